@@ -4,7 +4,7 @@ import os
 import shutil
 
 import pytest
-from browser_pages import LOAD, POSES, visits
+from browser_pages import LOAD, POSES, move, value_of, visits
 
 import kinetostatics as ks
 
@@ -61,6 +61,16 @@ def page(browser, result, tmp_path_factory):
     ks.save_html(result, file)
     with visits(browser) as open_page:
         yield open_page(file.as_uri(), (1000, 640))
+
+
+@pytest.fixture
+def operated(page):
+    """The same page; its sliders are set back after the test."""
+    values = page.evaluate("[...document.querySelectorAll('input[type=range]')].map(input => [input.name, input.value])")
+    yield page
+    for name, value in values:
+        if value_of(page, name) != float(value):
+            move(page, name, value)
 
 
 def pytest_collection_modifyitems(items):

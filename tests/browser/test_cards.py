@@ -86,6 +86,7 @@ def ramp(page, key):
     return np.array([[int(c[n : n + 2], 16) / 255 for n in (1, 3, 5)] for c in page.evaluate(f"robot_page.scene.{key}")])
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("key", ["stress", "axial", "euler"])
 def test_colours_of_beams_are_those_of_the_legend(page, result, key):
     page.select_option("select[name='colour by']", key)

@@ -11,7 +11,7 @@ import meshcat
 import numpy as np
 import package_robots
 import pytest
-from browser_pages import ENDS, packed_in, vertices
+from browser_pages import ENDS, LOAD, POSES, packed_in, vertices
 from meshcat_windows import Window, drawn
 from pinocchio.visualize import MeshcatVisualizer
 from places import ROOT
@@ -24,15 +24,13 @@ from kinetostatics.viewer.description import HIDDEN
 from kinetostatics.viewer.running_meshcat import connected
 from kinetostatics.viewer.scene import describe_scene
 
-LOAD = [100, 50, -500, 10, 20, -5]
-POSES = {"3rps": {"z": 0.5, "rx": 0.03, "ry": -0.17}, "2pru_upr": {"z": 0.6, "rx": 0.1, "ry": 0.1}}
 CAMERA = "/Cameras/default/rotated/<object>"
 VERTEX_COLOURS = """(path) => { const { object } = viewer.scene_tree.find([...path.split("/"), "<object>"]);
   return object.geometry.attributes.color ? [...object.geometry.attributes.color.array] : object.material.color.getHex(); }"""
 PAGE = ROOT / "docs" / "how_to" / "viewer.md"
 
 
-@pytest.fixture(scope="module", params=POSES)
+@pytest.fixture(scope="module", params=["2pru_upr", pytest.param("3rps", marks=pytest.mark.slow)])
 def result(request):
     return ks.analyze(ks.load_robot(request.param).assemble(platform=POSES[request.param]), load=LOAD)
 
@@ -187,7 +185,7 @@ def test_it_swings_between_rest_and_deformed(result):
     assert window.animations[f"{root}/animation"]["options"]["play"] is False
 
 
-@pytest.mark.few(1)
+@pytest.mark.slow
 def test_a_browser_shows_the_colours_and_arrows_of_the_page(result, visit, browser, tmp_path):
     """Of the same scene, as meshcat draws it from its commands and the page from its description."""
     ks.save_html(result, tmp_path / "page.html")

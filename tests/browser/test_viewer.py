@@ -4,24 +4,20 @@ import base64
 import io
 from dataclasses import replace
 
-import meshcat
 import numpy as np
 import pytest
 from browser_pages import (
-    ENDS,
     LABELS,
     LOAD,
     NAMES,
     POSES,
     STAGE,
-    VERTICES,
     move,
     rings,
     rotation,
     settle,
     value_of,
     vertices,
-    visits,
 )
 
 import kinetostatics as ks
@@ -52,33 +48,6 @@ PROJECTED = """[...robot_page.solids.values()].flatMap(({ mesh }) => {
   return out; })"""
 
 
-@pytest.fixture(scope="module", params=["2pru_upr", pytest.param("3rps", marks=pytest.mark.slow)])
-def shown(request, root, tmp_path_factory):
-    """A result and the address of its exported file."""
-    robot = ks.load_robot(root / "robots" / f"{request.param}.urdf.xacro")
-    result = ks.analyze(robot.assemble(platform=POSES[request.param]), load=LOAD)
-    file = tmp_path_factory.mktemp("page") / "sag.html"
-    ks.save_html(result, file)
-    return result, file.as_uri()
-
-
-@pytest.fixture(scope="module")
-def unchanged(browser, shown):
-    """The result and its page, opened once for all tests that only look."""
-    with visits(browser) as open_page:
-        yield shown[0], open_page(shown[1], (1400, 850))
-
-
-@pytest.fixture(scope="module")
-def one(root, tmp_path_factory):
-    """The first of them alone, for what does not depend on the robot."""
-    robot = ks.load_robot(root / "robots" / "3rps.urdf.xacro")
-    result = ks.analyze(robot.assemble(platform=POSES["3rps"]), load=LOAD)
-    file = tmp_path_factory.mktemp("page") / "one.html"
-    ks.save_html(result, file)
-    return result, file.as_uri()
-
-
 @pytest.fixture(scope="module")
 def path_page(root, tmp_path_factory):
     robot = ks.load_robot(root / "robots" / "3rps.urdf.xacro")
@@ -92,8 +61,7 @@ def path_page(root, tmp_path_factory):
 # ---- one pose ------------------------------------------------------------------------------------------------------
 
 
-def test_tree_has_what_the_robot_has(unchanged):
-    result, page = unchanged
+def test_tree_has_what_the_robot_has(page, result):
     for name in result.beams:
         assert vertices(page, f"Deformed/beams/{name}") is not None
         assert vertices(page, f"Rest/beams/{name}") is not None
@@ -106,14 +74,12 @@ def test_tree_has_what_the_robot_has(unchanged):
     assert page.evaluate(NAMES, "Labels/limbs") == list(result.limbs)
 
 
-def test_things_are_where_the_twist_says(visit, shown):
+def test_things_are_where_the_twist_says(operated, result):
     """Platform, beams and joints, for sliders of exaggeration and shares as a user would move them."""
-    result, url = shown
-    page = visit(url)
-    rest = {path: vertices(page, f"Rest/{path}") for path in ("platform",)}
+    page, rest = operated, vertices(operated, "Rest/platform")
     frame = result.configuration.platform_frame
     sources = list(result.contributions)
-    for exponent, shares in ((3.0, [1, 1, 1, 1, 1]), (3.5, [1, 0.25, 0, 0.5, 1]), (4.1, [0, 0, 0.75, 0, 0])):
+    for exponent, shares in ((3.0, [1, 1, 1, 1, 1]), (3.5, [1, 0.25, 0, 0.5, 1])):
         move(page, "exaggeration", exponent)
         for name, share in zip(sources, shares, strict=True):
             move(page, f"share: {name}", share)
@@ -122,14 +88,13 @@ def test_things_are_where_the_twist_says(visit, shown):
 
         twist = e * sum(share * result.contributions[name] for name, share in zip(sources, shares, strict=True))
         o = frame[:3, 3]
-        expected = o + twist[:3] + (rest["platform"] - o) @ rotation(twist[3:]).T
+        expected = o + twist[:3] + (rest - o) @ rotation(twist[3:]).T
         np.testing.assert_allclose(vertices(page, "Deformed/platform"), expected, atol=2e-6)
         for name, beam in result.beams.items():
             parts = result.beam_contributions[name]
             bent = beam.points + e * sum(s * parts[k][:, :3] for k, s in zip(sources, shares, strict=True))
             np.testing.assert_allclose(rings(vertices(page, f"Deformed/beams/{name}")), bent, atol=2e-6)
-        joint = "spherical_2" if result.robot.name == "3rps" else "universal_2"
-        ball = vertices(page, f"Deformed/joints/{joint}")
+        ball = vertices(page, "Deformed/joints/universal_2")
         parts = result.beam_contributions["rod_2"]
         end = result.beams["rod_2"].points[-1] + e * sum(s * parts[k][-1, :3] for k, s in zip(sources, shares, strict=True))
         np.testing.assert_allclose((ball.max(axis=0) + ball.min(axis=0)) / 2, end, atol=2e-6)
@@ -162,9 +127,8 @@ def test_limbs_have_two_sliders_for_the_ways_of_their_weight(visit, root, tmp_pa
             np.testing.assert_allclose(rings(vertices(page, f"Deformed/beams/{name}"))[-1], end, atol=2e-6)
 
 
-def test_numbers_are_micrometres_and_millidegrees_and_go_to_zero_with_the_shares(visit, one):
-    result, url = one
-    page = visit(url, (1400, 850))
+def test_numbers_are_micrometres_and_microradians_and_go_to_zero_with_the_shares(operated, result):
+    page = operated
     rest = vertices(page, "Rest/platform")
     assert np.abs(vertices(page, "Deformed/platform") - rest).max() > 0.01
     np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), result.twist, rtol=1e-5)
@@ -179,7 +143,8 @@ def test_numbers_are_micrometres_and_millidegrees_and_go_to_zero_with_the_shares
     for cells, twist in (("#robot-total tr.total td", changed), ("#robot-parts tr.part td", 0.5 * result.contributions["load"])):
         written = page.locator(cells).all_inner_texts()[:6]
         found = [float(cell.replace("−", "-")) for cell in written]
-        np.testing.assert_allclose(found, twist * 1e6, atol=0.0006)
+        np.testing.assert_allclose(found, twist * 1e6, atol=0.006)
+    page.locator("summary", has_text="Contributions").click()
     assert "deflection [µm]" in page.inner_text("#robot-legend")
 
     for name in result.contributions:
@@ -190,32 +155,10 @@ def test_numbers_are_micrometres_and_millidegrees_and_go_to_zero_with_the_shares
     assert max(page.evaluate("[...robot_page.arrows.values()].map(a => a.size)")) < 1e-3
 
 
-def test_colours_tell_the_displacement(unchanged):
-    """A beam is violet where it is held, and greener where it meets the platform."""
-    result, page = unchanged
-    colour = np.array(
-        page.evaluate("Array.from(robot_page.solids.get('Deformed/beams/rod_2').mesh.geometry.attributes.color.array)")
-    ).reshape(-1, 3)
-    first, last = colour[21 * 24 + 24], colour[21 * 24 + 48 + 24]  # the middles of its end faces
-    assert np.linalg.norm(result.beams["rod_2"].deflections[0]) < 1e-15
-    np.testing.assert_allclose(first, page.evaluate("new MeshCat.THREE.Color('#440154').toArray()"), atol=0.001)
-    assert last[1] > 0.3
-
-
-@pytest.mark.slow
-def test_a_mouse_moves_a_slider(visit, one):
-    page = visit(one[1])
-    page.locator("summary", has_text="Contributions").click()
-    bar = page.locator("input[name='share: load']").bounding_box()
-    page.mouse.click(bar["x"] + 0.5 * bar["width"], bar["y"] + bar["height"] / 2)
-    assert page.evaluate("robot_page.state.shares.get('load')") == pytest.approx(0.5, abs=0.02)
-
-
 # ---- arrows and labels ---------------------------------------------------------------------------------------------
 
 
-def test_arrows_are_grouped_and_named_as_in_the_result(unchanged):
-    result, page = unchanged
+def test_arrows_are_grouped_and_named_as_in_the_result(page, result):
     groups = set(page.evaluate(NAMES, "Arrows"))
     assert {"external load", "constraint forces", "attached wrenches", "weights", "base reaction", "actuator forces"} <= groups
     assert page.evaluate(NAMES, "Arrows/actuator forces") == list(result.actuator_forces)
@@ -231,22 +174,8 @@ def test_arrows_are_grouped_and_named_as_in_the_result(unchanged):
 
 
 @pytest.mark.slow
-def test_group_switches_hide_arrows_and_labels(visit, one):
-    result, url = one
-    page = visit(url, (1400, 850))
-    settle(page)
-    name = next(iter(result.actuator_forces))
-    assert any(text.startswith(name) for text, *_ in page.evaluate(LABELS))
-    assert not any(text.startswith("weight of") for text, *_ in page.evaluate(LABELS))
-    page.locator("input[name='all of these']").click()
-    settle(page)
-    assert page.evaluate("viewer.scene_tree.children.Arrows.object.visible") is False
-    assert not any(text.startswith(name) for text, *_ in page.evaluate(LABELS))
-
-
-@pytest.mark.slow
-def test_labels_do_not_overlap(visit, shown):
-    page = visit(shown[1])
+def test_labels_do_not_overlap(visit, page):
+    page = visit(page.url)
     for group in page.evaluate(NAMES, "Arrows"):
         page.evaluate("(group) => viewer.set_property(['Arrows', group], 'visible', true)", group)
     for size in ((900, 600), (1400, 850)):
@@ -265,8 +194,9 @@ def test_labels_do_not_overlap(visit, shown):
             assert gap < 62 and (led or gap <= 5), text
 
 
-def test_an_arrow_without_room_is_named_when_one_points_at_it(visit, one):
-    page = visit(one[1], (320, 640))
+@pytest.mark.slow
+def test_an_arrow_without_room_is_named_when_one_points_at_it(visit, page):
+    page = visit(page.url, (320, 640))
     named = lambda: {text for text, *_ in page.evaluate(LABELS)}  # noqa: E731
     page.evaluate("viewer.set_property(['Arrows', 'constraint forces'], 'visible', true)")
     settle(page)
@@ -283,25 +213,22 @@ def test_an_arrow_without_room_is_named_when_one_points_at_it(visit, one):
     pytest.skip("every arrow has room, or none of the others can be reached")
 
 
-@pytest.mark.parametrize("size", [(1400, 900), (800, 600), (390, 800)])
-def test_the_first_picture_holds_the_whole_robot(visit, tmp_path, size):
+def test_the_picture_holds_the_whole_robot_and_a_rigid_one_has_no_scale(visit, tmp_path):
     """Of a flat robot that is seen from the side, which leads far away from the camera and near to it."""
-    ks.save_html(ks.analyze(ks.load_robot("planar_3rrr").assemble()), tmp_path / "flat.html")
-    page = visit((tmp_path / "flat.html").as_uri(), size)
-    assert np.abs(page.evaluate(PROJECTED)).max() < 1
-
-
-def test_a_rigid_robot_has_no_scale(visit, tmp_path):
     robot = ks.load_robot("planar_3rrr")
     rigid = ks.Robot(replace(robot.description, beams={}, path="rigid.urdf"))
     ks.save_html(ks.analyze(rigid.assemble()), tmp_path / "rigid.html")
-    page = visit((tmp_path / "rigid.html").as_uri())
+    page = visit((tmp_path / "rigid.html").as_uri(), (390, 800))
     assert page.inner_text("#robot-legend") == "rigid: nothing deforms"
+    assert np.abs(page.evaluate(PROJECTED)).max() < 1
+    for width, height in ((1400, 900), (800, 600)):
+        page.set_viewport_size({"width": width, "height": height})
+        page.wait_for_function("width => viewer.renderer.domElement.clientWidth > width - 400", arg=width)
+        assert np.abs(page.evaluate(PROJECTED)).max() < 1
 
 
-def test_pictures_are_not_blank_and_well_framed(unchanged):
+def test_pictures_are_not_blank_and_well_framed(page):
     image = pytest.importorskip("PIL.Image")
-    page = unchanged[1]
     settle(page)
     picture = np.asarray(image.open(io.BytesIO(page.screenshot())).convert("RGB")).astype(int)
     left, top, right, bottom = map(round, page.evaluate(STAGE))
@@ -393,14 +320,14 @@ def test_a_late_pose_of_a_long_path_is_right(visit, root, tmp_path, monkeypatch)
 
 
 @pytest.mark.slow
-def test_notebooks_get_the_page_in_a_frame(browser, one, tmp_path):
+def test_notebooks_get_the_page_in_a_frame(browser, page, tmp_path):
     from pathlib import Path
     from urllib.parse import urlparse
     from urllib.request import url2pathname
 
-    page = Path(url2pathname(urlparse(one[1]).path)).read_text(encoding="utf-8")
+    html = Path(url2pathname(urlparse(page.url).path)).read_text(encoding="utf-8")
     file = tmp_path / "notebook.html"
-    file.write_text(f"<!DOCTYPE html><meta charset=utf-8><body>{iframe_html(page)}", encoding="utf-8")
+    file.write_text(f"<!DOCTYPE html><meta charset=utf-8><body>{iframe_html(html)}", encoding="utf-8")
     context = browser.new_context(offline=True)
     tab = context.new_page()
     tab.set_default_timeout(90_000)
@@ -518,51 +445,3 @@ def test_live_page_stops_at_the_rim_and_follows_the_gizmo(visit, root):
         page.wait_for_function("n => robot_page.answers > n", arg=answers)
         page.wait_for_function("!robot_page.busy")
         assert value_of(page, "platform: rx [°]") - before == pytest.approx(np.degrees(0.3), abs=1.0)
-
-
-@pytest.mark.slow
-def test_a_meshcat_scene_is_that_of_the_page(visit, browser, one, tmp_path):
-    """Where motion.js puts every solid and arrow, meshcat has it, moved and hidden by meshcat's own calls."""
-    result, address = one
-    vis = meshcat.Visualizer()
-    try:
-        node = ks.show(result, visualizer=vis)
-        shift = np.array([0.7, -0.2, 0.1])
-        turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-        matrix = np.eye(4)
-        matrix[:3, :3], matrix[:3, 3] = turn, shift
-        node.set_transform(matrix)
-        node["resting"].set_property("visible", False)
-        (tmp_path / "scene.html").write_text(vis.static_html(), encoding="utf-8")
-    finally:
-        vis.window.server_proc.terminate()
-        vis.window.server_proc.wait()
-    other = browser.new_page()
-    problems = []
-    other.on("console", lambda message: problems.append(message.text) if message.type == "error" else None)
-    other.goto((tmp_path / "scene.html").as_uri())
-    other.wait_for_function("viewer.scene_tree.children.meshcat?.children.kinetostatics?.children['3rps']?.children.labels")
-    page, top = visit(address), "meshcat/kinetostatics/3rps"
-    names = page.evaluate(NAMES, "Deformed/beams")
-    paths = {f"Deformed/beams/{name}": f"{top}/deformed/beams/{name}" for name in names}
-    paths |= {"Base/base": f"{top}/base/base", "Deformed/platform": f"{top}/deformed/platform"}
-    paths |= {f"Deformed/joints/{name}": f"{top}/deformed/joints/{name}" for name in page.evaluate(NAMES, "Deformed/joints")}
-    assert len(paths) > 8
-    for there, here in paths.items():
-        other.wait_for_function(f"() => ({VERTICES})({here!r})")
-        np.testing.assert_allclose(vertices(other, here), vertices(page, there) @ turn.T + shift, rtol=0, atol=2e-6, err_msg=here)
-    arrows = ["external load/load force", "actuator forces/prismatic_1"]
-    arrows += [f"constraint forces/{name}" for name in page.evaluate(NAMES, "Arrows/constraint forces")]
-    for name in arrows:
-        tail, tip = np.array(page.evaluate(ENDS, f"Arrows/{name}"))
-        found = vertices(other, f"{top}/forces/{name}")
-        along = turn @ (tip - tail) / np.linalg.norm(tip - tail)
-        heights = (found - (turn @ tail + shift)) @ along
-        np.testing.assert_allclose([heights.min(), heights.max()], [0, np.linalg.norm(tip - tail)], rtol=0, atol=2e-6)
-    visible = """(path) => { let node = viewer.scene_tree;
-      for (const name of path.split("/")) node = node.children[name];
-      return node.object.visible; }"""
-    shown = {name: other.evaluate(visible, f"{top}/{name}") for name in ("resting", "deformed", "forces/weights", "labels")}
-    assert shown == {"resting": False, "deformed": True, "forces/weights": False, "labels": True}
-    assert problems == []
-    other.close()

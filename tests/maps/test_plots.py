@@ -26,9 +26,9 @@ from matplotlib.colors import to_rgba  # noqa: E402
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # noqa: E402
 
 from kinetostatics.plot.display_units import coordinate_unit, display_unit  # noqa: E402
-from kinetostatics.plot.masks import continued, edges, level_of  # noqa: E402
+from kinetostatics.plot.masks import continued, level_of  # noqa: E402
 from kinetostatics.plot.selection import main_range  # noqa: E402
-from kinetostatics.plot.style import COLOURS, DASHES, MARKERS, figure_of  # noqa: E402
+from kinetostatics.plot.style import figure_of  # noqa: E402
 from kinetostatics.plot.surfaces import cut_cells  # noqa: E402
 from kinetostatics.plot.workspaces import skin  # noqa: E402
 
@@ -145,24 +145,16 @@ def test_slice_hatches_what_has_no_number_and_says_why(ds):
         for patch, text in zip(legend.get_patches(), legend.get_texts(), strict=True):
             assert patch.get_hatch() == hatched[text.get_text()].get_hatch()
     np.testing.assert_array_equal(np.isnan(colours_of(ax)), np.any(list(expected.values()), axis=0))
-
-
-def test_slice_with_poses_beyond_limits(ds):
     ax = ks.plot.slice(ds, "linear_sag", x="rx", y="ry", at={"z": 0.6}, beyond_limits=True)
-    assert "beyond joint limits" not in texts_of(ax.figure)
-    assert np.isfinite(colours_of(ax)[0, 2])
+    assert "beyond joint limits" not in texts_of(ax.figure) and np.isfinite(colours_of(ax)[0, 2])
+    with pytest.raises(ks.ArgumentError, match=r"no pose of this slice has a number \(unreachable\)"):
+        ks.plot.slice(ds.assign(status=ds.status * 0 + 2).drop_vars("mode"), x="rx", y="ry", at={"z": 0.5})
 
 
 def test_slice_takes_the_nearest_pose_and_says_which(ds):
     assert ks.plot.slice(ds, "twist:x", x="rx", y="z", at={"ry": np.radians(6)}).get_title() == "ry = 5°"
     ax = ks.plot.slice(ds, "twist:x", at={"rx": 0.0})
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == ("z [m]", "ry [°]", "rx = 0°")
-
-
-def test_what_the_sweep_held_stands_above_the_figure(ds):
-    held = ds.isel(z=1, drop=True).assign_coords(z=((), 0.45, {"units": "m"}), rod_diameter=((), 0.08))
-    assert ks.plot.slice(held, x="rx", y="ry").get_title() == "z = 0.45 m"
-    assert ks.plot.line(held, "twist:x", x="rx", at={"ry": 0.0}).get_title() == "ry = 0°, z = 0.45 m"
 
 
 def test_slice_in_other_units_with_limits_of_colours(ds):
@@ -172,12 +164,6 @@ def test_slice_in_other_units_with_limits_of_colours(ds):
     assert ax.figure.axes[1].get_ylabel() == "rotation about y [°]"
     colorbar = ax.collections[0].colorbar
     assert colorbar.extend == "max"  # some values are larger, none is smaller
-
-
-def test_slice_draws_constant_quantities_without_contours(ds):
-    ax = ks.plot.slice(ds, "twist:rz", x="rx", y="ry", at={"z": 0.5})
-    assert ax.figure.axes[1].get_ylabel() == "rotation about z [rad]"
-    assert len(ax.texts) == 0
 
 
 @pytest.mark.parametrize(
@@ -199,11 +185,6 @@ def test_slice_draws_constant_quantities_without_contours(ds):
 def test_slices_that_make_no_sense(ds, options, message):
     with pytest.raises(ks.ArgumentError, match=message):
         ks.plot.slice(ds, "linear_sag", **options)
-
-
-def test_a_slice_without_any_number_says_why(ds):
-    with pytest.raises(ks.ArgumentError, match=r"no pose of this slice has a number \(unreachable\)"):
-        ks.plot.slice(ds.assign(status=ds.status * 0 + 2).drop_vars("mode"), x="rx", y="ry", at={"z": 0.5})
 
 
 def test_all_that_is_not_fixed_is_said_at_once_and_what_is_said_can_be_typed(tmp_path, capsys):
@@ -256,17 +237,17 @@ def test_a_lazy_map_is_computed_only_where_it_is_shown(ds):
 
 
 def test_slices_of_a_series_stand_side_by_side(ds):
-    ax = ks.plot.slice(ds, "twist:x", x="rx", y="ry", series="z")
+    ax = ks.plot.slice(ds, "twist:x", x="rx", y="ry", series="z", contours=False)
     *panels, bar = ax.figure.axes
     assert ax is panels[0] and [panel.get_title() for panel in panels] == [f"z = {z} m" for z in Z]
     assert len({panel.collections[0].get_clim() for panel in panels}) == 1
     for panel, z in zip(panels, Z, strict=True):
         expected = ks.indices.quantity(ds, "twist:x").sel(z=z).values * (1e6 if "µm" in bar.get_ylabel() else 1e9)
         np.testing.assert_allclose(colours_of(panel), expected, rtol=1e-12)
-    assert len(texts_of(ax.figure)) == len(set(texts_of(ax.figure))) and not overlaps(ax.figure)
+    assert len(texts_of(ax.figure)) == len(set(texts_of(ax.figure)))
     many = ds.isel(z=0, drop=True).expand_dims(rz=np.linspace(0, 1, 7))
     with pytest.warns(UserWarning, match="the figure shows 3 of the 7 values of rz"):
-        assert "3 of the 7 values of rz" in ks.plot.slice(many, x="rx", y="ry", series="rz").figure.get_suptitle()
+        assert "3 of the 7 values of rz" in ks.plot.slice(many, x="rx", y="ry", series="rz", contours=False).figure.get_suptitle()
     with pytest.raises(ks.ArgumentError, match="slices of a series need a new figure"):
         ks.plot.slice(ds, "twist:x", x="rx", y="ry", series="z", ax=plt.figure().add_subplot())
 
@@ -307,7 +288,7 @@ def cell_at(ax, azimuth, tilt):
     return value, any(within(item.get_transform().transform_path(path), page) for item in areas for path in item.get_paths())
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("names", [("azimuth", "tilt"), ("tilt", "azimuth"), (None, None)])
 def test_azimuth_goes_round_and_tilt_outwards(tilts, names):
     ax = ks.plot.slice(tilts, "twist:x", *names, at={"z": 0.5})
@@ -405,6 +386,13 @@ def test_lines_show_the_maps_numbers(ds):
         expected = ks.indices.quantity(ds, name).sel(z=0.5, ry=0.0, method="nearest").values * 1e6
         np.testing.assert_allclose(line.get_ydata(), expected, rtol=1e-14)
     assert np.isnan(ax.get_lines()[0].get_ydata()[0])  # beyond a limit
+    assert (
+        len({line.get_marker() for line in ax.get_lines()})
+        == len({str(line._unscaled_dash_pattern) for line in ax.get_lines()})
+        == 3
+    )
+    greys = [np.dot(to_rgba(line.get_color())[:3], [0.2126, 0.7152, 0.0722]) for line in ax.get_lines()]
+    assert np.all(np.diff(greys) > 0.15)  # told apart in grey
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == ("rx [°]", "displacement [µm]", "z = 0.5 m, ry = 0°")
     assert texts_of(ax.figure) == [
         "displacement along x",
@@ -454,16 +442,6 @@ def test_a_series_has_a_line_for_each_value(ds):
     expected = ks.indices.quantity(ds, "largest_actuator_force").sel(ry=0.0, method="nearest").values
     for line, row in zip(ax.get_lines(), expected, strict=True):
         np.testing.assert_allclose(line.get_ydata(), row, rtol=1e-14)
-
-
-def test_lines_differ_without_colour(ds):
-    lines = ks.plot.line(ds, [f"twist:{c}" for c in "xyz"], x="z", at={"rx": 0.0, "ry": 0.0}).get_lines()
-    for get in ("get_marker", "get_linestyle"):
-        assert len({str(getattr(line, get)()) for line in lines}) == 3 or get == "get_linestyle"
-    assert len({str(line._unscaled_dash_pattern) for line in lines}) == 3
-    assert len(set(MARKERS)) == len(set(map(str, DASHES))) == 6
-    greys = [np.dot(to_rgba(line.get_color())[:3], [0.2126, 0.7152, 0.0722]) for line in lines]
-    assert np.all(np.diff(greys) > 0.15)
 
 
 @pytest.mark.parametrize(
@@ -534,22 +512,16 @@ def test_surfaces_are_named_by_what_tells_them_apart(ds):
     assert ax.get_title() == "ry = 0°, y = 0.1 m, x = 0.25 m"
 
 
-def test_surfaces_over_the_coordinate_that_is_left(ds):
-    ax = ks.plot.surface(ds, "actuator_force:p1")
+def test_one_surface_has_a_colour_bar_and_several_a_legend(ds):
+    ax = ks.plot.surface(ds, "actuator_force:p1")  # over the coordinates that are left
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("rx [°]", "ry [°]")
     assert texts_of(ax.figure)[:4] == ["z = 0.3 m", "z = 0.4 m", "z = 0.5 m", "z = 0.6 m"]
-    other = ks.plot.surface(ds, "twist:x", x="z", y="ry", series="rx")
-    assert [text for text in texts_of(other.figure) if text.startswith("rx")] == [
-        f"rx = {angle}°" for angle in ("−20", "−10", "0", "10", "20")
-    ]
-
-
-def test_one_surface_has_a_colour_bar(ds):
     ax = ks.plot.surface(ds, "linear_sag", x="rx", y="ry", at={"z": 0.5})
     assert ax.get_title() == "z = 0.5 m"
     assert ax.figure.axes[1].get_ylabel() == "linear sag [µm]"
     floor = [item for item in ax.collections[1:] if isinstance(item, Poly3DCollection)]
     assert {item.get_label() for item in floor} == {"unreachable", "beyond joint limits"}
+    assert len({str(patch.get_facecolor()) for legend in ax.figure.legends for patch in legend.get_patches()}) == 2
     holes = corners_of(floor[0])[..., :2].reshape(-1, 2)
     gone = np.argwhere(np.isnan(ks.indices.quantity(ds, "linear_sag").sel(z=0.5).values))
     for i, j in gone:
@@ -772,11 +744,16 @@ def test_one_pose_beside_a_singularity_does_not_flatten_surfaces(ds, spike):
     assert faces(ax)[..., 2].max() < 1.2 * most
     bar = ax.figure.axes[1]
     assert bar.get_ylabel().split() == "displacement along x [µm], up to 5e+05".split()
-    ax = ks.plot.surface(spike, "twist:x", x="rx", y="ry", series={"z": [0.3, 0.5]}, value_range=None)
-    assert ax.get_title() == "displacement along x [µm], up to 5e+05" and faces(ax)[..., 2].max() < 1.2 * most
     ax = ks.plot.surface(ds, "twist:x", x="rx", y="ry", at={"z": 0.5}, value_range=(0, 1))
     assert faces(ax)[..., 2].min() == 0 and faces(ax)[..., 2].max() == 1
     assert "up to" not in ax.figure.axes[1].get_ylabel()
+
+
+@pytest.mark.parametrize("kind", ["slice", "surface", "workspace"])
+def test_limits_that_are_no_range(ds, kind):
+    for limits in [(2, 1), (1, 1), (0, np.inf), (1,), "ab"]:
+        with pytest.raises(ks.ArgumentError, match="must be two numbers, the smaller one first"):
+            getattr(ks.plot, kind)(ds, "twist:x", value_range=limits)
 
 
 def test_ranges():
@@ -790,13 +767,6 @@ def test_ranges():
     assert main_range(np.append(np.zeros(999), 1.0)) == (0, 1)
 
 
-@pytest.mark.parametrize("limits", [(2, 1), (1, 1), (0, np.inf), (1,), "ab"])
-@pytest.mark.parametrize("kind", ["slice", "surface", "workspace"])
-def test_limits_that_are_no_range(ds, kind, limits):
-    with pytest.raises(ks.ArgumentError, match="must be two numbers, the smaller one first"):
-        getattr(ks.plot, kind)(ds, "twist:x", value_range=limits)
-
-
 def test_grids_in_any_order_are_drawn_sorted(ds):
     mixed = ds.isel(rx=[3, 0, 8, 1, 2, 7, 6, 5, 4], ry=slice(None, None, -1))
     one, two = (ks.plot.slice(item, "twist:x", x="rx", y="ry", at={"z": 0.5}).collections[0] for item in (ds, mixed))
@@ -806,7 +776,8 @@ def test_grids_in_any_order_are_drawn_sorted(ds):
     np.testing.assert_array_equal(one.get_xydata(), two.get_xydata())
 
 
-@pytest.mark.parametrize("names", ["xy", ("azimuth", "tilt")])
+@pytest.mark.few(1)
+@pytest.mark.parametrize("names", [("azimuth", "tilt"), "xy"])
 def test_numbers_of_lines_touch_nothing(names):
     ends = (-0.5, 0.5) if names == "xy" else (-np.pi, np.pi)
     grid = {names[0]: (np.linspace(*ends, 41)[:40], "m" if names == "xy" else "rad"), names[1]: (np.linspace(0, 1, 31), "rad")}
@@ -824,7 +795,7 @@ def test_numbers_of_lines_touch_nothing(names):
         assert all(ax.patch.contains_point(corner) for corner in box.corners())
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("names, height, same", [("xy", 0.5, True), ("zx", 2.0, True), ("xy", 9.0, False), ("xq", 0.5, False)])
 def test_positions_in_space_are_drawn_as_they_are(names, height, same):
     grid = {names[0]: (np.linspace(0, 1, 11), "m"), names[1]: (np.linspace(0, height, 11), "m")}
@@ -846,22 +817,6 @@ def test_a_body_in_space_is_drawn_as_it_is(ds):
     assert not np.allclose(body._box_aspect, ax._box_aspect)
 
 
-def test_a_long_legend_does_not_squeeze_the_figure(ds):
-    heights = []
-    for what in ("twist:x", [f"twist:{c}" for c in "xyz"]):
-        ax = ks.plot.line(ds, what, x="rx", at={"z": 0.5, "ry": RY[0]})
-        ax.figure.draw_without_rendering()
-        heights.append(ax.bbox.height)
-    assert heights[1] > 0.8 * heights[0]
-
-
-def test_reasons_on_the_floor_are_told_apart(ds):
-    (legend,) = ks.plot.surface(ds, "twist:x", x="rx", y="ry", series={"z": [0.4]}).figure.legends
-    greys = {text.get_text(): patch.get_facecolor() for text, patch in zip(legend.get_texts(), legend.get_patches(), strict=True)}
-    floor = [greys[name] for name in ("unreachable", "beyond joint limits", "singular")]
-    assert len(set(floor)) == 3
-
-
 # ---- units and looks ---------------------------------------------------------------------------------------------------
 
 
@@ -869,28 +824,23 @@ def test_reasons_on_the_floor_are_told_apart(ds):
     "units, largest, expected",
     [
         ("m", 2.6e-5, (1e-6, "µm")),
-        ("m", 1e-6, (1e-6, "µm")),
         ("m", 9.99e-7, (1e-9, "nm")),
-        ("m", 5e-12, (1e-9, "nm")),
-        ("m", 0.9, (1e-3, "mm")),
         ("m", 3.0, (1.0, "m")),
-        ("rad", 1.3e-4, (1e-6, "µrad")),
-        ("N", 496.0, (1.0, "N")),
         ("N", 4960.0, (1e3, "kN")),
-        ("N m", 12.0, (1.0, "N·m")),
-        ("N/m", 3e7, (1e6, "MN/m")),
         ("N m/rad", 3e4, (1e3, "kN·m/rad")),
-        ("1", 0.01, (1.0, "1")),
-        ("Pa", 1.03e6, (1e6, "MPa")),
-        ("m/N", 3e-8, (1e-9, "nm/N")),
         ("rad/(N m)", 3e-5, (1e-6, "µrad/(N·m)")),
-        ("N/rad", 3e5, (1e3, "kN/rad")),
         ("furlong", 7.0, (1.0, "furlong")),
         ("m", 0.0, (1.0, "m")),
     ],
 )
-def test_units_that_people_read(units, largest, expected):
+def test_display_units(units, largest, expected):
     assert display_unit(units, [-largest, np.nan, largest / 3]) == expected
+
+
+def test_requested_units_and_units_of_coordinates():
+    assert display_unit("rad", [1e-5], "deg") == (pytest.approx(np.pi / 180), "°")
+    assert display_unit("N/m", [1e7], "N/um") == (1e6, "N/µm")
+    assert [coordinate_unit("m", [most]) for most in (0.6, 0.08)] == [(1.0, "m"), (1e-3, "mm")]
 
 
 def test_coordinates_are_in_degrees_and_metres(ds):
@@ -904,35 +854,16 @@ def test_coordinates_are_in_degrees_and_metres(ds):
     )
 
 
-def test_units_that_are_asked_for():
-    assert display_unit("rad", [1e-5], "deg") == (pytest.approx(np.pi / 180), "°")
-    assert display_unit("N/m", [1e7], "N/um") == (1e6, "N/µm")
-    assert coordinate_unit("m", [0.3, 0.6]) == (1.0, "m")
-    assert coordinate_unit("m", [0.05, 0.08]) == (1e-3, "mm")
-    assert coordinate_unit("rad", [0.1])[1] == "°"
-
-
-def test_colours_get_brighter_all_the_way():
-    rgb = matplotlib.colormaps[COLOURS](np.linspace(0, 1, 64))[:, :3]
-    grey = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4) @ [0.2126, 0.7152, 0.0722]
-    assert np.all(np.diff(grey) > 0) and grey[0] < 0.05 and grey[-1] > 0.6
-
-
-def test_edges_of_cells():
-    np.testing.assert_allclose(edges(np.array([1.0, 2.0, 4.0])), [0.5, 1.5, 3.0, 5.0])
-    np.testing.assert_allclose(edges(np.array([3.0])), [2.5, 3.5])
-
-
 @pytest.mark.few(1)
 @pytest.mark.parametrize("kind", ["slice", "line", "surface", "workspace"])
 def test_figures_are_written(ds, kind, tmp_path):
     options = {"slice": {"x": "rx", "y": "ry", "at": {"z": 0.5}}, "line": {"x": "rx", "at": {"z": 0.5, "ry": 0.1}}}.get(kind, {})
-    for ending in ("svg", "pdf", "png") if kind == "slice" else ("svg",):
-        one, two = tmp_path / f"one.{ending}", tmp_path / f"two.{ending}"
-        ks.plot.save(getattr(ks.plot, kind)(ds, "linear_sag", **options), one, dpi=100)
-        ax = getattr(ks.plot, kind)(ds, "linear_sag", **options)
-        ks.plot.save(figure_of(ax), two, dpi=100)
-        assert one.read_bytes() == two.read_bytes(), ending  # no date, no random names
+    first, ax = (getattr(ks.plot, kind)(ds, "linear_sag", **options) for _ in range(2))
+    for name in ("one.svg", "one.pdf", "one.png") if kind == "slice" else ("one.svg",):
+        ks.plot.save(first, tmp_path / name, dpi=80)
+    ks.plot.save(figure_of(ax), tmp_path / "two.svg", dpi=80)
+    assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()  # no date, no random names
+    assert b"CreationDate" not in b"".join(file.read_bytes() for file in tmp_path.glob("*.pdf"))
     root = ElementTree.parse(tmp_path / "one.svg").getroot()
     assert root.tag.endswith("svg")
     # lines, not pixels, but for the ramp of the colour bar
@@ -957,6 +888,7 @@ def test_panels_share_a_figure(ds):
     assert len(texts_of(figure)) == len(set(texts_of(figure)))  # nothing is explained twice
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     "missing, wanted, message",
     [
@@ -1003,7 +935,6 @@ def run(capsys, *arguments):
         "--what linear_sag --x rx --y ry --at z=500mm",
         "--kind surface --what twist:x --x rx --y ry --series z --unit µm",
         "--kind workspace --what stiffness_along:z --unit N/um --whole",
-        "--kind line --what twist:x twist:y --x z --at rx=5deg ry=0",
         "--kind line --what actuator_force:p1 --x z --series rx --at ry=0 --beyond-limits",
         "--what linear_sag --x rx --y ry --at z=0.5 --value-range 0 6 --unit µm",
         "--kind surface --what linear_sag --x rx --y ry --at z=0.5 --value-range 0 6 --unit µm",
@@ -1014,12 +945,6 @@ def test_command_writes_figures(capsys, stored, tmp_path, options):
     assert run(capsys, stored, *options.split(), "--out", out) == (0, f"wrote {out}\n", "")
     assert ElementTree.parse(out).getroot().tag.endswith("svg")
     assert plt.get_fignums() == []
-
-
-def test_command_writes_png(capsys, stored, tmp_path):
-    out = tmp_path / "figure.png"
-    assert run(capsys, stored, "--x", "rx", "--y", "ry", "--at", "z=0.5", "--dpi", "80", "--out", out)[0] == 0
-    assert out.read_bytes().startswith(b"\x89PNG")
 
 
 def test_command_lists_what_there_is(capsys, stored):
@@ -1036,23 +961,17 @@ def test_command_lists_what_there_is(capsys, stored):
     [
         ("--what linear_sag", "--out FILE is missing"),
         ("--what linear_zag --x rx --y ry --at z=0.5 --out a.svg", "did you mean 'linear_sag'"),
-        ("--x rx --y ry --out a.svg", "z has 4 values"),
         ("--at q=1 --out a.svg", "--at: 'q' is not swept"),
         ("--at z=5deg --out a.svg", "--at: z: '5deg' is an angle, but a length is needed"),
         ("--x rx --y ry --at z=0.5 --out a.doc", "figures are written as .pdf, .svg, .png"),
         ("--kind line --y ry --out a.svg", "--y is not an option of a line"),
-        ("--kind line --value-range 0 1 --out a.svg", "--value-range is not an option of a line"),
-        ("--kind surface --whole --out a.svg", "--whole is not an option of a surface"),
-        ("--kind line --rectangular --out a.svg", "--rectangular is not an option of a line"),
         (
             "--value-range 2 1 --x rx --y ry --at z=0.5 --out a.svg",
-            "value_range is (2, 1); it must be two numbers, the smaller one first",
+            "value_range is (2.0, 1.0); it must be two numbers, the smaller one first",
         ),
         ("--value-range 1 low --out a.svg", "--value-range: 'low' is not a number"),
         ("--dpi 0 --x rx --y ry --at z=0.5 --out a.png", "--dpi: 0 is not between 10 and 2400 dots per inch"),
-        ("--dpi many --out a.png", "--dpi: 'many' is not a number"),
         ("--what twist:x twist:y --out a.svg", "a slice shows one quantity, not 2"),
-        ("--kind pie --out a.svg", "invalid choice"),
     ],
 )
 def test_command_says_what_is_wrong_in_one_line(capsys, stored, options, message, tmp_path, monkeypatch):
@@ -1063,16 +982,9 @@ def test_command_says_what_is_wrong_in_one_line(capsys, stored, options, message
 
 
 def test_command_refuses_other_files(capsys, tmp_path):
-    xr = pytest.importorskip("xarray")
-    pytest.importorskip("h5netcdf")
-    other, text = tmp_path / "other.nc", tmp_path / "text.nc"
-    xr.Dataset({"a": 1}).to_netcdf(other, engine="h5netcdf")
+    text = tmp_path / "text.nc"
     text.write_text("no map")
-    for path, message in (
-        (other, "not a workspace map of kinetostatics sweep"),
-        (text, "not a netCDF file or zarr folder"),
-        (tmp_path / "none.nc", "No such file or directory"),
-    ):
+    for path, message in ((text, "not a netCDF file or zarr folder"), (tmp_path / "none.nc", "No such file or directory")):
         code, _, err = run(capsys, path, "--out", "a.svg")
         assert code == 2 and message in err and err.count("\n") == 1
 
@@ -1096,8 +1008,8 @@ def test_the_examples_of_sweep_and_plot_run_as_they_are_printed(capsys, tmp_path
     assert all("the figure shows surfaces of 5 of the" in line for line in capsys.readouterr().err.splitlines())
 
 
-@pytest.mark.parametrize("count", [2, 5, 6, 7, 9])
-@pytest.mark.parametrize("kind, most", [("surface", 5), ("line", 6)])
+@pytest.mark.few(2)
+@pytest.mark.parametrize(("kind", "most", "count"), [("surface", 5, 6), ("surface", 5, 5), ("line", 6, 6), ("line", 6, 9)])
 def test_a_series_shows_all_of_few_values_and_says_how_many_of_many(ds, kind, most, count):
     values = np.linspace(-0.2, 0.2, count)
     many = (ds.isel(z=0, drop=True) if kind == "surface" else ds.isel(z=0, ry=3, drop=True)).expand_dims(rz=values)

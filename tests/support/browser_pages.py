@@ -88,8 +88,10 @@ def value_of(page, name):
 
 
 def settle(page):
+    """Wait until the page has drawn twice; an awaited promise would wait without end for a browser that hangs."""
     page.wait_for_function("!viewer.needs_render")
-    page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    page.evaluate("() => { window.drawn = false; requestAnimationFrame(() => requestAnimationFrame(() => { drawn = true; })); }")
+    page.wait_for_function("drawn")
 
 
 def rotation(vector):

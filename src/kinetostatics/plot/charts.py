@@ -59,9 +59,9 @@ def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
         raise ArgumentError(f"sensitivities needs the result of ks.sensitivities(pose), got {found!r}")
     if "twist" not in found.outputs:
         raise ArgumentError(f"sensitivities needs the twist, which is not among the outputs={found.outputs}")
-    size, who = float(np.linalg.norm(found.seen.twist[found.worst][:3])), point_name(found.tool)
+    size, point = float(np.linalg.norm(found.seen.twist[found.worst][:3])), point_name(found.tool)
     if not size > 0:
-        raise ArgumentError(f"the displacement of {who} is zero: effects along it are undefined")
+        raise ArgumentError(f"the displacement of {point} is zero: effects along it are undefined")
     rows = [(name, 100 * found.effect(name)[0] / size, False) for name in found if not is_location(name)][:MOST]
     parts = sorted(found.sources, key=lambda name: -abs(found.source_effect(name)))[:MOST]
     rows += [(f"stiffness of {name}", 100 * found.source_effect(name) / size, True) for name in parts]
@@ -77,7 +77,7 @@ def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
     ax.set_yticks(range(len(rows)), [name for name, *_ in rows])
     ax.invert_yaxis()
     ax.axvline(0.0, color="0.3", linewidth=0.6)
-    ax.set_xlabel(f"change of the displacement of {who} per 1 % of increase [%]")
+    ax.set_xlabel(f"change of the displacement of {point} per 1 % of increase [%]")
     ax.grid(axis="x", color="0.85", linewidth=0.4)
     ax.set_axisbelow(True)
     return ax

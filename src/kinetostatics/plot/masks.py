@@ -22,14 +22,7 @@ from kinetostatics.status import Status
 
 @dataclass(frozen=True)
 class Mask:
-    """A reason why poses have no number.
-
-    Attributes:
-        label: label in the legend.
-        hatch: Matplotlib's hatch pattern.
-        face: grey of the cells.
-        where: mask with the shape of the values.
-    """
+    """A reason for missing values: label, hatch pattern and grey of the cells, and mask with the shape of the values."""
 
     label: str
     hatch: str
@@ -65,20 +58,12 @@ def common_masks(parts: Sequence[Selection]) -> list[Mask]:
     return masks_of(np.where(everywhere, np.nan, 0.0), parts[0].status)
 
 
-def reasons(*parts: Selection) -> str:
-    """Return the reasons for missing values as text."""
-    values, status = (np.stack([getattr(part, name) for part in parts]) for name in ("values", "status"))
-    return ", ".join(mask.label for mask in masks_of(values, status))
-
-
 def check_numbers(what: str, parts: Sequence[Selection], where: str) -> None:
-    """Check that a pose has a value.
-
-    Raises:
-        ArgumentError: no pose has a number.
-    """
+    """Raise an error if no pose has a number."""
     if not any(np.isfinite(part.values).any() for part in parts):
-        raise ArgumentError(f"{what}: no pose of {where} has a number ({reasons(*parts)})")
+        values, status = (np.stack([getattr(part, name) for part in parts]) for name in ("values", "status"))
+        reasons = ", ".join(mask.label for mask in masks_of(values, status))
+        raise ArgumentError(f"{what}: no pose of {where} has a number ({reasons})")
 
 
 def areas_of(masks: Sequence[Mask]) -> list[NDArray[np.bool_]]:
@@ -94,7 +79,8 @@ def draw_areas(ax: Axes, fields: Sequence[tuple[Array, Array, Array]], masks: Se
         )
         path.set_label(mask.label)
         ax.add_collection(path, autolim=False)
-        draw_rim(ax, *field)
+        x, y, values = field
+        ax.contour(x, y, values.T, levels=[0.0], colors="0.3", linewidths=0.5, zorder=2)
 
 
 def draw_ranges(ax: Axes, borders: Array, masks: Sequence[Mask]) -> None:
@@ -175,8 +161,3 @@ def area(ax: Axes, x: Array, y: Array, field: Array) -> Path:
     (path,) = drawn.get_paths()
     drawn.remove()
     return path
-
-
-def draw_rim(ax: Axes, x: Array, y: Array, field: Array) -> None:
-    """Draw the line at which a field (len x, len y) is 0."""
-    ax.contour(x, y, field.T, levels=[0.0], colors="0.3", linewidths=0.5, zorder=2)

@@ -71,11 +71,7 @@ class Selection:
 
 
 def axis_of(ds: xr.Dataset, name: str) -> ShownAxis:
-    """Return a swept coordinate in display units.
-
-    Raises:
-        ArgumentError: the coordinate is not swept.
-    """
+    """Return a swept coordinate in display units."""
     if name not in swept(ds):
         raise ArgumentError(f"{name!r} is not swept: {near_names(name, swept(ds))}")
     numbers = np.asarray(ds[name].values)
@@ -91,11 +87,7 @@ def free_names(ds: xr.Dataset, fixed: Iterable[str]) -> list[str]:
 
 
 def chosen_names(ds: xr.Dataset, requested: Sequence[str | None], fixed: Iterable[str], figure: str) -> list[str]:
-    """Return the coordinates of a figure's axes: the requested ones; None is replaced by the next free coordinate.
-
-    Raises:
-        ArgumentError: there are too few free coordinates.
-    """
+    """Return the coordinates of a figure's axes: the requested ones; None is replaced by the next free coordinate."""
     free = free_names(ds, fixed)
     rest = [name for name in free if name not in requested]
     if len(rest) < sum(name is None for name in requested):
@@ -223,11 +215,7 @@ def _without_rounding(part: xr.Dataset, what: str, found: xr.DataArray) -> xr.Da
 
 
 def in_figure_units(parts: Sequence[Selection], unit: str | None) -> tuple[list[Array], str]:
-    """Return the values of selections in a common display unit, and its name.
-
-    Raises:
-        ArgumentError: the selections have different units, or the requested unit does not apply.
-    """
+    """Return the values of selections in a common display unit, and its name."""
     units = {part.units for part in parts}
     if len(units) > 1:
         raise ArgumentError(f"quantities in {' and '.join(sorted(units))} cannot be drawn in one figure")
@@ -268,11 +256,7 @@ def _status(part: xr.Dataset, dims: Sequence[str], beyond_limits: bool) -> NDArr
 
 
 def place_of(coordinate: xr.DataArray, axis: ShownAxis, value: float) -> int:
-    """Return the index of a coordinate's value nearest to a given number, or equal to a given name.
-
-    Raises:
-        ArgumentError: the number is outside the map, or the name is unknown.
-    """
+    """Return the index of a coordinate's value nearest to a given number, or equal to a given name."""
     if axis.ticks:
         if str(value) not in axis.ticks:
             raise ArgumentError(f"no {axis.name} {value!r}: {near_names(str(value), axis.ticks)}")
@@ -315,13 +299,7 @@ def main_range(values: NDArray[np.float64]) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class ValueRange:
-    """Range of values of colours or heights.
-
-    Attributes:
-        low, high: limits of the range.
-        extend: ends of the colour bar beyond which there are values.
-        note: text on values beyond a default range, such as ", up to 70.6".
-    """
+    """Range of values of colours or heights; ends of the colour bar with values beyond; note such as ", up to 70.6"."""
 
     low: float
     high: float
@@ -333,23 +311,18 @@ def range_of(values: NDArray[np.float64], value_range: tuple[float, float] | Non
     """Return the range of finite values: the given one, or the main one."""
     low, high = value_range or main_range(values)
     least, most = float(values.min()), float(values.max())
-    words = ([f"from {least:.3g}"] if least < low else []) + ([f"up to {most:.3g}"] if most > high else [])
-    note = f", {' '.join(words)}".replace("-", "−") if words and value_range is None else ""
     below, above = least < low, most > high
+    words = below * [f"from {least:.3g}"] + above * [f"up to {most:.3g}"]
+    note = f", {' '.join(words)}".replace("-", "−") if words and value_range is None else ""
     return ValueRange(low, high, "both" if below and above else "min" if below else "max" if above else "neither", note)
 
 
 def check_range(value_range: tuple[float, float] | None) -> None:
-    """Check a range of values.
-
-    Raises:
-        ArgumentError: the first is not below the second, or one is not a finite number.
-    """
-    if value_range is None:
-        return
+    """Raise an error if a range is not two finite numbers, the smaller one first."""
     try:
-        low, high = (float(item) for item in value_range)
+        low, high = (0.0, 1.0) if value_range is None else map(float, value_range)
+        valid = -np.inf < low < high < np.inf
     except (TypeError, ValueError):
-        raise ArgumentError(f"value_range is {value_range!r}; it must be two numbers, the smaller one first") from None
-    if not (np.isfinite([low, high]).all() and low < high):
-        raise ArgumentError(f"value_range is ({low:g}, {high:g}); it must be two numbers, the smaller one first")
+        valid = False
+    if not valid:
+        raise ArgumentError(f"value_range is {value_range!r}; it must be two numbers, the smaller one first")

@@ -223,7 +223,8 @@ def _number(ax: Axes, lines: ContourSet, rim: Path) -> None:
                 run, rise = places[at + 1] - places[at]
                 angle = (np.degrees(np.arctan2(rise, run)) + 90) % 180 - 90
                 x, y = piece[at].tolist()
-                number = ax.text(x, y, _short(level), fontsize=NUMBERS, ha="center", va="center", rotation=angle, zorder=5)
+                text = f"{level:g}".replace("-", "−")
+                number = ax.text(x, y, text, fontsize=NUMBERS, ha="center", va="center", rotation=angle, zorder=5)
                 box = number.get_window_extent().padded(figure.dpi / 72)
                 inside = all(map(within, box.corners()))
                 if inside and not any(box.overlaps(other) for other in taken):
@@ -231,10 +232,6 @@ def _number(ax: Axes, lines: ContourSet, rim: Path) -> None:
                     taken.append(box)
                     break
                 number.remove()
-
-
-def _short(level: float) -> str:
-    return f"{level:g}".replace("-", "−")
 
 
 #: Angular and radial coordinate of polar figures.
@@ -297,11 +294,7 @@ class Plane:
 
 
 def goes_round(ds: xr.Dataset, dims: Sequence[str], polar: bool | None, ax: Axes | None) -> bool:
-    """Return whether a slice is polar: for azimuth and tilt, unless chosen otherwise.
-
-    Raises:
-        ArgumentError: a polar figure is requested for other coordinates, or the given axes are of the other kind.
-    """
+    """Return whether a slice is polar: for azimuth and tilt, unless ``polar`` or the given axes differ."""
     suits = set(dims) == {ROUND, OUTWARDS} and not any(ds[name].dtype.kind in "OUS" for name in dims)
     if suits:
         turn, tilt = np.asarray(ds[ROUND].values), np.asarray(ds[OUTWARDS].values)

@@ -112,11 +112,7 @@ def wrapped(text: str, figure: Figure) -> str:
 
 
 def solid_axes(ax: Axes | None, height: float, what: str) -> Axes3D:
-    """Return the given axes, or new three-dimensional axes one column wide.
-
-    Raises:
-        ArgumentError: the given axes are two-dimensional.
-    """
+    """Return the given axes, or new three-dimensional axes one column wide."""
     found = new_axes(ONE_COLUMN, height * ONE_COLUMN, projection="3d") if ax is None else ax
     if not isinstance(found, Axes3D):
         raise ArgumentError(f"{what} axes made with projection='3d'")
@@ -204,11 +200,7 @@ def save(figure: Figure | Axes, path: str | os.PathLike[str], dpi: float = 300) 
 
 
 def format_of(path: str | os.PathLike[str]) -> dict[str, None]:
-    """Return the metadata of a figure's file.
-
-    Raises:
-        ArgumentError: the extension is not supported.
-    """
+    """Return the metadata of a figure's file."""
     options = _FORMATS.get(Path(path).suffix.lower())
     if options is None:
         raise ArgumentError(f"{path}: figures are written as {', '.join(_FORMATS)}, by the extension of the name")

@@ -116,7 +116,8 @@ def surface(
     values = [np.clip(numbers, low, high) for numbers in values]
     if high - low <= 1e-9 * max(abs(low), abs(high)):
         low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
-    apart = ax is None and len(parts) > 1 and _coincide(values, low, high)
+    middles = [np.nanmedian(np.abs(two - one)) for one, two in pairwise(values) if np.isfinite(two - one).any()]
+    apart = ax is None and bool(middles) and min(middles) < NEAR * (high - low)
     sheets = [[k] for k in range(len(parts))] if apart else [[*range(len(parts))]]
     axes: list[Axes3D] = [solid_axes(ax, 0.95, "surfaces need")] if not apart else []
     axes = axes or [*new_panels(len(parts), 0.65 * ONE_COLUMN, 0.6 * ONE_COLUMN, "3d")]
@@ -170,13 +171,6 @@ def surface(
         ]
         legend_below(figure, [*named, *patches.values()])
     return axes[0]
-
-
-def _coincide(sheets: Sequence[Array], low: float, high: float) -> bool:
-    """Return whether the median distance of two adjacent surfaces is below :data:`NEAR` of the range."""
-    gaps = [np.abs(two - one) for one, two in pairwise(sheets)]
-    middles = [np.nanmedian(gap) for gap in gaps if np.isfinite(gap).any()]
-    return bool(middles) and min(middles) < NEAR * (high - low)
 
 
 #: Direction towards the light, and the part of a face's brightness that is independent of it.

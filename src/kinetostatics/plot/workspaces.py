@@ -107,8 +107,9 @@ def workspace(
     figure.colorbar(bar, ax=ax, label=text, shrink=0.65, pad=0.17, extend=span.extend)
     masks = masks_of(shown.values, shown.status)
     if known:
-        wires = Line3DCollection(_wires(start, end), colors="0.35", linewidths=0.6, linestyles=":", zorder=2)
-        ax.add_collection3d(wires)
+        box = np.array(list(product(*zip(start, end, strict=True))))
+        wires = [np.array(pair) for pair in combinations(box, 2) if np.sum(pair[0] != pair[1]) == 1]
+        ax.add_collection3d(Line3DCollection(wires, colors="0.35", linewidths=0.6, linestyles=":", zorder=2))
     if masks:
         part = [f"{mask.label} {100 * mask.where.mean():.2g} %" for mask in masks]
         note = Patch(facecolor="white", edgecolor="0.35", linestyle=":", label="not drawn: " + ", ".join(part))
@@ -172,9 +173,3 @@ def _octant(good: NDArray[np.bool_]) -> NDArray[np.bool_]:
     first, second, third = (size // 2 for size in good.shape)
     octant[good.shape[0] - first :, :second, good.shape[2] - third :] = True
     return octant & bool((good & ~octant).any())
-
-
-def _wires(start: Array, end: Array) -> list[Array]:
-    """Return the twelve edges of a box."""
-    corners = np.array(list(product(*zip(start, end, strict=True))))
-    return [np.array(pair) for pair in combinations(corners, 2) if np.sum(pair[0] != pair[1]) == 1]

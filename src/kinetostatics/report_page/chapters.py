@@ -1,4 +1,4 @@
-"""Chapters of a report page: reports of robot, pose and results, and sentences about assumptions."""
+"""Chapters of a report page: assumptions, bar charts of contributions, compensation, verification, 3D view, and maps."""
 
 from __future__ import annotations
 
@@ -50,21 +50,19 @@ def assumptions_html(result: Result) -> str:
     texts = [f"Elastic {kind}: {join_words(names, 12)}." for kind, names in kinds.items() if names] or ["Nothing is elastic."]
     if not joints:
         texts.append("Joints, bearings and actuators are rigid: the file gives no stiffnesses for them.")
-    texts.append(
-        f"Gravity is {_vector(result.gravity)} m/s² in world axes; it acts on all masses, and on beams along their whole length."
-    )
+    gravity = ", ".join(f"{value:.6g}" for value in result.gravity)
+    texts.append(f"Gravity is ({gravity}) m/s² in world axes; it acts on all masses, and on beams along their whole length.")
     return "<ul>" + "".join(f"<li>{escape(text)}</li>" for text in (*texts, *ALWAYS)) + "</ul>"
-
-
-def _vector(values: Array) -> str:
-    return "(" + ", ".join(f"{value:.6g}" for value in np.asarray(values)) + ")"
 
 
 def sag_html(result: Result) -> str:
     """Return the contributions to the platform's displacement as bars."""
     noise = magnitudes(result)
-    bars_of = {"By weights and loads": contribution_bars, "By elastic parts": source_bars}
-    parts = {title: bars(result, noise) for title, bars in bars_of.items()}
+    names, twists = sources(result)
+    parts = {
+        "By weights and loads": _bars(list(result.contributions), list(result.contributions.values()), result, noise),
+        "By elastic parts": _bars([f"{name} ({kind})" for name, kind in names], list(twists), result, noise, sort=True),
+    }
     found = [f"<h3>{title}</h3>\n{bars}" for title, bars in parts.items() if bars]
     return "\n".join(found) or "<p>The platform does not move: no elastic part deforms.</p>"
 
@@ -104,17 +102,6 @@ WIDTH, ROW, NUMBERS, LETTER = 680, 20, 90, 6.4
 
 #: Title of the bars: displacement, or rotation if the displacement is zero.
 WORDS = ("displacement of {}, each along the whole displacement", "rotation, each about the axis of the whole rotation")
-
-
-def contribution_bars(result: Result, noise: NoiseFloor) -> str:
-    """Return bars of the contributions of weights and loads to the platform's displacement."""
-    return _bars(list(result.contributions), list(result.contributions.values()), result, noise)
-
-
-def source_bars(result: Result, noise: NoiseFloor) -> str:
-    """Return bars of the contributions of elastic parts to the platform's displacement, the largest first."""
-    names, twists = sources(result)
-    return _bars([f"{name} ({kind})" for name, kind in names], list(twists), result, noise, sort=True)
 
 
 def _bars(names: list[str], twists: list[Array], result: Result, noise: NoiseFloor, sort: bool = False) -> str:
@@ -164,11 +151,7 @@ SHOWN = ("linear_sag", "angular_sag", "least_translational_stiffness", "largest_
 
 
 def checked_map(workspace: xr.Dataset, configuration: Configuration, tool: Array | None) -> xr.Dataset:
-    """Return a map of this robot with the tool's tip as reference point.
-
-    Raises:
-        ArgumentError: the Dataset is not a map, or the map has another robot or reference point.
-    """
+    """Return a map of this robot with the tool's tip as reference point."""
     from kinetostatics.indices import at_point
     from kinetostatics.indices.map_variables import variable
 

@@ -60,7 +60,8 @@ def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
             and float(np.abs(before.centre - centre).max()) < size
         ):  # fmt: skip
             names = (*before.joints, connection.name)
-            common = _common_start(before.name, connection.name).rstrip("_-. ") or names[0]
+            same = [x == y for x, y in zip(before.name, connection.name, strict=False)]
+            common = before.name[: (*same, False).index(False)].rstrip("_-. ") or names[0]
             found[-1] = DrawnJoint(common, names, before.links | links, before.centre, None, before.twist, False, None)
             continue
         single = _axis(poses, connection) if connection.type.is_on_axis else None
@@ -105,12 +106,6 @@ def marker_radius(poses: DrawnPoses, joint: DrawnJoint, size: float) -> float:
     near = [max(beam.section.extent) for beam in beams if beam.link in joint.links]
     some = near or [max(beam.section.extent) for beam in beams] or [0.016 * size]
     return float(np.clip(np.mean(some), 0.006 * size, 0.05 * size))
-
-
-def _common_start(a: str, b: str) -> str:
-    """Return the common start of two names."""
-    same = [x == y for x, y in zip(a, b, strict=False)]
-    return a[: (*same, False).index(False)]
 
 
 #: Density of steel [kg/m³]; a point mass is drawn as a steel ball.

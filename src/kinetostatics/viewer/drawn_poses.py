@@ -60,12 +60,12 @@ class DrawnPoses(ABC):
 
     @abstractmethod
     def link_twist(self, link: str) -> Array | None:
-        """Return what each contribution does (F, K, 6) to a link at its own origin; None if it carries a beam."""
+        """Return the twists (F, K, 6) of a link at its own origin by each contribution; None if it contains a beam."""
 
     def twist_at(self, link: str, point: Array) -> Array:
-        """Return what each contribution does (F, K, 6) to the points (F, 3) of a link.
+        """Return the twists (F, K, 6) of a link at points (F, 3) by each contribution.
 
-        A link that carries a beam has no twist of its own: the point follows the nearer end of the nearest beam.
+        A link with a beam has no twist of its own: the point follows the nearest end of its beams.
         """
         own = self.link_twist(link)
         if own is not None:
@@ -187,7 +187,7 @@ class ShownPoses(DrawnPoses):
         return self.by_source(self.result.contributions)
 
     def link_twist(self, link: str) -> Array | None:
-        """Return what each contribution does (F, K, 6) to a link at its own origin; None if it carries a beam."""
+        """Return the twists (F, K, 6) of a link at its own origin by each contribution; None if it contains a beam."""
         own = self.result.link_contributions.get(link)
         if own is not None and link not in self._links:
             self._links[link] = self.by_source(own)

@@ -44,8 +44,9 @@ class FrameFacts:
         """Return the lines of the heading in a frame, title and text; the status is last."""
         found = []
         if self.pose:
-            pose = (f"{name} {_rounded(values[frame])}{'' if unit == '°' else ' '}{unit}" for name, unit, values in self.pose)
-            found.append(("pose", ", ".join(pose)))
+            shown = [(name, round(float(values[frame]), 2) + 0.0, unit) for name, unit, values in self.pose]
+            values = [f"{name} {value:.15g}{'' if unit == '°' else ' '}{unit}" for name, value, unit in shown]
+            found.append(("pose", ", ".join(values).replace("-", "−")))
         if self.gravity is not None and self.load is not None:
             found += [("gravity", f"{_vector(self.gravity[frame])} m/s²"), ("load at o", _wrench(self.load[frame]))]
         found += [(name, _wrench(wrench[frame])) for name, wrench in self.on_links.items()]
@@ -64,11 +65,6 @@ class FrameFacts:
         return {"displacement": plain_scale(self.displacement), "rotation": plain_scale(self.rotation)}
 
 
-def _rounded(value: float) -> str:
-    """Return a coordinate in mm or degrees, without trailing zeros."""
-    return f"{round(float(value), 2) + 0.0:.15g}".replace("-", "−")
-
-
 def _short(value: float) -> str:
     """Return a load with up to five digits, without trailing zeros."""
     return f"{0.0 if abs(value) < 5e-6 else float(f'{value:.5g}'):.15g}".replace("-", "−")
@@ -82,15 +78,15 @@ def _wrench(values: Array) -> str:
     return f"{_vector(values[:3])} N" + (f", {_vector(values[3:])} N·m" if np.any(values[3:]) else "")
 
 
-def find_facts(poses: ShownPoses, displacements: Array, size: float) -> FrameFacts:
-    """Return the heading of the shown poses; ``displacements`` (…, 3) [m] determine the unit of the legend."""
+def find_facts(poses: ShownPoses, all_twists: Array, size: float) -> FrameFacts:
+    """Return the heading of the shown poses; ``all_twists`` (F, n, K, 6) of stations determine the unit of the legend."""
     result = poses.result
     pose = _coordinates(result.configuration, lambda values: poses.of_configuration(values, 0))
     status = [["OK"] for _ in range(poses.count)]
     for title, where, words in facts_of(result):
         for frame in np.flatnonzero(poses.take(where.astype(np.float64))):
             status[frame].insert(0, f"{title}, {words}")
-    shift = float(np.linalg.norm(displacements, axis=-1).max(initial=0.0))
+    shift = float(np.linalg.norm(all_twists.sum(axis=2)[..., :3], axis=-1).max(initial=0.0))
     twists = poses.platform_twist[..., 3:]
     return FrameFacts(
         pose, poses.take(result.gravity), poses.take(result.load), _on_links(poses, size), _payload(poses),

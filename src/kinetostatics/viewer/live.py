@@ -68,16 +68,7 @@ class LiveRobot:
         load: ArrayLike | None = None,
         message: str | None = None,
     ) -> None:
-        """Start at a pose.
-
-        Args:
-            start: one pose; or a robot whose loops cannot be closed.
-            analyze: function that analyses a pose, with its load and gravity.
-            orientation, closure_tolerance: see :meth:`Robot.assemble`.
-            coordinates: platform coordinates with sliders; default: the best conditioned ones.
-            load: (6,) load at o with sliders [N, N·m], passed to ``analyze`` as ``load=``; None: no sliders.
-            message: note shown with the first pose.
-        """
+        """Start at a pose; for the arguments see :func:`serve`."""
         if isinstance(start, Configuration) and start.shape != ():
             raise ArgumentError("a live page starts from one pose, not from a batch")
         self.configuration = start if isinstance(start, Configuration) else None
@@ -118,7 +109,8 @@ class LiveRobot:
         scene = self._scene(None if groups is None else set(groups), self.like if isinstance(self.result, Result) else None)
         if tuple(question.get("contributions", scene.stations.sources)) != scene.stations.sources:
             return {**self._scene(None).plain(), **rim}
-        details = self._details() if kind == "details" or question.get("details") or scene.unloaded else {}
+        whole = kind == "details" or question.get("details") or scene.unloaded
+        details = describe_scene(self.result, visuals=self.visuals).details() if whole else {}
         return {**scene.moving(), **details, **rim}
 
     def compile(self, go_on: Callable[[], bool]) -> None:
@@ -143,9 +135,6 @@ class LiveRobot:
             return {}
         found = self.sliders.reach(pose, lambda: self.configuration is pose)
         return found if self.configuration is pose else {}
-
-    def _details(self) -> dict[str, object]:
-        return describe_scene(self.result, visuals=self.visuals).details()
 
     def _move(self, kind: str, shown: Mapping[str, float]) -> str:
         """Move to coordinates or a load; return the reason if the coordinates cannot be reached, else an empty text."""
@@ -269,7 +258,7 @@ def _handler(robot: LiveRobot, key: str) -> type[BaseHTTPRequestHandler]:
         timeout = PATIENCE
 
         def do_GET(self) -> None:
-            if self._is_asked_for(""):
+            if self._is_for(""):
                 self._reply(200, page, "text/html")
             elif self.path == "/favicon.ico":
                 self._reply(200, "", "image/x-icon")
@@ -278,14 +267,14 @@ def _handler(robot: LiveRobot, key: str) -> type[BaseHTTPRequestHandler]:
 
         def do_POST(self) -> None:
             length = self.headers.get("Content-Length", "")
-            if not self._is_asked_for("analyze"):
+            if not self._is_for("analyze"):
                 self._reply(404, "nothing here")
             elif not re.fullmatch("[0-9]{1,9}", length) or int(length) > LONGEST:
                 self._reply(413, f"a request must state its length, at most {LONGEST} bytes")
             else:
                 self._reply(200, self._answer(self.rfile.read(int(length))), "application/json")
 
-        def _is_asked_for(self, name: str) -> bool:
+        def _is_for(self, name: str) -> bool:
             """Return whether a request has the server's key, host and origin."""
             host = self.headers.get("Host", "")
             here = host.partition(":")[0] in LOCAL_NAMES and self.headers.get("Origin", f"http://{host}") == f"http://{host}"

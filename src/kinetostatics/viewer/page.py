@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import html
 import json
 import os
@@ -15,6 +16,7 @@ from functools import cache
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
+from subprocess import DEVNULL
 from urllib.parse import urlencode
 
 from kinetostatics.arguments import warn
@@ -101,8 +103,8 @@ FLAGS = (
     "--ignore-gpu-blocklist", "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run",
     "--virtual-time-budget=5000",
 )  # fmt: skip
-#: Time limit of a browser [s].
-PATIENCE = 120
+#: Time limits of the first and the second attempt [s]: on a busy machine a browser sometimes stops without an image.
+PATIENCE = (60, 180)
 #: Choices for colour and view.
 COLOURS = ("deflection", "stress", "axial", "euler")
 VIEWS = ("home", "front", "side", "top")
@@ -142,17 +144,20 @@ def save_screenshot(
             "an image needs Chromium or Chrome, and none is installed (Debian: apt install chromium); or write the page as HTML, "
             "open it and press I"
         )
-    with tempfile.TemporaryDirectory(prefix="kinetostatics_") as folder:
+    with tempfile.TemporaryDirectory(prefix="kinetostatics_", ignore_cleanup_errors=True) as folder:
         page, image = Path(folder) / "page.html", Path(folder) / "page.png"
         page.write_text(html, encoding="utf-8")
         address = f"{page.as_uri()}#picture&{urlencode({'colour': colour, 'view': view})}"
-        command = [browser, *FLAGS, f"--user-data-dir={folder}/profile", f"--window-size={size[0]},{size[1]}"]
-        try:
-            subprocess.run([*command, f"--screenshot={image}", address], capture_output=True, timeout=PATIENCE, check=False)
-        except (OSError, subprocess.TimeoutExpired) as error:
-            raise KinetostaticsError(f"{browser} has drawn no image: {error}") from None
-        if not image.is_file():
-            raise KinetostaticsError(f"{browser} has drawn no image; write the page as HTML, open it and press I")
+        command = [browser, *FLAGS, f"--window-size={size[0]},{size[1]}", f"--screenshot={image}", address]
+        for seconds in PATIENCE:
+            profile = f"--user-data-dir={folder}/profile_{seconds}"
+            with contextlib.suppress(OSError, subprocess.TimeoutExpired):
+                # without pipes: child processes of the browser could hold them open
+                subprocess.run([*command, profile], stdout=DEVNULL, stderr=DEVNULL, timeout=seconds)
+            if image.is_file():
+                break
+        else:
+            raise KinetostaticsError(f"{browser} has drawn no image in two attempts; write the page as HTML, open it and press I")
         try:
             shutil.copyfile(image, target)
         except OSError as error:

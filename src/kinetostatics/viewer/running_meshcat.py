@@ -202,13 +202,13 @@ class _Drawing:
 
     def _stage(self, above: float, below: float) -> None:
         """Set camera, light and background for the robot."""
-        camera = self.still.camera(WIDTH / HEIGHT, above, below)
+        target, position = self.still.camera(WIDTH / HEIGHT, above, below)
         turned = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1.0]])  # z up in the scene, y in the window
         # The camera turns about the window's origin: the scene is shifted there, and the camera's node back.
-        self.root["/"].set_transform(turned @ translation_matrix(-camera.target))
-        self.root["/Cameras/default"].set_transform(translation_matrix(camera.target))
+        self.root["/"].set_transform(turned @ translation_matrix(-target))
+        self.root["/Cameras/default"].set_transform(translation_matrix(target))
         eye = self.root[CAMERA]
-        eye.set_property("position", (turned[:3, :3] @ camera.direction * camera.distance).tolist())
+        eye.set_property("position", (turned[:3, :3] @ position).tolist())
         eye.set_property("fov", FIELD_OF_VIEW)
         eye.set_property("near", NEAREST * self.scene.size)
         eye.set_property("far", 100 * self.scene.size)

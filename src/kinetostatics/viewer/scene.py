@@ -14,7 +14,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
 from kinetostatics.viewer.arrows import Wrenches
-from kinetostatics.viewer.cards import Card, Cards
+from kinetostatics.viewer.cards import Cards
 from kinetostatics.viewer.description import COLOURS, FREE_MOTION, Arrow, Mesh, Scene, Stations
 from kinetostatics.viewer.drawn_parts import find_joints, find_masses_at_points, find_springs, marker_radius, radius_of_ball
 from kinetostatics.viewer.drawn_poses import ShownPoses
@@ -100,46 +100,39 @@ class _SceneBuilder:
         self._joint_markers()
         self._springs()
         self._masses_at_points()
-        if isinstance(poses, SinglePose):
-            return self._modes(poses, title) if isinstance(poses, ModePoses) else self._unloaded(poses, title)
-        arrows = self._without_rounding(Wrenches(poses, stations, self.joints, self.springs, self.at, self.size).arrows(groups))
+        arrows: Iterable[Arrow] = ()
+        if isinstance(poses, ShownPoses):
+            arrows = Wrenches(poses, stations, self.joints, self.springs, self.at, self.size).arrows(groups)
+        elif not isinstance(poses, ModePoses):
+            arrows = self._free_motions(poses)
+        found = self._without_rounding(arrows)  # arrows add stations
+        facts = find_facts(poses, stations.all_twists, self.size) if isinstance(poses, ShownPoses) else facts_without_loads(poses)
         exaggeration = self._exaggeration() if like is None else like.exaggeration
-        facts = find_facts(poses, stations.all_twists.sum(axis=2)[..., :3], self.size)
-        return Scene(
-            title or self.robot.name, stations, self.size, exaggeration, self.at["o"], facts, self.meshes, arrows,
-            [("base", self.at["base"], "base"), ("platform", self.at["o"], "o")],
-            self._limb_labels(), [] if like else [*poses.result.warnings, *self._coarse()],
-            {} if like else self._cards(poses),
+        scene = Scene(
+            title or self.robot.name, stations, self.size, exaggeration, self.at["o"], facts, self.meshes, found,
+            [("base", self.at["base"], "base"), ("platform", self.at["o"], "o")], self._limb_labels(),
         )  # fmt: skip
+        if isinstance(poses, SinglePose):
+            scene.unloaded, scene.notes = True, [*poses.notes, *self._coarse()]
+            if isinstance(poses, ModePoses):
+                scene.modes, scene.exaggeration = poses.drawn, 1.0
+                for twists in np.moveaxis(stations.all_twists, 2, 0):  # clearly visible displacements of each mode
+                    twists *= self._visible_factor(twists)
+            else:
+                scene.meshes = [self._without_loads(mesh) for mesh in self.meshes]
+        elif like is None:
+            first = {mesh.path: int(np.min(mesh.station)) for mesh in self.meshes if "Deformed" in mesh.roots}
+            scene.notes = [*poses.result.warnings, *self._coarse()]
+            scene.cards = Cards(poses, self.joints, self.springs).all(first)
+        return scene
 
-    def _modes(self, poses: ModePoses, title: str | None) -> Scene:
-        """Return the scene of modes, each as large as it is seen well."""
-        for twists in np.moveaxis(self.stations.all_twists, 2, 0):
-            twists *= self._well_seen(twists)
-        return Scene(
-            title or self.robot.name, self.stations, self.size, 1.0, self.at["o"], facts_without_loads(poses), self.meshes, [],
-            [("base", self.at["base"], "base"), ("platform", self.at["o"], "o")],
-            self._limb_labels(), [*poses.notes, *self._coarse()], unloaded=True, modes=poses.drawn,
-        )  # fmt: skip
-
-    def _unloaded(self, poses: SinglePose, title: str | None) -> Scene:
-        """Return the scene of a pose without loads, with its free motions."""
-        meshes = []
-        for mesh in self.meshes:
-            roots = mesh.roots if poses.sources else tuple(dict.fromkeys(name.replace("Rest", "Deformed") for name in mesh.roots))
-            meshes.append(
-                replace(
-                    mesh,
-                    roots=roots,
-                    colour=STANDING if isinstance(mesh.colour, str) and mesh.colour == "deflection" else mesh.colour,
-                )
-            )
-        return Scene(
-            title or self.robot.name, self.stations, self.size, self._exaggeration(), self.at["o"], facts_without_loads(poses),
-            meshes, self._without_rounding(self._free_motions(poses)),
-            [("base", self.at["base"], "base"), ("platform", self.at["o"], "o")],
-            self._limb_labels(), [*poses.notes, *self._coarse()], unloaded=True,
-        )  # fmt: skip
+    def _without_loads(self, mesh: Mesh) -> Mesh:
+        """Return a mesh without colours of deflections, and only deformed if there is no free motion."""
+        roots = (
+            mesh.roots if self.poses.sources else tuple(dict.fromkeys(name.replace("Rest", "Deformed") for name in mesh.roots))
+        )
+        coloured = isinstance(mesh.colour, str) and mesh.colour == "deflection"
+        return replace(mesh, roots=roots, colour=STANDING if coloured else mesh.colour)
 
     def _free_motions(self, poses: SinglePose) -> Iterator[Arrow]:
         """Yield the platform's free motions at o: translations as single arrows, rotations as double arrows."""
@@ -164,12 +157,12 @@ class _SceneBuilder:
         return [arrow for arrow, force in found if force > least]
 
     def _exaggeration(self) -> float:
-        wanted = self._well_seen(self.stations.all_twists.sum(axis=2))
-        power = 10 ** math.floor(math.log10(wanted))
-        return max(step for step in (1, 1.5, 2, 3, 5, 7) if step * power <= wanted * (1 + 1e-9)) * power
+        factor = self._visible_factor(self.stations.all_twists.sum(axis=2))
+        power = 10 ** math.floor(math.log10(factor))
+        return max(step for step in (1, 1.5, 2, 3, 5, 7) if step * power <= factor * (1 + 1e-9)) * power
 
-    def _well_seen(self, twists: Array) -> float:
-        """Return the exaggeration of twists (…, 6) at which they are seen well; 1 of none."""
+    def _visible_factor(self, twists: Array) -> float:
+        """Return the exaggeration at which twists (…, 6) are clearly visible; 1 for zero twists."""
         parts = (SHOWN_MOTION * self.size, twists[..., :3]), (SHOWN_TURN, twists[..., 3:])
         found = [limit / most for limit, part in parts if (most := float(np.linalg.norm(part, axis=-1).max())) > 0]
         return min(found, default=1.0)
@@ -312,10 +305,6 @@ class _SceneBuilder:
         read = sum(visual.read for visual in self.visuals.values())
         drawn = sum(len(visual.surface.faces) for visual in self.visuals.values())
         return [f"meshes of the links: drawn with {drawn} of their {read} triangles"] if drawn < read else []
-
-    def _cards(self, poses: ShownPoses) -> dict[str, Card]:
-        first = {mesh.path: int(np.min(mesh.station)) for mesh in self.meshes if "Deformed" in mesh.roots}
-        return Cards(poses, self.joints, self.springs).all(first)
 
     # ---- labels -----------------------------------------------------------------------------------------------------
 

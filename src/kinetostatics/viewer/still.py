@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from html import escape
+from itertools import product
 
 import numpy as np
 
@@ -54,21 +55,6 @@ class StillArrow:
         return np.asarray(at[:3, 3] + self.free_end * at[:3, 2])
 
 
-@dataclass(frozen=True, eq=False)
-class Camera:
-    """Position of the camera.
-
-    Attributes:
-        target: (3,) point at the centre of the picture [m].
-        direction: (3,) unit vector from the target to the camera.
-        distance: distance from the target to the camera [m].
-    """
-
-    target: Array
-    direction: Array
-    distance: float
-
-
 class Still:
     """The first frame of a scene with the initial shares of its contributions.
 
@@ -87,14 +73,12 @@ class Still:
         self.twists = np.einsum("nki,k->ni", scene.stations.all_twists[0], scene.shares)
         coloured = [mesh for mesh in scene.meshes if "Deformed" in mesh.roots and _is_coloured(mesh, "Deformed")]
         self.deflections = {mesh.path: self._deflections(mesh, mesh.surface.vertices) for mesh in coloured}
-        corners = [
-            float(self._deflections(mesh, _corners(mesh.surface.vertices)).max())
-            for mesh in coloured
-            if isinstance(mesh.station, int)
-        ]
-        most = max(
-            [*corners, *(float(found.max()) for found in self.deflections.values()), *np.linalg.norm(self.twists[:, :3], axis=-1)]
-        )
+        most = float(np.linalg.norm(self.twists[:, :3], axis=-1).max())
+        for mesh in coloured:  # of rigid links the corners of the bounding box, as in the page
+            vertices = mesh.surface.vertices
+            corners = product(*zip(vertices.min(axis=0), vertices.max(axis=0), strict=True))
+            points = np.array(list(corners)) if isinstance(mesh.station, int) else vertices
+            most = max(most, float(self._deflections(mesh, points).max()), float(self.deflections[mesh.path].max()))
         rigid = most < RIGID * scene.size
         self.high = round_up(0.0 if rigid else most)
         self.largest = (0.0, scene.readout, np.zeros(3))
@@ -126,7 +110,9 @@ class Still:
         if root == "Rest":
             return RESTING[0]
         if _is_coloured(mesh, root):
-            return ramp_colours(self.deflections[mesh.path] / self.high)
+            ramp = np.array([[int(colour[n : n + 2], 16) / 255 for n in (1, 3, 5)] for colour in RAMP])
+            places = np.linspace(0, self.high, len(RAMP))
+            return np.column_stack([np.interp(self.deflections[mesh.path], places, channel) for channel in ramp.T])
         return UNKNOWN if isinstance(mesh.colour, str) and mesh.colour == "deflection" else mesh.colour
 
     def _arrows(self) -> Iterator[StillArrow]:
@@ -178,8 +164,11 @@ class Still:
         plane = np.concatenate([across, across[:, ::-1]]) + middle
         return np.column_stack([plane, np.full(len(plane), low[2] - 2e-3 * self.scene.size)]), side
 
-    def camera(self, aspect: float, above: float, below: float) -> Camera:
-        """Return the camera for which the robot fills the picture, except the parts ``above`` and ``below`` of its height."""
+    def camera(self, aspect: float, above: float, below: float) -> tuple[Array, Array]:
+        """Return centre of the picture and position of the camera relative to it (3,) [m].
+
+        The robot fills the picture except the parts ``above`` and ``below`` of its height.
+        """
         points = self.outline()
         centre = (points.min(axis=0) + points.max(axis=0)) / 2
         d = np.array(VIEW) / np.linalg.norm(VIEW)
@@ -193,14 +182,7 @@ class Still:
             fits.append(((most - least) / ((high - low) * half), most, least, low * half, high * half))
         distance = 1.04 * max(fit[0] for fit in fits)
         shifts = [(most + least - (low + high) * distance) / 2 for _, most, least, low, high in fits]
-        target = centre + shifts[0] * right + shifts[1] * up
-        return Camera(target, d, distance)
-
-
-def ramp_colours(parts: Array) -> Array:
-    """Return the colours (n, 3), 0 to 1, at parts (n,) of the scale."""
-    ramp = np.array([[int(colour[n : n + 2], 16) / 255 for n in (1, 3, 5)] for colour in RAMP])
-    return np.column_stack([np.interp(parts, np.linspace(0, 1, len(RAMP)), channel) for channel in ramp.T])
+        return centre + shifts[0] * right + shifts[1] * up, distance * d
 
 
 def round_up(value: float) -> float:
@@ -209,12 +191,6 @@ def round_up(value: float) -> float:
         return 1e-6
     power = 10.0 ** math.floor(math.log10(value))
     return next(step * power for step in ROUND if step * power >= value * (1 - 1e-6))
-
-
-def _corners(points: Array) -> Array:
-    """Return the corners (8, 3) of the bounding box of points (n, 3)."""
-    ends = np.stack([points.min(axis=0), points.max(axis=0)])
-    return np.stack([ends[[k & 1, k >> 1 & 1, k >> 2], range(3)] for k in range(8)])
 
 
 def _is_coloured(mesh: Mesh, root: str) -> bool:

@@ -1,4 +1,4 @@
-/* A click on a beam, joint, link or arrow: a card with its numbers in the panel. */
+/* A click on a beam, joint, link or arrow shows its numbers on a card in the panel. */
 
 const selection = { robot: null, path: null, object: null };
 
@@ -11,7 +11,7 @@ function watchClicks() {
   });
 }
 
-/** What is seen at a place of the window: {robot, path, object}, or null. Arrows are thin: near is enough for them. */
+/** The object at a position of the window: {robot, path, object}, or null. Arrows are thin, so a click beside one selects it, too. */
 function pick(x, y) {
   const box = stage.getBoundingClientRect(), ray = new THREE.Raycaster(), targets = [], thin = [];
   const pane = panes().find(({ left, width }) => x - box.left >= left && x - box.left < left + width) || panes()[0];
@@ -49,13 +49,13 @@ function select(found) {
   viewer.set_dirty();
 }
 
-/** Select what stands at a path of the first robot. */
+/** Select the solid or arrow at a path of the first robot. */
 function selectPath(path) {
   const [robot] = page.robots, solid = robot.solids.get(`Deformed/${path}`) || robot.solids.get(`Base/${path}`), arrow = robot.arrows.get(path);
   if (solid || arrow) select({ robot, path, object: solid ? solid.mesh : arrow.object });
 }
 
-/** The card of what is selected, at the present time. */
+/** Write the card of the selected object, at the present time. */
 function writeCard() {
   const card = element("robot-card"), { robot, path } = selection;
   card.hidden = !robot;
@@ -70,7 +70,7 @@ function writeCard() {
 const heading = (name, kind) => `<h2>${escape(name)}</h2><p>${escape(kind)}</p>`;
 const tableOf = (rows) => `<table>${rows.map(([words, text]) => `<tr><td>${escape(words)}</td><td>${escape(text)}</td></tr>`).join("")}</table>`;
 
-/** A number as the report writes it. */
+/** A number in the format of the report. */
 function written(x, { factor, decimals, noise = 0 }) {
   if (!Number.isFinite(x)) return Number.isNaN(x) ? "–" : x > 0 ? "∞" : "−∞";
   return Math.abs(x) <= noise ? "0" : fixed(x / factor, decimals);
@@ -88,7 +88,7 @@ function bodyCard(robot, path, details) {
     + (details.note ? `<p>${escape(details.note)}</p>` : "");
 }
 
-/** Displacement and rotation of a station, with the shares. */
+/** Displacement and rotation of a station, at the present shares. */
 function motionRows(robot, path) {
   const solid = robot.solids.get(`Deformed/${path}`), { displacement, rotation } = robot.scene.units;
   if (!solid) return [["displacement", "0"]];
@@ -112,7 +112,7 @@ function arrowCard(robot, { spec, value }) {
   const rows = [[spec.kind === "force" ? "force" : "couple", `${number(value)} ${spec.unit}`], ["x, y, z", `(${components.map(number).join(", ")}) ${spec.unit}`]];
   for (let k = 0; k <= K; k++) {
     const own = robot.blend(spec.vector, K + 1, (n) => (n === k ? (k < K ? part[k] : 1) : 0), new THREE.Vector3()).dot(along);
-    if (Math.abs(own) > 1e-6 * size) rows.push([`by ${k < K ? robot.scene.contributions[k] : "what hangs on the base"}`, `${number(own)} ${spec.unit}`]);
+    if (Math.abs(own) > 1e-6 * size) rows.push([`by ${k < K ? robot.scene.contributions[k] : "parts at the base"}`, `${number(own)} ${spec.unit}`]);
   }
   return heading(name, group) + tableOf(rows) + `<p>${escape(robot.scene.groups[group] || "")}</p>`;
 }
@@ -129,7 +129,7 @@ function diagrams(robot, { lines }) {
     + (known ? diagram(`von Mises stress [${stress.unit}]`, [["stress", at("stress")]], stress.factor) : "");
 }
 
-/** Lines along a beam, the largest value of each written beside its name. */
+/** Lines along a beam, with the largest value of each beside its name. */
 function diagram(title, lines, factor) {
   const W = 300, H = 72, all = lines.flatMap(([, values]) => values.map((x) => x / factor));
   const low = Math.min(0, ...all), high = Math.max(0, ...all), span = high - low || 1;

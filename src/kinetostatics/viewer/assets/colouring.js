@@ -1,8 +1,8 @@
-/* What colours tell: the deflection of everything, or stress, axial force and N/N_Euler along beams. */
+/* Colours: the deflection of all parts, or stress, axial force and N/N_Euler along beams. */
 
-const PLAIN = new THREE.Color(description.unknown); // what the quantity is not known of
+const PLAIN = new THREE.Color(description.unknown); // of surfaces without the quantity
 
-/** The quantity of the page's colours: {key, words, unit, factor, low, high, ramp}, alike for all robots. */
+/** The quantity shown by colours: {key, words, unit, factor, low, high, ramp}, the same for all robots. */
 function colourScale() {
   const scenes = page.robots.map((robot) => robot.scene), [{ units, ramp, signed_ramp }] = scenes;
   const found = scenes.flatMap((scene) => scene.quantities).filter((quantity) => quantity.key === state.quantity);
@@ -10,7 +10,7 @@ function colourScale() {
   if (!found.length) {
     const most = Math.max(...page.robots.map((robot) => Math.max(largest(robot.scene), robot.largestDisplacement())));
     if (state.mode) return { key: "deflection", words: "displacement", unit: "% of the largest", factor: most / 100, low: 0, high: most, ramp: colours(ramp) };
-    const rigid = most < 1e-12 * Math.max(...scenes.map(({ size }) => size)); // what rounding leaves
+    const rigid = most < 1e-12 * Math.max(...scenes.map(({ size }) => size)); // rounding errors
     return { key: "deflection", words: "deflection", ...units.displacement, low: 0, high: roundUp(rigid ? 0 : most), ramp: colours(ramp), rigid };
   }
   const [{ factor, signed }] = found, high = factor * roundUp(Math.max(...found.map((quantity) => quantity.largest)) / factor);
@@ -25,7 +25,7 @@ function setColour(attribute, v, value, { low, high, ramp }) {
   attribute.setXYZ(v, a.r + f * (b.r - a.r), a.g + f * (b.g - a.g), a.b + f * (b.b - a.b));
 }
 
-/** A function that gives the quantity at every vertex of a solid: the true displacement |u + theta × r|, or what is told along a beam. */
+/** A function of a vertex of a solid: its true displacement |u + theta × r|, or the quantity along the beam. */
 function valuesOf(robot, { spec, rigid }, key) {
   if (key === "deflection") {
     const { sum, rest } = robot.now;
@@ -58,7 +58,7 @@ function writeLegend(scale) {
   element("robot-legend").innerHTML = `<div class="what">${scale.words} [${scale.unit}]</div>
     <div class="scale"><div class="bar" style="background: linear-gradient(90deg, ${scale.ramp.map((colour) => colour.getStyle()).join(",")})"></div>
     <div class="ticks">${ticks}</div></div>
-    <div class="hint">${state.mode ? "pale: at rest" : scale.key === "deflection" ? "pale: at rest. Each group of arrows has its own scale." : "of all contributions in full; grey: not a beam, or its outline is not known."}</div>`;
+    <div class="hint">${state.mode ? "pale: at rest" : scale.key === "deflection" ? "pale: at rest. Each group of arrows has its own scale." : "of all contributions in full; grey: not a beam, or of unknown outline."}</div>`;
 }
 
 function nextQuantity() {

@@ -1,4 +1,4 @@
-/* Two results on one page: the second as a ghost over the first, or beside it in a picture of its own with the same camera. */
+/* Two results on one page: the second as a ghost over the first, or side by side with the same camera. */
 
 const GHOST = new THREE.MeshPhongMaterial({ color: "#e07b00", transparent: true, opacity: 0.45, depthWrite: false, side: THREE.DoubleSide, shininess: 5 });
 const PARTS = ["Rest", "Deformed", "Base", "Arrows", "Frames", "Labels", "Marks"];
@@ -14,10 +14,10 @@ function panes() {
 
 const paneOf = (robot) => panes().find((pane) => pane.robots.includes(robot));
 
-/** Whether words, arrows and marks of a robot are shown: a ghost has none. */
+/** Whether a robot is a ghost, without labels, arrows and marks. */
 const isGhost = (robot) => robot.root !== "" && !beside();
 
-/** Whether two robots stand on the same base, whose ghost would only flicker. */
+/** Whether two robots have the same base: two identical surfaces would flicker. */
 function sameBase(a, b) {
   return [...a.solids].filter(([path]) => path.startsWith("Base/")).every(([path, { spec }]) => {
     const other = b.solids.get(path);
@@ -25,7 +25,7 @@ function sameBase(a, b) {
   });
 }
 
-/** One scale for a group's arrows in both results, so that their lengths compare. */
+/** Set a common scale for the arrows of a group in both results. */
 function shareScales(robots) {
   const scales = new Map(), all = robots.flatMap((robot) => [...robot.arrows.values()]), key = ({ spec }) => `${spec.path.split("/")[1]} ${spec.kind}`;
   for (const arrow of all) scales.set(key(arrow), Math.min(arrow.spec.metres_per_unit, scales.get(key(arrow)) ?? Infinity));
@@ -34,7 +34,7 @@ function shareScales(robots) {
 
 function setCompared(how) {
   state.compared = document.querySelector("select[name=compare]").value = how;
-  for (const robot of page.robots) robot.haunt(isGhost(robot));
+  for (const robot of page.robots) robot.setGhost(isGhost(robot));
   viewer.set_3d_pane_size();
   fit();
 }
@@ -46,7 +46,7 @@ function buildCompare(parent) {
   for (const [value, textContent] of [["ghost", "ghost (orange)"], ["beside", "side by side"]]) make("option", choice, { value, textContent });
 }
 
-/** Draw every picture with the one camera. */
+/** Draw every picture with the same camera. */
 function renderPanes() {
   const { renderer, camera, scene } = viewer, height = stage.offsetHeight;
   viewer.controls.update();
@@ -64,7 +64,7 @@ function renderPanes() {
   viewer.needs_render = false;
 }
 
-/** Twists of both results and their difference, for the table. */
+/** Twists of both results, and their difference. */
 function comparison() {
   const [a, b] = page.robots.map((robot) => readout(robot.scene, null));
   return [["first", a], ["second", b], ["second \u2212 first", b.map((x, c) => x - a[c])]];

@@ -1,9 +1,9 @@
-/* What is seen of one robot. Every three.js object lives in meshcat's scene tree, so the tree's check boxes work. */
+/* Drawing of a robot. All objects of three.js are in meshcat's scene tree, so its check boxes work. */
 
 const vector = new THREE.Vector3(), other = new THREE.Vector3();
 
 class Robot {
-  /** `root` goes before all its paths in the tree. */
+  /** `root`: start of all its paths in the tree. */
   constructor(description, root = "") {
     this.root = root;
     this.solids = new Map(); // path -> {spec, mesh, rigid, atRest, byQuantity}
@@ -16,7 +16,7 @@ class Robot {
     this.load(description);
   }
 
-  /** Take a description, or what of it has changed. Objects that are there are updated in place, so camera and check boxes stay. */
+  /** Load a description, or its changes. Present objects are updated in place, so camera and check boxes remain. */
   load(description) {
     const { meshes = [], frames = [], arrows = [], labels: marks = [] } = read(description);
     this.scene = { ...this.scene, ...description };
@@ -28,7 +28,7 @@ class Robot {
     for (const [path, entry] of this.arrows) entry.gone = !present.has(path);
   }
 
-  /** Draw everything where it is now, with the colours of a scale. */
+  /** Draw the robot at the present time, with the colours of a scale. */
   draw(scale) {
     this.now = solve(this.scene);
     this.most = { value: 0 };
@@ -41,8 +41,8 @@ class Robot {
     }
   }
 
-  /** Make it a ghost of one colour, without words, arrows and the pale robot at rest, or solid again. */
-  haunt(ghost) {
+  /** Make it a ghost of one colour, without labels, arrows and the pale robot at rest; or solid again. */
+  setGhost(ghost) {
     for (const solid of this.solids.values()) {
       solid.look = solid.look || solid.mesh.material;
       solid.mesh.material = ghost ? GHOST : solid.look;
@@ -53,7 +53,7 @@ class Robot {
     }
   }
 
-  /** Take everything of it out of the picture; check boxes stay as they are. */
+  /** Remove it from the picture; check boxes remain as they are. */
   remove() {
     for (const name of PARTS) {
       const path = [...this.root.split("/").filter(Boolean), name];
@@ -63,7 +63,7 @@ class Robot {
     labels.splice(0, labels.length, ...labels.filter(({ robot }) => robot !== this));
   }
 
-  /** The objects at the top of its part of meshcat's tree. */
+  /** Its top objects in meshcat's tree. */
   nodes() {
     return PARTS.map((name) => this.node(name));
   }
@@ -83,7 +83,7 @@ class Robot {
     const rigid = typeof spec.station === "number", atRest = root !== "Deformed", pale = root === "Rest";
     const byQuantity = spec.colour === "deflection" && !atRest, old = this.solids.get(path);
     if (old && old.rigid === rigid && old.spec.faces.length === spec.faces.length && old.spec.vertices.length === spec.vertices.length) {
-      old.spec = spec; // an update: keep the object, its check box and its folder
+      old.spec = spec; // an update of the same object
       old.mesh.geometry.attributes.position.copyArray(spec.vertices).needsUpdate = true;
       return;
     }
@@ -124,12 +124,12 @@ class Robot {
       }
       position.needsUpdate = true;
       mesh.geometry.computeVertexNormals();
-      mesh.geometry.boundingSphere = null; // where rays look for it
+      mesh.geometry.boundingSphere = null; // for clicks
     }
     if (byQuantity) this.colourSolid(solid, scale);
   }
 
-  /** Colour every vertex by the quantity of the page, and remember where that is largest. */
+  /** Colour every vertex by the quantity of the page, and find its largest value. */
   colourSolid(solid, scale) {
     const colour = solid.mesh.geometry.attributes.color, value = valuesOf(this, solid, scale.key), n = solid.spec.vertices.length / 3;
     for (let v = 0; v < n; v++) {
@@ -140,7 +140,7 @@ class Robot {
     colour.needsUpdate = true;
   }
 
-  /** Put the mark of the largest value where it is. */
+  /** Place the mark at the largest value. */
   placeMost(scale) {
     const { value, solid, v } = this.most, { object } = this.mark;
     object.seen = object.children[0].visible = value !== 0 && !scale.rigid && !state.mode;
@@ -150,7 +150,7 @@ class Robot {
     object.position.copy(solid.rigid ? point.applyQuaternion(solid.mesh.quaternion).add(solid.mesh.position) : point);
   }
 
-  /** The largest true displacement of beams' vertices, and of corners of the boxes round rigid links, at the present time [m]. */
+  /** The largest true displacement of vertices of beams, and of corners of bounding boxes of rigid links, at the present time [m]. */
   largestDisplacement() {
     this.now = solve(this.scene);
     let most = 0;
@@ -180,7 +180,7 @@ class Robot {
     addLabel(this, entry.tip, () => entry.spec.unit ? `${entry.spec.label}\n${number(entry.value)} ${entry.spec.unit}` : entry.spec.label, spec.colour, "arrow", () => object.seen, spec.path);
   }
 
-  /** The vector of an arrow's data (…, 3) at the present time; `weights(k)` are those of its parts. */
+  /** The sum of parts (frames, width, 3) of a vector with weights(k), at the present time. */
   blend(data, width, weights, out) {
     const [i, j, w] = between(this.scene);
     out.set(0, 0, 0);
@@ -207,10 +207,10 @@ class Robot {
     point.fromArray(spec.offset).applyQuaternion(qa.fromArray(deformed, o + 3));
     object.position.fromArray(deformed, o).add(point);
     if (inwards) object.position.addScaledVector(vector, -length);
-    entry.tip.position.set(0, inwards ? 0 : length, 0); // the label stands at the free end
+    entry.tip.position.set(0, inwards ? 0 : length, 0); // the label is at the free end
   }
 
-  /** A coordinate system with axes and its name, or a name alone, which has no size. */
+  /** Add a coordinate system with axes and name; a name alone has no size. */
   addFrame(spec) {
     if (this.frames.has(spec.path)) { this.frames.get(spec.path).spec = spec; return; }
     const object = this.put(spec.path, new THREE.Group());
@@ -227,7 +227,7 @@ class Robot {
       object.add(part);
     });
     object.add(new THREE.Mesh(new THREE.SphereGeometry(0.05 * size, 16, 12), new THREE.MeshPhongMaterial({ color: 0x20262e })));
-    object.traverse((part) => { // frames are drawn over everything, or they would hide in the bodies they belong to
+    object.traverse((part) => { // frames are drawn over all bodies, which would hide them
       if (part.material) { part.material.depthTest = false; part.material.transparent = true; part.renderOrder = 10; }
     });
   }
@@ -239,7 +239,7 @@ const SHAFT = new THREE.CylinderGeometry(1, 1, 1, 14).translate(0, 0.5, 0); // a
 const HEAD = new THREE.ConeGeometry(1, 1, 18).translate(0, -0.5, 0); // its tip at the origin
 const UP = new THREE.Vector3(0, 1, 0);
 
-/** An arrow along y with one head, or two for a moment; `stretch(length)` sets its length, `seen` tells if it has one. */
+/** An arrow along y with one head, or two for a moment; `stretch(length)` sets its length, `seen` is false for zero length. */
 function makeArrow(colour, radius, heads) {
   const group = new THREE.Group();
   const material = new THREE.MeshPhongMaterial({ color: colour, shininess: 12 });
@@ -255,7 +255,7 @@ function makeArrow(colour, radius, heads) {
   const shaft = part(SHAFT), cones = Array.from({ length: heads }, () => part(HEAD));
   group.stretch = (length) => {
     group.seen = length > 0.2 * radius;
-    for (const mesh of [shaft, ...cones]) mesh.visible = group.seen; // not the group's: that is the check box
+    for (const mesh of [shaft, ...cones]) mesh.visible = group.seen; // the group's own visibility is that of its check box
     if (!group.seen) return;
     const r = radius * Math.min(1, length / (9 * radius)), head = Math.min(6 * r, 0.6 * length / heads);
     shaft.scale.set(r, length - 0.9 * head, r);

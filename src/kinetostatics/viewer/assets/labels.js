@@ -1,11 +1,11 @@
-/* Names and numbers beside what they belong to. A line leads from a label to its anchor; one that finds no place near its anchor
- * is left out until one points at the arrow; what the robot hides from view is dimmed. */
+/* Labels with names and numbers. A line leads from a label to its anchor. A label without free place near its anchor is omitted
+ * unless the pointer is on its arrow. Labels of anchors behind the robot are dimmed. */
 
 const labels = []; // {robot, anchor, text, colour, shown, rank, path, behind, element, leader}: of all robots
-const RANKS = { arrow: 0, mark: 1, frame: 2, name: 3 }; // who chooses a place first
+const RANKS = { arrow: 0, mark: 1, frame: 2, name: 3 }; // order in which labels are placed
 const SIDES = [[1, -1], [-1, -1], [1, 1], [-1, 1], [0, -1], [0, 1], [1, 0], [-1, 0]];
-const RINGS = 4, AWAY = 6, BESIDE = 4; // tries further and further out; pixels off the anchor; pixels up to which no line is needed
-const NARROW = 600; // pixels of a stage below which names and numbers stand in lines of their own
+const RINGS = 4, AWAY = 6, BESIDE = 4; // number of distances; smallest distance [px]; distance without a line [px]
+const NARROW = 600; // width of the stage [px] below which a label has two lines
 let pointed = null; // the label of the arrow under the pointer
 
 function addLabel(robot, anchor, text, colour, kind, shown = () => true, path = "") {
@@ -18,7 +18,7 @@ function addLabel(robot, anchor, text, colour, kind, shown = () => true, path = 
 
 const visible = (object) => !object || (object.visible && visible(object.parent));
 
-/** Put the labels beside their anchors on the screen, each off those placed before. */
+/** Place the labels beside their anchors on the screen, without overlaps. */
 function placeLabels() {
   const height = stage.offsetHeight, taken = [], wanted = [];
   for (const label of labels) {
@@ -48,7 +48,7 @@ function placeLabels() {
   }
 }
 
-/** The free place for a label of w × h pixels nearest to (x, y), the first sides first, within so many rings; null if there is none. */
+/** The nearest free rectangle of w × h pixels at (x, y), by the order of `sides`, at up to `rings` distances; or null. */
 function placeNear(x, y, sides, w, h, rings, free) {
   for (let ring = 0; ring < rings; ring++) {
     const d = AWAY + 12 * ring;
@@ -61,7 +61,7 @@ function placeNear(x, y, sides, w, h, rings, free) {
   return null;
 }
 
-/** Tell which anchors the robot hides from the camera, a few times in a second at most; bodies round an anchor do not count. */
+/** Find the anchors behind the robot, at most five times per second; bodies around an anchor are ignored. */
 function findHidden(wanted) {
   const wait = 200 - (performance.now() - findHidden.time);
   if (wait > 0) {
@@ -79,7 +79,7 @@ function findHidden(wanted) {
 }
 findHidden.time = -Infinity;
 
-/** Show the label of the arrow under the pointer, whether it has found a place or not. */
+/** Show the label of the arrow under the pointer. */
 function watchPointer() {
   stage.addEventListener("pointermove", (event) => {
     if (event.buttons) return;

@@ -1,8 +1,8 @@
-/* Live pages: sliders and a gizmo on the platform ask the program for an analysis. */
+/* Live pages: sliders and handles at the platform request analyses from the program. */
 
-let asking = false, stale = false, wake = () => {}; // stale: notes, cards and hidden arrows are older than the pose
-const waiting = new Map(); // kind -> the newest question of it
-const REST = 100; // ms without a question after which they are asked for, if nobody looks at them meanwhile
+let busy = false, stale = false, wake = () => {}; // stale: notes, cards and hidden arrows are those of an earlier pose
+const waiting = new Map(); // kind -> its latest request
+const REST = 100; // time without a request [ms] after which notes, cards and hidden arrows are requested
 const pause = () => new Promise((done) => { wake = done; setTimeout(done, REST); });
 
 const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
@@ -25,15 +25,15 @@ function buildLive() {
   for (const name of reaches.keys()) known.add(name);
 }
 
-/** A value of a slider, in the digits that mean something. */
+/** A value of a slider, with significant digits. */
 const inDigits = (c, x) => fixed(x, c.step < 0.1 ? 2 : c.step < 1 ? 1 : 0);
 
-/** Messages stand over the picture, so that sliders stay where they are; of warnings the first line, until one opens them.
- * Why there are no loads stands in place of the twist. */
+/** Show error and warnings over the picture, so that sliders do not move; of several warnings the first, until opened.
+ * The reason for missing loads replaces the twist. */
 function writeMessage({ unloaded, notes }) {
   const place = element("robot-message"), [words, warnings] = place.children;
   words.textContent = page.stop || page.error || "";
-  if (unloaded) element("robot-said").textContent = notes.join("; ");
+  if (unloaded) element("robot-reason").textContent = notes.join("; ");
   warnings.hidden = unloaded || !notes.length;
   words.hidden = !words.textContent;
   if (!warnings.hidden) {
@@ -44,14 +44,14 @@ function writeMessage({ unloaded, notes }) {
   place.hidden = words.hidden && warnings.hidden;
 }
 
-// ---------------------------------------------------------------- how far sliders reach
+// ---------------------------------------------------------------- reachable ranges of sliders
 
-const reaches = new Map(); // name of a slider -> {reach: [low, high], ends: why it ends at each}
-const known = new Set(); // names of sliders whose reach is that of the present pose
+const reaches = new Map(); // name of a slider -> {reach: [low, high], ends: reasons for its two ends}
+const known = new Set(); // names of sliders whose range is that of the present pose
 
 const controlOf = (name) => page.robots[0].scene.live.controls.find((c) => c.name === name);
 
-/** Colour the track of a slider beyond the robot's reach; its title tells why it ends there. */
+/** Colour the track of a slider outside its reachable range; its title states the reasons. */
 function showReach(name, { reach, ends }) {
   const { input } = controls.get(name), c = controlOf(name), least = Number(input.min), span = Number(input.max) - least;
   reaches.set(name, { reach, ends });
@@ -59,7 +59,7 @@ function showReach(name, { reach, ends }) {
   input.title = ends.map((why, k) => why && `${k ? "up" : "down"} to ${inDigits(c, reach[k])}: ${why}`).filter(Boolean).reverse().join("\n");
 }
 
-/** The value within reach that is nearest to one that is wanted; `page.stop` tells why it is another. */
+/** The reachable value nearest to a requested one; `page.stop` is the reason for a difference. */
 function within(name, wanted) {
   const { reach, ends } = (known.has(name) && reaches.get(name)) || { reach: [-Infinity, Infinity], ends: ["", ""] };
   const end = wanted < reach[0] ? 0 : wanted > reach[1] ? 1 : null;
@@ -71,7 +71,7 @@ function within(name, wanted) {
   return reach[end];
 }
 
-/** Let a slider that is let go at an end of its track go on, where the robot reaches farther. */
+/** Extend the track of a slider released at an end of its track, if the robot reaches further. */
 function lengthen(name) {
   const { input } = controls.get(name), { reach } = reaches.get(name) || { reach: [Infinity, -Infinity] };
   const value = Number(input.value), least = Number(input.min), most = Number(input.max), near = 0.02 * (most - least);
@@ -81,19 +81,19 @@ function lengthen(name) {
   if (reaches.has(name)) showReach(name, reaches.get(name));
 }
 
-/** Ask where the sliders end at the present pose, which takes longer than an analysis; what is older than a slider is not shown. */
-async function askReach() {
+/** Request the ends of the sliders at the present pose, which takes longer than an analysis; outdated responses are ignored. */
+async function requestReach() {
   const { live } = page.robots[0].scene, at = page.answers;
   if (!reaches.size) return;
   try {
     const answer = await fetch(live.url, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ kind: "reach" }) });
     const found = await answer.json();
-    if (asking || page.answers !== at || found.error) return;
+    if (busy || page.answers !== at || found.error) return;
     for (const [name, reach] of Object.entries(found)) { showReach(name, reach); known.add(name); }
-  } catch { /* the next question tells that there is no answer */ }
+  } catch { /* the next request reports a missing response */ }
 }
 
-/** A live slider or handle moved: ask for an analysis. One question at a time; of those of a kind that wait the newest wins. */
+/** Request an analysis for a moved slider or handle: one request at a time, of waiting ones of a kind the latest. */
 async function moveLive(name, value) {
   const { live, contributions } = page.robots[0].scene, moved = controlOf(name), values = {}, held = within(name, value);
   if (held !== value) controls.get(name).set(held);
@@ -105,67 +105,66 @@ async function moveLive(name, value) {
   const seen = [...page.robots[0].arrows].filter(([, { object }]) => visible(object)).map(([path]) => path.split("/")[1]);
   waiting.set(moved.kind, { kind: moved.kind, values, details, contributions, groups: details ? null : [...new Set(seen)] });
   wake();
-  if (asking) return;
-  asking = true;
+  if (busy) return;
+  busy = true;
   try {
     while (waiting.size || stale) {
       if (!waiting.size) await pause();
-      const [asked] = waiting.size ? waiting.values() : [{ kind: "details" }], question = JSON.stringify(asked), start = performance.now();
-      waiting.delete(asked.kind);
-      stale = asked.kind !== "details" && !asked.details;
-      const answer = await fetch(live.url, { method: "POST", headers: { "Content-Type": "application/json" }, body: question });
+      const [request] = waiting.size ? waiting.values() : [{ kind: "details" }], sent = JSON.stringify(request), start = performance.now();
+      waiting.delete(request.kind);
+      stale = request.kind !== "details" && !request.details;
+      const answer = await fetch(live.url, { method: "POST", headers: { "Content-Type": "application/json" }, body: sent });
       const body = await answer.json();
-      if (asked.kind !== "details") page.error = body.error || body.rim || null;
+      if (request.kind !== "details") page.error = body.error || body.rim || null;
       if (body.error) refresh(); else showAnswer(body);
-      if (asked.kind === "details" && !waiting.size && stillFits() && !isInPicture()) fit();
+      if (request.kind === "details" && !waiting.size && stillFits() && !isInPicture()) fit();
       page.answerTime = performance.now() - start;
     }
   } catch (error) {
     page.error = `no answer: has the program ended? (${error.message})`;
     refresh();
   } finally {
-    asking = false;
+    busy = false;
     page.answers += 1;
   }
-  askReach();
+  requestReach();
 }
 
-/** Show a new scene, and the coordinates that follow from those that were moved, without asking again. */
+/** Show a new scene and the values of all sliders, without a new request. */
 function showAnswer(description) {
   if (description.meshes) replaceRobot(description); else page.robots[0].load(description);
   for (const c of page.robots[0].scene.live.controls) {
-    if (waiting.has(c.kind)) { c.value = waiting.get(c.kind).values[c.coordinate]; continue; } // the answer is older than the sliders
+    if (waiting.has(c.kind)) { c.value = waiting.get(c.kind).values[c.coordinate]; continue; } // a later request is waiting
     const { input, set } = controls.get(c.name);
-    if (c.value < Number(input.min) || c.value > Number(input.max)) stretch(input, c);
+    if (c.value < Number(input.min) || c.value > Number(input.max)) extendTrack(input, c);
     set(c.value);
   }
   refresh();
 }
 
-/** Make a track longer, so that a value stands at its end. */
-function stretch(input, { name, value }) {
+/** Extend a track to a value. */
+function extendTrack(input, { name, value }) {
   if (value < Number(input.min)) input.min = value;
   if (value > Number(input.max)) input.max = value;
   if (reaches.has(name)) showReach(name, reaches.get(name));
 }
 
-/** Show a robot with loads in place of one without, or the reverse; sliders and camera stay. */
+/** Replace a robot with loads by one without, or the reverse; sliders and camera remain. */
 function replaceRobot(description) {
   select(null);
   page.robots[0].remove();
   page.robots[0] = new Robot(description);
-  hideThickets(page.robots[0]);
+  hideGroups(page.robots[0]);
   setExaggeration(description.exaggeration);
   buildTwist();
   buildArrows();
   setDark(page.dark);
 }
 
-// ---------------------------------------------------------------- the gizmo
+// ---------------------------------------------------------------- handles at the platform
 
-
-/** Handles at o for the free directions that have sliders: double arrows along x, y, z, rings about them for rx, ry, rz. */
-function buildGizmo() {
+/** Add handles at o for coordinates with sliders: double arrows along x, y, z, and rings for rx, ry, rz. */
+function buildHandles() {
   const { scene } = page.robots[0], reach = 0.2 * scene.size;
   for (const control of scene.live.controls) {
     const [, turns, letter] = control.coordinate.match(/^(r?)([xyz])$/) || [];
@@ -189,22 +188,22 @@ function buildGizmo() {
     viewer.set_object(["Handles", control.coordinate], object);
     handles.push({ control: control.name, turns: Boolean(turns), axis: along, object });
   }
-  stage.addEventListener("pointerdown", grab, { capture: true });
+  stage.addEventListener("pointerdown", startDrag, { capture: true });
 }
 
-function placeGizmo() {
+function placeHandles() {
   const { now, scene } = page.robots[0];
   for (const { object } of handles) object.position.fromArray(now.deformed, 7 * scene.readout);
 }
 
-/** The ray under a place of the window, in the axes of the robot. */
+/** The ray through a position of the window, in world axes. */
 function rayAt(x, y) {
   const box = stage.getBoundingClientRect(), caster = new THREE.Raycaster(), turned = (v) => new THREE.Vector3(v.x, -v.z, v.y);
   caster.setFromCamera({ x: 2 * (x - box.left) / box.width - 1, y: 1 - 2 * (y - box.top) / box.height }, viewer.camera);
   return { caster, ray: new THREE.Ray(turned(caster.ray.origin), turned(caster.ray.direction)) };
 }
 
-/** How far along its axis, or by which angle about it, a place of the window is; null where that cannot be told. */
+/** The coordinate of a position of the window along a handle's axis [mm], or its angle about the axis [°]; null if undefined. */
 function measure({ turns, axis }, start, x, y) {
   const { ray } = rayAt(x, y);
   if (turns) {
@@ -214,15 +213,15 @@ function measure({ turns, axis }, start, x, y) {
     return Math.atan2(arm.dot(v), arm.dot(u)) * 180 / Math.PI;
   }
   const between_ = ray.origin.clone().sub(start), d = ray.direction, b = d.dot(axis), denominator = 1 - b * b;
-  return denominator < 1e-4 ? null : 1e3 * (between_.dot(axis) - b * between_.dot(d)) / denominator; // the point of the axis nearest to the ray
+  return denominator < 1e-4 ? null : 1e3 * (between_.dot(axis) - b * between_.dot(d)) / denominator; // point of the axis nearest to the ray
 }
 
-/** Begin to drag a handle, if there is one under the pointer. */
-function grab(event) {
+/** Start dragging the handle under the pointer, if any. */
+function startDrag(event) {
   const { caster } = rayAt(event.clientX, event.clientY);
   const hits = handles.map((handle) => ({ handle, hit: caster.intersectObject(handle.object, true)[0] })).filter(({ hit }) => hit);
   if (!hits.length || event.button !== 0) return;
-  event.stopPropagation(); // it is not for the camera
+  event.stopPropagation(); // the camera does not turn
   event.preventDefault();
   const [{ handle }] = hits.sort((a, b) => a.hit.distance - b.hit.distance), start = handle.object.position.clone();
   const { input } = controls.get(handle.control), value = Number(input.value);
@@ -233,7 +232,7 @@ function grab(event) {
     moved += handle.turns ? ((at - last + 540) % 360) - 180 : at - last;
     last = at;
     const wanted = value + moved;
-    stretch(input, { name: handle.control, value: within(handle.control, wanted) });
+    extendTrack(input, { name: handle.control, value: within(handle.control, wanted) });
     controls.get(handle.control).set(wanted);
     moveLive(handle.control, wanted);
   };

@@ -1,11 +1,11 @@
-/* Modes: which of them is shown, and what it is. One period passes in the time 0 … 1. */
+/* Modes of vibration: choice, motion and data. One period is the time 0 … 1. */
 
-/** The part of the displacements at the present time: of a mode its sine, of all else the whole. */
+/** Factor of the displacements at the present time: the sine of a mode's phase, else 1. */
 function swing() {
   return state.mode ? Math.sin(2 * Math.PI * state.time) : 1;
 }
 
-/** A choice of the mode, its motion, and below it in numbers. */
+/** Add the choice of the mode, its phase and its data. */
 function buildModes(parent) {
   const { modes, shares } = page.robots[0].scene, row = make("label", parent, { className: "slider choice" });
   make("span", row, { textContent: "mode" });

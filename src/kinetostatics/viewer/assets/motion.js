@@ -1,11 +1,11 @@
-/* The numbers: stations, their poses at rest, and what each contribution does to them.
+/* Poses and twists of stations, by contribution.
  *
  * A station is a point with a frame. At rest it has a pose; contribution k gives it a small twist [u; theta] in world axes
  * at its own point [m, rad]. With the shares s_k and the exaggeration e it stands at
  *
  *     position = p + e * sum_k s_k u_k,        rotation = exp(e * sum_k s_k theta_k) R,
  *
- * where of a mode e swings to and fro.
+ * where e of a mode is multiplied by the sine of its phase.
  *
  * Poses and twists are stored once per frame of a path, and interpolated between frames; a single pose is one frame.
  */
@@ -15,12 +15,12 @@ const state = { exaggeration: 1, shares: new Map(), time: 0, playing: false, qua
 
 const qa = new THREE.Quaternion(), qb = new THREE.Quaternion(), axis = new THREE.Vector3(), point = new THREE.Vector3();
 
-/** Decode a base64 string of little-endian numbers, or the differences along a path. */
+/** Decode a base64 string of little-endian numbers, or a packed path. */
 function decode(packed, Type) {
   return typeof packed === "string" ? new Type(bytesOf(packed).buffer) : unpackPath(packed);
 }
 
-/** Decode the arrays of a description, or of the part of it that an answer has. */
+/** Decode the arrays of a description or of its changes. */
 function read(s) {
   if (s.stations) for (const key of ["pose", "twist"]) s.stations[key] = decode(s.stations[key], Float32Array);
   for (const m of s.meshes || []) {
@@ -83,7 +83,7 @@ function solve(scene) {
   return { rest, deformed, sum };
 }
 
-/** Largest true motion of any station in any frame at the present shares [m]. */
+/** Largest true displacement of all stations in all frames at the present shares [m]. */
 function largest(scene) {
   const { count, frames, twist } = scene.stations, K = scene.contributions.length, part = shares(scene);
   let most = 0;
@@ -108,7 +108,7 @@ function readout(scene, k) {
   }, 0));
 }
 
-/** The smallest round number that is not below x. */
+/** The smallest round number not below x. */
 function roundUp(x) {
   if (!(x > 0)) return 1e-6;
   const power = Math.pow(10, Math.floor(Math.log10(x)));

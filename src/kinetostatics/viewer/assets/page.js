@@ -1,34 +1,34 @@
-/* Start: needs meshcat's `viewer` and the `description` of the scene. */
+/* Start of the page, with meshcat's `viewer` and the `description` of the scene. */
 
-/** Draw everything anew after a slider moved. */
+/** Draw the robots and write the panel for the present state. */
 function refresh() {
   const start = performance.now(), scale = colourScale();
   for (const robot of page.robots) robot.draw(scale);
-  placeGizmo();
+  placeHandles();
   writePanel(scale);
   viewer.set_dirty();
   page.refreshTime = performance.now() - start;
 }
 
-/** Lights to the size of the scene, no grid. */
+/** Set the light, and hide grid, axes and hidden groups of arrows. */
 function setStage() {
   for (const name of ["Grid", "Axes"]) viewer.set_property([name], "visible", false);
   for (const name of ["PointLightNegativeX", "PointLightPositiveX"]) viewer.set_property(["Lights", name], "visible", false);
   const { light } = page.robots[0].scene, key = new THREE.DirectionalLight(0xffffff, light.intensity);
   key.position.set(...light.from);
   viewer.set_object(["Lights", "Key"], key);
-  for (const robot of page.robots) hideThickets(robot);
+  for (const robot of page.robots) hideGroups(robot);
 }
 
-/** Switch off the groups of arrows that are many. */
-function hideThickets({ root, scene }) {
+/** Hide the groups of arrows that are initially hidden. */
+function hideGroups({ root, scene }) {
   for (const path of scene.hidden) viewer.set_property((root + path).split("/"), "visible", false);
 }
 
 const page = window.robot_page = {
   state, labels, robots: [], answers: 0, answerTime: 0, error: null, stop: null, refreshTime: 0, ready: false, dark: false,
   look, fit, showView, pick, selectPath, picture, handles, facts: () => page.robots.map(facts), readout: (k) => readout(page.robots[0].scene, k),
-  get busy() { return asking; }, pointed: () => pointed && pointed.path,
+  get busy() { return busy; }, pointed: () => pointed && pointed.path,
   get solids() { return page.robots[0].solids; }, get arrows() { return page.robots[0].arrows; },
   get stations() { return page.robots[0].now; }, get scene() { return page.robots[0].scene; },
 };
@@ -43,7 +43,7 @@ const page = window.robot_page = {
   }
   setStage();
   buildPanel();
-  if (description.live) buildGizmo();
+  if (description.live) buildHandles();
   refresh();
   setDark(prefersDark.matches);
   prefersDark.addEventListener("change", () => setDark(prefersDark.matches));
@@ -51,11 +51,11 @@ const page = window.robot_page = {
   watchKeys();
   watchClicks();
   watchPointer();
-  obeyAddress();
+  applyAddress();
   if (description.compare) setCompared(beside() ? "beside" : "ghost");
   viewer.render = () => { renderPanes(); placeLabels(); updateSwitches(); };
   viewer.set_dirty();
   if (state.mode && !document.body.classList.contains("as-picture") && !matchMedia("(prefers-reduced-motion: reduce)").matches) playOrPause();
   page.ready = true;
-  if (parent !== window) parent.postMessage("robot-page ready", "*"); // a page that has this one in a frame may wait for it
+  if (parent !== window) parent.postMessage("robot-page ready", "*"); // for a page that contains this one in a frame
 }

@@ -1,6 +1,6 @@
 /* The panel beside the robot, the line of facts above it and the legend below. */
 
-/** A number's text with the sign that is as wide as a plus. */
+/** A number's text with a typographic minus sign. */
 const typeset = (text) => String(text).replace("-", "\u2212");
 
 /** Three significant digits. */
@@ -9,7 +9,7 @@ function number(x) {
   return a < 1e-5 ? "0" : typeset(a >= 1e6 ? x.toExponential(2) : a >= 100 ? x.toFixed(0) : x.toPrecision(3));
 }
 
-/** A number with so many decimals, zero as 0. */
+/** A number with given decimals, zero as 0. */
 function fixed(x, decimals) {
   const text = x.toFixed(decimals);
   return Number(text) === 0 ? "0" : typeset(text);
@@ -27,7 +27,7 @@ function make(tag, parent = null, attributes = {}) {
   return made;
 }
 
-/** A part of the panel that folds; returns where its content goes. */
+/** Add a foldable section to the panel; return the parent of its content. */
 function fold(title, open = true) {
   const details = make("details", element("robot-controls"), { open });
   make("summary", details, { textContent: title });
@@ -36,7 +36,7 @@ function fold(title, open = true) {
 
 const controls = new Map(); // name -> {set, input}
 
-/** A slider with its value beside it; `written` puts the value into words. */
+/** Add a slider with its value as text by `written`. */
 function slider(parent, name, label, value, min, max, changed, written) {
   const row = make("label", parent, { className: "slider" });
   make("span", row, { textContent: label, title: name });
@@ -52,7 +52,7 @@ function slider(parent, name, label, value, min, max, changed, written) {
 
 let switches = []; // {paths, box, set, isOn}
 
-/** A check box that shows and hides paths of meshcat's tree. */
+/** Add a check box that shows and hides paths of meshcat's tree. */
 function treeSwitch(parent, label, paths, colour = null) {
   const row = make("label", parent, { className: "switch" }), box = make("input", row, { type: "checkbox", name: label });
   if (colour) make("i", row).style.setProperty("--colour", colour);
@@ -63,7 +63,7 @@ function treeSwitch(parent, label, paths, colour = null) {
   switches.push({ paths, box, set, isOn: () => viewer.scene_tree.find(all()[0]).object.visible });
 }
 
-/** The check boxes follow meshcat's own. */
+/** Set the check boxes as meshcat's own. */
 function updateSwitches() {
   for (const item of switches) item.box.checked = item.isOn();
 }
@@ -101,13 +101,13 @@ function buildPanel() {
   fold("Scene: meshcat's own tree", false).appendChild(viewer.gui.domElement);
 }
 
-/** The platform's twist in numbers and its contributions; or without loads the free motions, or modes. */
+/** Add the platform's twist and its contributions; without loads, the free motions or modes. */
 function buildTwist() {
   const twist = element("robot-twist");
   twist.replaceChildren();
   const { live, unloaded, modes } = page.robots[0].scene;
   twist.classList.toggle("unloaded", unloaded);
-  if (unloaded && live) make("p", twist, { id: "robot-said" });
+  if (unloaded && live) make("p", twist, { id: "robot-reason" });
   if (unloaded) { (modes.length ? buildModes : buildFreeMotions)(twist); return; }
   make("h2", twist, { textContent: "Twist of the platform at o, world axes" });
   make("table", twist, { id: "robot-total" });
@@ -117,7 +117,7 @@ function buildTwist() {
   buildShares(element("robot-parts"));
 }
 
-/** Check boxes of the groups of arrows. */
+/** Add the check boxes of the groups of arrows. */
 function buildArrows() {
   const { scene } = page.robots[0], parent = element("robot-arrows"), groups = new Map(scene.arrows.map((spec) => [spec.path.split("/")[1], spec.colour]));
   switches = switches.filter(({ box }) => !parent.contains(box));
@@ -129,7 +129,7 @@ function buildArrows() {
   for (const [group, colour] of groups) treeSwitch(content, group, [`Arrows/${group}`], colour);
 }
 
-/** Draw displacements as large as a description has them, and let their slider reach as far. */
+/** Set the exaggeration and the range of its slider. */
 function setExaggeration({ value, min, max }) {
   const { input, set } = controls.get("exaggeration"), log = Math.log10;
   state.exaggeration = value;
@@ -137,7 +137,7 @@ function setExaggeration({ value, min, max }) {
   set(log(value));
 }
 
-/** Two rows for each contribution: its name with the slider of its share, and what it does. */
+/** Add two rows for each contribution: the slider of its share, and its twist. */
 function buildShares(table) {
   make("thead", table, { innerHTML: columns() });
   for (const name of page.robots[0].scene.contributions) {
@@ -147,7 +147,7 @@ function buildShares(table) {
   }
 }
 
-/** A slider for each free motion, of which the first is shown. */
+/** Add a slider for each free motion; the first motion is shown. */
 function buildFreeMotions(parent) {
   const { contributions, shares: first } = page.robots[0].scene;
   if (contributions.length) make("h2", parent, { textContent: "Free motions, actuators locked" });
@@ -215,14 +215,14 @@ function closeAll() {
   element("robot-help").hidden = true;
 }
 
-// ---------------------------------------------------------------- what changes
+// ---------------------------------------------------------------- changing contents
 
-/** Pose, gravity, loads and scale of a robot at the nearest pose of the path, as names and words. */
+/** Names and texts of pose, gravity, loads and scale of a robot at the nearest pose of the path. */
 function facts(robot) {
-  const { scene } = robot, [i, j, w] = between(scene), told = scene.facts[w < 0.5 ? i : j];
-  const [status] = told.slice(-1), drawn = scene.unloaded ? [] : [["drawn", `× ${number(state.exaggeration)}`]];
+  const { scene } = robot, [i, j, w] = between(scene), lines = scene.facts[w < 0.5 ? i : j];
+  const [status] = lines.slice(-1), drawn = scene.unloaded ? [] : [["drawn", `× ${number(state.exaggeration)}`]];
   const mode = state.mode ? [[`${state.mode.name}:`, state.mode.frequency]] : [];
-  return [...mode, ...told.slice(0, -1), ...drawn, ...(scene.unloaded || (status[1] === "OK" && !scene.live) ? [] : [status])];
+  return [...mode, ...lines.slice(0, -1), ...drawn, ...(scene.unloaded || (status[1] === "OK" && !scene.live) ? [] : [status])];
 }
 
 function writePanel(scale) {
@@ -236,15 +236,15 @@ function writePanel(scale) {
   writeCard();
 }
 
-/** The twist of the platform at o, and its parts. */
+/** Write the twist of the platform at o, and its contributions. */
 function writeTwist(scene, displacement, rotation) {
   const parts = scene.contributions.map((_, k) => readout(scene, k)), sum = readout(scene, null);
   const cells = (values) => values.map((x, c) => {
     const { factor, decimals } = c < 3 ? displacement : rotation;
     return `<td>${fixed(x / factor, decimals)}</td>`;
   }).join("");
-  const told = page.robots.length > 1 ? comparison() : [["", sum]];
-  element("robot-total").innerHTML = columns() + told.map(([name, values]) => `${name && `<tr><td colspan="6">${name}</td></tr>`}<tr class="total">${cells(values)}</tr>`).join("");
+  const rows = page.robots.length > 1 ? comparison() : [["", sum]];
+  element("robot-total").innerHTML = columns() + rows.map(([name, values]) => `${name && `<tr><td colspan="6">${name}</td></tr>`}<tr class="total">${cells(values)}</tr>`).join("");
   element("robot-parts").tHead.innerHTML = columns();
   [...element("robot-parts").querySelectorAll("tr.part")].forEach((row, k) => { row.innerHTML = cells(parts[k]); });
 }

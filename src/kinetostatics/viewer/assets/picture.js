@@ -1,21 +1,21 @@
-/* Images of the page: what stands above the robot, the robot with its names, and the legend. */
+/* Images of the page: heading, robot with labels, and legend. */
 
-/** The page's address may end in what it shall show at first: #picture&colour=stress&view=top. */
-function obeyAddress() {
-  const asked = new URLSearchParams(location.hash.slice(1));
-  if (asked.has("picture")) document.body.classList.add("as-picture");
-  if (asked.has("beside")) state.compared = "beside";
-  if (asked.has("dark")) setDark(true);
-  const choice = document.querySelector("select[name='colour by']"), colour = asked.get("colour");
+/** Apply the options at the end of the page's address: #picture&colour=stress&view=top. */
+function applyAddress() {
+  const options = new URLSearchParams(location.hash.slice(1));
+  if (options.has("picture")) document.body.classList.add("as-picture");
+  if (options.has("beside")) state.compared = "beside";
+  if (options.has("dark")) setDark(true);
+  const choice = document.querySelector("select[name='colour by']"), colour = options.get("colour");
   if ([...choice.options].some((option) => option.value === colour)) {
     choice.value = colour;
     choice.dispatchEvent(new Event("change"));
   }
   viewer.set_3d_pane_size();
-  showView(asked.get("view") in VIEWS ? asked.get("view") : "home");
+  showView(options.get("view") in VIEWS ? options.get("view") : "home");
 }
 
-/** The facts above the picture in lines of a width. */
+/** The heading, in lines of a given width. */
 function factLines(ink, width) {
   const lines = [];
   for (const robot of page.robots) {
@@ -31,7 +31,7 @@ function factLines(ink, width) {
   return lines;
 }
 
-/** Return a PNG (a data address) of the picture, twice as fine as the screen. */
+/** Return a PNG image as a data address, with `fineness` pixels per pixel of the screen. */
 function picture(fineness = 2) {
   const width = stage.offsetWidth, height = stage.offsetHeight, style = getComputedStyle(document.body), below = 46;
   const canvas = make("canvas"), ink = canvas.getContext("2d"), colour = (name) => style.getPropertyValue(name).trim();

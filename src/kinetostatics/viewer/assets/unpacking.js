@@ -1,4 +1,4 @@
-/* What the page holds, compressed: meshcat's script and the description of the scene. */
+/* Decompression of meshcat's script and of the description of the scene. */
 
 /** The bytes of a base64 string. */
 function bytesOf(text) {
@@ -7,7 +7,7 @@ function bytesOf(text) {
   return bytes;
 }
 
-/** Start meshcat, and then with what the page holds whatever is drawn with it. */
+/** Start meshcat, then draw the scene. */
 async function unpackPage() {
   const packed = document.getElementById("robot-packed");
   if (!window.DecompressionStream) {
@@ -22,7 +22,7 @@ async function unpackPage() {
   start(scene);
 }
 
-/** The numbers of a path, (frames, …) in single precision, from differences as packing.py writes them. */
+/** The numbers of a path, (frames, …) in single precision, from the differences of packing.py. */
 function unpackPath({ frames, width, step, planes, data }) {
   const bytes = bytesOf(data), columns = bytes.length / (1 + frames * planes), whole = new Int32Array(frames * columns);
   const column = new Int32Array(frames);
@@ -31,11 +31,11 @@ function unpackPath({ frames, width, step, planes, data }) {
     for (let plane = 0, o = columns + c * frames; plane < planes; plane++, o += columns * frames) {
       for (let f = 0; f < frames; f++) column[f] |= bytes[o + f] << (8 * plane);
     }
-    const way = bytes[c], things = Math.min(Math.floor(way / 3), Math.floor(c / width));
+    const prediction = bytes[c], before = Math.min(Math.floor(prediction / 3), Math.floor(c / width)); // previous items used
     for (let f = 0; f < frames; f++) column[f] = (column[f] >>> 1) ^ -(column[f] & 1);
-    for (let n = way % 3; n > 0; n--) for (let f = 1; f < frames; f++) column[f] += column[f - 1];
+    for (let n = prediction % 3; n > 0; n--) for (let f = 1; f < frames; f++) column[f] += column[f - 1];
     for (let f = 0, o = c; f < frames; f++, o += columns) {
-      const guess = things === 0 ? 0 : things === 1 ? whole[o - width] : 2 * whole[o - width] - whole[o - 2 * width];
+      const guess = before === 0 ? 0 : before === 1 ? whole[o - width] : 2 * whole[o - width] - whole[o - 2 * width];
       whole[o] = column[f] + guess; // wraps around at 32 bits
     }
   }

@@ -1,12 +1,12 @@
-/* Where the camera stands, and the size of the picture. */
+/* Camera, size of the picture, dark colours and keys. */
 
-const VIEWS = { home: null, front: [0, -1, 0], side: [1, 0, 0], top: [0, 0, 1] }; // directions to look from, world axes
+const VIEWS = { home: null, front: [0, -1, 0], side: [1, 0, 0], top: [0, 0, 1] }; // directions to the camera, world axes
 
 const stage = viewer.dom_element;
 const handles = []; // of live pages: {control, turns, axis, object}
-let fitted = null; // {distance, target} of the camera when everything was last brought into the picture
+let fitted = null; // {distance, target} of the camera after the last fit
 
-/** Every point that the picture must hold, in the axes of three.js (y up): vertices now, stations in all frames, ends of arrows and axes. */
+/** The points that a picture must contain, in the axes of three.js (y up): present vertices, stations of all frames, tips of arrows and axes. */
 function outline() {
   const points = [];
   viewer.scene.updateMatrixWorld(true);
@@ -31,7 +31,7 @@ function outline() {
   return points.length ? points : [new THREE.Vector3()];
 }
 
-/** Look at the robot from the direction (x, y, z) in world axes, where it fits largest. */
+/** Place the camera in the direction (x, y, z), world axes, so that the robot fills the picture. */
 function look(x, y, z) {
   const camera = viewer.camera, points = outline(), margin = 18;
   const box = new THREE.Box3().setFromPoints(points), centre = box.getCenter(new THREE.Vector3());
@@ -43,7 +43,7 @@ function look(x, y, z) {
   camera.fov = page.robots[0].scene.field_of_view; camera.near = radius / 50; camera.far = radius * 80;
   const f = height / 2 / Math.tan(camera.fov * Math.PI / 360);
   const local = points.map((p) => { const q = p.clone().sub(centre); return [q.dot(right), q.dot(up), q.dot(d)]; });
-  // a point (x, z) is seen where |x - s| <= k (D - z): linear in the shift s of the camera and its distance D
+  // a point (x, z) is visible if |x - s| <= k (D - z), linear in the shift s and the distance D of the camera
   const [across, along] = [w, h].map((pixels, c) => {
     const k = pixels / 2 / f;
     let most = -Infinity, least = Infinity;
@@ -58,12 +58,12 @@ function look(x, y, z) {
   viewer.set_dirty();
 }
 
-/** Whether all of the robot is in the picture. */
+/** Whether the whole robot is in the picture. */
 function isInPicture() {
   return outline().every((p) => { p.project(viewer.camera); return Math.abs(p.x) < 1 && Math.abs(p.y) < 1; });
 }
 
-/** Bring everything into the picture, from where the camera looks. */
+/** Fit the robot into the picture, from the present direction. */
 function fit() {
   const d = viewer.camera.position.clone().sub(viewer.controls.target);
   look(d.x, -d.z, d.y);
@@ -73,13 +73,13 @@ function showView(name) {
   look(...(VIEWS[name] || page.robots[0].scene.view));
 }
 
-/** Whether the camera has only been turned since everything was brought into the picture. */
+/** Whether the camera has only been turned since the last fit. */
 function stillFits() {
   const distance = viewer.camera.position.distanceTo(viewer.controls.target);
   return fitted && Math.abs(distance / fitted.distance - 1) < 1e-3 && viewer.controls.target.distanceTo(fitted.target) < 1e-3 * distance;
 }
 
-/** The canvas fills its part of the page, whatever meshcat thinks of the window. */
+/** Keep the canvas at the size of its part of the page; meshcat would use that of the window. */
 function watchSize() {
   const set = viewer.set_3d_pane_size.bind(viewer);
   viewer.set_3d_pane_size = () => {
@@ -92,7 +92,7 @@ function watchSize() {
   new ResizeObserver(() => {
     viewer.set_3d_pane_size();
     if (page.ready && stillFits()) fit();
-    viewer.render(); // at once: resizing has emptied the canvas
+    viewer.render(); // resizing clears the canvas
   }).observe(stage);
 }
 
@@ -100,7 +100,7 @@ function watchSize() {
 
 const prefersDark = window.matchMedia("(prefers-color-scheme: dark)");
 
-/** Colours for a dark page: words and arrows that are dark are made lighter. */
+/** A colour of labels and arrows, lighter on dark pages. */
 function shade(colour) {
   const c = new THREE.Color(colour);
   return page.dark ? c.lerp(new THREE.Color(1, 1, 1), 0.45) : c;
@@ -118,7 +118,7 @@ function setDark(dark) {
 
 // ---------------------------------------------------------------- keyboard
 
-const KEYS = [ // key, what it does in words, what to do
+const KEYS = [ // key, description, action
   ["f", "fit the robot into the picture", fit],
   ["0", "view: home", () => showView("home")],
   ["1", "view: front", () => showView("front")],
@@ -135,7 +135,7 @@ const KEYS = [ // key, what it does in words, what to do
   ["d", "dark or light", () => setDark(!page.dark)],
   ["p", "panel on or off", () => document.body.classList.toggle("without-panel")],
   ["?", "these keys", () => showHelp()],
-  ["Escape", "close what is open", () => closeAll()],
+  ["Escape", "close help or card", () => closeAll()],
 ];
 const KEY_NAMES = { " ": "space", Escape: "Esc" };
 
@@ -144,7 +144,7 @@ function watchKeys() {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const target = event.target, typing = target instanceof HTMLElement && target.matches("input:not([type=checkbox]), select, textarea");
     if (typing && event.key !== "Escape" && event.key !== "?") return;
-    if (event.key === " " && target instanceof HTMLElement && target.matches("button, summary, input")) return; // it presses them
+    if (event.key === " " && target instanceof HTMLElement && target.matches("button, summary, input")) return; // the key presses them
     const found = KEYS.find(([key]) => key === event.key || key === event.key.toLowerCase());
     if (!found) return;
     event.preventDefault();
