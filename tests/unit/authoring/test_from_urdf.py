@@ -147,14 +147,6 @@ def test_a_link_without_mass_weighs_what_its_material_does(arm) -> None:
     assert weight == pytest.approx(2 + 2700 * beam.section.area * 0.5, rel=1e-12)
 
 
-def test_a_section_lies_with_its_width_along_the_hinge(arm) -> None:
-    flat, upright = ("rectangle 80mm 10mm", "rectangle 10mm 80mm")
-    sag = [
-        abs(analyzed(ks.extend_robot(arm, platform_link="tool", elastic={"upper": text})).twist[2]) for text in (flat, upright)
-    ]
-    assert sag[0] > 30 * sag[1]
-
-
 def test_platform_base_and_drives_that_the_file_has_are_left_alone(arm) -> None:
     end = '<platform link="tool"/><base link="foot"/><transmission name="t"><joint name="one"/></transmission></robot>'
     arm.write_text(ARM.replace("</robot>", end))
@@ -176,45 +168,20 @@ def test_a_base_elsewhere_and_a_robot_that_floats(arm) -> None:
     np.testing.assert_allclose(analyzed(robot).twist, analyzed(ks.extend_robot(arm, **EXAMPLE)).twist, rtol=1e-12)
 
 
-def test_a_branch_is_reached_from_its_side_too(arm) -> None:
-    """From the tool to the foot the same arm, turned round."""
-    robot = ks.extend_robot(arm, base_link="tool", platform_link="foot", elastic={"upper": "tube 60mm 50mm steel"})
-    assert analyzed(robot).twist[2] < 0
-
-
-def test_texts_that_xacro_would_change_are_written_whole(arm) -> None:
-    arm.write_text(ARM.replace("</robot>", "<gazebo><plugin>$(find nobody)/x.yaml</plugin></gazebo></robot>"))
-    text = extension_text(arm, **EXAMPLE)
-    assert "xacro" not in text and "$(find nobody)" in text
-    assert ks.extend_robot(arm, **EXAMPLE).description.driven == ("one", "two", "three")
-
-
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"elastic": {"uper": "circle 20mm"}}, "elastic: no link 'uper': did you mean 'upper'"),
         ({"elastic": {"hand": "circle 20mm"}}, "'hand' does not lie between two joints .* these do: 'upper', 'lower'"),
         ({"elastic": {"upper": "tube 20mm"}}, "elastic, upper: .* a tube has 2"),
         ({"elastic": "all"}, "elastic is 'all'; it is 'suggested', or sections by link"),
         ({"joint_stiffness": {"too": 1e4}}, "joint_stiffness: no actuator 'too': did you mean 'two'"),
         ({"joint_stiffness": {"two": -1.0}}, "joint_stiffness of 'two' is -1.0; it must be a number greater than zero"),
-        ({"joint_stiffness": "all"}, "joint_stiffness is 'all'; it is 'suggested', or numbers by joint"),
         ({"actuators": "two"}, "actuators is 'two'; it must be a list of joints"),
-        ({"actuators": ["too"]}, "actuators: no joint 'too': did you mean 'two'"),
-        ({"platform_link": "tol"}, "platform_link='tol': .* no such link; did you mean 'tool'"),
     ],
 )
 def test_wrong_arguments_are_answered(options, said, arm) -> None:
     with pytest.raises(ks.ArgumentError, match=said):
         ks.extend_robot(arm, **{"platform_link": "tool", **options})
-
-
-def test_nothing_to_suggest_is_said(arm) -> None:
-    arm.write_text(re.sub(r'(effort|<mass value)="[\d.]+"', r'\1="0"', ARM))
-    with pytest.raises(ks.ArgumentError, match="no link of the file has the data of a beam"):
-        ks.extend_robot(arm, platform_link="tool", elastic="suggested")
-    with pytest.raises(ks.ArgumentError, match="no actuator of the file has an effort"):
-        ks.extend_robot(arm, platform_link="tool", joint_stiffness="suggested")
 
 
 # ---- on the command line -----------------------------------------------------------------------------------------------
@@ -241,20 +208,11 @@ def test_new_from(arm, tmp_path, capsys) -> None:
         ([], "does not say which link is the platform; likely ones:\n .* --platform-link tool"),
         (["3-RPS"], "give an architecture or --from, not both"),
         (["--platform-link", "tool", "--height", "1"], "--height is for an architecture, and not for --from"),
-        (["--platform-link", "tool", "--joint-stiffness", "two=3kg"], "--joint-stiffness"),
-        (["--platform-link", "tool", "--joint-stiffness", "nine=3"], "no actuator 'nine'"),
     ],
 )
 def test_new_from_says_what_is_wrong(arguments, said, arm, capsys) -> None:
     assert main(["new", "--from", str(arm), *arguments]) == 2
     assert re.search(said, capsys.readouterr().err)
-
-
-def test_options_of_a_file_need_a_file(capsys) -> None:
-    assert main(["new", "3-RPS", "--elastic", "upper=circle 10mm"]) == 2
-    assert "--elastic needs --from FILE" in capsys.readouterr().err
-    assert main(["new"]) == 2
-    assert "an architecture, such as 3-R[P]S, or --from FILE is missing" in capsys.readouterr().err
 
 
 #: A finger on either side of the tool, 0.1 kg each; the second follows the first.
@@ -299,21 +257,7 @@ def test_a_joint_on_the_way_that_is_no_drive_stays_passive(arm) -> None:
 
 def test_a_rigid_robot_is_told_how_to_become_elastic_and_following_it_works(arm, tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
-    pose = [
-        "--platform-link",
-        "tool",
-        "--actuators",
-        "one=10deg",
-        "two=-20deg",
-        "three=0",
-        "--load",
-        "0",
-        "0",
-        "-100",
-        "0",
-        "0",
-        "0",
-    ]
+    pose = "--platform-link tool --actuators one=10deg two=-20deg three=0 --load 0 0 -100 0 0 0".split()
     assert main(["analyze", "arm.urdf", *pose]) == 0
     first, *commands = capsys.readouterr().out.splitlines()[:3]
     assert first.startswith("! nothing is elastic, so nothing sags")
@@ -323,12 +267,10 @@ def test_a_rigid_robot_is_told_how_to_become_elastic_and_following_it_works(arm,
     assert "nothing is elastic" not in capsys.readouterr().out
     assert main(["analyze", "arm.urdf", *pose]) == 0
     assert "arm_elastic_2.urdf.xacro" in capsys.readouterr().out
-    for text, option in ((r'effort="\d+"', "elastic"), (r'<mass value="[\d.]+"', "joint-stiffness")):
-        arm.write_text(re.sub(text, re.sub(r'".*"', '"0"', text), ARM))
-        assert main(["analyze", "arm.urdf", *pose]) == 0
-        assert f"--platform-link tool --{option} suggested --out" in capsys.readouterr().out
+    arm.write_text(re.sub(r'effort="\d+"', 'effort="0"', ARM))
+    assert main(["analyze", "arm.urdf", *pose]) == 0
+    assert "--platform-link tool --elastic suggested --out" in capsys.readouterr().out
     bare = re.sub(r'(effort|<mass value)="[\d.]+"', r'\1="0"', ARM)
-    for text in (bare, bare.replace("</robot>", f"{GRIPPER}</robot>")):  # a finger that yields moves no tool
-        arm.write_text(text)
-        assert main(["analyze", "arm.urdf", *pose]) == 0
-        assert "links get a <beam>, actuators a <joint_stiffness>" in capsys.readouterr().out
+    arm.write_text(bare.replace("</robot>", f"{GRIPPER}</robot>"))  # a finger that yields moves no tool
+    assert main(["analyze", "arm.urdf", *pose]) == 0
+    assert "links get a <beam>, actuators a <joint_stiffness>" in capsys.readouterr().out

@@ -7,14 +7,12 @@ import shutil
 
 import numpy as np
 import pytest
-import yaml
 from places import ROOT, TESTS
 
 import kinetostatics as ks
 from kinetostatics.cli import main as cli
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.files import gepetto
-from kinetostatics.files.foreign_loops import ForeignLoop, read_closing_frames, read_loop_joints
 from kinetostatics.files.foreign_robot import _source
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.files.xacro import read_document
@@ -255,15 +253,6 @@ def test_links_between_two_joints_may_be_beams():
         ks.extend_robot(FIVE_BAR, **HINGE, elastic={"tool": "circle 20mm"})
 
 
-def test_command_prints_without_out(capsys, monkeypatch):
-    monkeypatch.chdir(FOREIGN)
-    yaml = ["--yaml", "five_bar_gepetto.yaml", "--platform-link", "tool"]
-    assert cli.main(["new", "--from", "five_bar_gepetto.urdf", *yaml]) == 0
-    text = capsys.readouterr().out
-    assert '<xacro:include filename="five_bar_gepetto.urdf"/>' in text
-    assert parse_robot_text(text, "here").loops["closedloop1"].successor == "rod_2"
-
-
 def test_the_yaml_beside_a_urdf_is_taken_and_said_and_loops_of_others_are_not_overlooked(capsys, tmp_path):
     source = ["--from", str(GEPETTO[0]), "--platform-link", "tool"]
     assert cli.main(["new", *source]) == 0
@@ -303,8 +292,7 @@ def test_command_makes_a_whole_file_where_joints_change(tmp_path, capsys):
     assert "to_rotule_1" not in found.joints
 
 
-@pytest.mark.parametrize("name", ["a b&c<[1]'.urdf", "$(x) ${1}.urdf"])
-def test_odd_names_of_files_links_and_robots(tmp_path, monkeypatch, capsys, name):
+def test_odd_names_of_files_links_and_robots(tmp_path, monkeypatch, capsys, name="$(x) ${1} b&c<[1]'.urdf"):
     text = (
         FIVE_BAR.read_text()
         .replace('"tool"', '"to&quot;o&amp;l ${1}"')
@@ -317,14 +305,6 @@ def test_odd_names_of_files_links_and_robots(tmp_path, monkeypatch, capsys, name
     capsys.readouterr()
     found = ks.load_robot("out.urdf").description
     assert (found.name, found.platform, found.loops["closing_tool"].successor) == ("a<b$(c)", 'to"o&l ${1}', 'to"o&l ${1}')
-
-
-def test_folder_of_out_must_exist(tmp_path, capsys):
-    out = tmp_path / "nowhere" / "robot.urdf"
-    assert (
-        cli.main(["new", "--from", str(GEPETTO[0]), "--yaml", str(GEPETTO[1]), "--platform-link", "tool", "--out", str(out)]) == 2
-    )
-    assert f"--out: there is no folder {out.parent}" in capsys.readouterr().err
 
 
 def test_spellings_on_the_command_line(capsys):
@@ -487,13 +467,6 @@ def test_what_the_source_has_in_our_format_stays(tmp_path):
         described(source, types="revolute", platform_link="tool")
 
 
-def test_pairs_in_the_yaml_go_before_frames_of_the_same_name(tmp_path):
-    yaml = written(tmp_path, "closed_loop: [['closing_tool_2', 'closing_tool_1']]\ntype: ['3D']\nname_mot: [motor]\n")
-    made = described(FIVE_BAR, yaml, platform_link="tool")
-    assert [(loop.name, loop.type, loop.predecessor) for loop in made.loops.values()] == [("closing_tool", "spherical", "tool")]
-    assert made.driven == ("motor_1", "motor_2")
-
-
 def test_all_three_sources_in_one_robot(tmp_path):
     text = FIVE_BAR.read_text().replace(
         "</robot>",
@@ -510,19 +483,6 @@ def test_all_three_sources_in_one_robot(tmp_path):
     }
     assert made.loops["brace"].successor_origin.xyz == (0, 0, 0.1)
     assert made.loops["spare_crank_2"].predecessor == "crank_1"
-
-
-def test_readers_return_one_kind_of_record():
-    source = source_of(FIVE_BAR)
-    (loop,) = read_closing_frames(source)
-    assert (loop.type, loop.axis, loop.predecessor, loop.successor) == (None, (0, 0, 1), "rod_2", "tool")
-    (isaac_loop,) = read_loop_joints(source_of(FOUR_BAR))
-    assert (isaac_loop.type, isaac_loop.axis) == ("revolute", None)
-    (gepetto_loop,) = gepetto.read(source_of(GEPETTO[0]), GEPETTO[1]).loops
-    assert (gepetto_loop.type, gepetto_loop.axis) == ("fixed", None)
-    assert {type(item) for item in (loop, isaac_loop, gepetto_loop)} == {ForeignLoop}
-    with pytest.raises(AttributeError):
-        loop.type = "fixed"
 
 
 def test_other_joint_types_of_gepetto(tmp_path):
@@ -566,15 +526,6 @@ def test_xacro_sources_are_included_with_their_arguments(tmp_path):
         described(FOUR_BAR, **answers, parameters={"mass": 4})
 
 
-def test_text_that_xacro_would_change_is_copied(tmp_path):
-    """A URDF in which ``$(find …)`` stands for itself cannot be included in a xacro."""
-    shape = '<visual><geometry><mesh filename="$(find no_such_package)/a &amp; b.stl"/></geometry></visual></link>'
-    source = written(tmp_path, FIVE_BAR.read_text().replace("</link>", shape, 1), "robot.urdf")
-    made = described(source, **HINGE)
-    assert "$(find no_such_package)/a &amp; b.stl" in made.urdf
-    assert ks.Robot(made).mobility.platform == 2
-
-
 def test_rounded_files_close_within_their_digits(tmp_path):
     """Newer versions of onshape-to-robot write six digits, which an overconstrained loop cannot close exactly."""
     numbers = re.compile(r'(?<=[" ])-?\d+\.\d{7,}(?:e-?\d+)?(?=[" ])')
@@ -601,20 +552,15 @@ def written(folder, text, name="robot.yaml"):
     ("answers", "message"),
     [
         ({"platform_link": "tol"}, r"platform_link='tol': .* has no such link; did you mean 'tool'"),
-        ({"platform_link": "base"}, r"the link 'base' is both base and platform"),
         ({"base_link": "tool"}, r"the link 'tool' is both base and platform"),
-        ({"base_link": "bse"}, r"base_link='bse': .* has no such link; did you mean 'base'"),
         ({"types": {"closing_tol": "revolute"}}, r"types: there is no loop 'closing_tol'; did you mean 'closing_tool'"),
         ({"types": {"closing_tool": "hinge"}}, r"types: 'closing_tool' cannot be 'hinge'"),
-        ({"types": "ball"}, r"types: 'closing_tool' cannot be 'ball'"),
         ({"types": ["revolute"]}, r"types must be a dict with the loops' names as keys, not list"),
         (
             {"types": "spherical", "axes": {"closing_tool": (0, 0, 1)}},
             r"axes: the loop 'closing_tool' is spherical and has no axis",
         ),
         ({"axes": {"closing_tool": (0, 0)}}, r"axes: 'closing_tool' is revolute and needs three numbers, not \(0, 0\)"),
-        ({"axes": {"closing_tool": "z"}}, r"axes: 'closing_tool' is revolute and needs three numbers, not 'z'"),
-        ({"axes": {"closing_tool": (0, math.nan, 1)}}, r"needs three numbers"),
         ({"axes": {"closing_tool": (0, 0, 0)}}, r"axes: an axis of 'closing_tool' is zero"),
         ({"types": "universal", "axes": {"closing_tool": (0, 0, 1)}}, r"needs two axes of three numbers each"),
         (
@@ -623,19 +569,12 @@ def written(folder, text, name="robot.yaml"):
         ),
         ({"actuators": "motor_1"}, r"actuators must be a list of joints: \['motor_1'\]"),
         ({"actuators": ["motor_3"]}, r"actuators: there is no joint 'motor_3' with one freedom; did you mean"),
-        ({"actuators": ["closing_tool_1_frame"]}, r"actuators: there is no joint 'closing_tool_1_frame' with one freedom"),
         ({"actuators": ["motor_1", "motor_1"]}, r"actuators: 'motor_1' is given twice"),
     ],
 )
 def test_wrong_answers(answers, message):
     with pytest.raises((ArgumentError, RobotFileError), match=message):
         described(FIVE_BAR, **{**HINGE, **answers})
-
-
-def test_loops_themselves_may_be_driven():
-    assert described(FIVE_BAR, types="revolute", platform_link="tool", actuators=["closing_tool"]).driven == ("closing_tool",)
-    with pytest.raises(ArgumentError, match="there is no joint 'closing_tool' with one freedom"):
-        described(FIVE_BAR, types="spherical", platform_link="tool", actuators=["closing_tool"])
 
 
 @pytest.mark.parametrize(
@@ -649,11 +588,7 @@ def test_loops_themselves_may_be_driven():
         ('name="closing_tool_1_frame" type="fixed"', 'name="closing_tool_1_frame" type="floating"', r"is not fixed to a link"),
         ('<robot name="onshape">', '<robot name="onshape"><loop name="a"/>', None),
         ('link name="rod_2"', 'link name="rod_3"', r"refers to the link 'rod_2', which does not exist; did you mean 'rod_3'"),
-        ('"motor_1" type="revolute"', '"motor_1" type="ball"', r"has the type 'ball'"),
         ('"motor_1"', '"closing_tool"', r"the loop's name 'closing_tool' is taken already, in .*robot\.urdf:\d+"),
-        ("<robot", "<!DOCTYPE robot><robot", r"a DOCTYPE"),
-        ("</robot>", "", r"not well-formed"),
-        ("robot", "sdf", r"the outermost element is <sdf>"),
     ],
 )
 def test_wrong_closing_frames(tmp_path, old, new, message):
@@ -674,15 +609,10 @@ def test_wrong_closing_frames(tmp_path, old, new, message):
             '<link2 link="roker"',
             r"refers to the link 'roker', which does not exist; did you mean 'rocker'",
         ),
-        ('<link2 link="rocker"', '<link2 body="rocker"', r"'body' is not an attribute"),
         ('<link2 link="rocker"', '<link2 link="coupler"', r"joins the link 'coupler' to itself"),
         ('type="revolute">\n    <link1', 'type="floating">\n    <link1', r"floating, which joins nothing"),
         ('type="revolute">\n    <link1', 'type="ball">\n    <link1', r"has the type 'ball', unknown to Isaac Sim"),
-        ('<loop_joint name="closure"', "<loop_joint", r"lacks the attribute 'name'"),
         ('<loop_joint name="closure"', '<loop_joint name="drive"', r"the loop's name 'drive' is taken already"),
-        ('<link1 link="coupler" xyz="', '<link1 link="coupler" xyz="nan ', r"must be three numbers, not 4"),
-        ('<link1 link="coupler" xyz="', '<link1 link="coupler" roll="1" xyz="', r"'roll' is not an attribute"),
-        ("<loop_joint", '<loop_joint damping="1"', r"'damping' is not an attribute"),
     ],
 )
 def test_wrong_loop_joints(tmp_path, old, new, message):
@@ -705,30 +635,19 @@ def test_foreign_axes_are_not_taken_but_mentioned(tmp_path):
 PAIRS = "closed_loop: [['closedloop1_A', 'closedloop1_B']]\n"
 
 
-@pytest.mark.few(22)
 @pytest.mark.parametrize(
     ("text", "line", "message"),
     [
         ("", None, r"robot\.yaml is a mapping"),
-        ("just words", 1, r"robot\.yaml is a mapping"),
-        ("- closed_loop", 1, r"robot\.yaml is a mapping"),
         ("a: [", 1, r"this is not YAML"),
-        ("a: b: c", 1, r"this is not YAML: .*mapping values are not allowed"),
-        ("\ta: b", 1, r"this is not YAML"),
         (b"\xff\xfe\xfa", None, r"this is not YAML: .utf-8. codec"),
-        (b"closed_loop: \x00", None, r"this is not YAML"),
         ("name_mot: [motor]\n", None, r"there is no closed_loop, and the URDF has no loops either"),
-        ("closed_loop: []\n", None, r"there is no closed_loop, and the URDF has no loops either"),
         ("closed_loops: []\n", 1, r"the key 'closed_loops' is unknown; did you mean 'closed_loop'"),
         (f"{PAIRS}{PAIRS}", 2, r"the key 'closed_loop' comes twice"),
         ("? [a]\n: b\n", 1, r"a key must be text in one line, not a list"),
         ("closed_loop: 3\n", 1, r"closed_loop must be a list, not '3'"),
-        ("closed_loop: {a: b}\n", 1, r"closed_loop must be a list, not a mapping"),
-        ("closed_loop: [a, b]\n", 1, r"an entry of closed_loop must be a list"),
         ("closed_loop:\n  - [a, b, c]\n", 2, r"must be a pair of frames, not 3"),
         ("closed_loop: [[a, a]]\n", 1, r"closed_loop pairs 'a' with itself"),
-        ("closed_loop: [[a, [b]]]\n", 1, r"a frame of closed_loop must be text in one line, not a list"),
-        ("closed_loop: [[a, '']]\n", 1, r"must be text in one line, not ''"),
         (
             "closed_loop: [['closedloop1_A', 'closedlop1_B']]\n",
             1,
@@ -736,13 +655,10 @@ PAIRS = "closed_loop: [['closedloop1_A', 'closedloop1_B']]\n"
         ),
         ("closed_loop: [['closedloop1_B', 'rod_2']]\ntype: [3d]\n", 1, r"both frames of the loop .* are on the link 'rod_2'"),
         (f"{PAIRS}type: [3d, 6d]\n", 2, r"type has 2 entries, and closed_loop has 1"),
-        (f"{PAIRS}type: 6d\n", 2, r"type must be a list"),
         (f"{PAIRS}type: [5d]\n", 2, r"type is '5d'; known: 3d .* 6d"),
         (f"{PAIRS}type: [6d]\nname_mot: [motr]\n", 3, r"name_mot has 'motr', which is in no movable joint's name; did you mean"),
-        (f"{PAIRS}type: [6d]\nname_mot: motor\n", 3, r"name_mot must be a list"),
         (f"{PAIRS}type: [6d]\njoint_name: [passive_1]\n", 3, r"there is joint_name but no joint_type"),
         (f"{PAIRS}joint_type: [SPHERICAL]\n", 2, r"there is joint_type but no joint_name"),
-        (f"{PAIRS}joint_name: [passive_1]\njoint_type: []\n", 3, r"joint_type has 0 entries, and joint_name has 1"),
         (
             f"{PAIRS}joint_name: [pasive_1]\njoint_type: [SPHERICAL]\n",
             2,
@@ -756,9 +672,7 @@ PAIRS = "closed_loop: [['closedloop1_A', 'closedloop1_B']]\n"
         ),
         (f"{PAIRS}joint_name: [passive_1, passive_1]\njoint_type: [FIXED, FIXED]\n", 2, r"joint_name has 'passive_1' twice"),
         ("closed_loop: !!python/object/apply:os.system ['touch stolen']\n", 1, r"an entry of closed_loop must be a list"),
-        (f"a: &a [x, x]\nb: &b [*a]\n{PAIRS}type: *b\n", 1, r"an entry of type must be text in one line, not a list"),
         ("closed_loop: " + "[" * 2000, None, r"not YAML"),
-        ("closed_loop: *nowhere\n", 1, r"this is not YAML: .*undefined alias"),
     ],
 )
 def test_wrong_yaml(tmp_path, monkeypatch, text, line, message):
@@ -785,7 +699,7 @@ def test_damaged_yaml_never_ends_in_a_traceback(tmp_path):
     source = source_of(RRS[0])
     text, chance = RRS[1].read_bytes(), random.Random(8)
     outcomes = set()
-    for _ in range(400):
+    for _ in range(60):
         damaged = bytearray(text)
         for _ in range(chance.randint(1, 4)):
             at = chance.randrange(len(damaged))
@@ -828,20 +742,3 @@ def test_the_page_shows_what_the_commands_print(tmp_path, monkeypatch, capsys):
     made = re.sub(r"(<origin) xyz[^/]*", r'\1 xyz="…" rpy="…"', made)
     without_comments = re.sub(r"\n *<!--.*?-->(?=\n)", "", made, flags=re.DOTALL).partition("\n")[2]
     assert re.sub(r"\n\n+", "\n", without_comments) == shown
-
-
-def test_the_page_shows_the_sample_of_gepetto():
-    page = (ROOT / "docs" / "how_to" / "foreign_loops.md").read_text()
-    (block,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
-    assert yaml.safe_load(block) == {**yaml.safe_load(RRS[1].read_text()), "type": ["3d", "3d"]}
-
-
-def test_the_platform_s_frame_of_the_page_stands_upright(tmp_path, capsys):
-    page = (ROOT / "docs" / "how_to" / "foreign_loops.md").read_text()
-    answers = ["--types", "closing_tool=revolute", "--platform-link", "tool", "--actuators", "motor_1", "motor_2"]
-    assert cli.main(["new", "--from", str(FIVE_BAR), *answers, "--out", str(tmp_path / "made.urdf.xacro")]) == 0
-    made = (tmp_path / "made.urdf.xacro").read_text()
-    (part,) = re.findall(r"```xml\n(<platform.*?)```", page, re.DOTALL)
-    (tmp_path / "made.urdf.xacro").write_text(made.replace('<platform link="tool"/>', part))
-    pose = ks.load_robot(tmp_path / "made.urdf.xacro").assemble().platform
-    assert [float(pose[name]) for name in ("rx", "ry", "rz")] == pytest.approx([0, 0, 0], abs=1e-10)

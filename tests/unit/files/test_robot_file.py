@@ -66,11 +66,9 @@ BAD: list[tuple[str, str, list[str]]] = [
     # XML
     ('<child link="plate"/>', '<child link="plate">\n</joint><!--!-->', ["well-formed", "<child> of line 15"]),
     (CHILD, '<child link="rod" link="x"/><!--!-->', ["well-formed", "duplicate"]),
-    (CHILD, "<child link=rod/><!--!-->", ["well-formed"]),
     (CHILD, "<child link='&x;'/><!--!-->", ["well-formed", "entity"]),
     (CHILD, "<xacro:child/><!--!-->", ["prefix", "xmlns:xacro"]),
     ('<?xml version="1.0"?>\n', "<!DOCTYPE robot><!--!-->\n", ["DOCTYPE"]),
-    ('<?xml version="1.0"?>\n', '<!DOCTYPE robot SYSTEM "http://example.org/x.dtd"><!--!-->\n', ["DOCTYPE"]),
     (
         '<?xml version="1.0"?>\n',
         '<!DOCTYPE robot [<!ENTITY x SYSTEM "file:///etc/passwd">]><!--!-->\n',
@@ -81,20 +79,12 @@ BAD: list[tuple[str, str, list[str]]] = [
     (END, '<material name="m"/>\n<material name="m"/><!--!-->\n</robot>', ["material", "twice"]),
     # links
     ('<link name="ground"/>', '<link name="ground"/>\n<link name="ground"/><!--!-->', ["ground", ":4"]),
-    ('<link name="ground"/>', '<link name="ground"/><link/><!--!-->', ["'name'"]),
     ('<link name="ground"/>', '<link name="ground"/><link name=" "/><!--!-->', ["'name'", "empty"]),
     ('<mass value="2"/>', '<mass value="-2"/><!--!-->', ["value='-2'", "zero or greater"]),
     ('<mass value="2"/>', '<mass value="heavy"/><!--!-->', ["'heavy'", "not a number"]),
-    ('<mass value="2"/>', '<mass value="2_0"/><!--!-->', ["'2_0'", "not a number"]),
     ('<mass value="2"/>', '<mass value="nan"/><!--!-->', ["'nan'", "finite"]),
     ('<mass value="2"/>', '<mass value="1e999"/><!--!-->', ["'1e999'", "finite"]),
-    ('<mass value="2"/>', '<mass value=""/><!--!-->', ["'value'", "empty"]),
-    ('<mass value="2"/>', "<mass/><!--!-->", ["'value'"]),
     ('<origin xyz="0 0 0.5"/><mass value="2"/>', "<!--!-->", ["<mass>"]),
-    ('<mass value="2"/>', '<mass value="2"/>\n<mass value="2"/><!--!-->', ["two <mass>"]),
-    ('<origin xyz="0 0 0.5"/>', '<origin xyz="0 0 inf"/><!--!-->', ["finite", "<origin>"]),
-    ('<inertia ixx="1"', '<!--!--><inertia ixx="one"', ["'one'", "not a number"]),
-    ('<link name="plate"/>', '<link name="plate"><visual><origin xyz="0 0"/><!--!--></visual></link>', ["three", "2"]),
     (
         '<link name="plate"/>',
         '<link name="plate"><collision><origin rpy="0 0 nan"/><!--!--></collision></link>',
@@ -109,33 +99,20 @@ BAD: list[tuple[str, str, list[str]]] = [
     (f'<parent link="ground"/>{CHILD}', CHILD, ["<parent>"]),
     (CHILD, "", ["<child>"]),
     ('<parent link="ground"/>', '<parent link="grond"/><!--!-->', ["'grond'", "did you mean 'ground'"]),
-    ('<parent link="ground"/>', "<parent/><!--!-->", ["'link'"]),
     (CHILD, '<child link="rods"/><!--!-->', ["'rods'", "did you mean 'rod'"]),
-    (CHILD, CHILD + "\n" + CHILD + "<!--!-->", ["two <child>"]),
     (CHILD + "\n", '<child link="ground"/>\n', ["'hinge'", "'ground'", "itself"]),
     ('<axis xyz="0 2 0"/>', '<axis xyz="0 0 0"/><!--!-->', ["zero"]),
     ('<axis xyz="0 2 0"/>', '<axis xyz="0 2"/><!--!-->', ["three", "2"]),
-    ('<axis xyz="0 2 0"/>', '<axis xyz="0 2 0 0"/><!--!-->', ["three", "4"]),
-    ('<axis xyz="0 2 0"/>', '<axis xyz=""/><!--!-->', ["three", "0"]),
-    ('<axis xyz="0 2 0"/>', "<axis/><!--!-->", ["'xyz'"]),
-    ('<axis xyz="0 2 0"/>', '<axis xyz="0 y 0"/><!--!-->', ["'y'", "not a number"]),
     (LIMIT, "", ["<limit>", "effort", "velocity"]),
     (LIMIT, '<limit lower="0" upper="1" velocity="0"/><!--!-->', ["'effort'"]),
-    (LIMIT, '<limit lower="0" upper="1" effort="0"/><!--!-->', ["'velocity'"]),
-    (LIMIT, '<limit effort="-1" velocity="0"/><!--!-->', ["effort", "zero or greater"]),
     (LIMIT, '<limit lower="2" upper="1" effort="0" velocity="0"/><!--!-->', ["lower=2", "upper=1"]),
     (LIMIT, '<limit lower="2" effort="0" velocity="0"/><!--!-->', ["lower=2", "upper=0", "left out is 0"]),
-    (LIMIT, '<limit lower="-inf" effort="0" velocity="0"/><!--!-->', ["'-inf'", "finite"]),
     (LIMIT, LIMIT + '<mimic joint="ball" multiplier="0"/><!--!-->', ["<mimic>", "multiplier=0", "'hinge'"]),
     (LIMIT, LIMIT + '<platform link="rod"/><!--!-->', ["directly inside <robot>"]),
     (LIMIT, LIMIT + "<dynamics/><!--!-->", ["damping", "friction"]),
-    (LIMIT, LIMIT + '<dynamics damping="x"/><!--!-->', ["damping", "not a number"]),
     (LIMIT, LIMIT + "<safety_controller/><!--!-->", ["k_velocity"]),
-    (LIMIT, LIMIT + '<calibration rising="x"/><!--!-->', ["rising"]),
     ('<origin xyz="0 0 1" rpy="0 0 0.5"/>', '<origin xyz="0 0 1" ryp="0 0 1"/><!--!-->', ["'ryp'", "rpy"]),
-    ('<origin xyz="0 0 1" rpy="0 0 0.5"/>', '<origin rpy="0 0 1e400"/><!--!-->', ["finite"]),
     (BALL, '<joint name="ball" type="planar"><!--!-->', ["planar", "xy plane", "0 0 1", "<loop>"]),
-    (BALL, '<joint name="ball" type="planar"><axis xyz="0 1 1"/><!--!-->', ["planar", "xy plane"]),
     # the tree
     (
         END,
@@ -156,83 +133,48 @@ BAD: list[tuple[str, str, list[str]]] = [
         ["cycle", "'a'", "'b'"],
     ),
     # misspelled elements, and ours that are not there yet
-    (PLATFORM, '<platfrom link="plate"/><!--!-->', ["<platfrom>", "did you mean <platform>"]),
     (END, "<beams/><!--!--></robot>", ["<beams>", "did you mean <beam>"]),
-    (END, "<loops/><!--!--></robot>", ["<loops>", "did you mean <loop>"]),
     (END, "<Loop/><!--!--></robot>", ["<Loop>", "did you mean <loop>"]),
-    (END, "<transmision/><!--!--></robot>", ["did you mean <transmission>"]),
     (END, '<joint_stiffness joint="hinge"/><!--!--></robot>', ["<joint_stiffness>", "linear, angular or drive"]),
     # base and platform
     (PLATFORM, '<platform link="plate"/>\n<platform link="rod"/><!--!-->', ["two <platform>"]),
     (PLATFORM, '<platform link="plat"/><!--!-->', ["'plat'", "did you mean 'plate'"]),
-    (PLATFORM, "<platform/><!--!-->", ["'link'"]),
-    (PLATFORM, '<platform link="plate" orgin="0 0 0"/><!--!-->', ["'orgin'", "link"]),
     (PLATFORM, '<platform link="plate"><orgin/><!--!--></platform>', ["<orgin>", "did you mean 'origin'"]),
-    (PLATFORM, '<platform link="plate"><origin xyz="0 0 x"/><!--!--></platform>', ["'x'", "not a number"]),
     (PLATFORM, '<platform link="ground"/><!--!-->', ["'ground'", "both base and platform"]),
     (END, '<base link="plate"/></robot>', ["'plate'", "both base and platform"]),
     (END, '<base link="grund"/><!--!--></robot>', ["did you mean 'ground'"]),
-    (END, '<base link="ground"/>\n<base link="ground"/><!--!--></robot>', ["two <base>"]),
-    (END, '<base name="ground"/><!--!--></robot>', ["'name'", "known: link"]),
     (END, '<base link="ground"><origin/><!--!--></base></robot>', ["<origin>", "none"]),
     # loops
     (LOOP, '<loop name="hinge" type="universal"><!--!-->', ["'hinge'", "taken"]),
-    (LOOP, '<loop type="universal"><!--!-->', ["'name'"]),
-    (LOOP, '<loop name="strut"><!--!-->', ["'type'"]),
     (LOOP, '<loop name="strut" type="sperical"><!--!-->', ["'sperical'", "did you mean 'spherical'"]),
-    (LOOP, '<loop name="strut" type="universal" axis="1 0 0"><!--!-->', ["'axis'", "name, type"]),
     (LOOP, LOOP + "<origin/><!--!-->", ["<origin>", "predecessor"]),
-    (LOOP, LOOP + "<axes/><!--!-->", ["<axes>", "did you mean"]),
     ('<successor link="plate"/>', "", ["<successor>"]),
-    ('<successor link="plate"/>', '<successor link="plates"/><!--!-->', ["did you mean 'plate'"]),
-    ('<successor link="plate"/>', '<successor name="plate"/><!--!-->', ["'name'", "link"]),
     ('<successor link="plate"/>', '<successor link="plate"><axis/><!--!--></successor>', ["<axis>", "origin"]),
     ('<predecessor link="ground"><origin xyz="1 0 0"/></predecessor>', '<predecessor link="plate"/>', ["itself"]),
-    ('<origin xyz="1 0 0"/>', '<origin xyz="1 0 -inf"/><!--!-->', ["finite"]),
-    (LOOP, LOOP + '<axis xyz="0 0 0"/><!--!-->', ["zero"]),
     (LOOP, LOOP + '<axis xyz="0 1 0"/><!--!-->', ["parallel"]),
     (LOOP, LOOP + '<axis2 xyz="-1 0 0"/><!--!-->', ["parallel"]),
     (LOOP, '<loop name="strut" type="spherical"><axis xyz="1 0 0"/><!--!-->', ["spherical", "no <axis>"]),
-    (LOOP, '<loop name="strut" type="fixed"><axis xyz="1 0 0"/><!--!-->', ["fixed", "no <axis>"]),
     (LOOP, '<loop name="strut" type="revolute"><axis2 xyz="0 1 0"/><!--!-->', ["revolute", "no <axis2>"]),
-    (LOOP, '<loop name="strut" type="spherical"><axis2 xyz="0 1 0"/><!--!-->', ["no <axis2>"]),
     (LOOP, LOOP + '<limit lower="0" upper="1"/><!--!-->', ["universal", "<limit>", "<cone>"]),
-    (LOOP, '<loop name="strut" type="planar"><limit/><!--!-->', ["planar", "<limit>"]),
     (LOOP, '<loop name="strut" type="revolute"><limit lower="1" upper="0"/><!--!-->', ["lower=1"]),
-    (LOOP, '<loop name="strut" type="revolute"><limit min="1"/><!--!-->', ["'min'", "lower"]),
     (LOOP, '<loop name="strut" type="continuous"><limit lower="0" upper="1"/><!--!-->', ["unlimited", "revolute"]),
     (LOOP, '<loop name="strut" type="revolute"><cone angle="1"/><!--!-->', ["<cone>", "universal and spherical"]),
-    (LOOP, LOOP + '<cone angle="0"/><!--!-->', ["greater than zero"]),
     (LOOP, LOOP + '<cone angle="30"/><!--!-->', ["π", "radians"]),
-    (LOOP, LOOP + "<cone/><!--!-->", ["'angle'"]),
-    (LOOP, LOOP + '<cone angle="1" axis="0 0 1"/><!--!-->', ["'axis'", "predecessor_axis"]),
-    (LOOP, LOOP + '<cone angle="1" successor_axis="0 0 0"/><!--!-->', ["zero"]),
     # beams
     (BEAM, BEAM.replace('link="rod"', 'link="rot"') + "<!--!-->", ["'rot'", "did you mean 'rod'"]),
-    (BEAM, BEAM.replace('link="rod" ', "") + "<!--!-->", ["'link'"]),
     (BEAM, BEAM.replace('link="rod"', 'link="plate"') + "<!--!-->", ["platform", "fixed joint"]),
     (BEAM, BEAM.replace('link="rod"', 'link="ground"') + "<!--!-->", ["base", "fixed joint"]),
     (BEAM, BEAM.replace("density", "desity") + "<!--!-->", ["'desity'", "did you mean 'density'"]),
     (BEAM, BEAM.replace('to="ball"', 'to="bal"') + "<!--!-->", ["'bal'", "did you mean 'ball'"]),
-    (BEAM, BEAM.replace('to="ball"', 'to="bal:child"') + "<!--!-->", ["'bal'", "did you mean 'ball'"]),
     (BEAM, BEAM.replace('to="ball"', 'to="ball:left"') + "<!--!-->", [":parent", "'left'"]),
-    (BEAM, BEAM.replace('to="ball"', 'to=""') + "<!--!-->", ["'to'", "empty"]),
     (BEAM, BEAM.replace('to="ball"', 'to="hinge"') + "<!--!-->", ["zero length"]),
     (BEAM, BEAM.replace("200e9", "0") + "<!--!-->", ["youngs_modulus", "greater than zero"]),
-    (BEAM, BEAM.replace(' youngs_modulus="200e9"', "") + "<!--!-->", ["'youngs_modulus'"]),
-    (BEAM, BEAM.replace("7800", "-1") + "<!--!-->", ["density", "zero or greater"]),
     (BEAM, BEAM.replace("0.3", "0.51") + "<!--!-->", ["poisson_ratio=0.51", "0.5"]),
-    (BEAM, BEAM.replace("0.3", "-1") + "<!--!-->", ["poisson_ratio=-1"]),
     (BEAM, BARE_BEAM + "<!--!-->", ["neither poisson_ratio nor shear_modulus"]),
     (BEAM, BEAM[:-1] + ' shear_modulus="1e9"><!--!-->', ["both poisson_ratio and shear_modulus"]),
     (BEAM, BARE_BEAM[:-1] + ' shear_modulus="1e9"><!--!-->', ["shear_coefficient", "Poisson"]),
-    (BEAM, BARE_BEAM[:-1] + ' shear_modulus="0" shear_coefficient="1"><!--!-->', ["shear_modulus", "greater"]),
-    (BEAM, BEAM[:-1] + ' shear_coefficient="0"><!--!-->', ["shear_coefficient", "greater than zero"]),
     (BEAM, BEAM[:-1] + ' shear_coefficient="-inf"><!--!-->', ["shear_coefficient", "finite"]),
-    (BEAM, BEAM[:-1] + ' thermal_expansion="nan"><!--!-->', ["thermal_expansion", "finite"]),
     (BEAM, BEAM[:-1] + ' y_axis="0 0 0"><!--!-->', ["y_axis", "zero"]),
-    (BEAM, BEAM[:-1] + ' y_axis="0 1"><!--!-->', ["y_axis", "three"]),
-    (BEAM, BEAM[:-1] + ' name=""><!--!-->', ["'name'", "empty"]),
     (BEAM, f"{BEAM}{CIRCLE}</beam>\n{BEAM}<!--!-->", ["two beams on the same span", ":21"]),
     (BEAM, f"{BEAM}{CIRCLE}</beam>\n{BEAM.replace('ball', 'strut')}<!--!-->", ["'rod'", "taken", ":21"]),
     (BEAM, f"{BEAM}{CIRCLE}</beam>\n{UNWEIGHED_BEAM}<!--!-->", ["density", "all", ":21"]),
@@ -240,19 +182,11 @@ BAD: list[tuple[str, str, list[str]]] = [
     (f"{CIRCLE}", "", ["no sections", "<circle>", "<rectangular_tube>"]),
     (CIRCLE, f"{CIRCLE}\n{CIRCLE}<!--!-->", ["2 sections"]),
     (CIRCLE, '<cirle diameter="0.01"/><!--!-->', ["<cirle>", "did you mean 'circle'"]),
-    (CIRCLE, '<circle radius="0.01"/><!--!-->', ["'radius'", "diameter"]),
-    (CIRCLE, '<circle diameter="0"/><!--!-->', ["diameter", "greater than zero"]),
     (CIRCLE, '<circle diameter="1e300"/><!--!-->', ["too large"]),
     (CIRCLE, '<circle diameter="1e-300"/><!--!-->', ["too small"]),
-    (CIRCLE, '<circle diameter="1"><tube/><!--!--></circle>', ["<tube>"]),
     (CIRCLE, '<tube outer_diameter="0.1" inner_diameter="0.1"/><!--!-->', ["inner_diameter=0.1", "less than"]),
-    (CIRCLE, '<tube outer_diameter="0.1"/><!--!-->', ["'inner_diameter'"]),
-    (CIRCLE, '<rectangle width="0.1"/><!--!-->', ["'height'"]),
-    (CIRCLE, '<rectangle width="0.1" height="-0.1"/><!--!-->', ["height", "greater than zero"]),
     (CIRCLE, '<rectangular_tube width="0.1" height="0.2" thickness="0.05"/><!--!-->', ["thickness=0.05", "half"]),
-    (CIRCLE, '<section area="1" I_y="1" I_z="1"/><!--!-->', ["'J'"]),
     (CIRCLE, '<section area="1" I_y="1" I_z="1" J="1" shear_area_y="1"/><!--!-->', ["both shear_area_y and"]),
-    (CIRCLE, '<section area="1" I_y="1" I_z="1" J="1" shear_area_y="1" shear_area_z="-1"/><!--!-->', ["shear_area_z"]),
     (BEAM + "\n    " + CIRCLE, BEAM + '<!--!--><rectangle width="0.1" height="0.2"/>', ["y_axis", "width"]),
     (
         BEAM + "\n    " + CIRCLE,
@@ -271,10 +205,8 @@ BAD: list[tuple[str, str, list[str]]] = [
     ),
     # transmissions
     (DRIVE, '<transmission><joint name="hing"/><!--!--></transmission>', ["'hing'", "did you mean 'hinge'"]),
-    (DRIVE, "<transmission><joint/><!--!--></transmission>", ["'name'"]),
     (DRIVE, '<transmission name="t"/><!--!-->', ["names no joint"]),
     (DRIVE, '<transmission><joint name="ball"/><!--!--></transmission>', ["'ball'", "floating", "driven"]),
-    (DRIVE, '<transmission><joint name="strut"/><!--!--></transmission>', ["'strut'", "universal", "driven"]),
     (DRIVE, DRIVE + "\n" + DRIVE + "<!--!-->", ["'hinge'", "two", "once"]),
 ]
 
@@ -309,7 +241,6 @@ def test_bad_file_is_refused_with_line_and_reason(old: str, new: str, words: lis
     ("text", "line", "words"),
     [
         ("", None, ["empty"]),
-        (" \n\t", None, ["empty"]),
         ("<robot", 1, ["well-formed"]),
         ("hello", 1, ["well-formed"]),
         ("<!-- only a comment -->", 1, ["well-formed", "no element"]),
@@ -482,12 +413,6 @@ def test_beam_ends_with_sides_and_defaults() -> None:
     assert beam.end == BeamEnd("a:child")
 
 
-def test_several_beams_on_one_link() -> None:
-    second = BEAM.replace('to="ball"', 'to="strut" name="other"')
-    robot = parse_robot_text(change(GOOD, BEAM, f"{second}{CIRCLE}</beam>{BEAM}"))
-    assert list(robot.beams) == ["other", "rod"]
-
-
 def test_driven_joints_in_order_with_the_children_that_ros_adds() -> None:
     transmissions = (
         '<transmission name="b"><type>t/Simple</type><joint name="strut"><hardwareInterface/></joint>'
@@ -497,12 +422,6 @@ def test_driven_joints_in_order_with_the_children_that_ros_adds() -> None:
     text = change(change(GOOD, DRIVE, transmissions), LOOP, '<loop name="strut" type="prismatic">')
     text = change(text, BALL, '<joint name="ball" type="continuous">')
     assert parse_robot_text(text).driven == ("strut", "hinge", "ball")
-
-
-def test_base_may_be_another_link_than_the_root() -> None:
-    text = change(GOOD, BEAM, BEAM.replace('"rod"', '"rod"'))
-    text = re.sub(r"<beam.*</beam>", '<base link="rod"/>', text, flags=re.DOTALL)
-    assert parse_robot_text(text).base == "rod"
 
 
 def test_elements_of_others_are_ignored() -> None:
@@ -603,26 +522,16 @@ def test_xacro_keeps_order_and_places(folder: Path) -> None:
 
 BAD_XACRO: list[tuple[str, list[str]]] = [
     ('<link name="${oops}"/><!--!-->', ["'oops' is not defined"]),
-    ('<link name="a">${oops}</link><!--!-->', ["'oops' is not defined"]),
-    ('<link name="${1/}"/><!--!-->', ["xacro cannot expand", "1/"]),
     ('<link name="${1/0}"/><!--!-->', ["division by zero"]),
-    ('<link name="${"/><!--!-->', ["invalid expression"]),
     ('<link name="${[].__class__}"/><!--!-->', ["__class__"]),
     ('<link name="$(arg oops)"/><!--!-->', ["no xacro argument 'oops'", "<xacro:arg"]),
     ('<xacro:arg name="oop" default="1"/><link name="$(arg oops)"/><!--!-->', ["'oops'", "did you mean 'oop'"]),
-    ('<xacro:arg name="oops"/><!--!-->', ["missing attribute 'default'"]),
     ('<link name="$(find package)"/><!--!-->', ["$(find", "ROS", "relative"]),
-    ('<xacro:include filename="$(find package)/x.xacro"/><!--!-->', ["$(find", "ROS"]),
-    ('<link name="$(eval 1 +)"/><!--!-->', ["invalid syntax"]),
     ('<link name="$(env KINETOSTATICS_NOT_SET)"/><!--!-->', ["KINETOSTATICS_NOT_SET", "not set"]),
-    ('<link name="$(oops x)"/><!--!-->', ["Unknown substitution command"]),
     ("<xacro:oops/><!--!-->", ["unknown macro name", "xacro:oops"]),
     ('<xacro:include filename="none.xacro"/><!--!-->', ["cannot read", "none.xacro", "No such file"]),
-    ("<xacro:include/><!--!-->", ["filename"]),
     ('<xacro:if value="maybe"><link name="a"/></xacro:if><!--!-->', ["maybe", "boolean"]),
     ('<xacro:macro name="m" params="a"/>\n<xacro:m/><!--!-->', ["Undefined parameters", "a"]),
-    ('<xacro:macro name="m" params="a"/>\n<xacro:m a="1" b="2"/><!--!-->', ["Invalid parameter", "b"]),
-    ('<xacro:macro name="m" params="*a"/>\n<xacro:m/><!--!-->', ["Not enough blocks"]),
     (
         '<xacro:macro name="m" params="a">\n<link name="${a}${oops}"/><!--!-->\n</xacro:macro>\n<xacro:m a="1"/>',
         ["'oops' is not defined", "in the macro called at <text>:28"],
@@ -634,10 +543,8 @@ BAD_XACRO: list[tuple[str, list[str]]] = [
         ["'y' is not an attribute of <beam> of link 'rod'"],
     ),
     ('<xacro:property name="x" value="${-1}"/>\n<base link="r${x}"/><!--!-->', ["'r-1'", "known: ground, plate, rod"]),
-    ("<!DOCTYPE x>", ["well-formed"]),
     ('<xacro:include filename="/etc/passwd"/>', ["/etc/passwd:1", "well-formed"]),
     ('<xacro:include filename="/dev/zero"/><!--!-->', ["not an ordinary file"]),
-    ('<xacro:include filename="."/><!--!-->', ["directory"]),
     ('<xacro:element xacro:name="a b"/><!--!-->', ["'a b' is not a name"]),
     ("<gazebo>${'\\x00'}</gazebo><!--!-->", ["character"]),
 ]
@@ -661,11 +568,9 @@ def test_bad_xacro_is_refused_with_line_and_reason(body: str, words: list[str], 
     ("inner", "words"),
     [
         ("<robot>\n<link name='a'>\n</robot><!--!-->", ["well-formed", "<link> of line 2"]),
-        ("<robot>\n\n<link name='rod'/><!--!-->\n</robot>", ["'rod'", "taken", "outer.xacro:5"]),
         ("<robot xmlns:xacro='x'>\n<link name='${oops}'/><!--!-->\n</robot>", ["'oops' is not defined"]),
         ("<!DOCTYPE robot><!--!-->\n<robot/>", ["DOCTYPE"]),
         ("<robot xmlns:xacro='x'>\n<xacro:include filename='inner.xacro'/><!--!-->\n</robot>", ["come to an end"]),
-        ("", ["empty"]),
     ],
 )
 def test_bad_included_file(folder: Path, inner: str, words: list[str]) -> None:
@@ -679,15 +584,6 @@ def test_bad_included_file(folder: Path, inner: str, words: list[str]) -> None:
         assert word in str(caught.value)
 
 
-def test_bad_macro_of_an_included_file(folder: Path) -> None:
-    inner = folder / "inner.xacro"
-    inner.write_text('<robot xmlns:xacro="x"><xacro:macro name="m" params="x">\n<platform link="${x}"/>\n</xacro:macro></robot>')
-    (folder / "outer.xacro").write_text(xacro('<xacro:include filename="inner.xacro"/>\n<xacro:m x="rods"/>'))
-    with pytest.raises(RobotFileError, match="two <platform>") as caught:
-        read_robot_file(folder / "outer.xacro")
-    assert (caught.value.file, caught.value.line) == (str(inner), 2)
-
-
 def test_optional_include_and_parameters_of_includes(folder: Path) -> None:
     (folder / "inner.xacro").write_text('<robot xmlns:xacro="x"><xacro:arg name="far" default="1"/></robot>')
     outer = folder / "outer.xacro"
@@ -698,24 +594,11 @@ def test_optional_include_and_parameters_of_includes(folder: Path) -> None:
         read_robot_file(outer, {"xyz": 2})
 
 
-def test_a_robot_is_extended_by_a_xacro_that_includes_it(folder: Path) -> None:
-    plain = GOOD[: GOOD.index("  <platform")] + END
-    (folder / "plain.urdf").write_text(plain)
-    outer = folder / "outer.xacro"
-    outer.write_text('<robot name="o" xmlns:xacro="x"><xacro:include filename="plain.urdf"/><platform link="plate"/></robot>')
-    assert read_robot_file(outer).joints["hinge"].place.file == str(folder / "plain.urdf")
-
-
 def test_what_xacro_warns_of_becomes_a_warning(capfd: pytest.CaptureFixture[str]) -> None:
     robot = parse_robot_text(xacro('<xacro:property name="pi" value="3"/><xacro:include filename="none*.xacro"/>'))
     assert "redefining global symbol: pi" in robot.warnings[0]
     assert "none*.xacro" in robot.warnings[1]
     assert all(line.startswith("<text>: ") and line.endswith(".") for line in robot.warnings)
-    assert capfd.readouterr() == ("", "")
-
-
-def test_xacro_prints_nothing(capfd: pytest.CaptureFixture[str]) -> None:
-    parse_robot_text(xacro("${xacro.message('hello')}${xacro.error('bad')}${python.print_location() if 0 else ''}"))
     assert capfd.readouterr() == ("", "")
 
 

@@ -35,17 +35,10 @@ def test_a_file_of_the_name_comes_first_everywhere(monkeypatch, tmp_path, capsys
     assert json.loads(capsys.readouterr().out)["name"] == "2pru_upr"
 
 
-def test_a_folder_of_the_name_does_not_hide_the_robot(monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    Path("3rps").mkdir()
-    assert ks.load_robot("3rps").name == "3rps"
-
-
 @pytest.mark.parametrize(
     ("name", "hint"),
     [
         ("3rsp", "no robot of that name comes with the package: did you mean '3rps'"),
-        ("3rps.urdf", "did you mean '3rps'"),
         ("robots/tricep.urdf.xacro", "did you mean 'tricept'"),
         ("zzzz", f"known: {NAMES[0]}, "),
     ],
@@ -57,34 +50,23 @@ def test_other_names_list_what_is_near(monkeypatch, tmp_path, name, hint):
     assert hint in str(caught.value) and caught.value.file == name
 
 
-def test_a_path_that_is_like_no_robot_gets_no_hint(tmp_path):
-    with pytest.raises(ks.RobotFileError, match=r"No such file or directory$"):
-        ks.load_robot(tmp_path / "zzzz.urdf")
-
-
-@pytest.mark.parametrize("wrong", [None, 3, 0.5, ["3rps"], {}])
+@pytest.mark.parametrize("wrong", [None, ["3rps"]])
 def test_what_is_no_path(wrong):
     with pytest.raises(ks.ArgumentError, match="is neither the path of a robot's file nor the name"):
         ks.load_robot(wrong)
 
 
-def test_every_robot_is_listed_with_what_it_is():
+def test_every_robot_is_listed_with_what_it_is(capsys):
     found = ks.robots()
     assert sorted(found) == NAMES == list(found)
     assert found["3rps"].startswith("3RPS: three telescopic rods") and found["3rps"].endswith("under the platform.")
     assert all(about.endswith(".") and "\n" not in about and 30 < len(about) < 160 for about in found.values()), found
+    assert main(["robots"]) == 0 and capsys.readouterr().out == f"{found}\n"
+    assert main(["robots", "--json"]) == 0 and json.loads(capsys.readouterr().out) == dict(found)
     assert repr(found).splitlines() == [f"{name:{max(map(len, NAMES))}}  {found[name]}" for name in NAMES]
 
 
-def test_the_command_lists_them(capsys):
-    assert main(["robots"]) == 0
-    assert capsys.readouterr().out == f"{ks.robots()}\n"
-    assert main(["robots", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == dict(ks.robots())
-
-
-@pytest.mark.few(2)
-@pytest.mark.parametrize("name", NAMES[::4])
+@pytest.mark.parametrize("name", ["3rps", "2pru_upr"])
 def test_a_copy_is_the_same_robot(monkeypatch, tmp_path, capsys, name):
     monkeypatch.chdir(tmp_path)
     assert main(["robots", "--copy", name]) == 0
