@@ -40,17 +40,7 @@ from kinetostatics.exceptions import ArgumentError
 
 @dataclass(frozen=True)
 class Design:
-    """Data of a generated file.
-
-    Attributes:
-        name: name of the robot.
-        architecture: its limbs.
-        skeletons, places: parts and placement of each limb.
-        options: options of the macro of each limb.
-        sections: sections by prefix of their file arguments.
-        shared_material: whether all beams have the same material.
-        arguments: arguments of the file.
-    """
+    """Data of a generated file: parts, placement and macro of each limb; sections by prefix of their file arguments."""
 
     name: str
     architecture: Architecture

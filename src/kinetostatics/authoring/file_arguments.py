@@ -24,14 +24,7 @@ _LENGTH = re.compile(f"({'|'.join(LARGEST)})$")
 
 @dataclass
 class FileArguments:
-    """Arguments of a file; given values replace defaults.
-
-    Attributes:
-        given: given values by name.
-        texts: texts of the defaults by name, in the order of the file.
-        comments: meanings by name.
-        headings: comments on a separate line before an argument, by its name.
-    """
+    """Arguments of a file, by name: given values, texts of the defaults, meanings, and comments on a line before an argument."""
 
     given: Mapping[str, object]
     texts: dict[str, str] = field(default_factory=dict)
@@ -155,13 +148,7 @@ EXAMPLE = "write it as 'tube 60mm 50mm steel', 'circle 20mm', 'rectangle 20mm 60
 
 @dataclass(frozen=True)
 class SectionText:
-    """A beam's section and material.
-
-    Attributes:
-        shape: a key of ``SHAPES``.
-        sizes: its sizes by name [m].
-        material: a key of ``MATERIALS``.
-    """
+    """A beam's section and material, keys of ``SHAPES`` and ``MATERIALS``, and its sizes by name [m]."""
 
     shape: str
     sizes: Mapping[str, float]
@@ -169,15 +156,7 @@ class SectionText:
 
 
 def parse_section(text: str, what: str = "section") -> SectionText:
-    """Read a section such as ``"tube 60mm 50mm steel"``: shape, sizes (metres without a unit), material (steel without one).
-
-    Args:
-        text: the section.
-        what: name for messages.
-
-    Raises:
-        ArgumentError: the text is not a section.
-    """
+    """Read a section such as ``"tube 60mm 50mm steel"``: shape, sizes (metres without a unit), material (steel without one)."""
     words = text.split() if isinstance(text, str) else []
     if not words:
         raise ArgumentError(f"{what} is {text!r}; {EXAMPLE}")

@@ -12,15 +12,7 @@ from kinetostatics.exceptions import ArgumentError
 
 @dataclass(frozen=True)
 class KnownName:
-    """A mechanism with a common name.
-
-    Attributes:
-        name: the common name.
-        architecture: its limbs in the notation.
-        about: short description.
-        options: defaults of arguments of ``new_robot``.
-        also: other names, which several mechanisms may share.
-    """
+    """A mechanism with a common name: its limbs in the notation, defaults of ``new_robot``, and other names, perhaps shared."""
 
     name: str
     architecture: str

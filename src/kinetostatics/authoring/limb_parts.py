@@ -47,15 +47,7 @@ class LimbSpan:
 
 @dataclass(frozen=True)
 class Skeleton:
-    """The parts of a limb.
-
-    Attributes:
-        group: the limbs in the notation.
-        guide: the prismatic joint on the base, or None.
-        guide_turns: whether the guide is a cylindrical joint.
-        points: its points, from base to platform.
-        spans: links between consecutive points.
-    """
+    """The parts of a limb: the prismatic or cylindrical joint on the base, if any, points from base to platform, and spans."""
 
     group: AlikeLimbs
     guide: JointSymbol | None

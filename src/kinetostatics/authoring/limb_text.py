@@ -44,14 +44,7 @@ class LimbOptions:
 
 @dataclass
 class _Walk:
-    """State of the writing of a limb: the outermost link, and the text so far.
-
-    Attributes:
-        link: name of the outermost link.
-        end: position of the next joint in that link's frame.
-        pitch, roll: expressions of its angles; "0" if zero.
-        last_joint: name of the joint at its inner end.
-    """
+    """State of the writing: outermost link, next joint's position in it, its angles, the joint at its inner end, and the text."""
 
     link: str = "foot_${i}"
     end: str = "0 0 0"

@@ -57,13 +57,7 @@ _GROUP = re.compile(r"2?-?\(\s*([0-9]?-?[A-Za-z]*)\s*\)2?|2?-?\(([^)]*)\)2?")
 
 @dataclass(frozen=True)
 class JointSymbol:
-    """A joint of a limb.
-
-    Attributes:
-        kind: a key of ``JOINTS``.
-        driven: whether it is driven; for a cylindrical joint, whether its translation is.
-        place: position in the notation, from 1.
-    """
+    """A joint of a limb: a key of ``JOINTS`` and its position in the notation, from 1; driven is the translation of a C."""
 
     kind: str
     driven: bool
@@ -78,13 +72,7 @@ class JointSymbol:
 
 @dataclass(frozen=True)
 class AlikeLimbs:
-    """Equal limbs.
-
-    Attributes:
-        count: number of limbs.
-        joints: joints of a limb from base to platform.
-        place: position in the notation, from 1.
-    """
+    """Equal limbs, their joints from base to platform, and their position in the notation, from 1."""
 
     count: int
     joints: tuple[JointSymbol, ...]
@@ -108,13 +96,7 @@ class AlikeLimbs:
 
 @dataclass(frozen=True)
 class Architecture:
-    """The limbs of a mechanism.
-
-    Attributes:
-        source: the given notation.
-        groups: groups of equal limbs.
-        actuators_chosen: whether the notation has no marks of actuators, so that the usual ones are chosen.
-    """
+    """The limbs of a mechanism from its notation ``source``, with the usual actuators if it marks none."""
 
     source: str
     groups: tuple[AlikeLimbs, ...]

@@ -134,16 +134,7 @@ def arranged(
     guide: str,
     axis: str | None,
 ) -> list[LimbPlace]:
-    """Return the placements of limbs of a symmetric arrangement.
-
-    Args:
-        architecture: the mechanism.
-        skeletons: parts of each limb.
-        arrangement: one of ``ARRANGEMENTS``.
-        azimuths: azimuths of the limbs [rad]; None: evenly spaced.
-        values: base_radius, base_height, platform_radius, base_spread, platform_spread and platform_turn.
-        guide, axis: names of directions; axis None: perpendicular to the limb.
-    """
+    """Return the placements of limbs without a table, for given radii, height, angles [m, rad] and names of directions."""
     check_choice("arrangement", arrangement, ARRANGEMENTS)
     if arrangement == CARTESIAN:
         return _cartesian(architecture, skeletons, values)

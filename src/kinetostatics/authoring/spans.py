@@ -63,14 +63,10 @@ class Span:
         outer = math.sqrt(area / (math.pi * WALL * (1 - WALL)))
         if not SLENDER * outer <= self.length <= WIRE * outer:
             return None
-        outer = min(float(f"{outer:.2g}"), _rounded_down(self.length / STUBBY))
+        longest = self.length / STUBBY
+        digit: float = 10.0 ** (math.floor(math.log10(longest)) - 1)
+        outer = min(float(f"{outer:.2g}"), float(f"{math.floor(longest / digit * (1 + 1e-12)) * digit:.2g}"))
         return outer, float(f"{(1 - 2 * WALL) * outer:.6g}")
-
-
-def _rounded_down(value: float) -> float:
-    """Return a positive number rounded down to two digits."""
-    digit: float = 10.0 ** (math.floor(math.log10(value)) - 1)
-    return float(f"{math.floor(value / digit * (1 + 1e-12)) * digit:.2g}")
 
 
 def chain_joints(description: RobotDescription) -> list[tuple[Joint, bool]]:
@@ -95,10 +91,7 @@ def spans(description: RobotDescription, frames: Mapping[str, NDArray[np.float64
 
     The last one ends at the fixed joint of the platform's link, if there is one. Of several links fixed to each other, the
     heaviest one is returned, except the platform. In a robot with loops, all links with two joints or loops are returned.
-
-    Args:
-        description: the robot.
-        frames: (4, 4) frames of the links with all joints at zero.
+    ``frames`` are the frames (4, 4) of the links with all joints at zero.
     """
     if description.loops:
         return _between_two(description)

@@ -80,13 +80,7 @@ def _check_arcs(
 
 
 def spherical_limb(skeleton: Skeleton, prefixes: Mapping[str, str], flat: Mapping[str, bool]) -> tuple[list[str], list[str]]:
-    """Return the lines of the macro of a spherical robot's limb, and its driven joints.
-
-    Args:
-        skeleton: the limb.
-        prefixes: prefixes of the section arguments of each role.
-        flat: whether the section of a role needs a y axis.
-    """
+    """Return the lines of a limb's macro, and its driven joints; a role's section is ``flat`` if it needs a y axis."""
     names = [f"revolute_${{i}}{point.letter}" for point in skeleton.points]
     driven = [point.symbol is not None and point.symbol.driven for point in skeleton.points]
     limit = ["drive_angle_max" if item else "joint_angle_max" for item in driven]

@@ -263,11 +263,7 @@ class ElementTable:
             self._inner[path] = (*inside, *self.children) if not path else inside
 
     def read(self, element: XmlElement, without: Collection[str] = ()) -> dict[str, Keyword]:
-        """Return the values of an element by field, parts of it as objects.
-
-        Args:
-            element: the element.
-            without: paths of child elements to be skipped.
+        """Return the values of an element by field, parts of it as objects, ``without`` child elements of these paths.
 
         Raises:
             RobotFileError: an attribute or child is unknown or missing, or a value is invalid.

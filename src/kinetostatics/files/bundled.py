@@ -27,8 +27,8 @@ NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 #: beside the folder of this file, in a source checkout at the top.
 OWN_FOLDERS = (Path(__file__).parents[1] / "robots", Path(__file__).parents[3] / "robots")
 OWN_NAME = "kinetostatics"
-#: Names on PyPI of known packages. Other names are not suggested, because anybody may register one.
-ON_PYPI = {"example-robot-data": "example-robot-data"}
+#: Packages on PyPI. Other names are not suggested, because anybody may register one.
+ON_PYPI = ("example-robot-data",)
 
 #: First sentence of the first comment of a file, the description of its robot.
 _ABOUT = re.compile(r"<!--\s*(.+?\.)\s", re.DOTALL)
@@ -143,20 +143,13 @@ def read_robot(robot: str | os.PathLike[str]) -> tuple[bytes, str]:
         raise ArgumentError(f"{robot!r} is neither the path of a robot's file nor the name of a robot of the package")
     name = os.fsdecode(robot)
     try:
-        path = _located(robot)
+        path = Path(name)
+        path = path if path.is_file() else shipped_robots().get(name, path)
         return read_file(path), name if path == Path(name) else os.fspath(path)
     except FileNotFoundError as error:
         raise RobotFileError(f"the file cannot be read: {error.strerror}{_perhaps(name)}", name) from None
-    except OSError as error:
-        raise RobotFileError(f"the file cannot be read: {error.strerror or error}", name) from None
-    except ValueError as error:  # a path with a null character
-        raise RobotFileError(f"the file cannot be read: {error}", name) from None
-
-
-def _located(robot: str | os.PathLike[str]) -> Path:
-    """Return the path of a file, or of the robot with this name if there is no such file."""
-    path = Path(os.fsdecode(robot))
-    return path if path.is_file() else shipped_robots().get(os.fsdecode(robot), path)
+    except (OSError, ValueError) as error:  # a path with a null character is a ValueError
+        raise RobotFileError(f"the file cannot be read: {getattr(error, 'strerror', None) or error}", name) from None
 
 
 def _perhaps(name: str) -> str:
@@ -197,7 +190,7 @@ def package_folder(name: str) -> Path:
         if (prefix / INDEX).is_dir():
             known.update(os.listdir(prefix / INDEX))
     if name in ON_PYPI:
-        raise PackageNotFound(f"the package {name!r} is not installed: pip install {ON_PYPI[name]}")
+        raise PackageNotFound(f"the package {name!r} is not installed: pip install {name}")
     raise PackageNotFound(
         f"$(find {name}) finds no such package, neither in ROS (is its workspace sourced?) nor beside this one; name files "
         f"relative to this one instead; {near_names(name, known)}"

@@ -188,9 +188,8 @@ def read_section(beam: XmlElement) -> Section:
     """Return the section of a ``<beam>``."""
     found = beam.children
     if len(found) != 1:
-        raise (found[1] if found else beam).error(
-            f"{beam.label} has {len(found) or 'no'} sections; give one of " + ", ".join(f"<{tag}>" for tag in SECTIONS)
-        )
+        known = ", ".join(f"<{tag}>" for tag in SECTIONS)
+        raise (found[1] if found else beam).error(f"{beam.label} has {len(found) or 'no'} sections; give one of {known}")
     kind, table = SECTIONS[found[0].tag]
     numbers = table.read(found[0])
     given = [name for name in ("shear_area_y", "shear_area_z") if numbers.get(name) is not None]

@@ -44,14 +44,7 @@ class ForeignLoop:
 
 @dataclass(frozen=True)
 class SourceRobot:
-    """A URDF with loops in the format of another tool.
-
-    Attributes:
-        path: path of the file.
-        root: its ``<robot>`` element.
-        links, joints: its links and joints, by name.
-        made: names of the links that were added on import.
-    """
+    """A URDF with loops in the format of another tool; ``made`` are the names of links that were added on import."""
 
     path: str
     root: XmlElement
@@ -82,8 +75,7 @@ class SourceRobot:
     def frame(self, name: str, place: Place) -> tuple[str, Origin]:
         """Return the link, and the origin in it, of a frame of Pinocchio: a link or a joint, by its name.
 
-        For a link fixed to its parent, by which exporters mark a frame, the result is the parent and the origin of the fixed
-        joint.
+        For a link fixed to its parent, by which exporters mark a frame: the parent, and the fixed joint's origin.
 
         Raises:
             RobotFileError: nothing has that name, or a link and a joint elsewhere both have it.

@@ -23,13 +23,7 @@ _X, _Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 @dataclass(frozen=True)
 class Actuators:
-    """The actuators of a source.
-
-    Attributes:
-        named: names of joints from its YAML file; None if the file names none.
-        transmissions: names of joints with a ``<transmission>``.
-        note: remark for the message on missing information; may be empty.
-    """
+    """The actuators of a source: joints named by its YAML file, if it names any, and joints with a ``<transmission>``."""
 
     named: tuple[str, ...] | None
     transmissions: tuple[str, ...]
@@ -79,15 +73,9 @@ def complete(
 ) -> tuple[tuple[Loop, ...], tuple[str, ...], list[str]]:
     """Return the loops, the driven joints without a ``<transmission>``, and warnings.
 
-    Args:
-        source: the URDF.
-        found: the loops of the source.
-        declared: the actuators of the source.
-        platform_link, types, axes, actuators: see :func:`kinetostatics.extend_robot`.
-
     Raises:
-        ArgumentError: information is missing both in the source and in the arguments (the message lists all of it), or an
-            argument does not fit the source.
+        ArgumentError: information is missing both in the source and in the arguments of :func:`kinetostatics.extend_robot` (the
+            message lists all of it), or an argument does not fit the source.
         RobotFileError: two loops have the same name, or a loop and a joint.
     """
     _check_names(source, found)

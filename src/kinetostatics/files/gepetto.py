@@ -52,16 +52,7 @@ class Retyped:
 
 @dataclass(frozen=True)
 class GepettoFile:
-    """The content of a ``robot.yaml``.
-
-    Attributes:
-        loops: its loops.
-        frames: names of the frames of its loops.
-        driven: names of the driven joints of the URDF, or None if unknown.
-        driven_note: reason if the driven joints are uncertain.
-        retyped: joints with another type than in the URDF.
-        warnings: warnings, in full sentences.
-    """
+    """The content of a ``robot.yaml``: loops and names of their frames, driven joints (None: unknown), retyped joints."""
 
     loops: tuple[ForeignLoop, ...]
     frames: frozenset[str]

@@ -124,14 +124,7 @@ def with_counterweights(
 def read_beams(
     root: XmlElement, links: Collection[str], connections: Collection[str], rigid: Mapping[str, str]
 ) -> dict[str, Beam]:
-    """Read all ``<beam>``.
-
-    Args:
-        root: the ``<robot>`` element.
-        links: names of all links.
-        connections: names of all joints and loops.
-        rigid: links that may not carry a beam, with their role.
-    """
+    """Read all ``<beam>``; ``rigid`` are links that may not carry a beam, with their role."""
     beams: dict[str, Beam] = {}
     for element in root.named("beam"):
         beam = _beam(element, links, connections, rigid)
@@ -261,11 +254,7 @@ _MASTERS = "a joint can mimic a driven revolute, continuous or prismatic <joint>
 def with_right_mimics(
     root: XmlElement, joints: Mapping[str, Joint], loops: Collection[str], warnings: list[str]
 ) -> dict[str, Joint]:
-    """Return the joints; without loops, invalid ``<mimic>`` elements are dropped with a warning.
-
-    Raises:
-        RobotFileError: an element is invalid and the robot has loops.
-    """
+    """Return the joints; invalid ``<mimic>`` elements are an error with loops, without loops dropped with a warning."""
     result = dict(joints)
     for element in root.named("joint"):
         joint = joints[element.attributes["name"]]
@@ -311,16 +300,7 @@ def check_masters(root: XmlElement, joints: Mapping[str, Joint], driven: Collect
 def read_joint_stiffness(
     root: XmlElement, joints: Mapping[str, Joint], loops: Mapping[str, Loop], driven: Collection[str]
 ) -> dict[str, JointStiffness]:
-    """Read all ``<joint_stiffness>``.
-
-    Args:
-        root: the ``<robot>`` element.
-        joints, loops: all joints and loops.
-        driven: the joints and loops with a transmission.
-
-    Returns:
-        Elastic joints by name; three infinite values are treated as missing.
-    """
+    """Read all ``<joint_stiffness>`` by joint; three infinite values are treated as missing."""
     result: dict[str, JointStiffness] = {}
     for element in root.named("joint_stiffness"):
         found = JOINT_STIFFNESS.read(element)

@@ -49,11 +49,7 @@ def read_joints(root: XmlElement, links: Mapping[str, Link], warnings: list[str]
 
 
 def tree_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
-    """Return the root of the tree.
-
-    Raises:
-        RobotFileError: links and joints do not form a tree.
-    """
+    """Return the root of the tree; links and joints that do not form a tree are an error."""
     to_parent: dict[str, Joint] = {}
     for joint in joints.values():
         other = to_parent.setdefault(joint.child, joint)
@@ -229,11 +225,6 @@ def _check_joint(element: XmlElement, joint: Joint, warnings: list[str]) -> None
 LISTED, OFFERED = 8, 3
 
 
-def listed(names: Collection[str]) -> str:
-    """Return names as text, separated by commas; of many, only the first."""
-    return ", ".join(map(repr, list(names)[:LISTED])) + (", …" if len(names) > LISTED else "")
-
-
 def file_name(root: XmlElement, path: str, warnings: list[str]) -> str:
     """Return the name of the file without its ending, as a name for a robot without one."""
     stem = re.sub(r"\W+", "_", os.path.basename(path).partition(".")[0]).strip("_")[:100] or "robot"
@@ -242,11 +233,7 @@ def file_name(root: XmlElement, path: str, warnings: list[str]) -> str:
 
 
 def known_link(argument: str, name: str, links: Collection[str], path: str) -> str:
-    """Return the name of a link given as an argument.
-
-    Raises:
-        ArgumentError: there is no such link.
-    """
+    """Return the name of a link given as an argument; an unknown one is an error."""
     if not isinstance(name, str) or name not in links:
         raise ArgumentError(f"{argument}={name!r}: {path} has no such link; {near_names(str(name), links)}")
     return name
@@ -291,12 +278,6 @@ def likely_platforms(links: Collection[str], joints: Mapping[str, Joint]) -> lis
 def chosen_platform(root: XmlElement, links: Collection[str], joints: Mapping[str, Joint], warnings: list[str]) -> str:
     """Return the platform of a robot without loops whose file names none: the only moving end link of its tree.
 
-    Args:
-        root: the robot's element.
-        links: names of all links.
-        joints: all joints, by name.
-        warnings: list to which a warning that names the platform is added.
-
     Raises:
         PlatformMissingError: there are several, or nothing moves.
     """
@@ -326,18 +307,12 @@ def drivable(joints: Mapping[str, Joint]) -> list[str]:
 
 
 def all_driven(joints: Mapping[str, Joint], driven: tuple[str, ...], path: str, warnings: list[str]) -> tuple[str, ...]:
-    """Return the driven joints of a robot without loops: all moving joints, because passive ones could carry no load.
-
-    Args:
-        joints: joints of the robot.
-        driven: joints with a ``<transmission>``.
-        path: path of the file.
-        warnings: list to which warnings are added.
-    """
+    """Return the driven joints of a robot without loops: all moving joints, because passive ones could carry no load."""
     others = [name for name in drivable(joints) if name not in driven]
     if others and not driven:
         moving = f"all {len(others)} joints that move count" if others[1:] else f"the joint that moves, {others[0]!r}, counts"
         warnings.append(f"{path}: the file has no <transmission>; {moving} as driven.")
     elif others:
-        warnings.append(f"{path}: joints without a <transmission> count as driven like the others: {listed(others)}.")
+        listed = ", ".join(map(repr, others[:LISTED])) + ", …" * (len(others) > LISTED)
+        warnings.append(f"{path}: joints without a <transmission> count as driven like the others: {listed}.")
     return (*driven, *others)

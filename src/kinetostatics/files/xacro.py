@@ -226,14 +226,10 @@ def read_document(
 
 
 def include_path(source: str, root: XmlElement, uses_xacro: bool, additions: str, out: str) -> str | None:
-    """Return the path for the inclusion of a source, or None if xacro would change its content.
+    """Return the path for the inclusion of a source in ``out``, or None if xacro would change its content.
 
-    Args:
-        source: path of the source.
-        root: its expanded content.
-        uses_xacro: whether the source uses xacro.
-        additions: text of the additional elements.
-        out: the including file; the path is relative to its folder, unless the source is in an installed package.
+    The path is relative to the folder of ``out``, unless the source is in an installed package. ``additions`` is the text of the
+    additional elements.
     """
     try:
         path = os.path.relpath(source, os.path.dirname(out) or ".")

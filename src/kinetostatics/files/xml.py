@@ -191,9 +191,7 @@ _NO_CHARACTER = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff
 def to_elements(document: minidom.Document, place: Place | None = None, owner: str = "") -> XmlElement:
     """Convert a document to elements, without comments, processing instructions and blank text between elements.
 
-    Args:
-        document: the document.
-        place, owner: place and owner of all elements, instead of their own.
+    With ``place`` and ``owner``, these are the place and owner of all elements, instead of their own.
 
     Raises:
         RobotFileError: the output of xacro is not XML.
@@ -229,14 +227,7 @@ _ATTRIBUTE_ESCAPES = {**_ESCAPES, **str.maketrans({'"': "&quot;", "\n": " ", "\t
 
 
 def to_text(root: XmlElement, comment: str = "", header: bool = True, indented: bool = False) -> str:
-    """Write elements as XML text.
-
-    Args:
-        root: the outermost element.
-        comment: a comment before it.
-        header: whether to begin with the XML declaration.
-        indented: whether to write the children of elements without text on separate lines.
-    """
+    """Return elements as XML text; ``indented``: children of elements without text are on separate lines."""
     parts = ['<?xml version="1.0"?>\n'] if header else []
     if comment:
         parts.append(f"<!-- {comment.replace('--', '- -')} -->\n")

@@ -76,8 +76,7 @@ class Section:
 
         Axial force and bending by Navier's formula, torsion and transverse forces by Saint-Venant's solutions (constant shear
         force, free warping), which depend on ν. The value is exact for single components; for combinations it is at most 1 %
-        (circles
-        and tubes) or 2 % (rectangles and rectangular tubes) below the largest stress. Sharp inner corners of rectangular tubes
+        (circles and tubes) or 2 % (rectangles and rectangular tubes) below the largest stress. Sharp inner corners of the latter
         are excluded: the stress there is unbounded, and in reality limited by the fillet.
 
         Args:

@@ -254,13 +254,7 @@ def _flexure(r: _Axis, s: _Axis) -> tuple[Array, Array]:
 
 
 def _solve(y: _Axis, z: _Axis, right: Array, odd_y: bool, odd_z: bool) -> Array:
-    """Return the functions (k, ny, nz) with Laplacian and normal derivatives given by right-hand sides (k, ny, nz).
-
-    Args:
-        y, z: the axes.
-        right: integrals over the quarter.
-        odd_y, odd_z: whether the functions are odd in y and z.
-    """
+    """Return the functions (k, ny, nz), odd or even, whose Laplacian and normal derivatives have the integrals ``right``."""
     ny, nz = y.nodes, z.nodes
     inside = (y.mass[1].diagonal() > 0)[:, None] | (z.mass[1].diagonal() > 0)
     inside[0] &= not odd_y
