@@ -4,7 +4,6 @@ import copy
 import math
 import pickle
 import xml.etree.ElementTree as ET
-from dataclasses import replace
 from pathlib import Path
 
 import hybrid_robots as hr
@@ -18,21 +17,12 @@ from places import ROBOTS
 
 import kinetostatics as ks
 from kinetostatics.description import (
-    Beam,
-    BeamEnd,
-    Cone,
-    Inertia,
     Joint,
-    JointStiffness,
     Link,
     Loop,
-    Material,
-    Mimic,
-    Origin,
     RobotDescription,
 )
 from kinetostatics.files.reader import parse_robot_text
-from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
 
 #: Every element and attribute of the format, and what other tools read.
 EVERYTHING = """<?xml version="1.0" encoding="utf-8"?>
@@ -207,89 +197,6 @@ def test_directions_come_back(axis: tuple[float, float, float]) -> None:
     one = ks.files.validate(RobotDescription.of("r", links=links, joints=[joint], loops=[loop], platform="b"))
     assert math.hypot(*one.loops["l"].axis) == pytest.approx(1, abs=1e-15)
     assert parse_robot_text(one.urdf).loops["l"].axis == one.loops["l"].axis
-
-
-numbers = st.floats(-1e9, 1e9)
-vectors = st.tuples(numbers, numbers, numbers)
-positive = st.floats(1e-30, 1e30)
-sizes = st.floats(1e-6, 1e3)
-ratios = st.floats(0.01, 100)
-names = st.text(st.characters(codec="utf-8", exclude_categories=["C", "Z"]) | st.just(" "), min_size=1, max_size=20).filter(
-    str.strip
-)
-sections = st.one_of(
-    st.builds(Tube.of, sizes),
-    st.builds(lambda d, part: Tube.of(d, d * part), sizes, st.floats(0.01, 0.99)),
-    st.builds(lambda b, ratio: Rectangle.of(b, b * ratio), sizes, st.floats(1e-4, 1e4)),
-    st.builds(
-        lambda b, ratio, part: RectangularTube.of(b, b * ratio, b * min(1, ratio) * part), sizes, ratios, st.floats(0.01, 0.49)
-    ),
-    st.builds(Section, *[st.floats(1e-12, 1e3)] * 6),
-)
-materials = st.builds(
-    lambda modulus, ratio, shear, density, growth: Material(modulus, ratio, shear if ratio is None else None, density, growth),
-    positive,
-    st.none() | st.floats(-0.999, 0.5),
-    positive,
-    st.none() | st.floats(0, 1e30),
-    numbers,
-)
-
-
-@st.composite
-def descriptions(draw: st.DrawFn) -> RobotDescription:
-    """Descriptions with every attribute somewhere and numbers of all orders; the robots are nonsense."""
-    called = draw(st.lists(names, min_size=8, max_size=8, unique=True))
-    base, arm, plate, end, motor, hinge, closing, follower = called
-    place = st.builds(Origin, vectors, vectors)
-    inertia = st.builds(Inertia, st.tuples(positive, numbers, numbers, positive, numbers, positive), vectors)
-    drawn = lambda strategy: draw(strategy)  # noqa: E731
-    limit = sorted(draw(st.tuples(numbers, numbers)))
-    free = draw(st.booleans())
-    lower, upper = (-math.inf, math.inf) if free else limit
-    section = drawn(sections)
-    material = drawn(materials)
-    coefficient = None
-    if section.shear_area_y is None and (material.poisson_ratio is None or draw(st.booleans())):
-        coefficient = draw(positive | st.just(math.inf))
-    stiffness = st.tuples(*[positive | st.just(math.inf)] * 3)
-    kind = draw(st.sampled_from(["revolute", "prismatic"]))
-    return RobotDescription.of(
-        draw(names),
-        links=[
-            Link(base),
-            Link(arm, draw(st.floats(0, 1e30)), draw(vectors), draw(inertia)),
-            Link(plate, draw(st.floats(0, 1e30))),
-            Link(end, has_inertial=draw(st.booleans()), extra="<visual><geometry><sphere radius='1'/></geometry></visual>"),
-        ],
-        joints=[
-            Joint(motor, kind, base, arm, draw(place), draw(vectors.filter(any)), lower, upper, effort=draw(positive)),
-            Joint(hinge, draw(st.sampled_from(["fixed", "continuous", "floating"])), arm, plate, draw(place)),
-            Joint(follower, kind, base, end, mimic=Mimic(motor, draw(st.floats(1e-9, 1e9)), draw(numbers))),
-        ],
-        platform=plate,
-        platform_origin=draw(place),
-        base=draw(st.sampled_from(["", base])),
-        loops=[
-            Loop(closing, "universal", base, plate, draw(place), draw(place), (1, 0, 0), (0, 1, 0),
-                 cone=draw(st.none() | st.builds(Cone, st.floats(1e-9, 3), vectors.filter(any), vectors.filter(any)))),
-        ],
-        beams=[
-            Beam(arm, section, material, draw(st.none() | st.just(BeamEnd(motor, "child"))), BeamEnd(hinge), coefficient,
-                 draw(vectors.filter(any)), draw(names)),
-        ],
-        joint_stiffness=[JointStiffness(motor, draw(stiffness), draw(stiffness), draw(st.none() | positive))],
-        driven=[motor],
-    )  # fmt: skip
-
-
-@settings(max_examples=15, deadline=None)
-@given(descriptions())
-def test_random_descriptions(tmp_path_factory: pytest.TempPathFactory, description: RobotDescription) -> None:
-    valid = ks.files.validate(description)
-    again = saved(description, tmp_path_factory.getbasetemp())
-    assert again == valid and again.urdf == valid.urdf
-    assert ks.files.validate(replace(again)) == again
 
 
 @pytest.mark.few(2)

@@ -31,6 +31,7 @@ NO_ROBOTS = (
 )
 
 
+@pytest.mark.slow
 def test_three_files_are_no_robots() -> None:
     assert {file for file in files() if plain_robot(file).problem} == set(NO_ROBOTS) and len(files()) >= 69
 

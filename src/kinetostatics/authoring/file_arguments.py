@@ -66,11 +66,7 @@ class FileArguments:
                 raise ArgumentError(f"this robot has no value {name!r}: {reason}")
 
     def lines(self, used_in: str) -> list[str]:
-        """Return the lines with the declarations of arguments, and of properties for arguments used in expressions.
-
-        Args:
-            used_in: text with the expressions.
-        """
+        """Return the declarations of arguments, and of properties for arguments in expressions of the text ``used_in``."""
         expressions = "".join(re.findall(r"\$\{[^}]*\}", "\n".join((used_in, *self.texts.values()))))
         used = set(re.findall(r"\w+", expressions))
         first: list[str] = []

@@ -26,7 +26,6 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import takewhile
 
 from kinetostatics.description.elements import Place
 from kinetostatics.description.joint_types import JOINT_TYPES
@@ -203,8 +202,7 @@ def _types(keys: Mapping[str, Node], count: int) -> list[str | None]:
 
 def _name(first: str, second: str, taken: set[str]) -> str:
     """Return the common prefix of both names, or both names if the prefix is empty or in use."""
-    same = takewhile(lambda pair: pair[0] == pair[1], zip(first, second, strict=False))
-    shared = "".join(letter for letter, _ in same).rstrip("_-. ")
+    shared = os.path.commonprefix((first, second)).rstrip("_-. ")  # noqa: RUF071 names are no paths
     return shared if shared and shared not in taken else f"{first}_{second}"
 
 
@@ -226,14 +224,10 @@ def _driven(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[tuple[str, .
 
 
 def _retyped(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[Retyped, ...]:
-    if "joint_name" not in keys and "joint_type" not in keys:
-        return ()
-    for key, other in (("joint_name", "joint_type"), ("joint_type", "joint_name")):
-        if key not in keys:
-            raise keys[other].error(f"there is {other} but no {key}; they are lists of the same length")
-    names, types = (keys[key].items(key) for key in ("joint_name", "joint_type"))
+    names, types = (keys[key].items(key) if key in keys else [] for key in ("joint_name", "joint_type"))
     if len(names) != len(types):
-        raise keys["joint_type"].error(f"joint_type has {len(types)} entries, and joint_name has {len(names)}")
+        node = keys["joint_type" if types else "joint_name"]
+        raise node.error(f"joint_type has {len(types)} entries, and joint_name has {len(names)}")
     found: dict[str, Retyped] = {}
     for name_node, type_node in zip(names, types, strict=True):
         name, kind = name_node.text("an entry of joint_name"), type_node.text("an entry of joint_type")

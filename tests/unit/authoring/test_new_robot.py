@@ -244,3 +244,32 @@ def test_edited_lengths_that_make_no_triangle_are_told_with_their_line():
     with pytest.raises(ks.RobotFileError, match="crank and rod make no triangle") as caught:
         parse_robot_text(robot_text("3-RRS"), parameters={"rod_length": 0.1})
     assert caught.value.line is not None
+
+
+@pytest.mark.parametrize(
+    ("architecture", "options", "words"),
+    [
+        ("3-RPS", {"base_radius": -1}, "base_radius is -1; it must be greater than zero"),
+        ("3-RPS", {"height": "x"}, "height is 'x'; it must be a number"),
+        ("3-RPS", {"foo": 1}, "has no value 'foo'"),
+        ("3-UPS", {"rod_length": 1}, "'rod_length': it follows from height and radii"),
+        ("3-RPS", {"rod_wall_thickness": 1e-3, "rod_inner_diameter": 0.02}, "both given"),
+        ("3-RRS", {"crank_angle": 1, "rod_length": 1}, "both given"),
+        ("3-RRS", {"crank_length": 0.01}, "do not make a triangle"),
+        ("3-RPS", {"sections": {"rd": "circle 20mm"}}, "has no 'rd'; did you mean 'rod'"),
+        ("3-RPS", {"sections": {"rod": "pipe 3mm"}}, "is no shape"),
+        ("3-RPS", {"sections": {"rod": "circle 20mm oak"}}, "is no material"),
+        ("3-RPS", {"sections": {"rod": "tube 50mm 60mm"}}, "not smaller than the outer one"),
+        ("3-RPS", {"sections": {"rod": "rectangular_tube 20mm 20mm 10mm"}}, "thicker than half"),
+        ("3-RPS", {"sections": {"rod": "circle 20kg"}}, "'20kg' is not a length"),
+        ("3-RPS", {"azimuths": (0, 1)}, "azimuths has 2 values"),
+        ("3-RPS", {"placements": [((0, 0, 0), (0, 0, 0))] * 3}, "limb 1: .* is not a row"),
+        ("3-RPS", {"placements": [{}]}, "one row for each of the 3 limbs"),
+        ("4-UPS", {"arrangement": "cartesian"}, "for three limbs, along X, Y and Z"),
+        ("3-RPR", {"arrangement": "spherical"}, "for limbs of three revolute joints"),
+        ("spherical 3-RRR", {"crank_arc": 0.1, "rod_arc": 0.1}, "do not reach from its first axis to its last"),
+    ],
+)
+def test_wrong_values_are_answered(architecture, options, words):
+    with pytest.raises(ks.ArgumentError, match=words):
+        robot_text(architecture, **options)

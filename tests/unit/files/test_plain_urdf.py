@@ -163,11 +163,6 @@ def test_in_a_loop_it_matters_and_is_an_error(write) -> None:
         ks.load_robot(write(ARM.replace(LIMIT, f'{LIMIT}<mimic joint="nine"/>', 1).replace(END, loop + END)))
 
 
-def test_joints_that_mimic_follow(write) -> None:
-    followed = ARM.replace(f'<axis xyz="0 0 1"/>{LIMIT}', f'<axis xyz="0 0 1"/>{LIMIT}<mimic joint="two" multiplier="0.1"/>')
-    assert read(write(followed)).driven == ("one", "two")
-
-
 @pytest.mark.parametrize(("kind", "axis"), [("floating", ""), ("planar", '<axis xyz="0 0 1"/>')])
 def test_a_robot_that_floats_stands_where_it_is(kind, axis, write) -> None:
     mount = '<joint name="mount" type="fixed"><parent link="world"/><child link="foot"/>'
