@@ -1,80 +1,16 @@
-"""How poses are reached from one another: predictors, spins that matter to nothing, singular poses on the way."""
-
-from dataclasses import replace
+"""Poses reached from one another: spins without influence, singular poses on the way, large batches."""
 
 import numpy as np
 import package_robots
 import pytest
-from loop_robots import Held
 
-import kinetostatics as ks
-from kinetostatics.description import Mimic
-from kinetostatics.files.bundled import robot_path
 from kinetostatics.kinematics.assembly import platform_coordinates
-from kinetostatics.kinematics.solver import SolverState
-
-POSES = {
-    "3rps": ({"z": 0.55, "rx": 0.1, "ry": -0.05}, "XYZ"),
-    "2pru_upr": ({"z": 0.45, "rx": 0.1, "ry": -0.08}, "XYZ"),
-    "3prs": ({"z": 0.55, "azimuth": 0.7, "tilt": 0.3}, "tilt_torsion"),
-    "gough_stewart": ({"x": 0.002, "y": 0.001, "z": 0.244, "rx": 0.003, "ry": -0.002, "rz": 0.004}, None),
-    "five_bar": ({"x": 0.03, "y": 0.3}, None),
-    "delta": ({"x": 0.1, "y": -0.2, "z": -0.7}, None),
-}
-
-
-def follow_predictors(robot, given, values, orientation=None):
-    """Compare predictors with central differences of closed poses."""
-    options = {"orientation": orientation} if given == "platform" else {}
-    here = robot.assemble(**{given: values}, **options)
-    if given == "platform":
-        prescribed, names = platform_coordinates(robot, values, orientation)
-    else:
-        prescribed, names = robot.actuator_coordinates, robot.actuator_names
-    solver, prescribed = robot.solver, robot.mobility_analysis.with_dofs(prescribed)
-    target = np.array([[values[name]] for name in names])
-    poses = SolverState(here.poses.x, solver.origin(prescribed, here.poses)[1])
-    steps = solver.predictors(prescribed, poses, target)
-    h = 1e-4
-    for k, name in enumerate(names):
-        ends = [robot.assemble(**{given: {**values, name: values[name] + s * h}}, near=here, **options) for s in (1, -1)]
-        expected = (ends[0].poses.x - ends[1].poses.x) / (2 * h)
-        imposed, far = SolverState(np.array(poses.x), np.array(poses.c)), np.array(target)
-        far[k] += h
-        solver.impose(prescribed, imposed, far)
-        predicted = (solver.advance(prescribed, imposed, steps[:, k] * h).x - poses.x) / h
-        np.testing.assert_allclose(predicted, expected, rtol=0, atol=2e-3 * max(1.0, np.abs(expected).max()), err_msg=name)
-
-
-@pytest.mark.few(4)
-@pytest.mark.parametrize("given", ["platform", "actuators"])
-@pytest.mark.parametrize("name", POSES)
-def test_predictors_are_how_poses_change(name, given):
-    robot = package_robots.robot(name)
-    coordinates, orientation = POSES[name]
-    drives = robot.assemble(platform=coordinates, orientation=orientation).actuators
-    values = coordinates if given == "platform" else {name: float(value) for name, value in drives.items()}
-    follow_predictors(robot, given, values, orientation)
-
-
-def test_predictors_of_joints_that_follow_others():
-    description = ks.files.read_robot_file(robot_path("3rps"))
-    description = description.changed("prismatic_3", mimic=Mimic("prismatic_1", -0.4, 0.01))
-    robot = ks.Robot(replace(description, driven=("prismatic_1", "prismatic_2")))
-    follow_predictors(robot, "actuators", {"prismatic_1": 0.02, "prismatic_2": -0.01})
-    follow_predictors(robot, "platform", {"z": 0.5, "ry": 0.05}, "XYZ")
-
-
-@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
-def test_predictors_of_driven_loops(kind):
-    held = Held(kind, seed=3, drive="closing")
-    follow_predictors(held.robot(), "actuators", {"closing": 0.1})
 
 
 def test_spins_that_matter_to_nothing_are_no_unknowns():
     """Five rods of the Delta spin by a joint of their own; the sixth is a part of the tree's way to the platform."""
     robot = package_robots.robot("delta")
-    prescribed, _ = platform_coordinates(robot, POSES["delta"][0], None)
+    prescribed, _ = platform_coordinates(robot, {"x": 0.1, "y": -0.2, "z": -0.7}, None)
     held = robot.mobility_analysis.with_dofs(prescribed)
     spins = {f"upper_{limb}{rod}_z" for limb in (1, 2, 3) for rod in "ab"} - {"upper_1a_z"}
     columns = {

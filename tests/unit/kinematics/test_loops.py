@@ -5,17 +5,13 @@ from types import SimpleNamespace
 import numpy as np
 import package_robots
 import pytest
+from loop_robots import FREEDOMS
 
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.kinematics.assembly import closed_pose
 from kinetostatics.kinematics.loop_constraints import LoopEquations, products
 from kinetostatics.math.rotations import exponential, orientation_named
 from kinetostatics.mechanism.mechanism import Mechanism
-
-FREEDOMS = {
-    "fixed": 0, "revolute": 1, "continuous": 1, "prismatic": 1,
-    "cylindrical": 2, "universal": 2, "spherical": 3, "planar": 3,
-}  # fmt: skip
 
 
 def mechanism_with(kind, extra=""):

@@ -38,6 +38,7 @@ ROBOTS = {
     "slides and spherical joints": (lambda: package_robots.robot("3rps"), ("z", "rx", "ry"), (0.5, 0.1, -0.05)),
     "a follower": (follower, ("z", "rx"), (0.5, 0.03)),
     "hinges": (lambda: package_robots.robot("planar_3rrr"), ("x", "y", "rz"), (0.02, -0.03, 0.1)),
+    "tilt and torsion": (lambda: package_robots.robot("3prs"), ("z", "azimuth", "tilt"), (0.55, 0.7, 0.3)),
     "a driven sliding loop": (lambda: Held("prismatic", 3, drive="closing").robot(), None, (0.1,)),
     "a driven turning loop": (lambda: Held("continuous", 4, drive="closing").robot(), None, (0.3,)),
     "a crank driven by its slider": (slider_crank, None, (0.1,)),
@@ -62,16 +63,18 @@ def test_coordinates_move_as_differences_of_poses_tell(name):
     make, platform, values = ROBOTS[name]
     robot, h = make(), 1e-6
     names = platform or robot.description.driven
-    start = robot.assemble(**{"platform" if platform else "actuators": dict(zip(names, values, strict=True))})
+    turned = {"orientation": "tilt_torsion"} if "tilt" in names else {}
+    start = robot.assemble(**{"platform" if platform else "actuators": dict(zip(names, values, strict=True))}, **turned)
     ways = [("actuators", robot.actuator_coordinates, robot.actuator_names, start.actuators)]
     if platform:
         given = dict(zip(platform, values, strict=True))
-        ways.append(("platform", prescribed_platform(platform, orientation_named(None)), platform, given))
+        ways.append(("platform", prescribed_platform(platform, orientation_named(turned.get("orientation"))), platform, given))
     for way, prescribed, coordinates, at in ways:
         v = rates_of(robot, prescribed, start)
         at = {item: float(at[item]) for item in at}
         for k, item in enumerate(coordinates):
-            up, down = (robot.assemble(**{way: {**at, item: at[item] + by}}, near=start).poses.x for by in (h, -h))
+            more = turned if way == "platform" else {}
+            up, down = (robot.assemble(**{way: {**at, item: at[item] + by}}, near=start, **more).poses.x for by in (h, -h))
             close_to(robot.equations.tree.rates(start.poses.x, v[:, k]), (up - down) / (2 * h))
 
 
