@@ -136,34 +136,6 @@ def test_the_assembly_mode_is_that_of_fine_continuation(name, seed):
     np.testing.assert_allclose(direct.platform_frame, pose.platform_frame, rtol=0, atol=1e-9)
 
 
-def test_near_chooses_the_assembly_mode():
-    one = small("four_bar")
-    # the coupler folded down: the other way to close the four-bar at the same crank angle
-    zero = one.assemble()
-    elbow = np.array([0.1, 0, 0.5]), np.array([0.9, 0, 0.7]), np.array([0.8, 0, 0.0])
-    A, B, D = elbow
-    along = (D - A) / np.linalg.norm(D - A)
-    mirrored = A + 2 * along * ((B - A) @ along) - (B - A)
-    heading = [np.arctan2(*(v[[2, 0]])) for v in (B - A, mirrored - A)]
-    turn = heading[0] - heading[1]  # about +y
-    follower = np.arctan2(*(B - D)[[2, 0]]) - np.arctan2(*(mirrored - D)[[2, 0]])
-    q = pin.neutral(one.model)
-    names = list(one.model.names)
-    values = {"head_1": turn, "foot_2": follower}
-    for joint, value in values.items():
-        q[one.model.joints[names.index(joint)].idx_q] = value
-    other = one.configuration(q, closure_tolerance=1e-9)
-    assert other.residual < 1e-9
-    near = one.assemble(actuators={"foot_1": 0.05}, near=other)
-    far = one.assemble(actuators={"foot_1": 0.05})
-    assert near.residual < 1e-12 and far.residual < 1e-12
-    assert np.linalg.norm(near.platform_frame[:3, 3] - other.platform_frame[:3, 3]) < 0.1
-    assert np.linalg.norm(far.platform_frame[:3, 3] - zero.platform_frame[:3, 3]) < 0.1
-    assert np.linalg.norm(far.platform_frame[:3, 3] - near.platform_frame[:3, 3]) > 0.2
-    with pytest.raises(ks.ArgumentError, match="another robot"):
-        one.assemble(near=robot("3rps").assemble())
-
-
 def test_near_takes_a_batch_of_the_same_shape():
     one = robot("3rps")
     poses = one.assemble(platform={"z": [0.5, 0.55, 0.6], "rx": 0.1, "ry": 0.0})
@@ -171,6 +143,8 @@ def test_near_takes_a_batch_of_the_same_shape():
     assert moved.shape == (3,) and np.all(moved.residual < 1e-12)
     with pytest.raises(ks.ArgumentError, match="shape"):
         one.assemble(platform={"z": [0.51, 0.56], "rx": 0.1, "ry": 0.05}, near=poses)
+    with pytest.raises(ks.ArgumentError, match="another robot"):
+        one.assemble(near=robot("2pru_upr").assemble())
 
 
 def test_shapes_broadcast():
@@ -636,25 +610,6 @@ def test_a_base_that_is_not_the_root():
     np.testing.assert_allclose(found.twist, expected.twist, rtol=0, atol=1e-9 * np.abs(expected.twist).max())
     np.testing.assert_allclose(found.base_wrench, expected.base_wrench, rtol=0, atol=1e-9 * 100)
     np.testing.assert_allclose(found.configuration.platform_frame, expected.configuration.platform_frame, rtol=0, atol=1e-12)
-
-
-def test_a_platform_at_a_fixed_child():
-    spec = sr.rps3()
-    plain = sr.write(spec).text
-    tool = '<link name="tool"/><joint name="flange" type="fixed"><parent link="platform"/><child link="tool"/>'
-    tool += '<origin xyz="0.1 0.2 0.3" rpy="0.4 0 0"/></joint>'
-    text = re.sub(r'<platform link="platform">.*?</platform>', tool + '<platform link="tool"/>', plain)
-    one, other = robot_of_text(text), robot_of_text(plain)
-    load = np.array([10.0, -20, 30, 4, 5, 6])
-    targets = {"prismatic_1": 0.03, "prismatic_2": -0.02, "prismatic_3": 0.01}
-    pose, same = one.assemble(actuators=targets), other.assemble(actuators=targets)
-    o = pose.platform_frame[:3, 3]
-    np.testing.assert_allclose(pose.frame("tool"), pose.platform_frame)
-    found, expected = ks.analyze(pose, load), ks.analyze(same, load, point=o)
-    moved = expected.twist[:3] + np.cross(expected.twist[3:], o - same.platform_frame[:3, 3])
-    np.testing.assert_allclose(found.twist, np.concatenate([moved, expected.twist[3:]]), rtol=1e-9, atol=1e-18)
-    for joint, force in expected.actuator_forces.items():
-        assert found.actuator_forces[joint] == pytest.approx(force, rel=1e-10)
 
 
 @pytest.mark.few(2)

@@ -549,18 +549,6 @@ def test_an_element_of_a_batch_is_the_pose_analyzed_alone(name, seed):
 
 
 @given(names, seeds)
-def test_loads_and_gravity_broadcast(name, seed):
-    case = Case(name, seed)
-    loads, fields = case.rng.standard_normal((4, 1, 6)) * 50, case.rng.standard_normal((3, 3)) * 5
-    found = ks.analyze(case.pose, loads, fields)
-    assert found.twist.shape == (4, 3, 6)
-    assert found.actuator_forces == {} or next(iter(found.actuator_forces.values())).shape == (4, 3)
-    alone = ks.analyze(case.pose, loads[2, 0], fields[1])
-    same_twist(found.twist[2, 1], alone.twist, 1e-9)
-    same(found.base_wrench[2, 1], alone.base_wrench, 1e-9)
-
-
-@given(names, seeds)
 def test_where_and_in_which_axes_a_load_acts(name, seed):
     case = Case(name, seed)
     R, f = case.pose.platform_frame[:3, :3], case.load

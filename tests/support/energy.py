@@ -12,6 +12,7 @@ Of the package it takes the pieces of :mod:`kinetostatics.verification.pieces` a
 from dataclasses import dataclass
 
 import numpy as np
+from finite_elements import skew
 
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.verification.frame import joint_springs, releases
@@ -347,7 +348,7 @@ class Energy:
         rank = int(np.sum(values > ZERO * values[0]))
         Z = unit[:, None] * vectors[rank:].T
         platform = np.eye(6)
-        platform[:3, 3:] = -_skew(self.o - points[self.platform])
+        platform[:3, 3:] = -skew(self.o - points[self.platform])
         P = np.zeros((6, n))
         P[:, 6 * self.platform : 6 * self.platform + 6] = platform
         linear, held, _, _ = _solved(Z, K, np.column_stack([-gradient, P.T]))
@@ -372,10 +373,6 @@ class Energy:
             P @ tangent[:, 0], compliance, int(np.sum(eigenvalues < 0)), np.linalg.pinv(compliance, rcond=1e-12),
             gap if held and fine else 0.0, P @ linear[:, 1:], wrenches,
         )  # fmt: skip
-
-
-def _skew(v):
-    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
 
 
 def _held(K, geometric):

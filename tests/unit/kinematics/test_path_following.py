@@ -51,7 +51,7 @@ def test_long_steps_lead_to_the_same_pose(name, platform, corrected, monkeypatch
 
 
 @pytest.mark.filterwarnings("ignore:.*times the robot's size|.*turns")
-@pytest.mark.parametrize("size", [1e9, 1e14, 1e30, 1.7e308])
+@pytest.mark.parametrize("size", [1e9, 1.7e308])
 def test_what_has_no_digits_left_is_out_of_reach_at_once(size, corrected):
     """Single poses say so; in a batch the others are reached all the same."""
     tripod = robot("3rps")
@@ -107,12 +107,3 @@ def test_every_pose_of_every_chunk_follows_its_own_line(monkeypatch, many_starts
     chunks = robot("3rps").assemble(platform={"z": z, **tilt}, near=near, engine="numpy")
     np.testing.assert_allclose(chunks.q, whole.q, rtol=0, atol=1e-12)
     np.testing.assert_allclose(chunks.q, [part.q for part in parts], rtol=0, atol=1e-12)
-
-
-@pytest.mark.parametrize(("beside", "closed"), [(2e-11, True), (1e-9, False), (1e-5, False)])
-def test_how_far_the_loops_of_given_coordinates_may_be_open(beside, closed):
-    machine = robot("3rps")
-    q = np.array(machine.assemble().q)
-    q[int(np.argmax(np.abs(q) < 0.9))] += beside  # any joint that is no part of a quaternion
-    assert (machine.configuration(q, on_failure="nan").status != ks.Status.UNREACHABLE) == closed
-    assert machine.configuration(q, closure_tolerance=1e-3, on_failure="nan").status != ks.Status.UNREACHABLE

@@ -7,11 +7,9 @@ import numpy as np
 import package_robots
 import pytest
 
-from kinetostatics.limbs.basis_choice import _with_own_label, evaluate_bases
-from kinetostatics.limbs.geometry import Candidate
+from kinetostatics.limbs.basis_choice import evaluate_bases
 from kinetostatics.limbs.statics import _crossed
 from kinetostatics.limbs.wrench_candidates import common_point
-from kinetostatics.math.linalg import numerical_rank
 from kinetostatics.math.screws import unit_twist
 
 X, Y, Z = np.eye(3)
@@ -65,17 +63,6 @@ def test_parallel_axes_are_apart_by_their_distance_over_the_characteristic_lengt
     assert not _crossed(*wrist(*two, length=length, compounds=[0, 0])).item()  # of one universal joint
 
 
-def test_ranks_come_with_the_gap_that_decides_them():
-    columns = np.zeros((6, 3))
-    columns[0, 0], columns[1, 1], columns[2, 2] = 2.0, 0.5, 1e-6
-    assert numerical_rank(columns, 1e-4) == (2, pytest.approx(5e5)) and numerical_rank(columns, 1e-7) == (3, np.inf)
-    assert numerical_rank(columns[:, :0], 1e-4) == (0, np.inf) and numerical_rank(np.zeros((6, 1)), 1e-4) == (0, np.inf)
-    assert numerical_rank(columns, 2.4e-1) == (2, pytest.approx(5e5)) and numerical_rank(columns, 2.6e-1) == (
-        1,
-        pytest.approx(4.0),
-    )
-
-
 @pytest.mark.parametrize(
     ("off", "closing_error", "bad"), [(5e-7, 0, False), (2e-6, 0, True), (5e-5, 1e-6, False), (2e-4, 1e-6, True), (0, 0, False)]
 )
@@ -102,10 +89,3 @@ def test_wrenches_are_moved_if_they_are_nearly_reciprocal_and_else_replaced(off,
     if not bad:
         np.testing.assert_allclose(J_c, before, rtol=0, atol=5 * off)
         np.testing.assert_array_equal(J_g, attached)
-
-
-def test_wrenches_of_a_limb_have_labels_of_their_own():
-    taken = []
-    for label in ("force", "couple", "force", "force at a", "force", "couple"):
-        taken.append(_with_own_label(Candidate(("limb", 0), None, label), taken))
-    assert [item.label for item in taken] == ["force", "couple", "force (2)", "force at a", "force (3)", "couple (2)"]
