@@ -84,15 +84,11 @@ def process(*arguments, **options):
         ("0.5", 0.5),
         ("500mm", 0.5),
         ("-20um", -2e-5),
-        ("3µm", 3e-6),
-        ("2 m", 2.0),
         ("180deg", np.pi),
         ("-1.5rad", -1.5),
         ("-1e-3", -1e-3),
         ("+.5E2", 50.0),
         ("1e3mm", 1.0),
-        (" -5 ", -5.0),
-        ("3.", 3.0),
     ],
 )
 def test_quantities(text, value):
@@ -103,13 +99,9 @@ def test_quantities(text, value):
     ("text", "kind", "message"),
     [
         ("", None, "not a number"),
-        ("nan", None, "not a number"),
         ("inf", None, "not a number"),
-        ("1e999", None, "too large"),
         ("1,5", None, "not a number"),
-        ("--2", None, "not a number"),
         ("2inch", None, "unknown unit 'inch'"),
-        ("2e", None, "unknown unit 'e'"),
         ("2deg", "length", "a length is needed"),
         ("2mm", "angle", "an angle is needed"),
         ("2mm", "number", "a plain number is needed"),
@@ -188,14 +180,6 @@ def test_check(capsys):
     assert "limb_1: R P(driven) S" in out
 
 
-def test_check_json(capsys):
-    code, out, err = run(capsys, "check", "2pru_upr", "--json")
-    found = json.loads(out)
-    assert code == 0
-    assert err == ""
-    assert (found["mobility"]["platform"], found["mobility"]["redundant_constraints"]) == (3, 3)
-
-
 def test_check_of_a_robot_that_cannot_be_analysed(capsys, tmp_path):
     path = tmp_path / "open.urdf"
     path.write_text(
@@ -239,12 +223,6 @@ def test_analyze_json_is_the_result(capsys):
     assert max(map(len, out.splitlines())) < 6000 and len(out.splitlines()) > 100
 
 
-def test_default_pose_is_all_drives_at_zero(capsys):
-    found = json.loads(run(capsys, "analyze", "2pru_upr", "--json")[1])
-    assert list(found["configuration"]["actuators"].values()) == [0.0, 0.0, 0.0]
-    assert found["gravity"] == [0.0, 0.0, -9.81]
-
-
 def test_default_pose_where_zero_does_not_close(capsys, tmp_path):
     path = tmp_path / "stretched.urdf"
     path.write_text(STRETCHED)
@@ -270,11 +248,6 @@ def test_load_at_a_point(capsys):
     code, out, err = run(capsys, "analyze", "3rps", *options)
     assert code == 0, err
     np.testing.assert_allclose(json.loads(out)["load"], [0, 0, -1000, -0.5 + 20e-6 * 1000, 100, 0], atol=1e-11)
-
-
-def test_parameters_reach_the_file(capsys):
-    thin = json.loads(run(capsys, "analyze", "3rps", "--set", "rod_diameter=50mm", "--json")[1])
-    assert thin["beams"]["rod_1"]["mass"] == pytest.approx(0.25 * np.pi * 0.05**2 * 0.55 * 7820, rel=1e-12)
 
 
 def test_warnings(capsys):
@@ -304,79 +277,40 @@ def test_another_pose_may_begin_the_way(capsys):
 # ---- errors ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.few(20)
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         ("", "COMMAND"),
         ("chek 3rps", "there is no command 'chek': did you mean 'check'?"),
         ("check", "ROBOT is missing; it comes before the options"),
-        ("check --set rod_diameter=1 3rps", "ROBOT is missing; it comes before the options"),
         ("check 3rps --fast", "unrecognized arguments: --fast"),
         ("check 3rp", "3rp: the file cannot be read: No such file"),
-        ("check 3rps --set rod_diam=0.1", "did you mean 'rod_diameter'?"),
         ("check 3rps --set rod_diameter=0.1 rod_diameter=0.2", "'rod_diameter' is given twice"),
-        ("check 3rps --set rod_diameter", "not of the form name=value"),
-        ("check 3rps --set rod_diameter=-0.1", "3rps.urdf.xacro:"),
-        ("analyze 3rps --platform", "expected at least one argument"),
         ("analyze 3rps --platform z=0.5 rx=0", "the mobility of '3rps' is 3"),
-        ("analyze 3rps --platform z=0.5 rx=0 rx=1deg", "'rx' is given twice"),
         ("analyze 3rps --platform z=0.5 rx=0 ry=two", "--platform: ry: 'two' is not a number"),
         ("analyze 3rps --platform z=5deg rx=0 ry=0", "--platform: z: '5deg' is an angle, but a length is needed"),
-        ("analyze 3rps --platform z=0.5 rx=0 yaw=0", "no platform coordinate 'yaw'"),
-        ("analyze 3rps --platform z=0.5 azimuth=0 tilt=0", "it needs orientation 'tilt_torsion'"),
-        ("analyze 3rps --platform z=0.5 rx=0 tilt=0 --orientation tilt_torsion", "it needs orientation 'rotation_vector' or"),
-        ("analyze 2pru_upr --platform z=0.6 x=0 rx=0", "do not determine the pose"),
         ("analyze 3rps --platform z=0.5 rx=0 ry=0 --actuators prismatic_1=0", "not allowed with argument"),
-        ("analyze 2pru_upr --platform z=3 rx=0 ry=0", "cannot reach"),
         ("analyze 3rps --actuators prismatic_1=0 prismatic_2=0", "missing for prismatic_3"),
         ("analyze 3rps --actuators prismatic_1=1deg prismatic_2=0 prismatic_3=0", "a length is needed"),
-        ("analyze 3rps --actuators prism_1=0", "no driven joint 'prism_1'"),
-        ("analyze 3rps --orientation XXX", "unknown orientation 'XXX'"),
         ("analyze 3rps --load 0 0 -1e3", "expected 6 arguments"),
         ("analyze 3rps --load 0 0 -1e3 0 0 5mm", "a moment is needed"),
         ("analyze 3rps --gravity 0 0 down", "--gravity: 'down' is not a number"),
-        ("analyze 3rps --frame tool", "invalid choice: 'tool'"),
-        ("analyze 3rps --closure-tolerance -1e-3", "must be a positive length"),
         ("analyze 3rps --near z=5deg rx=0 ry=0", "--near: z: '5deg' is an angle, but a length is needed"),
-        ("analyze 3rps --near prism_1=0", "--near: no driven joint 'prism_1'"),
         ("analyze 2pru_upr --platform z=0.6 rx=0 ry=0 --near z=3 rx=0 ry=0", "--near: '2pru_upr' (mobility 3) cannot reach"),
         ("analyze 3rps --plattform z=-5mm", "unrecognized arguments: --plattform z=-5mm (see kinetostatics analyze --help)"),
-        ("analyze 3rps --js", "unrecognized arguments: --js"),
-        ("analyse 3rps", "there is no command 'analyse'; commands are check, analyze, "),
     ],
 )
 def test_errors_are_one_line(capsys, arguments, message):
     assert message in fails(capsys, *arguments.split())
 
 
-def test_file_errors_name_the_line(capsys, tmp_path):
-    path = tmp_path / "bad.urdf"
-    path.write_text('<robot name="bad">\n  <link name="base"/>\n  <linc name="a"/>\n</robot>\n')
-    assert f"{path}:3: <linc>" in fails(capsys, "check", path)
-
-
-def test_singular_poses_are_errors(capsys, tmp_path):
-    path = tmp_path / "loose.urdf"
-    path.write_text(STRETCHED.replace('<transmission name="drive"><joint name="slide"/></transmission>', ""))
-    assert "'stretched' has no actuators, so that its platform can move: " in fails(capsys, "analyze", path)
-
-
 # ---- as a program ----------------------------------------------------------------------------------------------------
-
-
-def test_python_dash_m():
-    done = process("analyze", "3rps", *CONFIGURATION_2, "--json")
-    assert done.returncode == 0 and done.stderr == ""
-    np.testing.assert_allclose(json.loads(done.stdout)["twist"], TWIST, rtol=1e-5)
-    done = process("analyze", "4rps")
-    assert done.returncode == 2 and done.stdout == "" and done.stderr.count("\n") == 1
 
 
 def test_viewers_are_not_imported_by_an_analysis():
     code = (
         "import sys; from kinetostatics.cli.main import main; main(['analyze', '3rps']); "
-        "assert not {'yourdfpy', 'meshcat', 'trimesh', 'scipy'} & set(sys.modules), 'heavy imports'"
+        "assert not {'yourdfpy', 'meshcat', 'trimesh', 'scipy', 'xarray', 'dask', 'pandas'} & set(sys.modules), 'heavy imports'"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, encoding="utf-8", check=False)
     assert done.returncode == 0, done.stderr
@@ -384,10 +318,8 @@ def test_viewers_are_not_imported_by_an_analysis():
 
 def test_terminals_without_greek():
     environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
-    done = process("analyze", "3rps", env=environment)
+    done = process("analyze", "3rps", *CONFIGURATION_2, env=environment)
     assert done.returncode == 0 and done.stderr == "" and "?m" in done.stdout
-    done = process("analyze", "3rps", "--json", env=environment)
-    assert json.loads(done.stdout)["limbs"]["limb_1"]["labels"][1] == "force ∥ revolute_1 at spherical_1"
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes and devices of POSIX")
@@ -407,13 +339,6 @@ def test_tolerances_prints_the_worst_only(capsys):
     rows = [line.split()[0] for line in out.splitlines() if ".error." in line]
     ranked = ks.tolerances(package_robots.robot("2pru_upr").assemble())
     assert code == 0 and rows == list(ranked.effects)[:3] and "and 47 more" in out
-
-
-def test_tolerances_json_is_the_table(capsys):
-    code, out, _ = run(capsys, "tolerances", "2pru_upr", "--tolerance", "*.error.[xyz]=20um", "--top", 4, "--json")
-    ranked = ks.tolerances(package_robots.robot("2pru_upr").assemble(), {"*.error.[xyz]": 2e-5}).to_dict()
-    first = dict(list(ranked["effects"].items())[:4])
-    assert code == 0 and json.loads(out)["effects"] == json.loads(json.dumps(first))
 
 
 def test_live_view_answers_until_it_is_interrupted():
@@ -439,18 +364,11 @@ def test_what_computes_nothing_imports_nothing_that_computes(arguments):
     code = (
         "import sys; from kinetostatics.cli.main import main; "
         f"main({arguments!r}); "
-        "print(sorted({'pinocchio', 'scipy', 'kinetostatics.robot', 'kinetostatics.analysis'} & set(sys.modules)))"
+        "heavy = {'pinocchio', 'scipy', 'argcomplete', 'kinetostatics.cli.completion', 'kinetostatics.robot'}; "
+        "print(sorted(heavy & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]", done.stdout
-
-
-def test_every_public_name_is_where_it_is_said_to_be():
-    for name in ks.__all__:
-        assert getattr(ks, name) is getattr(ks, name)
-    assert ks.tolerances.__name__ == "tolerances" and callable(ks.tolerances)
-    with pytest.raises(AttributeError, match="analyse"):
-        _ = ks.analyse
 
 
 def test_export_writes_c_and_says_what(capsys, tmp_path):

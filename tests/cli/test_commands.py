@@ -12,74 +12,20 @@ from kinetostatics.cli.main import make_parser
 from kinetostatics.cli.typed_values import option_of, parse_quantity
 
 #: Arguments of functions that the command line has no option for: what it does itself, and what only programs need.
-PYTHON_ONLY = {
-    *("configuration", "on_failure", "engine", "assembly_errors", "robot", "analysis", "chunks", "progress", "parameter_units"),
-    *(
-        "command_line",
-        "path",
-        "over",
-        "workspace",
-        "loads",
-        "motion",
-        "values",
-        "result",
-        "pose",
-        "visualizer",
-        "node",
-        "title",
-        "actuators",
-    ),
-}
+PYTHON_ONLY = set(
+    (
+        "configuration on_failure engine assembly_errors robot analysis chunks progress parameter_units command_line path "
+        "over workspace loads motion values result pose visualizer node title actuators"
+    ).split()
+)
 #: Options that are no arguments of the function: they choose, write or show.
-COMMAND_ONLY = {
-    *("full", "only"),
-    *(
-        "json",
-        "out",
-        "near",
-        "robot",
-        "load_on",
-        "payload_center",
-        "payload_link",
-        "top",
-        "what",
-        "components",
-        "table",
-        "hinge_axis",
-        "quiet",
-    ),
-    *(
-        "list",
-        "copy",
-        "pareto",
-        "points",
-        "plan",
-        "load_case",
-        "read",
-        "readings",
-        "sweep",
-        "modes",
-        "html",
-        "screenshot",
-        "live",
-        "meshcat",
-        "port",
-    ),
-    *(
-        "colour",
-        "view",
-        "source",
-        "elastic",
-        "joint_stiffness",
-        "yaml",
-        "types",
-        "axes",
-        "jacobian",
-        "with_respect_to",
-        "scalar",
-        "name",
-    ),
-}
+COMMAND_ONLY = set(
+    (
+        "full only json out near robot load_on payload_center payload_link top what components table hinge_axis quiet list "
+        "copy pareto points plan load_case read readings sweep modes html screenshot live meshcat port colour view source "
+        "elastic joint_stiffness yaml types axes jacobian with_respect_to scalar name"
+    ).split()
+)
 #: Names that differ.
 OTHER_NAMES = {"inputs": "platform", "section": "sections", "source": "path"}
 #: Arguments of the robot, of its pose, and of what the command analyses itself.

@@ -104,12 +104,3 @@ def test_without_argcomplete_a_shell_gets_no_answer_and_no_noise(monkeypatch, ca
     monkeypatch.setitem(sys.modules, "argcomplete", None)
     assert main.main(["check", "3rps"]) == 1
     assert capsys.readouterr() == ("", "")
-
-
-def test_argcomplete_is_not_imported_unless_a_shell_asks():
-    code = (
-        "import sys; from kinetostatics.cli.main import main; main(['--version']);"
-        "print([n for n in sys.modules if 'argcomplete' in n or n.endswith('cli.completion')])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "[]"

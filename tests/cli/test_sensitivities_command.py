@@ -5,7 +5,6 @@ import json
 import pytest
 
 from kinetostatics.cli.main import main
-from kinetostatics.results.sensitivities import QUANTITIES
 
 
 def test_tables_json_and_chart(capsys, tmp_path):
@@ -22,17 +21,3 @@ def test_tables_json_and_chart(capsys, tmp_path):
     assert list(read["parameters"]) == ["youngs_modulus"] and set(read["sources"]) == {"rod_1", "rod_2", "rod_3"}
     assert main(["sensitivities", "3rps", "--by", "rods"]) == 2
     assert "no parameter 'rods'" in capsys.readouterr().err
-
-
-def test_quantities_that_are_asked_for(capsys, tmp_path):
-    arguments = ["sensitivities", "five_bar", "--by", "tool_mass", "distal_?.height", "--outputs", "mass"]
-    assert main([*arguments, "--json"]) == 0
-    read = json.loads(capsys.readouterr().out)["parameters"]
-    assert "tool_mass" in read and set(read["tool_mass"]) == {"name", "value", "unit", "mass", "exact"}
-    assert main([*arguments[:-1], "weight"]) == 2
-    assert "outputs is 'weight'; it must be one of" in capsys.readouterr().err
-
-
-def test_its_help_names_all_quantities(capsys):
-    assert main(["sensitivities", "--help"]) == 0
-    assert ", ".join(QUANTITIES) in " ".join(capsys.readouterr().out.split())

@@ -10,7 +10,6 @@ import pytest
 from places import ROBOTS, ROOT
 
 import kinetostatics as ks
-from kinetostatics.cli.main import main
 from kinetostatics.design.variables import read_variables
 
 pytest.importorskip("scipy")
@@ -125,6 +124,7 @@ def test_the_lightest_cantilever_for_the_tip_of_a_tool(cantilever):
         ks.optimize(cantilever, {"diameter": "20mm:150mm"}, tool=(0.2, 0))
 
 
+@pytest.mark.slow
 def test_the_two_bar_truss(folder):
     """Stress σ: A = F √(r² + h²) / (2 h σ), mass 2 ρ A √(r² + h²) is least at h = r: 2 ρ F r / σ."""
     path = parametric_machines.pinned_truss(folder, [(1, 0), (-1, 0)])
@@ -141,45 +141,6 @@ def test_the_two_bar_truss(folder):
     assert best.parameters["height"] == pytest.approx(0.4, rel=1e-3)  # the mass is flat there
     # mass goes as 1/σ
     assert best.active[0].saving == pytest.approx(0.01 * best.objective, rel=1e-3)
-
-
-@pytest.mark.slow
-def test_the_symmetric_tripod(folder):
-    """Deflection w: A = F L³ / (3 E w h²), mass 3 ρ A L is least at h = r: 4 ρ F r² / (E w)."""
-    path = parametric_machines.pinned_truss(folder, [(1, 0), (-0.5, 3**0.5 / 2), (-0.5, -(3**0.5) / 2)])
-    best = ks.optimize(
-        path,
-        {"diameter": (0.02, 0.05), "height": (0.25, 0.8)},
-        "mass",
-        ["sag < 20um"],
-        load=[0, 0, -8e3, 0, 0, 0],
-        starts=1,
-        **STILL,
-    )
-    assert best.feasible and best.objective == pytest.approx(4 * RHO * 8e3 * 0.4**2 / (E * 20e-6), rel=1e-6)
-
-
-@pytest.mark.slow
-def test_a_real_robot_beats_brute_force():
-    """The 2PRU-UPR over four poses, against every millimetre of the diameter."""
-    angles = np.radians([-10, 10])
-    over = {"z": 0.6, "rx": angles, "ry": angles}
-    load, limit = [0, 0, -500, 0, 0, 0], "deflection_any_direction(500 N) < 0.15 mm"
-    best = ks.optimize("2pru_upr", {"rod_diameter": "60mm:70mm"}, "mass", [limit], over, load=load, starts=1)
-    assert best.feasible and best.poses == 4 and best.active[0].text == limit and len(best.active) == 1
-    rx, ry = np.meshgrid(angles, angles)
-
-    def deflection(diameter):
-        robot = package_robots.robot("2pru_upr", rod_diameter=round(float(diameter), 6))
-        result = ks.analyze(robot.assemble(platform={"z": 0.6, "rx": rx, "ry": ry}), load)
-        return 500 * np.linalg.eigvalsh(result.compliance[..., :3, :3])[..., -1].max()
-
-    d = best.parameters["rod_diameter"]
-    finer = np.ceil(d * 1e3) / 1e3
-    assert deflection(finer) <= 0.15e-3 < deflection(finer - 1e-3)  # the best of every millimetre is heavier
-    assert finer - 1e-3 < d <= finer
-    worst = best.active[0]
-    assert worst.worst == pytest.approx(0.15e-3, rel=1e-6) and set(worst.pose) == {"z", "rx", "ry"}
 
 
 @pytest.mark.slow
@@ -315,15 +276,11 @@ def test_every_load_acts_at_every_pose():
     assert best.feasible and best.poses == 2 and best.result.shape == (2, 3) and k == 1
     assert sag.worst == pytest.approx(worst, rel=1e-9) and sag.pose["z"] == z and sag.case == (k,)
     assert mass.worst == pytest.approx(best.objective) and f"z = {z}, rx = 0.1, ry = 0, load[1]" in str(best)
-    front = ks.pareto("3rps", {"rod_diameter": "60mm,80mm"}, ("mass", "sag"), (), over, load=loads)
-    alone = ks.pareto("3rps", {"rod_diameter": "60mm,80mm"}, ("mass", "sag"), (), {**over, "z": z}, load=loads[k])
-    np.testing.assert_allclose(front.objectives[:, 1], alone.objectives[:, 1], rtol=1e-9)
-    assert front[0].requirements[0].case == (1,)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
-    ("vary", "bound"),
-    [({"length": "0.7:1.0"}, "length at its lower bound"), ({"E": "1e11:2.2e11"}, "E at its upper bound")],
+    ("vary", "bound"), [({"length": "0.7:1.0"}, "length at its lower bound"), ({"E": "1e11:2.2e11"}, "E at its upper bound")]
 )
 def test_what_a_looser_limit_saves_where_a_parameter_is_at_its_bound(cantilever, vary, bound):
     """The rod's mass goes as w^(-1/2) whatever its length and modulus, which their bounds hold where they are."""
@@ -333,35 +290,22 @@ def test_what_a_looser_limit_saves_where_a_parameter_is_at_its_bound(cantilever,
     assert best.active[0].saving == pytest.approx(0.005 * (best.objective - 5), rel=1e-3)
 
 
-def test_all_searches_are_counted(cantilever):
-    found = ks.optimize(cantilever, {"diameter": "20mm:120mm"}, starts=11, **STILL)
-    assert len(found.starts) == found.alike == 11 and "11 of 11 searches end here" in str(found)
-
-
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"vary": {}}, "it must be a mapping"),
-        ({"vary": {"diametre": "1mm:2mm"}}, "has no parameter 'diametre'"),
         ({"vary": {"diameter": "9mm:2mm"}}, "from a smaller to a larger"),
         ({"vary": {"diameter": "9mm"}}, "two different values"),
         ({"vary": {"diameter": "4cm:8kg"}}, r"vary: diameter is given in kg, but it is in m"),
-        ({"vary": {"diameter": "4N,8N"}}, "diameter is given in N, but it is in m"),
-        ({"vary": {"diameter": "none.csv"}}, "none.csv cannot be read"),
         ({"vary": {"diameter": "1mm..2mm"}}, "is not a number; a range is written 20mm:120mm, values 20mm,25mm$"),
         ({"vary": {("diameter", "length"): "9mm:12mm"}}, "rows of a catalogue"),
         ({"vary": {"diameter": "9mm:12mm", ("diameter", "wall"): "standard_tubes"}}, "varied twice"),
         ({"minimize": "least_rotational_stiffness"}, "is not to be minimized"),
-        ({"minimize": "weight"}, "no quantity 'weight'"),
         ({"subject_to": "sag < 1um"}, "a list of requirements"),
         ({"subject_to": ["sag = 1um"]}, "is not of the form"),
-        ({"subject_to": ["sag < 1kg"]}, "is not a length"),
         ({"subject_to": ["sag < 0"]}, "greater than zero"),
         ({"subject_to": ["sag(3 N) < 1um"]}, "write sag"),
         ({"subject_to": ["deflection_any_direction < 1um"]}, "in the brackets"),
         ({"subject_to": ["actuator_force < 1kN"]}, "has no actuator that slides$"),
-        ({"platform": {"z": "high"}}, "a number or a list"),
-        ({"starts": 0}, "whole number from 1 on"),
         ({"minimize": ["sag < 1mm"]}, "requirements are given by subject_to"),
     ],
 )
@@ -369,12 +313,6 @@ def test_mistakes(cantilever, changes, said):
     given = {"vary": {"diameter": "20mm:60mm"}, "minimize": "mass", "subject_to": ["sag < 1mm"], **changes}
     with pytest.raises(ks.ArgumentError, match=said):
         ks.optimize(cantilever, **given)
-
-
-def test_catalogues_are_separated_by_commas(cantilever, tmp_path):
-    (tmp_path / "bars.csv").write_text("diameter [mm];wall\n40;2\n50;2\n", encoding="utf-8")
-    with pytest.raises(ks.ArgumentError, match=r"bars.csv:1: separate columns by commas, not by semicolons"):
-        ks.optimize(cantilever, {"diameter": str(tmp_path / "bars.csv")})
 
 
 def test_loops_may_stay_open_by_the_tolerance(tmp_path):
@@ -389,22 +327,6 @@ def test_loops_may_stay_open_by_the_tolerance(tmp_path):
     assert not ks.optimize(boom, off, actuators={"motor": 0.1}).feasible
     best = ks.optimize(boom, off, actuators={"motor": 0.1}, closure_tolerance=1e-5)
     assert best.feasible and best.parameters["diameter"] == 0.08
-    with pytest.raises(ks.StaticsError):
-        ks.pareto(boom, off, actuators={"motor": 0.1})
-    assert ks.pareto(boom, off, actuators={"motor": 0.1}, closure_tolerance=1e-5).parameters["diameter"].tolist() == [0.08, 0.1]
-    command = ["optimize", str(boom), "--vary", "diameter=80mm,100mm", "--actuators", "motor=0.1", "--closure-tolerance"]
-    assert main([*command, "10um"]) == 0 and main([*command, "1nm"]) == 1
-
-
-def test_a_robot_is_given_by_its_file(cantilever):
-    with pytest.raises(ks.ArgumentError, match="needs the path of a robot's file"):
-        ks.optimize(ks.load_robot(cantilever), {"diameter": "20mm:60mm"})
-
-
-def test_units_of_catalogues_are_those_of_the_file(cantilever, tmp_path):
-    (tmp_path / "heavy.csv").write_text("diameter [kg]\n4\n5\n", encoding="utf-8")
-    with pytest.raises(ks.ArgumentError, match="vary: diameter is given in kg, but it is in m"):
-        ks.optimize(cantilever, {"diameter": str(tmp_path / "heavy.csv")})
 
 
 def test_lengths_that_look_like_millimetres(cantilever):
@@ -446,9 +368,3 @@ def test_of_two_ranges_what_comes_nearest_is_at_both_ends(cantilever):
     best = ks.optimize(cantilever, vary, "mass", ["sag < 0.1 mm"], load=[0, 0, -500, 0, 0, 0], starts=1, **STILL)
     assert not best.feasible and best.parameters["diameter"] == pytest.approx(0.04, rel=1e-4)
     assert best.parameters["length"] == pytest.approx(0.8, rel=1e-4)
-
-
-def test_a_file_without_arguments_has_no_numbers_to_vary(folder, cantilever):
-    ks.save_robot(ks.load_robot(cantilever), folder / "no_arguments.urdf")
-    with pytest.raises(ks.ArgumentError, match=r"has no parameter 'diameter': did you mean 'rod\.outer_diameter'"):
-        ks.optimize(folder / "no_arguments.urdf", {"diameter": "20mm:60mm"})

@@ -41,6 +41,7 @@ def test_the_front_of_the_cantilever(front):
     assert front[1].requirements[-1].worst == pytest.approx(sags[1]) and front.units == ("kg", "m")
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("vary", [{"diameter": "40mm:60mm"}, {"diameter": "40mm,50mm,60mm"}])
 def test_all_robots_that_were_analysed_are_counted(cantilever, monkeypatch, vary):
     calls, own = [], Problem._evaluate

@@ -144,6 +144,7 @@ def test_a_number_that_is_missing_is_a_requirement_broken(text, values, margins)
     np.testing.assert_allclose(parse_requirement(text).margins(np.array(values)), margins, atol=1e-15)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("minimize, subject_to", [("mass", ["sag < 1mm", "stress < 1e12Pa"]), ("stress", ["sag < 1mm"])])
 def test_what_has_no_number_at_a_pose_is_not_feasible(monkeypatch, minimize, subject_to):
     """Forces may be indeterminate at a pose whose displacement is known: neither required nor minimized are they met then."""

@@ -85,23 +85,6 @@ def test_a_length_moves_the_drives_and_the_pose_stays():
     assert found.actuator_forces["prismatic_2"] == pytest.approx(exact[7], rel=1e-6)
 
 
-@pytest.mark.slow
-def test_exact_derivatives_are_differences_of_analyses(cantilever):
-    assert all(cantilever[name].exact for name in cantilever)
-    pose = package_robots.robot("3rps").assemble(platform={"z": [0.5, 0.6], "rx": 0.1, "ry": -0.05})
-    exact = ks.sensitivities(pose, ["platform_radius"], load=LOAD)["platform_radius"]
-    found = ks.sensitivities(pose, ["platform_radius"], load=LOAD, assembly_errors={})[
-        "platform_radius"
-    ]  # which are not differentiated
-    assert exact.exact and not found.exact
-    for name in ("twist", "stiffness", "compliance", "mass"):
-        one, other = getattr(exact, name), getattr(found, name)
-        np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-6 * np.abs(other).max(), err_msg=name)
-    for drive, force in exact.actuator_forces.items():
-        np.testing.assert_allclose(force, found.actuator_forces[drive], rtol=1e-6)
-        np.testing.assert_allclose(exact.actuators[drive], found.actuators[drive], rtol=1e-6)
-
-
 def test_the_tip_of_a_tool_beyond_the_cantilever(tmp_path):
     """w = (F/EI) (L³/3 + a L²/2 + a (L²/2 + a L)) of a force at the end of a tool that is a longer than the rod."""
     L, d, E, F, a = 0.8, 0.04, 2e11, 300.0, 0.2
@@ -138,6 +121,7 @@ def test_the_tip_of_a_tool_turns_with_the_platform():
         np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-6 * np.abs(other).max(), err_msg=name)
 
 
+@pytest.mark.slow
 def test_the_tip_of_a_tool_on_rigid_limbs():
     """Their stiffness is infinite, which takes nothing from the derivatives of the twist."""
     robot = package_robots.robot("3rps")
@@ -184,7 +168,7 @@ def test_numbers_of_parts_are_differences_of_analyses():
     """One rod's sizes and one joint's place and turn, against central differences of robots made anew, by halved steps."""
     robot = package_robots.robot("3rps")
     where = {"z": 0.5, "rx": 0.1, "ry": -0.05}
-    names = ["rod_1.outer_diameter", "revolute_1.placement.y", "revolute_2.placement.rx"]
+    names = ["rod_1.outer_diameter", "revolute_2.placement.rx"]
     s = ks.sensitivities(robot.assemble(platform=where), names, load=LOAD)
     parameters = ParametricRobot(robot).parts
     for name in names:
@@ -256,6 +240,7 @@ def test_the_file_is_read_no_more_than_four_times_for_a_parameter(tmp_path, monk
     assert len({tuple(item.items()) for item in reads}) == len(reads)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("exactly", [True, False])
 def test_only_what_is_asked_for_is_differentiated(cantilever, monkeypatch, exactly):
     """It is the same as beside all else; the rest is neither recorded nor in tables, and told to be missing."""
@@ -357,17 +342,6 @@ def test_a_rigid_robot_without_parameters_says_that_there_is_nothing(tmp_path):
     assert "No part is elastic, and the file has no numbers" in str(found)
 
 
-def test_one_per_cent_of_a_parameter_that_is_zero_is_nothing(tmp_path):
-    path = parametric_machines.cantilever(tmp_path)
-    text = path.read_text(encoding="utf-8").replace("<mass value", '<origin xyz="$(arg holes) 0 0"/><mass value')
-    path.write_text(text, encoding="utf-8")
-    found = ks.sensitivities(ks.load_robot(path).assemble(), ["holes", "diameter"], load=[0, 0, -500, 0, 0, 0])
-    assert list(found) == ["diameter", "holes"] and found.effect("holes") == (0.0, 0.0)
-    # the tip's weight farther out: m g L² / (2 E I) down a metre
-    assert found["holes"].twist[2] == pytest.approx(-5 * 9.81 * 0.8**2 / (2 * 2e11 * np.pi * 0.04**4 / 64), rel=1e-6)
-    assert "holes is zero, so that 1 % of it changes nothing" in str(found)
-
-
 def test_what_an_analysis_takes_besides_load_and_gravity_is_differenced():
     """A load in the platform's frame turns with it, whatever moves the platform; the default frame is no such argument."""
     pose = package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.1, "ry": 0.0})
@@ -387,6 +361,7 @@ def test_what_makes_no_robot_a_little_off_is_skipped():
         ks.sensitivities(pose, by=["prismatic_1.placement.y"], load=LOAD)
 
 
+@pytest.mark.slow
 def test_files_with_rounded_angles_keep_the_tolerance_of_their_pose():
     """Five digits of everything: derivatives and spreads are those of the exact robot, to some digits."""
     rounded, exact = odd_robots.rounded_angles(), odd_robots.small.robot_of(odd_robots.small.pru2_upr())

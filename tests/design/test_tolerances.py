@@ -31,7 +31,7 @@ def legs():
     """Of the tripod by tolerances of single parts, of the file and of its assembly."""
     pose = package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.05})
     off = {"rod_[12].outer_diameter": "0.2mm", "youngs_modulus": "2%", "revolute_1.placement.[xz]": 1e-4}
-    return ks.tolerances(pose, off, load=LOAD, samples=2000, seed=3)
+    return ks.tolerances(pose, off, load=LOAD, samples=500, seed=3)
 
 
 def sag(d=D, e=E_MODULUS):
@@ -126,7 +126,7 @@ SCATTERED = {
 @pytest.mark.parametrize("case", [pytest.param(name, marks=[pytest.mark.slow] * (name == "hexapod")) for name in SCATTERED])
 def test_first_order_and_random_samples_agree(case):
     name, platform, load, off = SCATTERED[case]
-    agrees(ks.tolerances(package_robots.robot(name).assemble(platform=platform), off, samples=1500, load=load))
+    agrees(ks.tolerances(package_robots.robot(name).assemble(platform=platform), off, samples=500, load=load))
 
 
 def test_the_longest_sum_of_vectors_with_signs_is_that_of_all_signs():
@@ -169,9 +169,9 @@ def test_samples_of_sizes_and_assembly_errors_are_robots_with_both():
     off = {"youngs_modulus": "5%", "revolute_1.error.ry": "0.01mrad", "rod_2.error.length": "1um"}
     for tool, payload in (((0.05, 0, 0.2), None), (None, ks.Payload(3.0))):
         options = {"load": LOAD, "payload": payload}
-        found = ks.tolerances(package_robots.robot("2pru_upr").assemble(platform=where), off, samples=6, tool=tool, **options)
+        found = ks.tolerances(package_robots.robot("2pru_upr").assemble(platform=where), off, samples=3, tool=tool, **options)
         assert found.at_once == (payload is None) and found.ranked_by == "force"
-        for k in range(6):
+        for k in range(3):
             value = {name: float(row[k]) for name, row in found.values.items()}
             pose = package_robots.robot("2pru_upr", youngs_modulus=value["youngs_modulus"]).assemble(platform=where)
             misfits = {
@@ -258,14 +258,6 @@ def test_the_tip_of_a_tool(cantilever):
     np.testing.assert_allclose(single.samples.twist[:, 2], -w * (single.values["diameter"] / D) ** -4, rtol=1e-8)
     np.testing.assert_allclose(single.samples.stiffness[0], found.nominal.stiffness, rtol=0.02, atol=1)
     assert "the tool's tip moves by" in str(found) and found.to_dict()["tool"] == [0.2, 0, 0]
-
-
-@pytest.mark.slow
-def test_the_tip_of_a_tool_turns_with_each_platform():
-    """With the actuators held every robot leans in another way: those of the batch are those made one by one."""
-    pose = package_robots.robot("3rps").assemble(actuators={"prismatic_1": 0.05, "prismatic_2": -0.05, "prismatic_3": 0.0})
-    found = ks.tolerances(pose, {"revolute_1.placement.z": "5mm"}, samples=5, load=LOAD, tool=(0.3, 0.2, -0.1))
-    assert found.at_once and found.difference < 1e-4  # to a part of the standard deviation
 
 
 # ---- assembly errors -------------------------------------------------------------------------------------------------------
@@ -381,7 +373,7 @@ def test_tables_and_json(legs):
     text = str(legs)
     rows = {line.split()[0]: line for line in text.splitlines() if line.startswith("  ")}
     assert "0.0002 m" in rows["rod_1.outer_diameter"] and "4e+09 Pa" in rows["youngs_modulus"]
-    assert "2,000 random samples" in text and "a third of" in text and "prismatic_1" in rows
+    assert "500 random samples" in text and "a third of" in text and "prismatic_1" in rows
     assert "moves by" in repr(legs) and "rotation" in legs._repr_html_()
     read = json.loads(json.dumps(legs.to_dict()))
     assert read["random"]["displacement"][1] == pytest.approx(legs.sampled("displacement")[1])
@@ -398,7 +390,7 @@ def test_components_that_are_rounding_are_zero_in_the_table():
 def test_histogram(legs):
     pytest.importorskip("matplotlib").use("Agg")
     ax = ks.plot.tolerances(legs, "prismatic_2")
-    assert ax.get_xlabel() == "force of prismatic_2 [N]" and sum(bar.get_height() for bar in ax.patches[:60]) == 2000
+    assert ax.get_xlabel() == "force of prismatic_2 [N]" and sum(bar.get_height() for bar in ax.patches[:60]) == 500
     # bars, and the outline of the same robots to first order
     bars, outline = ax.patches[:60], ax.patches[60]
     np.testing.assert_allclose(sorted(y for _, y in outline.get_xy()[1:-1:2]), sorted(bar.get_height() for bar in bars), atol=40)

@@ -85,6 +85,7 @@ def test_a_map_and_a_result_at_a_tools_tip_are_those_of_forces_there(tmp_path, c
     assert main([*command, "--tool", "5kg", "0", "0"]) == 2 and "--tool" in capsys.readouterr().err
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("written", ["{}({} {})", "{}:{}{}", " {} ( {}{} ) ", "{}: {} {}"])
 def test_one_spelling_for_maps_and_requirements(written):
     """Both take both; names of a map tell how it is written, and each of these is one."""

@@ -3,7 +3,6 @@
 import numpy as np
 import package_robots
 import pytest
-import xarray as xr
 
 import kinetostatics as ks
 
@@ -34,16 +33,10 @@ def test_spins_are_counted_and_poses_out_of_reach_have_no_numbers():
     assert ds.zero_frequencies[0] == 6 and np.isfinite(ds.frequency[0]) and np.isnan(ds.frequency[1])
 
 
-def test_files_and_chunks(ds, tmp_path):
+def test_chunks(ds):
     options = {"parameters": {"rod_diameter": [0.06, 0.08]}, "payload": ks.Payload(5.0), "outputs": ()}
     lazy = ks.sweep("3rps", GRID, **options, modes=3, chunks={"rx": 2})
     np.testing.assert_allclose(lazy.frequency.values, ds.frequency, rtol=1e-8)
-    path = tmp_path / "map.zarr"
-    ks.sweep("3rps", GRID, **options, modes=3, out=path).close()
-    with xr.open_dataset(path, engine="zarr") as stored:
-        np.testing.assert_allclose(stored.frequency, ds.frequency, rtol=1e-8)
-    with pytest.raises(ks.ArgumentError, match="another sweep"):
-        ks.sweep("3rps", GRID, **options, modes=2, out=path)
 
 
 def test_a_map_without_them_says_how_to_get_them():

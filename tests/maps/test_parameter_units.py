@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 import pytest
 import xarray as xr
 from matplotlib import pyplot as plt
@@ -18,36 +16,6 @@ from kinetostatics.files.reader import read_robot_file
 def unit_of(path, parameters, name):
     """Return the unit of a parameter, by the file read again."""
     return parameter_unit(parameters[name], lambda value: read_robot_file(path, {**parameters, name: value}))
-
-
-#: What parameters of the robots that come with the package are, by the ends of their names.
-KINDS = (
-    (r"(radius|diameter|length|width|height|thickness|stroke|side|depth|wall|offset|distance|(slider|telescope|leg)\w*)", "m"),
-    (r"(angle_max|tilt|motor_(min|max)|margin)", "rad"),
-    (r"mass", "kg"),
-    (r"density", "kg/m³"),
-    (r"(youngs|shear)_modulus", "Pa"),
-)
-
-
-@pytest.mark.slow
-def test_parameters_of_robots_have_their_units_or_none():
-    path = str(robot_path("tricept"))
-    with open(path, encoding="utf-8") as file:
-        plain = dict(re.findall(r'<xacro:arg name="(\w+)"\s+default="([-+.\de]+)"', file.read()))
-    assert len(plain) > 10
-    known = 0
-    for name, value in plain.items():
-        found = unit_of(path, {name: float(value)}, name)
-        meant = next((unit for words, unit in KINDS if re.search(rf"{words}$", name)), "")
-        assert found in ("", meant), name
-        known += bool(found)
-    assert known > 0.7 * len(plain)
-
-
-def test_a_thermal_expansion_has_its_unit():
-    robot = ks.load_robot("3rps").description
-    assert parameter_unit(1.2e-5, lambda value: robot.changed("rod_1", thermal_expansion=value)) == "1/K"
 
 
 @pytest.fixture

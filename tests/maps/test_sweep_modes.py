@@ -3,12 +3,10 @@
 import numpy as np
 import package_robots
 import pytest
-import xarray as xr
 
 import kinetostatics as ks
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.workspace import continuity
-from kinetostatics.workspace.continuity import JointScale, suspect_edges
 from kinetostatics.workspace.dataset import NOT_REACHED, REACHED, labels_of
 from kinetostatics.workspace.sweep_arguments import read_plan
 
@@ -55,11 +53,11 @@ def test_a_five_bar_keeps_its_elbows_and_reaches_all_that_its_arms_reach():
 
 def test_a_five_bar_by_its_drives_keeps_its_wrist():
     robot = five_bar()
-    angles = np.linspace(-3, 3, 41)
+    angles = np.linspace(-3, 3, 25)
     ds = ks.sweep(robot, actuators={"shoulder_1": angles, "shoulder_2": angles})
     assert ds.attrs["mode_jumps"] == 0
     reached = ds["mode"].values == REACHED
-    assert reached.sum() > 1000
+    assert reached.sum() > 370
     wrist = bends(robot, ds["q"].values[reached])[2]
     assert np.all(np.sign(wrist) == np.sign(bends(robot, robot.assemble().q)[2]))
 
@@ -78,21 +76,6 @@ def test_what_only_another_mode_reaches_is_out_of_reach():
     np.testing.assert_array_equal(mode == REACHED, within & (Y > 0))
     assert np.all(ds["status"].values[mode != REACHED] == ks.Status.UNREACHABLE)
     assert np.all(np.isnan(ds["twist"].values[mode != REACHED]))
-
-
-@pytest.mark.slow
-def test_a_planar_3rrr_keeps_its_elbows():
-    robot = package_robots.robot("planar_3rrr")
-    grid = {"x": np.linspace(-0.3, 0.3, 13), "y": np.linspace(-0.3, 0.3, 13), "rz": np.linspace(-1.5, 1.5, 7)}
-    ds = ks.sweep(robot, grid)
-    assert ds.attrs["mode_jumps"] == 0
-    elbows = [k for k, name in enumerate(ds["joint_coordinate"].values) if name.startswith("elbow")]
-    q = ds["q"].values[ds["mode"].values == REACHED][:, elbows]
-    # from stretched to folded, at the ends of the range that the file describes less its margin
-    limits = [robot.description.joints[str(ds["joint_coordinate"].values[k])] for k in elbows]
-    margin = np.radians(10)
-    for column, joint in zip(q.T, limits, strict=True):
-        assert column.min() > joint.lower - margin and column.max() < joint.upper + margin
 
 
 # ---- grids that are spoilt on purpose ----------------------------------------------------------------------------------
@@ -135,17 +118,6 @@ def other_elbow(robot, ds, which):
     found = robot.assemble(platform=values, near=near)
     assert np.all(np.sign(bends(robot, found.q)[0]) == -np.sign(a)) and b
     return found.q
-
-
-def test_neighbours_that_stay_in_different_modes_are_counted_where_anything_was_put_right(looked_at, monkeypatch):
-    robot, _, _, ds = looked_at
-    monkeypatch.setattr(continuity._Front, "jumps", lambda self: 3)
-    which = np.zeros(ds["mode"].shape, dtype=bool)
-    assert look(looked_at, ds["q"].values, ~which).jumps == 0
-    which[7, 6] = True
-    q = ds["q"].values.copy()
-    q[which] = other_elbow(robot, ds, which)
-    assert look(looked_at, q, np.ones(which.shape, dtype=bool)).jumps == 3
 
 
 @pytest.mark.few(1)
@@ -204,36 +176,6 @@ def test_a_pose_between_reached_ones_is_tried_from_all_of_them(looked_at, monkey
 
 
 @pytest.mark.slow
-def test_the_second_look_is_written_into_files_too(looked_at, monkeypatch, tmp_path):
-    """Part of the grid is not reached at first; the map in a file is the same as that in memory, and as the unspoilt one."""
-    from kinetostatics.workspace.sweep_plan import SweepPlan
-
-    robot, _, _, ds = looked_at
-    original = SweepPlan.assemble
-
-    def blind(plan, robot, values, near=None):
-        if near is None:  # the straight line does not get to the left
-            values = {**values, "x": np.where((values["x"] < -0.04) & (values["y"] > 0.3), 9.0, values["x"])}
-        return original(plan, robot, values, near)
-
-    monkeypatch.setattr(SweepPlan, "assemble", blind)
-    monkeypatch.setattr("kinetostatics.workspace.run.LEAST", 40)
-    monkeypatch.setattr("kinetostatics.workspace.run.MOST", 40)
-    grid = {name: ds[name].values for name in ("x", "y")}
-    load = xr.DataArray(np.diag([1.0, 1, 1, 0, 0, 0])[:2] * 100, dims=("case", "component"))
-    maps = [ks.sweep(robot, grid, load=load, out=tmp_path / name) for name in ("m.nc", "m.zarr")]
-    maps += [ks.sweep(robot, grid, load=load), ks.sweep(robot, grid, load=load, chunks={"x": 15}).compute()]
-    monkeypatch.undo()
-    whole = ks.sweep(robot, grid, load=load)
-    for found in maps:
-        assert found.attrs.get("poses_by_neighbours", 20) == 20
-        for name in whole.data_vars:
-            values = whole[name].values
-            np.testing.assert_allclose(found[name].values, values, rtol=1e-6, atol=1e-9 * np.abs(values).max(), err_msg=name)
-        found.close()
-
-
-@pytest.mark.slow
 def test_rods_that_spin_are_no_modes():
     """The Delta's rods spin as their paths leave them; its workspace is where Clavel's inverse kinematics has solutions.
 
@@ -278,19 +220,6 @@ def test_which_coordinates_are_loose():
     assert loose["delta"] & spins == spins & set(ks.sweep("delta", {"x": [0.0], "y": 0.0, "z": -0.6})["joint_coordinate"].values)
 
 
-def test_modes_that_cannot_be_told_apart_by_continuity_are_not_invented():
-    """Smooth joints, however fast, are no jump; a jump is one at both of its ends."""
-    t = np.linspace(0, 1, 40)
-    scale = JointScale(np.ones(1), np.ones(1, dtype=bool))
-    for q, count in ((t, 0), (np.exp(3 * t), 0), (np.sin(9 * t), 5), (np.sqrt(t), 1), (t * 0, 0)):  # at turns and at the end
-        assert len(suspect_edges(q[:, None], np.ones(40, dtype=bool), scale)) <= count
-    jump = np.where(t > 0.5, 0.3, -0.3) + 0.5 * t
-    edges = suspect_edges(jump[:, None], np.ones(40, dtype=bool), scale)
-    assert list(zip(edges.first, edges.second, strict=True)) == [(19, 20)]
-    wrapped = suspect_edges(np.mod(jump * 0 + 6 * t, 2 * np.pi)[:, None] * 1.0, np.ones(40, dtype=bool), scale)
-    assert len(wrapped) == 0
-
-
 def test_nothing_is_reached_where_nothing_can_be():
     ds = ks.sweep("five_bar", {"x": np.linspace(2, 3, 5), "y": np.linspace(0, 1, 4)})
     assert np.all(ds["mode"] == NOT_REACHED) and np.all(ds["status"] == ks.Status.UNREACHABLE) and np.all(np.isnan(ds["twist"]))
@@ -299,21 +228,6 @@ def test_nothing_is_reached_where_nothing_can_be():
 def within_reach(x, y, arm=0.46):
     X, Y = np.meshgrid(x, y, indexing="ij")
     return np.maximum(np.hypot(X + 0.1375, Y), np.hypot(X - 0.1375, Y)) < arm
-
-
-@pytest.mark.slow
-def test_robots_are_looked_at_one_by_one(monkeypatch):
-    monkeypatch.setattr("kinetostatics.workspace.run.LEAST", 300)
-    x, y = np.linspace(-0.6, 0.6, 25), np.linspace(-0.3, 0.6, 19)
-    lengths = [0.20, 0.23]
-    ds = ks.sweep("five_bar", {"x": x, "y": y}, parameters={"proximal_length": lengths, "distal_length": 0.23}, workers=2)
-    assert ds.attrs["mode_jumps"] == 0
-    for length in lengths:
-        mode = ds["mode"].sel(proximal_length=length).values
-        hole = 0.23 - length + 1e-9  # an arm of unequal parts cannot fold to nothing
-        X, Y = np.meshgrid(x, y, indexing="ij")
-        open_ = np.minimum(np.hypot(X + 0.1375, Y), np.hypot(X - 0.1375, Y)) > hole
-        np.testing.assert_array_equal(mode == REACHED, within_reach(x, y, 0.23 + length) & open_)
 
 
 @pytest.mark.slow

@@ -123,10 +123,7 @@ def _limbs(args: argparse.Namespace) -> list[str]:
 
 
 #: Names by the metavar of an argument, and by its name.
-_NAMES: dict[str, Names] = {
-    "LINK": lambda args: _elements(args, "link"),
-    "JOINT": lambda args: _elements(args, "joint"),
-}
+_NAMES: dict[str, Names] = {"LINK": lambda args: _elements(args, "link"), "JOINT": lambda args: _elements(args, "joint")}
 _NAMES_OF: dict[str, Names] = {
     "platform": _coordinates,
     "actuators": _actuators,

@@ -168,9 +168,7 @@ NEW = Command(
         ),
         "azimuths": Argument("texts", "azimuths of the limbs around Z (default: equal spacing): 90deg -90deg 0", "ANGLE"),
         "placements": Argument(
-            "text",
-            "CSV table of the limbs' points, with columns base_x … platform_z, and optionally axis_x …, guide_x …",
-            "CSV",
+            "text", "CSV table of the limbs' points, with columns base_x … platform_z, and optionally axis_x …, guide_x …", "CSV"
         ),
         "guide": Argument("text", "direction of carriages: vertical, radial or tangential", "WORD"),
         "axis": Argument(

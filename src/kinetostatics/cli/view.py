@@ -272,10 +272,7 @@ VIEW = Command(
             choices=("deflection", "stress", "axial", "euler"),
         ),
         "view": Argument(
-            "text",
-            "view direction of --screenshot (default: home)",
-            choices=("home", "front", "side", "top"),
-            option="--from",
+            "text", "view direction of --screenshot (default: home)", choices=("home", "front", "side", "top"), option="--from"
         ),
         "port": Argument("count", "port of the live page (default: any free one)", "P", least=0),
     },

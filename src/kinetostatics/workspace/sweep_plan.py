@@ -218,10 +218,7 @@ class SweepPlan:
     def arguments(self) -> dict[str, object]:
         """All arguments as plain values."""
         return {
-            self.kind: {
-                **{axis.name: axis.values.tolist() for axis in self.axes_of("coordinate")},
-                **self.held,
-            },
+            self.kind: {**{axis.name: axis.values.tolist() for axis in self.axes_of("coordinate")}, **self.held},
             "parameters": {**{axis.name: axis.values.tolist() for axis in self.axes_of("parameter")}, **self.constants},
             "orientation": self.orientation,
             "load": self.load.as_json(),

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from kinetostatics.workspace.continuity import PROBES, JointScale, _Front, suspect_edges
+from kinetostatics.workspace.continuity import JointScale, _Front, suspect_edges
 
 
 def steps(*sizes):
@@ -48,17 +48,6 @@ def test_an_untilted_start_has_no_azimuth(tilt, known):
     assert found == {"tilt": tilt, "torsion": 0.0} | ({"azimuth": 1.5} if known else {})
 
 
-def test_what_was_tried_in_vain_is_tried_again_from_what_has_been_reached_since():
-    """A square of poses: 1 has been reached from 0, so 3, which 2 did not reach, is tried from 1."""
-    front = SimpleNamespace(shape=(2, 2), reached=np.array([True, True, True, False]))
-    front.retracted, front._tried = np.zeros(4, dtype=bool), np.zeros((4, 4), dtype=bool)
-    front._tried[2, 3] = True
-    for source, found in ((0, [3]), (-1, [])):
-        front._source = np.array([-1, source, -1, -1])
-        targets, starts, ways = _Front._ring(front)
-        assert targets.tolist() == found and starts.tolist() == [1][: len(found)] and ways.tolist() == [0][: len(found)]
-
-
 def beside(number, shape):
     """Yield the neighbours of a pose with the numbers of the ways from there: axis by axis, from below and from above."""
     place = np.array(np.unravel_index(number, shape))
@@ -93,12 +82,3 @@ def test_which_neighbours_are_looked_at(shape, everywhere):
                     expected.append((k, other, way))
                     break
         assert list(zip(*_Front._ring(front, everywhere), strict=True)) == expected
-
-
-def test_of_many_poses_beside_reached_ones_some_are_tried_first():
-    every, asked = np.arange(1000), []
-    front = SimpleNamespace(_ring=lambda: (every, every[::-1], every % 2), _try=lambda *ring: asked.append(ring) or True)
-    assert _Front.probe(front)
-    targets, starts, ways = asked[0]
-    assert len(targets) == PROBES and targets[0] == 0 and targets[-1] == 999 and set(np.diff(targets)) == {5, 6}
-    assert starts.tolist() == (999 - targets).tolist() and ways.tolist() == (targets % 2).tolist()
