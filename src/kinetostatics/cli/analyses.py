@@ -231,11 +231,7 @@ def _poses(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, dict[
 
 
 def _read_table(robot: Robot, args: argparse.Namespace, timed: bool = False) -> tuple[str, dict[str, list[float]]]:
-    """Return whether the columns of ``--table`` are ``--platform`` or ``--actuators``, and their values in SI; or also "time".
-
-    Raises:
-        ArgumentError: coordinates are given twice, or a title or a cell is invalid; the message names file and line.
-    """
+    """Return whether the columns of ``--table`` are ``--platform`` or ``--actuators``, and their values in SI; or also "time"."""
     if args.platform or args.actuators:
         raise ArgumentError("give either --table or coordinates, not both")
     time = ("time",) if timed else ()

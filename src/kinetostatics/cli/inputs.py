@@ -108,9 +108,6 @@ def single_values(robot: Robot, option: str, items: Iterable[str], typed: str | 
         option: ``--platform`` or ``--actuators``: the kind of the coordinates.
         items: texts ``NAME=VALUE``.
         typed: the option that was typed, for messages; the same by default.
-
-    Raises:
-        ArgumentError: a text is not of this form.
     """
     typed = typed or option
     texts = parse_items(typed, items)
@@ -126,11 +123,7 @@ def coordinate_kind(robot: Robot | None, option: str, name: str) -> str | None:
 
 
 def swept_coordinates(robot: Robot, args: argparse.Namespace) -> tuple[str, dict[str, str], dict[str, float]]:
-    """Return the option whose coordinates ``--sweep`` varies, "--platform" or "--actuators"; these coordinates; and the others.
-
-    Raises:
-        ArgumentError: coordinates of both vary, or a coordinate is given twice.
-    """
+    """Return the option whose coordinates ``--sweep`` varies, "--platform" or "--actuators"; these coordinates; and the others."""
     swept = parse_items("--sweep", args.sweep)
     actuators = [name for name in swept if name in robot.description.driven]
     if actuators and len(actuators) < len(swept):

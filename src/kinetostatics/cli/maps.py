@@ -225,12 +225,7 @@ def _at(ds: xr.Dataset, items: list[str]) -> dict[str, object]:
 
 
 def checked_map(path: str) -> xr.Dataset:
-    """Open a workspace map, whose arrays are read on demand.
-
-    Raises:
-        ArgumentError: the file is not a map, or a library to read it is not installed.
-        OSError: there is no such file.
-    """
+    """Open a workspace map, whose arrays are read on demand."""
     import kinetostatics.indices  # noqa: F401  # says what to install where xarray is missing
 
     # isort: split

@@ -80,11 +80,7 @@ def print_message(kind: str, text: str, commands: Iterable[str] = ()) -> None:
 
 
 def check_folder(path: str | None) -> None:
-    """Check that the folder of a file of ``--out`` exists, before long computations.
-
-    Raises:
-        ArgumentError: the folder does not exist.
-    """
+    """Check that the folder of a file of ``--out`` exists, before long computations."""
     folder = os.path.dirname(path or "")
     if folder and not os.path.isdir(folder):
         raise ArgumentError(f"--out: there is no folder {folder}")
@@ -96,10 +92,6 @@ def check_files(paths: Iterable[str], endings: Iterable[str]) -> None:
     Args:
         paths: paths of the files.
         endings: allowed endings; figures need Matplotlib.
-
-    Raises:
-        ArgumentError: a folder does not exist, or an ending is not allowed.
-        KinetostaticsError: Matplotlib is missing.
     """
     for path in paths:
         check_folder(path)

@@ -30,9 +30,6 @@ def parse_quantity(text: str, kind: str | None = None) -> float:
     Args:
         text: such as ``500mm``, ``-2deg``, ``1.5kN`` or ``-1e-3``.
         kind: one of :data:`kinetostatics.description.units.KINDS` if units must be of that kind, "number" if none is allowed.
-
-    Raises:
-        ArgumentError: the text is not a number, or its unit is unknown or of the wrong kind.
     """
     found = typed_number(text)
     if found is None:
@@ -66,9 +63,6 @@ def parse_range(option: str, name: str, text: str, kind: str | None = None) -> t
         name: name of the coordinate or parameter.
         text: the range.
         kind: see :func:`parse_quantity`.
-
-    Raises:
-        ArgumentError: the text is not of this form.
     """
     parts = text.split(":")
     if len(parts) not in (2, 3):
@@ -85,11 +79,7 @@ def parse_range(option: str, name: str, text: str, kind: str | None = None) -> t
 
 
 def parse_values(option: str, name: str, text: str, kind: str | None = None) -> float | list[float]:
-    """Return one value, or the values of ``FROM:TO:COUNT`` or of a list ``A,B,C``, SI.
-
-    Raises:
-        ArgumentError: the text has another form.
-    """
+    """Return one value, or the values of ``FROM:TO:COUNT`` or of a list ``A,B,C``, SI."""
     if ":" in text:
         first, last, count = parse_range(option, name, text, kind)
         if count is None:
@@ -114,11 +104,7 @@ def parse_coordinates(option: str, name: str, texts: Sequence[str], kind: str | 
 
 
 def parse_items(option: str, items: Iterable[str]) -> dict[str, str]:
-    """Return items ``name=value`` as a dict.
-
-    Raises:
-        ArgumentError: an item has no ``=``, no name or no value, or a name is repeated.
-    """
+    """Return items ``name=value`` as a dict."""
     found: dict[str, str] = {}
     for item in items:
         name, sign, value = (part.strip() for part in item.partition("="))
@@ -171,11 +157,7 @@ def option_of(name: str, argument: Argument) -> str:
 
 
 def value_of(name: str, args: argparse.Namespace) -> Keyword:
-    """Return the value of an option for the function, None if not given.
-
-    Raises:
-        ArgumentError: the value is invalid; the message begins with the option.
-    """
+    """Return the value of an option for the function, None if not given."""
     argument, given = args.arguments[name], getattr(args, name)
     option = option_of(name, argument)
     if given is None or given is False or given == []:

@@ -116,11 +116,7 @@ def _analysed(
     analysis: Mapping[str, Keyword],
     tool: Array | None,
 ) -> dict[str, Array]:
-    """Return the quantities of one robot with assembly errors of given amounts (errors, 1).
-
-    Raises:
-        KinetostaticsError: the description is invalid, or the pose cannot be analysed.
-    """
+    """Return the quantities of one robot with assembly errors of given amounts (errors, 1)."""
     pose = same_pose(nominal.configuration, Robot(description), loops_for(analysis))
     found = numbers_of(pose, analyze(pose, **{**analysis, "on_failure": "nan"}), tool, WANTED)
     if errors:
@@ -192,10 +188,6 @@ class ManyRobots:
         robots: the parametric robot.
         numbers: the varied numbers.
         reach: (numbers,) their largest deviations.
-
-    Raises:
-        ArgumentError: a change makes the robot another mechanism.
-        NotRecordedError: the analysis cannot be recorded.
     """
 
     def __init__(self, derivatives: Derivatives, robots: ParametricRobot, numbers: Sequence[RobotNumber], reach: Array) -> None:

@@ -213,11 +213,7 @@ def _odd_ranges(sizes: VariedNumbers, ranges: Sequence[Range], choices: Sequence
 
 
 def parse_objective(text: str) -> tuple[str, float]:
-    """Return name and argument of a quantity that may be minimized.
-
-    Raises:
-        ArgumentError: there is no such quantity, or large values of it are good.
-    """
+    """Return name and argument of a quantity that may be minimized."""
     objective = parse_quantity(text)
     if REQUIRABLE[objective[0]].better == "large":
         raise ArgumentError(f"{text!r} is not to be minimized; require it: {objective[0]} > …")

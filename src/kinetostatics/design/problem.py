@@ -136,11 +136,7 @@ def _form(name: str) -> str:
 
 
 def parse_quantity(text: object) -> tuple[str, float]:
-    """Return name and argument of a quantity such as ``deflection_any_direction(500 N)``.
-
-    Raises:
-        ArgumentError: there is no such quantity.
-    """
+    """Return name and argument of a quantity such as ``deflection_any_direction(500 N)``."""
     if not isinstance(text, str):
         raise ArgumentError(
             f"minimize is {text!r}; it must be one quantity, such as 'mass'; requirements are given by subject_to"
@@ -155,11 +151,7 @@ def parse_quantity(text: object) -> tuple[str, float]:
 
 
 def parse_requirement(text: object) -> Requirement:
-    """Return a requirement such as ``sag < 20um``.
-
-    Raises:
-        ArgumentError: it is invalid.
-    """
+    """Return a requirement such as ``sag < 20um``."""
     match = _REQUIREMENT.fullmatch(text) if isinstance(text, str) else None
     if match is None:
         raise ArgumentError(f"{text!r} is not of the form QUANTITY < LIMIT or QUANTITY > LIMIT, such as 'sag < 20um'")
@@ -270,11 +262,7 @@ def _rows(values: Array) -> Array:
 def grid_of(
     platform: Mapping[str, ArrayLike] | None, actuators: Mapping[str, ArrayLike] | None, driven: Sequence[str]
 ) -> tuple[dict[str, Array], bool]:
-    """Return the coordinates (P,) of a grid of poses, and whether they are the platform's; default: actuators at zero.
-
-    Raises:
-        ArgumentError: both are given, or a coordinate is neither a number nor a list of numbers.
-    """
+    """Return the coordinates (P,) of a grid of poses, and whether they are the platform's; default: actuators at zero."""
     if platform is not None and actuators is not None:
         raise ArgumentError("give either platform or actuators, not both")
     what = "actuators" if platform is None else "platform"

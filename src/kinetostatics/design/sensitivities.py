@@ -163,9 +163,6 @@ def slopes_by(
 
     Exact derivatives are those with differences only of the constants of the robot. If they do not exist at all poses, whole
     analyses are differenced. The last axis of actuator quantities is that of the actuators.
-
-    Raises:
-        ArgumentError, RobotFileError: a small change of the number makes the robot invalid.
     """
     if derivatives is not None:
         with contextlib.suppress(ArgumentError):  # the change yields another mechanism, or none (negative mass)
@@ -191,11 +188,7 @@ def slopes_by(
 def quantities_of(
     description: RobotDescription, nominal: Result, analysis: Mapping[str, Keyword], tool: Array | None, asked: Sequence[str]
 ) -> dict[str, Array]:
-    """Return the requested quantities of another robot at the same pose, batch axes first, actuators last.
-
-    Raises:
-        KinetostaticsError: the description is invalid, or the pose cannot be analysed.
-    """
+    """Return the requested quantities of another robot at the same pose, batch axes first, actuators last."""
     pose = same_pose(nominal.configuration, Robot(description), loops_for(analysis))
     result = None if set(asked) <= OF_POSES else analyze(pose, **{**analysis, "on_failure": "nan"})
     return numbers_of(pose, result, tool, asked)

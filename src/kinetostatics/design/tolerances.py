@@ -174,11 +174,7 @@ def _check_keywords(analysis: Mapping[str, Keyword]) -> None:
 def _read_tolerances(
     family: ParametricRobot, tolerances: Mapping[str, object] | None
 ) -> tuple[list[RobotNumber], list[ErrorParameter], dict[str, float]]:
-    """Return the varied numbers, arguments of the file first; the assembly errors; and the tolerances by name.
-
-    Raises:
-        ArgumentError: a tolerance is invalid.
-    """
+    """Return the varied numbers, arguments of the file first; the assembly errors; and the tolerances by name."""
     if tolerances is None:
         errors = list(family.errors.values())
         return [], errors, {item.name: USUAL[item.unit] for item in errors}
@@ -206,11 +202,7 @@ def _read_tolerances(
 
 
 def _amount(number: RobotNumber | ErrorParameter, given: object) -> float:
-    """Return a tolerance in SI.
-
-    Raises:
-        ArgumentError: the tolerance is no positive number, or has a unit of another kind than the parameter.
-    """
+    """Return a tolerance in SI."""
     what = f"tolerances: {number.name}"
     amount = math.nan
     if isinstance(given, str) and given.rstrip().endswith("%"):
@@ -259,12 +251,7 @@ def _by_errors(
     tool: Array | None,
     only_effective: bool,
 ) -> dict[str, Effect]:
-    """Return the effects of single assembly errors, and the forces of their self-stress, at constant tangent stiffness.
-
-    Raises:
-        StaticsError: an error is incompatible with rigid parts. With ``only_effective``, such an error is omitted with a warning
-            instead, unless all are incompatible.
-    """
+    """Return the effects of single assembly errors, and the forces of their self-stress, at constant tangent stiffness."""
     if not errors:
         return {}
     robot = nominal.robot

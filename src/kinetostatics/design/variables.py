@@ -72,9 +72,6 @@ def read_variables(vary: object) -> tuple[list[Range], list[Choice]]:
     Args:
         vary: by name of a parameter, or tuple of names: a range ``"20mm:120mm"`` or ``(0.02, 0.12)``; a list of values or
             ``"20mm,25mm"``; or a catalogue: the path of a CSV file or the name of a catalogue of the package.
-
-    Raises:
-        ArgumentError: ``vary`` is invalid.
     """
     if not isinstance(vary, Mapping) or not vary:
         raise ArgumentError(f'vary is {vary!r}; it must be a mapping such as {{"rod_diameter": "20mm:120mm"}}')
@@ -203,11 +200,7 @@ class VariedNumbers:
         return "" if found == "1" else found
 
     def robot(self, values: Mapping[str, float]) -> Robot:
-        """Return the robot with these values; expressions of the file are evaluated with them.
-
-        Raises:
-            RobotFileError: the robot is invalid with these values.
-        """
+        """Return the robot with these values; expressions of the file are evaluated with them."""
         return Robot(self.robots.description({item.name: value for name, value in values.items() for item in self.alike[name]}))
 
 
@@ -218,10 +211,6 @@ def sizes_of(robots: ParametricRobot, names: Sequence[str], typed: Sequence[tupl
         robots: the parametric robot.
         names: names of numbers, or patterns.
         typed: names with the units of their given values.
-
-    Raises:
-        ArgumentError: a name is unknown, a number is named twice, numbers of a pattern have different units, or a value has a
-            unit of another kind.
     """
     alike: dict[str, list[RobotNumber]] = {}
     for name, number in robots.select(names, "vary"):

@@ -42,11 +42,7 @@ def swept(ds: xr.Dataset) -> tuple[str, ...]:
 
 
 def variable(ds: xr.Dataset, name: str) -> xr.DataArray:
-    """Return a variable.
-
-    Raises:
-        ArgumentError: the variable is missing: the Dataset is no map, or the variable was not among the outputs.
-    """
+    """Return a variable."""
     if isinstance(ds, xr.Dataset) and name in ds:
         return ds[name]
     if isinstance(ds, xr.Dataset) and "characteristic_length" in ds and name in VARIABLES:
@@ -87,11 +83,7 @@ def units_of(ds: xr.Dataset, name: str) -> xr.DataArray:
 
 
 def labelled(variable: xr.DataArray, dim: str, label: str) -> xr.DataArray:
-    """Return the entry of an array at a label of a dimension.
-
-    Raises:
-        ArgumentError: the label is unknown; the message lists the known labels.
-    """
+    """Return the entry of an array at a label of a dimension."""
     known = [str(item) for item in variable[dim].values]
     if label not in known:
         raise ArgumentError(f"no {dim} {label!r}: {near_names(label, known)}")

@@ -36,10 +36,6 @@ def compute_block(plan: SweepPlan, labels: Labels, block: Block, q: Array | None
         block: block of the grid, with one value of each parameter.
         q: (N, nq) model coordinates of its poses, NaN where not reached; None: each pose is assembled on the straight line from
             the zero pose.
-
-    Raises:
-        RobotFileError: the file is invalid with these parameters.
-        ArgumentError: the parameters change the structure of the robot.
     """
     cases, coordinates = plan.part(block, "case"), plan.part(block, "coordinate")
     combination = tuple(piece.start for piece in plan.part(block, "parameter"))
@@ -57,11 +53,7 @@ def compute_block(plan: SweepPlan, labels: Labels, block: Block, q: Array | None
 
 
 def make_ready(plan: SweepPlan, labels: Labels, combination: Combination) -> Robot:
-    """Return a robot with all pose-independent data computed, so that threads may share it.
-
-    Raises:
-        RobotFileError, ArgumentError: see :func:`compute_block`.
-    """
+    """Return a robot with all pose-independent data computed, so that threads may share it."""
     robot = plan.robot(combination)
     compute_block(plan, labels, (*(slice(k, k + 1) for k in combination), *(slice(0, 1) for _ in plan.axes[len(combination) :])))
     return robot

@@ -183,11 +183,7 @@ def _reported_names(labels: Labels) -> list[str]:
 
 
 def check_names(plan: SweepPlan, labels: Labels, named: Iterable[str] = ()) -> None:
-    """Check that the names of dimensions and constants are unique in the Dataset, and that the outputs ``named`` exist.
-
-    Raises:
-        ArgumentError: a name is used twice, or the robot has no such output.
-    """
+    """Check that the names of dimensions and constants are unique in the Dataset, and that the outputs ``named`` exist."""
     for name in named:
         for dim in VARIABLES[name].dims if name in VARIABLES else ():
             if not labels.axes[dim]:

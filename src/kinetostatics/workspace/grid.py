@@ -110,9 +110,6 @@ def split_values(
         given: numbers and arrays by name; parameters may be strings too.
         kind: kind of the axes.
         units: units by name, or one unit for all.
-
-    Raises:
-        ArgumentError: an array has more dimensions, is empty, or contains a value twice or one that is not finite.
     """
     check_mapping(what, given, '{"z": [0.4, 0.5, 0.6]}')
     axes: list[Axis] = []
@@ -159,9 +156,6 @@ def read_field(what: str, value: object, size: int) -> tuple[Field, list[Axis]]:
         what: the argument's name, for messages.
         value: a vector; or an ``xarray.DataArray`` whose dimension ``component`` is that of the vector.
         size: number of components.
-
-    Raises:
-        ArgumentError: the value has another size, dimensions without names, or entries that are not finite.
     """
     dims: tuple[str, ...] = ()
     field: xr.DataArray | None = None
@@ -216,11 +210,7 @@ def block_sizes(axes: Sequence[Axis], poses: int) -> tuple[int, ...]:
 
 
 def chunk_sizes(axes: Sequence[Axis], chunks: Mapping[str, int]) -> tuple[int, ...]:
-    """Return the block sizes of ``chunks={"z": 5, …}``; other dimensions, and those with −1, are undivided.
-
-    Raises:
-        ArgumentError: a name is unknown, or a size is invalid.
-    """
+    """Return the block sizes of ``chunks={"z": 5, …}``; other dimensions, and those with −1, are undivided."""
     names = [axis.name for axis in axes]
     check_mapping("chunks", chunks, '{"z": 10}')
     for name, size in chunks.items():

@@ -294,9 +294,6 @@ def _lazy_dataset(
         labels: labels of the Dataset.
         chunks: sizes along dimensions, or "auto".
         attributes: attributes of the Dataset.
-
-    Raises:
-        ArgumentError: the chunks are invalid.
     """
     import dask.array as da
     import xarray as xr

@@ -44,11 +44,7 @@ COMPARED = {
 
 
 def packages_of(path: str) -> tuple[str, ...]:
-    """Return the packages needed for a file; the first is xarray's engine.
-
-    Raises:
-        ArgumentError: the extension is unknown.
-    """
+    """Return the packages needed for a file; the first is xarray's engine."""
     for ending, packages in ENGINES.items():
         if path.rstrip("/").lower().endswith(ending):
             return packages
@@ -63,9 +59,6 @@ def is_there(path: str, identity: str, attributes: Mapping[str, object], restart
         identity: identity of the sweep.
         attributes: attributes of its Dataset.
         restart: whether a map of another sweep may be overwritten.
-
-    Raises:
-        ArgumentError: the path is another file or the map of another sweep; or its folder does not exist.
     """
     if not os.path.exists(path):
         parent = os.path.dirname(os.path.abspath(path))
@@ -150,12 +143,7 @@ class Store(Arrays):
     """
 
     def __init__(self, plan: SweepPlan, labels: Labels, sizes: tuple[int, ...], path: str, restart: bool) -> None:
-        """Open the store of an interrupted sweep, or create a new one.
-
-        Raises:
-            ArgumentError: the store is that of another sweep, or there is not enough space.
-            KinetostaticsError: the store cannot be written.
-        """
+        """Open the store of an interrupted sweep, or create a new one."""
         self.path, self.folder, self._restart = path, f"{path}.part", restart
         with self.naming_the_file():
             super().__init__(plan, labels, sizes)
@@ -198,11 +186,7 @@ class Store(Arrays):
             self._group, self.arrays = group, {name: group[name] for name in self._items}
 
     def _interrupted(self) -> Stored | None:
-        """Return the store of an interrupted sweep if there is one.
-
-        Raises:
-            ArgumentError: the store belongs to another sweep, or cannot be read.
-        """
+        """Return the store of an interrupted sweep if there is one."""
         import zarr
 
         if self._restart or not os.path.exists(self.folder):
@@ -304,11 +288,7 @@ def size_of(plan: SweepPlan, labels: Labels) -> int:
 
 
 def check_memory(plan: SweepPlan, labels: Labels) -> None:
-    """Check that a map fits into the machine's memory.
-
-    Raises:
-        ArgumentError: the map is too large.
-    """
+    """Check that a map fits into the machine's memory."""
     try:
         memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, OSError, ValueError):  # not available on this system
@@ -322,11 +302,7 @@ def check_memory(plan: SweepPlan, labels: Labels) -> None:
 
 
 def _check_disk(plan: SweepPlan, labels: Labels, path: str) -> None:
-    """Check that the disk has space for a map and, for netCDF, for the store from which it is written.
-
-    Raises:
-        ArgumentError: there is not enough space.
-    """
+    """Check that the disk has space for a map and, for netCDF, for the store from which it is written."""
     disk = shutil.disk_usage(os.path.dirname(os.path.abspath(path)))
     is_store = packages_of(path)[0] == "zarr"
     needed = size_of(plan, labels)

@@ -35,11 +35,7 @@ TRIED = 50
 
 
 def need(package: str, *more: str, extra: str = "sweep") -> None:
-    """Check that packages are installed.
-
-    Raises:
-        KinetostaticsError: a package is missing.
-    """
+    """Check that packages are installed."""
     for name in (package, *more):
         if importlib.util.find_spec(name) is None:
             raise KinetostaticsError(f"this sweep needs {name}: pip install 'kinetostatics[{extra}]'")
@@ -68,10 +64,6 @@ def read_plan(
     """Return the plan of a sweep and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
 
     ``links`` are the links of platform and base, if given.
-
-    Raises:
-        ArgumentError: an argument is invalid.
-        RobotFileError: the robot's file is invalid.
     """
     if platform is not None and actuators is not None:
         raise ArgumentError("give either platform= or actuators=, not both")
@@ -203,12 +195,7 @@ def _fields(given: Mapping[str, tuple[object, int]], known: Sequence[Axis]) -> t
 
 
 def try_plan(plan: SweepPlan, first: Robot) -> None:
-    """Check coordinates and vectors before the computation.
-
-    Raises:
-        CoordinatesError: coordinates are missing, unknown, or do not determine the pose.
-        ArgumentError: another argument has an invalid value or shape.
-    """
+    """Check coordinates and vectors before the computation."""
     for hint in first.unit_hints({**plan.held, **{axis.name: axis.values for axis in plan.axes_of("coordinate")}}):
         warn(hint)
     corner = plan.coordinates(tuple(slice(0, 1) for _ in plan.axes_of("coordinate")))
@@ -217,11 +204,7 @@ def try_plan(plan: SweepPlan, first: Robot) -> None:
 
 
 def try_robots(plan: SweepPlan) -> None:
-    """Check the robot's file with all combinations of parameters, if there are at most ``TRIED``.
-
-    Raises:
-        RobotFileError: the file is invalid with one of them.
-    """
+    """Check the robot's file with all combinations of parameters, if there are at most ``TRIED``."""
     combinations = list(itertools.islice(plan.combinations(), TRIED + 1))
     if len(combinations) <= TRIED:
         for combination in combinations:

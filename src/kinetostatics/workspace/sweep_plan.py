@@ -68,12 +68,7 @@ class Source:
     links: Links = field(default_factory=dict)
 
     def load(self, parameters: Mapping[str, object]) -> Robot:
-        """Return a robot.
-
-        Raises:
-            RobotFileError: the file is invalid.
-            ArgumentError: a file has changed since the start of the sweep.
-        """
+        """Return a robot."""
         if self.description is not None:
             return Robot(self.description)
         robot = Robot(read_robot_file(self.path, parameters, **self.links))
