@@ -109,10 +109,10 @@ def test_an_interrupted_sweep_computes_what_is_missing(small_blocks, monkeypatch
 def test_changes_by_continuity_that_are_interrupted_are_made_in_the_end(small_blocks, monkeypatch, tmp_path):
     """What continuity has found is kept before it is applied, and counts once."""
     robot = ks.load_robot("five_bar", {"proximal_length": 0.28, "distal_length": 0.12})
-    grid = {"x": np.linspace(-0.3, 0.3, 13), "y": np.linspace(-0.4, 0.4, 17)}
+    grid = {"x": np.linspace(-0.3, 0.3, 16), "y": np.linspace(-0.4, 0.4, 21)}
     wanted = ks.sweep(robot, grid)
     assert wanted.attrs["poses_by_neighbours"] > 0
-    path, count = tmp_path / "map.zarr", 6
+    path, count = tmp_path / "map.zarr", 16
     for more in range(3):
         with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
             stopped_after((count if more == 0 else 0) + (more > 1), patch)

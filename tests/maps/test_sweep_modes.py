@@ -10,9 +10,6 @@ from kinetostatics.workspace import continuity
 from kinetostatics.workspace.dataset import NOT_REACHED, REACHED, labels_of
 from kinetostatics.workspace.sweep_arguments import read_plan
 
-#: orientation, load, gravity, point, frame, assembly_errors and parameters of a sweep that asks for nothing more
-NOTHING = (None, np.zeros(6), np.array([0, 0, -9.81]), None, "world", None, None)
-
 
 def cross(a, b):
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
@@ -88,7 +85,7 @@ def looked_at():
     grid = {"x": np.linspace(-0.1, 0.1, 15), "y": np.linspace(0.2, 0.35, 12)}
     ds = ks.sweep(robot, grid)
     assert np.all(ds["mode"] == REACHED)
-    plan, _ = read_plan(robot, grid, None, *NOTHING, 1e-10)
+    plan, _ = read_plan(robot, {"platform": grid})
     return robot, plan, labels_of(plan, robot), ds
 
 
@@ -208,7 +205,7 @@ def test_which_coordinates_are_loose():
     loose = {}
     for name in ("delta", "five_bar", "gough_stewart"):
         robot = package_robots.robot(name)
-        plan, _ = read_plan(robot, None, {joint: 0.0 for joint in robot.description.driven}, *NOTHING, 1e-10)
+        plan, _ = read_plan(robot, {"actuators": dict.fromkeys(robot.description.driven, 0.0)})
         labels = labels_of(plan, robot)
         loose[name] = {label for label, one in zip(labels.axes["joint_coordinate"], labels.loose, strict=True) if one}
     assert loose["five_bar"] == loose["gough_stewart"] == set()

@@ -71,7 +71,7 @@ def _analyze(args: argparse.Namespace) -> int:
             report = report.only(*args.only) if args.only else report.brief()
         if not args.json:
             warnings = [*_rigid_advice(robot, args, options), *warnings]
-    answer(report.to_dict() if args.json else report, warnings, args.out)
+    answer(report, args, warnings)
     return 0
 
 
@@ -171,7 +171,7 @@ def _verify(args: argparse.Namespace) -> int:
         options = {**loads_of(args), **given_of(("modes", "within"), args)}
         configuration, warnings = pose_of(load_robot(args), args)
         found = VERIFY.called()(configuration, **options)
-    answer(found.to_dict() if args.json else found.report(), warnings)
+    answer(found, args, warnings)
     return 0 if found.verified else 1
 
 
@@ -207,8 +207,7 @@ def _compensate(args: argparse.Namespace) -> int:
         found = COMPENSATE.called()(configuration, **options)
         for path in args.out:
             found.save(path, axes)
-        shown = found.to_dict() if args.json else found.report()
-    answer(shown, warnings, args.out)
+    answer(found, args, warnings)
     return 0
 
 
@@ -290,8 +289,7 @@ def _modes(args: argparse.Namespace) -> int:
         options = {**payload_of(args), **given_of(("count", "drives"), args)}
         configuration, warnings = pose_of(load_robot(args), args)
         report = MODES.called()(configuration, **options).report()
-        answered = report.to_dict() if args.json else report
-    answer(answered, warnings)
+    answer(report, args, warnings)
     return 0
 
 
@@ -331,8 +329,7 @@ def _response(args: argparse.Namespace) -> int:
         drawn = given_of(("what", "components"), args)
         for path in args.out:
             save_files([path], "frequency_response", found, **drawn)
-        shown = found.to_dict() if args.json else found.report()
-    answer(shown, warnings, args.out)
+    answer(found, args, warnings)
     return 0
 
 

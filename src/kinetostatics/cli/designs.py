@@ -31,8 +31,7 @@ def _tolerances(args: argparse.Namespace) -> int:
         save_files(args.out, "tolerances", found, what=args.what or "displacement")
         if top is not None:
             found = replace(found, effects=dict([*found.effects.items()][:top]))
-        shown = found.to_dict() if args.json else found.report()
-    answer(shown, warnings, args.out)
+    answer(found, args, warnings)
     return 0
 
 
@@ -85,8 +84,7 @@ def _sensitivities(args: argparse.Namespace) -> int:
         configuration, warnings = pose_of(load_robot(args), args)
         found = SENSITIVITIES.called()(configuration, **options)
         save_files(args.out, "sensitivities", found)
-        shown = found.to_dict() if args.json else found.report()
-    answer(shown, warnings, args.out)
+    answer(found, args, warnings)
     return 0
 
 
@@ -134,8 +132,7 @@ def _optimize(args: argparse.Namespace) -> int:
         else:
             found = OPTIMIZE.called()(args.robot, **options, **given_of(("minimize",), args))
         save_files(args.out, "pareto", found)
-        shown = found.to_dict() if args.json else found.report()
-    answer(shown, (), args.out)
+    answer(found, args)
     return 0 if front or found.feasible else 1
 
 
@@ -213,8 +210,7 @@ def _calibrate(args: argparse.Namespace) -> int:
             options |= {option[2:]: coordinates or None, "load": _loads(args.load_case), **given_of(("readings",), args)}
             found = plan_measurements(robot, args.unknowns, planned, **options)
         save_files(args.out, "calibration", found)
-        shown = found.to_dict() if args.json else found.report()
-    answer(shown, (), args.out)
+    answer(found, args)
     return 0
 
 

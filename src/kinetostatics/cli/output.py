@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import sys
@@ -44,22 +45,17 @@ def print_report(report: Report, warnings: Sequence[str] = ()) -> None:
     print("\n".join([*(painted("warning", f"! {text}", colour) for text in warnings), report.text(colour)]))
 
 
-def answer(found: Report | dict[str, object], warnings: Sequence[str] = (), written: Iterable[str] = ()) -> None:
-    """Print warnings and a report; or JSON that includes the warnings, which then go to standard error.
-
-    Args:
-        found: an object with a report and data.
-        warnings: warnings of the pose.
-        written: files that were written; they are listed below the report.
-    """
-    if not isinstance(found, dict):
-        print_report(found, warnings)
+def answer(found: Keyword, args: argparse.Namespace, warnings: Sequence[str] = ()) -> None:
+    """Print warnings of the pose, and a result or its report; with ``--json`` plain values that include the warnings."""
+    written = getattr(args, "out", ())
+    if args.json:
+        values = found.to_dict()
+        reported = [*warnings, *values.get("warnings", ())]
+        print_json({**values, "warnings": reported})
+        print_warnings(reported)
+    else:
+        print_report(found.report() if hasattr(found, "report") else found, warnings)
         print(*(f"wrote {file}\n" for file in written), sep="", end="")
-        return
-    own = found.get("warnings")
-    reported = [*warnings, *(own if isinstance(own, list) else ())]
-    print_json({**found, "warnings": reported})
-    print_warnings(reported)
 
 
 def print_warnings(warnings: Iterable[str]) -> None:

@@ -140,14 +140,6 @@ def number_of(option: str, text: str, kind: str | None = "number") -> float:
         raise ArgumentError(f"{option}: {error}") from None
 
 
-def whole_number_of(option: str, text: str, least: int = 1) -> int:
-    """Return the integer of an option, at least ``least``."""
-    number = None
-    with contextlib.suppress(ArgumentError):
-        number = parse_quantity(text, "number")
-    return whole_number(option, int(number) if number is not None and number.is_integer() else None, least, shown=text.strip())
-
-
 # ---- values of options ------------------------------------------------------------------------------------------------
 
 
@@ -165,7 +157,10 @@ def value_of(name: str, args: argparse.Namespace) -> Keyword:
     if argument.kind == "items":
         return parse_items(option, given)
     if argument.kind == "count":
-        return whole_number_of(option, given, argument.least)
+        with contextlib.suppress(ArgumentError):
+            if (number := parse_quantity(given, "number")).is_integer():
+                return whole_number(option, int(number), argument.least, shown=given.strip())
+        return whole_number(option, None, argument.least, shown=given.strip())
     if argument.kind in ("", "flag", "text", "optional text", "texts", "names"):
         return given
     if argument.kind == "wrench":

@@ -16,7 +16,6 @@ from kinetostatics.exceptions import (
     ArgumentError,
     AssemblyError,
     CoordinatesError,
-    KinetostaticsError,
     RobotFileError,
     StaticsError,
 )
@@ -91,13 +90,11 @@ def _shown(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) ->
         shown, found = (_swept(robot, args), []) if args.sweep else pose_of(robot, args)
         result = analyze(shown, **loads)
     except (AssemblyError, CoordinatesError, StaticsError, RobotFileError) as error:
-        if args.compare:
-            raise _no_result(error, "--compare shows two results", args) from None
-        if args.sweep:
+        if args.compare or args.sweep:
             raise
         return UnloadedPose(shown, str(error)), [str(error)]
     if args.sweep and (result.status == Status.SINGULAR).all():
-        raise _no_result(StaticsError("at every pose it is singular"), "--sweep shows results", args)
+        raise StaticsError("--sweep: the robot is singular at every pose")
     return result, [*found, *result.warnings]
 
 
@@ -107,15 +104,6 @@ def _modes(robot: Robot, args: argparse.Namespace) -> tuple[Modes, list[str]]:
 
     pose, found = pose_of(robot, args)
     return modes(pose, value_of("modes", args), **payload_of(args)), found
-
-
-def _no_result(error: KinetostaticsError, option: str, args: argparse.Namespace) -> KinetostaticsError:
-    """Return an error for a missing result, with the command that shows a singular robot without loads."""
-    if not isinstance(error, StaticsError):
-        return error
-    return StaticsError(
-        f"{option}, and {args.robot} has none: {error}; kinetostatics view {args.robot} --live draws and moves it without loads"
-    )
 
 
 def _second(robot: Robot, args: argparse.Namespace) -> Result:
@@ -135,10 +123,7 @@ def _second(robot: Robot, args: argparse.Namespace) -> Result:
     if coordinates:
         other.platform, other.actuators = coordinates, []
     pose, _ = pose_of(robot, other)
-    try:
-        return analyze(pose, **loads_of(other))
-    except StaticsError as error:
-        raise _no_result(error, "--compare shows two results", other) from None
+    return analyze(pose, **loads_of(other))
 
 
 def _meshcat(result: Result | UnloadedPose | Modes, url: str | None, exaggeration: float | None) -> int:

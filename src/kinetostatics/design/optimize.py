@@ -109,20 +109,8 @@ def optimize(
     """
     check_keywords(optimize, analysis, without=("on_failure",))
     links: dict[str, str | None] = {"platform_link": platform_link, "base_link": base_link}
-    search_for = prepare(
-        robot,
-        vary,
-        minimize,
-        subject_to,
-        (platform, actuators),
-        orientation,
-        parameters,
-        links,
-        starts,
-        tool,
-        closure_tolerance,
-        analysis,
-    )
+    given = (platform, actuators), orientation, parameters, links, starts, tool, closure_tolerance, analysis
+    search_for = prepare(robot, vary, minimize, subject_to, *given)
     return search_for.optimum(search_for.problem, search_for.own, starts)
 
 

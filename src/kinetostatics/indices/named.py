@@ -200,12 +200,7 @@ def _hint(ds: xr.Dataset, what: str) -> str:
     within = [item for item in known if what.lower() in item.lower()][:3]
     if within:
         return ": did you mean " + " or ".join(repr(item) for item in within) + "?"
-    close = near_names(what, known)
-    if close.startswith("did you mean"):
-        return f": {close}"
-    indices = ", ".join([*(item for item in INDICES if _applies(ds, item)), *map(_example, ANY_DIRECTION)])
-    variables = ", ".join(str(item) for item in ds.data_vars if label_dims(ds, str(item)))
-    return f": there are the indices {indices}, and numbers of {variables}"
+    return f": {near_names(what, known)}"
 
 
 #: Names of mechanisms and contributions in figures.

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.arguments import check, check_mapping, names_in, warn
-from kinetostatics.description.loads import Payload
+from kinetostatics.arguments import Keyword, check, check_mapping, names_in, warn
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.description.units import find_unit
 from kinetostatics.engine.programs import check_engine, engine_for
@@ -32,6 +31,12 @@ from kinetostatics.workspace.sweep_plan import Links, Source, SweepPlan, files_o
 
 #: Largest number of robots that are built for checks before the computation.
 TRIED = 50
+#: Load, gravity and point by default, with their numbers of components.
+NO_LOAD: Mapping[str, tuple[ArrayLike | None, int]] = {
+    "load": ((0, 0, 0, 0, 0, 0), 6),
+    "gravity": ((0, 0, -9.81), 3),
+    "point": (None, 3),
+}
 
 
 def need(package: str, *more: str, extra: str = "sweep") -> None:
@@ -43,33 +48,31 @@ def need(package: str, *more: str, extra: str = "sweep") -> None:
 
 def read_plan(
     robot: Robot | RobotDescription | str | os.PathLike[str],
-    platform: Mapping[str, ArrayLike] | None,
-    actuators: Mapping[str, ArrayLike] | None,
-    orientation: str | None,
-    load: ArrayLike,
-    gravity: ArrayLike,
-    point: ArrayLike | None,
-    frame: str,
-    assembly_errors: Mapping[str, object] | None,
-    parameters: Mapping[str, object] | None,
-    closure_tolerance: float,
-    outputs: Sequence[str] = ("default",),
-    given_units: Mapping[str, str] | None = None,
+    coordinates: Mapping[str, Mapping[str, ArrayLike] | None],
+    parameters: Mapping[str, object] | None = None,
+    parameter_units: Mapping[str, str] | None = None,
     links: Links | None = None,
+    outputs: Sequence[str] = ("default",),
+    vectors: Mapping[str, tuple[ArrayLike | None, int]] = NO_LOAD,
     engine: str = "auto",
-    loads: Mapping[str, object] | None = None,
-    payload: Payload | None = None,
-    modes: int = 0,
+    **constant: Keyword,
 ) -> tuple[SweepPlan, Robot]:
     """Return the plan of a sweep and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
 
-    ``links`` are the links of platform and base, if given.
+    Args:
+        coordinates: platform and actuators.
+        links: links of platform and base, if given.
+        vectors: load, gravity and point, with their numbers of components.
+        constant: orientation, frame, closure_tolerance, assembly_errors, loads, payload and modes.
     """
-    if platform is not None and actuators is not None:
+    orientation, assembly_errors, modes = (constant.get(name) for name in ("orientation", "assembly_errors", "modes"))
+    kinds = {kind: given for kind, given in coordinates.items() if given is not None}
+    if len(kinds) > 1:
         raise ArgumentError("give either platform= or actuators=, not both")
-    check("frame", frame)
+    check("frame", constant.get("frame", "world"))
+    constant["closure_tolerance"] = check("closure_tolerance", constant.get("closure_tolerance", 1e-10))
     engine = check_engine(engine)
-    requested = [*names_in("outputs", outputs, '["twist", "stiffness"]'), *(["modes"] if check("modes", modes) else [])]
+    requested = [*names_in("outputs", outputs, '["twist", "stiffness"]'), *(["modes"] if check("modes", modes or 0) else [])]
     groups = dict.fromkeys(item.group for item in VARIABLES.values() if item.group != "always")
     for name in requested:
         if name not in VARIABLES and name not in groups:
@@ -77,21 +80,18 @@ def read_plan(
         if not modes and "modes" in (name, name in VARIABLES and VARIABLES[name].group):
             raise ArgumentError(f"output {name!r} needs modes=, the number of natural frequencies")
     variables = tuple(name for name, item in VARIABLES.items() if name in requested or item.group in requested)
-    for what, value in (("load", load), ("gravity", gravity)):
-        if value is None:
+    for what in ("load", "gravity"):
+        if vectors[what][0] is None:
             raise ArgumentError(f"{what} is None; it must be an array of numbers")
     varying, constants = split_values("parameters", {} if parameters is None else parameters, "parameter")
     start = {**constants, **{axis.name: axis.values[0].item() for axis in varying}}
     with naming_parameters({axis.name: start[axis.name] for axis in varying}):
         first, source = _source(robot, start, bool(varying), links or {})
-    varying = _with_units(varying, first, source.links, start, given_units)
-    kind = "platform" if platform is not None else "actuators"
-    given = platform if platform is not None else actuators
-    if given is None:
-        given = dict.fromkeys(first.description.driven, 0.0)
+    varying = _with_units(varying, first, source.links, start, parameter_units)
+    kind, given = next(iter(kinds.items()), ("actuators", dict.fromkeys(first.description.driven, 0.0)))
     if assembly_errors is not None:
         parse_assembly_errors(first.statics, assembly_errors)
-    on_links = parse_link_loads(first.statics, loads, payload)
+    on_links = parse_link_loads(first.statics, constant.get("loads"), constant.get("payload"))
     if on_links is not None and any(array.ndim > 1 for array in on_links.arrays()):
         raise ArgumentError(
             "loads on links and the payload are constant in a sweep: give single vectors and numbers, not arrays over poses"
@@ -99,28 +99,19 @@ def read_plan(
     check_mapping(kind, given, '{"z": [0.4, 0.5, 0.6]}')
     orientation_named(orientation)
     units = coordinate_units(first, kind, list(given))
-    coordinates, held = split_values(kind, given, "coordinate", units)
-    fields, cases = _fields({"load": (load, 6), "gravity": (gravity, 3), "point": (point, 3)}, [*varying, *coordinates])
-    axes = (*varying, *cases, *coordinates)
+    swept, held = split_values(kind, given, "coordinate", units)
+    fields, cases = _fields(vectors, [*varying, *swept])
+    axes = (*varying, *cases, *swept)
     plan = SweepPlan(
         source,
         kind,
         axes,
         {name: float(value) for name, value in held.items()},
         constants if parameters else {},
-        orientation,
-        fields["load"],
-        fields["gravity"],
-        fields.get("point"),
-        frame,
-        assembly_errors,
-        loads,
-        payload,
-        check("closure_tolerance", closure_tolerance),
-        variables,
-        versions(),
-        engine_for(engine, math.prod(axis.size for axis in axes)),
-        modes=modes,
+        outputs=variables,
+        versions=versions(),
+        engine=engine_for(engine, math.prod(axis.size for axis in axes)),
+        **{**constant, **fields},
     )
     if any(VARIABLES[name].group == "compensation" for name in variables):
         plan = replace(plan, compensated=_compensated(first, kind, list(given), orientation))

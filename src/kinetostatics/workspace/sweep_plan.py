@@ -103,18 +103,18 @@ class SweepPlan:
     axes: tuple[Axis, ...]
     held: Mapping[str, float]
     constants: Mapping[str, object]
-    orientation: str | None
     load: Field
     gravity: Field
-    point: Field | None
-    frame: str
-    assembly_errors: Mapping[str, object] | None
-    loads: Mapping[str, object] | None
-    payload: Payload | None
-    closure_tolerance: float
     outputs: tuple[str, ...]
     versions: Mapping[str, str]
-    engine: str = "auto"
+    engine: str
+    point: Field | None = None
+    closure_tolerance: float = 1e-10
+    orientation: str | None = None
+    frame: str = "world"
+    assembly_errors: Mapping[str, object] | None = None
+    loads: Mapping[str, object] | None = None
+    payload: Payload | None = None
     compensated: tuple[str, ...] = ()
     modes: int = 0
 
