@@ -127,6 +127,7 @@ def of_the_map(ds, result, drives):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", REQUIRABLE)
 def test_every_quantity_is_that_of_the_map(name, maps):
     """Of several actuators, beams and poses the worst counts."""

@@ -123,7 +123,9 @@ SCATTERED = {
 }
 
 
-@pytest.mark.parametrize("case", [pytest.param(name, marks=[pytest.mark.slow] * (name == "hexapod")) for name in SCATTERED])
+@pytest.mark.parametrize(
+    "case", [pytest.param(name, marks=[pytest.mark.slow] * (name in ("hexapod", "straight"))) for name in SCATTERED]
+)
 def test_first_order_and_random_samples_agree(case):
     name, platform, load, off = SCATTERED[case]
     agrees(ks.tolerances(package_robots.robot(name).assemble(platform=platform), off, samples=500, load=load))

@@ -40,6 +40,7 @@ def test_every_pose_of_a_map_is_corrected_as_alone():
     assert ds.residual_error.sel(component="z").max() < 1e-12
 
 
+@pytest.mark.slow
 def test_maps_over_drives_and_maps_without_corrections(tmp_path, capsys):
     pytest.importorskip("h5netcdf")
     path = tmp_path / "map.nc"

@@ -104,17 +104,6 @@ def test_a_summary_counts_every_fact(far):
     assert "no pose is within the joints' limits" in str(map_report(far.isel(s=[0, 6])))
 
 
-@pytest.mark.few(1)
-@pytest.mark.parametrize("ending", ["nc", "zarr"])
-def test_facts_are_stored(far, tmp_path, ending):
-    for _ in range(2):  # the second call opens what is there
-        stored = ks.sweep(two_rigid(), actuators={"s": S}, out=tmp_path / f"map.{ending}")
-        for name in FACTS:
-            assert stored[name].dtype == bool
-            np.testing.assert_array_equal(stored[name], far[name])
-        stored.close()
-
-
 def test_figures_say_that_poses_are_beyond_the_limits(far):
     pytest.importorskip("matplotlib")
     from kinetostatics.plot.masks import masks_of
