@@ -43,9 +43,9 @@ SLOW = {
     "verify": (["five_bar"], "kinetostatics.verification.verify", "verifying"),
     "report": (["five_bar", "--out", "report.html"], "kinetostatics.report_page.save_report", "writing the report"),
     "tolerances": (["five_bar"], "kinetostatics.design.tolerances", "computing effects of tolerances"),
-    "new": (["3-RPS", "--out", "new.urdf.xacro"], "kinetostatics.authoring.by_name.new_robot", "building the robot"),
     "export": (["five_bar", "--out", "controller"], "kinetostatics.functions.function.export_c", "recording the robot"),
     "plot": (["map.nc", "--out", "figure.svg", "--kind", "line"], "kinetostatics.plot.save", "drawing"),
+    "new": (["3-RPS", "--out", "new.urdf.xacro"], "kinetostatics.authoring.by_name.new_robot", "building the robot"),
 }
 
 
