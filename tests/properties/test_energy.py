@@ -115,21 +115,16 @@ def test_every_part_of_a_stiff_robot_is_in_equilibrium(name):
 # ---- closed forms --------------------------------------------------------------------------------------------------------------
 
 
-def arm(stiffness=300.0, drive=10.0, mass=0.0, height=0.4, lever=0.25):
-    """A massless arm on a hinge along y, hung up by a spring of no free length; a mass at its end."""
-    inertia = f'<mass value="{mass}"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
-    inertial = f'<inertial><origin xyz="0.5 0 0"/>{inertia}</inertial>' if mass else ""
+def arm(drive):
+    """A massless arm on a driven hinge along y, hung up by a spring of no free length."""
     return ks.Robot(
-        parse_robot_text(f"""<robot name="arm"><link name="ground"/><link name="arm">{inertial}</link>
+        parse_robot_text(f"""<robot name="arm"><link name="ground"/><link name="arm"/>
 <joint name="hinge" type="continuous"><parent link="ground"/><child link="arm"/><axis xyz="0 1 0"/></joint>
 <platform link="arm"/><transmission name="drive"><joint name="hinge"/></transmission>
-<joint_stiffness joint="hinge" drive="{drive}"/><spring name="spring" stiffness="{stiffness}" free_length="0">
-<predecessor link="ground"><origin xyz="0 0 {height}"/></predecessor>
-<successor link="arm"><origin xyz="{lever} 0 0"/></successor></spring></robot>""")
+<joint_stiffness joint="hinge" drive="{drive}"/><spring name="spring" stiffness="300" free_length="0">
+<predecessor link="ground"><origin xyz="0 0 0.4"/></predecessor>
+<successor link="arm"><origin xyz="0.25 0 0"/></successor></spring></robot>""")
     )
-
-
-PHI = np.radians([0.0, 20, 45, 90, 130, 180, -10, -45, -90])
 
 
 @pytest.mark.parametrize("drive", [1e-3, 1e-6])
@@ -140,23 +135,6 @@ def test_a_spring_that_holds_what_is_almost_free(drive):
     twist = -30 * np.cos(phi) / (drive + 30 * np.sin(phi))
     np.testing.assert_allclose(result.twist[:, 4], twist, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(result.actuator_forces["hinge"], -drive * twist, rtol=1e-12, atol=1e-12 * drive)
-
-
-def test_an_arm_that_hangs_in_a_spring():
-    """K = 10 + k a b sin φ; the spring turns it by −k a b cos φ / K; where K is negative, it falls."""
-    result = ks.analyze(arm().assemble(actuators={"hinge": -PHI}), on_failure="nan")
-    stiffness = 10 + 30 * np.sin(PHI)
-    np.testing.assert_allclose(1 / result.compliance[:, 4, 4], stiffness, rtol=1e-9)
-    np.testing.assert_allclose(result.twist[:, 4], -30 * np.cos(PHI) / stiffness, rtol=1e-9, atol=1e-12)
-    for phi, k in zip(PHI, stiffness, strict=True):
-        assert unstable(ks.analyze(arm().assemble(actuators={"hinge": -phi}), on_failure="nan")) == (k < 0)
-
-
-def test_a_balanced_arm_is_in_neutral_equilibrium():
-    """m g l = k a b: the spring's stiffness and the weight's cancel at every angle, and the drive's own is left."""
-    result = ks.analyze(arm(mass=30 / (9.81 * 0.5)).assemble(actuators={"hinge": -PHI}))
-    np.testing.assert_allclose(1 / result.compliance[:, 4, 4], 10.0, rtol=1e-9)
-    np.testing.assert_allclose(result.twist, 0, atol=1e-13)
 
 
 def leg(tension):

@@ -202,21 +202,6 @@ def test_sag_of_the_arm_is_the_sum_of_its_slices_strains(number, load, gravity):
     np.testing.assert_allclose(ks.analyze(pose, load=load, gravity=gravity).twist, expected, atol=1e-11 * np.abs(expected).max())
 
 
-def test_soft_gears_add_what_the_torques_turn_them():
-    gears = dict(zip(ARM, [6e4, 6e4, 3e4, 1e4, 1e4, 1e4], strict=True))
-    soft = robot("ur10", shoulder_actuator_stiffness=6e4, elbow_actuator_stiffness=3e4, wrist_actuator_stiffness=1e4)
-    stiff_pose, q = arm_pose(2)
-    stiff = ks.analyze(stiff_pose, load=LOAD)
-    result = ks.analyze(soft.assemble(actuators=dict(zip(ARM, q, strict=True))), load=LOAD)
-    model, data = original("ur10")
-    jacobian = pin.computeFrameJacobian(model, data, q, model.getFrameId("tool0"), pin.LOCAL_WORLD_ALIGNED)
-    turned = np.array([-stiff.actuator_forces[name] / gears[name] for name in ARM])
-    tolerance = 1e-11 * np.abs(result.twist).max()
-    np.testing.assert_allclose(result.twist - stiff.twist, jacobian @ turned, atol=tolerance)
-    for column, turn, name in zip(jacobian.T, turned, ARM, strict=True):
-        np.testing.assert_allclose(result.source_contributions["actuators"][name], column * turn, atol=tolerance)
-
-
 # ---- the quadruped ------------------------------------------------------------------------------------------------------------
 
 

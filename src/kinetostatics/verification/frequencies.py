@@ -14,7 +14,7 @@ import numpy as np
 
 from kinetostatics.math.arrays import Array
 from kinetostatics.verification.frame import FrameModel
-from kinetostatics.verification.opensees import FrameUnits, OpenSeesError, SingularFrame, frame_of, run, weights_at_zero
+from kinetostatics.verification.opensees import FrameUnits, frame_of, least_scatter, run, weights_at_zero
 from kinetostatics.verification.worker import Frame
 
 #: Elements of a beam by mesh; least number of meshes; scatter of the results above which a further mesh is used.
@@ -78,29 +78,15 @@ def frequencies(model: FrameModel, count: int) -> Frequencies:
 
 def _coarsest(mesh: Frame, count: int) -> tuple[float, Array]:
     """Return the least disturbing stiffness of free directions, and the eigenvalues of a mesh with it, zeros first."""
-    best: tuple[float, float, Array] | None = None
-    failure: OpenSeesError | None = None
-    for regularization in REGULARIZATIONS:
-        asked = count
-        try:
-            while True:
-                levels = _at_levels(mesh, regularization, asked)
-                zero = _zeros(levels)
-                if zero + count <= asked:
-                    break
-                asked = 2 * zero + count
-        except SingularFrame as error:
-            failure = error
-            continue
+
+    def solved(regularization: float) -> tuple[float, tuple[float, Array]]:
+        levels = _at_levels(mesh, regularization, count)
+        while (zero := _zeros(levels)) + count > levels.shape[1]:
+            levels = _at_levels(mesh, regularization, 2 * zero + count)
         levels = levels[:, : zero + count]
-        scatter = relative_difference(_limit([levels[:-1, zero:]]), _limit([levels[:, zero:]]))
-        if best is None or scatter < best[0]:
-            best = scatter, regularization, levels
-        if scatter < SURE:
-            break
-    if best is None:
-        raise failure or OpenSeesError("OpenSees was not run")
-    return best[1:]
+        return relative_difference(_limit([levels[:-1, zero:]]), _limit([levels[:, zero:]])), (regularization, levels)
+
+    return least_scatter(REGULARIZATIONS, SURE, solved)
 
 
 def _zeros(levels: Array) -> int:

@@ -11,10 +11,11 @@ import importlib.util
 import json
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -33,6 +34,8 @@ REGULARIZATIONS = (1e-10, 1e-12, 1e-8, 1e-11, 1e-9)
 SURE = 1e-9
 #: Time limit of OpenSees [s].
 PATIENCE = 300.0
+
+Solved = TypeVar("Solved")
 
 
 class OpenSeesError(KinetostaticsError):
@@ -78,23 +81,31 @@ def levels(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> tuple
     """
     frame = frame_of(model, scale, probes)
     h = np.array([0.5**level for level in range(LEVELS)])
-    best: tuple[float, dict[str, Array], dict[str, Array]] | None = None
+
+    def solved(regularization: float) -> tuple[float, tuple[dict[str, Array], dict[str, Array]]]:
+        levels = [_arrays(level) for level in run(frame, [(PENALTY / x, regularization * x) for x in h])]
+        both = _extrapolated(levels, h), _extrapolated(levels[:-1], h[:-1])
+        return _scatter(*map(of_platform, both)), both
+
+    return least_scatter(REGULARIZATIONS, SURE, solved)
+
+
+def least_scatter(regularizations: Iterable[float], sure: float, solved: Callable[[float], tuple[float, Solved]]) -> Solved:
+    """Return the result with the least scatter of several stiffnesses of free directions; one scatter below ``sure`` suffices."""
+    best: tuple[float, Solved] | None = None
     failure: OpenSeesError | None = None
-    for regularization in REGULARIZATIONS:
+    for regularization in regularizations:
         try:
-            levels = [_arrays(level) for level in run(frame, [(PENALTY / x, regularization * x) for x in h])]
-        except SingularFrame as error:  # so little stiffness of the free directions is none
+            found = solved(regularization)
+        except SingularFrame as error:  # the stiffness of free directions is lost in rounding
             failure = error
             continue
-        all_levels, one_less = _extrapolated(levels, h), _extrapolated(levels[:-1], h[:-1])
-        scatter = _scatter(of_platform(all_levels), of_platform(one_less))
-        if best is None or scatter < best[0]:
-            best = scatter, all_levels, one_less
-        if scatter < SURE:
+        best = found if best is None or found[0] < best[0] else best
+        if best[0] < sure:
             break
     if best is None:
         raise failure or OpenSeesError("OpenSees was not run")
-    return best[1:]
+    return best[1]
 
 
 # ---- scaling -------------------------------------------------------------------------------------------------------------
