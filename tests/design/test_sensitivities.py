@@ -183,7 +183,7 @@ def test_patterns_name_several_and_leave_out_what_opens_loops():
     one, other = (s.shift_effect(f"shoulder_{k}.placement.y") for k in (1, 2))
     assert one == pytest.approx(-other, rel=1e-6) and abs(one) > 1e-7
     text = str(s)
-    assert "millimetre or milliradian of each placement" in text
+    assert "moving each placement or centre of mass by 1 mm or 1 mrad" in text
     assert "wrist.predecessor_placement.z was left out: with a small change of it" in text
     with pytest.raises(ks.ArgumentError, match=r"^wrist.predecessor_placement.z: with a small change of it the loops"):
         ks.sensitivities(pose, ["wrist.predecessor_placement.z"])

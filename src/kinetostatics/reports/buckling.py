@@ -48,10 +48,7 @@ def buckling_blocks(buckling: Buckling) -> list[Block]:
 def _data(buckling: Buckling) -> dict[str, object]:
     return {
         "robot": buckling.robot.name,
-        "units": {
-            "load_factors": "common to all forces; null: none",
-            "twists": "of the platform at o, of any size [m; rad]",
-        },
+        "units": {"load_factors": "common to all forces; null: none", "twists": "of the platform at o, of any size [m; rad]"},
         "shape": buckling.shape,
         **attributes(buckling.configuration, ("platform", "actuators")),
         **attributes(buckling, ("load_factors", "members", "energy_shares", "twists")),

@@ -35,11 +35,6 @@ def _estimate(item: Estimate, value: float) -> str:
     return in_unit(value, item.unit)
 
 
-def _interval(item: Estimate) -> str:
-    """Return the interval of an unknown as text; a dash if the readings do not determine it."""
-    return f"{_estimate(item, item.interval[0])} to {_estimate(item, item.interval[1])}" if item.identified else MISSING
-
-
 def calibration_report(found: Calibration) -> Report:
     """Return the report: estimates with intervals, unidentifiable unknowns, residuals and outliers."""
     title = f"Calibration of {found.robot.name!r} from {count(len(found.measured), 'reading')} of "
@@ -61,10 +56,10 @@ def calibration_report(found: Calibration) -> Report:
 
 
 def _sections(found: Calibration) -> list[ReportSection]:
-    rows = [
-        (item.name, _estimate(item, item.start), _estimate(item, item.value), _interval(item))
-        for item in found.estimates.values()
-    ]
+    rows = []
+    for item in found.estimates.values():
+        start, value, low, high = (_estimate(item, value) for value in (item.start, item.value, *item.interval))
+        rows.append((item.name, start, value, f"{low} to {high}" if item.identified else MISSING))
     fits = []
     for kind, units in UNITS_BY_KIND.items():
         residual, predicted = (found.root_mean_square(errors, kind) for errors in (found.residuals, found.leave_one_out))

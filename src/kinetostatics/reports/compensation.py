@@ -76,7 +76,7 @@ def _one(found: Compensation) -> Iterator[ReportSection]:
     of, what = "", "the loaded platform"
     if found.tool is not None:
         of, what = " of the tool's tip", point_name(found.tool)
-    yield ReportSection(f"Pose error of {what}, world axes", [_misses(found)], "errors")
+    yield ReportSection(f"Pose error of {what}, world axes", [_errors(found)], "errors")
     rest = [name for name in found.residual_error_coordinates if name not in found.controlled]
     left = f"Not corrected (too few actuators): {join_words(rest)}." if rest else "No error remains."
     yield ReportSection("", [Text(f"Corrected: {join_words(found.controlled)}{of}. {left}")])
@@ -99,7 +99,7 @@ def _actuators(found: Compensation) -> Table:
     return Table.of_rows(("actuator", "at the target pose", "corrected", "correction", "force to feed forward"), rows)
 
 
-def _misses(found: Compensation) -> Table:
+def _errors(found: Compensation) -> Table:
     columns = [Column("", ["uncorrected", "corrected"])]
     for k, name in enumerate(COMPONENTS):
         some = found.uncorrected_error[3 * (k // 3) : 3 * (k // 3) + 3]

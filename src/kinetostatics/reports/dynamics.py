@@ -127,12 +127,7 @@ def _response_sections(found: FrequencyResponse) -> Iterator[ReportSection]:
         return
     units = ["m/N"] * 3 + ["rad/(N·m)"] * 3
     for title, key, array, along in (
-        (
-            "Compliance: largest twist per wrench in the same direction",
-            "compliance",
-            found.compliance,
-            WRENCH_COMPONENTS,
-        ),
+        ("Compliance: largest twist per wrench in the same direction", "compliance", found.compliance, WRENCH_COMPONENTS),
         ("Transmissibility: largest motion per motion of the floor", "transmissibility", found.transmissibility, COMPONENTS),
     ):
         size = np.abs(np.einsum("...ii->...i", array)).reshape(-1, len(found.frequencies), 6)

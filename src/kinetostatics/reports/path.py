@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from kinetostatics.layout.blocks import Cell, Number, ReportSection, Table, warning_section
-from kinetostatics.layout.numbers import ANGLES, FORCES, LENGTHS, MOMENTS, STRESSES, NumberFormat, Units
+from kinetostatics.layout.numbers import UNITS_OF, NumberFormat, Units
 from kinetostatics.layout.report import Report, attributes
 from kinetostatics.reports.pose import state_title, status_names
 from kinetostatics.results.path import OVER_TIME, PathResult
@@ -15,10 +15,7 @@ from kinetostatics.status import WITHOUT_NUMBERS
 
 SECONDS: Units = (("s", 1.0),)
 #: Units to choose from for quantities over time.
-_UNITS: dict[str, Units] = {
-    **{"m": LENGTHS, "rad": ANGLES, "N": FORCES, "N·m": MOMENTS, "Pa": STRESSES},
-    **{"m/s": (("m/s", 1.0),), "rad/s": (("rad/s", 1.0),), "W": (("W", 1.0),)},
-}
+_UNITS: dict[str, Units] = {**UNITS_OF, **{unit: ((unit, 1.0),) for unit in ("m/s", "rad/s", "W")}}
 UNITS = {
     "general": "SI: s, m, rad, N, N·m, Pa, W; world axes; arrays over time, last axes as in Result; null: no number",
     "actuator_velocities": "m/s, of turning joints rad/s; actuator_forces: N, of turning joints N·m",

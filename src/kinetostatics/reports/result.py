@@ -265,10 +265,7 @@ def _motion_sections(result: Result, noise: NoiseFloor) -> list[ReportSection]:
     found: dict[tuple[str, str], list[Block]] = {
         ("twist", f"Twist of the platform {at}"): _twists({**result.contributions, **total}, noise),
         ("gravity", "Effect of gravity, by mechanism"): _twists(gravity, noise),
-        (
-            "sag",
-            "Twist by source: beams, elastic joints, actuators and assembly errors",
-        ): _twists(by_kind, noise),
+        ("sag", "Twist by source: beams, elastic joints, actuators and assembly errors"): _twists(by_kind, noise),
         ("sag", "Sources of the sag: parts along the total displacement and rotation"): source_table(result, noise),
         ("parts", "Elastic displacement of the parts of the limbs"): _twists(parts, noise),
         ("stiffness", f"Stiffness of the platform {at}, actuators locked"): stiffness_blocks(result),

@@ -124,11 +124,8 @@ def description_report(description: RobotDescription) -> Report:
 
 
 def _summary(facts: RobotFacts) -> Facts:
-    rows: list[tuple[str, list[str]]] = [
-        ("file", [shown_path(facts.file)]),
-        ("base", [facts.base]),
-        ("platform", [facts.platform]),
-    ]
+    rows: list[tuple[str, list[str]]] = []
+    rows += [("file", [shown_path(facts.file)]), ("base", [facts.base]), ("platform", [facts.platform])]
     mobility = facts.mobility
     if mobility is None:
         rows += [("mobility", [UNKNOWN]), ("redundant constraints", [UNKNOWN])]
@@ -333,16 +330,10 @@ def _beams(facts: RobotFacts) -> list[Block]:
 
 
 def _springs(springs: Sequence[Spring]) -> list[Block]:
-    names = [
-        Column(title, [getattr(item, name) for item in springs])
-        for title, name in zip(("spring", "from", "to"), _SPRING, strict=False)
-    ]
-    numbers = (("stiffness [N/m]", "stiffness", 1.0), ("free length [mm]", "free_length", 1e3), ("preload [N]", "preload", 1.0))
-    return [
-        Table(
-            [*names, *(Column(title, [f"{k * getattr(item, name):.6g}" for item in springs], "r") for title, name, k in numbers)]
-        )
-    ]
+    header = ("spring", "from", "to", "stiffness [N/m]", "free length [mm]", "preload [N]")
+    numbers = [[f"{value:.6g}" for value in (item.stiffness, 1e3 * item.free_length, item.preload)] for item in springs]
+    rows = [(item.name, item.predecessor, item.successor, *row) for item, row in zip(springs, numbers, strict=True)]
+    return [Table.of_rows(header, rows, "lllrrr")]
 
 
 def _elastic_joints(joints: Sequence[ElasticJointFacts]) -> list[Block]:

@@ -42,10 +42,7 @@ def source_table(result: Result, noise: NoiseFloor) -> list[Block]:
         rows.append((f"{len(order) - number} others", "", parts[order[number:]].sum(axis=0)))
     rows.append(("total", "", np.where(np.isfinite(parts[0]), sizes, np.nan)))
     values = np.nan_to_num(np.array([part for *_, part in rows]))
-    formats = (
-        NumberFormat.of(parts[:, 0], LENGTHS, noise.displacement),
-        NumberFormat.of(parts[:, 1], ANGLES, noise.rotation),
-    )
+    formats = (NumberFormat.of(parts[:, 0], LENGTHS, noise.displacement), NumberFormat.of(parts[:, 1], ANGLES, noise.rotation))
     titles = (f"moves {result.point_name}", "turns")
     moves = [Column.of(title, list(values[:, k]), formats[k]) for k, title in enumerate(titles)]
     shares = [f"{share(value, float(sizes[by])):.1f}" for value in values[:, by].tolist()]

@@ -65,8 +65,7 @@ def stiffness_extremes(result: Result) -> list[tuple[str, str]]:
 
 def _reciprocal(compliances: Array, result: Result) -> Array:
     """Return 1/C; infinite where C is rounding noise, as with rigid limbs."""
-    C = np.abs(result.compliance)
-    length = result.robot.length
+    C, length = np.abs(result.compliance), result.robot.length
     small = 1e-12 * max(float(C[:3, :3].max()), length**2 * float(C[3:, 3:].max()))
     return np.where(np.abs(compliances) > small, 1 / np.where(compliances == 0, 1.0, compliances), np.inf)
 

@@ -133,11 +133,7 @@ class SecondOrder(ShortRepr):
 
 
 def second_order_of(
-    robot: Robot,
-    batch: Batch,
-    solutions: Iterable[Solution],
-    linear: tuple[Array, Array, Array],
-    moved: Callable[..., Array],
+    robot: Robot, batch: Batch, solutions: Iterable[Solution], linear: tuple[Array, Array, Array], moved: Callable[..., Array]
 ) -> SecondOrder:
     """Return results of second order.
 

@@ -41,10 +41,7 @@ def test_a_welded_frame_has_no_bearings():
     welded = RobotDescription.of(
         "mast",
         links=[Link("ground"), Link("mast"), Link("top", 2.0)],
-        joints=[
-            Joint("foot", "fixed", "ground", "mast"),
-            Joint("head", "fixed", "mast", "top", Origin((0, 0, 1.0))),
-        ],
+        joints=[Joint("foot", "fixed", "ground", "mast"), Joint("head", "fixed", "mast", "top", Origin((0, 0, 1.0)))],
         platform="top",
         beams=[Beam("mast", Tube.of(0.05), STEEL)],
     )
