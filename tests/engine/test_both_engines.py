@@ -8,6 +8,8 @@ tries the random ones from that number on.
 """
 
 import os
+import subprocess
+import sys
 from dataclasses import replace
 from functools import cache
 
@@ -16,6 +18,7 @@ import numpy as np
 import package_robots
 import pytest
 import small_robots
+from places import ROOT
 from tapes import computed
 
 import kinetostatics as ks
@@ -25,6 +28,9 @@ from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.quantities import OF_EQUILIBRIUM
 from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces, wrenches_of
 from kinetostatics.statics.springs import solve_with_springs
+
+#: Files of tests that also pass with compiled code: loops, assembly modes of maps, degenerate poses.
+FILES = ["properties/test_continuation.py", "maps/test_sweep_modes.py", "unit/statics/test_degenerate_poses.py"]
 
 COUNT, FIRST = 300, int(os.environ.get("KINETOSTATICS_FIRST_ROBOT", "0"))
 #: Of what kind a random robot is, by the last digit of its number: three serial limbs, springs, loads on links and a payload,
@@ -39,11 +45,6 @@ SEEDS = [
 #: Closed poses, poses near them, whose loops are a little open, joints anywhere, and turned by right angles; one that is not
 #: reached comes last.
 CLOSED, NEAR, ANYWHERE, QUARTERS = 3, 4, 4, 4
-
-
-@pytest.fixture(autouse=True)
-def one_folder(cache):
-    """Code is kept for all tests here."""
 
 
 @cache
@@ -237,3 +238,15 @@ def test_both_engines_say_the_same_of_poses_near_and_out_of_reach(name):
 @pytest.mark.parametrize("seed", [*SEEDS, 1016])
 def test_both_engines_say_the_same_of_random_robots_near_and_out_of_reach(seed):
     assert_same_results(random_robot(seed), seed)
+
+
+@pytest.mark.slow
+def test_tests_of_loops_and_of_degenerate_poses_pass_with_compiled_code(cache):
+    """But for those that are about NumPy's own way, which have the fixture ``by_numpy``."""
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-p", "no:xdist", *(f"tests/{name}" for name in FILES)]
+    environment = {**os.environ, "KINETOSTATICS_ENGINE": "compiled", "KINETOSTATICS_CACHE": str(cache), "CI": "true"}
+    environment = {name: value for name, value in environment.items() if not name.startswith("PYTEST")}
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    # and compiled code was what computed
+    assert len(list(cache.glob("*.code"))) > 50

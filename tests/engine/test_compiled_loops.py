@@ -19,11 +19,6 @@ CASES = [
 ]
 
 
-@pytest.fixture(autouse=True)
-def one_folder(cache):
-    """Code is kept for all tests here."""
-
-
 def both(robot, **given):
     """Return poses by compiled code and by NumPy."""
     return [robot.assemble(**given, on_failure="nan", engine=engine) for engine in ("compiled", "numpy")]

@@ -15,8 +15,6 @@ from kinetostatics.functions.c_programs import c_names, identifier
 from kinetostatics.functions.c_source import c_array
 from kinetostatics.functions.c_texts import STATUSES
 
-POSES = 600
-
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 
 
