@@ -1,8 +1,7 @@
 """Arguments of public functions and commands: checks of their type, range and choice, and the table of those that are shared.
 
 An argument of a Python function and the option of its command have the same name (``closure_tolerance=``,
-``--closure-tolerance``), unless a row of the table names another ``option``. Errors name the
-argument.
+``--closure-tolerance``), unless a row of the table names another ``option``. Every error names the argument.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from kinetostatics.compensation import MOST, error_tolerance
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.functions import c_texts
-from kinetostatics.functions.c_programs import Exported, Programs, asked_outputs, identifier
+from kinetostatics.functions.c_programs import Exported, Programs, identifier, requested_outputs
 from kinetostatics.functions.inputs_outputs import LOADS, Facts, Quantity, Reference, Values
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, SolverState
@@ -162,7 +162,7 @@ def _references(
         if np.mean(np.isin(values["status"], WITHOUT_NUMBERS)) < 0.5:
             break
     found = []
-    arrays = {item.name: values[item.name] for item in asked_outputs(function)}
+    arrays = {item.name: values[item.name] for item in requested_outputs(function)}
     if jacobian is not None:
         for output, columns in jacobian(**at, load=load, gravity=gravity, near=near).items():
             arrays |= {f"{output} by {name}": array for name, array in columns.items()}

@@ -66,7 +66,7 @@ class Exported(Protocol):
         """Return the outputs."""
 
 
-def asked_outputs(function: Exported) -> list[Quantity]:
+def requested_outputs(function: Exported) -> list[Quantity]:
     """Return the requested outputs that are not empty."""
     return [item for name, item in function.outputs.items() if name not in ALWAYS and 0 not in item.shape]
 
@@ -201,8 +201,8 @@ def _jacobian(
 class SearchPrograms:
     """The search of :func:`kinetostatics.compensate` at one pose.
 
-    Inputs of ``begin``, ``learn`` and ``remains`` are the platform's frame (12 numbers) and the twist; those of ``correct`` are
-    the actuator coordinates at the target and at the corrected pose. The last result is the validity of the record.
+    Inputs of ``begin``, ``update`` and ``remaining`` are the platform's frame (12 numbers) and the twist; those of ``correct``
+    are the actuator coordinates at the target and at the corrected pose. The last result is the validity of the record.
 
     Attributes:
         numbers: number of state variables of the search; the commanded coordinates are first.
@@ -213,8 +213,8 @@ class SearchPrograms:
     """
 
     begin: CProgram
-    learn: CProgram
-    remains: CProgram
+    update: CProgram
+    remaining: CProgram
     correct: CProgram
     numbers: int
     enough: float
@@ -238,19 +238,19 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
     R, o = robot.mechanism.platform_pose(robot.statics.example)
     platform, twist, n = np.concatenate([R.reshape(9, 1), o]), np.array([_TWIST]).T, len(names)
 
-    def begun(stands: Array, twist: Array) -> list[Array]:
-        pose = _pose(stands)
-        asked, angles = controlled.of(pose), orientation.coordinates(pose[0])
-        error = controlled.of(loaded(*pose, twist), angles) - asked
-        return _flat(controlled, asked, angles, BroydenSearch.started(asked, np.eye(n)[:, :, None], error))
+    def begun(frame: Array, twist: Array) -> list[Array]:
+        pose = _pose(frame)
+        target, angles = controlled.of(pose), orientation.coordinates(pose[0])
+        error = controlled.of(loaded(*pose, twist), angles) - target
+        return _flat(controlled, target, angles, BroydenSearch.started(target, np.eye(n)[:, :, None], error))
 
-    def learnt(now: Array, stands: Array, twist: Array) -> list[Array]:
-        asked, angles, search = _unflat(now, n)
-        error = controlled.of(loaded(*_pose(stands), twist), angles) - asked
-        return _flat(controlled, asked, angles, search.updated(error, least))
+    def updated(state: Array, frame: Array, twist: Array) -> list[Array]:
+        target, angles, search = _unflat(state, n)
+        error = controlled.of(loaded(*_pose(frame), twist), angles) - target
+        return _flat(controlled, target, angles, search.updated(error, least))
 
-    def remains(asked: Array, stands: Array, twist: Array) -> list[Array]:
-        return [pose_error(_pose(asked), loaded(*_pose(stands), twist))]
+    def remaining(target: Array, frame: Array, twist: Array) -> list[Array]:
+        return [pose_error(_pose(target), loaded(*_pose(frame), twist))]
 
     def corrected(before: Array, found: Array) -> list[Array]:
         slides = [robot.mechanism.connections[name].type.is_slide for name in driven]
@@ -259,9 +259,9 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
     first = np.concatenate([np.reshape(array, (-1, 1)) for array in begun(platform, twist)])
     drives = np.zeros((len(driven), 1))
     return SearchPrograms(
-        _program("begin", {"stands": platform, "twist": twist}, begun),
-        _program("learn", {"now": first, "stands": platform, "twist": twist}, learnt),
-        _program("remains", {"asked": platform, "stands": platform, "twist": twist}, remains),
+        _program("begin", {"frame": platform, "twist": twist}, begun),
+        _program("update", {"state": first, "frame": platform, "twist": twist}, updated),
+        _program("remaining", {"target": platform, "frame": platform, "twist": twist}, remaining),
         _program("correct", {"target": drives, "found": drives}, corrected),
         len(first),
         least,
@@ -280,21 +280,21 @@ def _program(name: str, examples: Mapping[str, Array], computed: Callable[..., S
     return c_program(name, tape, (*record.numbers, *record.truths), np.array([]), tuple(examples))
 
 
-def _pose(stands: Array) -> tuple[Array, Array]:
-    return stands[:9].reshape(3, 3, 1), stands[9:]
+def _pose(frame: Array) -> tuple[Array, Array]:
+    return frame[:9].reshape(3, 3, 1), frame[9:]
 
 
-def _flat(controlled: ScaledCoordinates, asked: Array, angles: Array, search: BroydenSearch) -> list[Array]:
+def _flat(controlled: ScaledCoordinates, target: Array, angles: Array, search: BroydenSearch) -> list[Array]:
     """Return commanded coordinates, targets, all angles, and the state of the search as numbers."""
     parts = [getattr(search, field.name) for field in fields(search)]
-    return [search.u / controlled.scale, asked, angles, *parts[:-1], np.where(search.going, 1.0, 0.0)]
+    return [search.u / controlled.scale, target, angles, *parts[:-1], np.where(search.going, 1.0, 0.0)]
 
 
 def _unflat(numbers: Array, n: int) -> tuple[Array, Array, BroydenSearch]:
     """Return targets, angles and state of the search from numbers."""
-    _, asked, angles, u, step, inverse, error, size, stale, going = np.split(numbers, np.cumsum([n, n, 3, n, n, n * n, n, 1, 1]))
+    _, target, angles, u, step, inverse, error, size, stale, going = np.split(numbers, np.cumsum([n, n, 3, n, n, n * n, n, 1, 1]))
     search = BroydenSearch(u, step, inverse.reshape(n, n, 1), error, size[0], stale[0], going[0] != 0)
-    return asked, angles, search
+    return target, angles, search
 
 
 # ---- all together --------------------------------------------------------------------------------------------------------
@@ -319,12 +319,12 @@ class Programs:
         robot, compensates = function.robot, function.compensates
         if compensates and {"azimuth", "tilt"} <= set(function.names):
             raise ArgumentError("azimuth and tilt cannot be exported together with compensation: use the orientation XYZ")
-        self.outputs = asked_outputs(function)
+        self.outputs = requested_outputs(function)
         self.c_names = c_names(name for name in function.inputs if name not in LOADS)
         self.line = line_of(robot, function.prescribed)
-        asked = [item.name for item in self.outputs if item.name != "residual_error"]
+        requested = [item.name for item in self.outputs if item.name != "residual_error"]
         more = ("twist", "actuators", "platform", "within") if compensates else ()
-        names = list(dict.fromkeys((*asked, *more, "worst_equation", "singular", "usual")))
+        names = list(dict.fromkeys((*requested, *more, "worst_equation", "singular", "usual")))
         model = PoseModel.of(robot.solver, robot.statics, self.line.prescribed)
         example = robot.generic_poses.x[:, :1], *example_of(robot.statics)[1:]
         record, numbers = pose_record(model, names, example), model.structure().values
@@ -359,8 +359,8 @@ class Programs:
                 found += [(f"test for singular poses{given}", line.side)]
         found.append(("frames, statics, actuators", self.pose))
         if self.search is not None:
-            found += [("start of the search", self.search.begin), ("step of the search", self.search.learn)]
-            found += [("residual error", self.search.remains), ("actuator coordinates", self.search.correct)]
+            found += [("start of the search", self.search.begin), ("step of the search", self.search.update)]
+            found += [("residual error", self.search.remaining), ("actuator coordinates", self.search.correct)]
         if self.jacobian is not None:
             found += [("derivatives: coordinates", self.jacobian.rates), ("derivatives: results", self.jacobian.tangent)]
         return [(what, item) for what, item in found if item is not None]

@@ -243,26 +243,26 @@ static int compensated(
     {name}_state *pose, const double *load, const double *gravity, double *w, double *result, double *residual_error,
     double *actuators)
 {{
-    double asked[12], search[{numbers + 1}], next[{numbers + 1}], left[7], at_target[{n + 1}], before[{n + 1}], after[{n + 1}];
-    double driven_result[RESULTS];
-    const double *const stands = result + {at["platform"]}, *const twist = result + {at["twist"]};
+    double target_frame[12], search[{numbers + 1}], next[{numbers + 1}], left[7], driven_result[RESULTS];
+    double at_target[{n + 1}], before[{n + 1}], after[{n + 1}];
+    const double *const frame = result + {at["platform"]}, *const twist = result + {at["twist"]};
     {name}_state driven = *pose;
     int k;
     memcpy(at_target, result + {first}, {n} * sizeof(double));
-    memcpy(asked, stands, sizeof asked);
-    begin(asked, twist, w, search);
+    memcpy(target_frame, frame, sizeof target_frame);
+    begin(target_frame, twist, w, search);
     if (search[{numbers}] == 0.0) return {name.upper()}_NOT_COVERED;
     for (k = 0; k < {facts["searches"]} && search[{search.going}] != 0.0; ++k) {{
         int status;
         if (!followed(pose, pose->target, search, w)) return {name.upper()}_UNREACHABLE;
         status = analysed(pose, pose->target, load, gravity, w, result);
         if (status != {name.upper()}_OK) return status == {name.upper()}_SINGULAR ? {name.upper()}_UNREACHABLE : status;
-        learn(search, stands, twist, w, next);
+        update(search, frame, twist, w, next);
         if (next[{numbers}] == 0.0) return {name.upper()}_NOT_COVERED;
         memcpy(search, next, sizeof search);
     }}
     if (!(search[{search.size}] <= {literal(search.enough)})) return {name.upper()}_UNREACHABLE;
-    remains(asked, stands, twist, w, left);
+    remaining(target_frame, frame, twist, w, left);
     memcpy(residual_error, left, 6 * sizeof(double));
     if (left[6] == 0.0) return {name.upper()}_NOT_COVERED;
     correct(at_target, result + {first}, w, before);
@@ -273,7 +273,7 @@ static int compensated(
     pose->corrections = driven.corrections;
     if (!k) return {name.upper()}_UNREACHABLE;
     if (driven_analysed(&driven, after, load, gravity, w, driven_result) != {name.upper()}_OK) return {name.upper()}_UNREACHABLE;
-    learn(search, driven_result + {at["platform"]}, driven_result + {at["twist"]}, w, next);
+    update(search, driven_result + {at["platform"]}, driven_result + {at["twist"]}, w, next);
     for (k = 0; k < {search.count}; ++k)
         if (!(fabs(next[{search.error} + k]) <= {literal(search.led)})) return {name.upper()}_UNREACHABLE;
     return {name.upper()}_OK;

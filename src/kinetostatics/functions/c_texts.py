@@ -310,7 +310,7 @@ def _searching(facts: Facts) -> str:
     return f"""
 From the target pose, Broyden's method searches for the commanded pose of the unloaded robot, with the same operations as
 `kinetostatics.compensate`: at most {facts["searches"]} iterations, each with a line, an analysis and
-{parts.search.learn.operations:,} further operations. Then the actuators follow a straight line from the target pose to the
+{parts.search.update.operations:,} further operations. Then the actuators follow a straight line from the target pose to the
 positions found; unless the loaded platform arrives at its target pose, the status is UNREACHABLE.
 """
 

@@ -211,12 +211,12 @@ class Derivatives:
 
     def by_coordinate(self, k: int) -> dict[str, Array]:
         """Return the derivatives (*output, N) by the k-th given coordinate."""
-        return self._asked(self.nominal.along(self._moving(self._by_coordinates[:, k])))
+        return self._requested(self.nominal.along(self._moving(self._by_coordinates[:, k])))
 
     def by_components(self, name: str) -> dict[str, Array]:
         """Return the derivatives (*output, n, N) by the n components of "load" or "gravity"."""
         kind, size = {"load": (_LOAD, 6), "gravity": (_GRAVITY, 3)}[name]
-        return _stacked([self._asked(self.nominal.along({kind: unit[:, None]})) for unit in np.eye(size)])
+        return _stacked([self._requested(self.nominal.along({kind: unit[:, None]})) for unit in np.eye(size)])
 
     def by_numbers(self, numbers: Sequence[RobotNumber]) -> dict[str, Array]:
         """Return the derivatives (*output, N) by one number of the robot, (*output, n, N) by n components.
@@ -239,7 +239,7 @@ class Derivatives:
         return columns[0] if len(columns) == 1 else _stacked(columns)
 
     def _nothing(self) -> dict[str, Array]:
-        return self._asked(self.nominal.along({}))
+        return self._requested(self.nominal.along({}))
 
     def by_change(self, name: str, step: float, changed: Callable[[float], RobotDescription]) -> dict[str, Array]:
         """Return the derivatives (*output, N) by a number, with wrench bases that are also valid for the changed robot.
@@ -285,9 +285,9 @@ class Derivatives:
             directions |= self._moving(self._velocities(residual[:, None])[:, 0])
         if not all(own.hold_beside(by * step, directions) for by in (_NEAR, -_NEAR)):
             return None
-        return self._asked(own.along(directions))
+        return self._requested(own.along(directions))
 
-    def _asked(self, found: Mapping[str, Array]) -> dict[str, Array]:
+    def _requested(self, found: Mapping[str, Array]) -> dict[str, Array]:
         return {name: found[name] for name in self.outputs}
 
 

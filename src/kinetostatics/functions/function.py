@@ -215,9 +215,9 @@ class Function:
         from kinetostatics.functions.compiled import CompiledFunction
 
         given = [name for name in self.inputs if name not in LOADS]
-        asked = [name for name in self.outputs if name not in ALWAYS]
+        requested = [name for name in self.outputs if name not in ALWAYS]
         with contextlib.suppress(NotRecordedError):
-            return CompiledFunction(self.robot, self.prescribed, self.orientation, self.names, given, asked)
+            return CompiledFunction(self.robot, self.prescribed, self.orientation, self.names, given, requested)
         return None
 
     def __getstate__(self) -> dict[str, object]:
@@ -379,6 +379,6 @@ def compile(
     else:
         names = _listed("actuators", robot.description.driven if actuators is None else actuators, '("motor_1", "motor_2")')
         assembly.all_actuators(robot, dict.fromkeys(names, 0.0))
-    asked = _listed("outputs", outputs, '("twist", "actuator_forces")')
+    requested = _listed("outputs", outputs, '("twist", "actuator_forces")')
     chosen = "compiled" if check_engine(engine) != "numpy" else "numpy"
-    return Function(robot, names, platform is None, orientation, asked, chosen, compensate)
+    return Function(robot, names, platform is None, orientation, requested, chosen, compensate)

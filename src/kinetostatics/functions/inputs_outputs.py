@@ -130,17 +130,17 @@ def inputs_of(robot: Robot, names: Sequence[str], by_actuators: bool, orientatio
     return {item.name: item for item in (*found, _quantity(robot, "load", {}), _quantity(robot, "gravity", {}))}
 
 
-def outputs_of(robot: Robot, asked: Sequence[str], compensate: bool) -> dict[str, Quantity]:
+def outputs_of(robot: Robot, requested: Sequence[str], compensate: bool) -> dict[str, Quantity]:
     """Return the outputs of a function by name: the requested ones, status and residual.
 
     Raises:
         ArgumentError: an output is unknown.
     """
     known = {name: path for name, path in PATHS.items() if compensate or name != "residual_error"}
-    for name in asked:
+    for name in requested:
         if name == "residual_error" and not compensate:
             raise ArgumentError("only functions with compensation have the output 'residual_error': compile(…, compensate=True)")
         if name not in known:
             raise ArgumentError(f"no output {name!r}: {near_names(name, known)}")
     more = _MORE_CORRECTED if compensate else _MORE
-    return {name: _quantity(robot, known[name], more) for name in dict.fromkeys((*asked, *ALWAYS))}
+    return {name: _quantity(robot, known[name], more) for name in dict.fromkeys((*requested, *ALWAYS))}
