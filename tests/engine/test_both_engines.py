@@ -30,7 +30,7 @@ from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces, wrenches
 from kinetostatics.statics.springs import solve_with_springs
 
 #: Files of tests that also pass with compiled code: loops, assembly modes of maps, degenerate poses.
-FILES = ["properties/test_continuation.py", "maps/test_sweep_modes.py", "unit/statics/test_degenerate_poses.py"]
+FILES = ["properties/test_continuation.py", "maps/test_sweep_modes.py", "unit/statics/test_singularity.py"]
 
 COUNT, FIRST = 300, int(os.environ.get("KINETOSTATICS_FIRST_ROBOT", "0"))
 #: Of what kind a random robot is, by the last digit of its number: three serial limbs, springs, loads on links and a payload,

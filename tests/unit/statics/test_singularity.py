@@ -1,4 +1,6 @@
-"""Poses at which the canonical wrenches of a limb degenerate: its intensities are NaN, every other number is right."""
+"""Special poses: degenerate wrench bases, limbs whose joints are dependent, stretched arms, telescopes without length."""
+
+from dataclasses import replace
 
 import finite_elements
 import numpy as np
@@ -7,8 +9,10 @@ import pytest
 from degenerate_limbs import DEPENDENT, FOOT, HEAD, KNEE, X, Y, Z, cuts_of, joints, serial
 from mechanisms import write_mechanism
 from places import CASES
+from telescopes import mast
 
 import kinetostatics as ks
+from kinetostatics.description import Joint, JointStiffness, Link, Origin, RobotDescription
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.limbs import basis_choice as wrench_bases
 
@@ -126,3 +130,93 @@ def test_a_stretched_leg_that_gravity_bends_holds_nothing():
     robot = write_mechanism(level, cuts=cuts_of(level)).robot()
     with pytest.raises(ks.exceptions.LimbEquilibriumError, match="limb_2 cannot hold its own weight"):
         ks.analyze(robot.configuration(pin.neutral(robot.model)))
+
+
+AXES = ((0, 0, 1), (0, 1, 0), (0, 1, 0), (0, 1, 0), (0, 0, 1), (0, 1, 0))
+PLACES = ((0, 0, 0.1), (0, 0.1, 0), (0.6, 0, 0), (0.5, 0, 0), (0, 0.1, 0), (0, 0, -0.1))
+STIFFNESS = np.array([6e4, 6e4, 3e4, 1e4, 1e4, 1e4])
+LOAD = np.array([30.0, -40.0, -100.0, 2.0, 5.0, -7.0])
+
+
+@pytest.fixture(scope="module")
+def arm():
+    """Six hinges; where all read zero the arm is stretched and its wrist straight."""
+    links = [Link(f"l{k}", 1.0 + k, (0.1, 0.02, 0.01)) for k in range(7)]
+    joints = [
+        Joint(f"j{k}", "revolute", f"l{k}", f"l{k + 1}", Origin(place), axis, -3.0, 3.0)
+        for k, (axis, place) in enumerate(zip(AXES, PLACES, strict=True))
+    ]
+    names = [joint.name for joint in joints]
+    soft = [JointStiffness(name, drive=value) for name, value in zip(names, STIFFNESS, strict=True)]
+    return ks.Robot(RobotDescription.of("arm", links=links, joints=joints, platform="l6", joint_stiffness=soft, driven=names))
+
+
+def expected(arm, q, gravity):
+    """J k⁻¹ (Jᵀ W − g(q)) with Pinocchio's Jacobian and gravity torques."""
+    model = pin.buildModelFromXML(arm.description.urdf)
+    model.gravity = pin.Motion(np.array(gravity), np.zeros(3))
+    data = model.createData()
+    J = pin.computeFrameJacobian(model, data, q, model.getFrameId("l6"), pin.LOCAL_WORLD_ALIGNED)
+    torques = pin.computeGeneralizedGravity(model, data, q)
+    return J, J @ ((J.T @ LOAD - torques) / STIFFNESS)
+
+
+@pytest.mark.parametrize(
+    ("q", "rank"),
+    [
+        ((0, 0, 0, 0, 0, 0), 5),
+        ((0, 0.4, 0, 0, 0, 0), 5),
+        ((0.2, -0.3, 0.8, 0.1, 0, 0.3), 5),
+        ((0.2, -0.3, 0.8, 0.1, 0.5, 0.3), 6),
+    ],
+)
+def test_a_stretched_arm_sags_by_its_drives_all_the_same(arm, q, rank) -> None:
+    result = ks.analyze(arm.assemble(actuators=dict(zip(arm.description.driven, q, strict=True))), load=LOAD)
+    J, twist = expected(arm, np.array(q, dtype=float), (0, 0, -9.81))
+    assert np.sum(np.linalg.svd(J)[1] > 1e-9) <= rank
+    np.testing.assert_allclose(result.twist, twist, atol=1e-10 * np.abs(twist).max())
+    np.testing.assert_allclose(result.compliance, J / STIFFNESS @ J.T, atol=1e-10 * np.abs(J / STIFFNESS @ J.T).max())
+    assert result.status == ks.Status.OK
+
+
+def test_near_such_a_pose_and_in_a_batch_the_twists_are_the_same(arm) -> None:
+    elbow = np.array([-1e-2, -1e-4, 0.0, 1e-4, 1e-2])
+    zero = dict.fromkeys(arm.description.driven, 0.0)
+    batch = ks.analyze(arm.assemble(actuators={**zero, "j2": elbow}), load=LOAD)
+    assert np.all(batch.status == ks.Status.OK)
+    for twist, value in zip(batch.twist, elbow, strict=True):
+        right = expected(arm, np.array([0, 0, value, 0, 0, 0]), (0, 0, -9.81))[1]
+        np.testing.assert_allclose(twist, right, atol=1e-7 * np.abs(right).max())
+
+
+def posed(robot: ks.Robot, *slides: float | list[float]) -> ks.Configuration:
+    return robot.assemble(actuators=dict(zip(("slide_a", "slide_b"), slides, strict=True)))
+
+
+def test_one_pose_raises_an_error_that_names_the_telescope() -> None:
+    pose = posed(mast(), -0.6, 0.3)
+    with pytest.raises(ks.StaticsError, match=r"'beam_a' \(-0.1 m from start to end\)") as caught:
+        ks.analyze(pose, load=[1, 2, -3, 0, 0, 0])
+    assert "beam_b" not in str(caught.value)
+    with pytest.raises(ks.StaticsError, match=r"'beam_a' \(-0.1 m from start to end\)"):
+        pose.model  # noqa: B018
+
+
+def test_poses_before_and_beyond_are_told_apart() -> None:
+    """Where the second telescope is longer than the first is turned inside out, the mast's compliance stays positive."""
+    poses = posed(mast(), [-0.4, -0.49, -0.6, -0.7], [0.3] * 4)
+    result = ks.analyze(poses)
+    assert result.status.tolist() == [ks.Status.OK, ks.Status.OK, ks.Status.SINGULAR, ks.Status.SINGULAR]
+    assert np.isfinite(result.twist[:2]).all()
+    assert np.isnan(result.twist[2:]).all()
+
+
+def test_an_open_branch_may_be_pushed_together_to_nothing() -> None:
+    """What hangs on the platform by a telescope without length is bent by nothing, and weighs what there is of it."""
+    whole = mast().description
+    branch = ks.Robot(replace(whole, platform="end_a"))
+    with np.errstate(all="raise"):
+        found = ks.analyze(posed(branch, 0.0, -0.5), [10, 0, 0, 0, 0, 0])
+        motion = sum(found.link_contributions["end_b"].values())
+        assert not found.buckles
+    np.testing.assert_allclose(motion, found.twist, rtol=1e-12)  # their origins are one point

@@ -1,10 +1,10 @@
-"""A case on both sides of every threshold of the platform's equilibrium: how little is nothing."""
+"""A case on both sides of every threshold of the platform's equilibrium; forces that rigid parts leave undetermined."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from simple_machines import joint, link, mount, springs
+from simple_machines import CIRCLE, RHO, bar, joint, link, loop, mount, robot, springs
 
 import kinetostatics as ks
 from kinetostatics.statics import singularity
@@ -78,3 +78,21 @@ def test_a_platform_held_by_wrenches_that_differ(sine, held, size):
     J[:, 5] = np.sqrt(1 - sine**2) * J[:, 0] + sine * J[:, 5]
     limbs = [SimpleNamespace(J_c=size * J[:, columns, None, None]) for columns in ([0, 1], [2, 3, 4, 5])]
     assert bool(singularity.is_constrained(limbs, np.ones(6), 1)[0]) == held
+
+
+def test_two_rigid_hinges_on_one_line_share_in_a_way_that_nobody_knows():
+    """A foot on two hinges, one of them driven, carries a rod and the platform."""
+    machine = robot(
+        link("base"), link("foot"), link("rod"), link("platform", 2.0, "0.1 0 0"),
+        joint("one", "continuous", "base", "foot"), loop("two", "revolute", "base", "foot", "0 0.3 0", "0 0.3 0", "0 1 0"),
+        joint("root", "fixed", "foot", "rod"), joint("head", "fixed", "rod", "platform", "0 0 0.5"),
+        bar("rod", "root", "head", RHO, CIRCLE), '<transmission name="t"><joint name="one"/></transmission>',
+    )  # fmt: skip
+    found = ks.analyze(machine.assemble(actuators={"one": [0.0, 0.4]}), load=[5.0, 6.0, 7.0, 0, 0, 0])
+    assert found.indeterminate.all() and np.isfinite(found.twist).all()
+    for name in ("one", "two"):
+        assert np.isnan(found.joint_wrenches[name]).any(axis=-1).all()
+    for name in ("root", "head"):
+        assert np.isfinite(found.joint_wrenches[name]).all()
+    weight = 9.81 * (2.0 + float(found.beams["rod"].mass[0]))
+    np.testing.assert_allclose(np.abs(found.joint_wrenches["root"][0, :3]), [5, 6, weight - 7], rtol=1e-9)
