@@ -17,7 +17,6 @@ from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import Orientation, orientation_named
-from kinetostatics.mechanism.tree import TreeJoint
 
 #: Order of preference of coordinates.
 PREFERRED = ("z", "x", "y", "rz", "rx", "ry", "azimuth", "tilt", "torsion")
@@ -88,7 +87,7 @@ def closed_near(robot: RobotKinematics, values: Mapping[str, float]) -> SolverSt
         CoordinatesError: a name is not that of a joint with one freedom, or a value is not a finite number.
         AssemblyError: no pose near these values closes the loops.
     """
-    joints, q = _joints(robot), robot.mechanism.tree.neutral[:, None].copy()
+    joints, q = robot.joint_coordinates.in_tree, robot.mechanism.tree.neutral[:, None].copy()
     for name, value in values.items():
         if name not in joints:
             raise CoordinatesError(f"near: no joint {name!r} of one freedom: {near_names(name, joints)}", robot.mobility.platform)
@@ -126,18 +125,12 @@ def tried_start(robot: RobotKinematics, prescribed: PrescribedCoordinates, targe
     return ""
 
 
-def _joints(robot: RobotKinematics) -> dict[str, TreeJoint]:
-    by_body = {joint.body: joint for joint in robot.mechanism.tree.joints}
-    bodies = robot.mechanism.body_of_joint
-    return {name: by_body[body] for name, body in bodies.items() if by_body[body].nv == 1}
-
-
 def _starts(robot: RobotKinematics) -> Iterator[tuple[dict[str, float], SolverState]]:
     """Yield values of passive hinges, except the platform's, all bent by the same angle, and a closed pose near them."""
     description = robot.description
     bent = [
         name
-        for name, joint in _joints(robot).items()
+        for name, joint in robot.joint_coordinates.in_tree.items()
         if joint.type.is_hinge
         and name not in description.driven
         and description.joints[name].mimic is None

@@ -25,7 +25,7 @@ from kinetostatics.math.linalg import cross, dot
 from kinetostatics.mechanism.beam_model import BeamModel, make_beam_models
 from kinetostatics.mechanism.limbs import Topology
 from kinetostatics.mechanism.mechanism import Mechanism
-from kinetostatics.mechanism.tree import Frames
+from kinetostatics.mechanism.tree import Frames, TreeJoint
 from kinetostatics.mechanism.weights import Weights
 from kinetostatics.unit_hints import largest, length_hint, turns_hint
 
@@ -43,17 +43,18 @@ class JointCoordinates:
         cones = {item.name: _widened(0.0, item.cone.angle) for item in items if item.cone is not None}
         self._limits = {item.name: _widened(item.lower, item.upper) for item in items if item.type.is_single} | cones
 
+    @cached_property
+    def in_tree(self) -> dict[str, TreeJoint]:
+        """The joints of Pinocchio's tree with one freedom, by name."""
+        by_body = {joint.body: joint for joint in self.solver.mechanism.tree.joints}
+        return {name: by_body[body] for name, body in self.solver.mechanism.body_of_joint.items() if by_body[body].nv == 1}
+
     def at(self, q: Array, frames: Frames) -> dict[str, Array]:
         """Return the coordinate (N,) of every one-freedom joint and loop [m, rad].
 
         Angles of continuous joints that others mimic include full turns.
         """
-        result: dict[str, Array] = {}
-        by_body = {joint.body: joint for joint in self.solver.mechanism.tree.joints}
-        for name, body in self.solver.mechanism.body_of_joint.items():
-            joint = by_body[body]
-            if joint.nv == 1:
-                result[name] = self._couplings.coordinate(joint, q)
+        result = {name: self._couplings.coordinate(joint, q) for name, joint in self.in_tree.items()}
         for number, loop in enumerate(self.solver.equations.loops):
             if loop.type.is_single:
                 result[loop.name] = self.solver.loop_coordinate(number, frames)
