@@ -11,7 +11,7 @@ from tapes import prescribed_of
 
 from kinetostatics.engine.loops import CompiledSolver
 from kinetostatics.engine.scalars import Tape
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 
 
 @pytest.fixture(autouse=True)

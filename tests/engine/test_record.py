@@ -10,7 +10,7 @@ from kinetostatics.engine.pose_code import STABILITY, pose_model
 from kinetostatics.engine.pose_record import Pose, PoseModel, pose_record
 from kinetostatics.engine.recorder import Structure
 from kinetostatics.engine.scalars import NotRecordedError
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 
 
 @pytest.mark.few(2)

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.graphs import joined
 from kinetostatics.math.linalg import canonical_basis, first_largest, null_space

@@ -12,7 +12,7 @@ import numpy as np
 
 from kinetostatics.engine.recorder import Structure, recorded, recorded_input, recording
 from kinetostatics.engine.scalars import Number, Tape
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates, line_start
+from kinetostatics.kinematics.coordinates import PrescribedCoordinates, line_start
 from kinetostatics.kinematics.rates import freedom_rates, with_given
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array

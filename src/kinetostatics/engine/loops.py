@@ -27,8 +27,8 @@ from kinetostatics.engine.loop_record import (
     structure_of,
 )
 from kinetostatics.engine.scalars import NotRecordedError, needed_by
+from kinetostatics.kinematics.coordinates import PrescribedCoordinates, for_each
 from kinetostatics.kinematics.loop_constraints import Placed
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates, for_each
 from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, Solver, SolverState
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.mechanism.tree import Frames

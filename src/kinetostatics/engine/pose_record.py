@@ -17,8 +17,8 @@ import numpy as np
 from kinetostatics.buckling.stability import forces_of, surely_stable
 from kinetostatics.engine.recorder import Structure, recorded_input, recording
 from kinetostatics.engine.scalars import NotRecordedError, Number, Tape
+from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.kinematics.loop_constraints import Placed
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.robot_kinematics import JointCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array, Mask, zeros_for

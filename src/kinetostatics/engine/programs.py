@@ -14,7 +14,7 @@ import numpy as np
 
 from kinetostatics.arguments import check_choice
 from kinetostatics.kinematics.assembly import SolverChoice, by_numpy
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import Solver
 from kinetostatics.progress import waiting

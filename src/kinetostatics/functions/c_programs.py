@@ -27,8 +27,8 @@ from kinetostatics.engine.record_derivatives import tangent_record
 from kinetostatics.engine.scalars import Tape
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.functions.inputs_outputs import ALWAYS, LOADS, Quantity
+from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.kinematics.path_following import longest_strides
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import Orientation, orientation_named

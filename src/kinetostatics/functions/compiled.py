@@ -22,8 +22,8 @@ from kinetostatics.engine.scalars import NotRecordedError, Number
 from kinetostatics.functions.inputs_outputs import TOLERANCE, Values, flat_loads
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration, spread, taken
+from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.kinematics.path_following import longest_strides
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.rotations import orientation_named

@@ -24,7 +24,7 @@ from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.files.reader import known_valid
 from kinetostatics.kinematics.alternatives import prescribed_platform
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.kinematics.rates import freedom_rates, with_given
 from kinetostatics.kinematics.solver import Solver
 from kinetostatics.limbs.static_model import StaticModel

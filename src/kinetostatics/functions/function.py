@@ -33,7 +33,7 @@ from kinetostatics.functions.inputs_outputs import (
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.alternatives import prescribed_platform
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.rotations import orientation_named

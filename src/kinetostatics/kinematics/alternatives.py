@@ -10,9 +10,9 @@ import numpy as np
 
 from kinetostatics.arguments import numbers
 from kinetostatics.exceptions import AssemblyError, CoordinatesError, near_names
+from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.kinematics.loop_gaps import CLOSED, close, gaps_at, worst_gaps_text
 from kinetostatics.kinematics.path_following import follow
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array

@@ -12,10 +12,10 @@ from kinetostatics.arguments import check, check_mapping, numbers
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, KinetostaticsError, near_names
 from kinetostatics.kinematics.alternatives import choices_text, closed_near, prescribed_platform, tried_start
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.kinematics.loop_constraints import Placed, joined
 from kinetostatics.kinematics.loop_gaps import CLOSED, close, gaps_at, gaps_text, worst_gaps_text
 from kinetostatics.kinematics.path_following import FARTHEST, LONGEST_TURN, MOST_TURNED, follow, is_too_far
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array, Mask, chunks

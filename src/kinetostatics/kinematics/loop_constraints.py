@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes
-from kinetostatics.kinematics.mimic import Couplings
+from kinetostatics.kinematics.coordinates import Couplings
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array, Index, empty_for, zeros_for
 from kinetostatics.math.linalg import across, cross, dot

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.kinematics.loop_constraints import Closures, LoopEquations
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array, Mask

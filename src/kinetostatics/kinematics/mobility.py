@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
+from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.kinematics.loop_gaps import close
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import canonical_basis, null_space

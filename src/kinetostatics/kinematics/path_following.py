@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates, for_each, line_start
+from kinetostatics.kinematics.coordinates import PrescribedCoordinates, for_each, line_start
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array, Mask, chunks, in_threads
 

@@ -14,8 +14,8 @@ from kinetostatics.description.loads import Motion
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.assembly import platform_coordinates
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.kinematics.path_following import follow
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import least_squares

@@ -12,11 +12,10 @@ from numpy.typing import ArrayLike
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
 from kinetostatics.kinematics import mobility, zero_pose
+from kinetostatics.kinematics.coordinates import Couplings, PrescribedCoordinates
 from kinetostatics.kinematics.loop_constraints import LoopEquations, world_frames
 from kinetostatics.kinematics.loop_gaps import CLOSED, are_within, gaps_at, worst_gaps_text
-from kinetostatics.kinematics.mimic import Couplings
 from kinetostatics.kinematics.mobility import Mobility, MobilityAnalysis
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.kinematics.zero_pose import box_diagonal, characteristic_length
 from kinetostatics.layout.mapping import ResultMapping

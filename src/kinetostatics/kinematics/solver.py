@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
+from kinetostatics.kinematics.coordinates import PrescribedCoordinates, line_start
 from kinetostatics.kinematics.loop_constraints import LoopEquations, Placed, joined, products
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates, line_start
 from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array, Index, Mask, chunks, empty_for, everywhere, zeros_for
@@ -356,5 +356,5 @@ class Solver:
     def line(
         self, prescribed: PrescribedCoordinates, start: SolverState, target: Array, shorter: bool = True
     ) -> tuple[Array, Array]:
-        """Return the starts of lines from poses to targets (n, N), see :meth:`origin` and :func:`.prescribed.line_start`."""
+        """Return the starts of lines from poses to targets (n, N), see :meth:`origin` and :func:`.coordinates.line_start`."""
         return line_start(prescribed, self.origin(prescribed, start, target if shorter else None), target, shorter)

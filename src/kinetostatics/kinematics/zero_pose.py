@@ -8,6 +8,7 @@ import numpy as np
 
 from kinetostatics.description.elements import Joint, Loop
 from kinetostatics.exceptions import RobotFileError
+from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.kinematics.loop_constraints import LoopEquations
 from kinetostatics.kinematics.loop_gaps import (
     CLOSED,
@@ -19,7 +20,6 @@ from kinetostatics.kinematics.loop_gaps import (
     gaps_text,
     other_links,
 )
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.mechanism.beam_geometry import ends_nowhere
 from kinetostatics.mechanism.joints import compound_joints
