@@ -41,7 +41,7 @@ def test_the_lightest_cantilever(cantilever, tmp_path):
     assert best.active[0].saving == pytest.approx(0.005 * rod, rel=1e-3)
     assert all(start.objective == pytest.approx(best.objective, rel=1e-6) for start in best.starts)
     text = str(best)
-    assert "feasible, mass" in text and "decides" in text and "2 of 2 searches" in text and "Optimum" in repr(best)
+    assert "feasible, mass" in text and "is active" in text and "2 of 2 searches" in text and "Optimum" in repr(best)
     assert json.loads(json.dumps(best.to_dict()))["units"] == {"diameter": "m"}
     best.save(tmp_path / "sized.urdf")
     saved = ks.load_robot(tmp_path / "sized.urdf")
