@@ -1,6 +1,5 @@
 """Plans of measurements: against every subset of a few, against random ones, and what calibrations make of them."""
 
-import itertools
 import json
 
 import numpy as np
@@ -8,21 +7,12 @@ import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.calibration.measurement_plan import best_subset, log_det
 
 pytest.importorskip("scipy")
 
 RODS = ["rod_1", "rod_2", "rod_3"]
 SOME = {"z": 0.5, "rx": [-0.1, 0.1], "ry": 0.1}
 LOADS = [[0, 0, -2000, 0, 0, 0], [1000, 0, 0, 0, 0, 0]]
-
-
-def test_the_best_of_all_subsets():
-    rng = np.random.default_rng(6)
-    for size, each in ((3, 1), (4, 2)):
-        blocks = rng.standard_normal((9, each, 3)) * rng.uniform(0.1, 3, (9, 1, 1))
-        best = max(itertools.combinations(range(9), size), key=lambda plan: log_det(blocks[list(plan)]))
-        assert best_subset(blocks, size, rng).tolist() == list(best)
 
 
 def test_a_plan_beats_random_ones():
@@ -68,18 +58,13 @@ def test_a_plan_is_saved_and_filled_in(tmp_path):
     assert "<table" in plan._repr_html_() and json.loads(json.dumps(plan.to_dict()))["candidates"] == 4
 
 
-def test_saved_files_replace_what_is_there_or_say_why_not(tmp_path):
-    """One rule of all that save: a plan, a front, a correction, a robot."""
-    pose = package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.0})
-    plan = ks.plan_measurements(pose.robot, ["rod_1"], 1, {"z": 0.5, "rx": 0.0, "ry": 0.0}, readings=["dz"])
-    front = ks.pareto("3rps", {"rod_diameter": "60mm,80mm"}, platform={"z": 0.5, "rx": 0.0, "ry": 0.0})
-    for found in (plan, front, ks.compensate(pose)):
-        (tmp_path / "x.csv").write_text("before", encoding="utf-8")
-        found.save(tmp_path / "x.csv")
-        assert "before" not in (tmp_path / "x.csv").read_text(encoding="utf-8")
-        (tmp_path / "folder.csv").mkdir(exist_ok=True)
-        with pytest.raises(ks.ArgumentError, match=r"folder\.csv cannot be written: Is a directory"):
-            found.save(tmp_path / "folder.csv")
+def test_a_saved_plan_replaces_what_is_there_or_says_why_not(tmp_path):
+    plan = ks.plan_measurements(package_robots.robot("3rps"), ["rod_1"], 1, {"z": 0.5, "rx": 0.0, "ry": 0.0}, readings=["dz"])
+    (tmp_path / "x.csv").write_text("before", encoding="utf-8")
+    plan.save(tmp_path / "x.csv")
+    assert "before" not in (tmp_path / "x.csv").read_text(encoding="utf-8")
+    with pytest.raises(ks.ArgumentError, match=r"cannot be written: Is a directory"):
+        plan.save(tmp_path)
 
 
 def test_what_no_candidate_tells():
@@ -96,7 +81,6 @@ def test_what_no_candidate_tells():
             "^3 unknowns need at least 3 measurements of 1 reading each, not 1$",
         ),
         ({"readings": ["dzz"]}, "there is no gauge 'dzz'"),
-        ({"readings": []}, "readings are empty"),
         ({"load": [1, 2]}, "its last axis must have 6 entries"),
         ({"platform": 3}, "it must be a mapping"),
         ({"platform": {"z": np.linspace(0.4, 0.5, 20001), "rx": 0, "ry": 0}}, "they must be from 1 to 20,000"),

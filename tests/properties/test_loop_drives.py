@@ -128,7 +128,7 @@ class FourBar:
         return self.coordinate(1.0) * -slope
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("kind", "swap"), [("continuous", False), ("continuous", True), ("revolute", False)])
 def test_crank_and_rocker_driven_at_the_loop_all_the_way_round(kind, swap):
     linkage = FourBar(0.3, 0.9, 0.8, 0.4, swap=swap, kind=kind)
@@ -145,7 +145,7 @@ def test_crank_and_rocker_driven_at_the_loop_all_the_way_round(kind, swap):
     np.testing.assert_allclose(off, 2 * np.pi * np.round(off / (2 * np.pi)), atol=1e-11)
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("cut", ["drive", "coupler"])
 @pytest.mark.parametrize("start", [100, 170, 190, 230, 250, 270])
 def test_a_turning_drive_goes_on_from_a_pose_beyond_half_a_turn(cut, start):
@@ -157,8 +157,7 @@ def test_a_turning_drive_goes_on_from_a_pose_beyond_half_a_turn(cut, start):
         np.testing.assert_allclose(other.frame("platform"), linkage.platform_frame(target), atol=1e-9)
 
 
-@pytest.mark.parametrize("swap", [False, True])
-@given(seed=seeds)
+@given(seed=seeds, swap=st.booleans())
 def test_a_yoke_driven_at_the_sliding_loop(swap, seed):
     """A Scotch yoke askew: a rod of length L about z, its head turning on a block that a driven slide carries along y."""
     rng = np.random.default_rng(seed)
@@ -243,19 +242,6 @@ def test_limits_to_the_last_digit(kind, cut, drive, swap):
     assert any("closing" in text for text in found.warnings)
 
 
-@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
-@pytest.mark.parametrize("swap", [False, True])
-def test_limits_of_a_batch(kind, swap):
-    held = Held(kind, 13, "both", swap, "closing", extra='<limit lower="-0.5" upper="0.25"/>')
-    values = np.linspace(-1, 1, 41).reshape(1, 41) + np.zeros((2, 1))
-    poses = held.robot().assemble(actuators={"closing": values})
-    beyond = (values < -0.5 - 1e-9) | (values > 0.25 + 1e-9)
-    np.testing.assert_array_equal(poses.status, np.where(beyond, ks.Status.LIMIT_EXCEEDED, ks.Status.OK))
-    item = poses.limits_exceeded["closing"]
-    np.testing.assert_array_equal(item.where, beyond)
-    np.testing.assert_allclose(item.value, values, atol=1e-12)
-
-
 @pytest.mark.parametrize(("lower", "upper"), [(3.0, 4.0), (-4.5, -2.5), (2.0, 8.0)])
 def test_limits_beyond_half_a_turn(lower, upper):
     """A pose tells an angle only but for full turns; the one that may be within the limits is meant."""
@@ -282,7 +268,7 @@ def text_of(axis):
     return " ".join(repr(float(x)) for x in axis)
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("kind", ["universal", "spherical"])
 @pytest.mark.parametrize("cut", ["joint", "both"])
 @given(data=st.data())

@@ -77,7 +77,7 @@ def test_closed_at_zero_with_its_own_number_of_constraints(kind):
     assert (one.mobility.platform, one.mobility.local, one.mobility.redundant_constraints) == (FREEDOMS[kind], 0, 0)
 
 
-@pytest.mark.few(12)
+@pytest.mark.few(6)
 @pytest.mark.parametrize(("kind", "cut"), [(kind, cut) for kind in FREEDOMS for cut in cuts(kind)])
 def test_redundant_constraints_of_two_joints_with_the_same_freedoms(kind, cut):
     """A chain and a joint with f freedoms hold the platform side by side: f freedoms, and 6 − f constraints too many."""
@@ -96,7 +96,7 @@ def test_a_fixed_loop_between_base_and_platform_is_refused():
 # ---- open ----------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("kind", MOVING)
 @given(seed=seeds)
 def test_the_opening_is_the_known_amount(kind, seed):
@@ -176,7 +176,7 @@ def test_a_loop_that_is_open_a_little_closes_within_a_tolerance(kind):
     np.testing.assert_allclose(pose.frame("body"), P, atol=1e-15)
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("kind", MOVING)
 def test_a_loop_that_cannot_close_is_named_with_its_opening(kind):
     P, _ = skew_frames(9)
@@ -192,7 +192,7 @@ def test_a_loop_that_cannot_close_is_named_with_its_opening(kind):
     assert found == pytest.approx((metres, radians), rel=1e-3, abs=1e-9)
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("kind", MOVING)
 @given(seed=seeds)
 @example(seed=18271)  # the loop is but 42 mm beside o
@@ -220,7 +220,7 @@ def test_a_nearly_closed_zero_is_closed(kind, seed):
 # ---- over the range ------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("kind", FREEDOMS)
 @given(data=st.data())
 def test_every_cut_moves_as_the_joint_does(kind, data):
@@ -262,10 +262,9 @@ def upright(kind, seed, axis=None, axis2=None, **options):
     return one, P[:3, 3], o
 
 
-@pytest.mark.parametrize("kind", ["revolute", "continuous"])
-def test_full_turns_without_a_jump(kind):
+def test_full_turns_without_a_jump():
     """Each pose from the last: its coordinate is within half a turn, and the next one may lie a little beyond."""
-    one, c, o = upright(kind, 4)
+    one, c, o = upright("continuous", 4)
     pose = one.assemble(platform={"rz": 0.0})
     step = np.radians(37)
     for k in range(1, 28):
@@ -299,13 +298,7 @@ def test_planar_over_translations_and_turns(seed, x, y, angle):
     np.testing.assert_allclose(pose.platform_frame, expected, atol=1e-11)
 
 
-@given(seed=seeds, vector=st.tuples(*[st.floats(-np.pi, np.pi)] * 3))
-def test_spherical_over_all_rotations(seed, vector):
-    vector = np.array(vector) / max(1, np.linalg.norm(vector) / np.pi)
-    check_spherical(seed, vector)
-
-
-@pytest.mark.few(8)
+@pytest.mark.few(4)
 @pytest.mark.parametrize("axis", [(1, 0, 0), (0, -1, 0), (0.6, 0, 0.8), (1, 1, 1), (1, -2, 3)])
 @pytest.mark.parametrize("angle", [np.pi, np.pi - 1e-9, -np.pi, 1.2 * np.pi])
 def test_spherical_at_half_a_turn(axis, angle):
@@ -349,7 +342,7 @@ def cardan(bend, swap):
     return robot(*shafts, text, driven("in"), links=("base", "input", "platform")), expected
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("swap", [False, True])
 @pytest.mark.parametrize("bend", [10.0, 45.0, 70.0, 80.0])
 def test_cardan_shaft_from_zero(bend, swap):

@@ -59,17 +59,7 @@ def test_check_says_every_gap_and_the_frame_and_fails(capsys):
     assert "tolerance" not in out and "rounded" not in out
 
 
-@pytest.mark.few(2)
-@pytest.mark.parametrize("tolerance", [None, "1e-4", "1e-3", "0.01", "0.2"])
-def test_analyze_says_the_same_and_no_tolerance_helps(tolerance, capsys):
-    main(["check", str(FRAME_OFF)])
-    checked = " ".join(capsys.readouterr().out.split())
-    assert main(["analyze", str(FRAME_OFF), *(["--closure-tolerance", tolerance] if tolerance else [])]) == 2
-    said = " ".join(capsys.readouterr().err.split()).removeprefix("kinetostatics: error: ")
-    assert said in checked and "0.1 m open" in said and "rounded" not in said
-
-
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-2, 0.2])
+@pytest.mark.parametrize("tolerance", [1e-4, 0.2])
 def test_no_pose_of_it_is_all_right(frame_off, tolerance):
     zero = dict.fromkeys(frame_off.description.driven, 0.0)
     with pytest.raises(ks.AssemblyError, match="moving the origin of joint 'rail_1'"):
@@ -95,7 +85,7 @@ def test_what_is_proposed_closes_it(frame_off):
 OVERCONSTRAINED = ("2pru_upr", "five_bar", "orthoglide", "planar_3rrr", "spherical_3rrr", "tripteron", "exechon")
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("seed", [pytest.param(seed, marks=pytest.mark.slow) if seed == 4 else seed for seed in range(7)])
 def test_a_displaced_frame_is_found(seed):
     """Any joint or side of a loop, shifted or turned: undoing it is among what is proposed, in a size no larger, and all that
@@ -139,6 +129,7 @@ def test_a_mistake_that_nearly_closes_elsewhere_is_one():
 # ---- a joint on a wrong link ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("name", "joint", "wrong", "also"),
     [
@@ -170,10 +161,6 @@ def test_a_wrong_side_of_a_loop_is_named(side):
     assert found.is_loop and link in found.others and found.link == wrong
 
 
-def test_a_frame_that_is_off_is_on_the_right_link(frame_off):
-    assert other_links(frame_off.mechanism, frame_off.size) == ()
-
-
 # ---- what is legal stays so ----------------------------------------------------------------------------------------------
 
 
@@ -184,7 +171,7 @@ def other_zero(description, joint, angle):
     return moved(description, joint, item.parent, (0, 0, 0), angle * axis / np.linalg.norm(axis))
 
 
-@pytest.mark.parametrize(("name", "joint"), [("five_bar", "elbow_1"), ("planar_3rrr", "elbow_2"), ("2pru_upr", "revolute_1")])
+@pytest.mark.parametrize(("name", "joint"), [("planar_3rrr", "elbow_2"), ("2pru_upr", "revolute_1")])
 def test_another_zero_of_a_joint_is_no_mistake(name, joint):
     """Loops far from closed where all joints are at zero, which the joints close."""
     robot = ks.Robot(other_zero(package_robots.robot(name).description, joint, 0.1))
@@ -192,11 +179,10 @@ def test_another_zero_of_a_joint_is_no_mistake(name, joint):
     assert robot.closing_error < 1e-9
 
 
-@pytest.mark.parametrize("joint", ["revolute_1", "revolute_2"])
-def test_another_zero_and_rounded_angles_are_no_mistake(joint):
+def test_another_zero_and_rounded_angles_are_no_mistake():
     """Rounding is excused by a tolerance then, which is not proposed, as the gap at zero might be a mistake too."""
     rounded = 1.5707963 - np.pi / 2
-    description = other_zero(package_robots.robot("2pru_upr").description, joint, 0.05)
+    description = other_zero(package_robots.robot("2pru_upr").description, "revolute_1", 0.05)
     loop = description.loops["universal_2"]
     robot = ks.Robot(moved(description, "universal_2", loop.predecessor, (0, 0, 0), (50 * rounded, 50 * rounded, 50 * rounded)))
     assert 1e-9 < robot.closing_error < 1e-5 and not robot.has_wrong_zero

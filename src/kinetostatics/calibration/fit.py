@@ -147,9 +147,7 @@ def determined(J: Array) -> tuple[Array, Array, Array]:
 def outliers(found: Fit, size: float) -> tuple[Array, Mask]:
     """Return studentized residuals (n,) and the mask of outliers; each further outlier is sought without those found before.
 
-    Args:
-        found: the solution.
-        size: magnitude of weighted readings, the scale of rounding errors.
+    ``size``: magnitude of weighted readings, the scale of rounding errors.
     """
     from scipy import stats
 

@@ -91,11 +91,7 @@ def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
 def readings_by_twist(gauges: Sequence[Gauge], which: Index, pose: Configuration, rows: Index) -> Array:
     """Return the rows (n, 6), whose products with twists at o are the readings, world axes [1, m].
 
-    Args:
-        gauges: all gauges.
-        which: (n,) index of the gauge of each reading.
-        pose: a batch of poses.
-        rows: (n,) index of the pose of each reading.
+    ``which`` (n,), ``rows`` (n,): indices of the gauge and of the pose of each reading.
     """
     R, o = robot_of(pose).mechanism.platform_pose(pose.frames)
     found = np.zeros((len(which), 6))

@@ -215,11 +215,9 @@ def determined_ones(null: Array) -> Mask:
 
 
 def unidentifiable(unknowns: Sequence[Unknown], null: Array) -> tuple[Unidentifiable, ...]:
-    """Return the unidentifiable directions.
+    """Return the unidentifiable directions of p unknowns.
 
-    Args:
-        unknowns: all p unknowns.
-        null: (p, k) basis of changes that affect no reading, in units of the unknowns' scales.
+    ``null`` (p, k): basis of changes that affect no reading, in units of the unknowns' scales.
     """
     return tuple(_one(unknowns, direction) for direction in _sparse(null).T)
 

@@ -6,12 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.checks.chains import Graph, GraphReader, JointStep, bodies_of, joint_string, joints_of
 from kinetostatics.checks.local_freedoms import LocalFreedom
 from kinetostatics.checks.redundancy import Redundancy
-from kinetostatics.description.elements import Beam, Spring
+from kinetostatics.description.elements import Spring
 from kinetostatics.limbs.geometry import Basis
 from kinetostatics.math.linalg import EQUAL
 from kinetostatics.mechanism.beam_model import BeamModel
@@ -86,8 +85,8 @@ class ElasticJointFacts:
 
     joint: str
     kind: str
-    linear: tuple[float, float, float]
-    angular: tuple[float, float, float]
+    linear: tuple[float, ...]
+    angular: tuple[float, ...]
     drive: float | None
 
 
@@ -207,14 +206,7 @@ def limb_facts(robot: Robot, reader: GraphReader, limb: Limb, mass: float | None
 
 
 def first_like(limb: LimbFacts, basis: Basis, beams: list[BeamFacts], alike: dict[tuple[object, ...], str]) -> str | None:
-    """Return the name of the first limb equal to this one; None if this is the first one.
-
-    Args:
-        limb: the limb.
-        basis: basis of its wrenches.
-        beams: beams of the robot.
-        alike: first limb of each kind, to which this limb may be added.
-    """
+    """Return the name of the first limb equal to this one; None if this is the first one, which is then added to ``alike``."""
 
     def rounded(value: float | None) -> str:
         return "" if value is None else f"{value * (1 + EQUAL**2):.5g}"  # avoids ties in the rounding of short decimals
@@ -244,20 +236,14 @@ def massless_links(robot: Robot, limbs: list[LimbFacts]) -> tuple[str, ...]:
 def elastic_joints(robot: Robot) -> list[ElasticJointFacts]:
     """Return the elastic joints."""
     found = []
-    for name in robot.description.joint_stiffness:
-        linear, angular = np.zeros(3), np.zeros(3)
-        drive = robot.description.joint_stiffness[name].drive if name in drives_of(robot.mechanism) else None
-        for spring in (springs := springs_of(robot.mechanism, name)):
-            linear, angular = np.diag(spring.linear), np.diag(spring.angular)
+    for name, stiffness in robot.description.joint_stiffness.items():
+        drive = stiffness.drive if name in drives_of(robot.mechanism) else None
+        springs = springs_of(robot.mechanism, name)
         if springs or drive is not None:
-            kind = robot.mechanism.connections[name].type.name
-            found.append(ElasticJointFacts(name, kind, _stiffnesses(linear), _stiffnesses(angular), drive))
+            both = [np.diag(each) for each in (springs[0].linear, springs[0].angular)] if springs else np.zeros((2, 3))
+            linear, angular = (tuple(1 / float(c) if c > 0 else np.inf for c in compliances) for compliances in both)
+            found.append(ElasticJointFacts(name, robot.mechanism.connections[name].type.name, linear, angular, drive))
     return found
-
-
-def _stiffnesses(compliances: NDArray[np.float64]) -> tuple[float, float, float]:
-    x, y, z = (1 / float(c) if c > 0 else np.inf for c in compliances)
-    return x, y, z
 
 
 def followers(robot: Robot) -> list[FollowerFacts]:
@@ -272,55 +258,25 @@ def followers(robot: Robot) -> list[FollowerFacts]:
 def beam_facts(
     robot: Robot, labels: dict[str, str], models: Mapping[str, BeamModel] | None, frames: Frames | None
 ) -> list[BeamFacts]:
-    """Return all beams.
-
-    Args:
-        robot: the robot.
-        labels: names of joints in the limbs.
-        models: beam models, None if unknown.
-        frames: frames of the zero pose, None if unknown.
-    """
+    """Return all beams; ``labels`` are names of joints in the limbs, ``frames`` those of the zero pose, None if unknown."""
     found = []
     for name, beam in robot.description.beams.items():
-        length = mass = None
-        if models is not None and frames is not None:
-            model = models[name]
-            length, mass = float(model.length(frames)[0]), float(model.mass_at(frames)[0])
-        found.append(_beam(robot, beam, labels, length, mass))
+        section, span, length, mass = beam.section, robot.topology.beams[name], None, None
+        if models is not None and frames is not None:  # rounded, so that equal beams have equal numbers
+            values = models[name].length(frames), models[name].mass_at(frames)
+            length, mass = (float(f"{float(value[0]):.12g}") for value in values)
+        given = {end.joint for end in (beam.start, beam.end) if end is not None}
+        ends = list[str]()
+        for link, point in ((span.start_link, span.start), (span.end_link, span.end)):
+            here = [x for x in robot.mechanism.at_link[link] if float(np.max(np.abs(x.centre_on(link) - point))) < 1e-6]
+            best = sorted(here, key=lambda x: (x.name not in given, x.type.is_fixed))
+            ends.append(labels.get(best[0].name, best[0].name) if best else link)
+        sizes = bool(span.spanned), length, 2 * max(section.extent), mass
+        moduli = beam.youngs_modulus, beam.shear_modulus, beam.density, beam.thermal_expansion
+        areas = section.area, section.I_y, section.I_z, section.J
+        text = section_words(section)
+        found.append(BeamFacts(name, beam.link, ends[0], ends[1], text, *sizes, *moduli, *areas, beam.shear_areas))
     return found
-
-
-def _beam(robot: Robot, beam: Beam, labels: dict[str, str], length: float | None, mass: float | None) -> BeamFacts:
-    section, span = beam.section, robot.topology.beams[beam.name]
-    if length is not None and mass is not None:  # so that equal beams have equal numbers
-        length, mass = float(f"{length:.12g}"), float(f"{mass:.12g}")
-    given = {end.joint for end in (beam.start, beam.end) if end is not None}
-
-    def end_name(link: str, point: NDArray[np.float64]) -> str:
-        here = [item for item in robot.mechanism.at_link[link] if float(np.max(np.abs(item.centre_on(link) - point))) < 1e-6]
-        best = sorted(here, key=lambda item: (item.name not in given, item.type.is_fixed))
-        return labels.get(best[0].name, best[0].name) if best else link
-
-    return BeamFacts(
-        beam.name,
-        beam.link,
-        end_name(span.start_link, span.start),
-        end_name(span.end_link, span.end),
-        section_words(section),
-        bool(span.spanned),
-        length,
-        2 * max(section.extent),
-        mass,
-        beam.youngs_modulus,
-        beam.shear_modulus,
-        beam.density,
-        beam.thermal_expansion,
-        section.area,
-        section.I_y,
-        section.I_z,
-        section.J,
-        beam.shear_areas,
-    )
 
 
 def section_words(section: Section) -> str:

@@ -18,7 +18,6 @@ from kinetostatics.math.graphs import joined
 from kinetostatics.math.linalg import EQUAL
 from kinetostatics.mechanism.beam_geometry import ends_nowhere
 from kinetostatics.mechanism.body_graph import BodyGraph, RigidBody
-from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.robot import Robot
 from kinetostatics.unit_hints import length_hint, limit_hints
 
@@ -192,15 +191,15 @@ def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
     known = {beam.name: beam for beam in facts.beams}
     if frames is None:
         return {name: (beam.length or 0.0, beam.depth) for name, beam in known.items()}
-    locked = [edge.ends for edge in graph.edges if edge.connection and _is_locked(edge.connection)]
+    joints = [(edge.ends, edge.connection) for edge in graph.edges if edge.connection is not None]
+    locked = [ends for ends, joint in joints if joint.type.is_fixed or (joint.type.is_slide and joint.driven)]
     together = joined(graph.bodies, locked)
     ends: dict[frozenset[RigidBody], list[tuple[str, np.ndarray]]] = {}
     for edge in graph.edges:
         if edge.beam is not None:
             name, span = edge.beam.beam.name, edge.beam
-            start = frames.point(span.start_body, span.start)[:, 0]
-            end = frames.point(span.end_body, span.end)[:, 0]
-            along = (end - start) / max(float(np.linalg.norm(end - start)), 1e-300)
+            along = (frames.point(span.end_body, span.end) - frames.point(span.start_body, span.start))[:, 0]
+            along /= max(float(np.linalg.norm(along)), 1e-300)
             ends.setdefault(together[edge.ends[0]], []).append((name, along))
             ends.setdefault(together[edge.ends[1]], []).append((name, -along))
     pairs = [here for here in ends.values() if len(here) == 2 and float(here[0][1] @ here[1][1]) < -np.sqrt(0.5)]
@@ -211,19 +210,11 @@ def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
     }
 
 
-def _is_locked(joint: Connection) -> bool:
-    return joint.type.is_fixed or (joint.type.is_slide and joint.driven)
-
-
 def _materials(facts: RobotFacts) -> Iterable[str]:
     def modulus(beam: BeamFacts) -> str | None:
-        ratio = beam.youngs_modulus / beam.shear_modulus
-        if not 1 <= ratio <= 1000:
-            return (
-                f"<has> a shear modulus of {beam.shear_modulus:.4g} Pa and a Young's modulus of {beam.youngs_modulus:.4g} Pa, "
-                "which are inconsistent"
-            )
-        return None
+        young, shear = beam.youngs_modulus, beam.shear_modulus
+        words = f"<has> a shear modulus of {shear:.4g} Pa and a Young's modulus of {young:.4g} Pa, which are inconsistent"
+        return None if 1 <= young / shear <= 1000 else words
 
     def expansion(beam: BeamFacts) -> str | None:
         if not EXPANSIONS[0] <= beam.thermal_expansion <= EXPANSIONS[1]:
@@ -338,7 +329,11 @@ def _elastic_joints(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 def _held(robot: Robot, joint: ElasticJointFacts) -> Iterable[tuple[str, float, str, int]]:
     """Yield the stiffnesses of a joint along its constrained directions: words, value, unit, and whether it is rotational."""
     passive = robot.mechanism.connections[joint.joint]
-    free = _free_axes(passive)
+    near = {axis for axis, part in zip("xyz", passive.axis, strict=True) if abs(float(part)) > 0.1}
+    axes = {Axes.NONE: set(), Axes.AXIS: near}
+    free = {
+        (turns, axis) for turns, kind in enumerate((passive.type.slides, passive.type.turns)) for axis in axes.get(kind, "xyz")
+    }
     for turns, (values, unit) in enumerate(((joint.linear, "N/m"), (joint.angular, "N·m/rad"))):
         for axis, value in zip("xyz", values, strict=True):
             if not isinf(value) and (turns, axis) not in free:
@@ -346,10 +341,3 @@ def _held(robot: Robot, joint: ElasticJointFacts) -> Iterable[tuple[str, float, 
     if joint.drive is not None:
         slides = JOINT_TYPES[joint.kind].is_slide
         yield f"the stiffness of the actuator of {joint.joint}", joint.drive, "N/m" if slides else "N·m/rad", int(not slides)
-
-
-def _free_axes(joint: Connection) -> set[tuple[int, str]]:
-    """Return the free axes of a joint's frame, (0, axis) for translations and (1, axis) for rotations."""
-    near = {axis for axis, part in zip("xyz", joint.axis, strict=True) if abs(float(part)) > 0.1}
-    axes = {Axes.NONE: set(), Axes.AXIS: near}
-    return {(0, axis) for axis in axes.get(joint.type.slides, "xyz")} | {(1, axis) for axis in axes.get(joint.type.turns, "xyz")}

@@ -180,11 +180,7 @@ def _links_of(robot: Robot, bodies: list[int]) -> tuple[str, ...]:
 def _kind(motions: Motions, links: tuple[str, ...], moving: list[int], table: Array) -> tuple[str, str | None]:
     """Return kind and joint of a :class:`LocalFreedom` of some links.
 
-    Args:
-        motions: motions of the robot.
-        links: links of the local freedom.
-        moving: all moving bodies, including massless ones.
-        table: (bodies, 6, columns) scaled twists of all bodies.
+    ``moving``: all moving bodies, including massless ones; ``table``: (bodies, 6, columns) scaled twists of all bodies.
     """
     robot = motions.robot
     body = robot.mechanism.body_of[links[0]][0]

@@ -18,7 +18,7 @@ from functools import cache
 from kinetostatics.exceptions import ArgumentError
 
 #: Exponents of m, kg, s, K and rad.
-Dimension = tuple[int, int, int, int, int]
+Dimension = tuple[int, ...]
 
 #: Basic units: size as a power of ten in SI, and dimension. For degrees see Unit.
 BASIC: dict[str, tuple[int, Dimension]] = {
@@ -89,11 +89,12 @@ class Unit:
     degrees: int = 0
     dimension: Dimension = (0, 0, 0, 0, 0)
 
-    def __mul__(self, other: Unit) -> Unit:
-        return Unit(self.ten + other.ten, self.degrees + other.degrees, _added(self.dimension, other.dimension, 1))
+    def __mul__(self, other: Unit, sign: int = 1) -> Unit:
+        dimension = tuple(x + sign * y for x, y in zip(self.dimension, other.dimension, strict=True))
+        return Unit(self.ten + sign * other.ten, self.degrees + sign * other.degrees, dimension)
 
     def __truediv__(self, other: Unit) -> Unit:
-        return Unit(self.ten - other.ten, self.degrees - other.degrees, _added(self.dimension, other.dimension, -1))
+        return self.__mul__(other, -1)
 
     @property
     def size(self) -> float:
@@ -109,11 +110,6 @@ class Unit:
     def kind(self) -> str:
         """Kind of quantity that this unit measures, in one or two words; empty if there is none."""
         return next((kind for kind, name in KINDS.items() if unit(name).dimension == self.dimension), "")
-
-
-def _added(one: Dimension, other: Dimension, sign: int) -> Dimension:
-    a, b, c, d, e = (x + sign * y for x, y in zip(one, other, strict=True))
-    return a, b, c, d, e
 
 
 @cache

@@ -227,12 +227,8 @@ class DirectedEdge:
 def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) -> list[DirectedEdge]:
     """Return all edges of one component, depth first from the base (from the platform, if it does not touch the base).
 
-    Every edge comes after the edges on the tree's path to its inner body.
-
-    Args:
-        edges: all edges that touch the component's bodies, or an edge directly between base and platform.
-        base: the base.
-        platform: the platform.
+    Every edge comes after the edges on the tree's path to its inner body. ``edges`` are all that touch the component's bodies, or
+    one directly between base and platform.
     """
     at: _Edges = {}
     for edge in edges:

@@ -69,11 +69,8 @@ def springs_of(mechanism: Mechanism, joint: str) -> tuple[ElasticJoint, ...]:
 
 def drives_of(mechanism: Mechanism) -> dict[str, Drive]:
     """Return all elastic actuators by the name of their joint."""
-    found = {}
-    for name, stiffness in mechanism.description.joint_stiffness.items():
-        if stiffness.drive is not None and stiffness.drive < np.inf:
-            found[name] = drive_of(mechanism, name, 1 / stiffness.drive)
-    return found
+    given = {name: stiffness.drive for name, stiffness in mechanism.description.joint_stiffness.items()}
+    return {name: drive_of(mechanism, name, 1 / k) for name, k in given.items() if k is not None and k < np.inf}
 
 
 def drive_of(mechanism: Mechanism, name: str, compliance: float) -> Drive:
@@ -84,21 +81,13 @@ def drive_of(mechanism: Mechanism, name: str, compliance: float) -> Drive:
 
 
 def is_sprung(stiffness: JointStiffness | None, rotates: bool, axis: Array | None) -> bool:
-    """Whether a joint's freedom is elastic.
-
-    Args:
-        stiffness: stiffness of the joint, or None.
-        rotates: whether the freedom is a rotation.
-        axis: (3,) axis of the freedom in the joint frame on the predecessor's side, None if it moves in this frame.
-    """
+    """Whether a joint's freedom is elastic; ``axis`` (3,) is fixed in the predecessor's joint frame, None if it moves there."""
     group = None if stiffness is None else stiffness.angular if rotates else stiffness.linear
     if group is None:
         return False
     compliances = _compliances(group)
-    if np.all(compliances > 0):
-        return True
-    if axis is None:
-        return False
+    if axis is None or np.all(compliances > 0):
+        return bool(np.all(compliances > 0))
     along = int(np.argmax(np.abs(axis)))
     return bool(abs(axis[along]) > 1 - 1e-9 and compliances[along] > 0)
 
@@ -219,10 +208,7 @@ def compound_joints(
 ) -> tuple[CompoundJoint, ...]:
     """Return the compound joints of a limb, inboard ones first, without fixed joints.
 
-    Args:
-        mechanism: the mechanism.
-        limb: the limb.
-        together: names of the joints of each compound joint, if these are known from another pose; None: found here.
+    ``together``: names of the joints of each compound joint, if these are known from another pose.
     """
     steps: list[tuple[int, Edge, Connection]] = []
     compounds: list[CompoundJoint] = []

@@ -44,15 +44,7 @@ class LoopModel:
 
 
 def loop_model(mechanism: Mechanism, model: pin.Model, q: Array, length: float, anchors: bool) -> LoopModel:
-    """Return a robot's tree and loops at one pose.
-
-    Args:
-        mechanism: the robot's joints and loops.
-        model: ``pin.Model`` of its tree.
-        q: (nq,) the pose.
-        length: distance [m] of the two points that constrain a hinge.
-        anchors: whether to return constraints of Pinocchio 4 instead of ``pin.RigidConstraintModel``.
-    """
+    """Return a robot's tree, ``model``, and its loops at a pose ``q`` (nq,); see :func:`constraint_models`."""
     import pinocchio as pin
 
     copy, coordinates, welds = model.copy(), list(np.asarray(q)), {}
@@ -85,7 +77,7 @@ def constraint_models(
     """Return Pinocchio's constraints of all loops; see :meth:`kinetostatics.Robot.constraint_models`.
 
     Args:
-        mechanism: the robot's joints and loops.
+        mechanism: the robot.
         model: ``pin.Model`` on which the constraints work.
         length: distance [m] of the two points that constrain a hinge.
         anchors: whether to return constraints of Pinocchio 4 instead of ``pin.RigidConstraintModel``.

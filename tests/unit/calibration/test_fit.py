@@ -78,17 +78,6 @@ def test_rounding_has_no_outliers():
     assert not bad.any() and not studentized.any()
 
 
-@pytest.mark.parametrize("degrees_of_freedom", [0, 1, 2])
-def test_the_variance_is_what_is_left_per_degree_of_freedom(degrees_of_freedom):
-    J, readings = LINE[: 2 + degrees_of_freedom], NOISE[: 2 + degrees_of_freedom]
-    found = line_fit(J, readings)
-    assert found.degrees_of_freedom == degrees_of_freedom
-    if degrees_of_freedom:
-        assert found.variance == pytest.approx(np.linalg.lstsq(J, readings, rcond=None)[1][0] / degrees_of_freedom)
-    else:
-        assert np.isnan(found.variance)
-
-
 def test_what_readings_see_only_after_a_while_is_found():
     """A factor of something that is zero at the start: no reading depends on it before that has been found."""
     found = fit(
@@ -196,9 +185,3 @@ def test_a_search_may_come_to_a_payload_without_mass():
     np.testing.assert_allclose(model.jacobian(np.array([0.0, 0.3]))[:, 0], slope, rtol=1e-8)
     told, factors = unknowns.reported(np.array([0.0, 0.3]))
     assert told[0] == 0 and np.isnan(told[1]) and factors[0].tolist() == [1, 0] and np.all(np.isnan(factors[1]))
-
-
-def test_only_arguments_of_the_file_move_the_robot():
-    robot = package_robots.robot("3rps")
-    assert Unknowns(robot, ["base_radius"], {}, None, {}).moves
-    assert not Unknowns(robot, ["rod_1", "payload.mass"], {}, None, {}).moves

