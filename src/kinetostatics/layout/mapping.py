@@ -25,6 +25,8 @@ NOISE = 1e-12
 class ResultMapping(dict[Key, Item]):
     """A read-only dict with a short ``repr``."""
 
+    __slots__ = ()
+
     def _refuse(self, *_arguments: object, **_more: object) -> NoReturn:
         raise TypeError("results and descriptions are read-only; a description has methods that return changed copies")
 
