@@ -47,14 +47,11 @@ def line(
     """Draw quantities of one unit over one of the swept coordinates, or one quantity for several values of another.
 
     Args:
-        ds: the map, see :func:`kinetostatics.sweep`.
+        ds, at, unit, beyond_limits: see :func:`slice`.
         what: one or more quantities, see :func:`kinetostatics.indices.quantity`.
         x: coordinate of the horizontal axis; default: the first swept coordinate that is not fixed.
         series: another coordinate, with a line for each value, or for five of more than six values (with a note and a warning);
             or ``{"z": [0.3, 0.6]}`` to choose up to six.
-        at: values of the other coordinates [m, rad]; the nearest pose of the map is shown, with its values in the title.
-        unit: unit of the quantities; default: chosen by magnitude.
-        beyond_limits: whether to include poses beyond joint limits.
         ax: axes to draw on; default: a new figure one column wide.
 
     Returns:

@@ -115,16 +115,8 @@ def _missing_at(axes: Sequence[ShownAxis]) -> str:
 def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, float], beyond_limits: bool) -> Selection:
     """Return a quantity over ``dims`` with increasing coordinates; of a lazy map only this part is computed.
 
-    Args:
-        ds: the map, see :func:`kinetostatics.sweep`.
-        what: see :func:`kinetostatics.indices.quantity`.
-        dims: the varying coordinates.
-        at: values of the other coordinates [m, rad], of which the nearest in the map are used; coordinates with a single value
-            may be omitted.
-        beyond_limits: whether to include poses beyond joint limits.
-
-    Raises:
-        ArgumentError: a coordinate is not swept, not fixed, or fixed outside the map.
+    ``at``: values of the other coordinates [m, rad], of which the nearest in the map are used; coordinates with a single value
+    may be omitted.
     """
     for name in dims:
         axis_of(ds, name)
@@ -165,24 +157,18 @@ def select_each(
     ds: xr.Dataset,
     what: str,
     dims: Sequence[str],
-    series: str | Mapping[str, Sequence[float]],
+    series: str | Mapping[str, Sequence[float]] | None,
     most: int,
     at: Mapping[str, float],
     beyond_limits: bool,
 ) -> tuple[dict[str, Selection], str]:
     """Return selections at several values of a further coordinate, by the text "name = value unit"; see :func:`select`.
 
-    Args:
-        ds, what, dims, at, beyond_limits: see there.
-        series: the coordinate with its values; or its name: all values, or ``most`` evenly distributed ones if there are more.
-        most: largest number of values without explicit choice.
-
-    Returns:
-        The selections; and a note, also given as a warning, if values are omitted.
-
-    Raises:
-        ArgumentError: the coordinate is unknown, or already an axis of the figure or fixed.
+    ``series``: the coordinate with its values; or its name: all values, or ``most`` evenly distributed ones if there are more,
+    which is stated in the returned note and a warning; None: one selection, of empty name.
     """
+    if series is None:
+        return {"": select(ds, what, dims, at, beyond_limits)}, ""
     if not isinstance(series, str) and len(series) != 1:
         raise ArgumentError("series takes one coordinate")
     other = series if isinstance(series, str) else next(iter(series))
@@ -273,8 +259,6 @@ def place_of(coordinate: xr.DataArray, axis: ShownAxis, value: float) -> int:
     return place
 
 
-# ---- ranges ----------------------------------------------------------------------------------------------------------------
-
 #: Smallest number of values for the detection of outliers.
 FEW = 20
 #: Part of the values at each end that may be outliers, and their least distance from the others as a multiple of these' range.
@@ -307,8 +291,9 @@ class ValueRange:
     note: str
 
 
-def range_of(values: NDArray[np.float64], value_range: tuple[float, float] | None) -> ValueRange:
-    """Return the range of finite values: the given one, or the main one."""
+def range_of(numbers: Sequence[Array], value_range: tuple[float, float] | None) -> ValueRange:
+    """Return the range of the finite values of arrays: the given one, or the main one."""
+    values = np.concatenate([part[np.isfinite(part)] for part in numbers])
     low, high = value_range or main_range(values)
     least, most = float(values.min()), float(values.max())
     below, above = least < low, most > high

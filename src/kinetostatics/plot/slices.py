@@ -39,7 +39,6 @@ from kinetostatics.plot.selection import (
     chosen_names,
     in_figure_units,
     range_of,
-    select,
     select_each,
 )
 from kinetostatics.plot.style import COLOURS, ONE_COLUMN, ROW, figure_of, name_ticks, new_panels, styled, title_of, wrapped
@@ -104,11 +103,8 @@ def slice(
         axis_of(ds, name)  # checks the names first
     goes = goes_round(ds, dims, polar, ax)
     across = (ROUND, OUTWARDS) if goes else dims
-    if series is None:
-        parts, left_out = {"": select(ds, what, across, at, beyond_limits)}, ""
-    else:
-        most = PANELS if third in ds.dims and ds.sizes[third] <= PANELS else ROW
-        parts, left_out = select_each(ds, what, across, series, most, at, beyond_limits)
+    most = PANELS if third in ds.dims and ds.sizes[third] <= PANELS else ROW
+    parts, left_out = select_each(ds, what, across, series, most, at, beyond_limits)
     if len(parts) > 1 and ax is not None:
         raise ArgumentError("slices of a series need a new figure; ax= is for one slice")
     found = list(parts.values())
@@ -118,8 +114,7 @@ def slice(
     plane = (round_a_pole if goes else rectangle)(*first.axes)
     axes = [ax] if ax is not None else _axes(plane, len(found))
     figure = figure_of(axes[0])
-    everything = np.concatenate([numbers[np.isfinite(numbers)] for numbers in values])
-    span = range_of(everything, value_range)
+    span = range_of(values, value_range)
     low, high = span.low, span.high
     levels = []
     if high - low > 1e-9 * max(abs(low), abs(high)) and contours and min(first.values.shape) > 1:

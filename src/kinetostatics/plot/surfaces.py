@@ -24,7 +24,6 @@ from kinetostatics.plot.selection import (
     free_names,
     in_figure_units,
     range_of,
-    select,
     select_each,
 )
 from kinetostatics.plot.style import (
@@ -66,17 +65,13 @@ def surface(
     """Draw a quantity over two of the swept coordinates as surfaces, like the paper's Figs 6, 7, 12 and 13.
 
     Args:
-        ds: the map, see :func:`kinetostatics.sweep`.
-        what: quantity, see :func:`kinetostatics.indices.quantity`.
+        ds, what, at, unit, beyond_limits: see :func:`slice`.
         x: first horizontal coordinate; default for x and y: the last two swept coordinates that are not fixed.
         y: second horizontal coordinate.
         series: a third coordinate, with a surface for each value, or for five evenly chosen ones (with a note and a warning); or
             ``{"z": [0.3, 0.6]}`` to choose values; default: the remaining coordinate, if any.
-        at: values of the other coordinates [m, rad]; the nearest pose of the map is shown, with its values in the title.
-        unit: unit of the quantity; default: chosen by magnitude.
         value_range: range of heights, in the unit of the figure, at which surfaces are cut off; default: all values except few
             outliers, whose range the figure then gives.
-        beyond_limits: whether to include poses beyond joint limits.
         legend: whether to add a legend of surfaces and of grey areas.
         ax: axes to draw on, with ``projection="3d"``; default: a new figure one column wide.
 
@@ -98,10 +93,7 @@ def surface(
     if third is None:
         left = free_names(ds, (*at, x, y))
         third = left[0] if len(left) == 1 else None
-    if third is None:
-        parts, left_out = {"": select(ds, what, (x, y), at, beyond_limits)}, ""
-    else:
-        parts, left_out = select_each(ds, what, (x, y), series or third, SURFACES, at, beyond_limits)
+    parts, left_out = select_each(ds, what, (x, y), series or third, SURFACES, at, beyond_limits)
     for axis in next(iter(parts.values())).axes:
         if len(axis.values) == 1:
             raise ArgumentError(f"{axis.name} has one value; a surface needs several values along both of its axes")
@@ -109,9 +101,7 @@ def surface(
     values, unit = in_figure_units(list(parts.values()), unit)
     first = next(iter(parts.values()))
     across, up = first.axes
-    everything = np.concatenate([numbers.ravel() for numbers in values])
-    everything = everything[np.isfinite(everything)]
-    span = range_of(everything, value_range)
+    span = range_of(values, value_range)
     low, high = span.low, span.high
     values = [np.clip(numbers, low, high) for numbers in values]
     if high - low <= 1e-9 * max(abs(low), abs(high)):

@@ -46,16 +46,11 @@ def workspace(
     """Draw the body of all valid poses of a map over three coordinates, its surface coloured by a quantity.
 
     Args:
-        ds: the map, see :func:`kinetostatics.sweep`.
+        ds, at, unit, value_range, beyond_limits: see :func:`slice`.
         colour: quantity, see :func:`kinetostatics.indices.quantity`.
         axes: names of three swept coordinates, or "x", "y", "z" for the position of o; default: the swept coordinates if they are
             those of the platform, else the position of o.
-        at: values of the other coordinates [m, rad].
-        unit: unit of the quantity; default: chosen by magnitude.
-        value_range: range of the colours, in the unit of the figure; default: all values except few outliers, whose range the
-            colour bar then gives.
         cut: whether to remove the octant facing the viewer, to show the inside.
-        beyond_limits: whether to include poses beyond joint limits.
         ax: axes to draw on, with ``projection="3d"``; default: a new figure one column wide.
 
     Returns:
@@ -87,7 +82,7 @@ def workspace(
     (values,), unit = in_figure_units([shown], unit)
     corners, nodes = skin(grid, level_of(good), _octant(good) & cut)
     levels = values[tuple(nodes.T)]
-    span = range_of(levels, value_range)
+    span = range_of([levels], value_range)
     low, high = span.low, span.high
     ax = solid_axes(ax, 0.82, "a workspace needs")
     reach = grid.reshape(-1, 3) if known else corners.reshape(-1, 3)

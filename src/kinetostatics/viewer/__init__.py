@@ -122,15 +122,8 @@ def save_html(
     """Write a result as one HTML file that works by double click.
 
     Args:
-        result: result of :func:`kinetostatics.analyze`, a batch of poses as an animation; a pose or robot, drawn without loads,
-            with the free motions of its platform at locked actuators; or result of :func:`kinetostatics.modes`, one mode at a
-            time.
+        result, title, pose, exaggeration, by_mechanism, compare: see :func:`show`.
         path: path of the file; an existing file is replaced.
-        title: heading of the page; default: the robot's name.
-        pose: index of one pose of a batch.
-        exaggeration: initial factor of displacements; default: the largest displacement is about a tenth of the robot.
-        by_mechanism: two sliders for each limb's weight, as in :func:`show`.
-        compare: a second result on the same page, as in :func:`show`.
 
     Raises:
         ArgumentError: no pose could be analysed, there are too many, or an argument is invalid.
@@ -160,13 +153,9 @@ def save_image(
     """Write a picture of a result with its legend, a PNG file; Chromium or Chrome has to be installed.
 
     Args:
-        result: result of :func:`kinetostatics.analyze`, the first pose of a batch; a pose or robot, drawn without loads, with
-            the free motions of its platform at locked actuators; or result of :func:`kinetostatics.modes`, at maximum amplitude.
+        result, title, pose, exaggeration, compare: see :func:`show`; of a batch the first pose, of modes the largest
+            displacements.
         path: path of the file; an existing file is replaced.
-        title: heading of the picture; default: the robot's name.
-        pose: index of one pose of a batch.
-        exaggeration: factor of displacements; default: the largest displacement is about a tenth of the robot.
-        compare: a second result, drawn as a ghost over the first.
         colour: quantity shown by colours: ``"deflection"``, or along beams ``"stress"`` (von Mises), ``"axial"`` (force) or
             ``"euler"`` (N/N_Euler).
         view: direction of view: ``"home"``, ``"front"``, ``"side"`` or ``"top"``.

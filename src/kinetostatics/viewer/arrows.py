@@ -74,16 +74,12 @@ class Wrenches:
                 name, at = f"{spring.description.name} on {link}", self.stations.add(end, twist)
                 yield Arrow("spring forces", name, name, "force", at, sign * pull, anchor=-sign * spring.direction)
 
-    # ---- parts ------------------------------------------------------------------------------------------------------
-
     def _only(self, source: str, wrench: Array) -> Array:
         """Return the parts (F, K + 1, …) of a quantity that belongs to one contribution or to the remainder."""
         sources = self.poses.sources
         parts = np.zeros((len(wrench), len(sources) + 1, *wrench.shape[1:]))
         parts[:, sources.index(source) if source in sources else -1] = wrench
         return parts
-
-    # ---- limbs ------------------------------------------------------------------------------------------------------
 
     def _limb(self, limb: Limb) -> Iterator[Arrow]:
         found, take = self.result.limbs[limb.name], self.poses.take
@@ -158,8 +154,6 @@ class Wrenches:
             moment = force * (np.sum(force * moment, axis=-1) / np.maximum(square, 1e-12))[:, None]
         if np.abs(moment).max() > 1e-6 * self.size:
             yield Arrow(couples, name, short, "moment", at, parts[..., None] * moment[:, None], positive=moment)
-
-    # ---- the rest ---------------------------------------------------------------------------------------------------
 
     def _pair(self, group: str, name: str, at: int, wrench: Array, anchor: str) -> Iterator[Arrow]:
         """Yield force and couple of a wrench (F, K + 1, 6) about a station's origin, unless they are zero in all frames."""

@@ -115,8 +115,6 @@ class Cards:
         masses = [path.removeprefix("masses/") for path in meshes if path.startswith("masses/")]
         return cards | {f"masses/{name}": self._mass(name) for name in masses}
 
-    # ---- springs and masses -----------------------------------------------------------------------------------------
-
     def _spring(self, spring: DrawnSpring) -> Card:
         found, none = spring.description, np.zeros(self.poses.count)
         lengths = NumberFormat.of([*spring.length, found.free_length], MILLIMETRES)
@@ -132,8 +130,6 @@ class Cards:
     def _mass(self, name: str) -> Card:
         mass = self.result.robot.description.links[name].mass
         return Card("mass at a point", [CardRow("mass", NumberFormat.of(mass, MASSES), np.full(self.poses.count, mass))], "")
-
-    # ---- beams ------------------------------------------------------------------------------------------------------
 
     def _beam_rows(self, beams: list[BeamResult]) -> list[list[CardRow]]:
         """Return the rows of all beams; each row has the same unit for all beams, as in the report's table."""
@@ -167,8 +163,6 @@ class Cards:
         member = "" if len(beam.member) == 1 else f" as one member with {' and '.join(n for n in beam.member if n != beam.name)}"
         note = f"Axial force: tension positive. N/N_Euler: 100 % buckles{member}."
         return Card("beam", rows, note, first, lines)
-
-    # ---- joints -----------------------------------------------------------------------------------------------------
 
     def _joint(self, joint: DrawnJoint) -> Card:
         connections = self.result.robot.mechanism.connections

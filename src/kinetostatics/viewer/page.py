@@ -38,12 +38,9 @@ ROUNDINGS = ((None, ""), (20, ""), (16, "0.001 %"), (12, "0.02 %"))
 
 
 def fitting_page(describe: Callable[[int], Scene], every: int = 1) -> str:
-    """Return the page of a path with as many digits and poses as fit into :data:`MOST`; losses are stated in a note and a
-    warning.
+    """Return the page of a path with as many digits and poses as fit into :data:`MOST`, with a note and a warning of losses.
 
-    Args:
-        describe: returns the scene with every n-th pose of its path.
-        every: initial n.
+    ``describe(every)`` is the scene with every n-th pose of its path.
     """
     scene = describe(every)
     one_pose = max(shown.stations.frames for shown in (scene, scene.compare) if shown is not None) == 1
@@ -113,19 +110,7 @@ VIEWS = ("home", "front", "side", "top")
 def save_screenshot(
     html: str, path: str | os.PathLike[str], size: tuple[int, int], colour: str = "deflection", view: str = "home"
 ) -> None:
-    """Write a picture of a page without its panel as a PNG file.
-
-    Args:
-        html: the page.
-        path: path of the file; an existing file is replaced.
-        size: width and height [pixels].
-        colour: quantity shown by colours, one of :data:`COLOURS`.
-        view: direction of view, one of :data:`VIEWS`.
-
-    Raises:
-        ArgumentError: an argument has an invalid value or shape.
-        KinetostaticsError: there is no Chromium, it fails, or the file cannot be written.
-    """
+    """Write a picture of a page without its panel as a PNG file, see :func:`kinetostatics.save_image`."""
     target = Path(path)
     if target.suffix.lower() != ".png":
         raise ArgumentError(f"{os.fspath(path)}: images are PNG files; name it {target.with_suffix('.png').name!r}")

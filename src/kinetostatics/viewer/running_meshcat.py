@@ -48,20 +48,10 @@ _SEEN: WeakKeyDictionary[ViewerWindow, set[str]] = WeakKeyDictionary()
 
 
 def draw(scene: Scene, visualizer: Visualizer, node: str) -> Visualizer:
-    """Draw a scene's first frame at a node, replacing its content, with heading and legend in front of the camera.
+    """Draw a scene's first frame at a node, replacing its content, and return the visualizer at the node.
 
-    The first drawing also sets camera, light and background, and runs the animation between rest and deformed.
-
-    Args:
-        scene: scene of one pose.
-        visualizer: a running visualizer.
-        node: path below the visualizer's own node, names joined by '/'.
-
-    Returns:
-        The visualizer at the node.
-
-    Raises:
-        ArgumentError: ``visualizer`` is not a ``meshcat.Visualizer``, or ``node`` is not a path.
+    Heading and legend are in front of the camera. The first drawing also sets camera, light and background, and runs the
+    animation between rest and deformed.
     """
     if not isinstance(visualizer, Visualizer):
         raise ArgumentError(
@@ -154,14 +144,11 @@ class _Drawing:
     def _arrows(self) -> None:
         for item in self.still.arrows:
             path = f"{item.arrow.group}/{item.arrow.name}"
-            node, surface = (
-                self._node(f"forces/{path}"),
-                geometry.TriangularMeshGeometry(item.surface.vertices, item.surface.faces),
-            )
-            node.set_object(surface, geometry.MeshPhongMaterial(color=_integer(item.colour), shininess=12))
-            node["inside"].set_object(
-                surface, geometry.MeshBasicMaterial(color=_integer(item.colour), opacity=0.28, depthTest=False, depthWrite=False)
-            )
+            node, colour = self._node(f"forces/{path}"), _integer(item.colour)
+            surface = geometry.TriangularMeshGeometry(item.surface.vertices, item.surface.faces)
+            node.set_object(surface, geometry.MeshPhongMaterial(color=colour, shininess=12))
+            inside = geometry.MeshBasicMaterial(color=colour, opacity=0.28, depthTest=False, depthWrite=False)
+            node["inside"].set_object(surface, inside)
             self._moving(node, item.placed)
             words = f"{item.arrow.label} {number(item.value)} {item.arrow.unit}" if item.arrow.unit else item.arrow.label
             self._label(path, words, item.place_of_name, item.colour)
@@ -186,8 +173,6 @@ class _Drawing:
         words = f'<text x="{width / 2}" y="{WORDS}" font-weight="600" text-anchor="middle" fill="{colour}">{escape(text)}</text>'
         node.set_object(_sprite(image([words], width, 3 * WORDS), width / HEIGHT, 3 * WORDS / HEIGHT, sizeAttenuation=False))
         self._moving(node, lambda poses: np.asarray(translation_matrix(placed(poses))))
-
-    # ---- heading, legend, camera -----------------------------------------------------------------------------------
 
     def _overlay(self, square: float) -> tuple[float, float]:
         """Draw heading and legend in front of the camera; return their heights as parts of the picture's height."""

@@ -51,16 +51,11 @@ def describe_scene(
     groups: Collection[str] | None = None,
     every: int = 1,
 ) -> Scene:
-    """Return the scene of a result: one pose, or a batch of poses as a path.
-
-    A batch with several dimensions is shown row by row, every second row backwards.
+    """Return the scene of one pose, or of a batch of poses as a path, row by row, every second row backwards.
 
     Args:
-        result: a result of :func:`kinetostatics.analyze`; or a pose without loads, with its free motions or its modes.
-        title: heading of the page; default the robot's name.
+        result, title, pose, exaggeration: see :func:`kinetostatics.show`; a pose without loads has free motions or modes.
         visuals: visuals of the links, if already read.
-        pose: index of one pose of a batch; default: all poses.
-        exaggeration: initial factor of displacements; default: the largest motion is about a tenth of the robot.
         like: an earlier scene of the robot whose surfaces are used again; notes and cards are then omitted.
         groups: groups of arrows to be drawn; default: all.
         every: interval of the shown poses of a path.
@@ -167,8 +162,6 @@ class _SceneBuilder:
         found = [limit / most for limit, part in parts if (most := float(np.linalg.norm(part, axis=-1).max())) > 0]
         return min(found, default=1.0)
 
-    # ---- rigid links ------------------------------------------------------------------------------------------------
-
     def _links(self) -> None:
         topology, rigid, unloaded = self.robot.topology, self.poses.rigid, isinstance(self.poses, UnloadedPose)
         of_beams = {beam.link for beam in self.robot.description.beams.values()}
@@ -231,9 +224,8 @@ class _SceneBuilder:
         radius = 0.5 * float(np.mean([marker_radius(self.poses, joint, self.size) for joint in near or self.joints]))
         sticks = [stick(middle, p, radius) for p in local if np.linalg.norm(p - middle) > 1e-6 * self.size]
         if sticks:
-            self.meshes.append(Mesh(path, joined([*sticks, _at(ball(radius), middle)]), self._link_station(link, roots), roots))
-
-    # ---- beams and joints -------------------------------------------------------------------------------------------
+            centre = Surface(ball(radius).vertices + middle, ball(radius).faces)
+            self.meshes.append(Mesh(path, joined([*sticks, centre]), self._link_station(link, roots), roots))
 
     def _beams(self) -> None:
         for name, beam in self.robot.description.beams.items():
@@ -306,8 +298,6 @@ class _SceneBuilder:
         drawn = sum(len(visual.surface.faces) for visual in self.visuals.values())
         return [f"meshes of the links: drawn with {drawn} of their {read} triangles"] if drawn < read else []
 
-    # ---- labels -----------------------------------------------------------------------------------------------------
-
     def _limb_labels(self) -> list[tuple[str, int, str]]:
         labels = []
         for limb in self.robot.topology.limbs:
@@ -315,9 +305,3 @@ class _SceneBuilder:
             if beams:
                 labels.append((f"limbs/{limb.name}", self.at[f"label of {beams[0]}"], limb.name))
         return labels
-
-
-def _at(surface: Surface, point: Array) -> Surface:
-    matrix = np.eye(4)
-    matrix[:3, 3] = point
-    return surface.transformed(matrix)

@@ -132,8 +132,6 @@ class Still:
             surface = arrow(length, radius, 1 if described.kind == "force" else 2)
             yield StillArrow(described, value, surface, colour, 0.0 if inwards else length, frame)
 
-    # ---- floor and camera --------------------------------------------------------------------------------------------
-
     def outline(self) -> Array:
         """Return points (n, 3) that a picture must contain: vertices, and ends of initially visible arrows and axes."""
         points = [
