@@ -52,6 +52,6 @@ def test_the_command_writes_an_image(browser, tmp_path, capsys, monkeypatch, req
     assert found.shape == (800, 1200, 3)
     blue = (found[..., 2] > found[..., 0] + 60) & (found[..., 2] > 120)
     red = (found[..., 0] > found[..., 2] + 60) & (found[..., 0] > 120)
-    assert blue[60:720].mean() > 0.005  # rods in compression
+    assert blue[60:720].mean() > 0.003  # rods in compression
     assert red[740:].mean() > 0.001  # the legend's other end
     assert (found[60:720].min(axis=2) < 245).mean() > 0.05
