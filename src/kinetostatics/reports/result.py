@@ -192,7 +192,7 @@ def _sections(result: Result, hinge_axes: Mapping[str, str]) -> Iterator[ReportS
     yield ReportSection(None, [Text(f", {words}", lead=word) for word, where, words in states if where])
     yield ReportSection("Pose", [_pose(result)], "pose")
     if result.status == Status.SINGULAR:
-        yield ReportSection("What can still move", _free_motions(result), "motions")
+        yield ReportSection("Free motions", _free_motions(result), "motions")
     if result.status not in WITHOUT_NUMBERS:
         noise = magnitudes(result)
         yield ReportSection("Summary", [summary_facts(result, noise)], "summary")

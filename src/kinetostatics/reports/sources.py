@@ -57,17 +57,10 @@ def share(part: float, whole: float) -> float:
 
 
 def parts_along(twists: Array, whole: Array, noise: NoiseFloor) -> tuple[Array, Array, int] | None:
-    """Return the component of each of several twists along their sum.
+    """Return parts (n, 2) of the displacement [m] and rotation [rad] ``whole`` (6,) due to twists (n, 6), along these.
 
-    Args:
-        twists: (n, 6) twists.
-        whole: (6,) their sum.
-        noise: limits below which a motion counts as zero.
-
-    Returns:
-        Parts (n, 2) along the total displacement [m] and about the axis of the total rotation [rad], NaN if the total is zero;
-        magnitudes (2,) of the totals; and the index of the total by which sources are ranked: 0, or 1 if o does not move. None
-        without motion or twists.
+    Further returned are the magnitudes (2,) of displacement and rotation, and the index of the one by which sources are ranked: 0,
+    or 1 if o does not move. Parts are NaN where the whole is zero; None is returned without motion or twists.
     """
     wholes = whole[:3], whole[3:]
     sizes = np.array([np.linalg.norm(one) for one in wholes])

@@ -137,16 +137,7 @@ def _contribution(result: Result, name: str) -> str:
 
 
 def _largest(names: list[str], twists: Array, result: Result, noise: NoiseFloor, word: str, number: int) -> str:
-    """Return, as text, the largest parts of the displacement [%] with the names of their sources.
-
-    Args:
-        names: names of the sources.
-        twists: (n, 6) their twists.
-        result: the analysis.
-        noise: limits below which a motion counts as zero.
-        word: preposition before the names.
-        number: largest number of parts.
-    """
+    """Return the largest parts of the displacement [%], at most ``number``, as text: ``word`` and the names of their sources."""
     found = parts_along(twists, result.twist, noise)
     if found is None:
         return ""

@@ -26,8 +26,8 @@ from kinetostatics.statics.springs import inverse
 class Buckling(Shapes[BucklingModes], Reported, builder="reports.buckling:buckling_report"):
     """Load factors and modes in which a loaded robot buckles; see :meth:`kinetostatics.Result.buckling`.
 
-    Arrays are read-only, batch axes first, then the mode; NaN where a pose has no numbers, or a mode no shape. The size of a mode
-    is arbitrary, the largest component of its platform's twist positive; of equal load factors any combinations are modes.
+    Arrays are read-only, batch axes first, then the mode; NaN where a pose has no results, or a mode no shape. The amplitude of a
+    mode is arbitrary, the largest component of the platform's twist positive. Modes of equal load factors can be combined.
 
     Attributes:
         configuration: the pose or poses.
@@ -108,8 +108,8 @@ def buckling_of(
 class SecondOrder(ShortRepr):
     """Twist, compliance and stiffness of the loaded robot: (K + K_G) u = f with the forces of first order (P-Delta).
 
-    What the forces change is added to the results of first order; assembly errors keep the effect that they have without forces.
-    NaN where the robot buckles, or has no numbers. Of robots with springs, whose stiffness is that of the loaded robot already,
+    The change due to the forces is added to the results of first order; the effect of assembly errors is that of first order. NaN
+    where the robot buckles or has no results. For robots with springs, whose stiffness already is that of the loaded robot,
     ``Result.second_order`` raises a :class:`StaticsError`.
 
     Attributes:
@@ -135,21 +135,16 @@ class SecondOrder(ShortRepr):
 def second_order_of(
     robot: Robot, batch: Batch, solutions: Iterable[Solution], linear: tuple[Array, Array, Array], moved: Callable[..., Array]
 ) -> SecondOrder:
-    """Return results of second order.
+    """Return results of second order from those of first order, ``linear``: twist, compliance, stiffness at the reference point.
 
-    Args:
-        robot: the robot.
-        batch, solutions: the poses and their solutions of first order.
-        linear: twist, compliance and stiffness of first order, about the reference point.
-        moved: function that transforms a twist, or a "compliance", from o to this point.
+    ``moved`` transforms a twist, or a "compliance", from o to this point.
 
     Raises:
         StaticsError: the robot has springs.
     """
     if robot.description.springs:
         raise StaticsError(
-            f"{robot.name!r} has springs: its stiffness is that under the forces of springs and weights already; results of "
-            "second order are those of robots without springs"
+            f"{robot.name!r} has springs: its stiffness already includes the loads, second_order is for robots without springs"
         )
     found = zip(*map(robot.members.second_order, solutions), strict=True)
     twist, compliance, changes, _ = (batch.public(parts) for parts in found)

@@ -149,8 +149,8 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
     def status(self) -> NDArray[np.int8]:
         """:class:`Status` of every pose (…).
 
-        It is that of the corrected pose, LIMIT_EXCEEDED if an actuator exceeds its range; UNREACHABLE if no correction was found;
-        and that of the target pose if this pose has no results.
+        Of the corrected pose, or of the target pose if this has no results: LIMIT_EXCEEDED if an actuator exceeds its range,
+        UNREACHABLE if no correction was found.
         """
         before = self.uncorrected.status
         found = np.where(np.isin(before, WITHOUT_NUMBERS), before, self.result.status).astype(np.int8)

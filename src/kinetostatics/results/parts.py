@@ -53,6 +53,11 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
     def _canonical(self, pick: Callable[[Solution, int], Array], *size: int) -> Array:
         return self._batch.public([self._where_canonical(s, pick, size) for s in self._found.solutions])
 
+    def _by_source(self, pick: Callable[[Solution, int], Array], size: int) -> Mapping[str, Array]:
+        sources = self._found.sources
+        parts = [self._where_canonical(s, pick, (size, len(sources))) for s in self._found.solutions]
+        return self._batch.by_source(sources, parts)
+
     def _where_canonical(self, solution: Solution, pick: Callable[[Solution, int], Array], size: tuple[int, ...]) -> Array:
         """Return a quantity of a chunk (*size, N), NaN where the labels do not describe the wrench basis of the limb."""
         number, position = solution.places[self.name]
@@ -79,9 +84,7 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
     @cached_property
     def attached_contributions(self) -> Mapping[str, Array]:
         """(…, n_g) W_ig due to each contribution: the limb's own weight, and each load on its links."""
-        size, sources = len(self.attached_labels), self._found.sources
-        parts = [self._where_canonical(s, _attached_intensities, (size, len(sources))) for s in self._found.solutions]
-        return self._batch.by_source(sources, parts)
+        return self._by_source(_attached_intensities, len(self.attached_labels))
 
     @cached_property
     def compliance(self) -> Array:
@@ -106,9 +109,7 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
         """(…, n_c) W_ic due to each contribution to the twist; they sum to the intensities."""
-        size, sources = len(self.labels), self._found.sources
-        parts = [self._where_canonical(s, _intensities, (size, len(sources))) for s in self._found.solutions]
-        return self._batch.by_source(sources, parts)
+        return self._by_source(_intensities, len(self.labels))
 
     @cached_property
     def wrench(self) -> Array:

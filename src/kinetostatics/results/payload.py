@@ -67,7 +67,7 @@ def payload_coefficients(
 
 
 def _places(robot: RobotStatics, solution: Solution) -> Mapping[str, Mask]:
-    """Return the places at which the payload acts, with the poses (N,) at which it acts there."""
+    """Return the bodies that carry the payload, with the poses (N,) of each."""
     everywhere = np.ones(solution.o.shape[1], dtype=bool)
     for item in solution.applied:
         if item.load.name == PAYLOAD:
@@ -81,11 +81,7 @@ def _unit_payloads(
 ) -> tuple[AppliedLoad, ...]:
     """Return the weights of a unit mass at the origin of a payload's frame, and of unit first moments along its axes.
 
-    Args:
-        robot: the robot.
-        frames, gravity: frames and gravity (3, N) [m/s²] at N poses.
-        link: the link whose frame is the payload's; None: o-xyz.
-        places: places at which the payload acts, with the poses (N,) of each.
+    The frame is that of ``link`` (None: o-xyz); ``places`` are the bodies that carry the payload, with the poses (N,) of each.
     """
     _, o = robot.mechanism.platform_pose(frames)
     R, origin = link_frame(robot, link, frames)
