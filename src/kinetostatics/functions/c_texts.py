@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 from kinetostatics.functions.c_programs import Programs
 from kinetostatics.functions.c_source import size, source, valid
-from kinetostatics.functions.c_test import test
-from kinetostatics.functions.inputs_outputs import Facts, Quantity, Reference
+from kinetostatics.functions.inputs_outputs import Facts, Quantity
 
 #: Statuses in C: name, number (as in Python) and meaning.
 STATUSES = (
@@ -36,13 +35,13 @@ _KINDS = {
 }
 
 
-def files(name: str, scalar: str, facts: Facts, references: Sequence[Reference]) -> dict[str, str]:
-    """Return all files by name."""
+def files(name: str, scalar: str, facts: Facts, test: str) -> dict[str, str]:
+    """Return all files by name, with the given text of the test program."""
     return {
         f"{name}.h": _header(name, scalar, facts),
         f"{name}.c": source(name, scalar, facts),
         f"{name}.hpp": _wrapper(name, facts),
-        f"{name}_test.c": test(name, scalar, facts, references),
+        f"{name}_test.c": test,
         "CMakeLists.txt": _cmake(name),
         "README.md": _readme(name, scalar, facts),
     }
