@@ -374,13 +374,12 @@ def test_heated_beam_between_two_walls():
 
 
 def test_platform_on_six_springs():
-    """A floating joint between base and platform is a mount: its stiffness is that of its springs."""
+    """A floating joint is a mount with the stiffness of its springs; an assembly error displaces the platform by as much."""
     k = np.array([1e5, 2e5, 3e5, 400.0, 500.0, 600.0])
     mount = Joint("mount", "X", (0.1, 0.2, 0.3), stiffness=Stiffness(linear=tuple(k[:3]), angular=tuple(k[3:])))
-    found = solved(
-        frame_of(edges=[Edge(mount, "base", "platform")], o=(0.1, 0.2, 0.3), mass=5.0), gravity=(1.0, 2.0, -9.0), load=LOAD
-    )
-    np.testing.assert_allclose(found.twist, (np.array(LOAD) + 5.0 * np.array([1, 2, -9, 0, 0, 0])) / k, rtol=1e-9)
+    mounted, error = frame_of(edges=[Edge(mount, "base", "platform")], o=(0.1, 0.2, 0.3), mass=5.0), 1e-4 * np.arange(1.0, 7.0)
+    found = solved(mounted, gravity=(1.0, 2.0, -9.0), load=LOAD, assembly_errors={"mount": error})
+    np.testing.assert_allclose(found.twist, (np.array(LOAD) + 5.0 * np.array([1, 2, -9, 0, 0, 0])) / k + error, rtol=1e-9)
 
 
 # ---- springs -------------------------------------------------------------------------------------------------------------------

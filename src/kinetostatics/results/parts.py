@@ -20,7 +20,7 @@ from kinetostatics.results.pose_arrays import Batch, PoseArrays
 from kinetostatics.robot import Robot
 from kinetostatics.statics.deformation import Deformation
 from kinetostatics.statics.joint_wrenches import limb_wrench
-from kinetostatics.statics.link_loads import of_contributions
+from kinetostatics.statics.link_loads import with_contributions
 from kinetostatics.statics.loaded_beams import LoadedBeams
 from kinetostatics.statics.solution import Solution
 
@@ -134,7 +134,8 @@ def _attached_intensities(solution: Solution, number: int) -> Array:
     """Return W_ig due to each contribution (n_g, S, g, N) for a group of limbs."""
     statics = solution.statics_of_weights(number)
     total = statics.W_g[:, None] * solution.contribution_mask(statics.group)
-    return of_contributions(solution.applied, lambda item: None if (s := item.statics[number]) is None else s.W_g, total)
+    parts = [item.statics[number] for item in solution.applied]
+    return with_contributions(total, solution.applied, [None if part is None else part.W_g for part in parts])
 
 
 def _limb_wrench(solution: Solution, number: int, position: int) -> Array:

@@ -24,7 +24,7 @@ from kinetostatics.math.linalg import least_squares
 from kinetostatics.math.screws import rotate, wrench_of_force
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.statics.inertia import line_resultants
-from kinetostatics.statics.link_loads import AppliedStatics, by_place, of_contributions
+from kinetostatics.statics.link_loads import by_place, with_contributions
 from kinetostatics.statics.loaded_beams import LoadedBeams
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
@@ -181,12 +181,9 @@ def _with_loads(solution: Solution, number: int, weights: Array, name: str, elem
         name: attribute with the loads: "beyond", "spring_beyond" or "on_drives".
         element: index of the beam, spring or drive.
     """
-
-    def picked(item: AppliedStatics) -> Array | None:
-        part = item.statics[number]
-        return None if part is None else np.asarray(getattr(part.loads, name)[:, element])
-
-    return of_contributions(solution.applied, picked, weights)
+    parts = [item.statics[number] for item in solution.applied]
+    loads = [None if part is None else np.asarray(getattr(part.loads, name)[:, element]) for part in parts]
+    return with_contributions(weights, solution.applied, loads)
 
 
 def _add_assembly_errors(
@@ -346,12 +343,8 @@ def _deform_branch_drives(
 
 def _with_branch_loads(solution: Solution, edge: Edge, weights: Array) -> Array:
     """Return the weights plus the loads on links (6, S, N) that an edge of an open branch carries."""
-
-    def picked(item: AppliedStatics) -> Array | None:
-        found = [wrench for place, wrench in item.load.wrenches.items() if carries(edge, place)]
-        return np.sum(found, axis=0) if found else None
-
-    return of_contributions(solution.applied, picked, weights)
+    carried = [[w for place, w in item.load.wrenches.items() if carries(edge, place)] for item in solution.applied]
+    return with_contributions(weights, solution.applied, [np.sum(some, axis=0) if some else None for some in carried])
 
 
 def beam_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:

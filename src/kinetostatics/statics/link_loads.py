@@ -140,21 +140,14 @@ def by_place(applied: Iterable[AppliedStatics]) -> dict[str, Array]:
     return found
 
 
-def of_contributions(applied: Iterable[AppliedStatics], pick: Callable[[AppliedStatics], Array | None], like: Array) -> Array:
-    """Return the sum (A, S, …, N) of a quantity of every load, by contribution.
-
-    Args:
-        applied: the loads.
-        pick: returns the quantity (A, …, N) of a load, or None for zero.
-        like: (A, S, …, N) array of the same shape as the result.
-    """
-    total = like
-    for item in applied:
-        part = pick(item)
+def with_contributions(weights: Array, applied: Iterable[AppliedStatics], parts: Iterable[Array | None]) -> Array:
+    """Return a quantity (A, S, …, N) of the weights plus those of loads, ``parts`` (A, …, N) or None, by contribution."""
+    total = weights
+    for item, part in zip(applied, parts, strict=True):
         if part is not None:
             share = item.share.reshape(item.share.shape[0], *(1,) * (part.ndim - 2), item.share.shape[1])
-            if total is like:
-                total = np.array(like)
+            if total is weights:
+                total = np.array(weights)
             total[:, : len(item.share)] += part[:, None] * share
     return total
 

@@ -229,7 +229,8 @@ class _Ruler:
         sections = [
             self.wrench(ours.beam_wrenches[name][end], theirs.beam_wrenches[name][end]) for name in beams for end in (0, 1)
         ]
-        actuators = [name for name in theirs.actuator_forces if name in joints]
+        forces = {name: (ours.actuator_forces[name], force) for name, force in theirs.actuator_forces.items() if name in joints}
+        gaps = [abs(a - b) / (self.unit[3] if name in theirs.torques else 1.0) for name, (a, b) in forces.items()]
         return {
             "twist": _relative(np.linalg.norm((ours.twist - theirs.twist) * self.unit), self.twist_size),
             "compliance": _relative(np.linalg.norm((ours.compliance - theirs.compliance) * self.units), self.compliance_size),
@@ -239,14 +240,8 @@ class _Ruler:
             ),
             "joint_wrenches": max(wrenches, default=0.0),
             "beam_wrenches": max(sections, default=0.0),
-            "actuator_forces": max((self._actuator(name, ours, theirs) for name in actuators), default=0.0),
+            "actuator_forces": max((_relative(gap, self.wrench_size) for gap in gaps), default=0.0),
         }
-
-    def _actuator(self, name: str, ours: FrameSolution, theirs: FrameSolution) -> float:
-        """Return the relative difference of two actuator forces; torques are divided by the characteristic length."""
-        gap = abs(ours.actuator_forces[name] - theirs.actuator_forces[name])
-        arm = self.unit[3] if name in theirs.torques else 1.0
-        return _relative(gap / arm, self.wrench_size)
 
 
 def _relative(gap: float | np.floating, size: float) -> float:

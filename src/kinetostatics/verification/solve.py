@@ -63,8 +63,8 @@ def _with_elastic_actuators(
     """Add the deflections w of elastic actuators to a solution with rigid ones.
 
     The deflections satisfy f₀ + G w = −k w, with the actuator forces f₀ of the rigid solution, those of unit deflections G, and
-    the stiffnesses k. By reciprocity, the actuator
-    forces under a unit load on the platform are minus the platform's displacements by unit deflections.
+    the stiffnesses k. By reciprocity, the actuator forces under a unit load on the platform are minus the platform's
+    displacements by unit deflections.
     """
     if not soft:
         return rigid
@@ -98,14 +98,7 @@ def _with_elastic_actuators(
 
 
 def _solve(model: FrameModel, robot: FrameModel) -> tuple[FrameSolution, FrameSolution]:
-    """Solve a frame with rigid actuators, apart from the springs of joints.
-
-    Returns:
-        The solution; and one extrapolated from one level less, to estimate the accuracy.
-
-    Raises:
-        OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
-    """
+    """Solve a frame with rigid actuators, apart from the springs of joints, as :func:`solve`."""
     scale = FrameUnits(model)
     answers = _with_springs(model, robot, scale) if model.ties else levels(model, scale, [model.platform])
     all_levels, one_less = (answer(model, scale, raw) for raw in answers)
