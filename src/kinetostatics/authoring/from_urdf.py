@@ -13,7 +13,7 @@ import numpy as np
 from kinetostatics.arguments import check_mapping, path_name
 from kinetostatics.authoring.file_arguments import MATERIALS, SHAPES, parse_section
 from kinetostatics.authoring.spans import MATERIAL, WALL, Span, chain_joints, spans
-from kinetostatics.description.elements import Beam, BeamEnd, Joint, Material
+from kinetostatics.description.elements import Beam, BeamEnd, Material
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_names
@@ -300,7 +300,11 @@ def _element(span: Span, material: str, section: str, more: str = "") -> str:
 def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | str | None) -> str:
     actuators = [description.joints[name] for name in description.driven if name in description.joints]
     there = description.joint_stiffness
-    suggested = {joint.name: _actuator_stiffness(joint) for joint in actuators if joint.effort > 0 and joint.name not in there}
+    suggested = {
+        joint.name: float(f"{joint.effort / (SLIDE if JOINT_TYPES[joint.type].is_slide else TURN):.2g}")
+        for joint in actuators
+        if joint.effort > 0 and joint.name not in there
+    }
     if given == SUGGESTED:
         chosen = dict(suggested)
         if not chosen:
@@ -325,10 +329,6 @@ def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | 
             for joint in rest
         )
     return result
-
-
-def _actuator_stiffness(joint: Joint) -> float:
-    return float(f"{joint.effort / (SLIDE if JOINT_TYPES[joint.type].is_slide else TURN):.2g}")
 
 
 def _positive(description: RobotDescription, name: str, value: object) -> float:

@@ -119,10 +119,7 @@ def _single(text: str, found: list[KnownName]) -> KnownName | None:
 def options_of(text: str, architecture: str, given: Mapping[str, Keyword]) -> dict[str, Keyword]:
     """Return the default arguments of ``new_robot`` of a name, or of the only known mechanism of an architecture.
 
-    Args:
-        text: name or notation given by the user.
-        architecture: its limbs in the notation, actuators in brackets.
-        given: given arguments; with placements or another arrangement, the notation has no defaults.
+    With given placements or another given arrangement, the notation has no defaults.
 
     Raises:
         ArgumentError: the architecture is that of several mechanisms, such as 3-RRR, planar or spherical.

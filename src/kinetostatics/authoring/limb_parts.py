@@ -30,13 +30,10 @@ class LimbPoint:
 
 @dataclass(frozen=True)
 class LimbSpan:
-    """A link between two points of a limb.
+    """A link between two points of a limb, of the role "crank" or "rod", which names its section and link.
 
-    Attributes:
-        kind: "rod", "telescope", "parallelogram" (four revolute joints) or "rods" (two rods between spherical joints).
-        role: name for its section and link: "crank" or "rod".
-        slide: the prismatic joint of a telescope in the notation.
-        turns: whether a telescope also rotates about its line, as a cylindrical joint.
+    Its kind is "rod", "telescope" with the prismatic joint ``slide`` (which also ``turns`` about its line if it is cylindrical),
+    "parallelogram" (four revolute joints) or "rods" (two rods between spherical joints).
     """
 
     kind: str
@@ -67,11 +64,7 @@ class Skeleton:
 
 
 def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
-    """Return the parts of a limb.
-
-    Raises:
-        ArgumentError: the directions of its joints do not follow from the notation.
-    """
+    """Return the parts of a limb."""
     text, joints = architecture.source, list(group.joints)
     guide = joints.pop(0) if joints[0].kind == "P" or (joints[0].kind == "C" and len(joints) > 1) else None
     guide_turns = guide is not None and guide.kind == "C"

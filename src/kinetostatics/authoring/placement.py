@@ -37,14 +37,10 @@ class Angle:
 
 @dataclass(frozen=True)
 class LimbPlace:
-    """Placement of a limb.
+    """Placement of a limb: its ends in the frames of base and platform [m], as azimuths or else as expressions too.
 
-    Attributes:
-        base, platform: positions of its ends in the frames of base and platform [m].
-        at_base, at_platform: azimuths of its ends, if their radii are arguments of the file; else None.
-        base_text, platform_text: expressions of the positions, if there are no azimuths.
-        axis: direction of its revolute axes in the base: one of ``DIRECTIONS``, a vector, or None: perpendicular to the limb.
-        guide: direction of the carriage's guide: one of ``DIRECTIONS`` or a vector.
+    The direction of its revolute axes (None: perpendicular to the limb), and that of its carriage's guide, is one of
+    ``DIRECTIONS`` or a vector.
     """
 
     base: Point
@@ -222,11 +218,7 @@ def read_placements(path: str | os.PathLike[str]) -> list[dict[str, Point]]:
 
 
 def tabled(limbs: int, table: object, guide: str) -> list[LimbPlace]:
-    """Return the placements of limbs in a table, for each a mapping; ``guide`` is the default.
-
-    Raises:
-        ArgumentError: the table is invalid.
-    """
+    """Return the placements of limbs in a table, for each a mapping; ``guide`` is the default."""
     if isinstance(table, (str, os.PathLike)):
         table = read_placements(table)
     if not isinstance(table, Sequence) or isinstance(table, (bytes, Mapping)) or len(table) != limbs:

@@ -27,13 +27,8 @@ PARALLEL = 1e-3
 class Span:
     """A link between two joints of the chain from base to platform, or between the last joint and the platform.
 
-    Attributes:
-        link: name of the link.
-        start, end: names of the joints at its inner and outer end; empty if it has only two joints.
-        along: unit vector from start to end at the zero pose, in the link's frame.
-        axis: axis of the revolute or prismatic joint ``start``, in the link's frame.
-        length: distance of the two joints at the zero pose [m].
-        mass: mass of the link alone [kg].
+    The joints have no names if the link has only two. ``along`` is the unit vector from start to end, ``axis`` that of the joint
+    ``start``, both in the link's frame; length [m] is that at the zero pose, mass [kg] that of the link alone.
     """
 
     link: str

@@ -263,11 +263,7 @@ class ElementTable:
             self._inner[path] = (*inside, *self.children) if not path else inside
 
     def read(self, element: XmlElement, without: Collection[str] = ()) -> dict[str, Keyword]:
-        """Return the values of an element by field, parts of it as objects, ``without`` child elements of these paths.
-
-        Raises:
-            RobotFileError: an attribute or child is unknown or missing, or a value is invalid.
-        """
+        """Return the values of an element by field, parts of it as objects, ``without`` child elements of these paths."""
         found: dict[str, Keyword] = {}
         parts: dict[str, dict[str, Keyword]] = {}
         at: dict[str, XmlElement | None] = {"": element}
@@ -347,11 +343,7 @@ class ElementTable:
 
 
 def written(form: str, value: Keyword) -> str:
-    """Return a value as text, numbers with all digits needed for exact reading.
-
-    Raises:
-        ArgumentError: the value has another form.
-    """
+    """Return a value as text, numbers with all digits needed for exact reading."""
     if form == "text":
         if not isinstance(value, str):
             raise ArgumentError(f"is {value!r}; it must be a text")

@@ -122,23 +122,13 @@ def shown_path(path: str) -> str:
 
 
 def robot_path(robot: str | os.PathLike[str]) -> Path:
-    """Return the file of a robot given by a path or by the name of a robot of the package.
-
-    Raises:
-        RobotFileError: there is neither a file nor a robot of this name.
-        ArgumentError: the value is neither a path nor a name.
-    """
+    """Return the file of a robot given by a path or by the name of a robot of the package."""
     _, path = read_robot(robot)
     return Path(path)
 
 
 def read_robot(robot: str | os.PathLike[str]) -> tuple[bytes, str]:
-    """Return the content of a robot's file, given as in :func:`robot_path`, and its path.
-
-    Raises:
-        RobotFileError: the file cannot be read.
-        ArgumentError: the value is neither a path nor a name.
-    """
+    """Return the content of a robot's file, given as in :func:`robot_path`, and its path."""
     if not isinstance(robot, (str, bytes, os.PathLike)):
         raise ArgumentError(f"{robot!r} is neither the path of a robot's file nor the name of a robot of the package")
     name = os.fsdecode(robot)

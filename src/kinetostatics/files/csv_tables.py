@@ -13,12 +13,9 @@ from kinetostatics.exceptions import ArgumentError, near_names
 
 @dataclass(frozen=True)
 class CsvTable:
-    """The contents of a CSV file.
+    """A CSV file: the place of its column names, these names without units, and its rows: line number and cells.
 
-    Attributes:
-        place: file and line of the column names.
-        names: names of the columns, without units.
-        rows: line number and cells of each row; the unit of the column is appended to numbers without a unit: ``500mm``.
+    The unit of the column is appended to numbers without a unit: ``500mm``.
     """
 
     place: str
@@ -71,11 +68,7 @@ def read_csv(
 
 
 def column_name(title: str, place: str) -> tuple[str, str]:
-    """Return name and unit, or "", of a column's title.
-
-    Raises:
-        ArgumentError: the title has brackets other than those of a unit at its end.
-    """
+    """Return name and unit, or "", of a column's title."""
     found = re.fullmatch(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]+)\])?\s*", title)
     if found is None:
         raise ArgumentError(f"{place}: {title.strip()!r} is not a name, or a name with its unit: z [mm]")
@@ -83,11 +76,7 @@ def column_name(title: str, place: str) -> tuple[str, str]:
 
 
 def check_columns(place: str, names: Sequence[str], known: Collection[str] | None) -> None:
-    """Check the names of columns.
-
-    Raises:
-        ArgumentError: a name is not in ``known`` (None: any), has a unit in round brackets, or is repeated.
-    """
+    """Check that the names of columns differ, are in ``known`` (None: any), and have no unit in round brackets."""
     for name in names:
         bracketed = re.fullmatch(r"([^()]+?)\s*\(([^()]+)\)", name)
         if bracketed and name not in (known or ()):

@@ -21,14 +21,8 @@ from kinetostatics.files.xml import XmlElement
 class ForeignLoop:
     """A loop in the format of another tool; None stands for missing information.
 
-    Attributes:
-        name: name of the loop.
-        type: one of the types of ``<loop>``, or None.
-        predecessor, successor: the two links that the loop joins.
-        predecessor_origin, successor_origin: the joint's frame in each of them; the two coincide at the joint's zero.
-        axis: unit vector of the joint's axis in the predecessor's origin frame, or None.
-        place: file and line.
-        note: remark for the message on missing information; may be empty.
+    The two origin frames coincide at the joint's zero. The axis is a unit vector in the predecessor's one. ``note`` is a remark
+    for the message on missing information.
     """
 
     name: str
@@ -114,11 +108,7 @@ Z_OFFSET, Z_TOLERANCE = 0.1, 1e-5
 
 
 def read_closing_frames(source: SourceRobot, taken: Collection[str] = ()) -> list[ForeignLoop]:
-    """Return the loops of all pairs of closing frames; frames in ``taken``, which are paired by another file, are ignored.
-
-    Raises:
-        RobotFileError: a frame has no partner, or is not fixed to a link.
-    """
+    """Return the loops of all pairs of closing frames; frames in ``taken``, which are paired by another file, are ignored."""
     pairs: dict[str, dict[str, Joint]] = {}
     for name, link in source.links.items():
         match = FRAME.fullmatch(name)
@@ -187,11 +177,7 @@ LOOP_JOINT = ElementTable(
 
 
 def read_loop_joints(source: SourceRobot) -> list[ForeignLoop]:
-    """Return the loops of all ``<loop_joint>``.
-
-    Raises:
-        RobotFileError: one of them is malformed, or joins links that do not exist.
-    """
+    """Return the loops of all ``<loop_joint>``."""
     return [_loop_joint(source, element) for element in source.root.named("loop_joint")]
 
 

@@ -90,11 +90,7 @@ class Node:
 
 
 def _read_yaml(path: str | os.PathLike[str]) -> dict[str, Node]:
-    """Return the entries of a YAML mapping whose values are texts and lists; nothing is constructed from tags.
-
-    Raises:
-        RobotFileError: the file cannot be read, is not YAML, or is not such a mapping.
-    """
+    """Return the entries of a YAML mapping whose values are texts and lists; nothing is constructed from tags."""
     import yaml
 
     file = os.fsdecode(path)
@@ -141,11 +137,7 @@ def beside(path: str) -> str | None:
 
 
 def read(source: SourceRobot, path: str | os.PathLike[str]) -> GepettoFile:
-    """Read a ``robot.yaml``.
-
-    Raises:
-        RobotFileError: the file is malformed, or names parts that the URDF does not have; with file and line.
-    """
+    """Read a ``robot.yaml``."""
     keys = _read_yaml(path)
     warnings = [_unknown(key, node) for key, node in keys.items() if key not in KEYS]
     frames, loops = _loops(source, keys)
@@ -248,13 +240,7 @@ def _retyped(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[Retyped, ..
 
 
 def retype(source: SourceRobot, retyped: Sequence[Retyped]) -> XmlElement:
-    """Return the ``<robot>`` of the source with joints replaced by runs of revolutes.
-
-    The names of the revolutes are that of the joint with ``_X``, ``_Y`` or ``_Z`` appended.
-
-    Raises:
-        RobotFileError: a name that a new joint or link needs is taken.
-    """
+    """Return the ``<robot>`` of the source with joints replaced by runs of revolutes: ``joint_X``, ``joint_Y``, ``joint_Z``."""
     changes = {item.joint: item for item in retyped}
     content: list[XmlElement | str] = []
     for item in source.root.content:
@@ -267,11 +253,7 @@ def retype(source: SourceRobot, retyped: Sequence[Retyped]) -> XmlElement:
 
 
 def driven_after(driven: Sequence[str], retyped: Sequence[Retyped]) -> tuple[str, ...]:
-    """Return the driven joints by their names after :func:`retype`, without joints that have become fixed.
-
-    Raises:
-        RobotFileError: a spherical joint is driven.
-    """
+    """Return the driven joints by their names after :func:`retype`, without joints that have become fixed."""
     changes = {item.joint: item for item in retyped}
     names: list[str] = []
     for name in driven:

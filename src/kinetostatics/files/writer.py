@@ -116,11 +116,7 @@ def write_text(path: str | os.PathLike[str], text: str, new: bool = False) -> No
 
 
 def write_table(path: str | os.PathLike[str], columns: Mapping[str, Sequence[str]]) -> None:
-    """Write columns, by title, as a CSV file; an existing file is replaced.
-
-    Raises:
-        ArgumentError: the file cannot be written.
-    """
+    """Write columns, by title, as a CSV file; an existing file is replaced."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
@@ -170,11 +166,7 @@ def robot_text(description: RobotDescription, comment: str = "") -> str:
 
 
 def robot_element(description: RobotDescription) -> XmlElement:
-    """Return a description as the element ``<robot>``.
-
-    Raises:
-        RobotFileError: a value is not of the expected type, or the key of a part differs from its name.
-    """
+    """Return a description as the element ``<robot>``."""
     place = Place(description.path)
     extra = _elements_of(description.extra, place, "the description")
     transmissions = [item for item in extra if item.tag == "transmission"]
@@ -216,11 +208,7 @@ def _values(table: Mapping[str, Item], key: str = "name") -> list[Item]:
 
 @lru_cache(maxsize=1000)
 def _elements_of(extra: str, place: Place, owner: str) -> tuple[XmlElement, ...]:
-    """Return elements from their text, with the place of their owner.
-
-    Raises:
-        RobotFileError: the text cannot be parsed.
-    """
+    """Return elements from their text, with the place of their owner."""
     if not extra:
         return ()
     try:

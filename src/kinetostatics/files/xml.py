@@ -86,12 +86,7 @@ def shortened(message: str) -> str:
 
 
 def read_file(path: str | os.PathLike[str]) -> bytes:
-    """Return the content of an ordinary file.
-
-    Raises:
-        OSError: the file cannot be read, or is a pipe or device.
-        ValueError: the path has a null character.
-    """
+    """Return the content of an ordinary file; others, such as pipes and devices, are an OSError."""
     mode = os.stat(path).st_mode
     if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
         raise OSError(errno.EINVAL, "it is not an ordinary file")
