@@ -55,17 +55,6 @@ def test_errors_name_the_unit_that_may_be_meant(name, given, hint):
     assert hint in str(caught.value) and "assembly mode" not in str(caught.value)
 
 
-@pytest.mark.slow
-def test_poses_that_exist_all_the_same_are_warned_of(robot):
-    drives = dict.fromkeys(("prismatic_1", "prismatic_2", "prismatic_3"), 10)
-    with pytest.warns(UserWarning, match=r"prismatic_1 = 10 m is 11.4 times .* write 0.01 for 10 mm, or 10mm"):
-        robot.assemble(actuators=drives)
-    with pytest.warns(UserWarning, match=r"motor_1 = 30 rad is 4.77 turns: .* write 0.523599 for 30°"):
-        package_robots.robot("delta").assemble(actuators={"motor_1": 30, "motor_2": 30, "motor_3": 30}, on_failure="nan")
-    with pytest.warns(UserWarning, match=r"z = 20 m is 22.9 times"):
-        ks.sweep(robot, platform={"z": [0.5, 20], "rx": 0, "ry": 0})
-
-
 @pytest.mark.few(3)
 @pytest.mark.parametrize("name", sorted(shipped_robots()))
 def test_ordinary_coordinates_are_not(name):

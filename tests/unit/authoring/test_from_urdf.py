@@ -158,16 +158,6 @@ def test_platform_base_and_drives_that_the_file_has_are_left_alone(arm) -> None:
             extension_text(arm, **{argument: "upper"})
 
 
-def test_a_base_elsewhere_and_a_robot_that_floats(arm) -> None:
-    assert '<base link="upper"/>' in extension_text(arm, platform_link="tool", base_link="upper")
-    floating = '<link name="world"/><joint name="fly" type="floating"><parent link="world"/><child link="foot"/></joint></robot>'
-    arm.write_text(ARM.replace("</robot>", floating))
-    assert '<base link="foot"/>' in extension_text(arm, platform_link="tool")
-    robot = ks.extend_robot(arm, **EXAMPLE)
-    arm.write_text(ARM)
-    np.testing.assert_allclose(analyzed(robot).twist, analyzed(ks.extend_robot(arm, **EXAMPLE)).twist, rtol=1e-12)
-
-
 @pytest.mark.parametrize(
     ("options", "said"),
     [

@@ -121,6 +121,20 @@ def test_names_and_limbs_mean_the_same(text, same):
     assert robot_text(text) == robot_text(same)
 
 
+@pytest.mark.parametrize(
+    ("limbs", "options"),
+    [
+        ("3-RPS", {"sections": {"cylinder": "tube 80mm 60mm"}, "actuator_stiffness": 1e7}),
+        ("3-CPS", {}),
+        ("3-RCS", {}),
+        ("3-PRC", {}),
+    ],
+)
+def test_other_limbs_close_where_all_joints_read_zero(limbs, options):
+    robot = ks.Robot(parse_robot_text(robot_text(limbs, **options)))
+    robot.configuration(np.array(robot.assemble().q) * 0, closure_tolerance=1e-12)
+
+
 def test_what_is_given_comes_before_what_a_name_brings():
     assert ks.new_robot("Delta", height=0.4).assemble().platform["z"] == pytest.approx(0.4)
     assert ks.new_robot("3-R[P]R", arrangement="symmetric").mobility.platform == 1

@@ -66,7 +66,6 @@ BAD: list[tuple[str, str, list[str]]] = [
     # XML
     ('<child link="plate"/>', '<child link="plate">\n</joint><!--!-->', ["well-formed", "<child> of line 15"]),
     (CHILD, '<child link="rod" link="x"/><!--!-->', ["well-formed", "duplicate"]),
-    (CHILD, "<child link='&x;'/><!--!-->", ["well-formed", "entity"]),
     (CHILD, "<xacro:child/><!--!-->", ["prefix", "xmlns:xacro"]),
     ('<?xml version="1.0"?>\n', "<!DOCTYPE robot><!--!-->\n", ["DOCTYPE"]),
     (
@@ -79,12 +78,9 @@ BAD: list[tuple[str, str, list[str]]] = [
     (END, '<material name="m"/>\n<material name="m"/><!--!-->\n</robot>', ["material", "twice"]),
     # links
     ('<link name="ground"/>', '<link name="ground"/>\n<link name="ground"/><!--!-->', ["ground", ":4"]),
-    ('<link name="ground"/>', '<link name="ground"/><link name=" "/><!--!-->', ["'name'", "empty"]),
     ('<mass value="2"/>', '<mass value="-2"/><!--!-->', ["value='-2'", "zero or greater"]),
     ('<mass value="2"/>', '<mass value="heavy"/><!--!-->', ["'heavy'", "not a number"]),
-    ('<mass value="2"/>', '<mass value="nan"/><!--!-->', ["'nan'", "finite"]),
     ('<mass value="2"/>', '<mass value="1e999"/><!--!-->', ["'1e999'", "finite"]),
-    ('<origin xyz="0 0 0.5"/><mass value="2"/>', "<!--!-->", ["<mass>"]),
     (
         '<link name="plate"/>',
         '<link name="plate"><collision><origin rpy="0 0 nan"/><!--!--></collision></link>',
@@ -102,23 +98,15 @@ BAD: list[tuple[str, str, list[str]]] = [
     (CHILD, '<child link="rods"/><!--!-->', ["'rods'", "did you mean 'rod'"]),
     (CHILD + "\n", '<child link="ground"/>\n', ["'hinge'", "'ground'", "itself"]),
     ('<axis xyz="0 2 0"/>', '<axis xyz="0 0 0"/><!--!-->', ["zero"]),
-    ('<axis xyz="0 2 0"/>', '<axis xyz="0 2"/><!--!-->', ["three", "2"]),
     (LIMIT, "", ["<limit>", "effort", "velocity"]),
     (LIMIT, '<limit lower="0" upper="1" velocity="0"/><!--!-->', ["'effort'"]),
-    (LIMIT, '<limit lower="2" upper="1" effort="0" velocity="0"/><!--!-->', ["lower=2", "upper=1"]),
     (LIMIT, '<limit lower="2" effort="0" velocity="0"/><!--!-->', ["lower=2", "upper=0", "left out is 0"]),
     (LIMIT, LIMIT + '<mimic joint="ball" multiplier="0"/><!--!-->', ["<mimic>", "multiplier=0", "'hinge'"]),
     (LIMIT, LIMIT + '<platform link="rod"/><!--!-->', ["directly inside <robot>"]),
     (LIMIT, LIMIT + "<dynamics/><!--!-->", ["damping", "friction"]),
-    (LIMIT, LIMIT + "<safety_controller/><!--!-->", ["k_velocity"]),
     ('<origin xyz="0 0 1" rpy="0 0 0.5"/>', '<origin xyz="0 0 1" ryp="0 0 1"/><!--!-->', ["'ryp'", "rpy"]),
     (BALL, '<joint name="ball" type="planar"><!--!-->', ["planar", "xy plane", "0 0 1", "<loop>"]),
     # the tree
-    (
-        END,
-        '<joint name="second" type="fixed"><!--!--><parent link="ground"/><child link="plate"/></joint></robot>',
-        ["'plate'", "two parents", "'ball'", "'second'", "<loop>"],
-    ),
     (END, '<link name="lost"/><!--!--></robot>', ["'ground'", "'lost'", "no parent"]),
     (
         '<link name="ground"/>',
@@ -133,7 +121,6 @@ BAD: list[tuple[str, str, list[str]]] = [
         ["cycle", "'a'", "'b'"],
     ),
     # misspelled elements, and ours that are not there yet
-    (END, "<beams/><!--!--></robot>", ["<beams>", "did you mean <beam>"]),
     (END, "<Loop/><!--!--></robot>", ["<Loop>", "did you mean <loop>"]),
     (END, '<joint_stiffness joint="hinge"/><!--!--></robot>', ["<joint_stiffness>", "linear, angular or drive"]),
     # base and platform
@@ -143,20 +130,15 @@ BAD: list[tuple[str, str, list[str]]] = [
     (PLATFORM, '<platform link="ground"/><!--!-->', ["'ground'", "both base and platform"]),
     (END, '<base link="plate"/></robot>', ["'plate'", "both base and platform"]),
     (END, '<base link="grund"/><!--!--></robot>', ["did you mean 'ground'"]),
-    (END, '<base link="ground"><origin/><!--!--></base></robot>', ["<origin>", "none"]),
     # loops
     (LOOP, '<loop name="hinge" type="universal"><!--!-->', ["'hinge'", "taken"]),
     (LOOP, '<loop name="strut" type="sperical"><!--!-->', ["'sperical'", "did you mean 'spherical'"]),
-    (LOOP, LOOP + "<origin/><!--!-->", ["<origin>", "predecessor"]),
     ('<successor link="plate"/>', "", ["<successor>"]),
-    ('<successor link="plate"/>', '<successor link="plate"><axis/><!--!--></successor>', ["<axis>", "origin"]),
     ('<predecessor link="ground"><origin xyz="1 0 0"/></predecessor>', '<predecessor link="plate"/>', ["itself"]),
     (LOOP, LOOP + '<axis xyz="0 1 0"/><!--!-->', ["parallel"]),
-    (LOOP, LOOP + '<axis2 xyz="-1 0 0"/><!--!-->', ["parallel"]),
     (LOOP, '<loop name="strut" type="spherical"><axis xyz="1 0 0"/><!--!-->', ["spherical", "no <axis>"]),
     (LOOP, '<loop name="strut" type="revolute"><axis2 xyz="0 1 0"/><!--!-->', ["revolute", "no <axis2>"]),
     (LOOP, LOOP + '<limit lower="0" upper="1"/><!--!-->', ["universal", "<limit>", "<cone>"]),
-    (LOOP, '<loop name="strut" type="revolute"><limit lower="1" upper="0"/><!--!-->', ["lower=1"]),
     (LOOP, '<loop name="strut" type="continuous"><limit lower="0" upper="1"/><!--!-->', ["unlimited", "revolute"]),
     (LOOP, '<loop name="strut" type="revolute"><cone angle="1"/><!--!-->', ["<cone>", "universal and spherical"]),
     (LOOP, LOOP + '<cone angle="30"/><!--!-->', ["π", "radians"]),
@@ -164,8 +146,6 @@ BAD: list[tuple[str, str, list[str]]] = [
     (BEAM, BEAM.replace('link="rod"', 'link="rot"') + "<!--!-->", ["'rot'", "did you mean 'rod'"]),
     (BEAM, BEAM.replace('link="rod"', 'link="plate"') + "<!--!-->", ["platform", "fixed joint"]),
     (BEAM, BEAM.replace('link="rod"', 'link="ground"') + "<!--!-->", ["base", "fixed joint"]),
-    (BEAM, BEAM.replace("density", "desity") + "<!--!-->", ["'desity'", "did you mean 'density'"]),
-    (BEAM, BEAM.replace('to="ball"', 'to="bal"') + "<!--!-->", ["'bal'", "did you mean 'ball'"]),
     (BEAM, BEAM.replace('to="ball"', 'to="ball:left"') + "<!--!-->", [":parent", "'left'"]),
     (BEAM, BEAM.replace('to="ball"', 'to="hinge"') + "<!--!-->", ["zero length"]),
     (BEAM, BEAM.replace("200e9", "0") + "<!--!-->", ["youngs_modulus", "greater than zero"]),
@@ -173,17 +153,12 @@ BAD: list[tuple[str, str, list[str]]] = [
     (BEAM, BARE_BEAM + "<!--!-->", ["neither poisson_ratio nor shear_modulus"]),
     (BEAM, BEAM[:-1] + ' shear_modulus="1e9"><!--!-->', ["both poisson_ratio and shear_modulus"]),
     (BEAM, BARE_BEAM[:-1] + ' shear_modulus="1e9"><!--!-->', ["shear_coefficient", "Poisson"]),
-    (BEAM, BEAM[:-1] + ' shear_coefficient="-inf"><!--!-->', ["shear_coefficient", "finite"]),
-    (BEAM, BEAM[:-1] + ' y_axis="0 0 0"><!--!-->', ["y_axis", "zero"]),
     (BEAM, f"{BEAM}{CIRCLE}</beam>\n{BEAM}<!--!-->", ["two beams on the same span", ":21"]),
     (BEAM, f"{BEAM}{CIRCLE}</beam>\n{BEAM.replace('ball', 'strut')}<!--!-->", ["'rod'", "taken", ":21"]),
     (BEAM, f"{BEAM}{CIRCLE}</beam>\n{UNWEIGHED_BEAM}<!--!-->", ["density", "all", ":21"]),
     # sections
     (f"{CIRCLE}", "", ["no sections", "<circle>", "<rectangular_tube>"]),
-    (CIRCLE, f"{CIRCLE}\n{CIRCLE}<!--!-->", ["2 sections"]),
-    (CIRCLE, '<cirle diameter="0.01"/><!--!-->', ["<cirle>", "did you mean 'circle'"]),
     (CIRCLE, '<circle diameter="1e300"/><!--!-->', ["too large"]),
-    (CIRCLE, '<circle diameter="1e-300"/><!--!-->', ["too small"]),
     (CIRCLE, '<tube outer_diameter="0.1" inner_diameter="0.1"/><!--!-->', ["inner_diameter=0.1", "less than"]),
     (CIRCLE, '<rectangular_tube width="0.1" height="0.2" thickness="0.05"/><!--!-->', ["thickness=0.05", "half"]),
     (CIRCLE, '<section area="1" I_y="1" I_z="1" J="1" shear_area_y="1"/><!--!-->', ["both shear_area_y and"]),
@@ -325,13 +300,6 @@ def test_the_urdf_text_loads_in_pinocchio_and_reads_again() -> None:
     assert (again.platform_origin, list(again.joints)) == (robot.platform_origin, list(robot.joints))
 
 
-@pytest.mark.parametrize("kind", ["fixed", "revolute", "continuous", "prismatic", "cylindrical", "planar"])
-def test_loop_types(kind: str) -> None:
-    axis = "" if kind == "fixed" else '<axis xyz="0 0 -3"/>'
-    loop = parse_robot_text(change(GOOD, LOOP, f'<loop name="strut" type="{kind}">{axis}')).loops["strut"]
-    assert (loop.type, loop.axis) == (kind, (0.0, 0.0, -1.0) if axis else (1.0, 0.0, 0.0))
-
-
 def test_loop_limits_and_cones() -> None:
     text = change(GOOD, LOOP, '<loop name="strut" type="prismatic"><limit lower="-2"/>')
     loop = parse_robot_text(text).loops["strut"]
@@ -367,25 +335,6 @@ def test_tree_joint_axes() -> None:
     assert ball("continuous", "") == (1.0, 0.0, 0.0)
     assert ball("continuous", '<axis xyz="1e-200 0 0"/>') == (1.0, 0.0, 0.0)
     assert ball("continuous", '<axis xyz="1e300 1e300 0"/>') == pytest.approx((math.sqrt(0.5), math.sqrt(0.5), 0.0))
-
-
-@pytest.mark.parametrize(
-    ("section", "area", "shear"),
-    [
-        ('<circle diameter="2"/>', math.pi, 6 * 1.3 / (7 + 1.8)),
-        ('<tube outer_diameter="2" inner_diameter="1"/>', 0.75 * math.pi, None),
-        ('<rectangle width="1" height="2"/>', 2.0, 13 / 15.3),
-        ('<rectangular_tube width="3" height="4" thickness="1"/>', 10.0, None),
-    ],
-)
-def test_sections(section: str, area: float, shear: float | None) -> None:
-    text = change(change(GOOD, CIRCLE, section), BEAM, BEAM[:-1] + ' y_axis="0 3 0">')
-    beam = parse_robot_text(text).beams["rod"]
-    assert beam.section.area == pytest.approx(area)
-    assert beam.y_axis == (0.0, 1.0, 0.0)
-    if shear is not None:
-        assert beam.shear_areas == pytest.approx((shear * area, shear * area))
-    assert 0 < beam.shear_areas[0] < area
 
 
 def test_shear_of_sections() -> None:
@@ -522,16 +471,10 @@ def test_xacro_keeps_order_and_places(folder: Path) -> None:
 
 BAD_XACRO: list[tuple[str, list[str]]] = [
     ('<link name="${oops}"/><!--!-->', ["'oops' is not defined"]),
-    ('<link name="${1/0}"/><!--!-->', ["division by zero"]),
-    ('<link name="${[].__class__}"/><!--!-->', ["__class__"]),
     ('<link name="$(arg oops)"/><!--!-->', ["no xacro argument 'oops'", "<xacro:arg"]),
-    ('<xacro:arg name="oop" default="1"/><link name="$(arg oops)"/><!--!-->', ["'oops'", "did you mean 'oop'"]),
     ('<link name="$(find package)"/><!--!-->', ["$(find", "ROS", "relative"]),
-    ('<link name="$(env KINETOSTATICS_NOT_SET)"/><!--!-->', ["KINETOSTATICS_NOT_SET", "not set"]),
     ("<xacro:oops/><!--!-->", ["unknown macro name", "xacro:oops"]),
     ('<xacro:include filename="none.xacro"/><!--!-->', ["cannot read", "none.xacro", "No such file"]),
-    ('<xacro:if value="maybe"><link name="a"/></xacro:if><!--!-->', ["maybe", "boolean"]),
-    ('<xacro:macro name="m" params="a"/>\n<xacro:m/><!--!-->', ["Undefined parameters", "a"]),
     (
         '<xacro:macro name="m" params="a">\n<link name="${a}${oops}"/><!--!-->\n</xacro:macro>\n<xacro:m a="1"/>',
         ["'oops' is not defined", "in the macro called at <text>:28"],

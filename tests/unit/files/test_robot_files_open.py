@@ -96,27 +96,3 @@ def test_every_argument_has_an_effect_and_the_loops_close_at_zero(name):
         assert expand(name, **{argument: value}) != default, argument
         robot = ks.load_robot(name, {argument: value})
         robot.configuration(pin.neutral(robot.model), closure_tolerance=1e-12)
-
-
-def test_what_is_saved_opens_as_the_same(name, tmp_path, capfd, caplog):
-    """Other tools see in a saved file what they see in the xacro: masses, inertias, limits, frames, shapes and colours."""
-    xml = expand(name)
-    ks.save_robot(ks.load_robot(ROBOTS / f"{name}.urdf.xacro"), tmp_path / "saved.urdf")
-    saved = (tmp_path / "saved.urdf").read_text(encoding="utf-8")
-    one, other = pin.buildModelFromXML(xml), pin.buildModelFromXML(saved)
-    assert list(other.names) == list(one.names) and [frame.name for frame in other.frames] == [frame.name for frame in one.frames]
-    for attribute in ("lowerPositionLimit", "upperPositionLimit", "effortLimit", "velocityLimit"):
-        np.testing.assert_array_equal(getattr(other, attribute), getattr(one, attribute))
-    for first, second in zip(one.inertias, other.inertias, strict=True):
-        np.testing.assert_array_equal(second.toDynamicParameters(), first.toDynamicParameters())
-    for first, second in zip(one.jointPlacements, other.jointPlacements, strict=True):
-        np.testing.assert_array_equal(second.homogeneous, first.homogeneous)
-    shapes = [pin.buildGeomFromUrdfString(m, x, pin.GeometryType.VISUAL).geometryObjects for m, x in ((one, xml), (other, saved))]
-    assert [(shape.name, shape.parentJoint) for shape in shapes[1]] == [(shape.name, shape.parentJoint) for shape in shapes[0]]
-    for first, second in zip(*shapes, strict=True):
-        np.testing.assert_array_equal(second.placement.homogeneous, first.placement.homogeneous)
-        np.testing.assert_array_equal(second.meshColor, first.meshColor)
-    drawn = [yourdfpy.URDF.load(io.BytesIO(text.encode())) for text in (xml, saved)]
-    assert drawn[1].validate() and len(drawn[1].scene.geometry) == len(drawn[0].scene.geometry)
-    printed = capfd.readouterr()
-    assert printed.out == printed.err == "" and not caplog.records
