@@ -12,13 +12,7 @@ from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import assembled, coordinate_kind, load_robot, loads_of, payload_of, pose_of, swept_coordinates
 from kinetostatics.cli.output import print_warnings
 from kinetostatics.cli.typed_values import VALUES_HELP, given_of, parse_items, parse_range, value_of
-from kinetostatics.exceptions import (
-    ArgumentError,
-    AssemblyError,
-    CoordinatesError,
-    RobotFileError,
-    StaticsError,
-)
+from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, RobotFileError, StaticsError
 from kinetostatics.progress import pausing, waiting
 
 if TYPE_CHECKING:

@@ -27,7 +27,7 @@ from kinetostatics.design.problem import (
     rank,
 )
 from kinetostatics.design.search import STEP, search
-from kinetostatics.design.variables import Choice, Range, VariedNumbers, Vary, read_variables, sizes_of, typed_units
+from kinetostatics.design.variables import Choice, Range, VariedNumbers, Vary, read_variables, typed_units, varied_numbers
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.files.reader import read_robot_file
@@ -135,11 +135,60 @@ class Search:
         """Return the optimum; the first of the searches begins at the parameters ``begin``."""
         ends, searched = search(problem, self.ranges, self.choices, begin, starts)
         best = min(ends, key=lambda found: rank(problem.at(found)))
-        return _optimum(problem, self.ranges, self.choices, best, ends, searched, self.own, self.minimize)
+        return self.described(problem, best, ends, searched)
 
-    def described(self, problem: Problem, parameters: dict[str, float]) -> Optimum:
-        """Return the optimum with given parameters, without a search."""
-        return _optimum(problem, self.ranges, self.choices, parameters, [parameters], "listed values", self.own, self.minimize)
+    def described(
+        self, problem: Problem, best: dict[str, float], ends: Sequence[dict[str, float]] = (), searched: str = "listed values"
+    ) -> Optimum:
+        """Return the optimum with given parameters, and the ends of all searches."""
+        point = problem.at(best)
+        if point.result is None:
+            raise StaticsError("no parameters within the bounds yield a robot that can be analysed: check the bounds of vary")
+        poses = point.result.configuration.reached.size
+        no_influence = _without_influence(problem, self.ranges, best, point)
+        savings, at_bounds = _multipliers(problem, [item for item in self.ranges if item.name not in no_influence], best, point)
+        checked = []
+        for item, values, saving in zip(problem.requirements, point.values, savings, strict=True):
+            extremes = values.max(axis=-1) if item.below else values.min(axis=-1)
+            # use the quantity itself, because margins are clipped far from the limit
+            worst = int(np.argmax(extremes) if item.below else np.argmin(extremes))  # argmax and argmin return NaN first
+            value, margin = float(extremes[worst]), float(item.margins(values[worst]).min())
+            unit = KINDS.get(REQUIRABLE[item.name].kind, "")
+            number, *case = map(int, np.unravel_index(worst, (poses, *problem.cases)))
+            pose = {name: float(array[number]) for name, array in problem.coordinates.items()}
+            active = abs(margin) <= ACTIVE or margin < 0
+            stated = item.text, item.name, value, item.limit, unit, margin
+            checked.append(CheckedRequirement(*stated, ResultMapping(pose), tuple(case), active, saving, item.below))
+        name = problem.objective[0]
+        before = problem.at(self.own if problem.sizes.are_own else {}).objective
+        allowed: dict[str, tuple[float, ...]] = {item.name: (item.low, item.high) for item in self.ranges}
+        for choice in self.choices:
+            allowed |= {key: tuple(sorted({row[k] for row in choice.rows})) for k, key in enumerate(choice.names)}
+        every = sorted(ends or [best], key=lambda found: rank(problem.at(found)))
+        starts = [Start(ResultMapping(end), problem.at(end).objective, problem.at(end).feasible) for end in every]
+        near = point.objective + ALIKE * abs(point.objective)  # no feasible start has a smaller objective
+        alike = None if self.choices else sum(start.feasible and start.objective <= near for start in starts)
+        return Optimum(
+            point.feasible,
+            ResultMapping(best),
+            ResultMapping({key: problem.sizes.unit(key) for key in best}),
+            ResultMapping({key: allowed[key] for key in best}),
+            point.objective,
+            " ".join(self.minimize.split()),
+            KINDS.get(REQUIRABLE[name].kind, ""),
+            before if np.isfinite(before) else float("nan"),
+            tuple(checked),
+            at_bounds,
+            tuple(starts[: max(len(self.ranges), 1) * 10] if self.choices else starts),
+            searched,
+            problem.count,
+            point.result.robot,
+            point.result,
+            poses,
+            int(np.sum(point.result.configuration.limit_exceeded)),
+            alike,
+            no_influence,
+        )
 
 
 def prepare(
@@ -171,7 +220,7 @@ def prepare(
     path = os.fspath(robot_path(robot))
     first = Robot(read_robot_file(path, parameters, **links))
     names = [item.name for item in ranges] + [name for item in choices for name in item.names]
-    sizes = sizes_of(ParametricRobot(first, links), names, typed_units(ranges, choices))
+    sizes = varied_numbers(ParametricRobot(first, links), names, typed_units(ranges, choices))
     grid, is_platform = grid_of(*workspace, first.description.driven)
     limits = [(item.text, item.limit) for item in requirements if item.below and REQUIRABLE[item.name].kind == "length"]
     hints = [hint for text, x in limits for hint in length_hint(f"{text} allows {x:.6g} m,", x, first.zero_size, most=1.0)]
@@ -206,79 +255,6 @@ def parse_objective(text: str) -> tuple[str, float]:
     if REQUIRABLE[objective[0]].better == "large":
         raise ArgumentError(f"{text!r} is not to be minimized; require it: {objective[0]} > …")
     return objective
-
-
-def _optimum(
-    problem: Problem,
-    ranges: Sequence[Range],
-    choices: Sequence[Choice],
-    best: dict[str, float],
-    ends: Sequence[dict[str, float]],
-    searched: str,
-    own: Mapping[str, float],
-    minimize: str,
-) -> Optimum:
-    point = problem.at(best)
-    if point.result is None:
-        raise StaticsError("no parameters within the bounds yield a robot that can be analysed: check the bounds of vary")
-    poses = point.result.configuration.reached.size
-    no_influence = _without_influence(problem, ranges, best, point)
-    savings, at_bounds = _multipliers(problem, [item for item in ranges if item.name not in no_influence], best, point)
-    checked = []
-    for item, values, saving in zip(problem.requirements, point.values, savings, strict=True):
-        extremes = values.max(axis=-1) if item.below else values.min(axis=-1)
-        # use the quantity itself, because margins are clipped far from the limit
-        worst = int(np.argmax(extremes) if item.below else np.argmin(extremes))  # argmax and argmin return NaN first
-        value, margin = float(extremes[worst]), float(item.margins(values[worst]).min())
-        unit = KINDS.get(REQUIRABLE[item.name].kind, "")
-        number, *case = map(int, np.unravel_index(worst, (poses, *problem.cases)))
-        pose = {name: float(array[number]) for name, array in problem.coordinates.items()}
-        active = abs(margin) <= ACTIVE or margin < 0
-        checked.append(
-            CheckedRequirement(
-                item.text,
-                item.name,
-                value,
-                item.limit,
-                unit,
-                margin,
-                ResultMapping(pose),
-                tuple(case),
-                active,
-                saving,
-                item.below,
-            )
-        )
-    name = problem.objective[0]
-    before = problem.at(own if problem.sizes.are_own else {}).objective
-    allowed: dict[str, tuple[float, ...]] = {item.name: (item.low, item.high) for item in ranges}
-    for choice in choices:
-        allowed |= {key: tuple(sorted({row[k] for row in choice.rows})) for k, key in enumerate(choice.names)}
-    every = sorted(ends, key=lambda found: rank(problem.at(found)))
-    starts = [Start(ResultMapping(end), problem.at(end).objective, problem.at(end).feasible) for end in every]
-    near = ALIKE * abs(point.objective)
-    alike = None if choices else sum(start.feasible and abs(start.objective - point.objective) <= near for start in starts)
-    return Optimum(
-        point.feasible,
-        ResultMapping(best),
-        ResultMapping({key: problem.sizes.unit(key) for key in best}),
-        ResultMapping({key: allowed[key] for key in best}),
-        point.objective,
-        " ".join(minimize.split()),
-        KINDS.get(REQUIRABLE[name].kind, ""),
-        before if np.isfinite(before) else float("nan"),
-        tuple(checked),
-        at_bounds,
-        tuple(starts[: max(len(ranges), 1) * 10] if choices else starts),
-        searched,
-        problem.count,
-        point.result.robot,
-        point.result,
-        poses,
-        int(np.sum(point.result.configuration.limit_exceeded)),
-        alike,
-        no_influence,
-    )
 
 
 def _without_influence(

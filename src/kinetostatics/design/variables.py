@@ -204,7 +204,7 @@ class VariedNumbers:
         return Robot(self.robots.description({item.name: value for name, value in values.items() for item in self.alike[name]}))
 
 
-def sizes_of(robots: ParametricRobot, names: Sequence[str], typed: Sequence[tuple[str, str]]) -> VariedNumbers:
+def varied_numbers(robots: ParametricRobot, names: Sequence[str], typed: Sequence[tuple[str, str]]) -> VariedNumbers:
     """Return the varied numbers of a robot.
 
     Args:
