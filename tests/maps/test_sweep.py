@@ -429,7 +429,7 @@ def test_the_command_says_when_it_is_interrupted_and_when_there_is_nothing_to_do
         patch.setattr(run, "compute_block", interrupted)
         command(*line, code=130)
     said = capsys.readouterr()
-    assert said.out == "" and said.err == "kinetostatics: interrupted; the same command goes on with what is in m.nc.part\n"
+    assert said.out == "" and said.err == "kinetostatics: interrupted; the same command continues from m.nc.part\n"
     command(*line)
     assert re.fullmatch(r"\d+\.\d s", capsys.readouterr().out.splitlines()[-2].strip())
     command(*line)

@@ -94,7 +94,7 @@ def _rigid_advice(robot: Robot, args: argparse.Namespace, loads: dict[str, Keywo
     for options in SUGGESTIONS:
         if _works(options, args, loads):
             commands = "".join(f"\n  {shlex.join(words)}" for words in _commands(options, args))
-            return [f"nothing is elastic, so nothing sags; these commands make it elastic, by what the file suggests:{commands}"]
+            return [f"nothing is elastic, so nothing sags; these commands make it elastic, as the file suggests:{commands}"]
     return ["nothing is elastic, so nothing sags: links get a <beam>, actuators a <joint_stiffness>"]
 
 
@@ -137,7 +137,7 @@ ANALYZE = Command(
         "only": Argument("texts", f"some tables: {', '.join(TABLES)}", "NAME"),
         "table": Argument("text", "a path instead of a pose: a CSV file of waypoints with their times", "FILE"),
         "what": Argument(
-            "text", "what a figure of the path shows, as stress or torque_speed (default: displacement)", "QUANTITY"
+            "text", "quantity of the figure of the path, such as stress or torque_speed (default: displacement)", "QUANTITY"
         ),
         "out": Argument("texts", "write the path as a table (.csv) or a figure (.svg, .pdf, .png)", "FILE"),
     },
@@ -344,7 +344,7 @@ RESPONSE = Command(
     own={
         "frequencies": Argument("text", f"frequencies [Hz], logarithmically spaced (COUNT: {FREQUENCIES})", "FIRST:LAST[:COUNT]"),
         "damping": Argument("number", "damping ratio of all modes (default: 0.02)", "ZETA"),
-        "what": Argument("text", "what a figure shows (default: compliance)", choices=("compliance", "transmissibility")),
+        "what": Argument("text", "quantity of the figure (default: compliance)", choices=("compliance", "transmissibility")),
         "components": Argument("texts", "directions in a figure (default: x y z)", "NAME"),
         "out": Argument("texts", "write a figure (.svg, .pdf, .png) or a table (.csv)", "FILE"),
     },

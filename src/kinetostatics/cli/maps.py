@@ -58,7 +58,7 @@ def _sweep(args: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         part = f"{args.out.rstrip('/')}.part"
         if os.path.isdir(part):
-            print(f"kinetostatics: interrupted; the same command goes on with what is in {part}", file=sys.stderr)
+            print(f"kinetostatics: interrupted; the same command continues from {part}", file=sys.stderr)
         raise
     with found:
         if not args.quiet:
@@ -226,7 +226,7 @@ def _at(ds: xr.Dataset, items: list[str]) -> dict[str, object]:
 
 def checked_map(path: str) -> xr.Dataset:
     """Open a workspace map, whose arrays are read on demand."""
-    import kinetostatics.indices  # noqa: F401  # says what to install where xarray is missing
+    import kinetostatics.indices  # noqa: F401  # raises an error if xarray is missing
 
     # isort: split
     import xarray as xr

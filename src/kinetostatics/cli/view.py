@@ -270,6 +270,6 @@ view 3rps --compare 3prs
 view 2pru_upr --screenshot stress.png --colour stress --from front
 view 2pru_upr --live
 view 3rps --meshcat                                  # starts a meshcat-server
-view 3rps --meshcat tcp://127.0.0.1:6000             # draws into one that runs, beside what it shows
+view 3rps --meshcat tcp://127.0.0.1:6000             # draws into one that runs, beside its objects
 """,
 )
