@@ -21,11 +21,7 @@ Names = Callable[[argparse.Namespace], Iterable[str]]
 
 
 def complete(parser: argparse.ArgumentParser) -> None:
-    """Print completions and end the process; return only if argcomplete is not installed.
-
-    Args:
-        parser: parser of the whole command line.
-    """
+    """Print completions and end the process; return only if argcomplete is not installed."""
     try:
         import argcomplete
     except ImportError:
@@ -59,8 +55,6 @@ def _completer(action: argparse.Action) -> Callable[..., Iterable[str]] | None:
     robot_files, shipped = FilesCompleter(ROBOT_FILES), shipped_robots()
     if metavar.split("|")[0] == "ROBOT":
         return lambda prefix, **_: [*(name for name in shipped if name.startswith(prefix)), *robot_files(prefix)]
-    if metavar == "SOURCE":
-        return robot_files
     if metavar == "MAP":
         return FilesCompleter(MAPS)
     names = _NAMES.get(metavar) or _NAMES_OF.get(action.dest)

@@ -177,7 +177,7 @@ class Store(Arrays):
                     shape=shape,
                     dtype=item.dtype,
                     fill_value=np.nan if np.dtype(item.dtype).kind == "f" else None,
-                    attributes={"_ARRAY_DIMENSIONS": dims, **_plain_attributes(name)},
+                    attributes={"_ARRAY_DIMENSIONS": dims, **{key: plain(value) for key, value in attributes_of(name).items()}},
                     chunks=tuple(min(lengths.get(dim, n), n) for dim, n in zip(dims, shape, strict=True)),
                     compressors=None,
                 )
@@ -277,10 +277,6 @@ class Store(Arrays):
                     made[where or ...] = array[where or ...].astype(dtype)
 
 
-def _plain_attributes(name: str) -> dict[str, object]:
-    return {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in attributes_of(name).items()}
-
-
 def size_of(plan: SweepPlan, labels: Labels) -> int:
     """Return the size of the arrays of a map in bytes."""
     items = labels.variables
@@ -296,8 +292,8 @@ def check_memory(plan: SweepPlan, labels: Labels) -> None:
     needed = size_of(plan, labels)
     if needed > memory:
         raise ArgumentError(
-            f"a map of {_poses(plan)} takes {_bytes(needed)}, and this machine has {_bytes(memory)} of memory: write it to a "
-            "file (out=, --out), make it lazy (chunks= in Python), or use a coarser grid"
+            f"a map of {plan.size:,} poses takes {_bytes(needed)}, and this machine has {_bytes(memory)} of memory: write it to "
+            "a file (out=, --out), make it lazy (chunks= in Python), or use a coarser grid"
         )
 
 
@@ -308,13 +304,9 @@ def _check_disk(plan: SweepPlan, labels: Labels, path: str) -> None:
     needed = size_of(plan, labels)
     if disk.total and needed * (1 if is_store else 2) > disk.free:  # total 0: not a disk; writing raises its own error
         raise ArgumentError(
-            f"a map of {_poses(plan)} takes {_bytes(needed)}{'' if is_store else ', twice that while it is written'}, and the "
-            f"disk of {path!r} has {_bytes(disk.free)} free: use a coarser grid or another disk"
+            f"a map of {plan.size:,} poses takes {_bytes(needed)}{'' if is_store else ', twice that while it is written'}, and "
+            f"the disk of {path!r} has {_bytes(disk.free)} free: use a coarser grid or another disk"
         )
-
-
-def _poses(plan: SweepPlan) -> str:
-    return "1 pose" if plan.size == 1 else f"{plan.size:,} poses"
 
 
 def _bytes(size: float) -> str:
