@@ -7,7 +7,7 @@ import pytest
 from package_robots import robot as robot_named
 
 from kinetostatics import analyze
-from kinetostatics.engine import loops, programs
+from kinetostatics.engine import code, loops, programs
 from kinetostatics.engine.loop_record import Program
 from kinetostatics.engine.loops import CompiledSolver
 
@@ -70,7 +70,7 @@ def test_frames_of_many_poses_are_computed_when_they_are_asked_for(monkeypatch):
     np.testing.assert_allclose(*twists, rtol=1e-9, atol=1e-18)
     assert "known" not in vars(found.frames)
 
-    class Doubtful(loops.Bound):
+    class Doubtful(code.Bound):
         def __call__(self):
             super().__call__()
             *_, numbers, truths = self._kept
@@ -79,7 +79,7 @@ def test_frames_of_many_poses_are_computed_when_they_are_asked_for(monkeypatch):
     few, many = np.arange(7, 12), np.arange(50, 690)
     taken = found.frames.take(many)
     with monkeypatch.context() as patch:
-        patch.setattr(loops, "Bound", Doubtful)
+        patch.setattr(code, "Bound", Doubtful)
         pairs = [(taken, wanted.frames.take(many)), (pickle.loads(pickle.dumps(found.frames)), wanted.frames)]
         assert all(np.isfinite(frames.rotation).all() for frames, _ in pairs)
     for frames, others in (
@@ -146,3 +146,16 @@ def test_auto_takes_compiled_loops_by_the_poses_of_the_call(monkeypatch):
     assert chosen(robot, given, 10_000) is not robot.solver and made == ["looked", "made"]
     assert chosen(robot, given, 1) is not robot.solver and made == ["looked", "made"]  # it is in memory
     assert programs.compiled_loops("numpy")(robot, given, 10**9) is robot.solver
+
+
+def test_without_code_of_single_steps_and_starts_of_lines_other_code_and_numpy_compute(monkeypatch):
+    robot = robot_named("five_bar")
+    (solver, prescribed), start = solver_of(robot), robot.generic_poses.take(np.array([0]))
+    target = robot.solver.values(prescribed, start) + 0.01
+    monkeypatch.setattr(loops, "found_or_made", lambda *_: [])
+    assert solver._start is None
+    for found, expected in zip(solver.line(prescribed, start, target), robot.solver.line(prescribed, start, target), strict=True):
+        np.testing.assert_array_equal(found, expected)
+    moved, step = solver.single_step()
+    assert step(np.concatenate([start.x, start.c]), target) and moved.shape[1] > 1
+    np.testing.assert_allclose(moved[:-3, :1], robot.solver.newton(prescribed, start, target)[0].x, rtol=0, atol=1e-12)
