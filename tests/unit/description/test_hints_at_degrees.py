@@ -17,6 +17,6 @@ def test_limits_beyond_two_turns_look_like_degrees(limit, is_odd):
 
 @pytest.mark.parametrize(("angle", "is_odd"), [("6.29", False), ("90", True), ("12", False), ("13", True), ("-180", True)])
 def test_angles_of_frames(angle, is_odd):
-    parts = link("base"), link("platform", 1.0), joint("hinge", "revolute", "base", "platform", f'0 0 0" rpy="0 {angle} 0')
+    parts = link("base"), link("platform", 1.0), joint("hinge", "revolute", "base", "platform", rpy=f"0 {angle} 0")
     description = robot(*parts).description
     assert len(description.angle_hints()) == is_odd
