@@ -126,6 +126,18 @@ def test_a_mistake_that_nearly_closes_elsewhere_is_one():
         robot.assemble(closure_tolerance=1e-3)
 
 
+@pytest.mark.parametrize("axis", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+def test_a_wrong_axis_of_a_loop_is_named(axis):
+    """A five-bar whose loop has unturned frames on both links: only with the axis z is it closed at zero."""
+    exact = package_robots.robot("five_bar").description
+    loop = exact.loops["wrist"]
+    turned = exact.changed("wrist", predecessor_origin=Origin(loop.predecessor_origin.xyz))
+    assert not ks.Robot(turned).has_wrong_zero and largest_gap(ks.Robot(turned)) < 1e-12
+    wrong = ks.Robot(turned.changed("wrist", axis=axis))
+    words = "All loops would be closed at zero with the <axis> (0, 0, 1) of 'wrist'"
+    assert any(words in text for text in robot_facts(wrong).warnings + robot_facts(wrong).problems)
+
+
 # ---- a joint on a wrong link ---------------------------------------------------------------------------------------------
 
 

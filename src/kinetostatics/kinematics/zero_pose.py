@@ -21,6 +21,7 @@ from kinetostatics.kinematics.loop_gaps import (
     other_links,
 )
 from kinetostatics.kinematics.solver import Solver, SolverState
+from kinetostatics.math.rotations import logarithm
 from kinetostatics.mechanism.beam_geometry import ends_nowhere
 from kinetostatics.mechanism.joints import compound_joints
 from kinetostatics.mechanism.limbs import Topology
@@ -131,7 +132,8 @@ def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]
     text += f"Where all joints are at zero, {gaps_text(gaps)}. "
     if missing := _missing_axes(mechanism):
         return text + f"The file leaves out {missing}"
-    text += "A frame in the file is wrong"
+    axes = _wrong_axes(mechanism)
+    text += f"{axes}. Otherwise a frame in the file is wrong" if axes else "A frame in the file is wrong"
     if are_within(gaps, ACCEPTED * size, ACCEPTED):
         text += ", or an angle or a length is rounded (write them with full precision, as ${pi/2} in xacro)"
     corrections = frame_corrections(mechanism, size)
@@ -144,12 +146,14 @@ def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]
 
 
 def corrections_hint(mechanism: Mechanism, size: float) -> str | None:
-    """Return a hint at a single frame that would close the loops at zero, if joints must move to close them; else None.
+    """Return a hint at axes or one frame that would close the loops at zero, if joints must move to close them; else None.
 
     There is no hint if an axis is missing in the file, which has its own warning.
     """
     if _missing_axes(mechanism):
         return None
+    if axes := _wrong_axes(mechanism):
+        return f"the loops are open where all joints are at zero. {axes}"
     corrections = frame_corrections(mechanism, size)
     if not corrections or any(item.is_motion_of(mechanism) for item in corrections):
         return None
@@ -158,6 +162,29 @@ def corrections_hint(mechanism: Mechanism, size: float) -> str | None:
         "if the loops are meant to be closed where all joints are at zero, a frame in the file is wrong: "
         f"{which} would close all: {_listed(mechanism, corrections)}{_other_links_text(mechanism, size)}"
     )
+
+
+def _wrong_axes(mechanism: Mechanism) -> str:
+    """Return, as text, the axes x, y or z of revolute loops that would close all loops at zero; empty if there are none.
+
+    At zero the successor's frame is turned relative to the predecessor's by R. The axis of R closes the loop.
+    """
+    found: dict[str, list[str]] = {}
+    frames = mechanism.forward(mechanism.tree.neutral[:, None])
+    for loop in (item for item in mechanism.connections.values() if item.is_loop):
+        ends = (loop.predecessor_body, loop.predecessor_frame), (loop.successor_body, loop.successor_frame)
+        first, second = (frames.matrices(*end)[..., 0] for end in ends)
+        between = np.linalg.inv(first) @ second
+        turn = logarithm(between[:3, :3, None])[:, 0]
+        angle = float(np.linalg.norm(turn))
+        is_shifted = float(np.linalg.norm(between[:3, 3])) > CLOSED
+        if is_shifted or not loop.type.is_hinge or (angle > CLOSED and float(np.abs(turn).max()) < angle * (1 - CLOSED)):
+            return ""
+        if angle > CLOSED and float(np.linalg.norm(np.cross(loop.axis, turn))) > CLOSED * angle:
+            axis = ", ".join(f"{abs(round(part / angle))}" for part in turn)
+            found.setdefault(axis, []).append(repr(loop.name))
+    words = [f"the <axis> ({axis}) of {', '.join(names)}" for axis, names in found.items()]
+    return f"All loops would be closed at zero with {' and '.join(words)}" if words else ""
 
 
 def _missing_axes(mechanism: Mechanism) -> str:
