@@ -234,9 +234,8 @@ def _columns_of(variables: Mapping[object, xr.Variable]) -> dict[str, object]:
     """Return the columns of an xarray Dataset, broadcast against one another; units of attributes go to the titles."""
     import xarray as xr
 
-    arrays = [array for array in variables.values() if array.dtype.kind in "iuf"]
-    names = [str(name) for name, array in variables.items() if array.dtype.kind in "iuf"]
-    spread = xr.broadcast(*(xr.DataArray(array) for array in arrays))
-    units = [array.attrs.get("units", "") for array in arrays]
-    titles = [f"{name} [{unit}]" if unit and "[" not in name else name for name, unit in zip(names, units, strict=True)]
+    numbers = {str(name): array for name, array in variables.items() if array.dtype.kind in "iuf"}
+    spread = xr.broadcast(*(xr.DataArray(array) for array in numbers.values()))
+    units = {name: array.attrs.get("units", "") for name, array in numbers.items()}
+    titles = [f"{name} [{unit}]" if unit and "[" not in name else name for name, unit in units.items()]
     return {title: array.values.ravel() for title, array in zip(titles, spread, strict=True)}

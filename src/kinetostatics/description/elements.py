@@ -280,15 +280,8 @@ class Beam(ShortRepr):
         place: file and line.
     """
 
-    NOT_RECORDED: ClassVar = (
-        "section",
-        "material",
-        "start",
-        "end",
-        "shear_coefficient",
-        "y_axis",
-        "name",
-    )  # BeamModel has the values
+    #: BeamModel has their values.
+    NOT_RECORDED: ClassVar = ("section", "material", "start", "end", "shear_coefficient", "y_axis", "name")
 
     link: str
     section: Section

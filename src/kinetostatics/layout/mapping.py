@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields
+from itertools import islice
 from typing import NoReturn, TypeVar
 
 import numpy as np
@@ -57,9 +58,7 @@ def mapping_words(mapping: Mapping[Key, object]) -> str:
 
 def items_words(mapping: Mapping[Key, object]) -> list[tuple[object, str]]:
     """Return the first keys of a mapping with abbreviated items, followed by the number of omitted items, if any."""
-    shown: list[tuple[object, str]] = [
-        (key, abbreviated(mapping[key])) for key, _ in zip(mapping, range(MOST_ITEMS), strict=False)
-    ]
+    shown: list[tuple[object, str]] = [(key, abbreviated(mapping[key])) for key in islice(mapping, MOST_ITEMS)]
     left = len(mapping) - len(shown)
     return [*shown, (f"… {left} more", "")] if left else shown
 

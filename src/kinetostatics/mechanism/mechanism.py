@@ -175,11 +175,9 @@ class Mechanism:
         except (ValueError, RuntimeError) as error:
             raise RobotFileError(f"Pinocchio cannot read the URDF part of the file: {error}", description.path) from None
         model = self.model
-        body_type = pin.FrameType.BODY
+        links = (frame for frame in model.frames if frame.type == pin.FrameType.BODY)
         self.body_of: dict[str, tuple[int, Array]] = {
-            frame.name: (int(frame.parentJoint), np.array(frame.placement.homogeneous))
-            for frame in model.frames
-            if frame.type == body_type
+            frame.name: (int(frame.parentJoint), np.array(frame.placement.homogeneous)) for frame in links
         }
         numbers = {name: index for index, name in enumerate(model.names)}
         self.body_of_joint = {name: numbers[name] for name in description.joints if name in numbers}

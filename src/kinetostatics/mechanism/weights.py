@@ -43,10 +43,10 @@ class Weights:
         self.names = [name for _, names in parts for name in names]
         self.owner = [owner for owner, names in parts for _ in names]
         self._number = {name: k for k, name in enumerate(self.names)}
-        rigid = [name for name in self.names if not name.startswith("beam:")]
         self._beam_of = {k: beams[name.removeprefix("beam:")] for k, name in enumerate(self.names) if name.startswith("beam:")}
+        rigid = [name for k, name in enumerate(self.names) if k not in self._beam_of]
         self._known: dict[int, tuple[int, pin.Inertia]] | None = None
-        self._is_rigid = np.array([not name.startswith("beam:") for name in self.names], dtype=bool)
+        self._is_rigid = np.array([k not in self._beam_of for k in range(len(self.names))], dtype=bool)
         inertias = link_inertias(mechanism.model)
         self.inertias = {name: inertias[name] for name in rigid}
         self._mass = np.array([inertia.mass for inertia in self.inertias.values()])
@@ -109,8 +109,7 @@ class Weights:
             fixed = {number: beam.rod(frames) for number, beam in self._beam_of.items() if not beam.telescopic}
             rigid = zip(self._body.tolist(), self.inertias.values(), strict=True)
             self._known = {**dict(zip(np.flatnonzero(self._is_rigid).tolist(), rigid, strict=True)), **fixed}
-        known = self._known
-        return [known[k] if k in known else self._beam_of[k].rod(frames) for k in range(len(self.names))]
+        return [self._known[k] if k in self._known else self._beam_of[k].rod(frames) for k in range(len(self.names))]
 
     def on_model(self, model: pin.Model, frames: Frames) -> pin.Model:
         """Return a copy of Pinocchio's model of the tree with the masses of the robot at one pose.
