@@ -22,23 +22,23 @@ def four_bar(gap=0.0, unit=1.0, slack=False, zero=0.0, bent=0.0, turned=0.0, kin
         kind, axis: of the loop; None leaves the axis out.
     """
 
-    def at(x, y=0.0, turn=0.0):
-        return f"{x * unit!r} {y * unit!r} 0" + f'" rpy="0 {turn!r} 0'
+    def at(x, y=0.0):
+        return f"{x * unit!r} {y * unit!r} 0"
 
     parts = [
         link("base"),
         link("crank"),
         link("platform", 1.0),
         link("rocker"),
-        joint("a", "continuous", "base", "crank", at(0.0, turn=turned)),
+        joint("a", "continuous", "base", "crank", rpy=f"0 {turned!r} 0"),
     ]
     inner = "crank"
     if slack:
         parts += [link("sleeve"), joint("s", "prismatic", "crank", "sleeve", axis="0 0 1")]
         inner = "sleeve"
     parts += [
-        joint("b", "continuous", inner, "platform", at(0.3, turn=zero)),
-        joint("d", "continuous", "base", "rocker", at(1.2 - gap, turn=-zero)),
+        joint("b", "continuous", inner, "platform", at(0.3), rpy=f"0 {zero!r} 0"),
+        joint("d", "continuous", "base", "rocker", at(1.2 - gap), rpy=f"0 {-zero!r} 0"),
         loop("c", kind, "rocker", "platform", at(-0.4, bent), at(0.5), axis),
         '<transmission name="t"><joint name="a"/></transmission>',
     ]
