@@ -65,7 +65,7 @@ def read_robot_file(
         RobotFileError: the file cannot be read or is invalid; with file and line.
         ArgumentError: ``path`` is no path, a parameter is neither a number nor a string, or there is no such link.
     """
-    return _read(*read_robot(path), parameters or {}, platform_link, base_link)
+    return _read(*read_robot(path), {} if parameters is None else parameters, platform_link, base_link)
 
 
 def parameter_values(path: str | os.PathLike[str], parameters: Mapping[str, object]) -> dict[str, str]:
@@ -94,7 +94,7 @@ def parse_robot_text(text: str, path: str = "<text>", parameters: Mapping[str, o
     Raises:
         RobotFileError, ArgumentError: see :func:`read_robot_file`.
     """
-    return _read(text, path, parameters or {})
+    return _read(text, path, {} if parameters is None else parameters)
 
 
 def _read(
