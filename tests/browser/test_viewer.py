@@ -6,19 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from browser_pages import (
-    LABELS,
-    LOAD,
-    NAMES,
-    POSES,
-    STAGE,
-    move,
-    rings,
-    rotation,
-    settle,
-    value_of,
-    vertices,
-)
+from browser_pages import LABELS, LOAD, NAMES, POSES, STAGE, move, rings, settle, value_of, vertices
+from scipy.spatial.transform import Rotation
 
 import kinetostatics as ks
 from kinetostatics.viewer.live import serve
@@ -88,7 +77,7 @@ def test_things_are_where_the_twist_says(operated, result):
 
         twist = e * sum(share * result.contributions[name] for name, share in zip(sources, shares, strict=True))
         o = frame[:3, 3]
-        expected = o + twist[:3] + (rest - o) @ rotation(twist[3:]).T
+        expected = o + twist[:3] + (rest - o) @ Rotation.from_rotvec(twist[3:]).as_matrix().T
         np.testing.assert_allclose(vertices(page, "Deformed/platform"), expected, atol=2e-6)
         for name, beam in result.beams.items():
             parts = result.beam_contributions[name]
@@ -303,7 +292,7 @@ def test_a_late_pose_of_a_long_path_is_right(visit, root, tmp_path, monkeypatch)
             np.testing.assert_allclose(found, share[k], rtol=0, atol=2e-6 * np.abs(twist).max(), err_msg=name)
         rest = vertices(page, "Rest/platform")
         at = np.concatenate([frame[:3, 3] + e * twist[:3], e * twist[3:]])
-        expected = at[:3] + (rest - frame[:3, 3]) @ rotation(at[3:]).T
+        expected = at[:3] + (rest - frame[:3, 3]) @ Rotation.from_rotvec(at[3:]).as_matrix().T
         np.testing.assert_allclose(vertices(page, "Deformed/platform"), expected, atol=1e-5)
         bent = (beam.points + e * beam.deflections)[k, ::5]
         np.testing.assert_allclose(rings(vertices(page, "Deformed/beams/rod_3"), stations=5), bent, atol=1e-5)

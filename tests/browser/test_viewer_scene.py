@@ -371,12 +371,7 @@ def test_a_robot_without_visuals_is_drawn_all_the_same():
     scene = describe_scene(ks.analyze(parallelogram().assemble(), load=[50, 0, 0, 0, 0, 0]))
     drawn = {(root, mesh.path) for mesh in scene.meshes for root in mesh.roots}
     assert not any(root == "Base" for root, _ in drawn)
-    assert {
-        ("Rest", "plate"),
-        ("Deformed", "plate"),
-        ("Rest", "beams/left"),
-        ("Deformed", "beams/right"),
-    } <= drawn
+    assert {("Rest", "plate"), ("Deformed", "plate"), ("Rest", "beams/left"), ("Deformed", "beams/right")} <= drawn
     torque = next(arrow for arrow in scene.arrows if arrow.group == "actuator forces")
     assert torque.kind == "moment" and torque.name == "a"
 

@@ -394,12 +394,7 @@ def test_lines_show_the_maps_numbers(ds):
     greys = [np.dot(to_rgba(line.get_color())[:3], [0.2126, 0.7152, 0.0722]) for line in ax.get_lines()]
     assert np.all(np.diff(greys) > 0.15)  # told apart in grey
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == ("rx [°]", "displacement [µm]", "z = 0.5 m, ry = 0°")
-    assert texts_of(ax.figure) == [
-        "displacement along x",
-        "displacement along y",
-        "displacement along z",
-        "beyond joint limits",
-    ]
+    assert texts_of(ax.figure) == ["displacement along x", "displacement along y", "displacement along z", "beyond joint limits"]
     assert not overlaps(ax.figure)
 
 
@@ -705,14 +700,9 @@ def test_what_rounding_leaves_of_0_is_0(ds):
 
 
 def test_a_flat_body_is_drawn(ds, recwarn):
-    flat = ds.assign(platform_pose=ds.platform_pose * xr_one(ds)).rename(z="p_1", rx="p_2", ry="p_3")
+    flat = ds.assign(platform_pose=ds.platform_pose * (ds.platform_coordinate != "x")).rename(z="p_1", rx="p_2", ry="p_3")
     ax = ks.plot.workspace(flat, "linear_sag", cut=False)
     assert np.ptp(faces(ax)[..., 0]) == 0 and np.ptp(ax.get_xlim()) > 0 and not recwarn.list
-
-
-def xr_one(ds):
-    """Return factors that leave all positions but x."""
-    return (ds.platform_coordinate != "x").astype(float)
 
 
 # ---- values far beyond all others --------------------------------------------------------------------------------------

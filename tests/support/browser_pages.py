@@ -92,12 +92,3 @@ def settle(page):
     page.wait_for_function("!viewer.needs_render")
     page.evaluate("() => { window.drawn = false; requestAnimationFrame(() => requestAnimationFrame(() => { drawn = true; })); }")
     page.wait_for_function("drawn")
-
-
-def rotation(vector):
-    angle = np.linalg.norm(vector)
-    if angle == 0:
-        return np.eye(3)
-    x, y, z = vector / angle
-    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K

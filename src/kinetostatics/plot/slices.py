@@ -32,15 +32,7 @@ from kinetostatics.plot.masks import (
     level_of,
     masks_of,
 )
-from kinetostatics.plot.selection import (
-    ShownAxis,
-    axis_of,
-    check_range,
-    chosen_names,
-    in_figure_units,
-    range_of,
-    select_each,
-)
+from kinetostatics.plot.selection import ShownAxis, axis_of, check_range, chosen_names, in_figure_units, range_of, select_each
 from kinetostatics.plot.style import COLOURS, ONE_COLUMN, ROW, figure_of, name_ticks, new_panels, styled, title_of, wrapped
 
 #: Largest number of cells drawn as vectors in a PDF or SVG; more are drawn as pixels, without text, lines and hatches.

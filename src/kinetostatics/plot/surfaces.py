@@ -18,14 +18,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.plot.display_units import label, typeset
 from kinetostatics.plot.masks import areas_of, check_numbers, common_masks, continued, level_of
-from kinetostatics.plot.selection import (
-    check_range,
-    chosen_names,
-    free_names,
-    in_figure_units,
-    range_of,
-    select_each,
-)
+from kinetostatics.plot.selection import check_range, chosen_names, free_names, in_figure_units, range_of, select_each
 from kinetostatics.plot.style import (
     COLOURS,
     ONE_COLUMN,
