@@ -93,7 +93,7 @@ ROBOTS = {
     "puu3": sr.puu3(),
     "pru2_upr": sr.pru2_upr(),
     "rails and struts": sr.with_beams(sr.random_spec(["pUS"] * 6, 1), density=0.0),
-    **{f"random {seed}": sr.random_spec(["rRR"] * 3, seed) for seed in range(2)},
+    **{f"random {seed}": sr.with_beams(sr.random_spec(["rRR"] * 3, seed), density=7850.0) for seed in range(2)},
     "portal": sr.portal(mass=20.0),
 }
 
