@@ -100,8 +100,8 @@ FLAGS = (
     "--ignore-gpu-blocklist", "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run",
     "--virtual-time-budget=5000",
 )  # fmt: skip
-#: Time limits of the first and the second attempt [s]: on a busy machine a browser sometimes stops without an image.
-PATIENCE = (60, 180)
+#: Time limits of the attempts [s]: on a busy machine a third of all runs of Chromium hang.
+PATIENCE = (60, 90, 120)
 #: Choices for colour and view.
 COLOURS = ("deflection", "stress", "axial", "euler")
 VIEWS = ("home", "front", "side", "top")
@@ -142,7 +142,9 @@ def save_screenshot(
             if image.is_file():
                 break
         else:
-            raise KinetostaticsError(f"{browser} has drawn no image in two attempts; write the page as HTML, open it and press I")
+            raise KinetostaticsError(
+                f"{browser} has drawn no image in {len(PATIENCE)} attempts; write the page as HTML, open it and press I"
+            )
         try:
             shutil.copyfile(image, target)
         except OSError as error:
