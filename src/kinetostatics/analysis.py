@@ -31,7 +31,7 @@ from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.assembly_errors import AssemblyErrors, parse_assembly_errors
 from kinetostatics.statics.inertia import inertial_load
-from kinetostatics.statics.link_loads import AppliedLoad, parse_link_loads, wrenches_of
+from kinetostatics.statics.link_loads import AppliedLoad, LinkLoads, parse_link_loads, wrenches_of
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.singularity import UNBALANCED, groups_of_poses
 from kinetostatics.statics.solution import Solution
@@ -127,10 +127,9 @@ def analyze(
     try:
         shape = np.broadcast_shapes(*shapes) if len(shapes) > 1 else configuration.shape
     except ValueError:
-        others = "" if on_links is None else ", ".join(str(item) for item in {array.shape[:-1]: 0 for array in on_links.arrays()})
         raise ArgumentError(
             f"the batch shapes do not fit together: configuration {configuration.shape}, load {wrench.shape[:-1]}, "
-            f"gravity {field.shape[:-1]}" + (f", loads on links and payload {others}" if others else "")
+            f"gravity {field.shape[:-1]}{_shapes_of(on_links)}"
         ) from None
     N = math.prod(shape)
 
@@ -212,6 +211,12 @@ def _solutions(
         loads = tuple(item.take(at) for item in applied)
         found.append(solve_with_springs(robot, here, load[:, at], gravity[:, at], errors, special.get(start), loads))
     return found
+
+
+def _shapes_of(on_links: LinkLoads | None) -> str:
+    """Return the batch shapes of loads on links, for messages."""
+    shapes = [] if on_links is None else dict.fromkeys(array.shape[:-1] for array in on_links.arrays())
+    return f", loads on links and payload {', '.join(map(str, shapes))}" if shapes else ""
 
 
 def _vector(name: str, value: ArrayLike, size: int) -> Array:

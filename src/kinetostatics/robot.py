@@ -124,8 +124,16 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
     @cached_property
     def statics(self) -> RobotStatics:
         """Immutable data of the statics, with the wrench bases of the limbs, chosen once per robot."""
-        sizes = self.length, self.rank_tolerance, self.closing_error
-        model = StaticModel(self.mechanism, self.topology, self.beams, self.weights, self.zero_frames, *sizes)
+        model = StaticModel(
+            self.mechanism,
+            self.topology,
+            self.beams,
+            self.weights,
+            self.zero_frames,
+            self.length,
+            self.rank_tolerance,
+            self.closing_error,
+        )
         return make_statics(model, self.generic_frames, self.frames_at(ordinary_poses(self)))
 
     @cached_property

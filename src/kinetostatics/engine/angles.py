@@ -56,7 +56,7 @@ class Instructions:
     def __init__(self, result: str, lanes: int) -> None:
         self.lines: list[str] = []
         self._result, self._lanes, self._numbers = result, lanes, count()
-        self.real, self.whole, self.truth = (kind_of(kind, lanes) for kind in ("double", "i64", "i1"))
+        self.real, self.whole, self.truth = kind_of("double", lanes), kind_of("i64", lanes), kind_of("i1", lanes)
 
     def add(self, text: str, last: bool = False) -> str:
         """Add an instruction and return the name of its result."""

@@ -117,9 +117,11 @@ def found_or_made(
     codes = [Code(item) for item in map(read_stored, keys) if item is not None]
     if len(codes) == len(keys) and is_right(codes):
         return codes
-    made = [item() for item in make or ()]
+    if make is None:
+        return []
+    made = [item() for item in make]
     codes = [Code(item) for item in made]
-    if not codes or not is_right(codes):
+    if not is_right(codes):
         return []
     for key, item in zip(keys, made, strict=True):
         store(key, item)

@@ -82,10 +82,20 @@ def engine_report(robot: _HasStatics) -> EngineReport:
     """
     if not isinstance(robot, RobotKinematics):
         raise ArgumentError(f"engine_report needs a Robot, got {robot!r}; load one with ks.load_robot(…)")
-    columns: list[tuple[bool, str | None, int | None]] = [
-        (False, found, None) if isinstance(found, str) else (True, None, found.operations)
-        for found in (compiled_statics(robot, robot.statics), loops_of(robot))
-    ]
-    names = ("the equilibrium of poses", "closing the loops")
-    by_numpy = [name for name, (is_compiled, *_) in zip(names, columns, strict=True) if not is_compiled]
-    return EngineReport(robot.name, *columns[0], *columns[1], (*by_numpy, *_BY_NUMPY), cache_folder())
+    statics, loops = compiled_statics(robot, robot.statics), loops_of(robot)
+    by_numpy = []
+    if isinstance(statics, str):
+        by_numpy.append("the equilibrium of poses")
+    if isinstance(loops, str):
+        by_numpy.append("closing the loops")
+    return EngineReport(
+        robot.name,
+        is_compiled=not isinstance(statics, str),
+        reason=statics if isinstance(statics, str) else None,
+        operations=None if isinstance(statics, str) else statics.operations,
+        loops_compiled=not isinstance(loops, str),
+        loops_reason=loops if isinstance(loops, str) else None,
+        loop_operations=None if isinstance(loops, str) else loops.operations,
+        by_numpy=(*by_numpy, *_BY_NUMPY),
+        folder=cache_folder(),
+    )

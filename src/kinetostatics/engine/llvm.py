@@ -67,8 +67,8 @@ def module_of(
     for kind, outputs in (("number", numbers), ("truth", truths)):
         for row, number in enumerate(outputs):
             rows.setdefault(number, []).append((kind, row))
-    once: list[str] = []
-    parts: list[list[str]] = [[] for _ in range(len(stages) + 1)]
+    once: list[str] = []  # before the loop over the poses
+    parts: list[list[str]] = [[] for _ in range(len(stages) + 1)]  # in the loop, by stage
     for number in np.flatnonzero(needed).tolist():
         part = parts[sum(not those[number] for those in before)]
         if number % block == block - 1:
@@ -113,8 +113,7 @@ def module_of(
     declared = [
         f"declare {kind} @llvm.{name}.{suffix(width)}({', '.join([kind] * count)})"
         for name, count in _DECLARED.items()
-        for width in (0, lanes)
-        for kind in [kind_of("double", width)]
+        for width, kind in ((0, "double"), (lanes, kind_of("double", lanes)))
     ]
     alone = "" if repeats else " noalias"
     signature = ", ".join(f"ptr{alone} %{name}" for name in ("inputs", "strides", "parameters", "numbers", "truths"))
@@ -122,8 +121,18 @@ def module_of(
         [
             *declared,
             f"define void @{NAME}({signature}, i64 %n, i64 %stage) #0 {{",
-            *("entry:", *pointers, f"%last = sub i64 %n, {lanes}", *once, "br label %loop", "loop:", *head, *loop, *tail),
-            *("end:", "ret void", "}"),
+            "entry:",
+            *pointers,
+            f"%last = sub i64 %n, {lanes}",
+            *once,
+            "br label %loop",
+            "loop:",
+            *head,
+            *loop,
+            *tail,
+            "end:",
+            "ret void",
+            "}",
             'attributes #0 = { nounwind "prefer-vector-width"="512" "min-legal-vector-width"="512" }',
         ]
     )
@@ -205,13 +214,16 @@ class _Writer:
         """Return instructions that store a result in a row of the numbers or the truth values."""
         name, value = f"{kind[0]}{row}", self.operand(number, self._lanes)
         unit, size = ("double", 8) if kind == "number" else ("i8", 1)
-        widened = [] if kind == "number" else [f"%z{name} = zext <{self._lanes} x i1> {value} to <{self._lanes} x i8>"]
+        lines = []
+        if kind == "truth":
+            lines.append(f"%z{name} = zext <{self._lanes} x i1> {value} to <{self._lanes} x i8>")
+            value = f"%z{name}"
         return [
-            *widened,
+            *lines,
             f"%m{name} = mul i64 %n, {row}",
             f"%q{name} = add i64 %m{name}, %i",
             f"%e{name} = getelementptr {unit}, ptr %{kind}s, i64 %q{name}",
-            f"store <{self._lanes} x {unit}> {f'%z{name}' if widened else value}, ptr %e{name}, align {size}",
+            f"store <{self._lanes} x {unit}> {value}, ptr %e{name}, align {size}",
         ]
 
 

@@ -57,6 +57,7 @@ class CompiledSolver(Solver):
 
     Attributes:
         operations: number of operations of a correction.
+        is_there: whether the code was on disk or has been compiled; without it, the solver must not be used.
     """
 
     is_compiled = True

@@ -226,7 +226,9 @@ class Structure:
         return self._object(item)
 
     def _object(self, item: Number) -> Number:
-        """Copy an object without fields that are not compared, cached properties and the names in ``NOT_RECORDED`` of its class:
+        """Copy the attributes of an object on which records may depend.
+
+        Excluded are fields of a dataclass that are not compared, cached properties, and the names in ``NOT_RECORDED`` of a class:
         labels, places in files, data of other programs.
         """
         kind = type(item)

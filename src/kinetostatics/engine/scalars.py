@@ -105,8 +105,20 @@ class Scalar:
     def __float__(self) -> float:
         raise NotRecordedError("a recorded number is converted to a float")
 
+    def __pow__(self, other: Number) -> Number:
+        return power(self, other)
+
+    def __neg__(self) -> Number:
+        return negative(self)
+
     def __pos__(self) -> Number:
         return self
+
+    def __abs__(self) -> Number:
+        return absolute(self)
+
+    def __invert__(self) -> Number:
+        return opposite(self)
 
 
 def _is_plain(value: Number, number: float) -> bool:
@@ -348,8 +360,6 @@ def _operator(function: Callable[[Number, Number], Number], swapped: bool) -> Ca
     return of
 
 
-for _name, _unary in (("neg", negative), ("abs", absolute), ("invert", opposite), ("pow", power)):
-    setattr(Scalar, f"__{_name}__", _unary)
 for _name, _of in (("add", add), ("sub", subtract), ("mul", multiply), ("truediv", divide), ("or", either), ("and", both)):
     setattr(Scalar, f"__{_name}__", _operator(_of, swapped=False))
     setattr(Scalar, f"__r{_name}__", _operator(_of, swapped=True))

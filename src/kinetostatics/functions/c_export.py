@@ -136,6 +136,7 @@ def _facts(function: Exported, parts: Programs, begin: SolverState) -> Facts:
         "searches": MOST,
         "absolute": {"residual_error": error_tolerance(function.robot.length)},
         "rough": function.robot.rough_residual,
+        # sines and cosines of given angles, which are not in the records
         "functions": sum(line.count("= cos(") + line.count("= sin(") for line in parts.line.impose),
         "corrections": MOST_CORRECTIONS,
         "shrinking": SHRINKING,

@@ -194,6 +194,20 @@ def _jacobian(
     )
 
 
+def _pairs(
+    function: Exported, fields_of: Mapping[str, str], of: Sequence[str], by: Sequence[str]
+) -> list[tuple[Quantity, Quantity, str]]:
+    """Return outputs and inputs, and the names of the C fields with their derivatives.
+
+    Raises:
+        ArgumentError: a derivative is with respect to a parameter, not an input.
+    """
+    for name in by:
+        if name not in function.inputs:
+            raise ArgumentError(f"derivatives by {name!r} cannot be exported, only those by inputs: {', '.join(function.inputs)}")
+    return [(function.outputs[a], function.inputs[b], f"{a}_by_{fields_of.get(b, b)}") for a in of for b in by]
+
+
 # ---- the search for corrected positions of the actuators -----------------------------------------------------------------
 
 
@@ -334,12 +348,7 @@ class Programs:
         self.jacobian = None
         if jacobian is not None:
             of, by = jacobian
-            for name in by:
-                if name not in function.inputs:
-                    known = ", ".join(function.inputs)
-                    raise ArgumentError(f"derivatives by {name!r} cannot be exported, only those by inputs: {known}")
-            pairs = [(function.outputs[a], function.inputs[b], f"{a}_by_{self.c_names.get(b, b)}") for a in of for b in by]
-            self.jacobian = _jacobian(self.line, robot, record, numbers, pairs)
+            self.jacobian = _jacobian(self.line, robot, record, numbers, _pairs(function, self.c_names, of, by))
         first, c = robot.solver.origin(self.line.prescribed, begin)
         self.start = begin.x[:, 0], c[:, 0], first[:, 0]
         names = robot.actuator_names

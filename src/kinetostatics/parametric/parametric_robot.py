@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import fnmatch
 import math
 from collections.abc import Mapping, Sequence
@@ -69,9 +68,12 @@ class ParametricRobot:
         assert self._links is not None
         description, found = self.robot.description, dict[str, float]()
         for name, text in parameter_values(description.path, description.parameters).items():
-            with contextlib.suppress(ValueError):
-                if math.isfinite(number := float(text)):
-                    found[name] = number
+            try:
+                number = float(text)
+            except ValueError:
+                continue
+            if math.isfinite(number):
+                found[name] = number
         return found
 
     @cached_property
@@ -81,9 +83,12 @@ class ParametricRobot:
         own = self.robot.description
         every: list[Mapping[str, str | None]] = [{}, {"platform_link": own.platform, "base_link": own.base}]
         for links in every:
-            with contextlib.suppress(ArgumentError, RobotFileError):
-                if read_robot_file(own.path, own.parameters, **links) == own:
-                    return links
+            try:
+                same = read_robot_file(own.path, own.parameters, **links)
+            except (ArgumentError, RobotFileError):
+                continue
+            if same == own:
+                return links
         raise ArgumentError(
             f"the robot {self.robot.name!r} differs from its file {own.path!r}: parameters belong to a file; load it from "
             "there, or save it"
@@ -232,12 +237,12 @@ def same_pose(configuration: Configuration, robot: Robot, loops: SolverChoice) -
     The assembly mode is that of ``configuration``, whose pose is the start of the straight line to this pose. ``loops`` chooses
     the solver.
     """
-    near, how = replace(configuration, robot=robot), (configuration.closure_tolerance, "nan", loops)
+    near = replace(configuration, robot=robot)
     if configuration.prescribed:
         given = {name: np.array(configuration.platform[name]) for name in configuration.prescribed}
-        return assemble(robot, None, given, configuration.orientation.name, near, *how)
+        return assemble(robot, None, given, configuration.orientation.name, near, near.closure_tolerance, "nan", loops)
     given = {name: np.array(value) for name, value in configuration.actuators.items()}
-    return assemble(robot, given, None, None, near, *how)
+    return assemble(robot, given, None, None, near, near.closure_tolerance, "nan", loops)
 
 
 def opens_loops(name: str) -> ArgumentError:

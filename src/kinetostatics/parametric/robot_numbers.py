@@ -214,13 +214,14 @@ class ErrorParameter:
 def errors_of(robot: Robot) -> dict[str, ErrorParameter]:
     """Return the errors of all joints and beams of the limbs, by name."""
     found = []
-    for edge in (edge for limb in robot.topology.limbs for edge in limb.edges):
-        if edge.joint is not None:
-            found += [(edge.joint, kind, "rad" if k > 2 else "m") for k, kind in enumerate(COMPONENTS)]
-        elif edge.beam is not None:
-            found.append((edge.beam, "length", "m"))
-            if robot.description.beams[edge.beam].thermal_expansion:
-                found.append((edge.beam, "temperature", "K"))
+    for limb in robot.topology.limbs:
+        for edge in limb.edges:
+            if edge.joint is not None:
+                found += [(edge.joint, kind, "rad" if k > 2 else "m") for k, kind in enumerate(COMPONENTS)]
+            elif edge.beam is not None:
+                found.append((edge.beam, "length", "m"))
+                if robot.description.beams[edge.beam].thermal_expansion:
+                    found.append((edge.beam, "temperature", "K"))
     every = (ErrorParameter(f"{part}.error.{kind}", part, kind, unit) for part, kind, unit in found)
     return {item.name: item for item in every}
 

@@ -58,8 +58,9 @@ def calibration_report(found: Calibration) -> Report:
 def _sections(found: Calibration) -> list[ReportSection]:
     rows = []
     for item in found.estimates.values():
-        start, value, low, high = (_estimate(item, value) for value in (item.start, item.value, *item.interval))
-        rows.append((item.name, start, value, f"{low} to {high}" if item.identified else MISSING))
+        low, high = item.interval
+        interval = f"{_estimate(item, low)} to {_estimate(item, high)}" if item.identified else MISSING
+        rows.append((item.name, _estimate(item, item.start), _estimate(item, item.value), interval))
     fits = []
     for kind, units in UNITS_BY_KIND.items():
         residual, predicted = (found.root_mean_square(errors, kind) for errors in (found.residuals, found.leave_one_out))

@@ -124,8 +124,11 @@ def description_report(description: RobotDescription) -> Report:
 
 
 def _summary(facts: RobotFacts) -> Facts:
-    rows: list[tuple[str, list[str]]] = []
-    rows += [("file", [shown_path(facts.file)]), ("base", [facts.base]), ("platform", [facts.platform])]
+    rows: list[tuple[str, list[str]]] = [
+        ("file", [shown_path(facts.file)]),
+        ("base", [facts.base]),
+        ("platform", [facts.platform]),
+    ]
     mobility = facts.mobility
     if mobility is None:
         rows += [("mobility", [UNKNOWN]), ("redundant constraints", [UNKNOWN])]

@@ -10,7 +10,7 @@ from kinetostatics.layout.blocks import Block, Column, ReportSection, Table, Tex
 from kinetostatics.layout.numbers import LENGTHS, in_unit, quantity
 from kinetostatics.layout.report import Report, plain
 from kinetostatics.reports.result import units_at
-from kinetostatics.results.sensitivities import Sensitivities, is_location
+from kinetostatics.results.sensitivities import Sensitivities, is_location, is_part
 from kinetostatics.results.tool_point import point_name
 
 _MASSES = (("g", 1e-3), ("kg", 1.0))
@@ -56,7 +56,7 @@ def _sections(found: Sensitivities, size: float, who: str) -> Iterator[ReportSec
         if moved and "mass" in found.outputs:
             per_mass = [move / mass if abs(mass) > 1e-12 else None for move, mass in effects.values()]
             columns.append(Column.of(f"{who} per kg", per_mass, LENGTHS))
-        kinds = {"." in name for name in sizes}  # of parts, or of the file
+        kinds = {is_part(name) for name in sizes}
         what = "parameter" if len(kinds) > 1 else "dimension of a part" if kinds == {True} else "parameter of the file"
         yield ReportSection(f"Effect of increasing each {what} by 1 %", [Table(columns), *_more(sizes)], "parameters")
     shifts = [name for name in found if is_location(name)]

@@ -57,10 +57,11 @@ def share(part: float, whole: float) -> float:
 
 
 def parts_along(twists: Array, whole: Array, noise: NoiseFloor) -> tuple[Array, Array, int] | None:
-    """Return parts (n, 2) of the displacement [m] and rotation [rad] ``whole`` (6,) due to twists (n, 6), along these.
+    """Return the parts (n, 2) of twists (n, 6) in their sum ``whole`` (6,): components of the displacements along the total
+    displacement [m], and of the rotations along the total rotation [rad].
 
-    Also returned are the magnitudes (2,) of displacement and rotation, and the index of the one by which sources are ranked: 0,
-    or 1 if o does not move. Parts are NaN where the whole is zero; None is returned without motion or twists.
+    Also returned are the magnitudes (2,) of the totals, and the index of the one by which sources are ranked: 0, or 1 if o does
+    not move. Parts are NaN where the total is zero; None is returned without motion or twists.
     """
     wholes = whole[:3], whole[3:]
     sizes = np.array([np.linalg.norm(one) for one in wholes])

@@ -144,7 +144,7 @@ def second_order_of(
     """
     if robot.description.springs:
         raise StaticsError(
-            f"{robot.name!r} has springs: its stiffness already includes the loads, second_order is for robots without springs"
+            f"{robot.name!r} has springs: its stiffness already includes the loads; second_order is for robots without springs"
         )
     found = zip(*map(robot.members.second_order, solutions), strict=True)
     twist, compliance, changes, _ = (batch.public(parts) for parts in found)

@@ -149,8 +149,8 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
     def status(self) -> NDArray[np.int8]:
         """:class:`Status` of every pose (…).
 
-        Of the corrected pose, or of the target pose if this has no results: LIMIT_EXCEEDED if an actuator exceeds its range,
-        UNREACHABLE if no correction was found.
+        It is that of the corrected pose: LIMIT_EXCEEDED if an actuator exceeds its range, UNREACHABLE if no correction was found.
+        If the target pose has no results, it is that of the target pose.
         """
         before = self.uncorrected.status
         found = np.where(np.isin(before, WITHOUT_NUMBERS), before, self.result.status).astype(np.int8)
@@ -225,8 +225,9 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
         return frozen(np.asarray(parts))
 
     def _error(self, result: Result) -> Array:
-        frames = target_frame(self.target, self.tool), loaded_frame(result, self.tool)
-        return batch_first(pose_error(*frames), result.shape)
+        """Return the pose error (…, 6) of the loaded pose: displacement of o or tool, and rotation vector [m, rad]."""
+        error = pose_error(target_frame(self.target, self.tool), loaded_frame(result, self.tool))
+        return batch_first(error, result.shape)
 
     def _coordinates_off(self, result: Result) -> Mapping[str, Array]:
         orientation = self.target.orientation
@@ -295,6 +296,8 @@ def _units(found: Compensation) -> dict[str, str]:
     units = {name: "m" if name in "xyz" else "rad" for name in found.target.platform}
     return units | {name: connections[name].type.unit for name in found.actuators}
 
+
+# ---- twists that the actuators cannot produce ----------------------------------------------------------------------
 
 #: Smallest singular value of the projection on the chosen coordinate axes; below it, other axes are chosen for a pose.
 ASKEW = 0.1

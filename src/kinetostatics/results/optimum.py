@@ -164,8 +164,9 @@ class ParetoFront(Reported, builder="reports.optimum:pareto_report"):
             ArgumentError: the file cannot be written.
         """
         units = self.points[0].units if self.points else {}
-        quantities = zip(self.minimized, self.units, self.objectives.T, strict=True)
-        columns = [*quantities, *((name, units.get(name, ""), values) for name, values in self.parameters.items())]
-        write_table(
-            path, {f"{name} [{unit}]" if unit else name: list(map(repr, values.tolist())) for name, unit, values in columns}
-        )
+        quantities = list(zip(self.minimized, self.units, self.objectives.T, strict=True))
+        quantities += [(name, units.get(name, ""), values) for name, values in self.parameters.items()]
+        columns = {}
+        for name, unit, values in quantities:
+            columns[f"{name} [{unit}]" if unit else name] = [repr(value) for value in values.tolist()]
+        write_table(path, columns)

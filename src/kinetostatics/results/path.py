@@ -103,7 +103,9 @@ class PathResult(Reported, builder="reports.path:path_report"):
             raise ArgumentError(f"{file!r} does not end in .csv (a table)")
         pose, connections = self.result.configuration, self.result.robot.mechanism.connections
         columns = {"time [s]": cells(self.times)}
-        columns |= {f"{name} [{'m' if name in 'xyz' else 'rad'}]": cells(values) for name, values in pose.platform.items()}
+        for name, values in pose.platform.items():
+            unit = "m" if name in "xyz" else "rad"
+            columns[f"{name} [{unit}]"] = cells(values)
         columns["status"] = [Status(int(item)).name for item in self.result.status]
         for name, force in self.result.actuator_forces.items():
             kind = connections[name].type

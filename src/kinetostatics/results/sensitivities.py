@@ -20,6 +20,11 @@ from kinetostatics.results.result import Result
 LOCATIONS = ("placement", "predecessor_placement", "successor_placement", "center_of_mass")
 
 
+def is_part(name: str) -> bool:
+    """Return whether a name denotes a dimension of a part, not an argument of the file."""
+    return "." in name
+
+
 def is_location(name: str) -> bool:
     """Return whether a name denotes a component of a placement or of a centre of mass."""
     return name.count(".") > 1 and name.split(".")[-2] in LOCATIONS

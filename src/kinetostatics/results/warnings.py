@@ -161,6 +161,8 @@ def _stiffness(twist: Array, C: Array, length: float) -> str:
     return f" ({1 / (soft * turn**2):.3g} N·m/rad)" if turn > 0 else f" ({1 / soft:.3g} N/m)"
 
 
+# ---- all warnings --------------------------------------------------------------------------------------------------
+
 #: Fraction of the buckling load above which linear theory is doubtful.
 EULER_WARNING = 0.05
 #: Displacement (relative to the characteristic length) and rotation [rad] of the platform above which linear theory is doubtful.
@@ -218,10 +220,11 @@ def _buckling(result: Result) -> list[str]:
     members: dict[str, list[str]] = {}
     for name, ratio in ratios.items():
         members.setdefault(f"{ratio:.6g}", []).append(name)
-    beyond, near = list[str](), list[str]()
+    beyond: list[str] = []
+    near: list[str] = []
     for beams in members.values():
-        ratio, plural = ratios[beams[0]], "s" * (len(beams) > 1)
-        text = f"the forces are {100 * ratio:.3g} % of the buckling load of beam{plural} {', '.join(beams)}"
+        ratio, of = ratios[beams[0]], "beam" if len(beams) == 1 else "beams"
+        text = f"the forces are {100 * ratio:.3g} % of the buckling load of {of} {', '.join(beams)}"
         if ratio >= 1:
             beyond.append(f"{text}: no result applies")
         elif ratio > EULER_WARNING:
