@@ -9,6 +9,7 @@ Apart from this, robot files are programs of their authors, as in ROS.
 from __future__ import annotations
 
 import contextlib
+import html
 import io
 import numbers
 import os
@@ -19,7 +20,6 @@ from dataclasses import replace
 from pathlib import Path
 from types import ModuleType, TracebackType
 from xml.dom import minidom
-from xml.sax.saxutils import escape
 
 from kinetostatics.arguments import check
 from kinetostatics.description.elements import Place
@@ -274,4 +274,5 @@ def whole_text(root: XmlElement, additions: str) -> str:
 
 def quoted(value: str) -> str:
     """Return a value as a quoted attribute value."""
-    return '"' + escape(value, {'"': "&quot;"}) + '"'
+    # not by xml.sax.saxutils, whose import loads urllib.request and takes 50 ms
+    return '"' + html.escape(value, quote=False).replace('"', "&quot;") + '"'
