@@ -44,6 +44,7 @@ def test_a_pose_beyond_its_limits_is_said_to_be_so_whatever_else_is_true():
     np.testing.assert_array_equal(loads.limit_exceeded, [BEYOND] * 2)
     one = ks.analyze(two_rigid().assemble(actuators={"s": 0.3}))
     assert one.limit_exceeded.shape == () and one.limit_exceeded and one.indeterminate
+    assert isinstance(one.configuration.limit_exceeded, np.ndarray)
 
 
 def test_reports_name_every_fact():

@@ -143,7 +143,9 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
     @cached_property
     def residual(self) -> Array:
         """Largest gap of a loop (…) [m or rad, the larger number]."""
-        worst = np.max([0.0 * self.reached, *(size for pair in self.loop_gaps.values() for size in pair)], axis=0)
+        worst = np.zeros(len(self.reached))
+        for metres, radians in self.loop_gaps.values():
+            worst = np.maximum(worst, np.maximum(metres, radians))
         return frozen(np.where(self.reached, worst, np.nan).reshape(self.shape))
 
     def frame(self, link: str) -> Array:
@@ -173,8 +175,10 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
         """
         convention = self.orientation if orientation is None else orientation_named(orientation)
         R, position = self.robot.mechanism.platform_pose(self.frames)
-        rows = zip(convention.pose_names, [*position, *convention.coordinates(R)], strict=True)
-        return {name: frozen(np.where(self.reached, row, np.nan).reshape(self.shape)) for name, row in rows}
+        found = {}
+        for name, values in zip(convention.pose_names, [*position, *convention.coordinates(R)], strict=True):
+            found[name] = frozen(np.where(self.reached, values, np.nan).reshape(self.shape))
+        return found
 
     @cached_property
     def platform(self) -> Mapping[str, Array]:
@@ -201,8 +205,10 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
     @cached_property
     def limit_exceeded(self) -> Mask:
         """(…) whether a joint is beyond its limit or cone; False where the pose is not reached."""
-        where = [item.where for item in self.limits_exceeded.values()]
-        return frozen(np.any([np.zeros(self.shape, dtype=bool), *where], axis=0))
+        beyond = np.zeros(self.shape, dtype=bool)
+        for item in self.limits_exceeded.values():
+            beyond |= item.where
+        return frozen(beyond)
 
     @cached_property
     def status(self) -> NDArray[np.int8]:
