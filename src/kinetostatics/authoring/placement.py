@@ -218,7 +218,7 @@ def read_placements(path: str | os.PathLike[str]) -> list[dict[str, Point]]:
 
 
 def tabled(limbs: int, table: object, guide: str) -> list[LimbPlace]:
-    """Return the placements of limbs in a table, for each a mapping; ``guide`` is the default."""
+    """Return the placements of limbs from a table, one mapping per limb; one without guide direction has ``guide``."""
     if isinstance(table, (str, os.PathLike)):
         table = read_placements(table)
     if not isinstance(table, Sequence) or isinstance(table, (bytes, Mapping)) or len(table) != limbs:

@@ -230,7 +230,7 @@ class Members:
         return np.array_split(np.arange(N), max(-(-N * coordinates**2 // _CHUNK), 1)) if N else []
 
     def modes(self, solution: Solution, poses: Index, count: int) -> Iterator[BucklingModes]:
-        """Yield the first modes of the given poses in chunks."""
+        """Yield the ``count`` modes with the largest ratios at the given poses, in chunks of poses."""
         forces = forces_of(self.structure, solution).take(poses)
         for some in self._chunks(len(poses)):
             yield BucklingModes.of(stability(self.structure, forces.take(some))).first(count)

@@ -266,7 +266,8 @@ class _Assembly:
     def _beams(self) -> Iterator[tuple[str, BeamEnergy]]:
         for beam in self.structure.beams:
             item, bodies = self.structure.model.beams[beam.name], (beam.inner, beam.outer)
-            axes, points = np.array(item.world_axes(self.frames), order="C", subok=True), item.ends(self.frames)
+            axes = np.array(item.world_axes(self.frames), order="C", subok=True)
+            points = item.ends(self.frames)
             length, mine = item.length(self.frames), self.given.beams[beam.name]
             self._force(beam.inner, mine[0], points[0])
             self._force(beam.outer, -mine[1], points[1])
@@ -308,11 +309,12 @@ class _Assembly:
                 for second, there in spring.places[1].items():
                     bodies = self.structure.body_at[first], self.structure.body_at[second]
                     columns = self.structure.columns_of(*bodies)
-                    placed = zip(bodies, spring.points, strict=True)
-                    start, end = (self.motions.moved(columns, body, point)[1] for body, point in placed)
-                    signed = (part * (here & there)[:, None] for part in (np.maximum(values, 0), np.minimum(values, 0)))
-                    parts = (np.einsum("nia,na,nja->ijn", axes, part, axes) for part in signed)
-                    self._add(columns, end - start, *([(slice(0, 3), part)] for part in parts))
+                    _, start = self.motions.moved(columns, bodies[0], spring.points[0])
+                    _, end = self.motions.moved(columns, bodies[1], spring.points[1])
+                    both = (here & there)[:, None]
+                    stiff = np.einsum("nia,na,nja->ijn", axes, np.maximum(values, 0) * both, axes)
+                    unstable = np.einsum("nia,na,nja->ijn", axes, np.minimum(values, 0) * both, axes)
+                    self._add(columns, end - start, [(slice(0, 3), stiff)], [(slice(0, 3), unstable)])
 
     def _joints(self) -> None:
         """Add the stiffness of elastic joints, and the geometric stiffness of forces on sliding sides of rotating bodies."""

@@ -25,8 +25,8 @@ from kinetostatics.vibration.motions import Damping, ModeShapes, responses
 from kinetostatics.vibration.rods import Numbers
 from kinetostatics.vibration.vibration_model import Part, VibrationModel, mass_at, vibration_model
 
-#: Numbers of poses in a chunk, the unit of work of a thread: for modes and for responses.
-_MODES_OF, _RESPONSES_OF = 200, 50
+#: Largest number of poses in a chunk, the unit of work of a thread.
+_POSES_OF_MODES, _POSES_OF_RESPONSES = 200, 50
 
 Found = TypeVar("Found")
 
@@ -72,9 +72,10 @@ class Vibrations:
         return cls(configuration, structure, loads, valid)
 
     def in_chunks(self, function: Callable[[Index], Found], most: int) -> list[Found]:
-        """Return a function's values for the indices of the valid poses, in chunks of at most ``most``, computed by threads."""
+        """Return the results of a function for chunks of at most ``most`` valid poses, given by their indices, in threads."""
         poses = np.flatnonzero(self.valid)
-        return in_threads(function, np.array_split(poses, -(-len(poses) // most)) if len(poses) else [])
+        chunks = np.array_split(poses, -(-len(poses) // most)) if len(poses) else []
+        return in_threads(function, chunks)
 
     def placed(self, poses: Index) -> tuple[PlacedMotions, VibrationModel]:
         """Return motions, masses and elastic parts at some poses."""
@@ -136,7 +137,8 @@ def modes(configuration: Configuration, count: int = 6, *, drives: str = "locked
         motions, model = vibrations.placed(poses)
         return ModeShapes(eigenpairs(model, number), motions)
 
-    return Modes(configuration, number, drives, payload, tuple(vibrations.in_chunks(solved, _MODES_OF)), vibrations.valid)
+    shapes = tuple(vibrations.in_chunks(solved, _POSES_OF_MODES))
+    return Modes(configuration, number, drives, payload, shapes, vibrations.valid)
 
 
 def frequency_response(
@@ -189,9 +191,10 @@ def frequency_response(
         motions, model = vibrations.placed(poses)
         R, o = robot.mechanism.platform_pose(motions.frames)
         point = o if place is None else o + np.einsum("ijn,j->in", R, place)
-        return responses(model, *motions.at(body, point), omega, losses)
+        twists, carried = motions.at(body, point)
+        return responses(model, twists, carried, omega, losses)
 
-    parts = vibrations.in_chunks(solved, _RESPONSES_OF)
+    parts = vibrations.in_chunks(solved, _POSES_OF_RESPONSES)
     found = np.full((2, len(vibrations.valid), len(omega), 6, 6), np.nan, dtype=complex)
     if parts:
         found[:, vibrations.valid] = np.concatenate(parts, axis=1)

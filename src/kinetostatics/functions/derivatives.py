@@ -291,7 +291,7 @@ class Derivatives:
 
 
 def _stacked(columns: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
-    """Stack derivatives (*output, N) by n numbers to (*output, n, N)."""
+    """Stack the derivatives (*output, N) with respect to each of n numbers as (*output, n, N)."""
     return {name: np.stack([column[name] for column in columns], axis=-2) for name in columns[0]}
 
 

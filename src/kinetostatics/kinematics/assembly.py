@@ -71,9 +71,18 @@ def assemble(
     if raising and not arrived.all():
         worst = np.array([np.argmin(arrived)])
         raise _unreachable_error(robot, prescribed, names, poses.take(worst), target[:, worst], float(gone[worst[0]]))
-    how = shape, arrived, convention, closure_tolerance, raising
-    given_names = () if platform is None else tuple(names)
-    return closed_pose(robot, poses, solver.place(poses.x), *how, (solver, prescribed, target), given_names)
+    return closed_pose(
+        robot,
+        poses,
+        solver.place(poses.x),
+        shape,
+        arrived,
+        convention,
+        closure_tolerance,
+        raising,
+        solved=(solver, prescribed, target),
+        names=() if platform is None else tuple(names),
+    )
 
 
 def configuration_at(robot: RobotKinematics, q: ArrayLike, closure_tolerance: float, on_failure: str | None) -> Configuration:

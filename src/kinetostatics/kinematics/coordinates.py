@@ -1,4 +1,4 @@
-"""Coordinates: prescribed ones of poses, starts of straight lines to them, and mimic joints, which follow their leaders."""
+"""Prescribed coordinates of poses, starts of straight lines to them, and mimic joints, which follow their leaders."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Gaps of open loops: as text, their closure by joints, and corrections of a single frame or its link that close all at zero.
+"""Gaps of open loops: as text, closed by moving joints, and closed at zero by correcting a single frame or its link.
 
 Candidates for corrections are the origins of all joints, and of all loops on both sides. Their displacements are found by
 Gauss–Newton steps of smallest norm for all candidates at once. The rows of the loop equations are constraint wrenches, as in
@@ -40,7 +40,7 @@ def gaps_at(equations: LoopEquations, pose: SolverState) -> dict[str, tuple[floa
 
 
 def are_within(gaps: Mapping[str, tuple[float, float]], metres: float, radians: float) -> bool:
-    """Whether no loop has a larger gap."""
+    """Whether all gaps are at most so many ``metres`` and ``radians``."""
     return all(a <= metres and b <= radians for a, b in gaps.values())
 
 
@@ -134,9 +134,10 @@ def close(
 
 @dataclass(frozen=True)
 class FrameCorrection:
-    """A frame, the origin of a joint or loop, and the displacement that closes all loops at zero.
+    """A correction of the origin of a joint or loop that closes all loops at zero.
 
-    In the axes of the ``link`` of the origin, ``shift`` (3,) is its displacement [m], ``turn`` (3,) its rotation vector [rad].
+    The origin moves by ``shift`` (3,) [m], and its frame turns about it by the rotation vector ``turn`` (3,) [rad], both in the
+    axes of ``link``, in which the origin is given.
     """
 
     joint: str

@@ -1,4 +1,4 @@
-"""Generic poses; there: mobility of the platform, local freedoms, overconstraint, and coordinates that fix the platform."""
+"""Generic poses, and the freedoms of robots at them: mobility, local freedoms, overconstraint, coordinates of the platform."""
 
 from __future__ import annotations
 
@@ -155,6 +155,7 @@ class MobilityAnalysis:
         return np.where(regular[:, None, None], U[:, :, : self.mobility.platform], np.nan)
 
     def _platform_map(self, pose: SolverState) -> Array:
+        """Return the map (6, nv) of :meth:`_platform_maps` at one pose."""
         return self._platform_maps(pose)[:, :, 0]
 
     def _platform_maps(self, poses: SolverState) -> Array:

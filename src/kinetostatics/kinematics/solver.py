@@ -75,10 +75,12 @@ class Solver:
     # caches, as cached properties, which are no part of recorded code
     @cached_property
     def _free(self) -> dict[tuple[tuple[int, ...], ...], Index]:
+        """Results of :meth:`free_columns` by prescribed and fixed freedoms."""
         return {}
 
     @cached_property
     def _scales(self) -> dict[tuple[tuple[int, ...], ...], tuple[Array, Array]]:
+        """Results of :meth:`_factors` by prescribed and fixed freedoms."""
         return {}
 
     @cached_property
@@ -105,10 +107,10 @@ class Solver:
     def values(self, prescribed: PrescribedCoordinates, poses: SolverState, near: Array | None = None) -> Array:
         """Return prescribed coordinates (n, N) of poses; full turns of actuators are chosen near ``near``."""
         frames = self.equations.forward(poses.x)
-        given, coordinate = np.zeros((prescribed.size, 1)), self.equations.couplings.coordinate
-        if near is not None:
-            given = np.where(np.isfinite(near), near, 0.0)
-        rows = [coordinate(self.joint_of_column[column], poses.x, given[k]) for k, column in enumerate(prescribed.columns)]
+        given = np.zeros((prescribed.size, 1)) if near is None else np.where(np.isfinite(near), near, 0.0)
+        rows = []
+        for row, column in enumerate(prescribed.columns):
+            rows.append(self.equations.couplings.coordinate(self.joint_of_column[column], poses.x, given[row]))
         for row, number in enumerate(prescribed.loops, len(rows)):
             value = self.loop_coordinate(number, frames)
             if near is not None and not self.equations.loops[number].type.is_slide:
@@ -183,7 +185,8 @@ class Solver:
 
     def predictors(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> Array:
         """Return the scaled steps (f, n, N) of free columns and unknown angles per change of each coordinate, at solved poses."""
-        return np.nan_to_num(-least_squares(*self.rates(prescribed, poses, target), prescribed.local_dofs))
+        gradient, rates = self.rates(prescribed, poses, target)
+        return np.nan_to_num(-least_squares(gradient, rates, prescribed.local_dofs))
 
     def rates(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> tuple[Array, Array]:
         """Return the derivatives of the m scaled residuals with respect to scaled steps and to prescribed coordinates.
@@ -199,8 +202,9 @@ class Solver:
             for moved, by in self.equations.couplings.moving_with(column):
                 rates[:, row] += gradient[:, np.searchsorted(columns, moved)] * (by / self.column_scale[moved])
         at = self.equations.count
-        lengths = [self.equations.loops[number].type.is_slide for number in prescribed.loops] + [True] * len(prescribed.positions)
-        for row, is_length in enumerate(lengths, given):
+        are_lengths = [self.equations.loops[number].type.is_slide for number in prescribed.loops]
+        are_lengths += [True] * len(prescribed.positions)
+        for row, is_length in enumerate(are_lengths, given):
             rates[at, row] = -1 / self.length if is_length else -1.0
             at += 1
         if prescribed.angles and prescribed.orientation is not None:

@@ -75,7 +75,9 @@ def characteristic_length(mechanism: Mechanism, topology: Topology, size: float)
                     distances.append(float(np.linalg.norm(arm)))
                     break
     mean = float(np.mean(distances)) if distances else 0.0
-    return mean if mean > 1e-3 * size else size / 4 or 1.0
+    if mean > 1e-3 * size:
+        return mean
+    return size / 4 if size > 0 else 1.0
 
 
 def written_zero(equations: LoopEquations) -> SolverState:

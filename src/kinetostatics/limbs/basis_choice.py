@@ -129,8 +129,8 @@ def choose_basis(group: LimbGroup, geometry: LimbGeometry, generic: int) -> Basi
     twists = group.even_twists(geometry)[:, :, 0]
     allowed = allowed_twists(group, geometry)
     mine = twists[:, group.passive] if group.is_serial else allowed[:, :, 0] / _scale(group)
-    rank, gap = max(numerical_rank(mine[:, :, p], tolerance) for p in range(generic))
-    carried_rank, _ = max(numerical_rank(twists[:, group.platform_joint, p], tolerance) for p in range(generic))
+    rank, gap = _rank_over_poses(mine[:, :, :generic], tolerance)
+    carried_rank, _ = _rank_over_poses(twists[:, group.platform_joint, :generic], tolerance)
     if group.elimination is not None:
         rank = 6 - len(group.elimination.platform)
     n_c = 6 - rank
@@ -142,11 +142,18 @@ def choose_basis(group: LimbGroup, geometry: LimbGeometry, generic: int) -> Basi
         candidates = itertools.chain(central_candidates(group, *meeting), candidates)
     if not group.is_serial:
         candidates = itertools.chain(beam_candidates(group), candidates)
-    here = group, geometry, generic
-    constraint = _chosen(*here, candidates, n_c, mine, mine[:, list(independent)], [])
+    constraint = _chosen(group, geometry, generic, candidates, n_c, mine, mine[:, list(independent)], [])
     known = _columns(group, constraint, [allowed[:, k] for k in independent], [], geometry)
-    carried_twists = twists[:, group.platform_joint], twists[:, list(carried)]
-    attached = _chosen(*here, attached_candidates(group), 6 - carried_rank - n_c, *carried_twists, known)
+    attached = _chosen(
+        group,
+        geometry,
+        generic,
+        attached_candidates(group),
+        6 - carried_rank - n_c,
+        reciprocal_to=twists[:, group.platform_joint],
+        independent=twists[:, list(carried)],
+        known=known,
+    )
     if not group.is_serial:
         constraint, attached = tuple(map(as_component, constraint)), tuple(map(as_component, attached))
     return Basis(constraint, attached, independent, carried, gap)
@@ -158,8 +165,9 @@ def allowed_twists(group: LimbGroup, geometry: LimbGeometry) -> Array:
         return geometry.twists[:, group.passive]
     assert group.elimination is not None
     A = group.joint_equations(geometry)
-    equations = A, group.joint_pattern, group.platform_sum, np.zeros((len(A), *A.shape[2:]))
-    return force_method.distribute(group.elimination, *equations).allowed / group.twist_scale
+    no_demand = np.zeros((len(A), *A.shape[2:]))
+    found = force_method.distribute(group.elimination, A, group.joint_pattern, group.platform_sum, no_demand)
+    return found.allowed / group.twist_scale
 
 
 def _chosen(
@@ -174,8 +182,9 @@ def _chosen(
 ) -> tuple[Candidate, ...]:
     """Choose candidates one by one: reciprocal to given twists, and independent of ``known`` and of those already chosen.
 
-    Missing ones of ``count`` wrenches are completed. ``reciprocal_to`` (6, k, poses) are scaled twists, ``independent``
-    (6, r, poses) independent ones among them, ``known`` (6, 1, poses) wrenches chosen already; see :func:`choose_basis`.
+    If fewer than ``count`` candidates qualify, complementary wrenches are added. ``reciprocal_to`` (6, k, poses) are scaled
+    twists, ``independent`` (6, r, poses) those of them that are independent, ``known`` (6, 1, poses) wrenches chosen already;
+    geometry and ``generic`` are those of :func:`choose_basis`.
     """
     if not count:
         return ()
@@ -270,6 +279,11 @@ def _complement(spanned: list[Array], seeds: Array, count: int, judged: Index) -
             raise StaticsError(f"no complementary wrench number {number + 1} can be found")
         chosen.append(list(sizes)[first_largest(list(sizes.values()))])
     return [Candidate(("complement", seed), None, f"complementary wrench {k}") for k, seed in enumerate(chosen, 1)]
+
+
+def _rank_over_poses(columns: Array, tolerance: float) -> tuple[int, float]:
+    """Return the largest rank of scaled columns (6, k, P) at generic poses, and its ratio of kept to dropped singular values."""
+    return max(numerical_rank(columns[:, :, p], tolerance) for p in range(columns.shape[2]))
 
 
 def _independent(twists: Array, among: Iterable[int], count: int) -> list[int]:

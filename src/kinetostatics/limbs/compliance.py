@@ -123,7 +123,10 @@ def spring_twist(linear: Array, angular: Array, wrench: Array) -> Array:
 def spring_motion(linear: Array, angular: Array, axes: Array, arm: Array, carried: Array) -> tuple[Array, Array]:
     """Return the twists (6, S, g, N) of outboard parts due to elastic joints, about o, and the strain energies (g, N) [J].
 
-    ``axes`` and ``arm`` are those of the joint frames, ``carried`` (6, S, g, N) the wrenches about o for all contributions.
+    Args:
+        linear, angular: compliances, see :func:`spring_twist`.
+        axes, arm: (3, 3, g, N) and (3, g, N) axes and origins of the joint frames, from o.
+        carried: (6, S, g, N) wrenches about o for all contributions.
     """
     wrench = rotate(axes, move_wrench(carried, arm), back=True)
     local = spring_twist(linear, angular, wrench)

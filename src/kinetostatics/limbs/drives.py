@@ -70,9 +70,12 @@ class LimbDrive:
 
 
 def limb_drives(model: StaticModel, drives: Sequence[Drive], freedoms: Sequence[Sequence[str]]) -> tuple[LimbDrive, ...]:
-    """Return those of all elastic actuators that move freedoms of equal limbs.
+    """Return the elastic actuators that move freedoms of equal limbs.
 
-    ``freedoms`` are, for every limb, the names of the joints of its freedoms, inboard ones first.
+    Args:
+        model: the robot.
+        drives: all its elastic actuators.
+        freedoms: for every limb, the names of the joints of its freedoms, inboard ones first.
     """
     rows = []
     for joints in freedoms:

@@ -28,7 +28,7 @@ _GOOD_PIVOT = 1e-3
 class EliminationOrder:
     """Pivots (row, column) of the elimination, fixed once per limb: in the joints' equations and in the platform's six sums.
 
-    The remaining columns ``free`` are self-stress.
+    The columns ``free`` without pivots belong to states of self-stress.
     """
 
     joints: tuple[tuple[int, int], ...]
@@ -141,8 +141,7 @@ def _eliminate(M: Array, pivots: tuple[tuple[int, int], ...], filled: Mask | Non
             smallest = np.minimum(smallest, np.abs(pivot))
             others = [int(other) for other in np.flatnonzero(filled[:, column]) if other != row]
             filled[:, column] = False
-            ends = np.flatnonzero(np.diff(filled[row], prepend=False, append=False)).reshape(-1, 2)
-            runs = [slice(first, last) for first, last in ends.tolist()]
+            runs = _runs(filled[row])
             for run in runs:
                 M[row, run] /= pivot
             for other in others:
@@ -150,6 +149,12 @@ def _eliminate(M: Array, pivots: tuple[tuple[int, int], ...], filled: Mask | Non
                     M[other, run] -= M[other, column] * M[row, run]
             filled[others] |= filled[row]
     return smallest
+
+
+def _runs(mask: Mask) -> list[slice]:
+    """Return the true ranges of a mask as slices."""
+    ends = np.flatnonzero(np.diff(mask, prepend=False, append=False))
+    return [slice(first, last) for first, last in ends.reshape(-1, 2).tolist()]
 
 
 def _pivots(M: Array, rows: range, count: int, used: list[int]) -> list[tuple[int, int]]:

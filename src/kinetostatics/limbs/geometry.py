@@ -279,7 +279,14 @@ class CandidateWrenches:
     """The wrenches of candidates; directions are computed once and used at all points of application."""
 
     def __init__(self, geometry: LimbGeometry, length: float, least: float) -> None:
-        """Set geometry, characteristic length [m], and the least sine or distance over ``length`` that gives a direction."""
+        """Set the geometry and the smallest angles.
+
+        Args:
+            geometry: geometry at these poses.
+            length: characteristic length [m].
+            least: smallest sine of the angle between two directions, and smallest distance of two points relative to ``length``,
+                that determine another direction.
+        """
         self.geometry, self.length, self.least = geometry, length, least
         self._known: dict[tuple[str | int, ...], Array] = {}
 

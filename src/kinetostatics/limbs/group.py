@@ -42,7 +42,8 @@ class LimbGroup:
         beam_masses, beam_masses_per_length: (beams, g, 1) mass [kg] or mass per length [kg/m], whichever is constant; else NaN.
         spring_linear, spring_angular: (3, 3, springs, g) [m/N], [rad/(N·m)].
         dof_cut_signs, beam_cut_signs, spring_cut_signs, element_cut_signs: (…, M) signs of the cut-joint wrenches in each of
-            them. to_platform: (M,) mask of the cut joints at the platform.
+            them.
+        to_platform: (M,) mask of the cut joints at the platform.
 
     Decided once, at generic poses (:mod:`kinetostatics.limbs.grouping`):
 
@@ -270,7 +271,10 @@ class LimbGroup:
         return total
 
     def loads_outboard(self, wrenches: Mapping[str, Array]) -> tuple[Array, Array, Array]:
-        """Return the sums of loads (6, N) about o, by place [N, N·m], as :meth:`weights_outboard` those of weights."""
+        """Return the sums of loads outboard of passive freedoms, of beams' platform ends, and of springs.
+
+        ``wrenches`` (6, N) are about o, by place [N, N·m]; the results are those of :meth:`weights_outboard`.
+        """
         loads = np.stack(list(wrenches.values()), axis=1)
 
         def sums(rows: list[list[Edge]]) -> Array:
@@ -283,11 +287,15 @@ class LimbGroup:
     def weights_outboard(self, weights: Array) -> tuple[Array, Array, Array]:
         """Return the sums of the limbs' own weights outboard of passive freedoms, of beams' platform ends, and of springs.
 
-        All ``weights`` (6, W, N) are about o [N, N·m]; the sums are (6, passive freedoms or beams or springs, g, N).
+        ``weights`` (6, W, N) are all weights of the robot, about o [N, N·m]; the results are (6, passive freedoms, g, N),
+        (6, beams, g, N) and (6, springs, g, N).
         """
-        tables, own = (self._outboard_of_passive, self._outboard_of_beams, self._outboard_of_springs), self._own(weights)
-        outboard, beyond, spring_beyond = (np.einsum("gkw,iwgn->ikgn", table, own) for table in tables)
-        return outboard, beyond, spring_beyond
+        own = self._own(weights)
+        return (
+            np.einsum("gkw,iwgn->ikgn", self._outboard_of_passive, own),
+            np.einsum("gkw,iwgn->ikgn", self._outboard_of_beams, own),
+            np.einsum("gkw,iwgn->ikgn", self._outboard_of_springs, own),
+        )
 
     def _own(self, weights: Array) -> Array:
         """Return the weights of each limb's own parts (6, own weights, g, N) from all weights (6, W, N)."""

@@ -286,9 +286,6 @@ def _statics(
         incompatible = _errors_are_incompatible(group, loose, assembly_error)
         error = np.where(incompatible, np.nan, assembly_error_strains(group, cut_wrenches, assembly_error))
         stress = np.where(incompatible, np.nan, stress)
-    may_stiffen = np.full(C.shape[2:], group.only_springs)  # a limb with beams does not
-    if group.only_springs and len(group.soft) == len(C) - group.rigid_directions:
-        may_stiffen = ~split_rigid(C, group.soft).sure
     return LimbStatics(
         group=group,
         J_c=found.J_c,
@@ -306,7 +303,7 @@ def _statics(
         unbalanced=found.unbalanced,
         degenerate=found.degenerate | group.at_one_pose,
         doubtful=found.doubtful,
-        may_stiffen=may_stiffen,
+        may_stiffen=_may_stiffen(group, C),
     )
 
 
@@ -318,6 +315,13 @@ def _straining(group: LimbGroup, geometry: LimbGeometry, columns: Array, C: Arra
     forces = np.max(np.abs(columns) / group.twist_scale, axis=(0, 1, 2), initial=0.0)
     largest = np.einsum("ii...->i...", C).max(axis=0, initial=0.0)
     return largest > _STRAINING * whole_compliance(group, geometry) * forces**2
+
+
+def _may_stiffen(group: LimbGroup, C: Array) -> Mask:
+    """Return the mask (g, N) of limbs whose rigid directions may differ from generic ones; never of limbs with beams."""
+    if not group.only_springs or len(group.soft) != len(C) - group.rigid_directions:
+        return np.full(C.shape[2:], group.only_springs)
+    return ~split_rigid(C, group.soft).sure
 
 
 def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:

@@ -128,10 +128,13 @@ def in_threads(
 ) -> list[Found]:
     """Return the results of a function for all parts, in order. Threads started here start no further ones.
 
-    ``most`` is the largest number of threads, including those that the function starts; None: see :func:`threads`.
+    ``enabled``: whether to use threads; ``most``: the largest number of threads, including those that the function starts, None:
+    see :func:`threads`.
     """
-    parts, before = list(parts), getattr(_here, "alone", False)
-    number = min(most or threads(), len(parts)) if enabled and len(parts) > 1 and not before else 1
+    parts = list(parts)
+    before = getattr(_here, "alone", False)
+    apart = enabled and len(parts) > 1 and not before
+    number = min(most or threads(), len(parts)) if apart else 1
     if number < 2:
         _here.alone = before or most == 1
         try:

@@ -122,5 +122,8 @@ class Paths(Generic[Key, Node]):
         """Whether ``goal`` can be reached from ``start`` without the nodes ``barred`` and one edge."""
         if start in barred or goal in barred:
             return False
-        at = self._at
-        return goal in reachable([start], lambda node: (to for key, to in at[node] if key != without and to not in barred))
+
+        def neighbours(node: Node) -> Iterator[Node]:
+            return (other for key, other in self._at[node] if key != without and other not in barred)
+
+        return goal in reachable([start], neighbours)

@@ -231,11 +231,11 @@ def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
 def step_across(a: Array, b: Array) -> Array:
     """Return the correction of m unit columns ``b`` (n, m, …) that makes them orthogonal to all columns of ``a`` (n, k, …).
 
-    They are almost orthogonal, and ``a`` has rank n − m except for rounding (also of a file): its small components in the span of
-    ``b`` are ignored. With an orthonormal basis Q of this span and P = 1 − Q Qᵀ, the correction (to be subtracted) is (P a aᵀ P +
-    Q Qᵀ)⁻¹ P a aᵀ b, one step towards the invariant subspace of a aᵀ with the smallest eigenvalues, whose error is of third order
-    (G. W. Stewart, Error and perturbation bounds for subspaces associated with certain eigenvalue problems, SIAM Review 15,
-    1973).
+    The columns of ``a`` and ``b`` are almost orthogonal, and ``a`` has rank n − m except for rounding (also of a file): its small
+    components in the span of ``b`` are ignored. With an orthonormal basis Q of this span and P = 1 − Q Qᵀ, the correction (to be
+    subtracted) is (P a aᵀ P + Q Qᵀ)⁻¹ P a aᵀ b, one step towards the invariant subspace of a aᵀ with the smallest eigenvalues,
+    whose error is of third order (G. W. Stewart, Error and perturbation bounds for subspaces associated with certain eigenvalue
+    problems, SIAM Review 15, 1973).
     """
     half = Cholesky(np.einsum("ki...,kj...->ij...", b, b)).forward(transpose(b))
     along = np.einsum("ki...,kj...->ij...", half, half)
@@ -279,8 +279,10 @@ def have_one_sign(one: Array, two: Array) -> Mask:
     first, second = np.moveaxis(one, 2, 0), np.moveaxis(two, 2, 0)
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         sign, _ = np.linalg.slogdet(np.swapaxes(first, 1, 2) @ second)
-        both, slogdet = (first, second), np.linalg.slogdet
-        regular = [slogdet(np.swapaxes(g, 1, 2) @ g)[1] - np.sum(np.log(np.sum(g * g, axis=1)), axis=1) for g in both]
+        regular = []
+        for g in (first, second):
+            _, determinant = np.linalg.slogdet(np.swapaxes(g, 1, 2) @ g)
+            regular.append(determinant - np.sum(np.log(np.sum(g * g, axis=1)), axis=1))
     found: Mask = (sign > 0) | ~(np.minimum(*regular) > np.log(SINGULAR))
     return found
 
@@ -325,7 +327,10 @@ def fronts(n: int, coupled: frozenset[tuple[int, ...]]) -> list[Front]:
 
 
 def definite_in_order(matrix: Array, order: list[Front]) -> Mask:
-    """Return the mask (N,) of positive definite sparse matrices (n, n, N), by frontal elimination; they are overwritten."""
+    """Return the mask (N,) of positive definite sparse matrices (n, n, N), by frontal elimination.
+
+    The matrices are overwritten.
+    """
     found: Mask = np.ones(matrix.shape[2], dtype=bool)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for own, others in order:

@@ -243,8 +243,7 @@ class Orientation:
         They differ from ``c`` by full turns, if ``always`` or if rounding decides the sign of a half turn in ``c``; and in the
         first and last angles if their axes coincide, so that only their sum is determined.
         """
-        angle = np.sqrt(dot(c, c)) if self.sequence is None else c
-        changed = always | np.asarray(np.abs(np.abs(angle) - np.pi) < NEARLY_LOCKED)
+        changed = always | _half_turn(np.sqrt(dot(c, c)) if self.sequence is None else c)
         if self.sequence is None:
             return c if everywhere(~changed) else np.where(changed, _nearest_vector(c, near), c)
         if not everywhere(~changed):
@@ -266,6 +265,11 @@ class Orientation:
         if self.name == "tilt_torsion":
             return np.stack([c[0], c[1], c[2] - c[0]])
         return c[list(self.sequence or (0, 1, 2))]
+
+
+def _half_turn(angle: Array) -> Mask:
+    """Return the mask of angles that are half turns, except for rounding."""
+    return np.asarray(np.abs(np.abs(angle) - np.pi) < NEARLY_LOCKED)
 
 
 def _full_turns(angle: Array) -> Array:

@@ -262,14 +262,14 @@ def _deform_branches(
     moved: Mapping[str, tuple[str, BranchJoint]],
     out: Deformation,
 ) -> None:
-    """Compute the motions of open branches: those of the bodies that carry the branches, plus deflections under their weight.
+    """Compute the motions of open branches: the motion of the body that carries a branch, plus deflections of the branch.
 
     Args:
         robot: the robot.
         solution: the chunk of poses.
         edges: joints and beams of the branches, inboard ones first.
-        forces: index of the contribution of their weight; for branches on the base, the number of contributions: an additional
-            entry, because they displace nothing else.
+        forces: index of the contribution of their weight; for branches on the base, whose weight is no contribution because it
+            displaces nothing else, that of an entry after the last contribution.
         strains: index of the contribution of the strains due to their weight.
         root: motion of the body that carries an edge without a parent; None: fixed.
         moved: the joints of branches moved by elastic actuators, by key, with the actuators' joints.
@@ -282,7 +282,10 @@ def _deform_branches(
     elsewhere[strains] -= 1
     still = np.zeros((6, len(share), solution.o.shape[1]))
     for edge in edges:
-        motion = (still if root is None else root) if edge.parent is None else out.motions[edge.parent]
+        if edge.parent is None:
+            motion = still if root is None else root
+        else:
+            motion = out.motions[edge.parent]
         off = np.zeros((6, len(share), solution.o.shape[1]))
         if assembly_errors is not None and assembly_errors.concerns(edge):
             off[:, solution.sources.index("assembly_errors")] = assembly_errors.of_edge(edge, frames, solution.o)
@@ -307,8 +310,9 @@ def _deform_branches(
             motion = motion + moves[:, :, 0]
         if edge.key in moved:
             actuator, joint = moved[edge.key]
-            travel = out.drive_deformations[actuator][: len(share)]
-            travel = np.concatenate([travel, np.zeros((len(share) - len(travel), *travel.shape[1:]))])
+            known = out.drive_deformations[actuator][: len(share)]
+            travel = np.zeros((len(share), *known.shape[1:]))  # the actuator may have fewer contributions
+            travel[: len(known)] = known
             motion = motion + joint.twist(frames, solution.o)[:, None] * travel
         out.motions[edge.key] = motion + off
 
@@ -343,8 +347,11 @@ def _deform_branch_drives(
 
 def _with_branch_loads(solution: Solution, edge: Edge, weights: Array) -> Array:
     """Return the weights plus the loads on links (6, S, N) that an edge of an open branch carries."""
-    carried = [[w for place, w in item.load.wrenches.items() if carries(edge, place)] for item in solution.applied]
-    return with_contributions(weights, solution.applied, [np.sum(some, axis=0) if some else None for some in carried])
+    loads = []
+    for item in solution.applied:
+        carried = [wrench for place, wrench in item.load.wrenches.items() if carries(edge, place)]
+        loads.append(np.sum(carried, axis=0) if carried else None)
+    return with_contributions(weights, solution.applied, loads)
 
 
 def beam_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:

@@ -108,7 +108,8 @@ def applied_statics(
 def _under(group: LimbGroup, loads: Sequence[AppliedLoad], frames: Frames, o: Array) -> list[LimbStatics | None]:
     """Return the statics of a group of limbs under each load alone, or None; for few poses, many loads are solved at once."""
     found: list[LimbStatics | None] = [None] * len(loads)
-    mine = {k: wrenches for k, load in enumerate(loads) if (wrenches := load.at(group.places))}
+    mine = {k: load.at(group.places) for k, load in enumerate(loads)}
+    mine = {k: wrenches for k, wrenches in mine.items() if wrenches}
     N, recorded = o.shape[1], any(wrench.dtype == object for item in mine.values() for wrench in item.values())
     at_once = 1 if recorded or o.dtype == object else max(1, _AT_ONCE // max(N, 1))
     for start in range(0, len(mine), at_once):
@@ -141,7 +142,10 @@ def by_place(applied: Iterable[AppliedStatics]) -> dict[str, Array]:
 
 
 def with_contributions(weights: Array, applied: Iterable[AppliedStatics], parts: Iterable[Array | None]) -> Array:
-    """Return a quantity (A, S, …, N) of the weights plus those of loads, ``parts`` (A, …, N) or None, by contribution."""
+    """Return the sum (A, S, …, N) of a quantity of the weights and of that of loads, by contribution.
+
+    ``parts`` are the quantity (A, …, N) of each load, or None for zero. Without loads, ``weights`` itself is returned.
+    """
     total = weights
     for item, part in zip(applied, parts, strict=True):
         if part is not None:

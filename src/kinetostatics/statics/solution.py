@@ -297,7 +297,8 @@ def with_more(robot: RobotStatics, before: Balanced, more: Mapping[str, Array], 
 
 def _under_loads(statics: LimbStatics, number: int, applied: Iterable[AppliedStatics]) -> LimbStatics:
     """Return a group of limbs under their own weights and the loads on their links."""
-    parts = [(part, item.times) for item in applied if (part := item.statics[number]) is not None]
+    own = [(item.statics[number], item.times) for item in applied]
+    parts = [(part, times) for part, times in own if part is not None]
     return with_loads(statics, parts) if parts else statics
 
 

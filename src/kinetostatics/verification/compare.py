@@ -142,10 +142,15 @@ def verify(
     model = build(configuration, load, gravity, point, frame, assembly_errors, loads, payload)
     compounds = [item for group in result.robot.statics.groups for limb in group.compounds for item in limb]
     theirs, less = solve(replace(model, runs=tuple(frozenset(item.joints) for item in compounds)))
-    sections = ResultMapping({name: _ends(beam) for name, beam in result.beams.items()})
-    forces = ResultMapping({name: float(value) for name, value in result.actuator_forces.items()})
-    C, K, wrenches = result.compliance, result.stiffness, result.joint_wrenches
-    ours = FrameSolution(result.twist, C, K, wrenches, sections, forces, theirs.torques)
+    ours = FrameSolution(
+        twist=result.twist,
+        compliance=result.compliance,
+        stiffness=result.stiffness,
+        joint_wrenches=result.joint_wrenches,
+        beam_wrenches=ResultMapping({name: _ends(beam) for name, beam in result.beams.items()}),
+        actuator_forces=ResultMapping({name: float(value) for name, value in result.actuator_forces.items()}),
+        torques=theirs.torques,
+    )
     ruler = _Ruler(model, theirs)
     not_compared: dict[str, str] = {}
     known = {"joint_wrenches": dict(theirs.joint_wrenches), "beam_wrenches": dict(theirs.beam_wrenches)}
@@ -174,9 +179,19 @@ def verify(
             differences[what] = np.inf
             if what == "joint_wrenches":
                 joint_differences[name] = np.inf
-    found, of_joints = ResultMapping(differences), ResultMapping(joint_differences)
-    less_sure, missed = ResultMapping(scatter), ResultMapping(not_compared)
-    return Verification(configuration, result, ours, theirs, found, of_joints, less_sure, missed, model.length, within, both)
+    return Verification(
+        configuration,
+        result,
+        ours,
+        theirs,
+        differences=ResultMapping(differences),
+        joint_differences=ResultMapping(joint_differences),
+        scatter=ResultMapping(scatter),
+        not_compared=ResultMapping(not_compared),
+        length=model.length,
+        within=within,
+        frequencies=both,
+    )
 
 
 def _ends(beam: BeamResult) -> Array:
@@ -229,8 +244,7 @@ class _Ruler:
         sections = [
             self.wrench(ours.beam_wrenches[name][end], theirs.beam_wrenches[name][end]) for name in beams for end in (0, 1)
         ]
-        forces = {name: (ours.actuator_forces[name], force) for name, force in theirs.actuator_forces.items() if name in joints}
-        gaps = [abs(a - b) / (self.unit[3] if name in theirs.torques else 1.0) for name, (a, b) in forces.items()]
+        actuators = [name for name in theirs.actuator_forces if name in joints]
         return {
             "twist": _relative(np.linalg.norm((ours.twist - theirs.twist) * self.unit), self.twist_size),
             "compliance": _relative(np.linalg.norm((ours.compliance - theirs.compliance) * self.units), self.compliance_size),
@@ -240,8 +254,14 @@ class _Ruler:
             ),
             "joint_wrenches": max(wrenches, default=0.0),
             "beam_wrenches": max(sections, default=0.0),
-            "actuator_forces": max((_relative(gap, self.wrench_size) for gap in gaps), default=0.0),
+            "actuator_forces": max((self._actuator(name, ours, theirs) for name in actuators), default=0.0),
         }
+
+    def _actuator(self, name: str, ours: FrameSolution, theirs: FrameSolution) -> float:
+        """Return the relative difference of two actuator forces; torques are divided by the characteristic length."""
+        gap = abs(ours.actuator_forces[name] - theirs.actuator_forces[name])
+        arm = self.unit[3] if name in theirs.torques else 1.0
+        return _relative(gap / arm, self.wrench_size)
 
 
 def _relative(gap: float | np.floating, size: float) -> float:

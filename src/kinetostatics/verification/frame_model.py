@@ -102,17 +102,20 @@ class _FrameBuilder:
         pulls = [(item.piece, item.centre, item.mass * gravity) for item in masses]
         acting = list(self._acting(on_links))
         if payload is not None:
-            masses.append(self._carried(payload))
-            acting.append((masses[-1].piece, np.append(masses[-1].mass * gravity, np.zeros(3)), masses[-1].centre))
+            carried = self._carried(payload)
+            masses.append(carried)
+            acting.append((carried.piece, np.append(carried.mass * gravity, np.zeros(3)), carried.centre))
         springs = [self._spring(spring) for spring in self.description.springs.values()]
         for tie, force in springs:
             pulls += [(tie.pieces[0], tie.points[0], force), (tie.pieces[1], tie.points[1], -force)]
         o, references = self._references(platform, beams, joints)
         loads = np.zeros((len(references), 6))
         R = self.configuration.platform_frame[:3, :3] if frame == "platform" else np.eye(3)
-        at_o = np.zeros(3) if frame == "platform" else o
-        arm = np.zeros(3) if point is None else R @ (np.asarray(point, dtype=float) - at_o)
-        acting.append((platform, np.append(R @ load[:3], R @ load[3:]), o + arm))
+        at = o
+        if point is not None:
+            at = np.asarray(point, dtype=float)
+            at = o + R @ at if frame == "platform" else at
+        acting.append((platform, np.append(R @ load[:3], R @ load[3:]), at))
         for piece, wrench, at in [*acting, *((piece, np.append(force, np.zeros(3)), at) for piece, at, force in pulls)]:
             loads[piece] += np.append(wrench[:3], wrench[3:] + np.cross(at - references[piece], wrench[:3]))
         return FrameModel(
@@ -142,6 +145,7 @@ class _FrameBuilder:
                 yield self._loaded(link, at), np.append(R @ wrench[:3], R @ wrench[3:]), at
 
     def _carried(self, payload: Payload) -> FrameMass:
+        """Return the payload as a mass on the piece that carries it."""
         link = payload.link or self.description.platform
         frame = self.configuration.platform_frame if payload.link is None else self.configuration.frame(link)
         R, at = frame[:3, :3], frame[:3, :3] @ np.asarray(payload.center, dtype=float) + frame[:3, 3]
@@ -229,14 +233,14 @@ class _FrameBuilder:
         y = hint - x * (x @ hint)
         y /= np.linalg.norm(y)
         E, G, section = beam.youngs_modulus, beam.shear_modulus, beam.section
-        along_and_across = E * section.area, G * beam.shear_areas[0], G * beam.shear_areas[1]
-        stiffness = (*along_and_across, G * section.J, E * section.I_y, E * section.I_z)
+        shear_y, shear_z = beam.shear_areas
+        stiffness = (E * section.area, G * shear_y, G * shear_z, G * section.J, E * section.I_y, E * section.I_z)
         first, second = (self.number(piece) for piece in placed.pieces)
         assembly_error = self.assembly_errors.get(placed.name)
         length_error = 0.0
         if isinstance(assembly_error, Mapping) and not {"twist", "frame"} & set(assembly_error):
-            length_error, rise = (float(assembly_error.get(key, 0)) for key in ("length", "temperature"))
-            length_error += beam.thermal_expansion * rise * length
+            rise = float(assembly_error.get("temperature", 0))
+            length_error = float(assembly_error.get("length", 0)) + beam.thermal_expansion * rise * length
         lever, mass = self._lever(placed), self._mass(placed.name) / length
         return FrameBeam(
             placed.name,

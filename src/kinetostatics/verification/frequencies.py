@@ -80,11 +80,16 @@ def _coarsest(mesh: Frame, count: int) -> tuple[float, Array]:
     """Return the least disturbing stiffness of free directions, and the eigenvalues of a mesh with it, zeros first."""
 
     def solved(regularization: float) -> tuple[float, tuple[float, Array]]:
-        levels = _at_levels(mesh, regularization, count)
-        while (zero := _zeros(levels)) + count > levels.shape[1]:
-            levels = _at_levels(mesh, regularization, 2 * zero + count)
+        asked = count
+        while True:
+            levels = _at_levels(mesh, regularization, asked)
+            zero = _zeros(levels)
+            if zero + count <= asked:
+                break
+            asked = 2 * zero + count
         levels = levels[:, : zero + count]
-        return relative_difference(_limit([levels[:-1, zero:]]), _limit([levels[:, zero:]])), (regularization, levels)
+        scatter = relative_difference(_limit([levels[:-1, zero:]]), _limit([levels[:, zero:]]))
+        return scatter, (regularization, levels)
 
     return least_scatter(REGULARIZATIONS, SURE, solved)
 

@@ -84,14 +84,20 @@ def levels(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> tuple
 
     def solved(regularization: float) -> tuple[float, tuple[dict[str, Array], dict[str, Array]]]:
         levels = [_arrays(level) for level in run(frame, [(PENALTY / x, regularization * x) for x in h])]
-        both = _extrapolated(levels, h), _extrapolated(levels[:-1], h[:-1])
-        return _scatter(*map(of_platform, both)), both
+        from_all, from_less = _extrapolated(levels, h), _extrapolated(levels[:-1], h[:-1])
+        return _scatter(of_platform(from_all), of_platform(from_less)), (from_all, from_less)
 
     return least_scatter(REGULARIZATIONS, SURE, solved)
 
 
 def least_scatter(regularizations: Iterable[float], sure: float, solved: Callable[[float], tuple[float, Solved]]) -> Solved:
-    """Return the result with the least scatter of several stiffnesses of free directions; one scatter below ``sure`` suffices."""
+    """Return the result for the stiffness of free directions with the least scatter, or the first with a scatter below ``sure``.
+
+    ``solved`` returns scatter and result for a stiffness.
+
+    Raises:
+        OpenSeesError: no stiffness has a solution.
+    """
     best: tuple[float, Solved] | None = None
     failure: OpenSeesError | None = None
     for regularization in regularizations:

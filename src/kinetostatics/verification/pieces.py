@@ -289,7 +289,9 @@ class RigidPieces:
 
         def node(piece: int) -> int:
             piece = self.find(self._whole.get(self.find(piece), piece))
-            return self.base if piece in base else self.platform if piece in platform else piece
+            if piece in base:
+                return self.base
+            return self.platform if piece in platform else piece
 
         edges = {f"joint:{k}": item.pieces for k, item in enumerate(self.jointed) if item.along is None}
         edges |= {f"beam:{name}": beam.pieces for name, beam in self.beams.items()}

@@ -59,7 +59,7 @@ class Frame(TypedDict):
     springs_at_level: list[tuple[float, float]]
 
 
-#: Number of equations of a dense matrix whose eigenvalues are found in no time.
+#: Number of equations of a dense matrix whose eigenvalues are found quickly.
 FEW = 100
 
 #: Displacements of the probes and forces of springs and beams; one row for each load, spring or beam; or eigenvalues.
@@ -110,7 +110,7 @@ def build(ops: ModuleType, frame: Frame, penalty: float, regularization: float) 
     for beam in frame["beams"]:
         EA, GAy, GAz, GJ, EIy, EIz = beam["stiffness"]
         ops.geomTransf("Linear", beam["tag"], *beam["z"])
-        # OpenSees takes J for the polar moment of area in the rotary inertia: G makes both equal
+        # OpenSees uses J as the polar moment of area in the rotary inertia: J is set to that, and G so that G J is unchanged
         G = GJ / (EIy + EIz)
         numbers = 1.0, G, EA, EIy + EIz, EIy, EIz, GAy / G, GAz / G, beam["tag"]
         mass = ("-mass", beam["mass"], "-cMass") if beam["mass"] else ()
@@ -140,7 +140,7 @@ def solve(ops: ModuleType, frame: Frame, penalty: float, regularization: float) 
 
 
 def eigenvalues(ops: ModuleType, frame: Frame, penalty: float, regularization: float) -> Answer:
-    """Return the lowest eigenvalues; Arnoldi's method needs more equations than it finds, and masses that are not too few."""
+    """Return the lowest eigenvalues; Arnoldi's method needs more equations than eigenvalues, and enough masses."""
     build(ops, frame, penalty, regularization)
     equations = 6 * (len(frame["nodes"]) - len(frame["fixed"]) - len(frame["ties"]))
     try:

@@ -181,7 +181,10 @@ def _align(shapes: Array, vectors: Array, equal: Mask, free: int, platform: Arra
 
 
 def _spaces(model: VibrationModel, K: Array, M: Array) -> Iterator[_Space]:
-    """Yield the poses by the number of their independent motions and of those without stiffness, the unstable ones apart."""
+    """Yield groups of poses with the same number of independent motions, and of independent motions without stiffness.
+
+    Poses at which a motion has negative stiffness are separate groups.
+    """
     for poses, basis in model.closed_motions():
         values = np.linalg.eigvalsh(_scaled(_Space(poses, basis, 0).restricted(K[poses]))[0])
         missing = np.where(np.any(values < -_NONE, axis=1), -1, np.sum(values < _NONE, axis=1))
@@ -192,12 +195,13 @@ def _spaces(model: VibrationModel, K: Array, M: Array) -> Iterator[_Space]:
 
 
 def _with_mass(space: _Space, K: Array, M: Array) -> Iterator[_Space]:
-    """Yield the poses grouped by the number of motions without stiffness and mass, which are removed."""
+    """Yield groups of poses with the same number of motions without stiffness and mass, which are removed."""
     K, M = space.restricted(K), space.restricted(M)
     scaled, size = _scaled(K)
     axes = np.linalg.eigh(scaled)[1] / size[:, :, None]
     free, stiff = axes[..., : space.free], axes[..., space.free :]
     masses = np.einsum("pii->pi", M)
+    # orthonormal with respect to the masses of the coordinates, so that the number without mass is independent of the basis
     unit = np.sqrt(masses + _NONE * masses.max(axis=1, keepdims=True))
     unit = np.where(unit > 0, unit, 1.0)
     free = np.linalg.qr(unit[..., None] * free)[0] / unit[..., None]

@@ -278,7 +278,8 @@ class _Placement:
     def springs(self) -> Iterator[tuple[str, Part]]:
         structure, N = self.motions.structure, self.motions.o.shape[1]
         for joint in structure.joints:
-            values = [0.0 if (item := structure.freedoms[k]) is None else item.stiffness for k in joint.columns]
+            freedoms = [structure.freedoms[k] for k in joint.columns]
+            values = [0.0 if freedom is None else freedom.stiffness for freedom in freedoms]
             if any(values):
                 scale = [structure.model.length if k in structure.turning else 1.0 for k in joint.columns]
                 motions = np.broadcast_to(np.diag(1 / np.array(scale)), (N, len(scale), len(scale)))
@@ -288,8 +289,9 @@ class _Placement:
             for first, here in spring.places[0].items():
                 for second, there in spring.places[1].items():
                     bodies = structure.body_at[first], structure.body_at[second]
-                    columns, placed = structure.columns_of(*bodies), zip(bodies, spring.points, strict=True)
-                    start, end = (self.moved(columns, body, point)[:, :3] for body, point in placed)
+                    columns = structure.columns_of(*bodies)
+                    start = self.moved(columns, bodies[0], spring.points[0])[:, :3]
+                    end = self.moved(columns, bodies[1], spring.points[1])[:, :3]
                     matrix = np.moveaxis(spring.tangent * (here & there), 2, 0)
                     yield f"spring {spring.name}", Part(columns, end - start, matrix, np.zeros((N, 3, 6)))
 

@@ -128,7 +128,8 @@ def places_along_coil(turns: int, points: int) -> Array:
 def coil(length: float, radius: float, wire: float, turns: int, points: int) -> tuple[Surface, Integers]:
     """Return a coil spring with small balls at its ends, and the station (n,) of each vertex.
 
-    Vertices are in station coordinates, z along the spring: the coil stretches with the distance of its stations.
+    Stations are points along the spring. The vertices are given relative to their stations, with z along the spring; so the coil
+    stretches when the stations move apart.
     """
     places = places_along_coil(turns, points)
     n = len(places)

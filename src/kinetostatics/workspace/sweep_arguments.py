@@ -120,7 +120,7 @@ def read_plan(
 
 
 def _compensated(robot: Robot, kind: str, given: Sequence[str], orientation: str | None) -> tuple[str, ...]:
-    """Return the controlled coordinates for compensation: the given ones, or the best conditioned ones for actuators."""
+    """Return the coordinates that compensation corrects: those given, or if actuators are given the best conditioned ones."""
     found = tuple(given) if kind == "platform" else best_choice(robot, orientation_named(orientation), robot.zero_poses)
     if not found:
         raise ArgumentError(f"{robot.name!r} has no platform coordinates that its actuators can correct")
