@@ -33,7 +33,8 @@ from kinetostatics.results.result import Result
 from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.robot import Robot, robot_of
 
-#: Error [m, and rad times the characteristic length; relative for robots above 1 m] that counts as corrected, and the goal.
+#: Largest error that counts as corrected [m; angles times the characteristic length], for robots up to 1 m (see
+#: :func:`error_tolerance`), and the error at which the search ends.
 CORRECTED, EXACT = 1e-12, 1e-15
 #: Error that counts as corrected if actuator coordinates are prescribed instead of platform coordinates.
 BY_ACTUATORS = 1e-9
@@ -278,8 +279,7 @@ class _Problem:
             f"no actuator positions were found that bring the loaded platform of {self.robot.name!r} to its target in "
             f"{names}: "
             + (
-                "those of the pose where it would stand there lead, from the target pose, into another assembly mode, beyond a "
-                "singular pose"
+                "the positions found lead, from the target pose, into another assembly mode, beyond a singular pose"
                 if corrected
                 else "the sag changes too much from pose to pose, as beside a singular pose"
             )
@@ -299,7 +299,7 @@ def error_tolerance(length: float) -> float:
 
 
 def arrival_tolerance(robot: RobotKinematics) -> float:
-    """Return the position error [m] of a pose assembled from actuator coordinates, limited by the closure of loops."""
+    """Return the position error [m] allowed in a pose assembled from actuator coordinates, whose loops are nearly closed."""
     return BY_ACTUATORS * max(1.0, robot.length) + 10 * robot.length * robot.closing_error
 
 

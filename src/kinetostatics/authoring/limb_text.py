@@ -264,7 +264,7 @@ def _rod(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Walk) -> 
 
 
 def _inner_name(point: LimbPoint, *, in_tree: bool) -> str:
-    """Return the name of the joint at a point that is adjacent to the link on the inner side."""
+    """Return the name of the joint at a point; of a compound joint, the one adjacent to the link on the inner side."""
     kind = {"R": "revolute", "U": "universal", "S": "spherical", "C": "cylindrical", "": "flange"}[point.kind]
     name = f"{kind}_${{i}}{point.letter}"
     if in_tree and point.kind == "U":

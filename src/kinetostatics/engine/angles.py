@@ -25,7 +25,7 @@ _TERMS = 11
 
 
 def kind_of(kind: str, lanes: int) -> str:
-    """Return the type of ``lanes`` values of a kind; 0: of a single one."""
+    """Return the type of a vector of ``lanes`` values of a kind; with 0 lanes, that of a single value."""
     return f"<{lanes} x {kind}>" if lanes else kind
 
 

@@ -1,4 +1,4 @@
-"""Machine code of a record by LLVM's intermediate representation, for eight poses per instruction, or one.
+"""Machine code of a record by LLVM's intermediate representation, for eight poses per instruction, or for one.
 
 Operations on parameters alone are executed once per call, all others in a loop over blocks of eight poses. The last block may
 overlap the one before it, so that one code serves any number of poses n ≥ 8.
@@ -152,7 +152,7 @@ class _Writer:
             self.varies.append(operation[0] == "input" or any(self.varies[k] for k in operands(operation)))
 
     def instruction(self, number: int, lanes: int) -> list[str]:
-        """Return the instructions of an operation for so many poses; 0: once for all poses."""
+        """Return the instructions of an operation, each for ``lanes`` poses; 0: once for all poses."""
         name, *taken = self._tape.operations[number]
         result, real, truth = f"%{'v' if lanes else 's'}{number}", kind_of("double", lanes), kind_of("i1", lanes)
         if name == "input":

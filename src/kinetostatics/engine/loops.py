@@ -87,8 +87,9 @@ class CompiledSolver(Solver):
             raise NotRecordedError("compiled loop closure differs from NumPy's")
 
     def _codes(self, functions: Sequence[_Function], is_right: Callable[[list[Code]], bool], lanes: int) -> list[Code]:
-        """Return the code of functions from disk, or compile it for so many ``lanes`` unless that is 0; empty if no code is
-        correct.
+        """Return the code of functions from disk, or compile it for ``lanes`` poses per instruction; empty if no code is correct.
+
+        With 0 ``lanes`` nothing is compiled.
 
         Raises:
             NotRecordedError: the code is to be compiled, and the equations contain something that cannot be recorded.

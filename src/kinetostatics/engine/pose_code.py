@@ -29,7 +29,7 @@ STABILITY = (("is_stable",),)
 
 
 class OutputPlace(NamedTuple):
-    """Place of an output: shape without the poses, whether it has truth values, its rows in the result array, its stage."""
+    """Place of an output: its shape at one pose, whether it has truth values, its rows in the result array, its stage."""
 
     shape: Sequence[int]
     truth: bool

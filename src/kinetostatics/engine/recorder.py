@@ -1,4 +1,4 @@
-"""Arrays of recorded scalars, on which NumPy's functions are recorded, and the numbers of a robot as recorded parameters.
+"""Arrays of recorded scalars: NumPy's functions applied to them are recorded. A robot's numbers are parameters of the record.
 
 The data of a robot are copied with recorded parameters in place of numbers; all other data are its structure, the key of compiled
 code. Records are made from the copy alone, so that they depend on structure and parameters only. Numbers that are infinite, NaN
@@ -162,8 +162,8 @@ def _reduced(
 
 # ---- structure and parameters --------------------------------------------------------------------------------------
 
-#: Rounding error of 1, and of 0 relative to the largest entry of an array: a sine of 1e-17, say, is 0 for the structure, whatever
-#: the radius of a base.
+#: Difference up to which a number counts as 1 or −1, and, relative to the largest entry of its array, as 0: a computed sine of
+#: 1e-17 is 0, and so is its product with a radius.
 ROUNDING = 1e-14
 
 

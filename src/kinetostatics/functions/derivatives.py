@@ -2,8 +2,9 @@
 
 The outputs y(x, load, gravity, θ) and the residuals r(x, c, target, θ) of loops and prescribed coordinates are one record; θ are
 the robot's numbers. One reverse sweep gives all their derivatives. When θ or the target changes, the freedoms move so that r
-remains zero: v' = −G⁺ ∂r/∂θ θ' and y' = ∂y/∂x T(x) v' + ∂y/∂θ θ', where T(x) v are the rates of the coordinates. Only the rates
-θ' of constants by a number of the description, such as 1/EI, are central differences, with relative errors of about 10⁻¹².
+remains zero: v' = −G⁺ ∂r/∂θ θ' and y' = ∂y/∂x T(x) v' + ∂y/∂θ θ', where T(x) v are the rates of the coordinates. Only θ', the
+rates of constants such as 1/EI when a number of the description changes, are central differences, with relative errors of about
+10⁻¹².
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ PATHS: Mapping[str, str] = {
     **{name: f"configuration.{name}" for name in ("actuators", "residual")},
     "residual_error": "sweep.residual_error",
 }
-#: Additional descriptions of some outputs, and of some with compensation.
+#: Additions to the descriptions of some outputs, without and with compensation.
 _MORE = {"status": "; kinetostatics.Status; no number is valid at UNREACHABLE and SINGULAR"}
 _MORE_CORRECTED = {"actuators": ", corrected", "status": f"{_MORE['status']}; UNREACHABLE also where no correction was found"}
 

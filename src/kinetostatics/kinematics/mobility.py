@@ -166,7 +166,7 @@ class MobilityAnalysis:
         return move_twist(twists, position) / np.repeat([solver.length, 1.0], 3)[:, None, None] * solver.column_scale[:, None]
 
     def _free_motions(self, prescribed: PrescribedCoordinates, pose: SolverState) -> Array:
-        """Return a basis (n, k) of the scaled free motions of free columns and unknown angles at one pose."""
+        """Return a basis (n, k) of the free motions at one pose, as scaled changes of the n unknown freedoms and angles."""
         return null_space(self._gradient(prescribed, pose), self.rank_tolerance)[0]
 
     def _gradient(self, prescribed: PrescribedCoordinates, pose: SolverState) -> Array:

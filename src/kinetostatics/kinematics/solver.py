@@ -55,8 +55,8 @@ class Solver:
     """Newton's method for loops, mimic joints and prescribed coordinates.
 
     ``length`` [m] is the scale of lengths relative to angles for ranks and prescribed coordinates; ``reach`` [m] is the scale of
-    lengths for the size of steps; ``slack`` is the scaled residual that counts as rounding of the file. ``joint_of_column`` are
-    the joints of the tree by their first freedoms. If ``is_compiled``, chunks of poses are solved in threads.
+    lengths for the size of steps; ``slack`` is the scaled residual that counts as rounding of the file. ``joint_of_column`` has
+    the joints of the tree, each by the index of its first freedom. If ``is_compiled``, chunks of poses are solved in threads.
     """
 
     is_compiled = False

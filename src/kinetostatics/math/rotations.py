@@ -240,8 +240,8 @@ class Orientation:
     def same(self, c: Array, near: Array, always: bool | Mask) -> Array:
         """Return coordinates (3, N) of the same rotations as ``c`` that are nearer to ``near``.
 
-        They differ from ``c`` by full turns, if ``always`` or if rounding decides the sign of a half turn in ``c``; and in the
-        first and last angles if their axes coincide, so that only their sum is determined.
+        Full turns are added if ``always``, or where ``c`` has a half turn, whose sign is decided by rounding. Where the axes of
+        the first and the last angle coincide, so that only the sum of these angles is determined, this is divided between them.
         """
         changed = always | _half_turn(np.sqrt(dot(c, c)) if self.sequence is None else c)
         if self.sequence is None:

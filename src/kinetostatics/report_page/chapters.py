@@ -169,7 +169,7 @@ def checked_map(workspace: xr.Dataset, configuration: Configuration, tool: Array
 
 
 def workspace_html(workspace: xr.Dataset, configuration: Configuration) -> str:
-    """Return the worst cases of a map, and figures of it through the pose."""
+    """Return the worst cases of a map, and figures of its slices through the pose."""
     about = "<p>Sag and stiffness are those of the tool's tip.</p>" if "point" in workspace.attrs else ""
     return "\n".join([map_report(workspace).html(), _softest(workspace), about, _figures(workspace, configuration)])
 

@@ -19,7 +19,7 @@ from kinetostatics.results.tool_point import point_name
 HERTZ: Units = (("Hz", 1.0),)
 #: Parts of a table of energies, the largest first.
 MOST = 8
-#: Share of the energy below which a part has none.
+#: Share of the energy up to which a part is left out.
 NONE = 5e-4
 
 UNITS_OF_MODES = {
@@ -115,7 +115,7 @@ UNITS_OF_RESPONSE = {
 
 
 def frequency_response_report(found: FrequencyResponse) -> Report:
-    """Return the report of the frequency response of a pose, or of the largest over a batch."""
+    """Return the report of the frequency response of a pose, or of the largest response over a batch."""
     f = found.frequencies
     title = [f"Frequency response of {found.robot.name!r} at {point_name(found.tool)}: ", *state_title(found.configuration)]
     title.append(f"; {f.min():.4g} to {f.max():.4g} Hz, {len(f)} frequencies")

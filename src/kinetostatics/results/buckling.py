@@ -27,7 +27,8 @@ class Buckling(Shapes[BucklingModes], Reported, builder="reports.buckling:buckli
     """Load factors and modes in which a loaded robot buckles; see :meth:`kinetostatics.Result.buckling`.
 
     Arrays are read-only, batch axes first, then the mode; NaN where a pose has no results, or a mode no shape. The amplitude of a
-    mode is arbitrary, the largest component of the platform's twist positive. Modes of equal load factors can be combined.
+    mode is arbitrary, the largest component of the platform's twist positive. Any combination of modes with equal load factors is
+    a mode, too.
 
     Attributes:
         configuration: the pose or poses.
@@ -116,7 +117,7 @@ class SecondOrder(ShortRepr):
         twist: (…, 6) [m, rad].
         compliance: (…, 6, 6) [m/N, rad/(N·m)].
         stiffness: (…, 6, 6) [N/m, N·m/rad]; NaN where limbs are rigid.
-        change: (…) relative change of the stiffness against that motion of the platform for which it is largest.
+        change: (…) largest relative change of the platform's stiffness, over all directions of motion.
 
     Examples:
         >>> import kinetostatics as ks

@@ -32,7 +32,7 @@ class Estimate:
         interval: confidence interval. For a stiffness, the interval of its compliance is inverted, so that it is not symmetric
             about the value; an infinite end means no bound.
         standard_error: standard error of the value; infinite if the readings do not determine it.
-        identified: whether the readings determine the value; otherwise, the value nearest to the start among all that fit.
+        identified: whether the readings determine the value; if not, ``value`` is the one nearest to the start of all that fit.
     """
 
     name: str

@@ -40,7 +40,7 @@ def _of_beams(
     deformations: Sequence[Deformation],
     of: Callable[[LoadedBeams], Array],
 ) -> Mapping[str, Mapping[str, Array]]:
-    """Return a quantity (…, S, g, N) of stacks of beams, by beam and contribution."""
+    """Return the quantity that ``of`` computes for stacks of beams (…, S, g, N), by beam and contribution."""
     stacks = [[of(beams) for beams in d.beams] for d in deformations]
     found: dict[str, Mapping[str, Array]] = {}
     for name in robot.description.beams:

@@ -114,7 +114,10 @@ class CompiledChunk(Chunk):
         self._by_numpy = Chunk(robot, solve(self._which)) if self._which.size else None
 
     def _computed(self, name: str, least: int = 0) -> Array:
-        """Return an output (…, N) of the compiled code; if necessary, all up to its stage (at least ``least``) are computed."""
+        """Return an output (…, N) of the compiled code.
+
+        If it is not known yet, all outputs up to its stage are computed, or up to the stage ``least`` if this is later.
+        """
         place = self._code.places[name]
         if (stage := max(place.stage, least)) > self._stage:
             self._found, self._stage = self._code.computed(*self._given, stage=stage), stage

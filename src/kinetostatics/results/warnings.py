@@ -263,7 +263,7 @@ def _changed_stiffness(result: Result) -> str:
 
 
 def _motions(values: Array, vectors: Array, k: int, scale: Array) -> str:
-    """Describe the motions of the k-th eigenvalue (6,); of all equal eigenvalues, as eigenvectors (6, 6) are arbitrary."""
+    """Describe the motion of the k-th eigenvalue (6,); of equal ones, all motions, as their eigenvectors are arbitrary."""
     alike = np.abs(values - values[k]) <= 1e-6 * abs(values[k])
     spanned = np.linalg.svd(np.concatenate([vectors[:, alike].real, vectors[:, alike].imag], axis=1))[0][:, : np.sum(alike)]
     return " and ".join(describe_twist(twist / scale, scale[-1]) for twist in canonical_basis(spanned).T)

@@ -329,7 +329,7 @@ def largest_on_rings(forms: Array, wrench: Array) -> Array:
 
 
 def unit_stresses(forms: Array) -> Array:
-    """Return the largest stress (6,) of each component of a unit wrench alone, from the forms (…, 21) of all points."""
+    """Return the largest stress (6,) under each unit component of the wrench alone, from the ``forms`` (…, 21) of all points."""
     return np.sqrt(forms[..., _FIRST == _SECOND].reshape(-1, 6).max(axis=0))
 
 

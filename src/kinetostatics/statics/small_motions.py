@@ -194,7 +194,7 @@ class PlacedMotions:
         self._places = {name: k for k, name in enumerate(structure.model.joint_table.names)}
 
     def moved(self, columns: tuple[int, ...], body: RigidBody, point: Array) -> Array:
-        """Return the rotation of a body and the displacement of its point (3, N) per unit of k coordinates (2, 3, k, N)."""
+        """Return (2, 3, k, N) the rotation of a body and the displacement of its ``point`` (3, N), per unit of k coordinates."""
         mine = list(self.structure.columns[body])
         found, where = zeros_for((2, 3, len(columns), self.o.shape[1]), self.o), [columns.index(column) for column in mine]
         turns = self.units[:3, mine]

@@ -229,8 +229,9 @@ def _symmetric(matrix: Array) -> Array:
 
 
 def _of_joint(joint: FrameJoint, wrench: Array, inner: Array, outer: Array) -> Array:
-    """Return the second derivative (12, 12) of −F·d − M·φ of a joint's force and moment, without its centre's displacements.
+    """Return the second derivative (12, 12) of −F·d − M·φ for the force F and the moment M of a joint.
 
+    The part of the centre's displacements of second order is left out; it is that of :func:`_of_arm`.
     d is the displacement of the outer piece's centre relative to the inner piece's, in the mean of both pieces' axes; φ is the
     relative rotation vector, to second order θ₂ − θ₁ − ½ θ₁ × θ₂.
     """

@@ -99,7 +99,7 @@ class Still:
         return np.asarray(np.einsum("nij,nj->ni", at[:, :3, :3], mesh.surface.vertices) + at[:, :3, 3])
 
     def _deflections(self, mesh: Mesh, points: Array) -> Array:
-        """Return the true displacements (n,) [m] of points (n, 3) of a mesh in station coordinates."""
+        """Return the displacements (n,) [m], not exaggerated, of points (n, 3) of a mesh, each in the frame of its station."""
         station = np.broadcast_to(mesh.station, len(points))
         arms = np.einsum("nij,nj->ni", self.rest[station, :3, :3], points)
         twists = self.twists[station]
