@@ -78,7 +78,7 @@ KNOWN_NAMES = (
     KnownName(
         "spherical 3-RRR", "3-[R]RR", "three rotations about a point, an Agile Eye", _SPHERICAL, ("agile eye", "spherical")
     ),
-    KnownName("Sarrus", "[R]RR+RRR", "two limbs across each other: one translation", _CROSSED),
+    KnownName("Sarrus", "[R]RR+RRR", "two limbs in perpendicular planes: one translation", _CROSSED),
 )
 
 _SERIAL = (
