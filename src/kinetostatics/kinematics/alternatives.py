@@ -1,4 +1,4 @@
-"""Alternatives for assembly: coordinates that determine the pose, and other starts than the zero pose, which may be singular."""
+"""Alternatives if an assembly fails: other coordinates for the pose, and other starts if the zero pose is singular."""
 
 from __future__ import annotations
 
@@ -105,9 +105,9 @@ def closed_near(robot: RobotKinematics, values: Mapping[str, float]) -> SolverSt
 
 
 def tried_start(robot: RobotKinematics, prescribed: PrescribedCoordinates, target: Array) -> str:
-    """Return an advice for ``near=``, as text: a start from which a straight line reaches the coordinates (n, 1).
+    """Return advice for ``near=`` as text: a start from which a straight line reaches the coordinates (n, 1).
 
-    For coordinates of actuators that no start reaches, it is a start from which zero coordinates of the platform are reached.
+    If no start reaches given coordinates of actuators, it is a start from which the platform reaches zero coordinates.
     The text is empty if no start is found.
     """
     for values, pose in _starts(robot):

@@ -2,7 +2,8 @@
 
 A line ends at a joint limit, at a singular pose, or where the loops cannot be closed. Ordinary poses are the zero pose and those
 reached by moving each actuator alone. Ranks are decided at generic poses, near the zero pose and without symmetry; choices made
-once per robot must be valid at ordinary poses, too. They depend on actuators only, not on frames, axes and cut loops of the file.
+once per robot must be valid at ordinary poses, too. Ordinary poses depend on the actuators only, not on frames, axes and cut
+loops of the file.
 """
 
 from __future__ import annotations

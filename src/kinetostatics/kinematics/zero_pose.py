@@ -125,9 +125,13 @@ def is_one_frame(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]], 
 
 
 def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]], size: float, closest: str = "") -> str:
-    """Return the gaps at zero, {name: (m, rad)}, and corrections of single frames that would close all loops, as text.
+    """Return a text about gaps at zero, and the corrections of axes or of a single frame that would close all loops.
 
-    ``closest`` are the smallest gaps with all joints free, as text, if they are large.
+    Args:
+        mechanism: mechanism whose loops cannot be closed.
+        gaps: gap of each loop with all joints at zero, {name: (m, rad)}.
+        size: size of the robot [m].
+        closest: smallest gaps with all joints free, as text, if they are large.
     """
     name = mechanism.description.name
     text = f"the loops of {name!r} cannot be closed, not even with all joints free{': ' * bool(closest)}{closest}. "
@@ -148,9 +152,9 @@ def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]
 
 
 def corrections_hint(mechanism: Mechanism, size: float) -> str | None:
-    """Return a hint at axes or one frame that would close the loops at zero, if joints must move to close them; else None.
+    """Return a hint at corrections of axes, or of one frame, that would close the loops at zero; None without such a correction.
 
-    There is no hint if an axis is missing in the file, which has its own warning.
+    The joints must move to close the loops. There is no hint if an axis is missing in the file, which has its own warning.
     """
     if _missing_axes(mechanism):
         return None

@@ -25,7 +25,7 @@ def beam_candidates(group: LimbGroup) -> Iterator[Candidate]:
 
 
 def as_component(candidate: Candidate) -> Candidate:
-    """Return a candidate of a network with a label that marks it as a component, not a force in one of its parts."""
+    """Return a candidate of a limb with rings, labelled as a component of the limb's wrench, not as that of one of its parts."""
     words = candidate.label.split(" ", 1)
     if words[0] not in ("force", "couple"):
         return candidate
@@ -83,7 +83,7 @@ def common_point(group: LimbGroup, geometry: LimbGeometry) -> tuple[int, int] | 
 
 
 def central_candidates(group: LimbGroup, f: int, h: int) -> Iterator[Candidate]:
-    """Yield forces through the common point of all passive axes, along two of them and perpendicular to both, and this couple."""
+    """Yield forces through the common point of all passive axes, along two of them and normal to both, and the normal couple."""
     names = [group.dofs[0][k].label for k in (f, h)]
     yield Candidate(("axis", f), (f, h), f"force along the axis of {names[0]}")
     yield Candidate(("axis", h), (f, h), f"force along the axis of {names[1]}")

@@ -347,7 +347,7 @@ def definite_in_order(matrix: Array, order: list[Front]) -> Mask:
 
 
 def first_largest(values: ArrayLike, margin: float = EQUAL) -> int:
-    """Return the position of the first of the largest of n ≥ 1 non-negative values; ``margin`` is a relative difference."""
+    """Return the position of the first of n ≥ 1 non-negative values that equals the largest, up to the relative ``margin``."""
     values = np.asarray(values, dtype=np.float64)
     return int(np.argmax(values >= np.max(values) * (1 - margin)))
 

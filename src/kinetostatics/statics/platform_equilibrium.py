@@ -116,7 +116,8 @@ class PlatformEquilibrium:
     def pull(self, right: Array, strains: Sequence[Array]) -> Array:
         """Return the resultant wrench on the platform (6, S, N): the twists are C times this wrench; see :meth:`solve`.
 
-        By reciprocity, its product with a twist of the platform is the work of the other loads on the motion due to this twist.
+        By reciprocity, the product of this wrench and a twist of the platform is the work of all loads in the motion of the robot
+        that the twist causes.
         """
         total = np.array(right, subok=True)
         for factor, half, strain in zip(self._factors, self._halves, strains, strict=True):

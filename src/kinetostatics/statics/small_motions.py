@@ -245,11 +245,13 @@ def signs_of_modes(shapes: Array, twists: Array, tolerance: float) -> Array:
 
     Args:
         shapes: (N, m, n) modes in coordinates.
-        twists: (N, m, 6) twists of the platform; where one is below ``tolerance`` times its mode, the coordinates count.
-        tolerance: relative size, and relative difference of components that count as equal, of which the first counts.
+        twists: (N, m, 6) twists of the platform. In modes whose twist is smaller than ``tolerance`` times the mode, the sign is
+            that of the coordinates.
+        tolerance: also the relative difference up to which components count as equal; the first of them decides the sign.
     """
     still = np.linalg.norm(twists, axis=-1) < tolerance * np.linalg.norm(shapes, axis=-1)
     width = max(6, shapes.shape[2])
-    rows = np.where(still[..., None], *(np.pad(item, [(0, 0), (0, 0), (0, width - item.shape[2])]) for item in (shapes, twists)))
+    coordinates, platform = (np.pad(item, [(0, 0), (0, 0), (0, width - item.shape[2])]) for item in (shapes, twists))
+    rows = np.where(still[..., None], coordinates, platform)
     first = np.argmax(np.abs(rows) > (1 - tolerance) * np.abs(rows).max(axis=-1, keepdims=True), axis=-1)
     return np.where(np.take_along_axis(rows, first[..., None], axis=-1) < 0, -1.0, 1.0)

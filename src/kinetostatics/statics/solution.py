@@ -233,7 +233,8 @@ class Changes:
     """Unit loads on links whose factors are determined later, as parts of existing contributions.
 
     Attributes:
-        pull: (6, n, N) resultant wrench of each unit load on the platform; by reciprocity also its motion per unit twist.
+        pull: (6, n, N) resultant wrench on the platform of each unit load; by reciprocity, also the displacement along the load
+            per unit twist of the platform.
         held: the equilibrium under each unit load with a fixed platform, as contributions after the existing ones.
     """
 
@@ -328,7 +329,7 @@ def by_mechanism(robot: RobotStatics, solution: Solution) -> Solution:
 
 
 def of_deformation(limb: str) -> str:
-    """Return the name of the contribution of a limb's weight by deformation of the limb."""
+    """Return the name of the contribution due to deformation of a limb under its weight."""
     return f"deformation of {limb}"
 
 

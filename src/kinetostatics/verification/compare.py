@@ -30,12 +30,12 @@ if TYPE_CHECKING:
 
 #: Largest difference with which a robot counts as verified.
 TOLERANCE = 1e-8
-#: Likewise of natural frequencies, to which meshes of finite elements only converge.
+#: Likewise for natural frequencies, whose finite-element values are extrapolated from several meshes.
 MESHES_AGREE = 1e-5
 #: Smallest reference value of relative differences, as a part of the twist or force that the loads could cause: results
 #: may vanish by symmetry.
 NOTHING = 1e-3
-#: Largest ratio of principal compliances; smaller ones are rounding errors of rigid limbs, without a stiffness.
+#: Largest ratio of principal compliances; compliances below are rounding errors of rigid limbs, and there is no stiffness.
 STIFF = 1e9
 
 

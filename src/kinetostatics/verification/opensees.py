@@ -253,7 +253,7 @@ def _arrays(level: Answer) -> dict[str, Array]:
 
 
 def weights_at_zero(h: Array) -> Array:
-    """Return the weights (n,) of values at h (n,) in that at h = 0 of the polynomial through them."""
+    """Return the weights (n,) with which values at ``h`` (n,) give the value at h = 0 of the polynomial through them."""
     return np.array([np.prod([other / (other - mine) for other in h if other != mine]) for mine in h])
 
 

@@ -225,7 +225,7 @@ class SingularFrameError(Exception):
 
 
 def analyze(ops: ModuleType, steps: int) -> None:
-    """Solve the equations of the frame in so many load steps."""
+    """Solve the equations of the frame in this number of load steps."""
     if ops.analyze(steps) != 0:
         raise SingularFrameError("the frame has no solution")
 

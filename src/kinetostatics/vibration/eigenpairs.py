@@ -87,7 +87,7 @@ class _Space:
     """Poses with the same number of independent motions Z y, which keep loops closed and have stiffness or mass.
 
     ``basis`` is Z (P, n, r), None where all coordinates are independent; ``free`` is the number of motions without stiffness;
-    ``stable``: whether no motion has negative stiffness, as pushing springs may give it.
+    ``stable``: whether no motion has negative stiffness, which compressed springs may cause.
     """
 
     poses: Index
@@ -121,7 +121,7 @@ class _Space:
         modes, finite, bounds = np.arange(square.shape[1]), np.isfinite(square), square
         if not np.any(finite):
             return square, np.full((*square.shape, model.coordinates), np.nan)
-        modes = modes[np.any(finite, axis=0)]  # the others follow these
+        modes = modes[np.any(finite, axis=0)]  # modes that are infinite at all poses are the last ones
         square, finite = np.where(finite, square, 1.0)[:, modes], finite[:, modes]
         for _ in range(_STEPS):
             K, M = (self.restricted(matrix) for matrix in model.pencil(square))

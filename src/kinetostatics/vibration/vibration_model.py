@@ -147,7 +147,7 @@ class VibrationModel:
         )
 
     def divided(self, square: float) -> VibrationModel | None:
-        """Return the model with one more piece in each beam whose clamped λ is not above ``square`` [1/s²]; None: no beam."""
+        """Return the model with one more piece in each beam whose λ with clamped ends is at most ``square``; None: in no beam."""
         lowest = {name: float(item.piece.clamped_square().min()) for name, item in self.beams.items()}
         low = {name for name, bound in lowest.items() if bound <= square and np.isfinite(bound)}
         if not low:
