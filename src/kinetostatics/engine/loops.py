@@ -97,7 +97,10 @@ class CompiledSolver(Solver):
         given = self._solver, self._own, self._example
         make = [partial(_compiled, item[1], given, self._sizes, *item[2:], lanes) for item in functions]
         keys = [code_key(f"{what} {self._structure}") for what, *_ in functions]
-        fits = lambda codes: all(code.table["sizes"] == self._sizes for code in codes) and is_right(codes)  # noqa: E731
+
+        def fits(codes: list[Code]) -> bool:
+            return all(code.table["sizes"] == self._sizes for code in codes) and is_right(codes)
+
         return found_or_made(keys, make if lanes else None, fits)
 
     def _is_right(self, codes: list[Code]) -> bool:
@@ -151,7 +154,7 @@ class CompiledSolver(Solver):
         self, prescribed: PrescribedCoordinates, start: SolverState, target: Array, shorter: bool = True
     ) -> tuple[Array, Array]:
         """Return the coordinates at which lines from poses to targets (n, N) start, see :meth:`Solver.line`."""
-        # recorded is the shorter rotation of actuators
+        # the record turns actuators the shorter way
         known = prescribed == self._own and (shorter or bool(prescribed.angles)) and target.shape[1] > 0
         code = self._start if known else None
         if code is None:

@@ -87,7 +87,10 @@ class PoseCode:
         self._key = code_key(f"poses {lanes} {stages} {structure.key}")
         expected = outputs_at(Pose(model, *example), [name for stage in stages for name in stage])
         make = [lambda: compiled(model, stages, example, self._sizes, lanes)]
-        is_right = lambda codes: self._is_right(codes[0], expected, example)  # noqa: E731
+
+        def is_right(codes: list[Code]) -> bool:
+            return self._is_right(codes[0], expected, example)
+
         self.is_there = bool(found_or_made([self._key], make if anew else None, is_right))
         if anew and not self.is_there:
             raise NotRecordedError("results of compiled code differ from NumPy's")

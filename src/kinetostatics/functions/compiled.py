@@ -153,9 +153,20 @@ class CompiledFunction:
 
     def _configuration(self, closed: _Closed) -> Configuration:
         """Return a pose as a configuration."""
-        names, target = () if self._by_actuators else self._names, np.array(closed.target)[:, None]
-        how = (), np.ones(1, dtype=bool), self._convention, TOLERANCE, False, (self._solver, self.prescribed, target), names
-        return assembly.closed_pose(self._robot, closed.poses, self._solver.place(closed.poses.x), *how)
+        names = () if self._by_actuators else self._names
+        target = np.array(closed.target)[:, None]
+        return assembly.closed_pose(
+            self._robot,
+            closed.poses,
+            self._solver.place(closed.poses.x),
+            shape=(),
+            arrived=np.ones(1, dtype=bool),
+            convention=self._convention,
+            closure_tolerance=TOLERANCE,
+            raising=False,
+            solved=(self._solver, self.prescribed, target),
+            names=names,
+        )
 
     def together(
         self,

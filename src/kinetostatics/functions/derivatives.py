@@ -374,8 +374,17 @@ def varied(robot: Robot, description: RobotDescription, own: PoseModel) -> tuple
             zero = other.frames_at(robot.model_q(robot.zero_poses))
             beams = make_beam_models(other.mechanism, other.topology.beams, zero)
             weights = Weights(other.mechanism, other.topology, beams)
-            sizes = robot.length, robot.rank_tolerance, robot.closing_error
-            statics = statics_on(own.statics, StaticModel(other.mechanism, other.topology, beams, weights, zero, *sizes))
+            model = StaticModel(
+                other.mechanism,
+                other.topology,
+                beams,
+                weights,
+                zero,
+                robot.length,
+                robot.rank_tolerance,
+                robot.closing_error,
+            )
+            statics = statics_on(own.statics, model)
             solver = Solver(other.equations, robot.solver.length, robot.solver.reach, robot.solver.slack)
             found = PoseModel.of(solver, statics, own.prescribed)
             parts = found.structure(all_vary=True)

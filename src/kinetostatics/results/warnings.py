@@ -67,7 +67,7 @@ def near_singular_warnings(result: Result) -> list[str]:
     if found.constraint_index[worst] < LEAST_CONSTRAINT:
         values, vectors = np.linalg.eigh(_constraint(result)[worst])
         twists = canonical_basis(vectors[:, values < LEAST_CONSTRAINT**2]).T
-        why = f"a load along this motion causes limb wrenches {1 / found.constraint_index[worst]:.2g} times as large"
+        why = f"a load along this motion causes limb wrenches of about {1 / found.constraint_index[worst]:.2g} times its size"
     else:
         twists = _amplifications(result)[1][worst][None]
         times = f"{found.force_amplification[worst]:.2g} times"
@@ -199,7 +199,7 @@ def _instability(result: Result) -> list[str]:
     if not np.any(where):
         return []
     first = int(np.argmax(where))
-    stiffness = "within its limbs"
+    stiffness = "within the limbs"
     if of_platform[first]:
         scale = np.repeat([1.0, result.robot.length], 3)
         C = np.nan_to_num(result.compliance.reshape(-1, 6, 6)[first]) * scale[:, None] * scale

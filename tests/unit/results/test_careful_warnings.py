@@ -139,7 +139,7 @@ def test_poses_near_a_singular_one_are_warned_of():
     (text,) = [text for text in after.warnings if "singular" in text]
     motion = "a rotation about the axis (0, 0, 1) through o + (0, 0, 0) m with a pitch of -0.066"
     assert text.startswith(f"the pose is nearly singular: the platform is almost free in {motion}")
-    assert text.endswith("; a load along this motion causes limb wrenches 50 times as large")
+    assert text.endswith("; a load along this motion causes limb wrenches of about 50 times its size")
     value = text.split(" N·m/rad)")[0].rsplit(" (", 1)[1]
     assert float(value) == pytest.approx(1 / after.compliance[5, 5], rel=0.01)  # of a moment about the vertical alone
 
