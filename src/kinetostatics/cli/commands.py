@@ -11,8 +11,11 @@ import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from kinetostatics.arguments import ARGUMENTS, POSE, Argument, Keyword
+from kinetostatics.arguments import ARGUMENTS, Argument, Keyword
 from kinetostatics.cli.typed_values import option_of
+
+#: Arguments with the coordinates of the pose; only one of them may be given.
+COORDINATES = ("platform", "actuators")
 
 #: Module of each command, in the order of the help.
 COMMANDS: Mapping[str, str] = {
@@ -107,17 +110,19 @@ class Command:
             epilog=f"{self.notes}\nexamples:\n{examples}".lstrip("\n"),
         )
         groups: dict[str, argparse._ActionsContainer] = {"": parser}
-        alternatives: dict[tuple[str, ...], argparse._ActionsContainer] = {}
+        alternatives: dict[tuple[str, ...], argparse._ActionsContainer] = {}  # groups of options that exclude one another
         for key, argument in self.options.items():
             if argument.group not in groups:
                 groups[argument.group] = parser.add_argument_group(argument.group)
             place = groups[argument.group]
-            for names in (POSE[:2], self.exclusive):
+            for names in (COORDINATES, self.exclusive):
                 if key in names:
-                    place = alternatives[names] = alternatives.get(names) or place.add_mutually_exclusive_group()
+                    if names not in alternatives:
+                        alternatives[names] = place.add_mutually_exclusive_group()
+                    place = alternatives[names]
             option = option_of(key, argument)
             keywords: dict[str, Keyword] = {"help": argument.help, **_action(argument)}
-            if self.grid and key in POSE[:2]:
+            if self.grid and key in COORDINATES:
                 keywords["metavar"] += "S"  # NAME=VALUES
             if option.startswith("-"):
                 keywords |= {"dest": key, "required": key in self.required}

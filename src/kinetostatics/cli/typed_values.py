@@ -157,10 +157,7 @@ def value_of(name: str, args: argparse.Namespace) -> Keyword:
     if argument.kind == "items":
         return parse_items(option, given)
     if argument.kind == "count":
-        with contextlib.suppress(ArgumentError):
-            if (number := parse_quantity(given, "number")).is_integer():
-                return whole_number(option, int(number), argument.least, shown=given.strip())
-        return whole_number(option, None, argument.least, shown=given.strip())
+        return _whole_number_of(option, given, argument.least)
     if argument.kind in ("", "flag", "text", "optional text", "texts", "names"):
         return given
     if argument.kind == "wrench":
@@ -168,6 +165,14 @@ def value_of(name: str, args: argparse.Namespace) -> Keyword:
     if argument.size:
         return [number_of(option, text, argument.kind) for text in given]
     return number_of(option, given, argument.kind)
+
+
+def _whole_number_of(option: str, text: str, least: int) -> int:
+    """Return the integer of an option, at least ``least``."""
+    number = math.nan
+    with contextlib.suppress(ArgumentError):
+        number = parse_quantity(text, "number")
+    return whole_number(option, int(number) if number.is_integer() else None, least, shown=text.strip())
 
 
 def given_of(names: Iterable[str], args: argparse.Namespace) -> dict[str, Keyword]:

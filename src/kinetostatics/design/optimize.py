@@ -109,8 +109,10 @@ def optimize(
     """
     check_keywords(optimize, analysis, without=("on_failure",))
     links: dict[str, str | None] = {"platform_link": platform_link, "base_link": base_link}
-    given = (platform, actuators), orientation, parameters, links, starts, tool, closure_tolerance, analysis
-    search_for = prepare(robot, vary, minimize, subject_to, *given)
+    workspace = platform, actuators
+    search_for = prepare(
+        robot, vary, minimize, subject_to, workspace, orientation, parameters, links, starts, tool, closure_tolerance, analysis
+    )
     return search_for.optimum(search_for.problem, search_for.own, starts)
 
 
@@ -155,10 +157,12 @@ class Search:
             value, margin = float(extremes[worst]), float(item.margins(values[worst]).min())
             unit = KINDS.get(REQUIRABLE[item.name].kind, "")
             number, *case = map(int, np.unravel_index(worst, (poses, *problem.cases)))
-            pose = {name: float(array[number]) for name, array in problem.coordinates.items()}
+            pose = ResultMapping({name: float(array[number]) for name, array in problem.coordinates.items()})
             active = abs(margin) <= ACTIVE or margin < 0
-            stated = item.text, item.name, value, item.limit, unit, margin
-            checked.append(CheckedRequirement(*stated, ResultMapping(pose), tuple(case), active, saving, item.below))
+            found = CheckedRequirement(
+                item.text, item.name, value, item.limit, unit, margin, pose, tuple(case), active, saving, item.below
+            )
+            checked.append(found)
         name = problem.objective[0]
         before = problem.at(self.own if problem.sizes.are_own else {}).objective
         allowed: dict[str, tuple[float, ...]] = {item.name: (item.low, item.high) for item in self.ranges}

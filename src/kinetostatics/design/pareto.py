@@ -79,8 +79,10 @@ def pareto(
         raise ArgumentError(f'minimize is {minimize!r}; a front has two quantities, such as ("mass", "sag")')
     points = whole_number("points", points, 2, MOST)
     links: dict[str, str | None] = {"platform_link": platform_link, "base_link": base_link}
-    given = subject_to, (platform, actuators), orientation, parameters, links, starts, tool, closure_tolerance, analysis
-    first = prepare(robot, vary, minimize[0], *given)
+    workspace = platform, actuators
+    first = prepare(
+        robot, vary, minimize[0], subject_to, workspace, orientation, parameters, links, starts, tool, closure_tolerance, analysis
+    )
     measured = parse_objective(minimize[1])
     if measured == first.problem.objective:
         raise ArgumentError(f'minimize is {minimize!r}; a front has two different quantities, such as ("mass", "sag")')

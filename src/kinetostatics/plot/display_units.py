@@ -44,8 +44,7 @@ def display_unit(units: str, values: ArrayLike, requested: str | None = None) ->
         if asked is None or own is None or asked.dimension != own.dimension:
             further = ", deg" if units == "rad" else ", N/µm" if units == "N/m" else ""
             raise ArgumentError(f"unit {requested!r} is not one for values in {units}: {', '.join(choices)}{further}")
-        shown = re.sub(r"u(?=m|rad|N|deg)", "µ", requested)
-        return asked.size / own.size, {"deg": "°", "mdeg": "10⁻³ °"}.get(shown, shown)
+        return asked.size / own.size, _typeset_unit(requested)
     sizes = sorted((unit(name).size, name) for name in choices if find_unit(name) is not None) or [(1.0, units)]
     finite = np.asarray(values, dtype=float)
     finite = np.abs(finite[np.isfinite(finite)])
@@ -54,6 +53,12 @@ def display_unit(units: str, values: ArrayLike, requested: str | None = None) ->
         return 1.0, units
     fitting = [item for item in sizes if item[0] <= largest * (1 + 1e-12)]
     return fitting[-1] if fitting else sizes[0]
+
+
+def _typeset_unit(name: str) -> str:
+    """Return a unit in typographic form: µ for u, ° for deg."""
+    name = re.sub(r"u(?=m|rad|N|deg)", "µ", name)
+    return {"deg": "°", "mdeg": "10⁻³ °"}.get(name, name)
 
 
 def coordinate_unit(units: str, values: ArrayLike) -> tuple[float, str]:

@@ -61,7 +61,8 @@ def common_masks(parts: Sequence[Selection]) -> list[Mask]:
 def check_numbers(what: str, parts: Sequence[Selection], where: str) -> None:
     """Raise an error if no pose has a number."""
     if not any(np.isfinite(part.values).any() for part in parts):
-        values, status = (np.stack([getattr(part, name) for part in parts]) for name in ("values", "status"))
+        values = np.stack([part.values for part in parts])
+        status = np.stack([part.status for part in parts])
         reasons = ", ".join(mask.label for mask in masks_of(values, status))
         raise ArgumentError(f"{what}: no pose of {where} has a number ({reasons})")
 

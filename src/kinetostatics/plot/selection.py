@@ -297,15 +297,17 @@ def range_of(numbers: Sequence[Array], value_range: tuple[float, float] | None) 
     low, high = value_range or main_range(values)
     least, most = float(values.min()), float(values.max())
     below, above = least < low, most > high
-    words = below * [f"from {least:.3g}"] + above * [f"up to {most:.3g}"]
+    words = ([f"from {least:.3g}"] if below else []) + ([f"up to {most:.3g}"] if above else [])
     note = f", {' '.join(words)}".replace("-", "−") if words and value_range is None else ""
     return ValueRange(low, high, "both" if below and above else "min" if below else "max" if above else "neither", note)
 
 
 def check_range(value_range: tuple[float, float] | None) -> None:
     """Raise an error if a range is not two finite numbers, the smaller one first."""
+    if value_range is None:
+        return
     try:
-        low, high = (0.0, 1.0) if value_range is None else map(float, value_range)
+        low, high = map(float, value_range)
         valid = -np.inf < low < high < np.inf
     except (TypeError, ValueError):
         valid = False

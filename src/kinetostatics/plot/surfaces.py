@@ -99,8 +99,7 @@ def surface(
     values = [np.clip(numbers, low, high) for numbers in values]
     if high - low <= 1e-9 * max(abs(low), abs(high)):
         low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
-    middles = [np.nanmedian(np.abs(two - one)) for one, two in pairwise(values) if np.isfinite(two - one).any()]
-    apart = ax is None and bool(middles) and min(middles) < NEAR * (high - low)
+    apart = ax is None and _coincide(values, low, high)
     sheets = [[k] for k in range(len(parts))] if apart else [[*range(len(parts))]]
     axes: list[Axes3D] = [solid_axes(ax, 0.95, "surfaces need")] if not apart else []
     axes = axes or [*new_panels(len(parts), 0.65 * ONE_COLUMN, 0.6 * ONE_COLUMN, "3d")]
@@ -154,6 +153,12 @@ def surface(
         ]
         legend_below(figure, [*named, *patches.values()])
     return axes[0]
+
+
+def _coincide(sheets: Sequence[Array], low: float, high: float) -> bool:
+    """Return whether the median distance of two successive surfaces is below :data:`NEAR` of the range of heights."""
+    gaps = [np.abs(two - one) for one, two in pairwise(sheets)]
+    return any(np.nanmedian(gap) < NEAR * (high - low) for gap in gaps if np.isfinite(gap).any())
 
 
 #: Direction towards the light, and the part of a face's brightness that is independent of it.

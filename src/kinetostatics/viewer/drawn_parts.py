@@ -60,8 +60,7 @@ def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
             and float(np.abs(before.centre - centre).max()) < size
         ):  # fmt: skip
             names = (*before.joints, connection.name)
-            same = [x == y for x, y in zip(before.name, connection.name, strict=False)]
-            common = before.name[: (*same, False).index(False)].rstrip("_-. ") or names[0]
+            common = _common_start(before.name, connection.name).rstrip("_-. ") or names[0]
             found[-1] = DrawnJoint(common, names, before.links | links, before.centre, None, before.twist, False, None)
             continue
         single = _axis(poses, connection) if connection.type.is_on_axis else None
@@ -72,6 +71,14 @@ def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
             )
         )  # fmt: skip
     return found
+
+
+def _common_start(a: str, b: str) -> str:
+    """Return the common start of two names."""
+    count = 0
+    while count < min(len(a), len(b)) and a[count] == b[count]:
+        count += 1
+    return a[:count]
 
 
 def _centre(poses: DrawnPoses, connection: Connection) -> Array:

@@ -44,9 +44,8 @@ class FrameFacts:
         """Return the lines of the heading in a frame, title and text; the status is last."""
         found = []
         if self.pose:
-            shown = [(name, round(float(values[frame]), 2) + 0.0, unit) for name, unit, values in self.pose]
-            values = [f"{name} {value:.15g}{'' if unit == '°' else ' '}{unit}" for name, value, unit in shown]
-            found.append(("pose", ", ".join(values).replace("-", "−")))
+            pose = (f"{name} {_rounded(values[frame])}{'' if unit == '°' else ' '}{unit}" for name, unit, values in self.pose)
+            found.append(("pose", ", ".join(pose)))
         if self.gravity is not None and self.load is not None:
             found += [("gravity", f"{_vector(self.gravity[frame])} m/s²"), ("load at o", _wrench(self.load[frame]))]
         found += [(name, _wrench(wrench[frame])) for name, wrench in self.on_links.items()]
@@ -63,6 +62,11 @@ class FrameFacts:
     def units(self) -> dict[str, object]:
         """Return the number formats as JSON data."""
         return {"displacement": plain_scale(self.displacement), "rotation": plain_scale(self.rotation)}
+
+
+def _rounded(value: float) -> str:
+    """Return a coordinate in mm or degrees, without trailing zeros."""
+    return f"{round(float(value), 2) + 0.0:.15g}".replace("-", "−")
 
 
 def _short(value: float) -> str:

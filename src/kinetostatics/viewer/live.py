@@ -109,8 +109,9 @@ class LiveRobot:
         scene = self._scene(None if groups is None else set(groups), self.like if isinstance(self.result, Result) else None)
         if tuple(question.get("contributions", scene.stations.sources)) != scene.stations.sources:
             return {**self._scene(None).plain(), **rim}
-        whole = kind == "details" or question.get("details") or scene.unloaded
-        details = describe_scene(self.result, visuals=self.visuals).details() if whole else {}
+        details: dict[str, object] = {}
+        if kind == "details" or question.get("details") or scene.unloaded:
+            details = describe_scene(self.result, visuals=self.visuals).details()
         return {**scene.moving(), **details, **rim}
 
     def compile(self, go_on: Callable[[], bool]) -> None:

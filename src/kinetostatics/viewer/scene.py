@@ -108,9 +108,11 @@ class _SceneBuilder:
             [("base", self.at["base"], "base"), ("platform", self.at["o"], "o")], self._limb_labels(),
         )  # fmt: skip
         if isinstance(poses, SinglePose):
-            scene.unloaded, scene.notes = True, [*poses.notes, *self._coarse()]
+            scene.unloaded = True
+            scene.notes = [*poses.notes, *self._coarse()]
             if isinstance(poses, ModePoses):
-                scene.modes, scene.exaggeration = poses.drawn, 1.0
+                scene.modes = poses.drawn
+                scene.exaggeration = 1.0
                 for twists in np.moveaxis(stations.all_twists, 2, 0):  # clearly visible displacements of each mode
                     twists *= self._visible_factor(twists)
             else:
@@ -123,9 +125,9 @@ class _SceneBuilder:
 
     def _without_loads(self, mesh: Mesh) -> Mesh:
         """Return a mesh without colours of deflections, and only deformed if there is no free motion."""
-        roots = (
-            mesh.roots if self.poses.sources else tuple(dict.fromkeys(name.replace("Rest", "Deformed") for name in mesh.roots))
-        )
+        roots = mesh.roots
+        if not self.poses.sources:
+            roots = tuple(dict.fromkeys(name.replace("Rest", "Deformed") for name in roots))
         coloured = isinstance(mesh.colour, str) and mesh.colour == "deflection"
         return replace(mesh, roots=roots, colour=STANDING if coloured else mesh.colour)
 
@@ -224,8 +226,9 @@ class _SceneBuilder:
         radius = 0.5 * float(np.mean([marker_radius(self.poses, joint, self.size) for joint in near or self.joints]))
         sticks = [stick(middle, p, radius) for p in local if np.linalg.norm(p - middle) > 1e-6 * self.size]
         if sticks:
-            centre = Surface(ball(radius).vertices + middle, ball(radius).faces)
-            self.meshes.append(Mesh(path, joined([*sticks, centre]), self._link_station(link, roots), roots))
+            hub = ball(radius)
+            hub = Surface(hub.vertices + middle, hub.faces)
+            self.meshes.append(Mesh(path, joined([*sticks, hub]), self._link_station(link, roots), roots))
 
     def _beams(self) -> None:
         for name, beam in self.robot.description.beams.items():

@@ -110,9 +110,7 @@ class Still:
         if root == "Rest":
             return RESTING[0]
         if _is_coloured(mesh, root):
-            ramp = np.array([[int(colour[n : n + 2], 16) / 255 for n in (1, 3, 5)] for colour in RAMP])
-            places = np.linspace(0, self.high, len(RAMP))
-            return np.column_stack([np.interp(self.deflections[mesh.path], places, channel) for channel in ramp.T])
+            return _ramp_colours(self.deflections[mesh.path] / self.high)
         return UNKNOWN if isinstance(mesh.colour, str) and mesh.colour == "deflection" else mesh.colour
 
     def _arrows(self) -> Iterator[StillArrow]:
@@ -181,6 +179,12 @@ class Still:
         distance = 1.04 * max(fit[0] for fit in fits)
         shifts = [(most + least - (low + high) * distance) / 2 for _, most, least, low, high in fits]
         return centre + shifts[0] * right + shifts[1] * up, distance * d
+
+
+def _ramp_colours(parts: Array) -> Array:
+    """Return the colours (n, 3), 0 to 1, at parts (n,) of the colour scale."""
+    ramp = np.array([[int(colour[n : n + 2], 16) / 255 for n in (1, 3, 5)] for colour in RAMP])
+    return np.column_stack([np.interp(parts, np.linspace(0, 1, len(RAMP)), channel) for channel in ramp.T])
 
 
 def round_up(value: float) -> float:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.arguments import Keyword, path_name, warn, whole_number
+from kinetostatics.arguments import path_name, warn, whole_number
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import in_threads, threads
@@ -130,9 +130,11 @@ def sweep(
         links = {"platform_link": platform_link, "base_link": base_link}
         coordinates = {"platform": platform, "actuators": actuators}
         vectors = {"load": (load, 6), "gravity": (gravity, 3), "point": (point, 3)}
-        constant: dict[str, Keyword] = {"orientation": orientation, "frame": frame, "closure_tolerance": closure_tolerance}
-        constant |= {"assembly_errors": assembly_errors, "loads": loads, "payload": payload, "modes": modes}
-        plan, first = read_plan(robot, coordinates, parameters, parameter_units, links, outputs, vectors, engine, **constant)
+        plan, first = read_plan(
+            robot, coordinates, parameters, parameter_units, links, outputs, vectors, engine,
+            orientation=orientation, frame=frame, assembly_errors=assembly_errors, loads=loads, payload=payload, modes=modes,
+            closure_tolerance=closure_tolerance,
+        )  # fmt: skip
         labels = labels_of(plan, first)
         try_plan(plan, first)
         check_names(plan, labels, outputs)

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.arguments import Keyword, check, check_mapping, names_in, warn
+from kinetostatics.arguments import check, check_mapping, names_in, warn
+from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.description.units import find_unit
 from kinetostatics.engine.programs import check_engine, engine_for
@@ -55,7 +56,14 @@ def read_plan(
     outputs: Sequence[str] = ("default",),
     vectors: Mapping[str, tuple[ArrayLike | None, int]] = NO_LOAD,
     engine: str = "auto",
-    **constant: Keyword,
+    *,
+    orientation: str | None = None,
+    frame: str = "world",
+    assembly_errors: Mapping[str, object] | None = None,
+    loads: Mapping[str, object] | None = None,
+    payload: Payload | None = None,
+    modes: int = 0,
+    closure_tolerance: float = 1e-10,
 ) -> tuple[SweepPlan, Robot]:
     """Return the plan of a sweep and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
 
@@ -63,16 +71,15 @@ def read_plan(
         coordinates: platform and actuators.
         links: links of platform and base, if given.
         vectors: load, gravity and point, with their numbers of components.
-        constant: orientation, frame, closure_tolerance, assembly_errors, loads, payload and modes.
     """
-    orientation, assembly_errors, modes = (constant.get(name) for name in ("orientation", "assembly_errors", "modes"))
     kinds = {kind: given for kind, given in coordinates.items() if given is not None}
     if len(kinds) > 1:
         raise ArgumentError("give either platform= or actuators=, not both")
-    check("frame", constant.get("frame", "world"))
-    constant["closure_tolerance"] = check("closure_tolerance", constant.get("closure_tolerance", 1e-10))
+    check("frame", frame)
+    check("modes", modes)
+    closure_tolerance = check("closure_tolerance", closure_tolerance)
     engine = check_engine(engine)
-    requested = [*names_in("outputs", outputs, '["twist", "stiffness"]'), *(["modes"] if check("modes", modes or 0) else [])]
+    requested = [*names_in("outputs", outputs, '["twist", "stiffness"]'), *(["modes"] if modes else [])]
     groups = dict.fromkeys(item.group for item in VARIABLES.values() if item.group != "always")
     for name in requested:
         if name not in VARIABLES and name not in groups:
@@ -88,10 +95,12 @@ def read_plan(
     with naming_parameters({axis.name: start[axis.name] for axis in varying}):
         first, source = _source(robot, start, bool(varying), links or {})
     varying = _with_units(varying, first, source.links, start, parameter_units)
-    kind, given = next(iter(kinds.items()), ("actuators", dict.fromkeys(first.description.driven, 0.0)))
+    if not kinds:
+        kinds = {"actuators": dict.fromkeys(first.description.driven, 0.0)}
+    ((kind, given),) = kinds.items()
     if assembly_errors is not None:
         parse_assembly_errors(first.statics, assembly_errors)
-    on_links = parse_link_loads(first.statics, constant.get("loads"), constant.get("payload"))
+    on_links = parse_link_loads(first.statics, loads, payload)
     if on_links is not None and any(array.ndim > 1 for array in on_links.arrays()):
         raise ArgumentError(
             "loads on links and the payload are constant in a sweep: give single vectors and numbers, not arrays over poses"
@@ -108,10 +117,19 @@ def read_plan(
         axes,
         {name: float(value) for name, value in held.items()},
         constants if parameters else {},
+        load=fields["load"],
+        gravity=fields["gravity"],
+        point=fields.get("point"),
+        frame=frame,
+        orientation=orientation,
+        assembly_errors=assembly_errors,
+        loads=loads,
+        payload=payload,
+        modes=modes,
+        closure_tolerance=closure_tolerance,
         outputs=variables,
         versions=versions(),
         engine=engine_for(engine, math.prod(axis.size for axis in axes)),
-        **{**constant, **fields},
     )
     if any(VARIABLES[name].group == "compensation" for name in variables):
         plan = replace(plan, compensated=_compensated(first, kind, list(given), orientation))
