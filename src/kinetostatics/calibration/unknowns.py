@@ -100,7 +100,7 @@ class Unknowns:
 
     @property
     def moves(self) -> bool:
-        """Whether arguments of the file are among the unknowns, which may change the pose."""
+        """Whether the unknowns include arguments of the file; a change of these may change the pose."""
         return any(item.kind == "argument" for item in self.items)
 
     @cached_property

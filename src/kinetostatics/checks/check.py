@@ -106,7 +106,7 @@ def robot_facts(robot: Robot) -> RobotFacts:
 
 
 def robot_warnings(robot: Robot) -> tuple[str, ...]:
-    """Return the errors that prevent analyses at most poses, and the warnings that apply to all poses."""
+    """Return the problems and warnings of a robot, without the warnings that apply to the zero pose only."""
     facts = robot_facts(robot)
     return (*facts.problems, *(text for text in facts.warnings if text not in facts.zero.warnings))
 

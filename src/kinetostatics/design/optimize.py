@@ -142,7 +142,7 @@ class Search:
     def described(
         self, problem: Problem, best: dict[str, float], ends: Sequence[dict[str, float]] = (), searched: str = "listed values"
     ) -> Optimum:
-        """Return the optimum with given parameters, and the ends of all searches."""
+        """Return the optimum at the parameters ``best``, with the ends of all searches and the method of search."""
         point = problem.at(best)
         if point.result is None:
             raise StaticsError("no parameters within the bounds yield a robot that can be analysed: check the bounds of vary")

@@ -214,7 +214,8 @@ def pose_record(
     Args:
         model: the robot.
         names: names of the outputs, at least one.
-        example: x, load, gravity and, if residuals are requested, c and target of one pose; branches follow this pose.
+        example: x, load and gravity of one pose, and c and target if residuals are requested; where the code branches, the branch
+            taken at this pose is recorded.
         all_vary: whether to record 0, 1 and −1 as parameters too, see :class:`Structure`.
         tool: see :func:`outputs_at`.
 

@@ -242,9 +242,9 @@ def known_link(argument: str, name: str, links: Collection[str], path: str) -> s
 def likely_platforms(links: Collection[str], joints: Mapping[str, Joint]) -> list[str]:
     """Return the links of a tree that may be its platform, the most probable first: moving end links, and hands.
 
-    A hand is a link with several moving branches that have fewer joints than the path from the root to it, such as the fingers of
-    a gripper. Links fixed to a hand precede its fingers. Of several links fixed to one another, the last one comes first; in arms
-    it is the frame of the tool.
+    A hand is a link with several moving branches, such as the fingers of a gripper, each with fewer joints than the path from the
+    root to the hand. Links fixed to a hand precede its fingers. Of several end links fixed to one another, the last one in the
+    file comes first; in files of arms this is the frame of the tool.
     """
     above = {joint.child: joint for joint in joints.values()}
 

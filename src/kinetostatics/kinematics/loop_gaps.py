@@ -273,7 +273,7 @@ def _descends_from(parents: dict[str, str], link: str, root: str) -> bool:
 
 
 def _candidates(mechanism: Mechanism, links: dict[str, Array], sides: list[Array]) -> _Candidates:
-    """Return the frames that affect loops; frames of joints move all their descendants in the tree."""
+    """Return the frames whose errors open loops; an error of a joint's frame moves all links beyond the joint in the tree."""
     description = mechanism.description
     loops = list(description.loops.values())
     at = [loop.predecessor for loop in loops] + [loop.successor for loop in loops]

@@ -26,9 +26,12 @@ _GOOD_PIVOT = 1e-3
 
 @dataclass(frozen=True)
 class EliminationOrder:
-    """Pivots (row, column) of the elimination, fixed once per limb: in the joints' equations and in the platform's six sums.
+    """Pivots (row, column) of the elimination, chosen once per limb.
 
-    The columns ``free`` without pivots belong to states of self-stress.
+    Attributes:
+        joints: pivots in the equilibrium equations of the passive joints.
+        platform: pivots in the six sums of the cut-joint wrenches at the platform.
+        free: columns without a pivot, whose values are the amounts of self-stress.
     """
 
     joints: tuple[tuple[int, int], ...]

@@ -285,7 +285,7 @@ class LimbGroup:
         return outboard[:, self.passive], beyond, spring_beyond
 
     def weights_outboard(self, weights: Array) -> tuple[Array, Array, Array]:
-        """Return the sums of the limbs' own weights outboard of passive freedoms, of beams' platform ends, and of springs.
+        """Return three sums of the limbs' own weights: outboard of each passive freedom, of each beam, and of each spring.
 
         ``weights`` (6, W, N) are all weights of the robot, about o [N, N·m]; the results are (6, passive freedoms, g, N),
         (6, beams, g, N) and (6, springs, g, N).

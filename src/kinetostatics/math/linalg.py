@@ -111,9 +111,9 @@ def _rank_of(values: Array, tolerance: float) -> tuple[int, float]:
 
 
 class Cholesky:
-    """Cholesky factor of symmetric positive (semi)definite matrices ``(n, n, …)``, from their lower triangles.
+    """Cholesky factor of symmetric positive (semi)definite matrices ``(n, n, …)``, of which only the lower triangles are read.
 
-    The smallest pivot is 1 for orthogonal columns, and at rounding level for a singular matrix.
+    :attr:`smallest_pivot` is 1 for a diagonal matrix, and at rounding level for a singular one.
     """
 
     def __init__(self, a: Array) -> None:

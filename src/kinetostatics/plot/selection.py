@@ -283,7 +283,13 @@ def main_range(values: NDArray[np.float64]) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class ValueRange:
-    """Range of values of colours or heights; ends of the colour bar with values beyond; note such as ", up to 70.6"."""
+    """Range of values of colours or heights.
+
+    Attributes:
+        low, high: limits of the range.
+        extend: ends of the colour bar beyond which there are values.
+        note: text on values beyond a default range, such as ", up to 70.6".
+    """
 
     low: float
     high: float
@@ -299,7 +305,10 @@ def range_of(numbers: Sequence[Array], value_range: tuple[float, float] | None) 
     below, above = least < low, most > high
     words = ([f"from {least:.3g}"] if below else []) + ([f"up to {most:.3g}"] if above else [])
     note = f", {' '.join(words)}".replace("-", "−") if words and value_range is None else ""
-    return ValueRange(low, high, "both" if below and above else "min" if below else "max" if above else "neither", note)
+    extend: dict[tuple[bool, bool], Literal["neither", "both", "min", "max"]] = {
+        (False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"
+    }  # fmt: skip
+    return ValueRange(low, high, extend[below, above], note)
 
 
 def check_range(value_range: tuple[float, float] | None) -> None:

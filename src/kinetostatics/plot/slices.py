@@ -281,7 +281,7 @@ class Plane:
 
 
 def goes_round(ds: xr.Dataset, dims: Sequence[str], polar: bool | None, ax: Axes | None) -> bool:
-    """Return whether a slice is polar: for azimuth and tilt, unless ``polar`` or the given axes differ."""
+    """Return whether a slice is polar: as ``polar`` or the given axes require; by default for azimuth and tilt."""
     suits = set(dims) == {ROUND, OUTWARDS} and not any(ds[name].dtype.kind in "OUS" for name in dims)
     if suits:
         turn, tilt = np.asarray(ds[ROUND].values), np.asarray(ds[OUTWARDS].values)

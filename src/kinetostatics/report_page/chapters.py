@@ -151,7 +151,7 @@ SHOWN = ("linear_sag", "angular_sag", "least_translational_stiffness", "largest_
 
 
 def checked_map(workspace: xr.Dataset, configuration: Configuration, tool: Array | None) -> xr.Dataset:
-    """Return a map of this robot with the tool's tip as reference point."""
+    """Check that a map is of this robot, and return it with the tool's tip as reference point."""
     from kinetostatics.indices import at_point
     from kinetostatics.indices.map_variables import variable
 

@@ -88,7 +88,7 @@ def at_pose(coordinate: Coordinate, with_unit: bool = True) -> Number:
 
 
 def pose_facts(configuration: Configuration, gravity: Array, load: Array, *more: tuple[str, str]) -> Facts:
-    """Return coordinates, gravity and load of one pose, and ``more`` names with texts."""
+    """Return the lines with coordinates, gravity and load of one pose, followed by ``more`` lines (name, text)."""
     found = platform_coordinates(configuration)
     orientation = configuration.orientation
     angles = "  ".join(f"{name} {at_pose(found[name])}" for name in orientation.names)

@@ -215,7 +215,7 @@ def _poses(result: Result, where: NDArray[np.bool_]) -> str:
 
 
 def _buckling(result: Result) -> list[str]:
-    """Return warnings about members near buckling, and about forces that change the stiffness, constant in linear theory."""
+    """Return warnings about members near buckling, and about a stiffness changed by the forces (linear theory neglects this)."""
     ratios = {beam.name: float(np.max(np.nan_to_num(beam.euler_ratio), initial=0.0)) for beam in result.beams.values()}
     members: dict[str, list[str]] = {}
     for name, ratio in ratios.items():

@@ -350,7 +350,9 @@ def _by_contribution(
     platform_weight: Array,
     applied: tuple[AppliedStatics, ...],
 ) -> tuple[Array, list[Array]]:
-    """Return the right-hand sides of Eqs. (12) and (11) for each contribution; ``statics`` are under weights alone.
+    """Return the right-hand sides of Eqs. (12) and (11) for each contribution.
+
+    ``statics`` is the state of the limbs under their own weights, without loads on links or springs.
 
     Returns:
         External wrenches on the platform less the attached wrenches of the limbs (6, S, N); and for each group the displacements

@@ -195,7 +195,7 @@ def verify(
 
 
 def _ends(beam: BeamResult) -> Array:
-    """Return the section wrenches (2, 6) at a beam's ends, about them, in world axes."""
+    """Return the section wrenches (2, 6) at the two ends of a beam, each about its section's centroid, in world axes."""
     sections = beam.section_wrenches[[0, -1]].reshape(2, 2, 3)
     return np.asarray(sections @ beam.axes.T).reshape(2, 6)
 

@@ -153,8 +153,8 @@ def save_image(
     """Write a picture of a result with its legend, a PNG file; Chromium or Chrome has to be installed.
 
     Args:
-        result, title, pose, exaggeration, compare: see :func:`show`; of a batch the first pose, of modes the largest
-            displacements.
+        result, title, pose, exaggeration, compare: see :func:`show`; a batch is drawn at its first pose, a mode at its
+            maximum amplitude.
         path: path of the file; an existing file is replaced.
         colour: quantity shown by colours: ``"deflection"``, or along beams ``"stress"`` (von Mises), ``"axial"`` (force) or
             ``"euler"`` (N/N_Euler).

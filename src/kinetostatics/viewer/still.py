@@ -245,7 +245,7 @@ def legend(still: Still, square: float) -> tuple[str, int]:
         rows += [(line, colours[group] if k == 0 else "", "," if line is not filled[-1] else "") for k, line in enumerate(filled)]
     if len(rows) > MOST_LINES:
         line, colour, _ = rows[MOST_LINES - 1]
-        rows[MOST_LINES - 1 :] = [(line, colour, ", …")]
+        rows = [*rows[: MOST_LINES - 1], (line, colour, ", …")]
     height = 26 + LINE * max(3, len(rows) + 1)
     parts = []
     if scene.unloaded or not still.largest[0]:
