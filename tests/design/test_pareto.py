@@ -1,6 +1,7 @@
 """Pareto fronts against closed forms and all combinations of lists."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import parametric_machines
@@ -103,3 +104,9 @@ def test_mistakes(cantilever):
     ]:
         with pytest.raises(ks.ArgumentError, match=message):
             ks.pareto(cantilever, {"diameter": "20mm:30mm"}, **given)
+
+
+def test_a_parameter_with_the_name_of_a_minimized_quantity_has_its_own_column(front, tmp_path):
+    points = tuple(replace(point, parameters={"mass": 1.0}, units={"mass": "kg"}) for point in front)
+    replace(front, points=points).save(tmp_path / "front.csv")
+    assert (tmp_path / "front.csv").read_text().splitlines()[0] == "mass [kg],sag [m],parameter mass [kg]"

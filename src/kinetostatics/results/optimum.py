@@ -166,7 +166,10 @@ class ParetoFront(Reported, builder="reports.optimum:pareto_report"):
         units = self.points[0].units if self.points else {}
         quantities = list(zip(self.minimized, self.units, self.objectives.T, strict=True))
         quantities += [(name, units.get(name, ""), values) for name, values in self.parameters.items()]
-        columns = {}
+        columns: dict[str, list[str]] = {}
         for name, unit, values in quantities:
-            columns[f"{name} [{unit}]" if unit else name] = [repr(value) for value in values.tolist()]
+            title = f"{name} [{unit}]" if unit else name
+            if title in columns:  # a parameter with the name of a minimized quantity
+                title = f"parameter {title}"
+            columns[title] = [repr(value) for value in values.tolist()]
         write_table(path, columns)
