@@ -69,8 +69,10 @@ def gaps_text(gaps: Mapping[str, tuple[float, float]]) -> str:
         if sizes:
             alike.setdefault(" and ".join(sizes), []).append(name)
     closed = sum(max(pair) <= CLOSED for pair in gaps.values())
-    parts = [f"{'loops' if names[1:] else 'loop'} {', '.join(map(repr, names))} {'are' if names[1:] else 'is'} {size} open"
-             for size, names in alike.items()]  # fmt: skip
+    parts = []
+    for size, names in alike.items():
+        loops, verb = ("loops", "are") if len(names) > 1 else ("loop", "is")
+        parts.append(f"{loops} {', '.join(map(repr, names))} {verb} {size} open")
     return ", ".join(parts) + (f" ({closed} other{'s' * (closed > 1)} closed)" if closed and parts else "")
 
 
@@ -157,13 +159,14 @@ class FrameCorrection:
 
     def __str__(self) -> str:
         angle = float(np.linalg.norm(self.turn))
-        parts = [f"moving the {{}} by {_vector(self.shift)} m"] if np.any(self.shift) else []
-        parts += (
-            [f"turning {'it' if parts else 'the {}'} by {np.degrees(angle):.4g}° about {_vector(self.turn / angle)}"]
-            if angle
-            else []
-        )
-        return " and ".join(parts).format(f"origin of {'loop' if self.is_loop else 'joint'} {self.joint!r} on link {self.link!r}")
+        origin = f"the origin of {'loop' if self.is_loop else 'joint'} {self.joint!r} on link {self.link!r}"
+        parts = []
+        if np.any(self.shift):
+            parts.append(f"moving {origin} by {_vector(self.shift)} m")
+        if angle:
+            what = "it" if parts else origin
+            parts.append(f"turning {what} by {np.degrees(angle):.4g}° about {_vector(self.turn / angle)}")
+        return " and ".join(parts)
 
 
 def _vector(values: Array) -> str:

@@ -160,8 +160,10 @@ def frame_of(model: FrameModel, scale: FrameUnits, probes: Sequence[int], elemen
         if piece != model.base and np.array_equal(point, model.references[piece]):
             return references[piece]
         tag = node(point)
-        # a node must not be both fixed and tied
-        fixed.append(tag) if piece == model.base else ties.append([references[piece], tag])
+        if piece == model.base:  # a node must not be both fixed and tied
+            fixed.append(tag)
+        else:
+            ties.append([references[piece], tag])
         return tag
 
     unit = scale.stiffness * np.repeat([1.0, scale.length**2], 3)
