@@ -230,11 +230,15 @@ def _poses(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, dict[
 
 
 def _read_table(robot: Robot, args: argparse.Namespace, timed: bool = False) -> tuple[str, dict[str, list[float]]]:
-    """Return whether the columns of ``--table`` are ``--platform`` or ``--actuators``, and their values in SI; or also "time"."""
+    """Return the option of the coordinates in ``--table``, "--platform" or "--actuators", and the columns in SI.
+
+    ``timed``: whether the table has a column "time", too.
+    """
     if args.platform or args.actuators:
         raise ArgumentError("give either --table or coordinates, not both")
     time = ("time",) if timed else ()
-    example = f"a table has a line of names, such as {'time [s],' * timed}z [mm],rx [deg], and below it a line for each pose"
+    names = "time [s],z [mm],rx [deg]" if timed else "z [mm],rx [deg]"
+    example = f"a table has a line of names, such as {names}, and below it a line for each pose"
     table = read_csv(args.table, example, (*time, *robot.description.driven, *PLATFORM_KINDS), time)
     option = "--actuators" if any(name in robot.description.driven for name in table.names) else "--platform"
     columns: dict[str, list[float]] = {name: [] for name in table.names}

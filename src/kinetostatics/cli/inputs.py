@@ -123,7 +123,11 @@ def coordinate_kind(robot: Robot | None, option: str, name: str) -> str | None:
 
 
 def swept_coordinates(robot: Robot, args: argparse.Namespace) -> tuple[str, dict[str, str], dict[str, float]]:
-    """Return the option whose coordinates ``--sweep`` varies, "--platform" or "--actuators", these, and the others."""
+    """Return the coordinates of ``--sweep`` and the constant ones.
+
+    Returns:
+        Their common option, "--platform" or "--actuators"; the varied ones, as texts; and the constant ones [m, rad].
+    """
     swept = parse_items("--sweep", args.sweep)
     actuators = [name for name in swept if name in robot.description.driven]
     if actuators and len(actuators) < len(swept):

@@ -124,7 +124,7 @@ class _SceneBuilder:
         return scene
 
     def _without_loads(self, mesh: Mesh) -> Mesh:
-        """Return a mesh without colours of deflections, and only deformed if there is no free motion."""
+        """Return a mesh without colours of deflections; without free motions it is drawn once, not at rest and deformed."""
         roots = mesh.roots
         if not self.poses.sources:
             roots = tuple(dict.fromkeys(name.replace("Rest", "Deformed") for name in roots))
