@@ -82,7 +82,13 @@ class Hanging:
 
 @dataclass(frozen=True)
 class Graph:
-    """A limb: chain without base and platform (empty for attached bodies), branches and rings on bodies, number of rings."""
+    """A limb as a chain from base to platform.
+
+    Attributes:
+        chain: chain without base and platform; empty for attached bodies.
+        hanging: branches and rings on bodies.
+        rings: number of independent rings.
+    """
 
     chain: Chain
     hanging: tuple[Hanging, ...]
@@ -134,22 +140,33 @@ def joint_words(joint: JointStep) -> str:
     return name + (f" ({', '.join(notes)})" if notes else "")
 
 
+def body_words(body: Body) -> str:
+    """Return the names of links and beams that move together, of more than four the first two and the last."""
+    if len(body.names) <= 4:
+        return " + ".join(body.names)
+    return f"{body.names[0]} + {body.names[1]} + … + {body.names[-1]} ({len(body.names)} in all)"
+
+
 def chain_lines(start: str, chain: Chain, end: str, indent: str = "") -> list[str]:
     """Return a chain as lines such as ``base —revolute_1→ rod_1 —spherical_1→ platform``, with branches on separate lines."""
     lines: list[str] = []
     words = [start] if start else []
 
     def put(body: str) -> None:
-        words[-1:] = [f"{words[-1]} {body}" if words[-1].endswith("→") else f"{words[-1]} + {body}"] if words else [body]
+        if not words:
+            words.append(body)
+        elif words[-1].endswith("→"):
+            words[-1] += f" {body}"
+        else:
+            words[-1] += f" + {body}"
 
     left: str | None = end
     for k, item in enumerate(chain):
         if isinstance(item, JointStep):
             words.append(f"—{joint_words(item)}→")
         elif isinstance(item, Body):
-            names = item.names if len(item.names) <= 4 else (*item.names[:2], "…", item.names[-1])
-            name = " + ".join(names) + (f" ({len(item.names)} in all)" if len(item.names) > 4 else "")
-            if words[-1:] != [name]:
+            name = body_words(item)
+            if not words or words[-1] != name:
                 put(name)
         else:
             if words and words[-1].endswith("→"):
@@ -174,9 +191,9 @@ def _filled(words: list[str], last: str, indent: str) -> list[str]:
     """Return words distributed over lines; continuation lines are indented further."""
     if not words and not last:
         return []
-    first, *more = [*words[:-1], "".join(words[-1:]) + last]
-    lines = [indent + first]
-    for word in more:
+    words = [*words[:-1], words[-1] + last] if words else [last]
+    lines = [indent + words[0]]
+    for word in words[1:]:
         if len(lines[-1]) + 1 + len(word) > WIDTH:
             lines.append(indent + "    " + word)
         else:
@@ -197,14 +214,14 @@ class GraphReader:
 
     def dead_weight(self, topology: Topology, role: str) -> Graph:
         """Return the bodies attached to the ``base`` or the ``platform`` alone."""
-        attached, root = (topology.base, self.graph.base) if role == "base" else (topology.platform, self.graph.platform)
-        edges, compounds = list(attached.edges), list[CompoundJoint]()
+        edges = list((topology.base if role == "base" else topology.platform).edges)
+        compounds: list[CompoundJoint] = []
         for limb in topology.hanging:
             if limb.name == role:
                 known = {edge.key for edge in edges}
                 edges += [edge for edge in (*limb.edges, *limb.branches) if edge.key not in known]
                 compounds += compound_joints(self.mechanism, limb)
-        return _Reducer(self, edges, compounds).alone(root)
+        return _Reducer(self, edges, compounds).alone(self.graph.base if role == "base" else self.graph.platform)
 
     def joint(self, compound: CompoundJoint | Connection) -> JointStep:
         """Return a joint as a step of a chain."""
@@ -230,6 +247,7 @@ class _Edge:
 
 
 def _turned(chain: Chain) -> Chain:
+    """Return a chain in reverse order."""
     return tuple(Body(item.names[::-1]) if isinstance(item, Body) else item for item in reversed(chain))
 
 
@@ -237,9 +255,12 @@ def _joined(*chains: Chain) -> Chain:
     """Return concatenated chains, with consecutive bodies merged."""
     found: list[Item] = []
     for item in (item for chain in chains for item in chain):
-        if found and isinstance(item, Body) and isinstance(before := found[-1], Body):
+        if isinstance(item, Body) and not item.names:
+            continue
+        before = found[-1] if found else None
+        if isinstance(item, Body) and isinstance(before, Body):
             found[-1] = Body(tuple(dict.fromkeys((*before.names, *item.names))))
-        elif not isinstance(item, Body) or item.names:
+        else:
             found.append(item)
     return tuple(found)
 
@@ -269,8 +290,9 @@ class _Reducer:
     def _is_weld(self, edge: BodyEdge) -> bool:
         """Whether an edge is a rigid fixed joint inside a limb."""
         item = edge.connection
-        rigid = item is not None and item.type.is_fixed and not springs_of(self.reader.mechanism, item.name)
-        return rigid and not set(edge.ends) & set(self.ends)
+        if item is None or not item.type.is_fixed or springs_of(self.reader.mechanism, item.name):
+            return False
+        return not set(edge.ends) & set(self.ends)
 
     def _name_nodes(self, edges: list[BodyEdge]) -> dict[RigidBody, tuple[str, ...]]:
         """Return the rigid links of every node that have mass or a joint, in the order of the file."""
@@ -314,16 +336,26 @@ class _Reducer:
         """Return a beam as a body; a telescopic beam as its links and the joints between them."""
         span = edge.beam
         assert span is not None
-        links, items = [span.start_link], list[Item]()
+        beam = span.beam
+
+        def body(link: str) -> Body:
+            return Body((beam.name if link == beam.link else link,))
+
+        here = span.start_link
+        items: list[Item] = [body(here)]
         for connection in (*span.inward[::-1], *span.outward):
-            links.append(connection.other(links[-1]))
-            items.append(Body(()) if connection.type.is_fixed else self.reader.joint(connection))
-        bodies = [Body((span.beam.name if link == span.beam.link else link,)) for link in links]
-        return _joined(tuple(x for pair in zip(bodies, items, strict=False) for x in pair), (bodies[-1],))
+            here = connection.other(here)
+            if not connection.type.is_fixed:
+                items.append(self.reader.joint(connection))
+            items.append(body(here))
+        return _joined(tuple(items))
 
     def name(self, node: RigidBody) -> str:
+        """Return the name of a node."""
         names = self._names.get(node, ())
-        return " + ".join(names) if names else f"the end of {self._beam_at[node]}" if node in self._beam_at else "a point"
+        if names:
+            return " + ".join(names)
+        return f"the end of {self._beam_at[node]}" if node in self._beam_at else "a point"
 
     def through(self, start: RigidBody, end: RigidBody) -> Graph:
         """Return the chain from one body to another."""

@@ -118,9 +118,18 @@ def _mobility(robot: Robot, zero: ZeroFacts) -> MobilityFacts:
     found, motions = robot.mobility, Motions(robot)
     values = robot.solver.values(robot.actuator_coordinates, robot.zero_poses)[:, 0]
     zero.drives = {name: float(value) for name, value in zip(motions.actuator_names, values, strict=True)}
-    counts = found.platform, found.local, found.redundant_constraints, found.gap
-    held = coordinates_of(motions), *actuators_of(motions)
-    return MobilityFacts(*counts, *held, local_freedoms(motions), redundancies(motions))
+    redundant_actuators, uncontrolled = actuators_of(motions)
+    return MobilityFacts(
+        found.platform,
+        found.local,
+        found.redundant_constraints,
+        found.gap,
+        coordinates_of(motions),
+        redundant_actuators,
+        uncontrolled,
+        local_freedoms(motions),
+        redundancies(motions),
+    )
 
 
 def _attached_bodies(weight: AttachedBodies, mass: float | None, graph: Graph) -> AttachedBodiesFacts:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,6 +12,7 @@ from kinetostatics.checks.local_freedoms import LocalFreedom
 from kinetostatics.checks.redundancy import Redundancy
 from kinetostatics.description.elements import Spring
 from kinetostatics.limbs.geometry import Basis
+from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import EQUAL
 from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.mechanism.joints import drives_of, springs_of
@@ -32,7 +33,7 @@ class LimbFacts:
         graph: chain of bodies and joints.
         links, beams: names.
         joints: joints in the order of the graph.
-        parts: first and last link of each part of a limb divided by pieces in series.
+        parts: first and last link of each part, if the limb consists of several parts in series.
         rigid: whether no part of it is elastic.
         mass: mass at the zero pose [kg], None if unknown.
         constraint_wrenches, attached_wrenches: descriptions, None if unknown.
@@ -240,10 +241,15 @@ def elastic_joints(robot: Robot) -> list[ElasticJointFacts]:
         drive = stiffness.drive if name in drives_of(robot.mechanism) else None
         springs = springs_of(robot.mechanism, name)
         if springs or drive is not None:
-            both = [np.diag(each) for each in (springs[0].linear, springs[0].angular)] if springs else np.zeros((2, 3))
-            linear, angular = (tuple(1 / float(c) if c > 0 else np.inf for c in compliances) for compliances in both)
-            found.append(ElasticJointFacts(name, robot.mechanism.connections[name].type.name, linear, angular, drive))
+            linear, angular = (springs[0].linear, springs[0].angular) if springs else (np.zeros((3, 3)), np.zeros((3, 3)))
+            kind = robot.mechanism.connections[name].type.name
+            found.append(ElasticJointFacts(name, kind, _stiffnesses(linear), _stiffnesses(angular), drive))
     return found
+
+
+def _stiffnesses(compliances: Array) -> tuple[float, ...]:
+    """Return the stiffnesses along the axes from compliances (3, 3); infinite for rigid directions."""
+    return tuple(1 / float(c) if c > 0 else np.inf for c in np.diag(compliances))
 
 
 def followers(robot: Robot) -> list[FollowerFacts]:
@@ -261,22 +267,44 @@ def beam_facts(
     """Return all beams; ``labels`` are names of joints in the limbs, ``frames`` those of the zero pose, None if unknown."""
     found = []
     for name, beam in robot.description.beams.items():
-        section, span, length, mass = beam.section, robot.topology.beams[name], None, None
+        section, span = beam.section, robot.topology.beams[name]
+        length = mass = None
         if models is not None and frames is not None:  # rounded, so that equal beams have equal numbers
-            values = models[name].length(frames), models[name].mass_at(frames)
-            length, mass = (float(f"{float(value[0]):.12g}") for value in values)
+            length = float(f"{models[name].length(frames)[0]:.12g}")
+            mass = float(f"{models[name].mass_at(frames)[0]:.12g}")
         given = {end.joint for end in (beam.start, beam.end) if end is not None}
-        ends = list[str]()
-        for link, point in ((span.start_link, span.start), (span.end_link, span.end)):
-            here = [x for x in robot.mechanism.at_link[link] if float(np.max(np.abs(x.centre_on(link) - point))) < 1e-6]
-            best = sorted(here, key=lambda x: (x.name not in given, x.type.is_fixed))
-            ends.append(labels.get(best[0].name, best[0].name) if best else link)
-        sizes = bool(span.spanned), length, 2 * max(section.extent), mass
-        moduli = beam.youngs_modulus, beam.shear_modulus, beam.density, beam.thermal_expansion
-        areas = section.area, section.I_y, section.I_z, section.J
-        text = section_words(section)
-        found.append(BeamFacts(name, beam.link, ends[0], ends[1], text, *sizes, *moduli, *areas, beam.shear_areas))
+        found.append(
+            BeamFacts(
+                name=name,
+                link=beam.link,
+                start=_end_name(robot, labels, given, span.start_link, span.start),
+                end=_end_name(robot, labels, given, span.end_link, span.end),
+                section=section_words(section),
+                telescopic=bool(span.spanned),
+                length=length,
+                depth=2 * max(section.extent),
+                mass=mass,
+                youngs_modulus=beam.youngs_modulus,
+                shear_modulus=beam.shear_modulus,
+                density=beam.density,
+                thermal_expansion=beam.thermal_expansion,
+                area=section.area,
+                I_y=section.I_y,
+                I_z=section.I_z,
+                J=section.J,
+                shear_areas=beam.shear_areas,
+            )
+        )
     return found
+
+
+def _end_name(robot: Robot, labels: dict[str, str], given: Collection[str], link: str, point: Array) -> str:
+    """Return the name of a joint at a ``point`` (3,) of a link, preferably one of ``given``; the link's name if there is none."""
+    here = [item for item in robot.mechanism.at_link[link] if float(np.max(np.abs(item.centre_on(link) - point))) < 1e-6]
+    if not here:
+        return link
+    best = min(here, key=lambda item: (item.name not in given, item.type.is_fixed))
+    return labels.get(best.name, best.name)
 
 
 def section_words(section: Section) -> str:

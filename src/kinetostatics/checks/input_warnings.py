@@ -18,6 +18,7 @@ from kinetostatics.math.graphs import joined
 from kinetostatics.math.linalg import EQUAL
 from kinetostatics.mechanism.beam_geometry import ends_nowhere
 from kinetostatics.mechanism.body_graph import BodyGraph, RigidBody
+from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.robot import Robot
 from kinetostatics.unit_hints import length_hint, limit_hints
 
@@ -191,8 +192,7 @@ def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
     known = {beam.name: beam for beam in facts.beams}
     if frames is None:
         return {name: (beam.length or 0.0, beam.depth) for name, beam in known.items()}
-    joints = [(edge.ends, edge.connection) for edge in graph.edges if edge.connection is not None]
-    locked = [ends for ends, joint in joints if joint.type.is_fixed or (joint.type.is_slide and joint.driven)]
+    locked = [edge.ends for edge in graph.edges if edge.connection is not None and _is_locked(edge.connection)]
     together = joined(graph.bodies, locked)
     ends: dict[frozenset[RigidBody], list[tuple[str, np.ndarray]]] = {}
     for edge in graph.edges:
@@ -210,11 +210,17 @@ def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
     }
 
 
+def _is_locked(joint: Connection) -> bool:
+    """Whether a joint joins its bodies rigidly: fixed, or a driven slide."""
+    return joint.type.is_fixed or (joint.type.is_slide and joint.driven)
+
+
 def _materials(facts: RobotFacts) -> Iterable[str]:
     def modulus(beam: BeamFacts) -> str | None:
         young, shear = beam.youngs_modulus, beam.shear_modulus
-        words = f"<has> a shear modulus of {shear:.4g} Pa and a Young's modulus of {young:.4g} Pa, which are inconsistent"
-        return None if 1 <= young / shear <= 1000 else words
+        if 1 <= young / shear <= 1000:
+            return None
+        return f"<has> a shear modulus of {shear:.4g} Pa and a Young's modulus of {young:.4g} Pa, which are inconsistent"
 
     def expansion(beam: BeamFacts) -> str | None:
         if not EXPANSIONS[0] <= beam.thermal_expansion <= EXPANSIONS[1]:
@@ -329,11 +335,7 @@ def _elastic_joints(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 def _held(robot: Robot, joint: ElasticJointFacts) -> Iterable[tuple[str, float, str, int]]:
     """Yield the stiffnesses of a joint along its constrained directions: words, value, unit, and whether it is rotational."""
     passive = robot.mechanism.connections[joint.joint]
-    near = {axis for axis, part in zip("xyz", passive.axis, strict=True) if abs(float(part)) > 0.1}
-    axes = {Axes.NONE: set(), Axes.AXIS: near}
-    free = {
-        (turns, axis) for turns, kind in enumerate((passive.type.slides, passive.type.turns)) for axis in axes.get(kind, "xyz")
-    }
+    free = _free_axes(passive)
     for turns, (values, unit) in enumerate(((joint.linear, "N/m"), (joint.angular, "N·m/rad"))):
         for axis, value in zip("xyz", values, strict=True):
             if not isinf(value) and (turns, axis) not in free:
@@ -341,3 +343,10 @@ def _held(robot: Robot, joint: ElasticJointFacts) -> Iterable[tuple[str, float, 
     if joint.drive is not None:
         slides = JOINT_TYPES[joint.kind].is_slide
         yield f"the stiffness of the actuator of {joint.joint}", joint.drive, "N/m" if slides else "N·m/rad", int(not slides)
+
+
+def _free_axes(joint: Connection) -> set[tuple[int, str]]:
+    """Return the free axes of a joint's frame, (0, axis) for translations and (1, axis) for rotations."""
+    near = {axis for axis, part in zip("xyz", joint.axis, strict=True) if abs(float(part)) > 0.1}
+    axes = {Axes.NONE: set(), Axes.AXIS: near}
+    return {(0, axis) for axis in axes.get(joint.type.slides, "xyz")} | {(1, axis) for axis in axes.get(joint.type.turns, "xyz")}

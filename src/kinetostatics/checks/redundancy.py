@@ -194,7 +194,9 @@ def _along(kind: str, how: str, aligned: Sequence[bool]) -> str:
     axes = [axis for axis, is_along in zip("xyz", aligned, strict=True) if is_along]
     if len(axes) == 3:
         return f"{kind}s in all directions"
-    return f"{kind}s {how} {join_words(axes)}" if axes[1:] else f"a {kind} {how} {axes[0]}" if axes else ""
+    if len(axes) == 2:
+        return f"{kind}s {how} {join_words(axes)}"
+    return f"a {kind} {how} {axes[0]}" if axes else ""
 
 
 def _directions(kind: str, basis: Array, how: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -80,8 +80,11 @@ def _point_on(link: str, path: Iterable[Connection], point: Array) -> Array:
     """Return a point (3,) [m], given in the body at the end of a path of fixed joints and loops, in the body of ``link``."""
     placement = np.eye(4)
     for item in path:
-        near, far = (item.predecessor_frame, item.successor_frame)[:: 1 if link == item.predecessor else -1]
-        placement, link = placement @ near @ np.linalg.inv(far), item.other(link)
+        near, far = item.predecessor_frame, item.successor_frame
+        if link != item.predecessor:
+            near, far = far, near
+        placement = placement @ near @ np.linalg.inv(far)
+        link = item.other(link)
     return np.asarray(placement[:3, :3] @ point + placement[:3, 3])
 
 
@@ -119,6 +122,11 @@ class SpanFinder:
             RobotFileError: the ends of a beam are invalid, or its mass is specified twice.
         """
         spans = {name: self._span(beam) for name, beam in self.description.beams.items()}
+        self._check_densities()
+        return spans
+
+    def _check_densities(self) -> None:
+        """Check that of the beams of a link either all have a density or none."""
         for link, beams in self.beams_of.items():
             given = [beam.density is not None for beam in beams]
             if any(given) and not all(given):
@@ -127,7 +135,6 @@ class SpanFinder:
                     f"another beam of link {link!r} has a density, which replaces the link's <inertial>; give this "
                     "one a density too (0 for a massless beam)",
                 )
-        return spans
 
     def _rigid_with(self, link: str) -> set[str]:
         """Return the links joined to ``link`` by rigid fixed joints, not beyond links that carry beams."""
@@ -144,14 +151,15 @@ class SpanFinder:
         """Whether a path from ``link`` through ``connection`` reaches ``target`` without crossing ``barred``."""
 
         def onward(here: str) -> list[str]:
-            items = [] if here in barred else self.mechanism.at_link[here]
-            return [other for item in items if (other := item.other(here)) != link]
+            if here in barred:
+                return []
+            return [item.other(here) for item in self.mechanism.at_link[here] if item.other(here) != link]
 
         found = reachable([connection.other(link)], onward)
         return not target.isdisjoint(found)
 
     def _ends(self, beam: Beam) -> tuple[BeamEnd, BeamEnd]:
-        """Return the ends of a beam from the file; the default for a link with two joints are these joints."""
+        """Return the ends of a beam from the file; by default, those of a link with two joints are at these joints."""
         here = self.mechanism.at_link[beam.link]
         if len(here) == 1 and (beam.start is None or beam.end is None):
             raise beam_error(
@@ -230,14 +238,12 @@ class SpanFinder:
             raise beam_error(beam, reason)
         return BeamEnd(found[0])
 
-    def _link_path(
-        self, start: str, goal: Callable[[str], bool], passes: Callable[[Connection], bool]
-    ) -> list[Connection] | None:
-        """Return the connections from link ``start`` to the nearest link that satisfies ``goal``."""
+    def _link_path(self, start: str, goals: Collection[str], passes: Callable[[Connection], bool]) -> list[Connection] | None:
+        """Return the connections from link ``start`` to the nearest one of the links ``goals``."""
         paths: dict[str, list[Connection]] = {start: []}
         queue = [start]
         for here in queue:
-            if goal(here):
+            if here in goals:
                 return paths[here]
             for item in self.mechanism.at_link[here]:
                 if item.other(here) not in paths and passes(item):
@@ -251,15 +257,14 @@ class SpanFinder:
         adjacent = beam.link in (joint.predecessor, joint.successor)
         sliding = joint.type.slides is not Axes.NONE
         if end.side is not None and (sliding or not adjacent):
-            expected = joint.predecessor if end.side == "parent" else joint.successor
-            goal: Callable[[str], bool] = expected.__eq__
+            goals = [joint.predecessor if end.side == "parent" else joint.successor]
         elif adjacent:
             return beam.link, []
         else:
-            goal = lambda link: link in (joint.predecessor, joint.successor)  # noqa: E731
-        path = self._link_path(beam.link, goal, _telescopes)
+            goals = [joint.predecessor, joint.successor]
+        path = self._link_path(beam.link, goals, _telescopes)
         if path is None:
-            crossing = self._link_path(beam.link, goal, lambda _: True) or []
+            crossing = self._link_path(beam.link, goals, lambda _: True) or []
             names = [item.name for item in crossing if not _telescopes(item)]
             hint = "".join(
                 f". Link {link!r} has no joint but {only!r}: is a <parent> wrong, or a <loop> missing?"
@@ -279,10 +284,18 @@ class SpanFinder:
         start, end = self._ends(beam)
         start_link, inward = self._locate(beam, start)
         end_link, outward = self._locate(beam, end)
-        bodies = [self.mechanism.body_of[link][0] for link in (start_link, end_link, beam.link)]
-        points = [self.mechanism.connections[at.joint].centre_on(link) for at, link in ((start, start_link), (end, end_link))]
-        paths = tuple(inward), tuple(outward)
-        span = BeamSpan(beam, bodies[0], points[0], bodies[1], points[1], bodies[2], start_link, end_link, *paths)
+        span = BeamSpan(
+            beam,
+            self.mechanism.body_of[start_link][0],
+            self.mechanism.connections[start.joint].centre_on(start_link),
+            self.mechanism.body_of[end_link][0],
+            self.mechanism.connections[end.joint].centre_on(end_link),
+            self.mechanism.body_of[beam.link][0],
+            start_link,
+            end_link,
+            tuple(inward),
+            tuple(outward),
+        )
         if not span.spanned:
             along = _point_on(beam.link, span.outward, span.end) - _point_on(beam.link, span.inward, span.start)
             if float(np.linalg.norm(along)) < SAME_POINT:
@@ -291,8 +304,13 @@ class SpanFinder:
                     if self.mechanism.connections[at.joint].type.is_slide:
                         reason += f"; of a telescope that is one beam, {name}= is the joint behind {at.joint!r}"
                 raise beam_error(beam, reason)
-            if beam.y_axis is not None:
-                y_axis = self.mechanism.body_of[beam.link][1][:3, :3] @ np.array(beam.y_axis)
-                if float(np.linalg.norm(np.cross(y_axis, along))) < 1e-6 * float(np.linalg.norm(along) * np.linalg.norm(y_axis)):
-                    raise beam_error(beam, "its y_axis is parallel to the beam; specify a direction perpendicular to it")
+            self._check_y_axis(beam, along)
         return span
+
+    def _check_y_axis(self, beam: Beam, along: Array) -> None:
+        """Check that a beam's y axis is not parallel to the vector ``along`` (3,) from start to end, in the carrier body."""
+        if beam.y_axis is None:
+            return
+        y_axis = self.mechanism.body_of[beam.link][1][:3, :3] @ np.array(beam.y_axis)
+        if float(np.linalg.norm(np.cross(y_axis, along))) < 1e-6 * float(np.linalg.norm(along) * np.linalg.norm(y_axis)):
+            raise beam_error(beam, "its y_axis is parallel to the beam; specify a direction perpendicular to it")

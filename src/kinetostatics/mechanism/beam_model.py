@@ -119,7 +119,8 @@ def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Fra
     """Compute the data of all beams; ``zero`` are the frames of a closed pose, which orients telescopic beams.
 
     Raises:
-        RobotFileError: a prismatic joint of a telescopic beam is not parallel to the beam, or the ``y_axis`` of a beam is.
+        RobotFileError: a prismatic joint of a telescopic beam is not parallel to the beam, or the ``y_axis`` of a beam is
+            parallel to it.
     """
     models = {}
     middles: dict[str, tuple[float, Array]] = {}

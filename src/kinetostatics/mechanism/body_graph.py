@@ -12,7 +12,7 @@ there are no directed rings.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -51,7 +51,9 @@ class BodyEdge:
     @property
     def key(self) -> str:
         """The joint's name, or ``beam:`` and the beam's, as in :class:`~kinetostatics.mechanism.limbs.Edge`."""
-        return self.connection.name if self.connection is not None else f"beam:{self.beam.beam.name}" if self.beam else ""
+        if self.connection is not None:
+            return self.connection.name
+        return f"beam:{self.beam.beam.name}" if self.beam else ""
 
     def other(self, body: RigidBody) -> RigidBody:
         """Return the body on the other side."""
@@ -146,8 +148,8 @@ class BodyGraph:
 
     def _join(self, bodies: list[RigidBody]) -> RigidBody:
         """Join several bodies to one, and return it."""
-        for here in self._at.values():
-            here[:] = [(point, bodies[0] if body in bodies else body) for point, body in here]
+        for link, here in self._at.items():
+            self._at[link] = [(point, bodies[0] if body in bodies else body) for point, body in here]
         return bodies[0]
 
     def _join_links_in_spans(self) -> None:
@@ -258,13 +260,18 @@ def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) 
             other = edge.other(body)
             if edge not in inner:
                 inner[edge] = edge.ends[0] if other in seen else body  # if seen, it closes a ring of a dead end
-                others = {end: [item.other(end) for item in here if item is not edge] for end, here in at.items()}
-                if set(edge.ends) <= set(reachable(on_paths, others.__getitem__)):  # the edge is part of a ring
+                if _in_ring(edge, at, on_paths):
                     both_ways.add(edge)
             if other not in seen:
                 seen.add(other)
                 reached_by[other] = edge
     return list(_depth_first(root, edges, inner, reached_by, both_ways))
+
+
+def _in_ring(edge: BodyEdge, at: _Edges, on_paths: Iterable[RigidBody]) -> bool:
+    """Whether an edge of a dead end is part of a ring: both its ends are reached without it."""
+    found = reachable(on_paths, lambda body: [item.other(body) for item in at[body] if item is not edge])
+    return all(end in found for end in edge.ends)
 
 
 def _depth_first(

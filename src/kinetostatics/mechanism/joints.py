@@ -1,8 +1,8 @@
 """Joints of all types: their elasticity, their freedoms, and the compound joints and elements of limbs.
 
-Along a constrained direction of a joint, a missing or infinite stiffness means rigid. Along a freedom, a finite positive
-stiffness is a spring; with any other value the freedom is passive. Consecutive revolutes with a common point form one universal
-or spherical joint.
+The compliances of a joint are those at its centre, in its frame on the predecessor's side. Along a constrained direction of a
+joint, a missing or infinite stiffness means rigid. Along a freedom, a finite positive stiffness is a spring; with any other value
+the freedom is passive. Consecutive revolutes with a common point form one universal or spherical joint.
 """
 
 from __future__ import annotations
@@ -81,13 +81,20 @@ def drive_of(mechanism: Mechanism, name: str, compliance: float) -> Drive:
 
 
 def is_sprung(stiffness: JointStiffness | None, rotates: bool, axis: Array | None) -> bool:
-    """Whether a joint's freedom is elastic; ``axis`` (3,) is fixed in the predecessor's joint frame, None if it moves there."""
-    group = None if stiffness is None else stiffness.angular if rotates else stiffness.linear
+    """Whether a freedom of a joint is elastic: a rotation if it ``rotates``, else a translation.
+
+    ``axis`` (3,) is the axis of the freedom in the joint frame on the predecessor's side, None if it moves in this frame.
+    """
+    if stiffness is None:
+        return False
+    group = stiffness.angular if rotates else stiffness.linear
     if group is None:
         return False
     compliances = _compliances(group)
-    if axis is None or np.all(compliances > 0):
-        return bool(np.all(compliances > 0))
+    if np.all(compliances > 0):
+        return True
+    if axis is None:
+        return False
     along = int(np.argmax(np.abs(axis)))
     return bool(abs(axis[along]) > 1 - 1e-9 and compliances[along] > 0)
 
@@ -208,7 +215,7 @@ def compound_joints(
 ) -> tuple[CompoundJoint, ...]:
     """Return the compound joints of a limb, inboard ones first, without fixed joints.
 
-    ``together``: names of the joints of each compound joint, if these are known from another pose.
+    ``together``: names of the joints of each compound joint, if these are known from another pose; None: they are found here.
     """
     steps: list[tuple[int, Edge, Connection]] = []
     compounds: list[CompoundJoint] = []
@@ -264,7 +271,7 @@ class Element:
 
     @property
     def signature(self) -> tuple[object, ...]:
-        """Key that equal elements of limbs built alike share."""
+        """Key of the element, the same for equal elements of limbs built alike."""
         return self.parent, self.cut_joints, self.compound, self.is_beam, self.turned and self.is_beam
 
 

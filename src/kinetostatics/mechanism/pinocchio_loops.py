@@ -125,8 +125,7 @@ def _run(loop: Connection, placements: Sequence[pin.SE3]) -> tuple[int, Array, i
     if loop.type.turns is Axes.AXIS:
         steps.append((False, axis, _turn(axis, R)))
     elif loop.type.turns is Axes.BOTH:
-        start, end = (b - axis * (axis @ b) for b in (loop.axis2, R @ loop.axis2))
-        turned = float(np.arctan2(axis @ np.cross(start, end), start @ end))
+        turned = _angle(axis, loop.axis2, R @ loop.axis2)
         rest = exponential(-turned * axis[:, None])[..., 0] @ R
         steps += [(False, axis, turned), (False, loop.axis2, _turn(loop.axis2, rest))]
     elif loop.type.turns is Axes.ALL:
@@ -142,3 +141,9 @@ def _turn(axis: Array, R: Array) -> float:
     """Return the angle [rad] by which R turns about an axis."""
     sine = float(axis @ [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     return float(np.arctan2(sine, np.trace(R) - 1))
+
+
+def _angle(axis: Array, start: Array, end: Array) -> float:
+    """Return the angle [rad] about an axis from one direction to another."""
+    a, b = start - axis * (axis @ start), end - axis * (axis @ end)
+    return float(np.arctan2(axis @ np.cross(a, b), a @ b))

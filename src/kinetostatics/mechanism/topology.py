@@ -185,8 +185,11 @@ class _TopologyBuilder:
         return len({step.outer for step in steps}) if len({step.inner for step in steps}) == len(steps) else 0
 
     def _name_of(self, body: RigidBody) -> str:
-        ends = {self.graph.base: self.graph.description.base, self.graph.platform: self.graph.description.platform}
-        return ends[body] if body in ends else self.graph.links_of([body], [])[0]
+        if body is self.graph.base:
+            return self.graph.description.base
+        if body is self.graph.platform:
+            return self.graph.description.platform
+        return self.graph.links_of([body], [])[0]
 
     def _weights_outboard(self, steps: list[DirectedEdge]) -> dict[BodyEdge, list[str]]:
         """Return the names of weights and places for loads outboard of each edge of the tree."""

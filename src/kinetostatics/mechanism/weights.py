@@ -97,10 +97,11 @@ class Weights:
     def _wrenches_of_one(self, frames: Frames, o: Array, gravity: Array) -> Array:
         import pinocchio as pin
 
-        wrenches, field = [], pin.Motion(gravity, np.zeros(3))
+        wrenches = []
+        acceleration = pin.Motion(gravity, np.zeros(3))
         for body, inertia in self._bodies_at(frames):
             placement = pin.SE3(frames.rotation[:, :, body, 0], frames.position[:, body, 0] - o)
-            wrenches.append(placement.act(inertia * placement.actInv(field)).vector)
+            wrenches.append(placement.act(inertia * placement.actInv(acceleration)).vector)
         return np.array(wrenches).reshape(-1, 6).T[..., None]
 
     def _bodies_at(self, frames: Frames) -> list[tuple[int, pin.Inertia]]:
@@ -123,7 +124,8 @@ class Weights:
 
     def sum(self, names: Iterable[str], wrenches: Array) -> Array:
         """Return the sum (6, N) of the wrenches (6, W, N) with given names; names of other places are ignored."""
-        total: Array = wrenches[:, [self._number[name] for name in names if name in self._number]].sum(axis=1)
+        which = [self._number[name] for name in names if name in self._number]
+        total: Array = wrenches[:, which].sum(axis=1)
         return total
 
     def outboard_of(self, edge: Edge) -> Array:
