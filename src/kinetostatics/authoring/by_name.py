@@ -151,7 +151,12 @@ def file_text(design: Design) -> str:
     base = _BASE.replace("BASE_RADIUS", "base_radius" if "base_radius" in design.arguments.texts else "1.5 * platform_radius")
     height = design.arguments.texts.get("height", "")
     lowest = min(place.base[2] for place in design.places)
-    below = "0.8" if not height else "0.06" if float(height) else "1.3" if lowest < 0 else "0.3"
+    if not height:
+        below = "0.8"
+    elif float(height):
+        below = "0.06"
+    else:
+        below = "1.3" if lowest < 0 else "0.3"
     plate = 'length="${platform_thickness}"'
     if not height:  # the joints at the platform of a spherical robot are above o
         plate += ' xyz="0 0 ${platform_radius * cos(platform_cone)}"'

@@ -40,7 +40,17 @@ from kinetostatics.exceptions import ArgumentError
 
 @dataclass(frozen=True)
 class Design:
-    """Data of a generated file: parts, placement and macro of each limb; sections by prefix of their file arguments."""
+    """Data of a generated file.
+
+    Attributes:
+        name: name of the robot.
+        architecture: its limbs.
+        skeletons, places: parts and placement of each limb.
+        options: options of the macro of each limb.
+        sections: sections by prefix of their file arguments.
+        shared_material: whether all beams have the same material.
+        arguments: arguments of the file.
+    """
 
     name: str
     architecture: Architecture
@@ -58,6 +68,7 @@ BASE_RADIUS, PLATFORM_RADIUS, HEIGHT = 0.3, 0.2, 0.5
 
 def design_robot(
     parsed: Architecture,
+    /,
     *,
     arrangement: str = SYMMETRIC,
     azimuths: Sequence[float] | None = None,
@@ -88,10 +99,7 @@ def design_robot(
         "base_spread": arguments.number("base_spread", math.radians(15)),
         "platform_spread": arguments.number("platform_spread", math.radians(15)),
     }
-    straight = not any(skeleton.has_elbow for skeleton in skeletons)
-    pivoted = any(skeleton.group.kinds == ("S",) for skeleton in skeletons)
-    # with straight radial limbs, the platform could turn about Z; an offset of its azimuths prevents it
-    turn = 60 if spherical else 30 if straight and (planar or pivoted) else 0
+    turn = 60 if spherical else 30 if _wants_turn(skeletons, planar=planar) else 0
     if turn or "platform_turn" in given:
         sizes["platform_turn"] = arguments.number("platform_turn", math.radians(turn))
     word = guide or ("tangential" if planar else "vertical")
@@ -114,6 +122,13 @@ def design_robot(
     )
     name = name if name is not None else re.sub(r"\W+", "_", parsed.text.lower()).strip("_")
     return Design(name, parsed, skeletons, tuple(places), options, chosen, shared, arguments)
+
+
+def _wants_turn(skeletons: Sequence[Skeleton], *, planar: bool) -> bool:
+    """Whether radial limbs would leave the platform a rotation about Z, which an offset of its azimuths prevents."""
+    straight = not any(skeleton.has_elbow for skeleton in skeletons)
+    pivoted = any(skeleton.group.kinds == ("S",) for skeleton in skeletons)
+    return straight and (planar or pivoted)
 
 
 # ---- the arguments of the file --------------------------------------------------------------------------------------
@@ -201,9 +216,13 @@ def _reasons(skeletons: Sequence[Skeleton]) -> dict[str, str]:
     """Return the reasons why arguments of other robots do not exist here, by name."""
     found = dict.fromkeys(("base_radius", "base_height"), "its placements come from a table")
     if any(skeleton.has_elbow for skeleton in skeletons):
-        return {**found, "rod_length": "it follows from crank_angle", "elbow": "crank_angle tells where the elbow is"}
-    found |= dict.fromkeys(("crank_length", "crank_angle", "elbow"), "no limb has an elbow")
-    return {**found, "rod_length": "it follows from height and radii"}
+        found["rod_length"] = "it follows from crank_angle"
+        found["elbow"] = "crank_angle tells where the elbow is"
+    else:
+        found["rod_length"] = "it follows from height and radii"
+        for name in ("crank_length", "crank_angle", "elbow"):
+            found[name] = "no limb has an elbow"
+    return found
 
 
 # ---- limbs ---------------------------------------------------------------------------------------------------------

@@ -24,7 +24,14 @@ _LENGTH = re.compile(f"({'|'.join(LARGEST)})$")
 
 @dataclass
 class FileArguments:
-    """Arguments of a file, by name: given values, texts of the defaults, meanings, and comments on a line before an argument."""
+    """Arguments of a file; given values replace defaults.
+
+    Attributes:
+        given: given values by name.
+        texts: texts of the values by name, in the order of the file.
+        comments: meanings by name.
+        headings: comments on a separate line before an argument, by its name.
+    """
 
     given: Mapping[str, object]
     texts: dict[str, str] = field(default_factory=dict)
@@ -90,12 +97,13 @@ class FileArguments:
 def odd_lengths(values: Mapping[str, object]) -> list[str]:
     """Return hints at implausibly large lengths [m], which are probably in mm."""
     found = []
-    for name in filter(_LENGTH.search, values):
+    for name, value in values.items():
+        match = _LENGTH.search(name)
         try:
-            number = float(values[name])  # type: ignore[arg-type]
+            number = float(value)  # type: ignore[arg-type]
         except (TypeError, ValueError):
             continue
-        if LARGEST[_LENGTH.findall(name)[0]] < abs(number) < math.inf:
+        if match is not None and LARGEST[match[1]] < abs(number) < math.inf:
             found.append(
                 f"{name} = {number:g} m: lengths are in m; write {number / 1000:g} for {number:g} mm, or {number:g}mm on the "
                 "command line"
@@ -202,16 +210,18 @@ def chosen_sections(
     for skeleton in skeletons:
         alike = [k for k, other in enumerate(skeletons, 1) if other.group == skeleton.group]
         kinds = {span.kind for span in skeleton.spans}
-        prefixes.append({})
+        mine: dict[str, str] = {}
         for role in (*skeleton.roles, "cylinder"):
             own = next((f"{role}_{k}" for k in alike if f"{role}_{k}" in given), role)
             if role == "cylinder" and (own not in given or "telescope" not in kinds):
                 continue
-            prefixes[-1][role] = own
+            mine[role] = own
+            paired = role == "rod" and ("rods" in kinds or "parallelogram" in kinds)
             if own in given:
                 found[own] = parse_section(given[own], f"sections, {own}")
             elif own not in found:
-                found[own] = _usual(lengths[role], role == "rod" and not kinds.isdisjoint(("rods", "parallelogram")))
+                found[own] = _usual(lengths[role], paired)
+        prefixes.append(mine)
     return found, prefixes
 
 
@@ -267,18 +277,15 @@ def _add_wall(arguments: FileArguments, prefix: str, section: SectionText) -> No
 
 def add_mass_arguments(arguments: FileArguments, skeletons: Sequence[Skeleton], sizes: Mapping[str, float]) -> None:
     """Add the masses of rigid parts."""
-    masses = {
-        ("carriage_mass", 2.0, "of each carriage, at B_i"): any(skeleton.guide for skeleton in skeletons),
-        ("elbow_mass", 0.2, "of each elbow, which holds a pair of rods"): any(
-            point.kind == "4S" for skeleton in skeletons if skeleton.has_elbow for point in skeleton.points
-        ),
-        ("head_mass", 0.2, "of each end of a parallelogram"): any(
-            span.kind == "parallelogram" for skeleton in skeletons for span in skeleton.spans
-        ),
-    }
     heading = "masses"
-    for argument in (argument for argument, is_there in masses.items() if is_there):
-        arguments.add(*argument, heading)
+    if any(skeleton.guide for skeleton in skeletons):
+        arguments.add("carriage_mass", 2.0, "of each carriage, at B_i", heading)
+        heading = ""
+    if any(point.kind == "4S" for skeleton in skeletons if skeleton.has_elbow for point in skeleton.points):
+        arguments.add("elbow_mass", 0.2, "of each elbow, which holds a pair of rods", heading)
+        heading = ""
+    if any(span.kind == "parallelogram" for skeleton in skeletons for span in skeleton.spans):
+        arguments.add("head_mass", 0.2, "of each end of a parallelogram", heading)
         heading = ""
     arguments.add(
         "platform_thickness", rounded(arguments.number("platform_radius", sizes["platform_radius"]) / 8), "a solid disc", heading

@@ -13,7 +13,7 @@ import numpy as np
 from kinetostatics.arguments import check_mapping, path_name
 from kinetostatics.authoring.file_arguments import MATERIALS, SHAPES, parse_section
 from kinetostatics.authoring.spans import MATERIAL, WALL, Span, chain_joints, spans
-from kinetostatics.description.elements import Beam, BeamEnd, Material
+from kinetostatics.description.elements import Beam, BeamEnd, Joint, Material
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_names
@@ -199,7 +199,8 @@ def _actuators_text(names: Iterable[str], comment: str) -> str:
 
 
 def _beams_text(description: RobotDescription, candidates: Mapping[str, Span], elastic: Mapping[str, str] | str | None) -> str:
-    suggested = {link: text for link, span in candidates.items() if (text := _suggestion(description, span))}
+    texts = {link: _suggestion(description, span) for link, span in candidates.items()}
+    suggested = {link: text for link, text in texts.items() if text}
     if elastic == SUGGESTED:
         chosen = {link: "" for link in suggested}
         if not chosen:
@@ -300,15 +301,13 @@ def _element(span: Span, material: str, section: str, more: str = "") -> str:
 def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | str | None) -> str:
     actuators = [description.joints[name] for name in description.driven if name in description.joints]
     there = description.joint_stiffness
-    suggested = {
-        joint.name: float(f"{joint.effort / (SLIDE if JOINT_TYPES[joint.type].is_slide else TURN):.2g}")
-        for joint in actuators
-        if joint.effort > 0 and joint.name not in there
-    }
+    suggested = {joint.name: _suggested_stiffness(joint) for joint in actuators if joint.effort > 0 and joint.name not in there}
     if given == SUGGESTED:
         chosen = dict(suggested)
         if not chosen:
-            raise ArgumentError("joint_stiffness: no actuator of the file has an effort, the basis of suggestions; give numbers")
+            raise ArgumentError(
+                "joint_stiffness: no actuator of the file has an effort to estimate its stiffness from; give numbers"
+            )
     elif isinstance(given, str):
         raise ArgumentError(f"joint_stiffness is {given!r}; it is {SUGGESTED!r}, or numbers by joint: {{'elbow': 3e4}}")
     else:
@@ -329,6 +328,12 @@ def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | 
             for joint in rest
         )
     return result
+
+
+def _suggested_stiffness(joint: Joint) -> float:
+    """Return the stiffness [N/m, N·m/rad], with two digits, at which the effort moves an actuator by ``SLIDE`` or ``TURN``."""
+    moved = SLIDE if JOINT_TYPES[joint.type].is_slide else TURN
+    return float(f"{joint.effort / moved:.2g}")
 
 
 def _positive(description: RobotDescription, name: str, value: object) -> float:

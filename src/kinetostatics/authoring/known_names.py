@@ -12,7 +12,15 @@ from kinetostatics.exceptions import ArgumentError
 
 @dataclass(frozen=True)
 class KnownName:
-    """A mechanism with a common name: its limbs in the notation, defaults of ``new_robot``, and other names, perhaps shared."""
+    """A mechanism with a common name.
+
+    Attributes:
+        name: the common name.
+        architecture: its limbs in the notation.
+        about: short description.
+        options: defaults of arguments of ``new_robot``.
+        also: other names, which several mechanisms may share.
+    """
 
     name: str
     architecture: str
@@ -89,8 +97,12 @@ _SERIAL = (
 OTHERS = {
     ("scara",): f'{_SERIAL}; for a double SCARA write kinetostatics new "five-bar"',
     ("puma", "ur", "ur3", "ur5", "ur10", "cartesian", "gantry"): _SERIAL,
-    ("h4", "i4", "par4", "quattro"): "has an articulated platform, unlike the notation of limbs; write its file by hand",
-    ("cable", "cdpr", "cable driven", "cable driven parallel"): "is driven by cables, which transmit tension only, unlike limbs",
+    ("h4", "i4", "par4", "quattro"): (
+        "has an articulated platform, which the notation of limbs does not describe; write its file by hand"
+    ),
+    ("cable", "cdpr", "cable driven", "cable driven parallel"): (
+        "is driven by cables, which transmit tension only; limbs here transmit tension and compression"
+    ),
 }
 
 
@@ -109,7 +121,7 @@ def named(text: str) -> KnownName | None:
 
 
 def _single(text: str, found: list[KnownName]) -> KnownName | None:
-    """Return the mechanism that was found, or None; several are an error."""
+    """Return the only one of the mechanisms ``found``, None if there is none; several are an error."""
     if len(found) > 1:
         commands = " or ".join(f'kinetostatics new "{known.name}" ({known.about})' for known in found)
         raise ArgumentError(f"{text!r} is more than one mechanism; write {commands}")
@@ -119,7 +131,8 @@ def _single(text: str, found: list[KnownName]) -> KnownName | None:
 def options_of(text: str, architecture: str, given: Mapping[str, Keyword]) -> dict[str, Keyword]:
     """Return the default arguments of ``new_robot`` of a name, or of the only known mechanism of an architecture.
 
-    With given placements or another given arrangement, the notation has no defaults.
+    ``architecture`` are the limbs of ``text`` in the notation, actuators in brackets. If placements or another arrangement are
+    ``given``, the notation has no defaults.
 
     Raises:
         ArgumentError: the architecture is that of several mechanisms, such as 3-RRR, planar or spherical.

@@ -30,10 +30,13 @@ class LimbPoint:
 
 @dataclass(frozen=True)
 class LimbSpan:
-    """A link between two points of a limb, of the role "crank" or "rod", which names its section and link.
+    """A link between two points of a limb.
 
-    Its kind is "rod", "telescope" with the prismatic joint ``slide`` (which also ``turns`` about its line if it is cylindrical),
-    "parallelogram" (four revolute joints) or "rods" (two rods between spherical joints).
+    Attributes:
+        kind: "rod", "telescope", "parallelogram" (four revolute joints) or "rods" (two rods between spherical joints).
+        role: name for its section and link: "crank" or "rod".
+        slide: the prismatic joint of a telescope in the notation.
+        turns: whether a telescope also rotates about its line, as a cylindrical joint.
     """
 
     kind: str
@@ -44,7 +47,15 @@ class LimbSpan:
 
 @dataclass(frozen=True)
 class Skeleton:
-    """The parts of a limb: the prismatic or cylindrical joint on the base, if any, points from base to platform, and spans."""
+    """The parts of a limb.
+
+    Attributes:
+        group: the limbs in the notation.
+        guide: the prismatic joint on the base, or None.
+        guide_turns: whether the guide is a cylindrical joint.
+        points: its points, from base to platform.
+        spans: links between consecutive points.
+    """
 
     group: AlikeLimbs
     guide: JointSymbol | None
@@ -64,7 +75,11 @@ class Skeleton:
 
 
 def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
-    """Return the parts of a limb."""
+    """Return the parts of a limb.
+
+    Raises:
+        ArgumentError: the directions of its joints do not follow from the notation.
+    """
     text, joints = architecture.source, list(group.joints)
     guide = joints.pop(0) if joints[0].kind == "P" or (joints[0].kind == "C" and len(joints) > 1) else None
     guide_turns = guide is not None and guide.kind == "C"
@@ -113,23 +128,37 @@ def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
         raise error_at(text, group.joints[-1].place, f"a limb has at most {MAX_POINTS} points where it turns")
     if len(spans) > 1:
         spans = [LimbSpan(span.kind, "crank" if k == 0 else "rod", span.slide, span.turns) for k, span in enumerate(spans)]
-    return Skeleton(group, guide, guide_turns, _named(points), tuple(spans))
+    return Skeleton(group, guide, guide_turns, _named(_with_axes(points)), tuple(spans))
 
 
-def _named(points: list[LimbPoint]) -> tuple[LimbPoint, ...]:
-    """Return points with letters that distinguish joints of one kind, and with the order of the axes of universal joints.
+def _with_axes(points: list[LimbPoint]) -> list[LimbPoint]:
+    """Return points with the order of the axes of universal joints.
 
     The axis on the side of an adjacent revolute joint is parallel to this joint. Otherwise the axis on the side of base or
     platform is along the limb's y, and the other one perpendicular to the rod. A telescope fixed to the platform counts as an
     adjacent revolute joint: the first axis is then radial and fixed in the base.
     """
+    found = []
+    for number, point in enumerate(points):
+        if point.kind == "U":
+            before = points[number - 1].kind if number else ""
+            after = points[number + 1].kind if number + 1 < len(points) else ""
+            if before in ("R", "C"):
+                axes = "nx"
+            elif after in ("R", "C") or (number + 1 < len(points) and not after):
+                axes = "xn"
+            else:
+                axes = "xn" if number and number == len(points) - 1 else "nx"
+            point = LimbPoint("U", point.symbol, axes)
+        found.append(point)
+    return found
+
+
+def _named(points: list[LimbPoint]) -> tuple[LimbPoint, ...]:
+    """Return points with distinct letters for joints of the same kind."""
     kinds = [point.kind for point in points]
     found = []
     for number, point in enumerate(points):
         letter = "abc"[kinds[:number].count(point.kind)] if kinds.count(point.kind) > 1 else ""
-        before, after = kinds[number - 1] if number else "", [*kinds, "end"][number + 1]
-        axes = ""
-        if point.kind == "U":
-            axes = "xn" if before not in ("R", "C") and (after in ("R", "C", "") or (number and after == "end")) else "nx"
-        found.append(LimbPoint(point.kind, point.symbol, axes, letter))
+        found.append(LimbPoint(point.kind, point.symbol, point.axes, letter))
     return tuple(found)

@@ -44,7 +44,16 @@ class LimbOptions:
 
 @dataclass
 class _Walk:
-    """State of the writing: outermost link, next joint's position in it, its angles, the joint at its inner end, and the text."""
+    """State of the writing of a limb: the outermost link, and the text so far.
+
+    Attributes:
+        link: name of the outermost link.
+        end: position of the next joint in that link's frame.
+        pitch, roll: expressions of its angles; "0" if zero.
+        last_joint: name of the joint at its inner end.
+        lines: the text so far.
+        actuators: names of the driven joints so far.
+    """
 
     link: str = "foot_${i}"
     end: str = "0 0 0"
@@ -149,13 +158,15 @@ def _guide(skeleton: Skeleton, options: LimbOptions, walk: _Walk) -> None:
     walk.link, walk.last_joint = "carriage_${i}", "prismatic_${i}"
 
 
-def _turn(pitch: str, before: str = "0") -> str:
-    """Return the expression of the angle from one pitch to another."""
-    if pitch == before:
+def _turn(angle: str, before: str = "0") -> str:
+    """Return the expression of a rotation from the angle ``before`` to another."""
+    if angle == before:
         return "0"
     if before == "0":
-        return f"${{{pitch}}}"
-    return f"${{-{before}}}" if pitch == "0" else f"${{{pitch} - {before}}}"
+        return f"${{{angle}}}"
+    if angle == "0":
+        return f"${{-{before}}}"
+    return f"${{{angle} - {before}}}"
 
 
 def _joint_and_link(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Walk) -> None:
@@ -232,15 +243,16 @@ def _tree_joint(skeleton: Skeleton, point: LimbPoint, child: str, pitch: str, ro
 
 
 def _drawn(widths: tuple[str, ...], length: str, middle: str) -> str:
-    size = f'cylinder diameter="${{{widths[0]}}}" length="${{{length}}}"'
-    if len(widths) == 2:
-        size = f'box size="${{{widths[1]}}} ${{{widths[0]}}} ${{{length}}}"'
-    return f'<xacro:draw_{size} material="steel" xyz="0 0 ${{{middle}}}"/>'
+    rest = f'material="steel" xyz="0 0 ${{{middle}}}"/>'
+    if len(widths) == 1:
+        return f'<xacro:draw_cylinder diameter="${{{widths[0]}}}" length="${{{length}}}" {rest}'
+    return f'<xacro:draw_box size="${{{widths[1]}}} ${{{widths[0]}}} ${{{length}}}" {rest}'
 
 
 def _rod(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Walk) -> None:
     """Write a rod or crank of constant length, after its inner joint."""
-    role, start, after = skeleton.spans[number].role, walk.last_joint, skeleton.points[number + 1]
+    role = skeleton.spans[number].role
+    start, after = walk.last_joint, skeleton.points[number + 1]
     walk.write(
         f'<link name="{walk.link}">', f"  {_drawn(options.widths[role], f'{role}_length', f'{role}_length / 2')}", "</link>"
     )
@@ -276,7 +288,8 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
     """Write cylinder, slide and rod of a telescope."""
     span, start = skeleton.spans[number], walk.last_joint
     role, end = span.role, _inner_name(skeleton.points[number + 1], in_tree=number + 1 < len(skeleton.points) - 1)
-    length, width, beam = f"{role}_length", options.widths[role][-1], options.prefixes[role]
+    length = f"{role}_length"
+    width, beam = options.widths[role][-1], options.prefixes[role]
     slide = "telescope_${i}" if skeleton.guide is not None else "prismatic_${i}"
     if "cylinder" in options.prefixes:
         where, rest = f"cylinder_part * {length}", f"(1 - cylinder_part) * {length}"
@@ -286,7 +299,8 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
             f"  {_drawn(options.widths['cylinder'], where, f'{where} / 2')}",
             "</link>",
         )
-        middle, walk.end = f"{rest} / 2", f"0 0 ${{{rest}}}"
+        middle = f"{rest} / 2"
+        walk.end = f"0 0 ${{{rest}}}"
     else:
         walk.write(
             "<!-- massless: the beam below is the whole telescope, and its length follows the slide -->",
@@ -297,7 +311,8 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
         )
         where, rest, middle = length, f"0.75 * {length}", f"-0.375 * {length}"
         walk.end = "0 0 0"
-    is_driven, rod = span.slide is not None and span.slide.driven, f"{role}_${{i}}"
+    rod = f"{role}_${{i}}"
+    is_driven = span.slide is not None and span.slide.driven
     effort = ' effort="2000"' if is_driven else ""
     walk.write(
         f'<xacro:prismatic name="{slide}" parent="{walk.link}" child="{rod}" xyz="0 0 ${{{where}}}" lower="${{-stroke}}" '

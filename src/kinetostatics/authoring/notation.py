@@ -57,7 +57,13 @@ _GROUP = re.compile(r"2?-?\(\s*([0-9]?-?[A-Za-z]*)\s*\)2?|2?-?\(([^)]*)\)2?")
 
 @dataclass(frozen=True)
 class JointSymbol:
-    """A joint of a limb: a key of ``JOINTS`` and its position in the notation, from 1; driven is the translation of a C."""
+    """A joint of a limb.
+
+    Attributes:
+        kind: a key of ``JOINTS``.
+        driven: whether it is driven; for a cylindrical joint, whether its translation is.
+        place: position in the notation, from 1.
+    """
 
     kind: str
     driven: bool
@@ -72,7 +78,7 @@ class JointSymbol:
 
 @dataclass(frozen=True)
 class AlikeLimbs:
-    """Equal limbs, their joints from base to platform, and their position in the notation, from 1."""
+    """Equal limbs: their number, the joints of one from base to platform, and their position in the notation, from 1."""
 
     count: int
     joints: tuple[JointSymbol, ...]
@@ -96,7 +102,13 @@ class AlikeLimbs:
 
 @dataclass(frozen=True)
 class Architecture:
-    """The limbs of a mechanism from its notation ``source``, with the usual actuators if it marks none."""
+    """The limbs of a mechanism.
+
+    Attributes:
+        source: the given notation.
+        groups: groups of equal limbs.
+        actuators_chosen: whether the notation has no marks of actuators, so that the usual ones are chosen.
+    """
 
     source: str
     groups: tuple[AlikeLimbs, ...]
@@ -139,20 +151,30 @@ def parse_architecture(text: str) -> Architecture:
         raise ArgumentError("the architecture is longer than 200 characters; write limbs that are alike once: '6-U[P]S'")
     if known := named(text):
         text = known.architecture
-    foreign = re.sub("(?i)pa|[rpusc]|[^a-z]", "", text)
-    if re.fullmatch(r"\s*\dR\s*", text) or (len(foreign) > 1 and re.search("[A-Za-z]{4,}", text)):  # 6R, or an unknown name
+    if _is_a_word(text):
         raise ArgumentError(
             f"no mechanism {text!r} is known; write its limbs as strings of joints, such as 3-R[P]S, or one of the names that "
             "kinetostatics new --list shows"
         )
-    groups, at = [], -1
-    while at < len(text):
-        group, at = _group(text, at + 1)  # behind a plus, or another separator
+    groups, at = [], 0
+    while True:
+        group, at = _group(text, at)
         groups.append(group)
+        if at == len(text):
+            break
+        at += 1  # a plus, or another separator
     found = Architecture(text, tuple(groups))
     if len(found.limbs) > MAX_LIMBS:
         raise ArgumentError(f"the architecture {text!r} has {len(found.limbs)} limbs; at most {MAX_LIMBS} can be placed")
     return found if found.actuators else _with_usual_actuators(found)
+
+
+def _is_a_word(text: str) -> bool:
+    """Whether a text is a name, not notation: four letters in a row, some of which are no joints; or a serial robot (6R)."""
+    if re.fullmatch(r"\s*\dR\s*", text):
+        return True
+    foreign = re.sub("(?i)pa|[rpusc]|[^a-z]", "", text)
+    return len(foreign) > 1 and re.search("[A-Za-z]{4,}", text) is not None
 
 
 def error_at(text: str, place: int, reason: str) -> ArgumentError:

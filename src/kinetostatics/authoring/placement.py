@@ -37,10 +37,14 @@ class Angle:
 
 @dataclass(frozen=True)
 class LimbPlace:
-    """Placement of a limb: its ends in the frames of base and platform [m], as azimuths or else as expressions too.
+    """Placement of a limb.
 
-    The direction of its revolute axes (None: perpendicular to the limb), and that of its carriage's guide, is one of
-    ``DIRECTIONS`` or a vector.
+    Attributes:
+        base, platform: positions of its ends in the frames of base and platform [m].
+        at_base, at_platform: azimuths of its ends, if their radii are arguments of the file; else None.
+        base_text, platform_text: expressions of the positions, if there are no azimuths.
+        axis: direction of its revolute axes in the base: one of ``DIRECTIONS``, a vector, or None: perpendicular to the limb.
+        guide: direction of the carriage's guide: one of ``DIRECTIONS`` or a vector.
     """
 
     base: Point
@@ -130,7 +134,16 @@ def arranged(
     guide: str,
     axis: str | None,
 ) -> list[LimbPlace]:
-    """Return the placements of limbs without a table, for given radii, height, angles [m, rad] and names of directions."""
+    """Return the placements of limbs without a table.
+
+    Args:
+        architecture: the mechanism.
+        skeletons: parts of each limb.
+        arrangement: one of ``ARRANGEMENTS``.
+        azimuths: azimuths of the limbs [rad]; None: evenly spaced.
+        values: base_radius, base_height, platform_radius [m], base_spread, platform_spread and platform_turn [rad].
+        guide, axis: names of directions; axis None: perpendicular to the limb.
+    """
     check_choice("arrangement", arrangement, ARRANGEMENTS)
     if arrangement == CARTESIAN:
         return _cartesian(architecture, skeletons, values)
@@ -237,8 +250,9 @@ def tabled(limbs: int, table: object, guide: str) -> list[LimbPlace]:
             if key in points and not any(points[key]):
                 raise ArgumentError(f"{what}: {key} is 0 0 0; it must be a direction")
         base, platform = points["base"], points["platform"]
-        texts = vector_text(base), vector_text(platform)
-        places.append(LimbPlace(base, platform, None, None, *texts, points.get("axis"), points.get("guide", guide)))
+        base_text, platform_text = vector_text(base), vector_text(platform)
+        axis, rail = points.get("axis"), points.get("guide", guide)
+        places.append(LimbPlace(base, platform, None, None, base_text, platform_text, axis, rail))
     return places
 
 

@@ -27,8 +27,13 @@ PARALLEL = 1e-3
 class Span:
     """A link between two joints of the chain from base to platform, or between the last joint and the platform.
 
-    The joints have no names if the link has only two. ``along`` is the unit vector from start to end, ``axis`` that of the joint
-    ``start``, both in the link's frame; length [m] is that at the zero pose, mass [kg] that of the link alone.
+    Attributes:
+        link: name of the link.
+        start, end: names of the joints at its inner and outer end; empty if the link has no other joints.
+        along: unit vector from start to end at the zero pose, in the link's frame.
+        axis: axis of the revolute or prismatic joint ``start``, in the link's frame.
+        length: distance of the two joints at the zero pose [m].
+        mass: mass of the link alone [kg].
     """
 
     link: str
@@ -58,10 +63,14 @@ class Span:
         outer = math.sqrt(area / (math.pi * WALL * (1 - WALL)))
         if not SLENDER * outer <= self.length <= WIRE * outer:
             return None
-        longest = self.length / STUBBY
-        digit: float = 10.0 ** (math.floor(math.log10(longest)) - 1)
-        outer = min(float(f"{outer:.2g}"), float(f"{math.floor(longest / digit * (1 + 1e-12)) * digit:.2g}"))
+        outer = min(float(f"{outer:.2g}"), _rounded_down(self.length / STUBBY))
         return outer, float(f"{(1 - 2 * WALL) * outer:.6g}")
+
+
+def _rounded_down(value: float) -> float:
+    """Return a positive number rounded down to two digits."""
+    digit: float = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return float(f"{math.floor(value / digit * (1 + 1e-12)) * digit:.2g}")
 
 
 def chain_joints(description: RobotDescription) -> list[tuple[Joint, bool]]:
