@@ -263,15 +263,23 @@ class ElementTable:
             self._inner[path] = (*inside, *self.children) if not path else inside
 
     def read(self, element: XmlElement, without: Collection[str] = ()) -> dict[str, Keyword]:
-        """Return the values of an element by field, parts of it as objects, ``without`` child elements of these paths."""
+        """Return the values of an element by field, fields with several attributes as objects of ``PARTS``.
+
+        Child elements with paths in ``without`` are skipped.
+
+        Raises:
+            RobotFileError: an attribute or child is unknown or missing, or a value is invalid.
+        """
         found: dict[str, Keyword] = {}
         parts: dict[str, dict[str, Keyword]] = {}
         at: dict[str, XmlElement | None] = {"": element}
         for path, rows in self.rows.items():
             head, _, tag = path.rpartition("/")
             here = at[head]
-            if path and here is not None:
-                here = None if path in without else (here.required_child if rows[0].default is NEEDED else here.child)(tag)
+            if path in without:
+                here = None
+            elif path and here is not None:
+                here = here.required_child(tag) if rows[0].default is NEEDED else here.child(tag)
             at[path] = here
             if here is not None and path not in self.open:
                 allow(here, [row.attribute for row in rows], self._inner[path])

@@ -122,24 +122,36 @@ def shown_path(path: str) -> str:
 
 
 def robot_path(robot: str | os.PathLike[str]) -> Path:
-    """Return the file of a robot given by a path or by the name of a robot of the package."""
+    """Return the file of a robot given by a path or by the name of a robot of the package.
+
+    Raises:
+        RobotFileError: there is neither a file nor a robot of this name.
+        ArgumentError: the value is neither a path nor a name.
+    """
     _, path = read_robot(robot)
     return Path(path)
 
 
 def read_robot(robot: str | os.PathLike[str]) -> tuple[bytes, str]:
-    """Return the content of a robot's file, given as in :func:`robot_path`, and its path."""
+    """Return the content of a robot's file, given as in :func:`robot_path`, and its path.
+
+    Raises:
+        RobotFileError: the file cannot be read.
+        ArgumentError: the value is neither a path nor a name.
+    """
     if not isinstance(robot, (str, bytes, os.PathLike)):
         raise ArgumentError(f"{robot!r} is neither the path of a robot's file nor the name of a robot of the package")
     name = os.fsdecode(robot)
     try:
-        path = Path(name)
-        path = path if path.is_file() else shipped_robots().get(name, path)
-        return read_file(path), name if path == Path(name) else os.fspath(path)
+        given = Path(name)
+        path = given if given.is_file() else shipped_robots().get(name, given)
+        return read_file(path), name if path == given else os.fspath(path)
     except FileNotFoundError as error:
         raise RobotFileError(f"the file cannot be read: {error.strerror}{_perhaps(name)}", name) from None
-    except (OSError, ValueError) as error:  # a path with a null character is a ValueError
-        raise RobotFileError(f"the file cannot be read: {getattr(error, 'strerror', None) or error}", name) from None
+    except OSError as error:
+        raise RobotFileError(f"the file cannot be read: {error.strerror or error}", name) from None
+    except ValueError as error:  # a path with a null character
+        raise RobotFileError(f"the file cannot be read: {error}", name) from None
 
 
 def _perhaps(name: str) -> str:

@@ -13,9 +13,12 @@ from kinetostatics.exceptions import ArgumentError, near_names
 
 @dataclass(frozen=True)
 class CsvTable:
-    """A CSV file: the place of its column names, these names without units, and its rows: line number and cells.
+    """The contents of a CSV file.
 
-    The unit of the column is appended to numbers without a unit: ``500mm``.
+    Attributes:
+        place: file and line of the column names.
+        names: names of the columns, without units.
+        rows: line number and cells of each row; the unit of the column is appended to numbers without a unit: ``500mm``.
     """
 
     place: str

@@ -21,8 +21,8 @@ from kinetostatics.files.xml import XmlElement
 class ForeignLoop:
     """A loop in the format of another tool; None stands for missing information.
 
-    The two origin frames coincide at the joint's zero. The axis is a unit vector in the predecessor's one. ``note`` is a remark
-    for the message on missing information.
+    The two origins are the joint's frame in the two links that it joins; they coincide at the joint's zero. The axis is a unit
+    vector in the predecessor's origin frame. ``note`` is a remark for the message on missing information.
     """
 
     name: str

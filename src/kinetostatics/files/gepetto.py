@@ -51,7 +51,16 @@ class Retyped:
 
 @dataclass(frozen=True)
 class GepettoFile:
-    """The content of a ``robot.yaml``: loops and names of their frames, driven joints (None: unknown), retyped joints."""
+    """The content of a ``robot.yaml``.
+
+    Attributes:
+        loops: its loops.
+        frames: names of the frames of its loops.
+        driven: names of the driven joints of the URDF, or None if unknown.
+        driven_note: reason if the driven joints are uncertain.
+        retyped: joints with another type than in the URDF.
+        warnings: warnings, in full sentences.
+    """
 
     loops: tuple[ForeignLoop, ...]
     frames: frozenset[str]
@@ -216,10 +225,14 @@ def _driven(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[tuple[str, .
 
 
 def _retyped(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[Retyped, ...]:
-    names, types = (keys[key].items(key) if key in keys else [] for key in ("joint_name", "joint_type"))
+    if "joint_name" not in keys and "joint_type" not in keys:
+        return ()
+    for key, other in (("joint_name", "joint_type"), ("joint_type", "joint_name")):
+        if key not in keys:
+            raise keys[other].error(f"there is {other} but no {key}; they are lists of the same length")
+    names, types = (keys[key].items(key) for key in ("joint_name", "joint_type"))
     if len(names) != len(types):
-        node = keys["joint_type" if types else "joint_name"]
-        raise node.error(f"joint_type has {len(types)} entries, and joint_name has {len(names)}")
+        raise keys["joint_type"].error(f"joint_type has {len(types)} entries, and joint_name has {len(names)}")
     found: dict[str, Retyped] = {}
     for name_node, type_node in zip(names, types, strict=True):
         name, kind = name_node.text("an entry of joint_name"), type_node.text("an entry of joint_type")
@@ -240,7 +253,10 @@ def _retyped(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[Retyped, ..
 
 
 def retype(source: SourceRobot, retyped: Sequence[Retyped]) -> XmlElement:
-    """Return the ``<robot>`` of the source with joints replaced by runs of revolutes: ``joint_X``, ``joint_Y``, ``joint_Z``."""
+    """Return the ``<robot>`` of the source with joints replaced by runs of revolutes.
+
+    The names of the revolutes are that of the joint with ``_X``, ``_Y`` or ``_Z`` appended.
+    """
     changes = {item.joint: item for item in retyped}
     content: list[XmlElement | str] = []
     for item in source.root.content:

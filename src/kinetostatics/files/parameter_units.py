@@ -64,7 +64,8 @@ def parameter_unit(value: object, read: Callable[[float], RobotDescription]) -> 
 
 def parameter_hints(path: str, parameters: Mapping[str, object], links: Mapping[str, str | None]) -> list[str]:
     """Return hints at lengths above 1 m among the given parameters of a robot's file that far exceed the values in the file."""
-    given = {name: number for name, value in parameters.items() if (number := _number(value)) is not None and number >= 1}
+    numbers = {name: _number(value) for name, value in parameters.items()}
+    given = {name: number for name, number in numbers.items() if number is not None and number >= 1}
     own = {name: _number(text) for name, text in parameter_values(path, {}).items()} if given else {}
     found = []
     for name, value in given.items():

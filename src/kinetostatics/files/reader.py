@@ -65,7 +65,8 @@ def read_robot_file(
         RobotFileError: the file cannot be read or is invalid; with file and line.
         ArgumentError: ``path`` is no path, a parameter is neither a number nor a string, or there is no such link.
     """
-    return _read(*read_robot(path), {} if parameters is None else parameters, platform_link, base_link)
+    data, name = read_robot(path)
+    return _read(data, name, {} if parameters is None else parameters, platform_link, base_link)
 
 
 def parameter_values(path: str | os.PathLike[str], parameters: Mapping[str, object]) -> dict[str, str]:
@@ -75,8 +76,9 @@ def parameter_values(path: str | os.PathLike[str], parameters: Mapping[str, obje
         path: see :func:`read_robot_file`.
         parameters: given values; the others are those of the file.
     """
+    data, name = read_robot(path)
     values: dict[str, str] = {}
-    read_document(*read_robot(path), parameters, values)
+    read_document(data, name, parameters, values)
     return values
 
 

@@ -313,6 +313,6 @@ def all_driven(joints: Mapping[str, Joint], driven: tuple[str, ...], path: str, 
         moving = f"all {len(others)} joints that move count" if others[1:] else f"the joint that moves, {others[0]!r}, counts"
         warnings.append(f"{path}: the file has no <transmission>; {moving} as driven.")
     elif others:
-        listed = ", ".join(map(repr, others[:LISTED])) + ", …" * (len(others) > LISTED)
+        listed = ", ".join(map(repr, others[:LISTED])) + (", …" if len(others) > LISTED else "")
         warnings.append(f"{path}: joints without a <transmission> count as driven like the others: {listed}.")
     return (*driven, *others)

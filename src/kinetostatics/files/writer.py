@@ -100,10 +100,10 @@ def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]
 
 
 def write_text(path: str | os.PathLike[str], text: str, new: bool = False) -> None:
-    """Write a file; an existing file is replaced, or if it must be ``new``, an error.
+    """Write a file; an existing file is replaced.
 
     Raises:
-        ArgumentError: the file cannot be written.
+        ArgumentError: the file cannot be written, or exists although it must be ``new``.
     """
     name = path_name("path", path)
     try:
@@ -111,8 +111,10 @@ def write_text(path: str | os.PathLike[str], text: str, new: bool = False) -> No
             file.write(text)
     except FileExistsError:
         raise ArgumentError(f"{name} exists and is not overwritten; delete it or choose another name") from None
-    except (OSError, ValueError) as error:  # a path with a null character is a ValueError
-        raise ArgumentError(f"{name} cannot be written: {getattr(error, 'strerror', None) or error}") from None
+    except OSError as error:
+        raise ArgumentError(f"{name} cannot be written: {error.strerror or error}") from None
+    except ValueError as error:  # a path with a null character
+        raise ArgumentError(f"{name!r} cannot be written: {error}") from None
 
 
 def write_table(path: str | os.PathLike[str], columns: Mapping[str, Sequence[str]]) -> None:

@@ -208,7 +208,7 @@ def read_document(
         path, parameters, values: see :func:`expand`.
 
     Raises:
-        RobotFileError: the file is invalid, has another outermost element, or has no parameters.
+        RobotFileError: the file is invalid, has another outermost element, or no parameters although some are given.
         ArgumentError: a parameter is neither a number nor a string.
     """
     check("parameters", parameters)

@@ -540,8 +540,8 @@ PAIRS = "closed_loop: [['closedloop1_A', 'closedloop1_B']]\n"
         (f"{PAIRS}type: [3d, 6d]\n", 2, r"type has 2 entries, and closed_loop has 1"),
         (f"{PAIRS}type: [5d]\n", 2, r"type is '5d'; known: 3d .* 6d"),
         (f"{PAIRS}type: [6d]\nname_mot: [motr]\n", 3, r"name_mot has 'motr', which is in no movable joint's name; did you mean"),
-        (f"{PAIRS}type: [6d]\njoint_name: [passive_1]\n", 3, r"joint_type has 0 entries, and joint_name has 1"),
-        (f"{PAIRS}joint_type: [SPHERICAL]\n", 2, r"joint_type has 1 entries, and joint_name has 0"),
+        (f"{PAIRS}type: [6d]\njoint_name: [passive_1]\n", 3, r"there is joint_name but no joint_type"),
+        (f"{PAIRS}joint_type: [SPHERICAL]\n", 2, r"there is joint_type but no joint_name"),
         (
             f"{PAIRS}joint_name: [pasive_1]\njoint_type: [SPHERICAL]\n",
             2,
