@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.arguments import Keyword, check, finite_numbers, need_scipy, warn
 from kinetostatics.calibration.fit import Fit, NoDerivativeError, fit, leave_one_out, outliers
-from kinetostatics.calibration.measurements import read_gauges, read_measurements
+from kinetostatics.calibration.measurements import Measurements, read_gauges, read_measurements
 from kinetostatics.calibration.readings import Model, Readings
 from kinetostatics.calibration.unknowns import Unknowns, determined_ones, unidentifiable
 from kinetostatics.description.loads import Gauge, Payload
@@ -97,10 +97,7 @@ def calibrate(
     arm = check_point(point, frame)
     known = read_gauges(gauges)
     table = read_measurements(robot, measurements, known)
-    names = [name for name, column in table.readings.items() if np.any(np.isfinite(column))]
-    every = np.stack([table.readings[name] for name in names], axis=-1)
-    rows, which = np.nonzero(np.isfinite(every))
-    readings, measured = Readings(rows, which, {name: known[name] for name in names}), every[rows, which]
+    readings, measured = _readings(table, known)
     for hint in (*robot.unit_hints(table.coordinates), *table.repeated):
         warn(hint)
     used_gauges = list(readings.gauges.values())
@@ -114,8 +111,19 @@ def calibrate(
     sigma_known = None not in sigmas
     sizes = {name: float(np.sqrt(np.mean(measured[readings.which == k] ** 2))) or 1.0 for k, name in enumerate(readings.gauges)}
     looked_for = Unknowns(robot, unknowns, readings.gauges, payload, sizes)
-    given = table.coordinates, table.load, readings, reference
-    model = Model(looked_for, *given, orientation, arm, frame, analysis, table.places, closure_tolerance)
+    model = Model(
+        looked_for,
+        table.coordinates,
+        table.load,
+        readings,
+        reference,
+        orientation,
+        arm,
+        frame,
+        analysis,
+        table.places,
+        closure_tolerance,
+    )
     scale = looked_for.scale
     start = looked_for.start / scale
     sigma = np.array([1.0 if value is None else value for value in sigmas])[readings.which]
@@ -123,8 +131,14 @@ def calibrate(
 
     def solved(used: Mask, start: Array) -> Fit:
         try:
-            functions = lambda x: model.predict(x * scale)[used], lambda x: model.jacobian(x * scale)[used] * scale
-            return fit(*functions, start, measured[used], sigma[used], sigma_known)
+            return fit(
+                lambda x: model.predict(x * scale)[used],
+                lambda x: model.jacobian(x * scale)[used] * scale,
+                start,
+                measured[used],
+                sigma[used],
+                sigma_known,
+            )
         except NoDerivativeError as error:
             item, value = looked_for.items[error.k], float((error.x * scale)[error.k])
             raise ArgumentError(
@@ -156,7 +170,8 @@ def calibrate(
             warn(f"{one.name} is estimated as {one.value:.6g} {one.unit}, and {one.impossible}; {ADVICE}")
     mass, moment, _ = looked_for.payload_of(values)
     robot_found = Robot(replace(looked_for.described(values), path=robot.description.path))
-    scatter, free = 1.0 if sigma_known else float(np.sqrt(found.variance)), found.degrees_of_freedom
+    scatter = 1.0 if sigma_known else float(np.sqrt(found.variance))
+    free = found.degrees_of_freedom
     return Calibration(
         ResultMapping({one.name: one for one in estimates}),
         unidentifiable(looked_for.items, found.null),
@@ -231,11 +246,22 @@ def check_predicted(model: Model, values: Array) -> None:
         raise StaticsError(f"{where}readings cannot be computed")
 
 
+def _readings(table: Measurements, gauges: Mapping[str, Gauge]) -> tuple[Readings, Array]:
+    """Return the readings, row by row, and their values (n,)."""
+    names = [name for name, column in table.readings.items() if np.any(np.isfinite(column))]
+    every = np.stack([table.readings[name] for name in names], axis=-1)
+    rows, which = np.nonzero(np.isfinite(every))
+    return Readings(rows, which, {name: gauges[name] for name in names}), every[rows, which]
+
+
 def _estimates(unknowns: Unknowns, found: Fit, values: Array, covariance: Array, level: float) -> list[Estimate]:
     from scipy import stats
 
     tail, free = (1 - level) / 2, found.degrees_of_freedom
-    wide = float(stats.norm.isf(tail)) if found.sigma_known else float(stats.t.isf(tail, free)) if free > 0 else np.inf
+    if found.sigma_known:
+        wide = float(stats.norm.isf(tail))
+    else:
+        wide = float(stats.t.isf(tail, free)) if free > 0 else np.inf
     estimates = []
     reported, factors = unknowns.reported(values)
     starts, _ = unknowns.reported(unknowns.start)

@@ -130,7 +130,9 @@ def solution(x: Array, J: Array, residuals: Array, sigma_known: bool, converged:
     scale, seen, null = determined(J)
     basis, _ = np.linalg.qr(scale[:, None] * seen)
     degrees_of_freedom = len(residuals) - basis.shape[1]
-    variance = 1.0 if sigma_known else float(residuals @ residuals / degrees_of_freedom) if degrees_of_freedom > 0 else np.nan
+    variance = 1.0
+    if not sigma_known:
+        variance = float(residuals @ residuals / degrees_of_freedom) if degrees_of_freedom > 0 else np.nan
     return Fit(x, residuals, J, basis, scale[:, None] * null, variance, degrees_of_freedom, sigma_known, converged)
 
 
@@ -183,7 +185,7 @@ def outliers(found: Fit, size: float) -> tuple[Array, Mask]:
 
 
 def leave_one_out(found: Fit, groups: Array) -> Array:
-    """Return the errors (n,) of readings predicted from the other groups; NaN without prediction."""
+    """Return the errors (n,) of readings predicted from the other groups; NaN if the others do not determine them."""
     H, errors = found.hat, np.full(len(groups), np.nan)
     for group in np.unique(groups):
         mine = np.flatnonzero(groups == group)

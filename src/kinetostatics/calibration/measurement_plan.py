@@ -134,7 +134,8 @@ def plan_measurements(
     rng = np.random.default_rng(seed)
     chosen = best_subset(blocks, n, rng)
     drawn = [rng.choice(count, n, replace=False) for _ in range(RANDOM)]
-    usual = [(plan, value) for plan in drawn if np.isfinite(value := log_det(blocks[plan]))]
+    valued = [(plan, log_det(blocks[plan])) for plan in drawn]
+    usual = [(plan, value) for plan, value in valued if np.isfinite(value)]
     free = seen.shape[1]
     more = log_det(blocks[chosen]) - float(np.mean([value for _, value in usual])) if usual else np.nan
     gain = float(np.exp(more / (2 * free))) if free else float("nan")

@@ -71,12 +71,13 @@ def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
     table = read_csv(path, example, COLUMNS, ("name", "ux", "uy", "uz"))
     found: dict[str, tuple[str, Gauge]] = {}
     for line, row in table.rows:
-        where, texts = table.where(line), {name: cell for name, cell in zip(table.names, row, strict=True) if cell}
+        where = table.where(line)
+        texts = {name: cell for name, cell in zip(table.names, row, strict=True) if cell}
         kinds = {**COLUMNS, "sigma": "angle" if texts.get("measures") == "rotation" else "length"}
-        cells: dict[str, Keyword] = {
-            name: cell if (kind := kinds[name]) is None else parse_number(cell, kind, f"{where}: {name}")
-            for name, cell in texts.items()
-        }
+        cells: dict[str, Keyword] = {}
+        for name, cell in texts.items():
+            kind = kinds[name]
+            cells[name] = cell if kind is None else parse_number(cell, kind, f"{where}: {name}")
         name = str(cells.pop("name", ""))
         if not name or any(name == known for known, _ in found.values()):
             raise ArgumentError(f"{where}: a gauge needs a unique name, got {name!r}")
@@ -89,9 +90,10 @@ def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
 
 
 def readings_by_twist(gauges: Sequence[Gauge], which: Index, pose: Configuration, rows: Index) -> Array:
-    """Return the rows (n, 6), whose products with twists at o are the readings, world axes [1, m].
+    """Return the rows (n, 6), whose products with twists [d; r] at o are the readings, world axes [1, m].
 
-    ``which`` (n,), ``rows`` (n,): indices of the gauge and of the pose of each reading.
+    A gauge of direction u at the arm a from o reads the displacement u · d + (a × u) · r, or the rotation u · r. ``which`` (n,)
+    and ``rows`` (n,) are the indices of the gauge and of the pose of each reading.
     """
     R, o = robot_of(pose).mechanism.platform_pose(pose.frames)
     found = np.zeros((len(which), 6))
@@ -108,7 +110,7 @@ def readings_by_twist(gauges: Sequence[Gauge], which: Index, pose: Configuration
         part = slice(0, 3) if gauge.measures == "displacement" else slice(3, 6)
         found[mine, part] = u.T
         if gauge.measures == "displacement":
-            found[mine, 3:] = cross(arm, u).T  # u·(d + r × arm) = u·d + (arm × u)·r
+            found[mine, 3:] = cross(arm, u).T  # u · (d + r × a) = u · d + (a × u) · r
     return found
 
 
@@ -139,7 +141,8 @@ class Measurements:
         """A warning of rows that are equal in all numbers, including noisy readings; empty if there are none."""
         cells = np.column_stack([*self.coordinates.values(), self.load, *self.readings.values()])
         first: dict[bytes, int] = {}
-        again = [(k, at) for k, row in enumerate(cells) if (at := first.setdefault((row + 0.0).tobytes(), k)) != k]
+        equal = [first.setdefault((row + 0.0).tobytes(), k) for k, row in enumerate(cells)]  # + 0.0: −0 equals 0
+        again = [(k, at) for k, at in enumerate(equal) if at != k]
         if not again:
             return []
         here, there = (self.places[k].removesuffix(": ") for k in again[0])
@@ -201,7 +204,7 @@ def read_measurements(robot: Robot, given: object, gauges: Mapping[str, Gauge]) 
 
 
 def _table(given: object) -> tuple[Callable[[int | None], str], list[str], list[tuple[int, Sequence[object]]]]:
-    """Return a function that names rows, the titles, and the rows with their numbers."""
+    """Return the function that gives the place of a row for messages, the titles, and the rows, each after its number."""
     if isinstance(given, (str, os.PathLike)):
         path = os.fspath(given)
         what = "a table of measurements has a line of titles, such as z [mm],rx [deg],Fz [N],dz [um], and one of each row"

@@ -131,7 +131,7 @@ class Model:
         return assemble(robot, None, given, self.orientation, near, self._closure_tolerance, how, loops)
 
     def result(self, values: Array) -> Result:
-        """Return the analysis of all rows, followed by the reference poses; the last one is cached."""
+        """Return the analysis of all rows, followed by the reference poses; the last analysis is cached."""
         key = tuple(map(float, values))
         if self._known is None or self._known[0] != key:
             robot = Robot(self.unknowns.described(values))
@@ -146,7 +146,8 @@ class Model:
         if twice := next((name for name in errors if name in given), None):
             raise ArgumentError(f"assembly_errors: the errors of {twice!r} are among the unknowns, too")
         mass, moment, _ = self.unknowns.payload_of(values)
-        load, every = self._load + self._of_mass(pose, mass, moment), {**given, **errors} or None
+        load = self._load + self._of_mass(pose, mass, moment)
+        every = {**given, **errors} or None
         return analyze(pose, load, self.gravity, on_failure="nan", **{**self.analysis, "assembly_errors": every})
 
     def _of_mass(self, pose: Configuration, mass: float, moment: Array) -> Array:
@@ -235,7 +236,8 @@ class Model:
                         return found
             except ArgumentError:
                 pass
-        known, step = self._known, STEP * item.scale * np.eye(len(values))[k]
-        ends = self.predict(values + step), self.predict(values - step)
+        known = self._known
+        change = STEP * item.scale * np.eye(len(values))[k]
+        above, below = self.predict(values + change), self.predict(values - change)
         self._known = known
-        return np.asarray((ends[0] - ends[1]) / (2 * STEP * item.scale))
+        return np.asarray((above - below) / (2 * STEP * item.scale))

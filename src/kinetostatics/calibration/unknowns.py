@@ -194,6 +194,7 @@ class Unknowns:
         The centre of a payload without mass is NaN.
         """
         mass, moment, _ = self.payload_of(values)
+        names = [item.name for item in self.items]
         factors, found = np.eye(len(values)), np.array(values, dtype=float)
         for k, item in enumerate(self.items):
             if item.kind == "stiffness":
@@ -201,7 +202,7 @@ class Unknowns:
             elif item.kind == "payload" and self.by_moments and item.name != "payload.mass":
                 found[k] = moment["xyz".index(item.name[-1])] / mass if mass else math.nan
                 factors[k, k] = 1 / mass if mass else math.nan
-                factors[k, [other.name for other in self.items].index("payload.mass")] = -found[k] * factors[k, k]
+                factors[k, names.index("payload.mass")] = -found[k] * factors[k, k]
         return found, factors
 
 
@@ -248,10 +249,10 @@ def _one(unknowns: Sequence[Unknown], direction: Array) -> Unidentifiable:
     ]
     if len(mine) == 1:
         return Unidentifiable(changes, f"no reading depends on {names[0]}")
-    together = f"{', '.join(names[:-1])} and {names[-1]} cannot be distinguished"
+    beginning = f"{', '.join(names[:-1])} and {names[-1]} cannot be distinguished"
     if len(mine) == 2:
         weight = float(-direction[mine[0]] / direction[mine[1]])
         sign, kind = ("−", "difference") if weight < 0 else ("+", "sum")
         what = f"their {kind}" if abs(abs(weight) - 1) < 1e-4 else f"{names[0]} {sign} {abs(weight):.4g} times {names[1]}"
-        return Unidentifiable(changes, f"{together}: the readings depend only on {what}, relative to the values in the file")
-    return Unidentifiable(changes, f"{together}: a change of all in a certain ratio changes no reading")
+        return Unidentifiable(changes, f"{beginning}: the readings depend only on {what}, relative to the values in the file")
+    return Unidentifiable(changes, f"{beginning}: a change of all in a certain ratio changes no reading")

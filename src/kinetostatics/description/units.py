@@ -37,8 +37,20 @@ BASIC: dict[str, tuple[int, Dimension]] = {
 }
 #: SI prefixes as powers of ten; u and both Unicode letters µ are micro.
 PREFIXES = {
-    **{"p": -12, "n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "c": -2, "d": -1},
-    **{"": 0, "da": 1, "h": 2, "k": 3, "M": 6, "G": 9},
+    "p": -12,
+    "n": -9,
+    "u": -6,
+    "µ": -6,
+    "μ": -6,
+    "m": -3,
+    "c": -2,
+    "d": -1,
+    "": 0,
+    "da": 1,
+    "h": 2,
+    "k": 3,
+    "M": 6,
+    "G": 9,
 }
 
 #: Names of quantities in messages, with their SI units.
@@ -89,16 +101,17 @@ class Unit:
     degrees: int = 0
     dimension: Dimension = (0, 0, 0, 0, 0)
 
-    def __mul__(self, other: Unit, sign: int = 1) -> Unit:
-        dimension = tuple(x + sign * y for x, y in zip(self.dimension, other.dimension, strict=True))
-        return Unit(self.ten + sign * other.ten, self.degrees + sign * other.degrees, dimension)
+    def __mul__(self, other: Unit) -> Unit:
+        dimension = tuple(x + y for x, y in zip(self.dimension, other.dimension, strict=True))
+        return Unit(self.ten + other.ten, self.degrees + other.degrees, dimension)
 
     def __truediv__(self, other: Unit) -> Unit:
-        return self.__mul__(other, -1)
+        dimension = tuple(x - y for x, y in zip(self.dimension, other.dimension, strict=True))
+        return Unit(self.ten - other.ten, self.degrees - other.degrees, dimension)
 
     @property
     def size(self) -> float:
-        """Size of the unit in SI, as 0.001 of mm."""
+        """Size of the unit in SI, such as 0.001 for mm."""
         return self.in_si(1.0)
 
     def in_si(self, value: float) -> float:

@@ -48,8 +48,7 @@ def block_lines(block: Block, colour: bool = False) -> list[str]:
         return _wide(block, colour) if block.wide else _rows(block.columns, colour)
     if isinstance(block, Facts):
         width = max((len(name) for name, _ in block.rows), default=0) + 2
-        named = [(f"{'' if k else name:{width}}", text) for name, value in block.rows for k, text in enumerate(_texts(value))]
-        return [" " * block.indent + line for name, text in named for line in wrapped(text, name)]
+        return [" " * block.indent + line for name, value in block.rows for line in _fact(name, value, width)]
     if isinstance(block, Text):
         return _sentence(block, colour)
     return list(block.lines)
@@ -69,6 +68,14 @@ def _texts(value: object) -> Sequence[str]:
     return [str(value)] if isinstance(value, str) or not isinstance(value, Sequence) else value
 
 
+def _fact(name: str, value: object, width: int) -> list[str]:
+    """Return the lines of a value, the first after its name."""
+    lines = []
+    for k, text in enumerate(_texts(value)):
+        lines += wrapped(text, f"{name if k == 0 else '':{width}}")
+    return lines
+
+
 def _sentence(block: Text, colour: bool) -> list[str]:
     mark = " " * block.indent + {"warning": "! ", "item": "- ", "": ""}[block.kind]
     lines = wrapped((block.lead or "") + block.text, mark, WIDTH - 2 if block.kind == "warning" else WIDTH)
@@ -81,12 +88,16 @@ def _sentence(block: Text, colour: bool) -> list[str]:
 
 def _rows(columns: Sequence[Column], colour: bool) -> list[str]:
     texts = [[column.heading, *column.texts] for column in columns]
-    forms = [f"{'<' if column.side == 'l' else '>'}{max(map(len, cells))}" for column, cells in zip(columns, texts, strict=True)]
-    rows = list(zip(*texts, strict=True))[not any(column.heading for column in columns) :]
-    return [
-        "  ".join(f"{cell:{form}}".replace(cell, _word(cell, colour), 1) for cell, form in zip(row, forms, strict=True)).rstrip()
-        for row in rows
-    ]
+    widths = [max(map(len, cells)) for cells in texts]
+    signs = ["<" if column.side == "l" else ">" for column in columns]
+    headings, *rows = zip(*texts, strict=True)
+    lines = []
+    for row in [headings, *rows] if any(headings) else rows:
+        cells = []
+        for cell, sign, width in zip(row, signs, widths, strict=True):
+            cells.append(f"{cell:{sign}{width}}".replace(cell, _word(cell, colour), 1))
+        lines.append("  ".join(cells).rstrip())
+    return lines
 
 
 def _wide(table: Table, colour: bool) -> list[str]:
@@ -97,8 +108,12 @@ def _wide(table: Table, colour: bool) -> list[str]:
         if blocks[-1] and widths[0] + sum(widths[j] for j in blocks[-1]) + widths[k] > WIDTH:
             blocks.append([])
         blocks[-1].append(k)
-    found = [_rows([table.columns[k] for k in (0, *block)], colour) for block in blocks]
-    return [line for k, lines in enumerate(found) for line in ([""] * (k > 0) + lines)]
+    lines = []
+    for k, block in enumerate(blocks):
+        if k > 0:
+            lines.append("")
+        lines += _rows([table.columns[column] for column in (0, *block)], colour)
+    return lines
 
 
 # ---- colour on terminals ---------------------------------------------------------------------------------------------
@@ -155,18 +170,23 @@ def report_html(title: str, sections: Iterable[ReportSection]) -> str:
 
 def block_html(block: Block) -> str:
     """Return one part as HTML."""
-    if isinstance(block, Facts):
-        block = Table.of_rows(("", ""), [(name, "\n".join(_texts(value))) for name, value in block.rows], "ll")
     if isinstance(block, Table):
-        columns = block.columns
-        head = f"<thead><tr>{_cells('th', columns, [column.heading for column in columns])}</tr></thead>\n"
-        rows = zip(*(column.texts for column in columns), strict=True)
-        body = "".join(f"<tr>{_cells('td', columns, row)}</tr>\n" for row in rows)
-        return f"<table>\n{head if any(column.heading for column in columns) else ''}<tbody>\n{body}</tbody>\n</table>"
+        return _table_html(block.columns)
+    if isinstance(block, Facts):
+        rows = [(name, "\n".join(_texts(value))) for name, value in block.rows]
+        return _table_html(Table.of_rows(("", ""), rows, "ll").columns) if rows else ""
     if isinstance(block, Text):
         begin = '<p class="warning">! ' if block.kind == "warning" else "<p>"
         return f"{begin}{escape((block.lead or '') + block.text)}</p>"
     return f"<pre>{escape(chr(10).join(block.lines))}</pre>"
+
+
+def _table_html(columns: Sequence[Column]) -> str:
+    headings = [column.heading for column in columns]
+    head = f"<thead><tr>{_cells('th', columns, headings)}</tr></thead>\n" if any(headings) else ""
+    rows = zip(*(column.texts for column in columns), strict=True)
+    body = "".join(f"<tr>{_cells('td', columns, row)}</tr>\n" for row in rows)
+    return f"<table>\n{head}<tbody>\n{body}</tbody>\n</table>"
 
 
 def _cells(tag: str, columns: Sequence[Column], texts: Sequence[str]) -> str:

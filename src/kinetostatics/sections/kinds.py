@@ -207,8 +207,8 @@ class Rectangle(Section):
         if min(width, height) < THINNEST * max(width, height):
             raise ArgumentError(f"the sides {width:g} and {height:g} are too different to be those of a beam; they are in metres")
         J, modulus = _rectangle_torsion(width, height)
-        numbers = width * height, width * height**3 / 12, height * width**3 / 12, J
-        return cls(*numbers, width=width, height=height, torsion_modulus=modulus)
+        I_y, I_z = width * height**3 / 12, height * width**3 / 12
+        return cls(width * height, I_y, I_z, J, width=width, height=height, torsion_modulus=modulus)
 
     @property
     def extent(self) -> tuple[float, float]:  # noqa: D102
