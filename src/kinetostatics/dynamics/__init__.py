@@ -1,1 +1,1 @@
-"""Small vibrations of a robot about a pose: natural frequencies, modes and harmonic response."""
+"""Dynamics of a robot: small vibrations about a pose (natural frequencies, modes, harmonic response), and trajectories."""

@@ -146,7 +146,7 @@ class Bound:
         self._arguments = (*pointers, ctypes.c_int64(n), ctypes.c_int64(stage))
 
     def move(self, first: int) -> None:
-        """Read inputs that have more poses than the results from the pose ``first`` on."""
+        """Set the pose at which reading begins, ``first``, for those inputs that have more poses than the results."""
         for k, address in self._moving:
             self._pointers[k] = address + 8 * first
 

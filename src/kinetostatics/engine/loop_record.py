@@ -58,13 +58,13 @@ def guards_met(tape: Tape) -> Number:
 def program_of(
     tape: Tape, examples: Sequence[Array], computed: Callable[..., Sequence[Array]], stages: tuple[int, ...] = ()
 ) -> Program:
-    """Record a function of columns of numbers that returns columns of numbers and, as the last row, a truth value.
+    """Record a function of columns of numbers that returns columns of numbers; the last of all numbers is a truth value.
 
     Args:
         tape: the tape of the record.
-        examples: values (k, 1) of the inputs; branches follow them.
+        examples: values (k, 1) of the inputs; where the function branches, the branch for these values is recorded.
         computed: the function.
-        stages: those of the program.
+        stages: see :func:`kinetostatics.engine.llvm.module_of`.
     """
     inputs = [recorded_input(tape, number, array) for number, array in enumerate(examples)]
     with recording():
@@ -113,7 +113,8 @@ def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
     """Record :meth:`Solver.line`.
 
     Inputs: x and c of the pose where a line starts, the target (n,), and 1 where angles shall turn the shorter way, else 0 (1,).
-    Outputs: the prescribed coordinates (n,) and the orientation coordinates (3,) at the start; as truth value, the guards.
+    Outputs: the prescribed coordinates (n,) and the orientation coordinates (3,) at the start; the truth value is whether all
+    guards are met.
     """
     tape, copy = _copy_of(solver, prescribed)
 
@@ -127,8 +128,8 @@ def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
 def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
     """Record the rates dx/dt for unit rates of each prescribed coordinate, see :mod:`kinetostatics.kinematics.rates`.
 
-    Inputs: x and c of a closed pose. Outputs: the rates (nq',) for one prescribed coordinate after the other; as truth value, the
-    guards.
+    Inputs: x and c of a closed pose. Outputs: the rates (nq',) for one prescribed coordinate after the other; the truth value is
+    whether all guards are met.
     """
     tape, copy = _copy_of(solver, prescribed)
 
@@ -147,7 +148,8 @@ def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
 def place_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
     """Record :meth:`Solver.place`.
 
-    Input: x. Outputs: q and residual in a first stage, rotations and positions in a second; as truth value, the guards.
+    Input: x. Outputs: q and residual in a first stage, rotations and positions in a second; the truth value is whether all guards
+    are met.
     """
     tape, copy = _copy_of(solver, prescribed)
 

@@ -66,7 +66,8 @@ class Values(ResultMapping[str, Array]):
     """Result of a function: arrays by name, batch axes first, and the corresponding pose.
 
     Attributes:
-        origin: start of the next line for compiled code; None if there is none.
+        origin: the pose in the form in which compiled code continues from it, if it is ``near=`` of the next call; None if
+            unknown.
     """
 
     def __init__(self, arrays: Mapping[str, Array], pose: Callable[[], Configuration], origin: object = None) -> None:

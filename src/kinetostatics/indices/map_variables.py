@@ -59,7 +59,7 @@ def absent(name: str) -> str:
 
 
 def finished(ds: xr.Dataset, values: xr.DataArray, beyond_limits: bool, units: str, long_name: str) -> xr.DataArray:
-    """Return an index, NaN at invalid poses, with its own attributes only."""
+    """Return an index as a variable of its own: NaN at invalid poses, without other coordinates and attributes of the map."""
     found = values.where(valid(ds, beyond_limits)).transpose(*swept(ds))
     kept = {*swept(ds), *(name for name in ds.coords if ds[name].dims == ())}
     found = found.drop_vars([name for name in found.coords if name not in kept])

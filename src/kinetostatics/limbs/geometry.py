@@ -241,7 +241,7 @@ class _Vectors:
 
 
 def _nearest_centres(has_centre: Sequence[bool], is_serial: bool) -> dict[int, int | None]:
-    """Return for each joint without a centre the nearest joint of the limb with a centre, the outer of two, or None."""
+    """Return for each joint without a centre the nearest one that has a centre, of two the outer one; None if there is none."""
     known = [u for u, has in enumerate(has_centre) if has and is_serial]
     return {
         u: min(known, key=lambda other: (abs(other - u), -other), default=None) for u, has in enumerate(has_centre) if not has

@@ -58,8 +58,8 @@ class Unidentifiable:
     """A combined change of unknowns that affects no reading.
 
     Attributes:
-        direction: change of each unknown involved, relative to its compliance (stiffness), its value (argument, mass), the
-            characteristic length (centre of mass) or the readings of the gauge (offset).
+        direction: change of each unknown involved: of a stiffness, the relative change of the compliance; of an argument or a
+            mass, relative to its value; of a centre of mass, to the characteristic length; of an offset, to the gauge's readings.
         words: the unidentifiable combination, and the identifiable one, if any, as text.
     """
 

@@ -80,7 +80,7 @@ class PlacedJoint:
 
     @property
     def type(self) -> JointType:
-        """Its row in the table of joint types."""
+        """The joint's type, a row of the table of joint types."""
         return JOINT_TYPES[self.kind]
 
     def other(self, link: str) -> str:

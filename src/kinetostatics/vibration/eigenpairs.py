@@ -195,7 +195,7 @@ def _spaces(model: VibrationModel, K: Array, M: Array) -> Iterator[_Space]:
 
 
 def _with_mass(space: _Space, K: Array, M: Array) -> Iterator[_Space]:
-    """Yield groups of poses with the same number of motions without stiffness and mass, which are removed."""
+    """Yield groups of poses with the same number of motions without stiffness and mass; these motions are removed."""
     K, M = space.restricted(K), space.restricted(M)
     scaled, size = _scaled(K)
     axes = np.linalg.eigh(scaled)[1] / size[:, :, None]

@@ -176,7 +176,7 @@ def find_springs(poses: DrawnPoses) -> list[DrawnSpring]:
 
 
 def find_masses_at_points(poses: DrawnPoses, looks: Collection[str]) -> dict[str, Array]:
-    """Return the positions (F, 3) [m] of point masses (links with mass but no inertia) that are not drawn by ``looks``."""
+    """Return the positions (F, 3) [m] of point masses: links with mass but without inertia, beam or shape in ``looks``."""
     found, description = {}, poses.robot.description
     others = {*looks, *(beam.link for beam in description.beams.values())}
     for name, link in description.links.items():
