@@ -125,6 +125,15 @@ def test_payload_is_a_heavier_platform(name):
     )
 
 
+def test_payload_of_a_robot_with_a_link_of_this_name():
+    """Two equal masses at the same place move alike, whatever carries them."""
+    at = package_robots.robot("delta").assemble()
+    link = at.robot.description.links["payload"]
+    centre = at.frame("payload")[:3, :3] @ link.center_of_mass + at.frame("payload")[:3, 3] - at.platform_frame[:3, 3]
+    shares = ks.modes(at, 3, payload=ks.Payload(link.mass, centre, link.inertia)).kinetic_energy_shares
+    assert shares["payload on platform"] == pytest.approx(shares["payload"], rel=1e-9, abs=1e-12)
+
+
 @pytest.mark.few(3)
 @pytest.mark.parametrize("name", package_robots.NAMES)
 def test_modes_of_the_package(name):

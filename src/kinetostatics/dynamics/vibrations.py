@@ -85,17 +85,17 @@ class Vibrations:
         if self.loads is None:
             return motions, model
         loads = self.loads.map(lambda array: array[:, poses])
-        return motions, replace(model, masses={**model.masses, **_carried(loads, motions)})
+        return motions, replace(model, masses={**model.masses, **_carried(loads, motions, model.masses)})
 
 
-def _carried(loads: LinkLoads, motions: PlacedMotions) -> dict[str, Part]:
-    """Return the payload as parts, one for each place at which it is attached at some pose."""
-    found = {}
+def _carried(loads: LinkLoads, motions: PlacedMotions, links: Mapping[str, Part]) -> dict[str, Part]:
+    """Return the payload as parts, one for each place at which it is attached at some pose, with names that no link has."""
+    found: dict[str, Part] = {}
     for number, (place, _, point, mass, R, inertia) in enumerate(loads.masses(motions.frames)):
         axes, matrix = R.transpose(2, 0, 1), np.zeros((len(mass), 6, 6))
         matrix[:, :3, :3] = mass[:, None, None] * np.eye(3)
         matrix[:, 3:, 3:] = axes @ inertia.transpose(2, 0, 1) @ np.swapaxes(axes, 1, 2)
-        name = f"{PAYLOAD} on {place}" if number else PAYLOAD
+        name = f"{PAYLOAD} on {place}" if number or PAYLOAD in links else PAYLOAD
         found[name] = mass_at(motions, motions.structure.body_at[place], point, matrix)
     return found
 

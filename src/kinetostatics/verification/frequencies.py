@@ -58,7 +58,7 @@ def frequencies(model: FrameModel, count: int) -> Frequencies:
     for elements in MESHES if model.beams else MESHES[:1]:
         mesh = frame_with_masses(model, scale, total, elements)
         if not found:
-            regularization, levels = _coarsest(mesh, count)
+            regularization, levels, free = _coarsest(mesh, count)
             zero = _zeros(levels)
         else:
             levels = _at_levels(mesh, regularization, zero + count)
@@ -69,15 +69,18 @@ def frequencies(model: FrameModel, count: int) -> Frequencies:
         less = _limit([levels[:-1] for levels in found]), _limit(found[:-1] or found)
         scatter = max(relative_difference(item, values) for item in less)
         if best is None or scatter < best.scatter:
-            best = Frequencies(values * np.sqrt(scale.stiffness / total) / (2 * np.pi), scatter, zero)
+            best = Frequencies(values * np.sqrt(scale.stiffness / total) / (2 * np.pi), scatter, free)
         if scatter < SURE:
             break
     assert best is not None
     return best
 
 
-def _coarsest(mesh: Frame, count: int) -> tuple[float, Array]:
-    """Return the least disturbing stiffness of free directions, and the eigenvalues of a mesh with it, zeros first."""
+def _coarsest(mesh: Frame, count: int) -> tuple[float, Array, int]:
+    """Return the least disturbing stiffness of free directions, the eigenvalues of a mesh with it, zeros first, and their number.
+
+    With the smallest stiffness, eigenvalues that are proportional to it are below those of heavy platforms, too.
+    """
 
     def solved(regularization: float) -> tuple[float, tuple[float, Array]]:
         asked = count
@@ -91,7 +94,9 @@ def _coarsest(mesh: Frame, count: int) -> tuple[float, Array]:
         scatter = relative_difference(_limit([levels[:-1, zero:]]), _limit([levels[:, zero:]]))
         return scatter, (regularization, levels)
 
-    return least_scatter(REGULARIZATIONS, SURE, solved)
+    regularization, levels = least_scatter(REGULARIZATIONS, SURE, solved)
+    _, (_, lowest) = solved(min(REGULARIZATIONS))
+    return regularization, levels, max(_zeros(levels), _zeros(lowest))
 
 
 def _zeros(levels: Array) -> int:
