@@ -64,12 +64,12 @@ def test_tables_hold_the_numbers_of_the_results(html, pose):
     result = ks.analyze(pose, LOAD)
     assert "<h1>Tripod &lt;1&gt;</h1>" in html
     short = dict(rows(chapter(html, "In short"))[1:])
-    assert short["displacement of o"] == f"{1e6 * np.linalg.norm(result.twist[:3]):.3f} µm"
+    assert short["displacement"].startswith(f"{1e6 * np.linalg.norm(result.twist[:3]):.4f} µm, ")
     drives = {row[0]: row for row in rows(chapter(html, "The pose in numbers")) if row[0].startswith("prismatic")}
     corrected = {row[0]: row for row in rows(chapter(html, "Compensation"))}
     found = ks.compensate(pose, LOAD)
     for name, force in result.actuator_forces.items():
-        assert short[f"force of {name}"] == f"{force:.1f} N"
+        assert f"{name} {force:.2f} N" in short["actuators"]
         assert f"{force:.2f}" in html and drives[name]
         assert corrected[name][2] == f"{1e3 * found.actuators[name]:.6f} mm"
     assert "3; z, rx, ry place the platform" in chapter(html, "The robot")
@@ -132,7 +132,7 @@ def test_the_tip_of_a_tool(pose, monkeypatch, tmp_path):
     html = file.read_text(encoding="utf-8")
     tip = ks.analyze(pose, LOAD).at_point((0.05, 0, 0.2))
     sag = float(np.linalg.norm(tip.twist[:3]))
-    assert dict(rows(chapter(html, "The tip of the tool")))["displacement"] == f"{1e6 * sag:.4f} µm"
+    assert dict(rows(chapter(html, "In short"))[1:])["displacement"].startswith(f"{1e6 * sag:.4f} µm, ")
     bars = chapter(html, "Where the sag comes from")
     share = 100 * (tip.contributions["load"][:3] @ tip.twist[:3]) / sag**2
     assert f"({share:.1f} %)" in bars and "Parts of the displacement of the tool&#x27;s tip" in bars

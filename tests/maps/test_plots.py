@@ -932,7 +932,9 @@ def run(capsys, *arguments):
 )
 def test_command_writes_figures(capsys, stored, tmp_path, options):
     out = tmp_path / "figure.svg"
-    assert run(capsys, stored, *options.split(), "--out", out) == (0, f"wrote {out}\n", "")
+    code, said, warned = run(capsys, stored, *options.split(), "--out", out)
+    assert (code, said) == (0, f"wrote {out}\n")
+    assert warned == ("kinetostatics: warning: the figure shows 5 of the 9 values of rx\n" if "--kind line" in options else "")
     assert ElementTree.parse(out).getroot().tag.endswith("svg")
     assert plt.get_fignums() == []
 
@@ -989,7 +991,7 @@ def test_the_examples_of_sweep_and_plot_run_as_they_are_printed(capsys, tmp_path
         assert main([name, "--help"]) == 0
         said = capsys.readouterr().out.partition("examples:")[2]
         commands += [shlex.split(line)[1:] for line in said.splitlines() if line.strip()]
-    assert [command[0] for command in commands] == ["sweep"] * 6 + ["plot"] * 8
+    assert [command[0] for command in commands] == ["sweep"] * 8 + ["plot"] * 8
     for command in commands:
         command = [re.sub(":21$", ":5", re.sub(":26$", ":6", word)) for word in command]  # coarser grids
         assert main(command) == 0, capsys.readouterr().err

@@ -174,7 +174,7 @@ def _candidates(
         raise ArgumentError(f"load has the shape {wrenches.shape}; its last axis must have 6 entries, force and moment")
     wrenches = wrenches.reshape(-1, 6)
     given = actuators if platform is None else platform
-    poses = math.prod(np.size(values) for values in given.values()) if isinstance(given, Mapping) else 1
+    poses = math.prod(finite_numbers(name, values).size for name, values in given.items()) if isinstance(given, Mapping) else 1
     if not 0 < poses * len(wrenches) <= MOST:
         raise ArgumentError(f"poses times loads are {poses * len(wrenches):,}; they must be from 1 to {MOST:,}")
     coordinates, _ = grid_of(platform, actuators, driven)
