@@ -311,8 +311,8 @@ def _deform_branches(
         if edge.key in moved:
             actuator, joint = moved[edge.key]
             known = out.drive_deformations[actuator][: len(share)]
-            travel = np.zeros((len(share), *known.shape[1:]))  # the actuator may have fewer contributions
-            travel[: len(known)] = known
+            missing = np.zeros((len(share) - len(known), *known.shape[1:]))  # the actuator may have fewer contributions
+            travel = np.concatenate([known, missing])
             motion = motion + joint.twist(frames, solution.o)[:, None] * travel
         out.motions[edge.key] = motion + off
 
