@@ -184,7 +184,7 @@ def test_compiled_statics_of_all_robots(name):
     assert_same(robot, PoseCode(robot, robot.statics, ANALYSIS), some_poses(robot, 1))
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_compiled_statics_of_random_robots(seed):
     """Those that cannot be recorded are NumPy's for both engines."""

@@ -83,6 +83,7 @@ def test_several_processes_store_at_once(folder):
     assert [path.name for path in folder.iterdir()] == [f"{KEY}.code"]
 
 
+@pytest.mark.slow
 def test_the_key_depends_on_all_recorded_source(monkeypatch):
     robot, folders = package_robots.robot("five_bar"), set()
     root = Path(code.__file__).parent.parent

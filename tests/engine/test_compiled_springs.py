@@ -98,6 +98,7 @@ def test_both_engines_agree_on_springs():
             ks.analyze(short.assemble(), engine=engine)
 
 
+@pytest.mark.slow
 def test_functions_and_derivatives_of_sprung_robots():
     """The free length of a spring is a parameter; derivatives are those of central differences."""
     robot = sprung("3rps")

@@ -13,7 +13,7 @@ from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", package_robots.NAMES)
 def test_all_robots_are_recorded_as_numpy_computes_them(name):
     robot = package_robots.robot(name)

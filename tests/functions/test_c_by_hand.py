@@ -179,6 +179,7 @@ def test_actuators_are_taken_where_followers_are_given(tmp_path):
 # ---- what is told, and what compares ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.few(1)
 @pytest.mark.parametrize("case", ["derivatives", "corrections"])
 def test_test_programs_detect_errors_of_1e_7(case, derived, corrected):

@@ -75,7 +75,7 @@ def test_a_batch_is_what_the_analysis_says(name):
     assert_alike(f(**at, load=load, gravity=gravity), wanted)
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", NAMES)
 def test_poses_one_by_one_are_what_the_analysis_says(name, monkeypatch):
     f, g, at, load, gravity = functions(name)

@@ -132,6 +132,7 @@ def test_derivatives_by_the_robots_numbers(name, parameter, k):
     assert np.max(np.abs(J["twist"][parameter])) > 0
 
 
+@pytest.mark.slow
 @pytest.mark.few(1)
 @pytest.mark.parametrize("k", range(3))
 def test_derivatives_where_axes_would_not_meet_any_more(k):

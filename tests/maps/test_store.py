@@ -106,6 +106,7 @@ def test_an_interrupted_sweep_computes_what_is_missing(small_blocks, monkeypatch
     assert len(blocks) == 4 and not part.exists()  # of seven
 
 
+@pytest.mark.slow
 def test_changes_by_continuity_that_are_interrupted_are_made_in_the_end(small_blocks, monkeypatch, tmp_path):
     """What continuity has found is kept before it is applied, and counts once."""
     robot = ks.load_robot("five_bar", {"proximal_length": 0.28, "distal_length": 0.12})

@@ -56,7 +56,7 @@ def unstable(result):
 RIGID = sorted(set(package_robots.NAMES) - {"anymal_standing", "orthoglide"})
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", RIGID)
 def test_rigid_robots_with_stiff_drives(name):
     judged = 0

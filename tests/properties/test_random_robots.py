@@ -42,7 +42,7 @@ KNOWN = [
 ]
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("kinds", "seed"), KNOWN)
 def test_known_robots_agree_with_finite_elements(kinds, seed):
     assert agrees_with_finite_elements(kinds, seed)

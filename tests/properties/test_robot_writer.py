@@ -127,7 +127,7 @@ def same_results(one: ks.Robot, other: ks.Robot) -> None:
         np.testing.assert_array_equal(found.joint_wrenches[name], wrench)
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", sorted(path.name.removesuffix(".urdf.xacro") for path in ROBOTS.glob("*.urdf.xacro")))
 def test_shipped_robots(name: str, tmp_path: Path) -> None:
     robot = ks.load_robot(name)  # as fresh as the one that is read back

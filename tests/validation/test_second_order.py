@@ -133,7 +133,7 @@ FRAMES = {  # nodes, beams (from, to, stiff), tip, load
 }
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("transformation", ["PDelta", "Corotational"])
 @pytest.mark.parametrize("name", FRAMES)
 def test_opensees(name, transformation):

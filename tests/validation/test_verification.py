@@ -146,7 +146,7 @@ def inside_a_joint(at, name):
 # ---- natural frequencies -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", [*ROBOTS, "gough_sps", "four_bar"])
 def test_natural_frequencies_of_every_robot(name):
     payload = ks.Payload(30.0, (0.1, 0.05, -0.2), Inertia((0.4, 0.05, -0.03, 0.5, 0.02, 0.6)))
@@ -386,7 +386,7 @@ def test_platform_on_six_springs():
 # ---- springs -------------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("rigid", [True, False], ids=["rigid", "elastic"])
 @pytest.mark.parametrize("name", [name for name in ROBOTS if name not in SPINNING])
 def test_springs_on_every_robot(name, rigid):
@@ -458,7 +458,7 @@ def hung_up(phi, stiffness=300.0):
     return made_of(arm, platform, spring, '<joint_stiffness joint="hinge" drive="10"/>', drives=("hinge",))
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("phi", [0.0, 0.8, np.pi / 2, -0.3, -np.pi / 2])
 def test_finite_elements_of_an_arm_in_a_spring(monkeypatch, phi):
     """10 + k a b sin φ; stretching and turning of the spring alone, 10 + k b² wherever it stands, is not verified."""
@@ -473,7 +473,7 @@ def test_finite_elements_of_an_arm_in_a_spring(monkeypatch, phi):
     assert found.conclusive and not found.verified and found.differences["compliance"] > 0.01
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("tension", [1e-2, 1.0, -1.0])
 def test_finite_elements_of_a_beam_beside_a_spring(tension):
     """A constant pull T along a cantilever, which turns with its chord: 3EI/L³ − (6/5 − 1) T/L."""
