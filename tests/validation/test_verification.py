@@ -152,7 +152,8 @@ def test_natural_frequencies_of_every_robot(name):
     payload = ks.Payload(30.0, (0.1, 0.05, -0.2), Inertia((0.4, 0.05, -0.03, 0.5, 0.02, 0.6)))
     at = pose(name, 1) if name in ROBOTS else sr.robot_of(SPECS[name], twirl=3).assemble()
     found = ks.verify(at, payload=payload, modes=3)
-    assert found.verified, str(found)  # though the meshes of stiff robots have not converged to 1e-5
+    converged = found.conclusive or name in ("gough_stewart", "orthoglide")  # their finest meshes differ by 6e-5
+    assert found.verified and converged, str(found)
 
 
 @pytest.mark.few(1)
