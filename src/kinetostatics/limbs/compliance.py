@@ -14,7 +14,7 @@ from kinetostatics.limbs import beam_formulas
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup, carried_wrench
 from kinetostatics.math.arrays import Array, Index, Mask, zeros_for
-from kinetostatics.math.linalg import Cholesky, correlation, cross, first_largest, inverse_of
+from kinetostatics.math.linalg import Cholesky, correlation, cross, first_largest
 from kinetostatics.math.screws import move_twist, move_wrench, rotate
 
 #: Compliance, relative to the sum of absolute contributions, below which a limb or a self-stress counts as rigid.
@@ -166,7 +166,7 @@ def split_rigid(C: Array, soft: tuple[int, ...]) -> RigidSplit:
     scaled = np.moveaxis(scaled, (-2, -1), (0, 1))
     gives, rest = list(soft), [k for k in range(n) if k not in soft]
     factor = Cholesky(scaled[np.ix_(gives, gives)])
-    inverse, couples = inverse_of(factor), scaled[np.ix_(gives, rest)]
+    inverse, couples = factor.inverse(), scaled[np.ix_(gives, rest)]
     follows = np.einsum("ab...,bc...->ac...", inverse, couples)
     left = np.einsum("aa...->a...", scaled[np.ix_(rest, rest)]) - np.einsum("ab...,ab...->b...", couples, follows)
     sure = np.sum(np.abs(left), axis=0) <= _RESIDUE

@@ -27,7 +27,7 @@ from kinetostatics.limbs.compliance import (
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.math.arrays import Array, Mask
-from kinetostatics.math.linalg import Cholesky, correlation, definite, inverse_of, least_squares, normalize
+from kinetostatics.math.linalg import Cholesky, correlation, definite, least_squares, normalize
 from kinetostatics.mechanism.tree import Frames
 
 #: Squared sine of an angle below which the dependence of joint twists is checked.
@@ -334,7 +334,7 @@ def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
     scaled, unit = scaled[..., n:, n:], unit[..., n:]
     size = np.moveaxis(unit, -1, 0)
     factor = Cholesky(np.moveaxis(scaled, (-2, -1), (0, 1)))
-    gain = inverse_of(factor) * size[:, None] * size
+    gain = factor.inverse() * size[:, None] * size
     loose = np.zeros_like(self_stress)
     ill = ~(factor.smallest_eigenvalue() > _WELL_CONDITIONED)
     if np.any(ill):

@@ -1,6 +1,7 @@
 """Array types, conversion between inner and public layout, chunks of long batches, and threads for them.
 
-Threads help functions that release Python's lock, as compiled code does.
+Threads speed up functions that release Python's lock, as compiled code does. An array of type ``object`` has *recorded* numbers:
+operations on them are recorded for compiled code at an example pose.
 """
 
 from __future__ import annotations
@@ -27,15 +28,15 @@ Kept = TypeVar("Kept", bound=Values)
 Part = TypeVar("Part")
 Found = TypeVar("Found")
 
-#: Largest number of poses in a chunk, limited by the processor's cache. Each chunk costs some milliseconds.
+#: Largest number of poses in a chunk: more do not fit the processor's cache, and each chunk costs some milliseconds.
 AT_ONCE = 5500
-#: Interval [s] after which Python switches threads. Compiled code returns to Python more often than at the default of 5 ms; with
-#: this value, two threads are up to 1.8 times as fast as one instead of 1.1 times.
+#: Interval [s] after which Python switches threads. Calls of compiled code are shorter than Python's default of 5 ms. With this
+#: interval, two threads are up to 1.8 times as fast as one; with the default, 1.1 times.
 TURN = 5e-4
 
 _here = threading.local()
 _lock = threading.Lock()
-_turns: list[float] = []  # Python's own interval, once for each active pool
+_turns: list[float] = []  # Python's own interval [s], repeated for each active pool
 
 
 def frozen(array: Kept) -> Kept:
@@ -45,7 +46,7 @@ def frozen(array: Kept) -> Kept:
 
 
 def empty_for(shape: tuple[int, ...], *sources: Array) -> Array:
-    """Return an uninitialized array for results computed from ``sources``: of recorded numbers if a source has them."""
+    """Return an uninitialized array for results computed from ``sources``; it is of type ``object`` if one of these is."""
     kind = next((source for source in sources if source.dtype == object), None)
     return np.empty(shape) if kind is None else np.empty_like(kind, shape=shape)
 
@@ -57,28 +58,29 @@ def zeros_for(shape: tuple[int, ...], *sources: Array) -> Array:
 
 
 def is_filled(array: Array) -> Mask:
-    """Return the mask of nonzero entries; recorded results count as nonzero."""
+    """Return the mask of nonzero entries; recorded numbers count as nonzero."""
     if array.dtype != object:
         return array != 0
     return np.array([not isinstance(entry, int | float) or entry != 0 for entry in array.flat], dtype=bool).reshape(array.shape)
 
 
 def everywhere(condition: Mask) -> bool:
-    """Return whether a condition is true everywhere, so that a calculation can be skipped; always False in a record."""
+    """Return whether a condition is true everywhere, so that a calculation can be skipped; False for recorded numbers."""
     return condition.dtype != object and bool(np.all(condition))
 
 
 def settles(condition: Mask) -> bool:
     """Return whether a condition is true everywhere.
 
-    In a record, it is evaluated at the example pose; if true there, it becomes a condition of validity (guard) of the record.
+    A condition on recorded numbers is evaluated at the example pose. If true there, it becomes a guard: compiled code is valid
+    only where the condition is true.
     """
     found = np.all(condition)
     return bool(getattr(found, "value", True)) and bool(found)
 
 
 def copy_for(array: Array, source: Array) -> Array:
-    """Return a copy of an array to which results computed from ``source`` may be added; see :func:`empty_for`."""
+    """Copy an array, so that results computed from ``source`` may be written into the copy; see :func:`empty_for`."""
     if array.dtype == object or source.dtype != object:
         return np.array(array, subok=True)
     copy = np.empty_like(source, shape=array.shape)
@@ -126,10 +128,10 @@ def threads() -> int:
 def in_threads(
     function: Callable[[Part], Found], parts: Iterable[Part], enabled: bool = True, most: int | None = None
 ) -> list[Found]:
-    """Return the results of a function for all parts, in order. Threads started here start no further ones.
+    """Return the results of a function for all parts, in order. Calls from these threads use no further threads.
 
-    ``enabled``: whether to use threads; ``most``: the largest number of threads, including those that the function starts, None:
-    see :func:`threads`.
+    ``enabled``: whether to use threads. ``most``: largest number of threads, including those that ``function`` starts; None:
+    :func:`threads`.
     """
     parts = list(parts)
     before = getattr(_here, "alone", False)

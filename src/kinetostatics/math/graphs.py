@@ -42,9 +42,9 @@ def joined(nodes: Iterable[Node], pairs: Iterable[tuple[Node, Node]]) -> dict[No
 def blocks(
     edges: Sequence[Edge], ends: Callable[[Edge], tuple[Node, Node]], start: Node, goal: Node
 ) -> list[tuple[Node, Node, list[Edge]]]:
-    """Return the subgraphs between the articulation points of all paths from ``start`` to ``goal``, in series.
+    """Return the subgraphs in series between the nodes that all paths from ``start`` to ``goal`` pass.
 
-    Each is given as its first node, its last node and its edges.
+    Each subgraph is a tuple: its first node, its last node, its edges.
     """
     at: dict[Node, list[Node]] = {}
     for edge in edges:
@@ -84,7 +84,7 @@ class Paths(Generic[Key, Node]):
             self._at.setdefault(second, []).append((key, first))
 
     def pass_along(self, edge: Key, first: Node, second: Node) -> bool:
-        """Whether a path passes an edge from ``first`` to ``second``; True also if :data:`PATIENCE` steps do not decide."""
+        """Whether a path passes an edge from ``first`` to ``second``; also True if undecided after :data:`PATIENCE` steps."""
         start, goal = self.start, self.goal
         if first == second or first == goal or second == start:
             return False

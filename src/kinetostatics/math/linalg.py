@@ -1,7 +1,8 @@
 """Small dense linear algebra with the batch axes last; NumPy's own routines need them first.
 
 Matrices are ``(n, m, …)``. Thousands of small matrices are factorized column by column, in a few passes over contiguous memory
-instead of thousands of LAPACK calls. Of numbers that are equal within rounding, as in symmetric robots, the first is chosen.
+instead of thousands of LAPACK calls. Symmetric robots have numbers that are equal except for rounding: of such numbers, functions
+that choose the largest choose the first.
 """
 
 from __future__ import annotations
@@ -13,13 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.math.arrays import Array, Mask, copy_for, empty_for, settles
 
-#: Determinants of GᵀG, relative to the product of squared column norms, that count as rounding.
+#: Determinant of GᵀG, relative to the product of the squared column norms, up to which it counts as rounding.
 SINGULAR = 1e-14
-#: Pivots, relative to column norms, above which a sign is certain.
+#: Pivot, relative to the column norms, above which the sign of a determinant is certain.
 _SURE = 1e-8
-#: Smallest pivot relative to its row.
+#: Smallest pivot relative to the largest entry of its row.
 _NO_PIVOT = 1e-5
-#: Relative difference up to which values count as equal: more than rounding errors of files.
+#: Relative difference up to which values count as equal; it exceeds the rounding errors of files.
 EQUAL = 1e-6
 #: Value, relative to the largest, that counts as rounding.
 NOTHING = 1e-9
@@ -63,9 +64,9 @@ def normalize(a: Array) -> Array:
 
 
 def correlation(matrix: Array) -> tuple[Array, Array]:
-    """Return symmetric positive semidefinite matrices (…, n, n) scaled to a unit diagonal, and the factors (…, n) for it.
+    """Return symmetric positive semidefinite matrices (…, n, n) scaled to a unit diagonal, and the scale factors (…, n).
 
-    Diagonal entries that are rounding errors relative to the largest are not scaled.
+    Rows whose diagonal entry is a rounding error relative to the largest are scaled as the row of the largest.
     """
     diagonal = np.sqrt(np.maximum(np.einsum("...ii->...i", np.nan_to_num(matrix)), 0.0))
     largest = np.max(diagonal, axis=-1, keepdims=True, initial=0.0)
@@ -88,9 +89,10 @@ def canonical_basis(basis: Array) -> Array:
 
 
 def null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
-    """Return the canonical orthonormal basis of the null space (n, k), the rank, and the gap between kept and dropped values.
+    """Return the canonical orthonormal basis of the null space (n, k), the rank r, and the ratio of singular values r and r + 1.
 
-    Entries of ``matrix`` are assumed to be of order 1, so that a matrix of rounding errors has rank 0.
+    Singular values up to ``tolerance`` times the largest (at least times 1) count as zero: entries of ``matrix`` are of order 1,
+    so that a matrix of rounding errors has rank 0.
     """
     if matrix.size == 0:
         return np.eye(matrix.shape[1]), 0, np.inf
@@ -100,7 +102,7 @@ def null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
 
 
 def numerical_rank(matrix: Array, tolerance: float) -> tuple[int, float]:
-    """Return the rank of a matrix as in :func:`null_space`, and the gap between kept and dropped singular values."""
+    """Return the rank of a matrix and the ratio of singular values as in :func:`null_space`."""
     return _rank_of(np.asarray(np.linalg.svd(matrix, compute_uv=False)), tolerance) if matrix.size else (0, np.inf)
 
 
@@ -128,7 +130,7 @@ class Cholesky:
 
     @property
     def smallest_pivot(self) -> Array:
-        """Smallest ratio (…) of a pivot to its original diagonal entry; −∞ if there is no factor."""
+        """Smallest ratio (…) of a pivot to its original diagonal entry; −∞ if the factorization fails."""
         with np.errstate(invalid="ignore", divide="ignore"):
             smallest = np.min(np.einsum("ii...->i...", self.factor) ** 2 / self._diagonal, axis=0, initial=1.0)
         return np.where(np.isnan(smallest), -np.inf, smallest)
@@ -155,34 +157,35 @@ class Cholesky:
         return x
 
     def smallest_eigenvalue(self) -> Array:
-        """Return the lower bound 1 / trace A⁻¹ (…) of the smallest eigenvalue, at most n times too small; 0 without a factor.
+        """Return the lower bound 1 / trace A⁻¹ (…) of the smallest eigenvalue; 0 if the factorization fails.
 
-        Unlike a pivot, it is as accurate as the factor for every order of columns.
+        The bound is at most n times too small. Unlike the smallest pivot, it does not depend on the order of the columns.
         """
-        n = self.factor.shape[0]
-        unit = np.broadcast_to(np.eye(n).reshape((n, n) + (1,) * (self.factor.ndim - 2)), self.factor.shape)
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            inverse = self.forward(unit)
-            bound = 1 / np.einsum("ij...,ij...->...", inverse, inverse)
+            half = self._half_inverse()
+            bound = 1 / np.einsum("ij...,ij...->...", half, half)
         return np.where(np.isfinite(bound), bound, 0.0)
 
     def solve(self, b: Array) -> Array:
         """Return A⁻¹ b for ``(n, m, …)`` right-hand sides."""
         return self.backward(self.forward(b))
 
+    def inverse(self) -> Array:
+        """Return A⁻¹ (n, n, …)."""
+        half = self._half_inverse()
+        return np.einsum("ki...,kj...->ij...", half, half)
 
-def inverse_of(factor: Cholesky) -> Array:
-    """Return A⁻¹ (n, n, …) of a factor of A."""
-    n = len(factor.factor)
-    half = factor.forward(np.eye(n).reshape(n, n, *(1,) * (factor.factor.ndim - 2)))
-    return np.einsum("ki...,kj...->ij...", half, half)
+    def _half_inverse(self) -> Array:
+        """Return L⁻¹ (n, n, …)."""
+        n = len(self.factor)
+        return self.forward(np.eye(n).reshape(n, n, *(1,) * (self.factor.ndim - 2)))
 
 
 def definite(a: Array, limit: float) -> Mask:
-    """Return where (…) the smallest eigenvalue of symmetric matrices (n, n, …) exceeds ``limit``.
+    """Return the mask (…) of symmetric matrices (n, n, …) whose smallest eigenvalue certainly exceeds ``limit``.
 
-    A large determinant is a sufficient condition: the product of the other eigenvalues is at most that of equal ones with the
-    same sum. A pivot alone is no condition, because pivots after a small one are rounding errors.
+    It does if the determinant is large, since the product of the other eigenvalues is at most (trace / (n − 1))ⁿ⁻¹; otherwise the
+    bound :meth:`Cholesky.smallest_eigenvalue` decides. Pivots do not, because pivots after a small one are rounding errors.
     """
     n = a.shape[0]
     if n == 0:
@@ -200,8 +203,8 @@ def definite(a: Array, limit: float) -> Mask:
 def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
     """Return the x (n, k, …) of least norm that minimize |a x − b| for ``a`` (m, n, …) and ``b`` (m, k, …).
 
-    The columns of ``a`` have comparable sizes. ``nullity`` is the number of directions of x without influence; the result has no
-    component along them, which would be amplified rounding errors.
+    The columns of ``a`` have comparable sizes. ``nullity`` is the number of independent directions of x without influence. The
+    result has no components along these directions; they would be amplified rounding errors.
     """
     n = a.shape[1]
     if n == 0:
@@ -229,13 +232,13 @@ def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
 
 
 def step_across(a: Array, b: Array) -> Array:
-    """Return the correction of m unit columns ``b`` (n, m, …) that makes them orthogonal to all columns of ``a`` (n, k, …).
+    """Return the correction (n, m, …), to be subtracted from m unit columns ``b``, that makes them orthogonal to ``a`` (n, k, …).
 
     The columns of ``a`` and ``b`` are almost orthogonal, and ``a`` has rank n − m except for rounding (also of a file): its small
-    components in the span of ``b`` are ignored. With an orthonormal basis Q of this span and P = 1 − Q Qᵀ, the correction (to be
-    subtracted) is (P a aᵀ P + Q Qᵀ)⁻¹ P a aᵀ b, one step towards the invariant subspace of a aᵀ with the smallest eigenvalues,
-    whose error is of third order (G. W. Stewart, Error and perturbation bounds for subspaces associated with certain eigenvalue
-    problems, SIAM Review 15, 1973).
+    components in the span of ``b`` are ignored. With an orthonormal basis Q of this span and P = 1 − Q Qᵀ, the correction is
+    (P a aᵀ P + Q Qᵀ)⁻¹ P a aᵀ b. It is one step of an iteration for the invariant subspace of a aᵀ with the smallest eigenvalues;
+    the error of the step is of third order (G. W. Stewart, Error and perturbation bounds for subspaces associated with certain
+    eigenvalue problems, SIAM Review 15, 1973).
     """
     half = Cholesky(np.einsum("ki...,kj...->ij...", b, b)).forward(transpose(b))
     along = np.einsum("ki...,kj...->ij...", half, half)
@@ -248,7 +251,7 @@ def step_across(a: Array, b: Array) -> Array:
 def solve_by_elimination(a: Array, b: Array) -> Array:
     """Return A⁻¹ b for ``(n, n, …)`` and ``(n, m, …)``, NaN where A is singular.
 
-    Pivots are taken in the order of the rows; with a small pivot, LAPACK solves the system.
+    Pivots are taken in the order of the rows. A system with a small pivot is solved by LAPACK.
     """
     n = a.shape[0]
     rest, found = np.array(a, subok=True), copy_for(b, a)
@@ -272,9 +275,9 @@ def solve_by_elimination(a: Array, b: Array) -> Array:
 
 
 def have_one_sign(one: Array, two: Array) -> Mask:
-    """Return the mask (N,) of pairs of matrices whose determinants have equal signs, or an undetermined sign.
+    """Return the mask (N,) of pairs of matrices G (m, n, N), m ≥ n, whose determinants have equal signs: det G₁ᵀ G₂ > 0.
 
-    For matrices (m, n, N) with more rows than columns, the determinant of G₁ᵀ G₂ must be positive.
+    It is true also where a matrix is singular within rounding, so that the sign is undetermined.
     """
     first, second = np.moveaxis(one, 2, 0), np.moveaxis(two, 2, 0)
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
@@ -288,7 +291,7 @@ def have_one_sign(one: Array, two: Array) -> Mask:
 
 
 def surely_have_one_sign(one: Array, two: Array) -> Mask:
-    """Return the mask (N,) of pairs with certainly equal signs: the elimination of G₁ᵀ G₂ has no small or negative pivot."""
+    """Return the mask (N,) of pairs whose signs are certainly equal: the elimination of G₁ᵀ G₂ has no small or negative pivot."""
     one, two = one[:, ::-1], two[:, ::-1]  # as in least_squares
     rest = np.einsum("ia...,ib...->ab...", one, two)
     least = _SURE * np.sqrt(np.sum(one * one, axis=0) * np.sum(two * two, axis=0))
@@ -308,7 +311,7 @@ Front = tuple[list[int], list[int]]
 def fronts(n: int, coupled: frozenset[tuple[int, ...]]) -> list[Front]:
     """Return the elimination order of n coordinates; ``coupled`` are the sets of coordinates with common matrix entries.
 
-    Coordinates that are coupled with the same others are eliminated together, those with fewest others first (A. George and J. W.
+    Coordinates with equal couplings are eliminated together, coordinates with the fewest couplings first (A. George and J. W.
     Liu, Computer Solution of Large Sparse Positive Definite Systems, 1981).
     """
     alike: dict[frozenset[tuple[int, ...]], list[int]] = {}
@@ -362,8 +365,9 @@ def ranked(values: ArrayLike, margin: float = EQUAL) -> list[int]:
     order = np.argsort(-values, kind="stable").tolist()
     result: list[int] = []
     while order:
-        alike = max(int(np.argmin([*(values[order] >= values[order[0]] * (1 - margin)), False])), 1)
-        result, order = result + sorted(order[:alike]), order[alike:]
+        alike = [k for k in order if values[k] >= values[order[0]] * (1 - margin)]
+        result += sorted(alike)
+        order = order[len(alike) :]
     return result
 
 

@@ -25,8 +25,8 @@ _QUINTIC = np.linalg.inv([_powers(np.array(end), order) for end in (0.0, 1.0) fo
 def minimum_jerk(times: Array, points: Array, at: Array) -> Profile:
     """Return the motion through ``points`` (c, n) at ``times`` (n,) [s], with zero velocity and acceleration at the ends.
 
-    It is the quintic spline with continuous fourth derivatives, which minimizes the integral of the squared jerk (T. Flash and
-    N. Hogan, The coordination of arm movements, Journal of Neuroscience 5, 1985, for two and three points).
+    The motion is the quintic spline with continuous fourth derivatives. It minimizes the integral of the squared jerk (T. Flash
+    and N. Hogan, The coordination of arm movements, Journal of Neuroscience 5, 1985, for two and three points).
 
     Args:
         times: times of the points [s].
@@ -55,10 +55,10 @@ def minimum_jerk(times: Array, points: Array, at: Array) -> Profile:
 
 
 def trapezoid_times(points: Array, speed: Array, acceleration: Array) -> tuple[Array, Array, Array]:
-    """Return the times (n,) [s] of the points, and largest velocity [1/s] and acceleration [1/s²] (n − 1,) of each line.
+    """Return the times (n,) [s] of the points, and the largest velocities [1/s] and accelerations [1/s²] (n − 1,) on each line.
 
-    Velocity and acceleration are those of the travelled fraction of the line, from 0 to 1. All coordinates reach a point at the
-    same time, and at least one of them reaches a limit.
+    These are time derivatives of the travelled fraction of the line, 0 to 1. All coordinates reach a point at the same time, and
+    at least one of them reaches a limit.
 
     Args:
         points: (c, n) points at which the motion stops; successive points differ.

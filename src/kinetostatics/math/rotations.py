@@ -1,9 +1,9 @@
-"""Rotations with the batch axes last: exponential, logarithm, quaternions (x, y, z, w as in Pinocchio), and platform coordinates.
+"""Rotations with the batch axes last: matrices, rotation vectors, quaternions (x, y, z, w), and orientation coordinates.
 
 Conventions of the three orientation coordinates: a rotation vector ``rx ry rz`` (default); the angles ``rx ry rz`` about the axes
-of an Euler sequence in SciPy's notation ("XYZ" turns about moving, "xyz" about fixed axes; three distinct letters); or ``azimuth
-tilt torsion`` (I. A. Bonev, D. Zlatanov, C. M. Gosselin, Advantages of the modified Euler angles in the design and control of
-PKMs, 2002: R = R_z(azimuth) R_y(tilt) R_z(torsion − azimuth)).
+of an Euler sequence in SciPy's notation (three distinct letters; "XYZ": moving axes, "xyz": fixed axes); or ``azimuth tilt
+torsion`` with R = R_z(azimuth) R_y(tilt) R_z(torsion − azimuth) (I. A. Bonev, D. Zlatanov, C. M. Gosselin, Advantages of the
+modified Euler angles in the design and control of PKMs, 2002).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from kinetostatics.exceptions import CoordinatesError
 from kinetostatics.math.arrays import Array, Mask, copy_for, empty_for, everywhere, zeros_for
 from kinetostatics.math.linalg import cross, dot, matmul
 
-#: Angle between the first and last axes, or difference from half a turn [rad], that counts as zero in solved poses.
+#: Angle between the first and last axes, and difference of an angle from half a turn, that count as zero in solved poses [rad].
 NEARLY_LOCKED = 1e-9
 
 
@@ -45,7 +45,7 @@ def exponential(v: Array) -> Array:
 
 
 def left_jacobian(v: Array) -> Array:
-    """Return the (3, 3, …) matrices that take d(rotation vector)/dt to the angular velocity in world axes."""
+    """Return the (3, 3, …) matrices that transform the rate of a rotation vector into the angular velocity in world axes."""
     angle = np.sqrt(dot(v, v))
     safe = np.where(angle < 1e-4, 1.0, angle)
     first = np.where(angle < 1e-4, 0.5 - angle**2 / 24, (1 - np.cos(safe)) / safe**2)
@@ -74,7 +74,7 @@ def quaternion_of_matrix(R: Array) -> Array:
 def logarithm(R: Array, at_half_turns: bool = False) -> Array:
     """Return the rotation vectors (3, …) [rad] of rotation matrices; their length is at most π.
 
-    Recorded code is valid near half a turn only if recorded with ``at_half_turns``, which takes more operations.
+    With recorded numbers, the result is accurate near half a turn only ``at_half_turns``, which takes more operations.
     """
     v = empty_for((3, *R.shape[2:]), R)
     v[0], v[1], v[2] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
@@ -120,7 +120,7 @@ def quaternion_exponential(v: Array) -> Array:
 
 
 def rotation_between(a: Array, b: Array) -> Array:
-    """Return the shortest rotation vectors that take unit vectors ``a`` to ``b`` (π about some normal if opposite)."""
+    """Return the shortest rotation vectors that turn unit vectors ``a`` into ``b`` (π about any normal if they are opposite)."""
     normal = cross(a, b)
     sine, cosine = np.sqrt(dot(normal, normal)), dot(a, b)
     tiny = sine < 1e-12
@@ -135,15 +135,15 @@ def rotation_between(a: Array, b: Array) -> Array:
 
 
 def three_angles(axes: Array, R: Array, near: Array, locked: float = 1e-13) -> Array:
-    """Return angles (3, N) with exp(a q₀) exp(b q₁) exp(c q₂) = R, of the two solutions the one near ``near``.
+    """Return the angles q (3, N) with exp(a q₀) exp(b q₁) exp(c q₂) = R: of the two solutions, the nearer one to ``near``.
 
-    The first angle follows from the image of the last axis under R, the last angle from the remaining rotation. The product is R
-    also if the first and last axes coincide, where only the sum or difference of their angles is determined.
+    The first two angles follow from the vector R c, the last angle from the remaining rotation. If the first and last axes
+    coincide, only the sum or difference of their angles is determined; the first angle is then that of ``near``.
 
     Args:
         axes: (3, 3) the unit vectors a, b, c as columns, b at right angles to a and c.
         R: (3, 3, N) rotation matrices.
-        near: (3, N) angles that select the solution, an undetermined first angle, and full turns.
+        near: (3, N) angles near which the solution and full turns are chosen.
         locked: sine of the angle between the first and the last axis up to which they count as coincident.
     """
     a, b, c = axes.T[:, :, None]
@@ -174,8 +174,8 @@ def three_angles(axes: Array, R: Array, near: Array, locked: float = 1e-13) -> A
 class Orientation:
     """A convention for three orientation coordinates.
 
-    ``sequence``: axes of three rotations about moving axes: those of an Euler sequence, or z, y, z by azimuth, tilt and torsion −
-    azimuth; None for rotation vectors.
+    ``sequence``: numbers of the moving axes of three rotations, or None for rotation vectors. For ``tilt_torsion`` the rotations
+    are azimuth, tilt, and torsion − azimuth, about z, y, z.
     """
 
     name: str
@@ -189,7 +189,7 @@ class Orientation:
 
     @property
     def unique_below(self) -> float:
-        """Magnitude [rad] of coordinates below which they are unique for their rotation; 0 if never."""
+        """Magnitude [rad] of the largest coordinate below which the coordinates of a rotation are unique; 0 if they never are."""
         return 1.5 if self.sequence is None or sorted(self.sequence) == [0, 1, 2] else 0.0
 
     def matrix(self, c: Array) -> Array:
@@ -218,9 +218,9 @@ class Orientation:
 
         Args:
             R: rotation matrices.
-            near: (3, N) coordinates that select one of the two solutions for three angles, and full turns. By default all are at
-                most π, and tilts are positive. If the first and last axes coincide, so that the first angle is undetermined, it
-                is taken from here (default: 0).
+            near: (3, N) coordinates near which one of the two solutions and full turns are chosen. They also determine the first
+                angle if the first and last axes coincide. None: all magnitudes are at most π, tilts are not negative, and an
+                undetermined first angle is 0.
             locked: sine of the angle between these axes up to which they count as coincident; also the accuracy of R.
         """
         if self.sequence is None:
@@ -238,10 +238,10 @@ class Orientation:
         return np.stack([turns[0], turns[1], torsion if near is not None else torsion - _full_turns(torsion)])
 
     def same(self, c: Array, near: Array, always: bool | Mask) -> Array:
-        """Return coordinates (3, N) of the same rotations as ``c`` that are nearer to ``near``.
+        """Return coordinates (3, N) of the same rotations as ``c``, but nearer to ``near``.
 
-        Full turns are added if ``always``, or where ``c`` has a half turn, whose sign is decided by rounding. Where the axes of
-        the first and the last angle coincide, so that only the sum of these angles is determined, this is divided between them.
+        Full turns are added if ``always``, or where ``c`` has a half turn, whose sign depends on rounding. Where the first and
+        the last axes coincide, only the sum or difference of their angles is determined; their values are chosen near ``near``.
         """
         changed = always | _half_turn(np.sqrt(dot(c, c)) if self.sequence is None else c)
         if self.sequence is None:
@@ -257,7 +257,7 @@ class Orientation:
         return c
 
     def is_unique(self, c: Array) -> bool:
-        """Whether coordinates (3, N) [rad] are certainly unique for their rotations, except for full turns, see :meth:`same`."""
+        """Whether :meth:`same` certainly leaves coordinates (3, N) [rad] unchanged, except for full turns."""
         return bool(np.abs(c).max(initial=0.0) < self.unique_below)
 
     def _turns(self, c: Array) -> Array:
@@ -294,7 +294,7 @@ def _about(axis: int, angle: Array) -> Array:
 
 
 def orientation_named(name: str | None) -> Orientation:
-    """Return the convention of a name: None or "rotation_vector", an Euler sequence, or "tilt_torsion".
+    """Return the convention with a name: "rotation_vector" (also None), an Euler sequence, or "tilt_torsion".
 
     Raises:
         CoordinatesError: there is no such convention.
@@ -323,7 +323,7 @@ def _convention(name: str) -> Orientation:
 
 
 def orientations_with(coordinate: str) -> str:
-    """Return the conventions that have a coordinate as text; empty if none has."""
+    """Return, as text, the conventions that have a coordinate of this name; empty if none has."""
     if coordinate in orientation_named("tilt_torsion").names:
         return "'tilt_torsion'"
     return "'rotation_vector' or three letters such as 'XYZ'" if coordinate in orientation_named(None).names else ""

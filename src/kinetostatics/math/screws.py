@@ -6,7 +6,7 @@ the plain dot product of a twist and a wrench. All arrays are ``(6, …)``, ``(3
 
 :func:`move_twist`, :func:`move_wrench` and :func:`move` change the reference point.
 
-A force through a hinge's axis is reciprocal to its twist; a force with a moment about the axis is not:
+A force that intersects the axis of a hinge is reciprocal to the hinge's twist; a force with a moment about the axis is not:
 
 >>> hinge = unit_twist(axis=np.array([0.0, 0.0, 1.0]), arm=np.array([2.0, 0.0, 0.0]))
 >>> through = wrench_of_force(force=np.array([0.0, 5.0, 0.0]), arm=np.array([2.0, 0.0, 0.0]))
@@ -33,7 +33,7 @@ COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 WRENCH_COMPONENTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 TWIST_UNITS = ("m", "m", "m", "rad", "rad", "rad")
 WRENCH_UNITS = ("N", "N", "N", "N·m", "N·m", "N·m")
-#: Kinds of quantities that depend on the reference point.
+#: Quantities that depend on the reference point.
 Kind: TypeAlias = Literal["twist", "wrench", "stiffness", "compliance"]
 
 
@@ -88,10 +88,11 @@ def move(kind: Kind, array: Array, shift: Array, components_last: bool = False) 
 
     Args:
         kind: kind of the quantity.
-        array: twists or wrenches (6, …), or stiffness or compliance matrices (6, 6, …); rows and columns of a stiffness are moved
-            as wrenches, those of a compliance as twists.
+        array: twists or wrenches (6, …), or stiffness or compliance matrices (6, 6, …). Rows and columns of a stiffness are moved
+            as wrenches, rows and columns of a compliance as twists.
         shift: vector [m] to the new reference point; its axes (…) are the last axes of ``array``.
-        components_last: whether components are the last axes of all three, as in results, instead of the first.
+        components_last: whether the axes of components are the last ones, as in results, not the first: of ``array``, ``shift``
+            and the returned quantity.
     """
     moved = move_twist if kind in ("twist", "compliance") else move_wrench
     count = 2 if kind in ("stiffness", "compliance") else 1

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from kinetostatics.limbs.compliance import split_by_eigenvectors, split_rigid
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, Index, everywhere, is_filled, settles, zeros_for
-from kinetostatics.math.linalg import Cholesky, inverse_of
+from kinetostatics.math.linalg import Cholesky
 from kinetostatics.statics.robot_statics import RobotStatics
 
 #: Pivots of the scaled stiffness below this value are rounding.
@@ -214,7 +214,7 @@ def _by_projection(A: Array, K: Array) -> tuple[Array, Array, NDArray[np.bool_]]
         return np.zeros((N, 6, 6)), np.zeros((N, n, 6)), np.zeros(N, dtype=bool)
     across = np.swapaxes(A, 1, 2)
     gram = Cholesky(np.moveaxis(across @ A, 0, 2))
-    gain = np.moveaxis(inverse_of(gram), 2, 0) @ across
+    gain = np.moveaxis(gram.inverse(), 2, 0) @ across
     gain = 2 * gain - gain @ A @ gain  # one Newton–Schulz step corrects the error of the normal equations
     sure = gram.smallest_eigenvalue() > _INDEPENDENT
     if n == 6:
@@ -224,7 +224,7 @@ def _by_projection(A: Array, K: Array) -> tuple[Array, Array, NDArray[np.bool_]]
     mean = np.einsum("nii->n", K) / 6
     mean = np.where(mean > 0, mean, 1.0)[:, None, None]
     factor = Cholesky(np.moveaxis(rest @ (K / mean) @ rest + along, 0, 2))
-    inverse = rest @ np.moveaxis(inverse_of(factor), 2, 0) @ rest
+    inverse = rest @ np.moveaxis(factor.inverse(), 2, 0) @ rest
     return (inverse + np.swapaxes(inverse, 1, 2)) / (2 * mean), gain, sure & (factor.smallest_eigenvalue() > _HELD)
 
 
