@@ -153,7 +153,7 @@ def test_finite_elements_have_their_say(html):
         (["--sweep", "z=0:1"], "does not give the number of values"),
         (["--title"], "expected one argument"),
         (["--out", "nowhere/x.html"], "--out: there is no folder"),
-        (["--out", "x.pdf"], "x.pdf: a report is an HTML page, which a browser prints as PDF; name it 'x.html'"),
+        (["--out", "x.pdf"], "x.pdf: this is an HTML page, which a browser prints as PDF; name it 'x.html'"),
     ],
 )
 def test_bad_input_is_one_message(more, message, capsys, tmp_path):

@@ -27,7 +27,7 @@ from kinetostatics.cli.typed_values import (
 )
 from kinetostatics.description.units import find_unit, typed_number
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.layout.renderings import wants_colour
+from kinetostatics.layout.renderings import use_colour
 from kinetostatics.progress import waiting
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def _sweep(args: argparse.Namespace) -> int:
             with waiting("summing up"):
                 from kinetostatics.reports.map import map_report
 
-                text = map_report(found, seconds).text(wants_colour(sys.stdout))
+                text = map_report(found, seconds).text(use_colour(sys.stdout))
             print(text)
             print(f"{args.out} was there already" if there else f"wrote {args.out}")
         print_warnings(str(found.attrs.get("warnings", "")).splitlines())

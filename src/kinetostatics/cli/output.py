@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from kinetostatics.arguments import Keyword
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.layout.renderings import painted, wants_colour
+from kinetostatics.layout.renderings import painted, use_colour
 
 if TYPE_CHECKING:
     from kinetostatics.layout.report import Report
@@ -41,7 +41,7 @@ def _json(value: object, indent: str, ascii_only: bool) -> str:
 
 def print_report(report: Report, warnings: Sequence[str] = ()) -> None:
     """Print a report below warnings, in colour if the terminal supports it."""
-    colour = wants_colour(sys.stdout)
+    colour = use_colour(sys.stdout)
     print("\n".join([*(painted("warning", f"! {text}", colour) for text in warnings), report.text(colour)]))
 
 
@@ -67,7 +67,7 @@ def print_warnings(warnings: Iterable[str]) -> None:
 def print_message(kind: str, text: str, commands: Iterable[str] = ()) -> None:
     """Print an error or a warning to standard error, in one line, followed by suggested commands."""
     if sys.stderr is not None:
-        begin, line, colour = f"kinetostatics: {kind}:", " ".join(text.split()), wants_colour(sys.stderr)
+        begin, line, colour = f"kinetostatics: {kind}:", " ".join(text.split()), use_colour(sys.stderr)
         whole = painted(kind, f"{begin} {line}", colour) if kind == "warning" else f"{painted(kind, begin, colour)} {line}"
         print(whole, *(f"  {item}" for item in commands), sep="\n", file=sys.stderr)
 

@@ -177,7 +177,7 @@ def _report(args: argparse.Namespace) -> int:
     with waiting("writing the report"):
         from kinetostatics.layout.renderings import html_path
 
-        check_folder(html_path(args.out, "a report"))  # before the map is computed, which may take long
+        check_folder(html_path(args.out))  # before the map is computed, which may take long
         loads = loads_of(args)
         configuration, warnings = pose_of(load_robot(args), args)
         with pausing():

@@ -29,7 +29,7 @@ class Word(str):
 
 @dataclass(frozen=True)
 class Number:
-    """A number [SI] and its format; with ``upper``, a range; ``with_unit``: whether the unit is written."""
+    """A number [SI], or the range from it to ``upper``, with its format; ``with_unit``: whether the unit is written."""
 
     value: float
     format: NumberFormat
@@ -38,12 +38,12 @@ class Number:
 
     @classmethod
     def of(cls, value: ArrayLike, units: Units, noise: float = 0.0, digits: int = 5) -> Number:
-        """Return one number in the unit chosen by its magnitude."""
+        """Return one number in a unit that suits its magnitude."""
         return cls(float(np.asarray(value)), NumberFormat.of(value, units, noise, digits))
 
     @classmethod
     def range_of(cls, values: ArrayLike, units: Units, noise: float = 0.0) -> Number:
-        """Return the range from the smallest to the largest finite value; NaN if there are none."""
+        """Return the range from the smallest to the largest finite value; NaN if no value is finite."""
         known = np.asarray(values, dtype=float).ravel()
         known = known[np.isfinite(known)]
         if not known.size:
@@ -67,9 +67,9 @@ class Column:
 
     Attributes:
         title: title without the unit.
-        cells: texts; numbers with their own formats; SI values, written in ``format``; None: empty.
+        cells: texts, numbers with formats of their own, values [SI] in ``format``, or None for empty cells.
         side: alignment of the cells, ``l`` or ``r``.
-        format: number format of SI values.
+        format: format of the values [SI].
         with_unit: whether the heading contains the unit of ``format``.
     """
 
@@ -83,11 +83,17 @@ class Column:
     def of(
         cls, title: str, values: Sequence[ArrayLike | None], form: NumberFormat | Units, with_unit: bool = True, digits: int = 4
     ) -> Column:
-        """Return a column of numbers [SI] in one unit, chosen by the largest value, which has ``digits`` digits."""
+        """Return a column of numbers [SI] in a common unit, which suits the largest value; this value has ``digits`` digits."""
         if not isinstance(form, NumberFormat):
             form = NumberFormat.of(largest(value for value in values if value is not None), form, digits=digits)
         cells = [None if value is None else float(np.asarray(value)) for value in values]
         return cls(title, cells, "r", form, with_unit)
+
+    @classmethod
+    def in_formats(cls, title: str, values: Iterable[ArrayLike], formats: Iterable[NumberFormat]) -> Column:
+        """Return a column of numbers [SI], each in a format of its own, without units."""
+        numbers = zip(values, formats, strict=True)
+        return cls(title, [Number(float(np.asarray(value)), form, with_unit=False) for value, form in numbers], "r")
 
     @property
     def heading(self) -> str:
@@ -109,14 +115,14 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of equal length; a ``wide`` table may be continued below, with its first column repeated."""
+    """Columns of equal length; text of a ``wide`` table continues below where lines would be too long."""
 
     columns: Sequence[Column]
     wide: bool = False
 
     @classmethod
     def of_rows(cls, header: Sequence[str], rows: Iterable[Sequence[Cell]], align: str = "", wide: bool = False) -> Table:
-        """Return a table from rows; ``align``: ``l`` or ``r`` for each column; default: first column left, others right."""
+        """Return a table of rows; ``align``: ``l`` or ``r`` for each column; default: first column left, others right."""
         found = [list(row) for row in rows]
         align = align or "l" + "r" * (len(header) - 1)
         return cls(
@@ -127,7 +133,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Facts:
-    """Names with their values: one text or number each, or several texts on separate lines."""
+    """Names with their values, each a text, a number, or several texts on separate lines."""
 
     rows: Sequence[tuple[str, str | Number | Sequence[str]]]
     indent: int = 0
@@ -140,7 +146,7 @@ class Text:
     Attributes:
         text: the text after ``lead``.
         kind: "warning", "item" of a list, or "" for a plain sentence.
-        lead: word for a state at the beginning.
+        lead: name of a state, written before the text.
         indent: indentation [letters].
     """
 
@@ -165,7 +171,8 @@ class ReportSection:
     """A part of a report.
 
     Attributes:
-        title: title; "": no title and no indentation; None: follows the report's title and is part of every selection.
+        title: title; "": no title, and text without indentation; None: the section follows the report's title, and is part of
+            every selection.
         blocks: contents; an empty section is omitted.
         key: name for the selection of sections.
         detail: whether the section is omitted in brief reports.
@@ -178,11 +185,11 @@ class ReportSection:
 
 
 def warning_section(warnings: Iterable[str]) -> ReportSection:
-    """Return the section of warnings, with "none" if there are none."""
+    """Return the section of warnings; without warnings, its text is "none"."""
     return ReportSection("Warnings", [Text(text, "warning") for text in warnings] or [Text("none")], "warnings")
 
 
 def once(names: Iterable[str]) -> list[str]:
-    """Return the cells of a column of sorted names, with repeated names replaced by empty text."""
+    """Return names with empty text in place of each name that equals the one before."""
     found = list(names)
     return ["" if k and found[k - 1] == name else name for k, name in enumerate(found)]

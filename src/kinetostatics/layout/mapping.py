@@ -1,4 +1,4 @@
-"""Read-only mappings and dataclasses with a short ``repr``, independent of the size of their arrays."""
+"""Read-only mappings, and dataclasses, whose ``repr`` is short even with large arrays."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from kinetostatics.math.arrays import Values
 Key = TypeVar("Key")
 Item = TypeVar("Item")
 
-#: Largest number of entries of an array that are all shown.
+#: Largest size of an array that is shown with all entries.
 FEW = 6
-#: Largest number of items of a mapping, and largest length of the text of an item.
+#: Largest number of shown items of a mapping, and largest length of the text of an item.
 MOST_ITEMS, LONGEST = 12, 150
-#: Part of an array's largest number below which a number is a rounding error and shown as 0.
+#: Numbers up to this fraction of the largest one of an array are rounding errors and shown as 0.
 NOISE = 1e-12
 
 
@@ -57,14 +57,14 @@ def mapping_words(mapping: Mapping[Key, object]) -> str:
 
 
 def items_words(mapping: Mapping[Key, object]) -> list[tuple[object, str]]:
-    """Return the first keys of a mapping with abbreviated items, followed by the number of omitted items, if any."""
+    """Return the first keys of a mapping with abbreviated items; a last row has the number of omitted items, if any."""
     shown: list[tuple[object, str]] = [(key, abbreviated(mapping[key])) for key in islice(mapping, MOST_ITEMS)]
     left = len(mapping) - len(shown)
     return [*shown, (f"… {left} more", "")] if left else shown
 
 
 def abbreviated(value: object) -> str:
-    """Return a short text for a value; for arrays, all numbers if they are few, else shape and range."""
+    """Return a short text for a value: for small arrays all numbers, for larger ones shape and range."""
     if isinstance(value, np.ndarray):
         return _array(value)
     if isinstance(value, Mapping):
@@ -89,7 +89,7 @@ def _array(array: Values) -> str:
 
 
 class ShortRepr:
-    """Base of dataclasses with ``repr=False``: the ``repr`` contains abbreviated fields that differ from their defaults."""
+    """Base of dataclasses with ``repr=False``: the ``repr`` has the fields that differ from their defaults, abbreviated."""
 
     def __repr__(self) -> str:
         shown = [
@@ -101,7 +101,7 @@ class ShortRepr:
 
 
 def _is_default(item: Field[object], value: object) -> bool:
-    """Whether a field is omitted from the ``repr``: it has its default, or is excluded."""
+    """Return whether a field has its default value; a field with a default that is not compared counts as such."""
     default = item.default_factory() if item.default_factory is not MISSING else item.default
     if isinstance(value, np.ndarray):
         return default is not MISSING and np.array_equal(value, np.asarray(default))

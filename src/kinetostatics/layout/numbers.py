@@ -1,4 +1,4 @@
-"""Number formats: a common unit and common decimals for all numbers of a kind, rounding errors as 0."""
+"""Number formats: common unit and decimals for all numbers of a kind; rounding errors are written as 0."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.math.linalg import EQUAL
 
-#: Part of the largest number of a kind below which a number is a rounding error and shown as 0.
+#: Numbers up to this fraction of the largest one of their kind are rounding errors and shown as 0.
 NOISE = 1e-9
+#: Units to choose from, smallest first: name and size in SI.
 Units = tuple[tuple[str, float], ...]
 
 LENGTHS: Units = (("nm", 1e-9), ("µm", 1e-6), ("mm", 1e-3), ("m", 1.0))
@@ -28,7 +29,7 @@ DEGREES: Units = (("°", math.pi / 180),)
 PER_CENT: Units = (("%", 0.01),)
 ENERGIES: Units = (("µJ", 1e-6), ("mJ", 1e-3), ("J", 1.0))
 
-#: Display units for numbers in an SI unit.
+#: Units in which numbers are written, by their SI unit.
 UNITS_OF: Mapping[str, Units] = {
     **{"m": LENGTHS, "rad": ANGLES, "kg": MASSES, "N": FORCES, "N·m": MOMENTS, "Pa": STRESSES, "": (("", 1.0),)},
     **{"N/m": STIFFNESSES, "N·m/rad": TURNING_STIFFNESSES, "K": (("K", 1.0),)},
@@ -43,9 +44,9 @@ class NumberFormat:
 
     Attributes:
         unit: name of the unit.
-        factor: the unit in SI.
+        factor: size of the unit in SI.
         decimals: digits after the point.
-        noise: SI value up to which a number is shown as 0.
+        noise: largest magnitude [SI] that is shown as 0.
     """
 
     unit: str
@@ -55,12 +56,12 @@ class NumberFormat:
 
     @classmethod
     def of(cls, values: ArrayLike, units: Units, noise: float = 0.0, digits: int = 5) -> NumberFormat:
-        """Choose unit and decimals so that the largest of the values (SI) has ``digits`` digits.
+        """Choose unit and decimals for values; the largest one has ``digits`` digits.
 
         Args:
-            values: SI values, of which those that are not finite are ignored.
+            values: the values [SI]; those that are not finite are ignored.
             units: units to choose from, smallest first.
-            noise: largest magnitude shown as zero, SI; at least :data:`NOISE` times the largest value.
+            noise: largest magnitude [SI] shown as 0; at least :data:`NOISE` times the largest value is used.
             digits: number of digits of the largest value.
         """
         most = largest([values])
@@ -105,10 +106,10 @@ FORCE_KINDS = {"N": "force", "N·m": "moment"}
 
 @dataclass(frozen=True)
 class NoiseFloor:
-    """Magnitudes of displacements, rotations, forces and moments below which they are rounding errors, SI.
+    """Largest displacement, rotation, force and moment [SI] that are rounding errors.
 
-    Linear and angular quantities are compared by means of a characteristic length: in a pure translation, even the largest
-    rotation is a rounding error.
+    Displacements and rotations, and forces and moments, are compared by means of a characteristic length: in a pure
+    translation, all rotations are rounding errors.
     """
 
     displacement: float
@@ -125,27 +126,27 @@ class NoiseFloor:
         return cls(NOISE * displacement, NOISE * displacement / length, NOISE * force, NOISE * force * length)
 
     def format(self, kind: str, values: ArrayLike, digits: int = 5) -> NumberFormat:
-        """Choose unit and decimals of values [SI], which are of the ``kind`` displacement, rotation, force or moment."""
+        """Choose unit and decimals for values [SI] of a kind: displacement, rotation, force or moment."""
         return NumberFormat.of(values, KINDS[kind], getattr(self, kind), digits)
 
 
 def quantity(value: ArrayLike, units: Units, noise: float = 0.0, digits: int = 5) -> str:
-    """Return one number as text with a unit chosen by its magnitude."""
+    """Write one number with a unit that suits its magnitude."""
     return NumberFormat.of(value, units, noise, digits).with_unit(value)
 
 
 def in_unit(value: float, unit: str, digits: int = 6) -> str:
-    """Format one number in its own unit, such as ``N m``; without unit if it has none."""
+    """Write a number with its unit, such as ``N m``; the unit ``1`` of ratios is not written."""
     return f"{value + 0.0:.{digits}g} {'' if unit == '1' else unit.replace(' ', '·')}".rstrip()
 
 
 def vector(values: Iterable[ArrayLike], scale: NumberFormat) -> str:
-    """Write the components of a vector in brackets, with the unit."""
+    """Write the components of a vector in parentheses, with the unit."""
     return "(" + ", ".join(scale(value) for value in values) + f") {scale.unit}"
 
 
 def join_words(names: Sequence[str], limit: int = 6) -> str:
-    """Return names as text, ``a, b and c``; of more than ``limit`` the first ones, the last one and their number."""
+    """Return names as text, ``a, b and c``; with more than ``limit``, only the first ones and the last one, and their number."""
     if len(names) > limit:
         return f"{', '.join(names[: limit - 2])}, … {names[-1]} ({len(names)})"
     return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))

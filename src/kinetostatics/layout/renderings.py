@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from pathlib import Path
 from typing import TextIO
 
 from kinetostatics.arguments import path_name
-from kinetostatics.exceptions import ArgumentError
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.layout.blocks import Block, Column, Facts, ReportSection, Table, Text, Word
 
 #: Width at which lines are wrapped [letters].
@@ -43,7 +43,7 @@ def report_text(title: Sequence[str], sections: Iterable[ReportSection], colour:
 
 
 def block_lines(block: Block, colour: bool = False) -> list[str]:
-    """Return the lines of one part."""
+    """Return a block as lines."""
     if isinstance(block, Table):
         return _wide(block, colour) if block.wide else _rows(block.columns, colour)
     if isinstance(block, Facts):
@@ -55,7 +55,7 @@ def block_lines(block: Block, colour: bool = False) -> list[str]:
 
 
 def wrapped(text: str, first: str = "", width: int = WIDTH) -> list[str]:
-    """Return a text in lines; those after the first are indented by the length of ``first``."""
+    """Return a text as wrapped lines: the first one begins with ``first``, the others are indented by its length."""
     wrapper = textwrap.TextWrapper(width, first, " " * len(first), break_long_words=False, break_on_hyphens=False)
     return wrapper.wrap(text) or [first.rstrip()]
 
@@ -69,7 +69,7 @@ def _texts(value: object) -> Sequence[str]:
 
 
 def _fact(name: str, value: object, width: int) -> list[str]:
-    """Return the lines of a value, the first after its name."""
+    """Return a value as lines, the first one after its name."""
     lines = []
     for k, text in enumerate(_texts(value)):
         lines += wrapped(text, f"{name if k == 0 else '':{width}}")
@@ -101,7 +101,7 @@ def _rows(columns: Sequence[Column], colour: bool) -> list[str]:
 
 
 def _wide(table: Table, colour: bool) -> list[str]:
-    """Return the lines of a table; one that is too wide continues below, with its first column repeated."""
+    """Return a table as lines; columns that do not fit continue below, after the first column again."""
     widths = [max(map(len, [column.heading, *column.texts])) + 2 for column in table.columns]
     blocks: list[list[int]] = [[]]
     for k in range(1, len(widths)):
@@ -119,10 +119,10 @@ def _wide(table: Table, colour: bool) -> list[str]:
 # ---- colour on terminals ---------------------------------------------------------------------------------------------
 
 
-def wants_colour(stream: TextIO | None) -> bool:
-    """Return whether a stream is a terminal with colours.
+def use_colour(stream: TextIO | None) -> bool:
+    """Return whether to write colours to a stream: if it is a terminal that supports them.
 
-    Non-empty environment variables: ``NO_COLOR`` disables colours, ``FORCE_COLOR`` enables them (https://no-color.org,
+    The environment variables ``NO_COLOR`` and ``FORCE_COLOR``, if not empty, disable and enable colours (https://no-color.org,
     https://force-color.org).
     """
     if os.environ.get("NO_COLOR"):
@@ -133,7 +133,7 @@ def wants_colour(stream: TextIO | None) -> bool:
 
 
 def painted(meaning: str, text: str, colour: bool = True) -> str:
-    """Return a text with the colour codes of a meaning, after its indentation."""
+    """Return a text with the colour codes of a meaning; the indentation remains before them."""
     bare = text.lstrip()
     return f"{text[: len(text) - len(bare)]}\033[{CODES[meaning]}m{bare}\033[0m" if colour and bare else text
 
@@ -141,12 +141,8 @@ def painted(meaning: str, text: str, colour: bool = True) -> str:
 # ---- HTML ------------------------------------------------------------------------------------------------------------
 
 
-def html_path(path: str | os.PathLike[str], what: str) -> str:
-    """Return the path of an HTML file.
-
-    Args:
-        path: path of the file.
-        what: name of the page for the message, "a report".
+def html_path(path: str | os.PathLike[str]) -> str:
+    """Return the path of a page.
 
     Raises:
         ArgumentError: the extension is not that of an HTML file.
@@ -154,8 +150,23 @@ def html_path(path: str | os.PathLike[str], what: str) -> str:
     file = path_name("path", path)
     if Path(file).suffix.lower() not in (".html", ".htm"):
         right = Path(file).with_suffix(".html").name
-        raise ArgumentError(f"{file}: {what} is an HTML page, which a browser prints as PDF; name it {right!r}")
+        raise ArgumentError(f"{file}: this is an HTML page, which a browser prints as PDF; name it {right!r}")
     return file
+
+
+def save_page(path: str | os.PathLike[str], page: Callable[[], str]) -> None:
+    """Write an HTML page; ``page`` is called after the path has been checked.
+
+    Raises:
+        ArgumentError: the extension is not that of an HTML file.
+        KinetostaticsError: the file cannot be written.
+    """
+    file = html_path(path)
+    html = page()
+    try:
+        Path(file).write_text(html, encoding="utf-8")
+    except OSError as error:
+        raise KinetostaticsError(f"{file}: cannot write the page: {error.strerror or error}") from None
 
 
 def report_html(title: str, sections: Iterable[ReportSection]) -> str:
@@ -169,7 +180,7 @@ def report_html(title: str, sections: Iterable[ReportSection]) -> str:
 
 
 def block_html(block: Block) -> str:
-    """Return one part as HTML."""
+    """Return a block as HTML."""
     if isinstance(block, Table):
         return _table_html(block.columns)
     if isinstance(block, Facts):

@@ -1,4 +1,4 @@
-"""Reports, their data as plain values of JSON, and the base class of objects with a report."""
+"""Reports, their data as plain JSON values, and the base class of objects with a report."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ def plain(value: object) -> Json:
 
 
 def attributes(item: object, names: Iterable[str]) -> dict[str, Json]:
-    """Return some attributes of an object as plain values."""
+    """Return the attributes of these names of an object as JSON data."""
     return {name: plain(getattr(item, name)) for name in names}
 
 
 class Report:
-    """Report of an object: a title, sections, and data; sections and data are created on first use.
+    """Report of an object: a title, sections, and data; sections and data are computed when they are needed.
 
     Attributes:
         title: parts of a single line; a :class:`Word` among them has a tone.
@@ -65,14 +65,14 @@ class Report:
         return [section for section in self._sections() if section.blocks]
 
     def brief(self) -> Report:
-        """Return the report without its sections of detail."""
+        """Return the report without its detailed sections."""
         return self._with(lambda: (section for section in self.sections if not section.detail))
 
     def only(self, *keys: str) -> Report:
-        """Return the report with some sections only.
+        """Return the report with the sections of these keys only.
 
         Raises:
-            ArgumentError: there is no such section.
+            ArgumentError: the report has no section with such a key.
         """
         known = list(dict.fromkeys(section.key for section in self.sections if section.key))
         for key in keys:
@@ -84,7 +84,7 @@ class Report:
         return Report(self.title, sections, self._data)
 
     def text(self, colour: bool = False) -> str:
-        """Return the report as text, with the codes of colours or without."""
+        """Return the report as text, if required with the colour codes of terminals."""
         return report_text(self.title, self.sections, colour)
 
     def html(self) -> str:
@@ -106,9 +106,9 @@ class Report:
 
 
 class Reported:
-    """Base of classes with a report: ``class Result(Reported, builder="reports.result:result_report")``.
+    """Base of classes whose objects have a report: ``class Result(Reported, builder="reports.result:result_report")``.
 
-    The builder is a function that returns the :class:`Report` of an object; it is imported on first use.
+    The builder is the function that makes the :class:`Report` of an object; it is imported when it is first called.
     """
 
     _builder: ClassVar[str]
@@ -119,7 +119,7 @@ class Reported:
             cls._builder = builder
 
     def report(self) -> Report:
-        """Return the whole report; ``print`` shows it in brief."""
+        """Return the whole report; ``print`` shows the brief one."""
         return late(self._builder)(self)  # type: ignore[no-any-return]
 
     def __repr__(self) -> str:
@@ -137,6 +137,6 @@ class Reported:
 
 
 def late(path: str) -> Callable[..., Any]:
-    """Return a function of the package by "module:function", for modules that must not import it."""
+    """Return a function of the package, given as "module:function"; its module is imported now, not with the caller's."""
     module, _, name = path.partition(":")
     return getattr(import_module(f"kinetostatics.{module}"), name)  # type: ignore[no-any-return]

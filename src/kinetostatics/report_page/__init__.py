@@ -6,16 +6,15 @@ import os
 import re
 from html import escape
 from importlib.resources import files
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.arguments import Keyword
-from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.layout.renderings import html_path
+from kinetostatics.layout.renderings import save_page
 from kinetostatics.report_page import chapters
 from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.workspace.sweep_plan import versions
@@ -38,7 +37,7 @@ def save_report(
     tool: ArrayLike | None = None,
     **analysis: Keyword,
 ) -> None:
-    """Write one HTML page that a colleague can read and print, without server and network: everything about a robot at a pose.
+    """Write one HTML page about a robot at a pose, which a colleague can read and print without server and network.
 
     Contents: the robot, assumptions, all tables of :func:`kinetostatics.analyze`, contributions to the sag, worst cases and maps
     over the workspace, corrections of the actuators (:func:`kinetostatics.compensate`), verification by finite elements
@@ -49,8 +48,8 @@ def save_report(
         path: path of the file; an existing file is replaced.
         load: (6,) external wrench on the platform [N, N·m], see :func:`kinetostatics.analyze`.
         gravity: (3,) gravity [m/s²].
-        workspace: a map of the same robot, see :func:`kinetostatics.sweep`; figures are over its first two varying coordinates,
-            at the values of the others nearest to the pose. Default: no workspace chapter.
+        workspace: a map of the same robot, see :func:`kinetostatics.sweep`; its figures are slices over the first two varying
+            coordinates, through the point of the map nearest to the pose. Default: no chapter on the workspace.
         title: heading of the page; default: the robot's name.
         controlled: controlled coordinates of the platform, see :func:`kinetostatics.compensate`.
         tool: (3,) reference point of displacements, contributions, corrections and map, such as a tool's tip, from o in platform
@@ -58,20 +57,15 @@ def save_report(
         analysis: further arguments of :func:`kinetostatics.analyze`: ``point``, ``frame``, ``loads``, ``payload``, ….
 
     Raises:
-        ArgumentError: an argument is invalid, the file's extension is not .html, there are several poses, or the map is of
+        ArgumentError: an argument is invalid, the file's extension is not .html, there are several poses, or the map is one of
             another robot.
-        CoordinatesError: ``controlled`` do not determine the pose.
+        CoordinatesError: the controlled coordinates do not determine the pose.
         StaticsError: the pose cannot be analysed.
         KinetostaticsError: the file cannot be written.
     """
     check_keywords(save_report, analysis)
-    file = html_path(path, "a report")
     given = {"load": load, "gravity": gravity, **analysis}
-    html = report_html(configuration, given, workspace, title, controlled, tool)
-    try:
-        Path(file).write_text(html, encoding="utf-8")
-    except OSError as error:
-        raise KinetostaticsError(f"{file}: cannot write the report: {error.strerror or error}") from None
+    save_page(path, lambda: report_html(configuration, given, workspace, title, controlled, tool))
 
 
 def report_html(

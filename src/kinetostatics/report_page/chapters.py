@@ -19,7 +19,7 @@ from kinetostatics.layout.numbers import ANGLES, LENGTHS, STIFFNESSES, NoiseFloo
 from kinetostatics.math.arrays import Array
 from kinetostatics.reports.map import coordinate_words, map_report
 from kinetostatics.reports.result import magnitudes
-from kinetostatics.reports.sources import parts_along, ranked, share, sources
+from kinetostatics.reports.sources import parts_along, ranked, share, shown_and_rest, sources
 from kinetostatics.results.result import Result
 from kinetostatics.verification import verify
 from kinetostatics.viewer.page import iframe_html, page_html
@@ -43,7 +43,7 @@ ALWAYS = (
 
 
 def assumptions_html(result: Result) -> str:
-    """Return the assumptions of an analysis (elastic and rigid parts, linearity, weights) as a list."""
+    """Return a list of the assumptions of an analysis: elastic and rigid parts, linearity, weights."""
     description = result.robot.description
     beams, joints = list(description.beams), list(description.joint_stiffness)
     kinds = {"beams": beams, "joints": joints, "springs": list(description.springs)}
@@ -56,7 +56,7 @@ def assumptions_html(result: Result) -> str:
 
 
 def sag_html(result: Result) -> str:
-    """Return the contributions to the platform's displacement as bars."""
+    """Return bar charts of the contributions to the platform's displacement."""
     noise = magnitudes(result)
     names, twists = sources(result)
     parts = {
@@ -70,7 +70,7 @@ def sag_html(result: Result) -> str:
 def compensation_html(
     result: Result, arguments: dict[str, Keyword], controlled: Sequence[str] | None, tool: Array | None = None
 ) -> str:
-    """Return the corrections of the actuators by which the loaded platform reaches the pose."""
+    """Return the corrections of the actuators by which the loaded platform reaches the pose, or the reason why there are none."""
     try:
         return compensate(result.configuration, controlled=controlled, tool=tool, **arguments).report().html()
     except KinetostaticsError as error:
@@ -90,12 +90,12 @@ def verification_html(result: Result, arguments: dict[str, Keyword]) -> str:
 
 
 def scene_html(result: Result, title: str) -> str:
-    """Return the scene of the viewer, and an image element with its picture for printing."""
+    """Return the scene of the viewer, and an image element that shows it in print."""
     frame = iframe_html(page_html(describe_scene(result, title).plain()), HEIGHT)
     return f'<div class="scene">{frame}</div>\n<img class="still" alt="{escape(title)}, deformation exaggerated">'
 
 
-#: Largest number of bars; the remaining contributions are summed in one bar.
+#: Largest number of bars; the remaining contributions share one bar.
 MOST = 14
 #: Sizes [px]: width of the drawing, height of a row, width of the column of numbers, width of a letter.
 WIDTH, ROW, NUMBERS, LETTER = 680, 20, 90, 6.4
@@ -105,14 +105,14 @@ WORDS = ("displacement of {}, each along the whole displacement", "rotation, eac
 
 
 def _bars(names: list[str], twists: list[Array], result: Result, noise: NoiseFloor, sort: bool = False) -> str:
-    """Return one bar for each twist (6,), its component along the whole displacement; empty if the platform does not move."""
+    """Return a bar for each twist (6,): its part of the whole displacement; an empty text if the platform does not move."""
     found = parts_along(np.reshape(twists, (-1, 6)), result.twist, noise)
     if found is None:
         return ""
     parts, sizes, by = found
     values = parts[:, by]
     order = ranked(values) if sort else list(range(len(values)))
-    shown, rest = (order, []) if len(order) <= MOST + 1 else (order[:MOST], order[MOST:])
+    shown, rest = shown_and_rest(order, MOST)
     rows = [(names[k], float(values[k])) for k in shown]
     if rest:
         rows.append((f"{len(rest)} others", float(values[rest].sum())))
@@ -122,7 +122,7 @@ def _bars(names: list[str], twists: list[Array], result: Result, noise: NoiseFlo
 
 
 def _drawing(rows: Sequence[tuple[str, float]], form: NumberFormat, whole: float, title: str) -> str:
-    """Return the SVG of names and values [SI], with the value and its percentage of the whole at each bar."""
+    """Return a bar chart (SVG) of named values [SI]; beside each bar stand the value and its percentage of the whole."""
     left = min(260.0, 12 + LETTER * max(len(name) for name, _ in rows))
     low, high = min(0.0, *(value for _, value in rows)), max(0.0, *(value for _, value in rows))
     per_unit = (WIDTH - left - 1.8 * NUMBERS) / (high - low)
@@ -151,25 +151,25 @@ SHOWN = ("linear_sag", "angular_sag", "least_translational_stiffness", "largest_
 
 
 def checked_map(workspace: xr.Dataset, configuration: Configuration, tool: Array | None) -> xr.Dataset:
-    """Check that a map is of this robot, and return it with the tool's tip as reference point."""
+    """Check that a map is one of this robot, and return the map with the tool's tip as reference point."""
     from kinetostatics.indices import at_point
     from kinetostatics.indices.map_variables import variable
 
     variable(workspace, "status")
     name, of = configuration.robot.name, workspace.attrs.get("robot_name")
     if of != name:
-        raise ArgumentError(f"the map is of {of!r}, and the pose of {name!r}: sweep the same robot")
+        raise ArgumentError(f"the map is of {of!r}, but the pose of {name!r}: sweep the same robot")
     own = workspace.attrs.get("point")
     if own is None:
         return workspace if tool is None else at_point(workspace, tool.tolist())
     if tool is None or not np.array_equal(own, tool):
         point = f"({' '.join(f'{value:g}' for value in own)})"
-        raise ArgumentError(f"the map is about the point {point} m of the platform: give tool={point.replace(' ', ', ')}, too")
+        raise ArgumentError(f"the map refers to the point {point} m of the platform: give tool={point.replace(' ', ', ')} too")
     return workspace
 
 
 def workspace_html(workspace: xr.Dataset, configuration: Configuration) -> str:
-    """Return the worst cases of a map, and figures of its slices through the pose."""
+    """Return the worst cases of a map, and figures of its slices near the pose."""
     about = "<p>Sag and stiffness are those of the tool's tip.</p>" if "point" in workspace.attrs else ""
     return "\n".join([map_report(workspace).html(), _softest(workspace), about, _figures(workspace, configuration)])
 
@@ -188,7 +188,7 @@ def _softest(workspace: xr.Dataset) -> str:
 
 
 def _figures(workspace: xr.Dataset, configuration: Configuration) -> str:
-    """Return figures over the first two varying coordinates through the pose; a sentence if Matplotlib is missing."""
+    """Return figures of slices over the first two varying coordinates; if Matplotlib is missing, a sentence."""
     try:
         from kinetostatics import plot
     except KinetostaticsError as error:

@@ -1,4 +1,4 @@
-"""Report of a compensation: corrections of the actuators, forces to feed forward, and pose errors before and after."""
+"""Report of a compensation: corrections of the actuators, forces to feed forward, and pose errors without and with correction."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ UNITS = {
     "actuators": "corrected coordinates of the actuators [m, rad]; corrections: less those at the target pose",
     "actuator_forces": "N, of turning joints N·m, positive along the joint's positive direction, at the corrected pose",
     "uncorrected_error": "pose error of the loaded platform without correction: displacement at o [m], rotation [rad]",
-    "residual_error": "the same at the corrected actuators",
-    "residual_error_coordinates": "the same in the platform's coordinates [m, rad]; uncorrected_error_coordinates: uncorrected",
+    "residual_error": "pose error at the corrected actuators",
+    "residual_error_coordinates": "residual_error in coordinates of the platform [m, rad]; uncorrected_error_coordinates alike",
     "uncorrectable_directions": "columns: twists that the actuators cannot produce, at o, orthonormal with lengths by "
     "characteristic_length [m, rad]; uncorrectable_parts: component of residual_error along each",
-    "commanded": "coordinates of the platform at which the unloaded robot is commanded [m, rad]",
+    "commanded": "coordinates of the unloaded platform at the corrected actuators [m, rad]",
 }
 
 
 def compensation_report(found: Compensation) -> Report:
-    """Return the report of a compensation: of one pose, or the extremes over a batch."""
+    """Return the report of a compensation: corrections, forces and errors of one pose, or their extremes over a batch."""
     sizes = [np.linalg.norm(error[..., :3], axis=-1) for error in (found.uncorrected_error, found.residual_error)]
     before, after = (Number.range_of(size, LENGTHS, ROUNDING) for size in sizes)
     title = [f"Compensation of {found.target.robot.name!r}: "]

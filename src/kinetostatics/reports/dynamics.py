@@ -1,4 +1,4 @@
-"""Reports of natural frequencies, modes of vibration, and frequency response."""
+"""Reports of stability and dynamics: buckling, natural frequencies and modes, frequency response, trajectories."""
 
 from __future__ import annotations
 
@@ -6,20 +6,72 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from kinetostatics.layout.blocks import Block, Cell, Column, Facts, Number, ReportSection, Table, Text
-from kinetostatics.layout.numbers import MISSING, NumberFormat, Units
+from kinetostatics.layout.blocks import Block, Cell, Column, Facts, Number, ReportSection, Table, Text, warning_section
+from kinetostatics.layout.numbers import MISSING, UNITS_OF, NumberFormat, Units
 from kinetostatics.layout.report import Report, attributes
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS, WRENCH_COMPONENTS
 from kinetostatics.reports.pose import actuator_coordinates, at_pose, count, platform_coordinates, state_title, status_names
 from kinetostatics.reports.sources import share as share_of
+from kinetostatics.reports.sources import shown_and_rest
+from kinetostatics.results.buckling import Buckling
 from kinetostatics.results.dynamics import FrequencyResponse, Modes
+from kinetostatics.results.path import OVER_TIME, PathResult
 from kinetostatics.results.tool_point import point_name
+from kinetostatics.status import WITHOUT_NUMBERS
 
 HERTZ: Units = (("Hz", 1.0),)
-#: Parts of a table of energies, the largest first.
+
+# ---- buckling ------------------------------------------------------------------------------------------------------
+
+#: Relative difference of load factors that count as equal.
+_EQUAL_FACTORS = 1e-6
+BUCKLING_TITLE = "Load factors, common to all forces, at which the robot buckles"
+
+
+def buckling_report(buckling: Buckling) -> Report:
+    """Return the report of load factors and modes of one pose, or of the least load factor over a batch."""
+    title = [f"Buckling of {buckling.robot.name!r}: ", *state_title(buckling.configuration)]
+    return Report(title, lambda: list(_buckling_sections(buckling)), lambda: _buckling_data(buckling))
+
+
+def _buckling_sections(buckling: Buckling) -> Iterator[ReportSection]:
+    if not buckling.shape:
+        yield ReportSection(BUCKLING_TITLE, buckling_blocks(buckling), "buckling")
+        return
+    if np.any(known := np.isfinite(buckling.load_factors)):
+        least = f"{buckling.load_factors[known].min():.4g}"
+        yield ReportSection("Least over the poses", [Facts([("load factor", least)])], "buckling")
+
+
+def buckling_blocks(buckling: Buckling) -> list[Block]:
+    """Return a table of the modes of one pose, with modes of equal load factors in one row; empty if no factor is finite."""
+    factors = buckling.load_factors[np.isfinite(buckling.load_factors)]
+    groups = np.split(np.arange(len(factors)), np.flatnonzero(np.diff(factors) > _EQUAL_FACTORS * factors[1:]) + 1)
+    rows: list[tuple[Cell, ...]] = []
+    for modes in filter(len, groups):
+        shares = {name: round(float(np.mean(values[modes])), 6) for name, values in buckling.energy_shares.items()}
+        most = max(shares, key=lambda name: shares[name], default="")
+        percent = per_cent(shares[most]) if most else ""
+        rows.append((", ".join(str(k + 1) for k in modes), f"{factors[modes[0]]:.4g}", most, percent))
+    return [Table.of_rows(("mode", "load factor", "bends most", "share of beams' energy [%]"), rows, "lrlr")] if rows else []
+
+
+def _buckling_data(buckling: Buckling) -> dict[str, object]:
+    return {
+        "robot": buckling.robot.name,
+        "units": {"load_factors": "common to all forces; null: none", "twists": "of the platform at o, of any size [m; rad]"},
+        "shape": buckling.shape,
+        **attributes(buckling.configuration, ("platform", "actuators")),
+        **attributes(buckling, ("load_factors", "members", "energy_shares", "twists")),
+    }
+
+
+# ---- modes of vibration --------------------------------------------------------------------------------------------
+
+#: Largest number of parts in a table of energies; the remaining parts share one row.
 MOST = 8
-#: Share of the energy up to which a part is left out.
+#: Largest share of the energy of a part that a table omits.
 NONE = 5e-4
 
 UNITS_OF_MODES = {
@@ -31,7 +83,7 @@ UNITS_OF_MODES = {
 
 
 def modes_report(modes: Modes) -> Report:
-    """Return the report of the modes of one pose, or of the ranges of their frequencies over a batch."""
+    """Return the report of the modes at one pose, or of the range of each frequency over a batch."""
     title = [f"Natural frequencies of {modes.robot.name!r}: "]
     if modes.shape == ():
         title += [*state_title(modes.configuration), "; " + _frequencies(modes)]
@@ -77,22 +129,20 @@ def _mode_sections(modes: Modes) -> Iterator[ReportSection]:
 
 
 def _energies(shares: Mapping[str, Array], modes: list[str]) -> Table:
-    """Return the parts with the largest shares of the energy of any mode."""
+    """Return a table of the shares of energy in each mode, for the parts with the largest shares."""
     sizes = {name: float(np.max(np.nan_to_num(share))) for name, share in shares.items()}
     ranked = [name for name in sorted(sizes, key=lambda name: -round(sizes[name], 6)) if sizes[name] > NONE]
     rows: list[tuple[Cell, ...]] = []
-    number = len(ranked) if len(ranked) <= MOST + 1 else MOST
-    for name in ranked[:number]:
+    shown, rest = shown_and_rest(ranked, MOST)
+    for name in shown:
         rows.append((name, *map(per_cent, shares[name])))
-    if number < len(ranked):
-        rows.append(
-            (f"{len(ranked) - number} others", *map(per_cent, np.sum([shares[name] for name in ranked[number:]], axis=0)))
-        )
+    if rest:
+        rows.append((f"{len(rest)} others", *map(per_cent, np.sum([shares[name] for name in rest], axis=0))))
     return Table.of_rows(("part", *(f"mode {k}" for k in modes)), rows, wide=True)
 
 
 def per_cent(share: float) -> str:
-    """Return a share as a number of per cent."""
+    """Return a share of 1 as a percentage, without the sign %."""
     return f"{share_of(share, 1.0):.1f}" if np.isfinite(share) else MISSING
 
 
@@ -108,6 +158,8 @@ def _mode_data(modes: Modes) -> dict[str, object]:
     }
 
 
+# ---- frequency response --------------------------------------------------------------------------------------------
+
 UNITS_OF_RESPONSE = {
     "general": "SI: m, rad, N, N·m, Hz; world axes; last axes: twist, and wrench or motion of the floor; null: no number",
     "compliance": "twist of the platform per wrench on it, magnitude; phases in rad; transmissibility: per motion of the floor",
@@ -115,7 +167,7 @@ UNITS_OF_RESPONSE = {
 
 
 def frequency_response_report(found: FrequencyResponse) -> Report:
-    """Return the report of the frequency response of a pose, or of the largest response over a batch."""
+    """Return the report of the largest responses at one pose, or over a batch."""
     f = found.frequencies
     title = [f"Frequency response of {found.robot.name!r} at {point_name(found.tool)}: ", *state_title(found.configuration)]
     title.append(f"; {f.min():.4g} to {f.max():.4g} Hz, {len(f)} frequencies")
@@ -153,4 +205,84 @@ def _response_data(found: FrequencyResponse) -> dict[str, object]:
         "compliance_phase": np.angle(found.compliance),
         "transmissibility": np.abs(found.transmissibility),
         "transmissibility_phase": np.angle(found.transmissibility),
+    }
+
+
+# ---- trajectories --------------------------------------------------------------------------------------------------
+
+SECONDS: Units = (("s", 1.0),)
+#: Units to choose from for quantities over time.
+_UNITS_OVER_TIME: dict[str, Units] = {**UNITS_OF, **{unit: ((unit, 1.0),) for unit in ("m/s", "rad/s", "W")}}
+UNITS_OF_PATHS = {
+    "general": "SI: s, m, rad, N, N·m, Pa, W; world axes; arrays over time, last axes as in Result; null: no number",
+    "actuator_velocities": "m/s, of turning joints rad/s; actuator_forces: N, of turning joints N·m",
+    "peaks": "the value of the largest magnitude and its time, by quantity and name",
+}
+
+
+def path_report(path: PathResult) -> Report:
+    """Return the report of a trajectory: peaks with their times; force, velocity and power of the actuators."""
+    title = [f"Path of {path.result.robot.name!r} in {np.ptp(path.times):.4g} s: ", *state_title(path.result)]
+    return Report(title, lambda: list(_path_sections(path)), lambda: _path_data(path))
+
+
+def _path_sections(path: PathResult) -> Iterator[ReportSection]:
+    result = path.result
+    if not np.all(np.isin(result.status, WITHOUT_NUMBERS)):
+        shown = ("displacement", "rotation", "stress", "joint_force", "joint_moment")
+        rows = [row for what in shown for row in _peak_rows(path, what)]
+        yield ReportSection("Peaks", [Table.of_rows(("quantity", "largest", "of", "at"), rows, "lrlr")], "peaks")
+        if result.actuator_forces:
+            yield ReportSection("Actuators", [_actuators(path)], "actuators")
+        for what in ("stress", "joint_force", "joint_moment"):
+            if rows := _peak_rows(path, what, every=True):
+                table = Table.of_rows(("", "largest", "at"), [(of, value, at) for _, value, of, at in rows], "lrr")
+                yield ReportSection(f"Peaks of the {OVER_TIME[what].words}", [table], what, detail=True)
+    yield warning_section(result.warnings)
+
+
+def _peak_rows(path: PathResult, what: str, every: bool = False) -> list[tuple[str, Number, str, Number]]:
+    """Return description, value, name and time of the largest peak of a quantity; with ``every``, of each peak above noise."""
+    peaks, entry = path.peaks(what), OVER_TIME[what]
+    form = NumberFormat.of([peak.value for peak in peaks.values()], _UNITS_OVER_TIME[entry.unit])
+    names = [name for name in peaks if every and abs(peaks[name].value) > form.noise]
+    names = names if every else sorted(peaks, key=lambda name: -abs(peaks[name].value))[:1]
+    words = entry.words.format(point=path.result.point_name)
+    return [
+        (words, Number(peaks[name].value, form), "" if name == path.result.point_name else name, _time(path, peaks[name].time))
+        for name in names
+    ]
+
+
+def _time(path: PathResult, time: float) -> Number:
+    return Number(time, NumberFormat.of(path.times, SECONDS, digits=4))
+
+
+def _actuators(path: PathResult) -> Table:
+    """Return force, velocity and power of each actuator."""
+    rows: list[tuple[Cell, ...]] = []
+    for force, speed in (("actuator_force", "actuator_speed"), ("actuator_torque", "actuator_rate")):
+        powers, speeds, rms = path.peaks("actuator_power"), path.peaks(speed), path.root_mean_square(force)
+        for name, peak in path.peaks(force).items():
+            form = NumberFormat.of(peak.value, _UNITS_OVER_TIME[OVER_TIME[force].unit])
+            others = ((speeds[name].value, OVER_TIME[speed].unit), (powers[name].value, "W"))
+            found = (Number.of(value, _UNITS_OVER_TIME[unit]) for value, unit in others)
+            rows.append((name, Number(peak.value, form), _time(path, peak.time), Number(rms[name], form), *found))
+    header = ("actuator", "largest force", "at", "root mean square", "largest velocity", "largest power")
+    return Table.of_rows(header, rows, "lrrrrr")
+
+
+def _path_data(path: PathResult) -> dict[str, object]:
+    result = path.result
+    return {
+        "robot": result.robot.name,
+        "units": UNITS_OF_PATHS,
+        "status": status_names(result.status),
+        "warnings": result.warnings,
+        "orientation": result.configuration.orientation.name,
+        **attributes(path, ("times", "actuator_velocities")),
+        **attributes(result.configuration, ("platform", "actuators")),
+        **attributes(result, ("twist", "contributions", "actuator_forces", "joint_wrenches")),
+        "stress": path.over_time("stress"),
+        "peaks": {what: {n: {"value": p.value, "time": p.time} for n, p in path.peaks(what).items()} for what in OVER_TIME},
     }

@@ -1,4 +1,4 @@
-"""Report of a map: number of reached poses, worst sag and largest actuator force, and their poses."""
+"""Report of a workspace map: numbers of poses by state, worst sag, largest actuator force, and the poses of both."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from kinetostatics.status import FACTS, Status, in_map
 if TYPE_CHECKING:
     import xarray as xr
 
-#: A value, its pose as text, and the name of the actuator.
+#: A value, its pose as text, and the name of the actuator (empty for sag and turn).
 Found = tuple[float, str, str]
-#: Number of values read at once.
+#: Largest number of values read at once.
 AT_ONCE = 2**22
-#: Number of poses from which on the time per pose is given.
+#: Least number of poses for which the time per pose is given.
 MANY = 1000
-#: Sag [m], rotation [rad] or force [N, N·m] that counts as zero.
+#: Largest sag [m], rotation [rad] or force [N, N·m] that counts as zero.
 NOTHING = 1e-13
-#: Largest number of values of a parameter that get rows of their own.
+#: Largest number of values of a parameter for which a table has a row for each value.
 MOST_ROWS = 20
 #: Units of a sag [m] and a turn [rad], with their sizes.
 UNITS = {"sag": (("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9)), "turn": (("mrad", 1e-3), ("µrad", 1e-6), ("nrad", 1e-9))}
@@ -33,13 +33,13 @@ WORDS = {Status.OK: "reached", Status.UNREACHABLE: "unreachable", Status.SINGULA
 
 
 def map_report(ds: xr.Dataset, seconds: float | None = None) -> Report:
-    """Return the number of reached poses of a map, the worst sag and the largest actuator force, and their poses.
+    """Return the report of a map: numbers of poses by state, worst sag, largest actuator force, and the poses of both.
 
-    Poses beyond joint limits count only if no other pose has results.
+    The extremes are those within the joint limits; if no such pose has results, those of the other poses.
 
     Args:
         ds: the map, see :func:`kinetostatics.sweep`; it is read in pieces.
-        seconds: computing time, if it is to be given.
+        seconds: computing time; default: not given in the report.
     """
     dims, size = ds["status"].dims, int(ds["status"].size)
     sizes = " × ".join(f"{name} {ds.sizes[name]}" for name in dims)
@@ -85,7 +85,7 @@ def _sections(ds: xr.Dataset, seconds: float | None) -> Iterator[ReportSection]:
 
 
 def _update_largest(found: dict[str, Found], part: xr.Dataset, where: NDArray[np.bool_]) -> None:
-    """Update the largest values ``found``, by kind, with those at the poses ``where`` of a part of the map."""
+    """Update the largest values ``found``, by kind, from the poses in the mask ``where`` of a part of the map."""
     if not where.any():
         return
     numbers = []
@@ -127,7 +127,7 @@ def _extremes(found: dict[str, Found], ds: xr.Dataset) -> list[Block]:
 
 
 def _by_value(ds: xr.Dataset, name: str, rows: list[dict[str, Found]]) -> ReportSection:
-    """Return a table of the largest values, by the values of a parameter; kinds that are zero everywhere are left out."""
+    """Return a table of the largest values for each value of a parameter; it omits kinds that are zero everywhere."""
     named = dict.fromkeys(kind for row in rows for kind in row)
     kinds = [kind for kind in named if any(row[kind][0] > NOTHING for row in rows if kind in row)]
     titles = [f"worst {kind}" if kind in ("sag", "turn") else f"largest actuator {_actuator_word(kind)}" for kind in kinds]
@@ -165,7 +165,7 @@ def coordinate_words(coordinate: xr.DataArray, value: object) -> str:
 
 
 def _pieces(ds: xr.Dataset) -> Iterator[dict[object, slice]]:
-    """Yield pieces of the grid along its first dimension that are small enough to be read at once."""
+    """Yield pieces of the grid along its first dimension, each small enough to be read at once."""
     dims = ds["status"].dims
     if not dims:
         yield {}

@@ -40,7 +40,7 @@ def _sections(found: Optimum) -> list[ReportSection]:
 
 
 def _sentences(found: Optimum) -> list[str]:
-    """Return sentences on the active constraints and the agreement of the searches."""
+    """Return sentences on active constraints, parameters without influence, and the searches."""
     notes = []
     for item in found.active:
         where = f", at {words}" if (words := _place(found, item)) else ""
@@ -62,14 +62,14 @@ def _sentences(found: Optimum) -> list[str]:
 
 
 def _margin(margin: float) -> str:
-    """Return the margin to the limit in per cent, or as a factor if the limit is exceeded by far."""
+    """Return the margin to the limit in per cent; as a factor if it is ten times the limit or more."""
     if abs(margin) <= 1e-5:
         return "0"
     return f"{100 * margin:.3g} %" if abs(margin) < 10 else f"{margin:+.0f} ×"
 
 
 def _written(value: float, unit: str, beside: float = 0.0) -> str:
-    """Write a number, as 0 where it is a rounding error beside another."""
+    """Write a number with its unit, or 0 if it is a rounding error compared with ``beside``."""
     noise = NOISE * abs(beside)
     return MISSING if math.isnan(value) else str(Number.of(value, UNITS_OF.get(unit, UNITS_OF[""]), noise)).rstrip()
 
@@ -80,7 +80,7 @@ def _value(value: float, unit: str) -> str | Number:
 
 
 def _place(found: Optimum, item: CheckedRequirement) -> str:
-    """Return pose and load at which a requirement is worst, if there are several; rounding errors are written as 0."""
+    """Return the pose and the load at which a requirement is worst, each only if there are several; rounding errors are 0."""
     numbers = {name: 0.0 if abs(value) < 1e-12 else value for name, value in item.pose.items()}
     words = [f"{name} = {value:.4g}" for name, value in numbers.items()] if found.poses > 1 else []
     return ", ".join([*words, *([f"load[{', '.join(map(str, item.case))}]"] if item.case else [])])
@@ -98,7 +98,7 @@ def _data(found: Optimum) -> dict[str, object]:
 
 
 def pareto_report(found: ParetoFront) -> Report:
-    """Return the report of a front: its designs, from the least of the first quantity to the least of the second."""
+    """Return the report of a front: its designs, from the one with the least first quantity to the one with the least second."""
     first, second = found.minimized
     title = f"Pareto front of {found[0].robot.name!r}: {first} against {second}, {count(len(found), 'design')}"
     names = ("minimized", "units", "objectives", "parameters", "searched", "evaluations")

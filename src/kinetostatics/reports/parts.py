@@ -1,4 +1,4 @@
-"""Tables of the forces at one pose (actuators, limbs, joints, ground, beams), and reports of single limbs and beams."""
+"""Tables of the forces at one pose in actuators, limbs, joints, ground and beams; reports of single limbs and beams."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def sizes(wrenches: Iterable[Array]) -> Array:
 
 
 def force_formats(values: Iterable[ArrayLike], units: Iterable[str], noise: NoiseFloor) -> list[NumberFormat]:
-    """Return the format of each value: one for all forces, one for all moments."""
+    """Return the format of each value; all forces have one format, and all moments another."""
     pairs = [(float(np.asarray(value)), unit) for value, unit in zip(values, units, strict=True)]
     found = {unit: noise.format(kind, [v for v, u in pairs if u == unit]) for unit, kind in FORCE_KINDS.items()}
     return [found[unit] for _, unit in pairs]
@@ -73,22 +73,19 @@ def _actuators(result: Result, noise: NoiseFloor) -> list[Block]:
     units = [actuator_unit(result.robot, name) for name in forces]
     formats = force_formats(forces.values(), units, noise)
     places = [at_pose(item) for item in actuator_coordinates(result.configuration).values()]
-
-    def column(title: str, values: Iterable[Array]) -> Column:
-        return Column(title, [Number(float(v), form, with_unit=False) for form, v in zip(formats, values, strict=True)], "r")
-
-    first = [Column("joint", list(forces)), Column("position", places, "r"), column("force", forces.values()), Column("", units)]
-    return [Table([*first, *(column(name, part) for name, part in actuator_parts(result).items())])]
+    first = [Column("joint", list(forces)), Column("position", places, "r")]
+    first += [Column.in_formats("force", forces.values(), formats), Column("", units)]
+    return [Table([*first, *(Column.in_formats(name, part, formats) for name, part in actuator_parts(result).items())])]
 
 
 # ---- limbs and joints ----------------------------------------------------------------------------------------------
 
 
 def checked_axes(hinge_axes: Mapping[str, str], limbs: Iterable[str]) -> Mapping[str, str]:
-    """Check the axes of limb frames along the first hinges, and return them.
+    """Check the argument ``hinge_axes``, by limb the axis of its frame along its first hinge, and return it.
 
     Raises:
-        ArgumentError: there is no such limb, or the axis is neither x nor y.
+        ArgumentError: there is no such limb, or an axis is neither x nor y.
     """
     known = list(limbs)
     for limb, axis in hinge_axes.items():
@@ -100,9 +97,9 @@ def checked_axes(hinge_axes: Mapping[str, str], limbs: Iterable[str]) -> Mapping
 
 
 def _named(label: str, intensity: Array, axis: str) -> tuple[str, Array]:
-    """Return label and intensity of a wrench in a limb frame with ``axis``, "x" or "y", along the limb's first hinge.
+    """Return label and intensity of a wrench in the limb frame whose ``axis``, "x" or "y", is along the limb's first hinge.
 
-    Labels and intensities are given for y along the hinge. With x along the hinge, the new y axis is opposite to the old x axis.
+    The given ones are those for y along the hinge. With x along the hinge, the new y axis is opposite to the old x axis.
     """
     if axis == "y":
         return label, intensity
@@ -122,9 +119,9 @@ def _limbs(result: Result, noise: NoiseFloor, hinge_axes: Mapping[str, str]) -> 
                 words, number = _named(label, value, hinge_axes.get(limb.name, "y"))
                 entries.append((limb.name, words, kind, number, unit))
     names, labels, kinds, values, units = zip(*entries, strict=True) if entries else ((),) * 5
-    cells = [Number(float(v), form, with_unit=False) for form, v in zip(force_formats(values, units, noise), values, strict=True)]
-    columns = [Column("limb", once(names)), Column("wrench", labels), Column("", kinds), Column("intensity", cells, "r")]
-    found: list[Block] = [Table([*columns, Column("", units)])]
+    columns = [Column("limb", once(names)), Column("wrench", labels), Column("", kinds)]
+    columns += [Column.in_formats("intensity", values, force_formats(values, units, noise)), Column("", units)]
+    found: list[Block] = [Table(columns)]
     networks = [limb.name for limb in result.limbs.values() if limb.is_network]
     if networks:
         verb = "are networks: their" if networks[1:] else "is a network: its"
@@ -133,7 +130,7 @@ def _limbs(result: Result, noise: NoiseFloor, hinge_axes: Mapping[str, str]) -> 
 
 
 def _networks(result: Result, noise: NoiseFloor) -> list[Block]:
-    """Return a table for limbs that are networks: axial forces of beams, and magnitudes of joint wrenches at the platform."""
+    """Return a table for limbs that are networks: axial forces of beams, and magnitudes of the wrenches of platform joints."""
     entries: list[tuple[str, str, str, ArrayLike, ArrayLike | None]] = []
     for limb in result.limbs.values():
         if limb.is_network:
@@ -153,7 +150,7 @@ def _networks(result: Result, noise: NoiseFloor) -> list[Block]:
 
 
 def _joints(result: Result, noise: NoiseFloor) -> list[Block]:
-    """Return a table of the magnitudes of all joint wrenches; revolutes of one universal or spherical joint share a row."""
+    """Return a table of the magnitudes of all joint wrenches; the revolutes of a universal or spherical joint share a row."""
     mechanism, wrenches = result.robot.mechanism, result.joint_wrenches
     compounds = [item for limb in result.robot.topology.all_limbs for item in compound_joints(mechanism, limb)]
     whole = {item.joints[0]: item for item in compounds if len(item.joints) > 1 and _carry_alike(item.joints, wrenches, noise)}
@@ -179,7 +176,7 @@ def _joints(result: Result, noise: NoiseFloor) -> list[Block]:
 
 
 def _carry_alike(joints: Sequence[str], wrenches: Mapping[str, Array], noise: NoiseFloor) -> bool:
-    """Return whether concentric joints carry the same wrench, as they do without weight between them."""
+    """Return whether concentric joints carry the same wrench; weight between them makes a difference."""
     if not all(name in wrenches for name in joints):
         return False
     gaps = np.abs(np.array([wrenches[name] - wrenches[joints[0]] for name in joints]))
@@ -265,5 +262,5 @@ def limb_data(limb: LimbResult) -> dict[str, object]:
 
 
 def beam_data(beam: BeamResult) -> dict[str, object]:
-    """Return the results of a beam that are not data of the file."""
+    """Return the results of a beam, without the data of the file."""
     return attributes(beam, BEAM_DATA)

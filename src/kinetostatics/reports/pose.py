@@ -16,21 +16,21 @@ from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
 from kinetostatics.status import FACTS, STATUS_WORDS, WITHOUT_NUMBERS, Status
 
-#: A state: title, mask of its poses (…), and description.
+#: A state of poses: title, mask (…) of the poses in this state, and description.
 State: TypeAlias = tuple[Word, NDArray[np.bool_], str]
-#: Values (…), their units, and what is rounding noise.
+#: A coordinate: values (…), unit, and magnitude below which a value is a rounding error.
 Coordinate: TypeAlias = tuple[Array, Units, float]
 
 _ORIENTATIONS = {"rotation_vector": "rotation vector", "tilt_torsion": "tilt and torsion"}
 
 
 def statuses_of(poses: Configuration | Result) -> list[State]:
-    """Return the states OK, UNREACHABLE and SINGULAR with their poses."""
+    """Return the states OK, UNREACHABLE and SINGULAR."""
     return [(status_word(item), poses.status == item, STATUS_WORDS[item]) for item in (Status.OK, *WITHOUT_NUMBERS)]
 
 
 def facts_of(poses: Configuration | Result) -> list[State]:
-    """Return the poses at which each fact is true."""
+    """Return a state for each fact that is known of the poses."""
     return [
         (Word(fact.title, "bad" if fact.status is None else "doubtful"), getattr(poses, name), fact.words)
         for name, fact in FACTS.items()
@@ -39,7 +39,7 @@ def facts_of(poses: Configuration | Result) -> list[State]:
 
 
 def status_word(status: Status) -> Word:
-    """Return the name of a status."""
+    """Return the name of a status, with its tone."""
     return Word(status.name, "good" if status == Status.OK else "bad" if status in WITHOUT_NUMBERS else "doubtful")
 
 
@@ -57,7 +57,7 @@ def state_title(poses: Configuration | Result) -> list[str]:
 
 
 def count(number: int, noun: str) -> str:
-    """Return a number with its noun."""
+    """Return a number with its noun, in the plural if necessary."""
     return f"{number} {noun}{'s' * (number != 1)}"
 
 

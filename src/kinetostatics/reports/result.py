@@ -31,7 +31,7 @@ from kinetostatics.layout.report import Report, attributes
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import describe_twist
 from kinetostatics.quantities import QUANTITIES, reported_names
-from kinetostatics.reports.buckling import TITLE, buckling_blocks
+from kinetostatics.reports.dynamics import BUCKLING_TITLE, buckling_blocks
 from kinetostatics.reports.parts import BEAM_DATA, beam_data, checked_axes, force_sections, limb_data
 from kinetostatics.reports.pose import (
     actuator_coordinates,
@@ -55,8 +55,8 @@ from kinetostatics.status import WITHOUT_NUMBERS, Status
 UNITS = {
     "general": "SI: m, rad, kg, s, N, N·m, Pa; world axes; null: not a number, infinite or not determined",
     "batch": "arrays have the axes of `shape` first, those of `configuration` the axes of `configuration.shape`",
-    "payload": "mass kg at center m of the frame of link, null: of o-xyz; coefficients: effect per kg and per kg·m of its "
-    "first moment: twist, actuator_forces and joint_wrenches per unit of `parameters`, the last axis",
+    "payload": "mass [kg] at center [m] in the frame of link, null: o-xyz; coefficients: twist, actuator_forces and "
+    "joint_wrenches per kg of the mass and per kg·m of its first moments, in the order of `parameters`, along the last axis",
     "limbs": "wrenches acting on the limb: unit wrenches [force; moment] about o, intensities in `units`; where "
     "`is_network`, intensities are coordinates in a basis: the forces are `joint_wrenches` of its `platform_joints` and "
     "`section_wrenches` of its `beams`",
@@ -67,7 +67,7 @@ UNITS = {
 
 
 def result_data(tip: Result) -> dict[str, object]:
-    """Return all results of an analysis, about o, and the displacement of a tool's tip; batch axes come first."""
+    """Return all results of an analysis at o; with a tool, also twist, stiffness and compliance at its tip."""
     result = tip.seen_from(None)
     payload = result.payload and {
         **attributes(result.payload, ("mass", "center", "link")),
@@ -94,7 +94,7 @@ def result_data(tip: Result) -> dict[str, object]:
 
 
 def units_at(tool: Array | None, units: Mapping[str, str]) -> dict[str, object]:
-    """Return units and meaning of numbers about o or the tool's tip, and the position of the tip."""
+    """Return units and meaning of the numbers at o; with a tool, of those at its tip, and the tip's position."""
     if tool is None:
         return {"units": units}
     texts = {name: text.replace("at o", "at the tool's tip") for name, text in units.items()}
@@ -115,7 +115,7 @@ def batch_sections(result: Result) -> list[ReportSection]:
 
 
 def _states(result: Result) -> list[Table | Text]:
-    """Return the number of poses in each state; a pose can be in several states."""
+    """Return a table of the states and the number of poses in each; a pose can be in several states."""
     ok, *without_numbers = statuses_of(result)
     found = [ok, *facts_of(result), *without_numbers]
     rows = [(word, f"{int(np.sum(where))}", words) for word, where, words in found if np.any(where)]
@@ -125,7 +125,7 @@ def _states(result: Result) -> list[Table | Text]:
 
 
 def magnitudes(result: Result) -> NoiseFloor:
-    """Return the limits of rounding noise for a result."""
+    """Return the magnitudes below which the numbers of a result are rounding errors."""
     wrenches = [*result.joint_wrenches.values(), result.platform_wrench]
     return NoiseFloor.of(result.contributions.values(), wrenches, result.robot.length)
 
@@ -198,7 +198,7 @@ def _sections(result: Result, hinge_axes: Mapping[str, str]) -> Iterator[ReportS
         yield ReportSection("Summary", [summary_facts(result, noise)], "summary")
         yield from _motion_sections(result, noise)
         yield from force_sections(result, noise, hinge_axes)
-        yield ReportSection(TITLE, buckling_blocks(result.buckling(3)), "buckling", detail=True)
+        yield ReportSection(BUCKLING_TITLE, buckling_blocks(result.buckling(3)), "buckling", detail=True)
         if result.beams:
             what = "beams and elastic joints" if result.robot.description.joint_stiffness else "beams"
             energy = (f"Strain energy of the {what}", Number.of(result.strain_energy, ENERGIES))
@@ -218,7 +218,7 @@ def _pose(result: Result) -> Facts:
 
 
 def _acting(result: Result) -> list[tuple[str, str]]:
-    """Return names and texts of the payload, the loads on links and the springs."""
+    """Return lines (name, text) on the payload, the loads on links and the springs."""
     found = []
     if result.payload is not None:
         frame = "o-xyz" if result.payload.link is None else result.payload.link

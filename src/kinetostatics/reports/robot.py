@@ -1,4 +1,4 @@
-"""Report of a robot, and of its file: limbs, mobility, wrenches, beams, warnings."""
+"""Reports of a robot (mobility, limbs, wrenches, beams, warnings) and of the contents of its file."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ UNITS = {
     "mobility": "numbers of freedoms and constraints at generic poses; redundancies: locations of the redundant constraints",
     "zero": "loop_gaps where all joints are at zero; drives [m, rad] and closing_error [scaled m or rad] at the closed zero pose",
     "mass": "kg at the zero pose",
-    "graph": "chain from base to platform: bodies, joints, branches (runs, parallel or a network); hanging: branches on a body",
+    "graph": "chain from base to platform: bodies, joints, branches (parallel runs, or a network); hanging: branches on a body",
     "depth": "m, the section's larger side or diameter",
     "shear_areas": "m², null: no shear deformation",
     "thermal_expansion": "1/K",
@@ -48,7 +48,7 @@ _TYPES = {Body: "body", JointStep: "joint", Branches: "branches"}
 
 
 def robot_report(robot: Robot) -> Report:
-    """Return the report of a robot, also if its loops cannot be closed."""
+    """Return the report of a robot; its loops may be such that they cannot be closed."""
     found = cache(robot_facts)
     return Report(
         _title(robot.name, robot.topology.limbs, robot.description.driven, robot.description.beams),
@@ -58,7 +58,7 @@ def robot_report(robot: Robot) -> Report:
 
 
 def facts_report(facts: RobotFacts) -> Report:
-    """Return the report of a robot by its facts."""
+    """Return the report of the robot with these facts."""
     title = _title(facts.name, facts.limbs, facts.drives, facts.beams)
     return Report(title, lambda: facts_sections(facts), lambda: facts_data(facts))
 
@@ -85,7 +85,7 @@ def facts_sections(facts: RobotFacts) -> Iterator[ReportSection]:
 
 
 def facts_data(facts: RobotFacts) -> dict[str, object]:
-    """Return the facts about a robot as plain data; each element of a chain has an entry ``type``: body, joint or branches."""
+    """Return the facts about a robot as data; each element of a chain has an entry ``type``: body, joint or branches."""
     found: dict[str, object] = plain(facts)
     found["springs"] = [attributes(item, _SPRING) for item in facts.springs]
     found["limbs"] = [{**plain(limb), "graph": _graph(limb.graph)} for limb in facts.limbs]
@@ -105,7 +105,7 @@ def _graph(part: object) -> object:
 
 
 def description_report(description: RobotDescription) -> Report:
-    """Return numbers and names of the parts that a file describes, by kind."""
+    """Return the report of a description: for each kind of part, number and names."""
     names = ("links", "joints", "loops", "beams", "joint_stiffness", "driven")
     nouns = ("link", "joint", "loop", "beam", "elastic joint", "actuator")
     found = [(list(getattr(description, name)), noun) for name, noun in zip(names, nouns, strict=True)]
@@ -267,7 +267,7 @@ def _limbs(facts: RobotFacts) -> list[Block]:
 
 
 def _spans(facts: RobotFacts, limb: LimbFacts) -> list[str]:
-    """Return the ends of the beams of a limb; beams welded end to end are one."""
+    """Return the beams of a limb with their ends, as texts; beams welded end to end count as one."""
     joints = {joint.name for joint in limb.joints}
     spans = [([beam.name], beam.start, beam.end) for beam in facts.beams if beam.name in limb.beams]
     ends = [end for _, *both in spans for end in both]
@@ -281,7 +281,7 @@ def _spans(facts: RobotFacts, limb: LimbFacts) -> list[str]:
     return [f"{join_words(names)} from {start} to {end}" for names, start, end in spans]
 
 
-#: Explanations of wrench labels, by a word in the labels.
+#: Explanations of wrench labels, by a part of the labels.
 _LEGEND = {
     "": "Constraint wrenches hold the platform; attached wrenches transmit the limb's weight to it.",
     "limb ": "Limb axes: z is along the last beam (without beams, from the first joint to the last). y is perpendicular to z, in "
@@ -293,7 +293,7 @@ _LEGEND = {
 
 
 def _legend(limbs: list[LimbFacts]) -> list[Block]:
-    """Return explanations of the words that occur in the wrench labels of the limbs."""
+    """Return explanations of the terms in the wrench labels of the limbs."""
     labels = " ".join(label for limb in limbs for label in (*(limb.constraint_wrenches or ()), *(limb.attached_wrenches or ())))
     known = [Text(text) for word, text in _LEGEND.items() if labels and word in labels]
     return [Lines([""]), *known] if known else []

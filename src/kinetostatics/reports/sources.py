@@ -1,9 +1,11 @@
 """Sources of sag and actuator forces: elastic parts, ranked by their share of the platform's motion, and mechanisms of gravity.
 
-Gravity acts by the platform's weight, by the limbs' attached wrenches and by their deformation (Eq. (12)).
+The mechanisms are the platform's weight, the attached wrenches of the limbs, and the deformation of the limbs (Eq. (12)).
 """
 
 from __future__ import annotations
+
+from typing import TypeVar
 
 import numpy as np
 
@@ -14,21 +16,19 @@ from kinetostatics.results.contributions import by_mechanism_of_gravity
 from kinetostatics.results.result import Result
 from kinetostatics.statics.solution import of_deformation
 
-#: Rows of the table; the remaining sources share one row.
+Item = TypeVar("Item")
+#: Largest number of sources in the table; the remaining ones share one row.
 MOST = 8
-#: Relative difference below which parts of the motion count as equal and keep the order of the file.
+#: Difference, relative to the largest value, up to which values count as equal and keep their order.
 ALIKE = 1e-6
 
 _KINDS = {"beams": "beam", "joints": "joint", "actuators": "actuator", "assembly_errors": "assembly error"}
 
 
 def source_table(result: Result, noise: NoiseFloor) -> list[Block]:
-    """Return a table of beams, elastic joints, actuators and assembly errors, ranked by their parts of the displacement.
+    """Return a table of beams, elastic joints, actuators and assembly errors, ranked as in :func:`parts_along`.
 
-    If o does not move, they are ranked by their parts of the rotation.
-
-    A part is the projection of the source's displacement on the total displacement, and of its rotation on the axis of the total
-    rotation; the parts sum to the totals. The last column is the share of the ranked quantity.
+    The last column is the share of the ranked quantity.
     """
     names, twists = sources(result)
     found = parts_along(twists, result.twist, noise)
@@ -36,10 +36,10 @@ def source_table(result: Result, noise: NoiseFloor) -> list[Block]:
         return []
     parts, sizes, by = found
     order = ranked(parts[:, by])
-    number = len(order) if len(order) <= MOST + 1 else MOST
-    rows = [(*names[k], parts[k]) for k in order[:number]]
-    if number < len(order):
-        rows.append((f"{len(order) - number} others", "", parts[order[number:]].sum(axis=0)))
+    shown, rest = shown_and_rest(order, MOST)
+    rows = [(*names[k], parts[k]) for k in shown]
+    if rest:
+        rows.append((f"{len(rest)} others", "", parts[rest].sum(axis=0)))
     rows.append(("total", "", np.where(np.isfinite(parts[0]), sizes, np.nan)))
     values = np.nan_to_num(np.array([part for *_, part in rows]))
     formats = (NumberFormat.of(parts[:, 0], LENGTHS, noise.displacement), NumberFormat.of(parts[:, 1], ANGLES, noise.rotation))
@@ -51,17 +51,19 @@ def source_table(result: Result, noise: NoiseFloor) -> list[Block]:
 
 
 def share(part: float, whole: float) -> float:
-    """Return a part relative to the whole [%], rounding errors as 0."""
+    """Return a part relative to the whole [%]; shares below 0.05 % are 0."""
     found = 100 * part / whole
     return found if abs(found) >= 0.05 else 0.0
 
 
 def parts_along(twists: Array, whole: Array, noise: NoiseFloor) -> tuple[Array, Array, int] | None:
-    """Return the parts (n, 2) of twists (n, 6) in their sum ``whole`` (6,): components of the displacements along the total
-    displacement [m], and of the rotations along the total rotation [rad].
+    """Return the parts of twists (n, 6) in their sum ``whole`` (6,).
 
-    Also returned are the magnitudes (2,) of the totals, and the index of the one by which sources are ranked: 0, or 1 if o does
-    not move. Parts are NaN where the total is zero; None is returned without motion or twists.
+    Returns:
+        The parts (n, 2), which sum to the totals: components of the displacements along the total displacement [m], and of the
+        rotations along the axis of the total rotation [rad]; NaN where the total is zero. The magnitudes (2,) of the totals. The
+        index of the quantity by which sources are ranked: 0, the displacement; 1, the rotation, if o does not move. None if
+        there is no motion or no twist.
     """
     wholes = whole[:3], whole[3:]
     sizes = np.array([np.linalg.norm(one) for one in wholes])
@@ -73,7 +75,7 @@ def parts_along(twists: Array, whole: Array, noise: NoiseFloor) -> tuple[Array, 
 
 
 def sources(result: Result) -> tuple[list[tuple[str, str]], Array]:
-    """Return name and kind of every elastic part, in the file's order, and its twist (n, 6)."""
+    """Return names and kinds of all sources of the twist, in the file's order within a kind, and their twists (n, 6)."""
     robot = result.robot
     order = {name: k for k, name in enumerate((*robot.description.beams, *robot.mechanism.connections))}
     found = [
@@ -95,6 +97,12 @@ def ranked(values: Array) -> list[int]:
     return found
 
 
+def shown_and_rest(ranked: list[Item], most: int) -> tuple[list[Item], list[Item]]:
+    """Return the first ``most`` items and the remaining ones; a single remaining item is with the first."""
+    number = len(ranked) if len(ranked) <= most + 1 else most
+    return ranked[:number], ranked[number:]
+
+
 # ---- gravity ---------------------------------------------------------------------------------------------------------------
 
 
@@ -103,14 +111,14 @@ WORDS = {"attached": "attached wrenches"}
 
 
 def gravity_twists(result: Result) -> dict[str, Array]:
-    """Return the twists (6,) due to gravity by mechanism, and their sum."""
+    """Return the twist (6,) due to each mechanism of gravity, and their sum."""
     parts = by_mechanism_of_gravity(result.contributions["platform_weight"], result.mechanism_contributions)
     found = {WORDS.get(name, name): twist for name, twist in parts.items()}
     return {**found, "all of gravity": np.sum(list(found.values()), axis=0)}
 
 
 def actuator_parts(result: Result) -> dict[str, list[Array]]:
-    """Return the parts of the actuator forces by contribution and by mechanism of gravity."""
+    """Return the parts of the actuator forces, in the order of the actuators, by contribution and by mechanism of gravity."""
     names = [limb.name for limb in result.robot.topology.limbs]
     limbs = {*names, *map(of_deformation, names)}
     parts: dict[str, list[Array]] = {}

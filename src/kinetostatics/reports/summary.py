@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.layout.blocks import Block, Column, Facts, Number, Table, Text
+from kinetostatics.layout.blocks import Block, Column, Facts, Table, Text
 from kinetostatics.layout.numbers import (
     ANGLES,
     FORCE_KINDS,
@@ -31,18 +31,15 @@ from kinetostatics.results.result import Result
 
 
 def component_table(linear: NumberFormat, angular: NumberFormat, columns: Mapping[str, ArrayLike]) -> Table:
-    """Return a table of the six components of columns (6,), by their titles, with a unit for each row."""
+    """Return a table with a row for each component, of arrays (6,) by the titles of their columns."""
     formats = [linear] * 3 + [angular] * 3
     names = [f"{name} [{form.unit}]" for name, form in zip(COMPONENTS, formats, strict=True)]
-    numbers = [
-        Column(title, [Number(float(v), form, with_unit=False) for form, v in zip(formats, np.asarray(values), strict=True)], "r")
-        for title, values in columns.items()
-    ]
+    numbers = [Column.in_formats(title, np.asarray(values), formats) for title, values in columns.items()]
     return Table([Column("", names), *numbers], wide=True)
 
 
 def stiffness_blocks(result: Result) -> list[Block]:
-    """Return the stiffness along each axis, with the other motions fixed and free, and its extremes."""
+    """Return a table of the stiffness along each axis, once with the other motions fixed and once free, and its extremes."""
     constrained, free = np.diag(result.stiffness), _reciprocal(np.diag(result.compliance), result)
     linear = NumberFormat.of([constrained[:3], free[:3]], STIFFNESSES, digits=6)
     angular = NumberFormat.of([constrained[3:], free[3:]], TURNING_STIFFNESSES, digits=6)
@@ -51,7 +48,7 @@ def stiffness_blocks(result: Result) -> list[Block]:
 
 
 def stiffness_extremes(result: Result) -> list[tuple[str, str]]:
-    """Return the least and the largest stiffness against a force, in one unit, and their directions."""
+    """Return the words "softest" and "stiffest", each with the stiffness against a force and its direction, in one unit."""
     values, axes = np.linalg.eigh(result.compliance[:3, :3])
     sizes = _reciprocal(values, result)
     form = NumberFormat.of(sizes, STIFFNESSES)
@@ -71,7 +68,7 @@ def _reciprocal(compliances: Array, result: Result) -> Array:
 
 
 def _directions(axes: Array) -> str:
-    """Return a phrase for the directions spanned by one to three orthonormal axes (3, k)."""
+    """Return the directions spanned by one to three orthonormal axes (3, k) as text."""
     if axes.shape[1] == 3:
         return "in every direction"
     if axes.shape[1] == 1:
@@ -86,7 +83,7 @@ def _axis(axis: Array) -> str:
     return "(" + ", ".join("0" if abs(value) < 5e-4 else f"{value:.3f}" for value in axis) + ")"
 
 
-#: Largest number of actuators listed one by one; of more, only the extremes are given.
+#: Largest number of actuators listed one by one; for more, only the smallest and the largest force are given.
 MOST_ACTUATORS = 6
 #: Cosines above which a direction is described as along an axis, and as mostly along it.
 ALONG, MOSTLY = 0.995, 0.7
@@ -114,12 +111,12 @@ def summary_facts(result: Result, noise: NoiseFloor) -> Facts:
 
 
 def _worst(values: Mapping[str, float]) -> str:
-    """Return the name of the largest value; of values equal within rounding, the first."""
+    """Return the name of the largest value; among values equal within rounding errors, the first."""
     return list(values)[first_largest(np.array(list(values.values())))]
 
 
 def _displacement(result: Result, noise: NoiseFloor) -> str:
-    """Return the direction of the displacement, and its largest contributions."""
+    """Return the direction of the displacement and the largest contributions to it, as text."""
     twist = result.twist
     size = float(np.linalg.norm(twist[:3]))
     if size <= noise.displacement or not np.isfinite(size):
@@ -137,7 +134,7 @@ def _contribution(result: Result, name: str) -> str:
 
 
 def _largest(names: list[str], twists: Array, result: Result, noise: NoiseFloor, word: str, number: int) -> str:
-    """Return the largest parts of the displacement [%], at most ``number``, as text: ``word`` and the names of their sources."""
+    """Return the largest parts of the displacement [%] as text, at most ``number``; ``word`` precedes the name of each source."""
     found = parts_along(twists, result.twist, noise)
     if found is None:
         return ""
@@ -148,7 +145,7 @@ def _largest(names: list[str], twists: Array, result: Result, noise: NoiseFloor,
 
 
 def _direction(unit: Array, gravity: Array) -> str:
-    """Return a direction as text: down or up along gravity, along an axis, or its components."""
+    """Return the direction of a unit vector as text: down or up along gravity, along an axis, or its components."""
     size = float(np.linalg.norm(gravity))
     vertical = float(unit @ gravity) / size if size > 0 else 0.0
     axis = int(np.argmax(np.abs(unit)))
@@ -161,7 +158,7 @@ def _direction(unit: Array, gravity: Array) -> str:
 
 
 def _actuators(result: Result, noise: NoiseFloor) -> list[tuple[str, str]]:
-    """Return the actuator forces; of many, the smallest and the largest."""
+    """Return lines (name, text) on the actuator forces; for many actuators, on the smallest and the largest force."""
     forces = {name: float(force) for name, force in result.actuator_forces.items()}
     units = [actuator_unit(result.robot, name) for name in forces]
     formats = dict(zip(forces, force_formats(forces.values(), units, noise), strict=True))

@@ -1,4 +1,4 @@
-"""Report of tolerances: ranked effects of the parameters, and the variation between robots."""
+"""Report of tolerances: ranked effects of the parameters, and the variation between robots of one design."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ UNITS = {
     "actuator_forces": "[N, N·m]",
     "effects": "of the tolerance of each parameter alone, to first order; force, at and moment: largest joint force, its joint "
     "and the largest joint moment, by self-stress due to an assembly error",
-    "random": "[mean, standard deviation, 2.5 %, 97.5 %] of the samples; of distances the root mean square",
+    "random": "[mean, standard deviation, 2.5 %, 97.5 %] of the samples; of distances, the root mean square is the deviation",
 }
 
 
 def tolerances_report(found: Tolerances) -> Report:
-    """Return two tables: the effects of the parameters, and nominal values with worst case and deviations."""
+    """Return the report of tolerances: effects of the parameters; nominal values with worst case and deviations."""
     size, who = quantity(float(found.nominal.displacement), LENGTHS), point_name(found.tool)
     title = f"Tolerances of {found.result.robot.name!r}: {who} moves by {size}, nominally"
     return Report(title, lambda: _sections(found, who), lambda: _data(found))

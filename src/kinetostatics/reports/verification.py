@@ -1,4 +1,4 @@
-"""Report of a verification: both solutions beside each other, their differences, and the verdict."""
+"""Report of a verification: both solutions side by side, their differences, and the verdict."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ UNITS = {
     **{name: QUANTITIES[name].description for name in ("twist", "compliance", "stiffness", "joint_wrenches", "actuator_forces")},
     "beam_wrenches": "[force N; moment N·m] of the outer part of a beam on the inner part, at its base and its platform end",
     "frequencies": "natural frequencies [Hz]: ours, finite elements",
-    "differences": "relative, of whole twists, wrenches and matrices, rotations and moments made comparable by `length` m; of "
-    "forces relative to the largest joint wrench",
-    "scatter": "accuracy of the finite-element solution, as `differences`",
+    "differences": "relative, of whole twists, wrenches and matrices; angles and moments are made comparable with lengths and "
+    "forces by `length` [m]; differences of forces are relative to the largest joint wrench",
+    "scatter": "accuracy of the finite-element solution, in the same form as `differences`",
 }
 
 WORDS = {

@@ -23,7 +23,7 @@ from kinetostatics.statics.springs import inverse
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Buckling(Shapes[BucklingModes], Reported, builder="reports.buckling:buckling_report"):
+class Buckling(Shapes[BucklingModes], Reported, builder="reports.dynamics:buckling_report"):
     """Load factors and modes in which a loaded robot buckles; see :meth:`kinetostatics.Result.buckling`.
 
     Arrays are read-only, batch axes first, then the mode; NaN where a pose has no results, or a mode no shape. The amplitude of a

@@ -14,9 +14,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.layout.renderings import html_path
+from kinetostatics.layout.renderings import save_page
 from kinetostatics.progress import in_notebook, pausing, waiting
 from kinetostatics.results.dynamics import Modes
 from kinetostatics.results.result import Result
@@ -129,12 +129,7 @@ def save_html(
         ArgumentError: no pose could be analysed, there are too many, or an argument is invalid.
         KinetostaticsError: the file cannot be written.
     """
-    file = html_path(path, "the picture of a robot")
-    html = _page(result, title, pose, exaggeration, by_mechanism, compare)
-    try:
-        Path(file).write_text(html, encoding="utf-8")
-    except OSError as error:
-        raise KinetostaticsError(f"{file}: cannot write the page: {error.strerror or error}") from None
+    save_page(path, lambda: _page(result, title, pose, exaggeration, by_mechanism, compare))
 
 
 def save_image(

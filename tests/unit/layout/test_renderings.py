@@ -7,7 +7,7 @@ import pytest
 
 from kinetostatics.layout.blocks import Column, Facts, Lines, Number, ReportSection, Table, Text, Word, once, warning_section
 from kinetostatics.layout.numbers import FORCES, LENGTHS, NumberFormat
-from kinetostatics.layout.renderings import WIDTH, block_lines, wants_colour, wrapped
+from kinetostatics.layout.renderings import WIDTH, block_lines, use_colour, wrapped
 from kinetostatics.layout.report import Report
 
 CODE = re.compile("\033\\[[0-9;]*m")
@@ -37,10 +37,10 @@ def plain_environment(monkeypatch):
         (Terminal(), {"FORCE_COLOR": "1", "TERM": "dumb"}, True),
     ],
 )
-def test_who_wants_colour(monkeypatch, stream, environment, wanted):
+def test_use_of_colour(monkeypatch, stream, environment, wanted):
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
-    assert wants_colour(stream) is wanted
+    assert use_colour(stream) is wanted
 
 
 def test_tables():

@@ -43,17 +43,17 @@ def test_arguments_that_make_no_sense(tmp_path):
         ks.save_report(pose, tmp_path / "x.html", load=[[0] * 6] * 2)
     with pytest.raises(ks.ArgumentError, match="the path of a file"):
         ks.save_report(pose, None)
-    with pytest.raises(ks.ArgumentError, match="the map is of '3rps', and the pose of 'five_bar'"):
+    with pytest.raises(ks.ArgumentError, match="the map is of '3rps', but the pose of 'five_bar'"):
         ks.save_report(pose, tmp_path / "x.html", workspace=ks.sweep(found).assign_attrs(robot_name="3rps"))
     with pytest.raises(
-        ks.ArgumentError, match=r"the map is about the point \(0 0 0.1\) m of the platform: give tool=\(0, 0, 0.1\)"
+        ks.ArgumentError, match=r"the map refers to the point \(0 0 0.1\) m of the platform: give tool=\(0, 0, 0.1\)"
     ):
         ks.save_report(pose, tmp_path / "x.html", workspace=ks.indices.at_point(ks.sweep(found), (0, 0, 0.1)))
     with pytest.raises(ks.ArgumentError, match=r"not a Dataset of ks\.sweep"):
         ks.save_report(pose, tmp_path / "x.html", workspace={})
     for name in ("x.pdf", "x.txt", "x"):
-        with pytest.raises(ks.ArgumentError, match=f"{name}: a report is an HTML page, .*; name it 'x.html'"):
+        with pytest.raises(ks.ArgumentError, match=f"{name}: this is an HTML page, .*; name it 'x.html'"):
             ks.save_report(pose, tmp_path / name)
-    with pytest.raises(ks.KinetostaticsError, match="cannot write the report"):
+    with pytest.raises(ks.KinetostaticsError, match="cannot write the page"):
         ks.save_report(pose, tmp_path / "none" / "x.html")
     assert not list(tmp_path.iterdir())
