@@ -148,4 +148,6 @@ def material_hints(materials: Mapping[str, tuple[float, float | None]]) -> list[
 def _meant(value: float, usual: tuple[float, float], units: Mapping[str, float]) -> str:
     """Return the unit in which a value would be plausible, with the converted value, as text."""
     fitting = (unit for unit, size in units.items() if usual[0] <= value * size <= usual[1])
-    return next((f": {value:.4g} {unit} is {value * units[unit]:.4g}" for unit in fitting), "")
+    return next(
+        (f": {value:.4g} {unit} is {value * units[unit]:.4g}{', and lengths are in m' * ('/mm' in unit)}" for unit in fitting), ""
+    )

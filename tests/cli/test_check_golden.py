@@ -64,18 +64,22 @@ ODDITIES = {
         "shear modulus of 4e+11",
         "thermal expansion of 12 1/K",
     ],
-    "masses": ["weighs 2.774 kg by its density", "weighs nothing, as its density is 0", "'bare' has no density and its link no"],
+    "masses": [
+        "weighs 2.774 kg by its density",
+        "weighs nothing, because its density is 0",
+        "'bare' has no density and its link no",
+    ],
     "rounded_angles": ["angles or lengths are probably rounded"],
     "far_from_closed": ["far from closed: open by 150.0 mm at other_head"],
     "drive_out_of_reach": ["open by 400.0 mm at pivot", "has slide at -374.3 mm"],
     "beyond_limits": ["at the zero pose foot (0°) is beyond its limits"],
-    "open_loops": ["cannot be closed", "limb_2 has nothing elastic"],
+    "open_loops": ["cannot be closed", "limb_2 has no elastic parts"],
     "soft_and_hard_joints": ["foot along x is 50 N/m", "the actuator of foot is 20 N·m/rad", "along x is 1e+13 N/m"],
     "no_drives": ["name the driven joints, 1 for a mobility of 1"],
     "two_drives": ["2 actuators for 1 freedom"],
-    "rigid_limbs": ["the limbs limb_1 and limb_2 have nothing elastic"],
-    "followers": ["far from closed", "limb_2 has nothing elastic"],
-    "braced_frame": ["limb_1 cannot hold its own weight", "limb_2 has nothing elastic"],
+    "rigid_limbs": ["limb_1 and limb_2 have no elastic parts"],
+    "followers": ["far from closed", "limb_2 has no elastic parts"],
+    "braced_frame": ["limb_1 cannot hold its own weight", "limb_2 has no elastic parts"],
     "seven_axes": [],
     "loose_parts": ["the branch on the platform cannot hold its own weight"],
 }
@@ -109,7 +113,6 @@ def test_the_same_as_plain_values(name):
     for plain, limb in zip(found["limbs"], robot(name).topology.limbs, strict=True):
         joints = [joint for step in plain["joints"] for joint in step["joints"]]
         assert sorted(joints) == sorted(edge.joint for edge in limb.edges if edge.joint and _moves(name, edge.joint, joints))
-        assert plain["graph"]["rings"] == len(limb.to_platform) - 1
     lengths = {beam["name"]: beam["length"] for beam in found["beams"]}
     for beam, model in robot(name).beams.items():
         assert lengths[beam] == pytest.approx(float(model.length(robot(name).zero_frames)[0]), rel=1e-9)

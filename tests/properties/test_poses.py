@@ -4,6 +4,7 @@ import re
 import warnings
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import finite_elements
 import numpy as np
@@ -14,7 +15,6 @@ import small_robots as sr
 from hypothesis import given
 from hypothesis import strategies as st
 from package_robots import robot
-from places import TESTS
 
 import kinetostatics as ks
 from kinetostatics.files.reader import parse_robot_text
@@ -713,7 +713,7 @@ def test_local_freedoms_that_are_driven_are_not_free():
 @pytest.mark.parametrize("rounded", ["1.57", "1.571", "1.5708"])
 def test_rounding_does_not_change_the_assembly_mode(rounded):
     """Closing a rounded loop a little better far away is not what was asked for."""
-    text = (TESTS / "five_bar_rounded.urdf").read_text()
+    text = Path(__file__).with_name("five_bar_rounded.urdf").read_text()
     exact = ks.Robot(parse_robot_text(text.replace('"1.57 0 0"', '"1.5707963267948966 0 0"')))
     robot = ks.Robot(parse_robot_text(text.replace('"1.57 0 0"', f'"{rounded} 0 0"')))
     assert robot.mobility.platform == exact.mobility.platform == 2

@@ -115,7 +115,7 @@ def test_an_rpy_in_degrees(angle):
     for said in said_of(robot):
         assert re.search(r"<text>:\d+: rpy='0 (90|-180) 0' of the joint 'head' looks like degrees: angles are in rad", said)
         assert "assembly mode" not in said
-    assert "which angles in degrees would explain" in said_of(robot)[0]
+    assert "Angles in degrees would explain this" in said_of(robot)[0]
 
 
 def test_limits_in_degrees_and_mm():
@@ -131,7 +131,7 @@ def test_limits_in_degrees_and_mm():
     ("parameters", "words"),
     [
         ({"youngs_modulus": 2e5}, "2e+05 Pa; moduli are in Pa (steel: 2.1e11): 2e+05 MPa is 2e+11"),
-        ({"density": 7.8e-9}, "7.8e-09 kg/m³; densities are in kg/m³ (steel: 7850): 7.8e-09 t/mm³ is 7800"),
+        ({"density": 7.8e-9}, "7.8e-09 kg/m³; densities are in kg/m³ (steel: 7850): 7.8e-09 t/mm³ is 7800, and lengths are in m"),
     ],
 )
 def test_moduli_and_densities_in_other_units(parameters, words):

@@ -1,12 +1,14 @@
-"""Chains of bodies and joints of a limb from base to platform, with parallel branches, their text, and their search in the graph.
+"""Limbs as chains of bodies and joints from base to platform, with parallel branches: their search in the body graph, their text.
 
-Edges in series are merged to runs between branching bodies. The chain is divided at bodies that are on all paths from base to
-platform; several runs between two such bodies are branches. Dead ends and rings are listed with the body to which they are
-attached.
+Edges in series are merged into runs, which end at bodies with three or more edges. The chain is divided at the bodies that lie on
+every path from base to platform; several runs between two such bodies are branches. Dead ends and rings are listed with the body
+to which they are attached.
 """
 
 from __future__ import annotations
 
+import os
+import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -23,7 +25,7 @@ from kinetostatics.mechanism.mechanism import Connection, Mechanism
 
 @dataclass(frozen=True)
 class Body:
-    """Links and beams that form one body between two joints, by name, in the direction from base to platform."""
+    """A body between two joints: the names of its links and beams, from base to platform."""
 
     names: tuple[str, ...]
 
@@ -36,7 +38,8 @@ class JointStep:
         name: name of the joint; for several revolutes, the common part of their names.
         joints: the joints' names.
         kind: URDF or loop type.
-        driven, elastic: whether it is driven, and whether it or its actuator is elastic.
+        driven: whether it is driven.
+        elastic: whether it or its actuator is elastic.
         follows: name of the joint that it mimics, or None.
     """
 
@@ -50,7 +53,7 @@ class JointStep:
 
 @dataclass(frozen=True)
 class Run:
-    """A chain between two branching bodies."""
+    """A chain between two bodies with three or more edges."""
 
     start: str
     end: str
@@ -73,7 +76,7 @@ Chain: TypeAlias = tuple[Item, ...]
 
 @dataclass(frozen=True)
 class Hanging:
-    """A branch that starts at the body ``at``; ``is_ring``: it also ends there."""
+    """An open branch attached to the body ``at``, or a ring, which also ends there."""
 
     at: str
     chain: Chain
@@ -85,28 +88,12 @@ class Graph:
     """A limb as a chain from base to platform.
 
     Attributes:
-        chain: chain without base and platform; empty for attached bodies.
-        hanging: branches and rings on bodies.
-        rings: number of independent rings.
+        chain: the chain without base and platform; empty for bodies attached to one of them.
+        hanging: open branches and rings.
     """
 
     chain: Chain
     hanging: tuple[Hanging, ...]
-    rings: int
-
-
-def joint_string(chain: Chain) -> str:
-    """Return the joints of a chain as letters, such as ``R(driven) (S S | S S)``; networks in square brackets."""
-    words = []
-    for item in chain:
-        if isinstance(item, JointStep):
-            if item.elastic or not JOINT_TYPES[item.kind].is_fixed:
-                words.append(JOINT_TYPES[item.kind].symbol + ("(driven)" if item.driven else ""))
-        elif isinstance(item, Branches):
-            parts = [joint_string(run.chain) for run in item.runs]
-            network = f"[{' '.join(filter(None, parts)) or '–'}]"
-            words.append(f"({' | '.join(part or '–' for part in parts)})" if item.parallel else network)
-    return " ".join(words)
 
 
 def _items(chain: Chain) -> Iterator[Item]:
@@ -129,11 +116,10 @@ def bodies_of(chain: Chain) -> list[str]:
 def joint_words(joint: JointStep) -> str:
     """Return a joint's name with remarks, such as ``universal_1_{x,y}`` or ``rail (driven, elastic)``."""
     name = joint.name
-    if joint.joints != (name,):
-        rests = [item[len(name) :].lstrip("_-. ") for item in joint.joints]
-        together = all(item.startswith(name) for item in joint.joints) and all(rests)
-        between = joint.joints[0][len(name) : len(joint.joints[0]) - len(rests[0])]
-        name = f"{name}{between}{{{','.join(rests)}}}" if together else "+".join(joint.joints)
+    if len(joint.joints) > 1:
+        shared = os.path.commonprefix(joint.joints)  # noqa: RUF071 names are no paths
+        rests = [item.removeprefix(shared) for item in joint.joints]
+        name = f"{shared}{{{','.join(rests)}}}" if shared and all(rests) else "+".join(joint.joints)
     notes = ["driven"] * joint.driven + ["elastic"] * joint.elastic + ["fixed"] * JOINT_TYPES[joint.kind].is_fixed
     if joint.follows is not None:
         notes.append(f"follows {joint.follows}")
@@ -141,7 +127,7 @@ def joint_words(joint: JointStep) -> str:
 
 
 def body_words(body: Body) -> str:
-    """Return the names of links and beams that move together, of more than four the first two and the last."""
+    """Return the names of a body's links and beams; if there are more than four, the first two and the last."""
     if len(body.names) <= 4:
         return " + ".join(body.names)
     return f"{body.names[0]} + {body.names[1]} + … + {body.names[-1]} ({len(body.names)} in all)"
@@ -153,12 +139,10 @@ def chain_lines(start: str, chain: Chain, end: str, indent: str = "") -> list[st
     words = [start] if start else []
 
     def put(body: str) -> None:
-        if not words:
-            words.append(body)
-        elif words[-1].endswith("→"):
-            words[-1] += f" {body}"
+        if words:
+            words[-1] += f" {body}" if words[-1].endswith("→") else f" + {body}"
         else:
-            words[-1] += f" + {body}"
+            words.append(body)
 
     left: str | None = end
     for k, item in enumerate(chain):
@@ -188,32 +172,26 @@ def chain_lines(start: str, chain: Chain, end: str, indent: str = "") -> list[st
 
 
 def _filled(words: list[str], last: str, indent: str) -> list[str]:
-    """Return words distributed over lines; continuation lines are indented further."""
-    if not words and not last:
-        return []
-    words = [*words[:-1], words[-1] + last] if words else [last]
-    lines = [indent + words[0]]
-    for word in words[1:]:
-        if len(lines[-1]) + 1 + len(word) > WIDTH:
-            lines.append(indent + "    " + word)
-        else:
-            lines[-1] += f" {word}"
-    return lines
+    """Return words, with a text after the last one, as lines; continuation lines are indented further."""
+    space = "\xa0"  # textwrap does not break at it
+    text = " ".join(word.replace(" ", space) for word in words) + last.replace(" ", space)
+    wrapper = textwrap.TextWrapper(WIDTH, indent, f"{indent}    ", break_long_words=False, break_on_hyphens=False)
+    return [line.replace(space, " ") for line in wrapper.wrap(text)]
 
 
 class GraphReader:
-    """Search for chains in the graph of a robot, limb by limb."""
+    """Search for the chains of a robot's limbs and of its attached bodies."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism, self.graph = mechanism, BodyGraph(mechanism)
 
     def limb(self, limb: Limb) -> Graph:
-        """Return the graph of a limb."""
+        """Return a limb as a chain."""
         compounds = compound_joints(self.mechanism, limb)
         return _Reducer(self, [*limb.edges, *limb.branches], compounds).through(self.graph.base, self.graph.platform)
 
     def dead_weight(self, topology: Topology, role: str) -> Graph:
-        """Return the bodies attached to the ``base`` or the ``platform`` alone."""
+        """Return the open branches and rings attached to the ``base`` or to the ``platform``."""
         edges = list((topology.base if role == "base" else topology.platform).edges)
         compounds: list[CompoundJoint] = []
         for limb in topology.hanging:
@@ -234,16 +212,16 @@ class GraphReader:
 
 
 @dataclass(eq=False)
-class _Edge:
-    """An edge of the graph during its reduction."""
+class _Run:
+    """A run during the reduction of the graph, with the bodies at its ends."""
 
     start: RigidBody
     end: RigidBody
     chain: Chain
 
-    def leaving(self, node: RigidBody) -> _Edge:
-        """Return the edge with the given node as its start."""
-        return self if self.start is node else _Edge(self.end, self.start, _turned(self.chain))
+    def leaving(self, node: RigidBody) -> _Run:
+        """Return the run with the given node as its start."""
+        return self if self.start is node else _Run(self.end, self.start, _turned(self.chain))
 
 
 def _turned(chain: Chain) -> Chain:
@@ -252,7 +230,7 @@ def _turned(chain: Chain) -> Chain:
 
 
 def _joined(*chains: Chain) -> Chain:
-    """Return concatenated chains, with consecutive bodies merged."""
+    """Return the concatenation of chains; consecutive bodies are merged."""
     found: list[Item] = []
     for item in (item for chain in chains for item in chain):
         if isinstance(item, Body) and not item.names:
@@ -278,24 +256,21 @@ class _Reducer:
         #: for each body, the representative of all bodies welded to it
         self._node = {body: next(other for other in welds if other in welds[body]) for body in welds}
         self._names = self._name_nodes(mine)
-        self.lines = self._make_lines(mine, compounds)
+        self.runs = self._make_runs(mine, compounds)
         self._beam_at: dict[RigidBody, str] = {}
-        for line in self.lines:
-            for node in (line.start, line.end):
-                for beam in bodies_of(line.chain)[:1]:
+        for run in self.runs:
+            for node in (run.start, run.end):
+                for beam in bodies_of(run.chain)[:1]:
                     self._beam_at.setdefault(node, beam)
-        nodes = {node for line in self.lines for node in (line.start, line.end)}
-        self.rings = len(self.lines) - len(nodes - set(self.ends)) - 1 if self.lines else 0
 
     def _is_weld(self, edge: BodyEdge) -> bool:
-        """Whether an edge is a rigid fixed joint inside a limb."""
+        """Whether an edge is a rigid fixed joint between bodies other than base and platform."""
         item = edge.connection
-        if item is None or not item.type.is_fixed or springs_of(self.reader.mechanism, item.name):
-            return False
-        return not set(edge.ends) & set(self.ends)
+        is_rigid = item is not None and item.type.is_fixed and not springs_of(self.reader.mechanism, item.name)
+        return is_rigid and not set(edge.ends) & set(self.ends)
 
     def _name_nodes(self, edges: list[BodyEdge]) -> dict[RigidBody, tuple[str, ...]]:
-        """Return the rigid links of every node that have mass or a joint, in the order of the file."""
+        """Return for each node the names of its rigid links with a mass or a joint, in the order of the file."""
         description = self.reader.mechanism.description
         holding = {
             link
@@ -311,47 +286,41 @@ class _Reducer:
         named[self.graph.base], named[self.graph.platform] = (description.base,), (description.platform,)
         return named
 
-    def _make_lines(self, edges: list[BodyEdge], compounds: Sequence[CompoundJoint]) -> list[_Edge]:
+    def _make_runs(self, edges: list[BodyEdge], compounds: Sequence[CompoundJoint]) -> list[_Run]:
         compound_of = {name: compound for compound in compounds for name in compound.joints}
-        runs: dict[tuple[str, ...], list[BodyEdge]] = {}
-        found: list[_Edge] = []
+        parts_of: dict[tuple[str, ...], list[BodyEdge]] = {}
+        found: list[_Run] = []
         for edge in edges:
             start, end = (self._node[body] for body in edge.ends)
             if edge.connection is not None:
                 compound = compound_of.get(edge.connection.name)
                 if compound is not None and len(compound.joints) > 1:
-                    runs.setdefault(compound.joints, []).append(edge)
+                    parts_of.setdefault(compound.joints, []).append(edge)
                 elif not self._is_weld(edge):
-                    found.append(_Edge(start, end, (self.reader.joint(compound or edge.connection),)))
+                    found.append(_Run(start, end, (self.reader.joint(compound or edge.connection),)))
             elif edge.beam is not None:
-                found.append(_Edge(start, end, self._along_beam(edge)))
-        for joints, parts in runs.items():
+                found.append(_Run(start, end, self._along_beam(edge)))
+        for joints, parts in parts_of.items():
             ends = [self._node[body] for edge in parts for body in edge.ends]
             outer = [node for node in ends if ends.count(node) == 1]
             if len(outer) == 2:  # otherwise both ends are on one piece: inside the base, or a ring
-                found.append(_Edge(outer[0], outer[1], (self.reader.joint(compound_of[joints[0]]),)))
+                found.append(_Run(outer[0], outer[1], (self.reader.joint(compound_of[joints[0]]),)))
         return found
 
     def _along_beam(self, edge: BodyEdge) -> Chain:
-        """Return a beam as a body; a telescopic beam as its links and the joints between them."""
+        """Return a beam as a body, or a telescopic beam as its links and the joints between them."""
         span = edge.beam
         assert span is not None
-        beam = span.beam
-
-        def body(link: str) -> Body:
-            return Body((beam.name if link == beam.link else link,))
-
-        here = span.start_link
-        items: list[Item] = [body(here)]
+        here, names = span.start_link, {span.beam.link: span.beam.name}
+        items: list[Item] = [Body((names.get(here, here),))]
         for connection in (*span.inward[::-1], *span.outward):
             here = connection.other(here)
             if not connection.type.is_fixed:
                 items.append(self.reader.joint(connection))
-            items.append(body(here))
+            items.append(Body((names.get(here, here),)))
         return _joined(tuple(items))
 
     def name(self, node: RigidBody) -> str:
-        """Return the name of a node."""
         names = self._names.get(node, ())
         if names:
             return " + ".join(names)
@@ -361,69 +330,69 @@ class _Reducer:
         """Return the chain from one body to another."""
         self._reduce({start, end})
         chain: Chain = ()
-        for here, node, lines in blocks(self.lines, lambda line: (line.start, line.end), start, end):
-            lines = self._without_rings(here, node, lines)
-            part = lines[0].leaving(here).chain if len(lines) == 1 else (self._branches(here, node, lines),)
+        for here, node, runs in blocks(self.runs, lambda run: (run.start, run.end), start, end):
+            runs = self._without_rings(here, node, runs)
+            part = runs[0].leaving(here).chain if len(runs) == 1 else (self._branches(here, node, runs),)
             chain = _joined(chain, part, () if node is end else (Body(self._names.get(node, ())),))
-        return Graph(chain, tuple(self.hanging), self.rings)
+        return Graph(chain, tuple(self.hanging))
 
     def alone(self, root: RigidBody) -> Graph:
-        """Return the open branches of a body."""
+        """Return the open branches and rings of a body."""
         self._reduce({root})
-        if self.lines:
-            self.hanging.append(Hanging(self.name(root), (self._branches(root, root, self.lines),), True))
-        return Graph((), tuple(self.hanging), self.rings)
+        if self.runs:
+            self.hanging.append(Hanging(self.name(root), (self._branches(root, root, self.runs),), True))
+        return Graph((), tuple(self.hanging))
 
     def _reduce(self, terminals: set[RigidBody]) -> None:
-        """Merge edges in series, and remove rings and dead ends."""
+        """Merge edges in series; move rings and dead ends to ``hanging``."""
         while True:
-            at: dict[RigidBody, list[_Edge]] = {}
-            for line in self.lines:
-                at.setdefault(line.start, []).append(line)
-                at.setdefault(line.end, []).append(line)
-            ring = next((line for line in self.lines if line.start is line.end), None)
-            node = next((node for node, lines in at.items() if len(lines) < 3 and node not in terminals), None)
+            at: dict[RigidBody, list[_Run]] = {}
+            for run in self.runs:
+                at.setdefault(run.start, []).append(run)
+                at.setdefault(run.end, []).append(run)
+            ring = next((run for run in self.runs if run.start is run.end), None)
+            node = next((node for node, runs in at.items() if len(runs) < 3 and node not in terminals), None)
             if ring is not None:
-                self.lines.remove(ring)
+                self.runs.remove(ring)
                 self.hanging.append(Hanging(self.name(ring.start), ring.chain, True))
             elif node is None:
                 return
             else:
-                first, *others = (line.leaving(node) for line in at[node])
+                first, *others = (run.leaving(node) for run in at[node])
                 inwards = _joined(_turned(first.chain), (Body(self._names.get(node, ())),))
-                position = self.lines.index(at[node][0])
-                self.lines = [line for line in self.lines if line not in at[node]]
+                position = self.runs.index(at[node][0])
+                self.runs = [run for run in self.runs if run not in at[node]]
                 if others:
-                    self.lines.insert(position, _Edge(first.end, others[0].end, _joined(inwards, others[0].chain)))
+                    self.runs.insert(position, _Run(first.end, others[0].end, _joined(inwards, others[0].chain)))
                 else:
                     self.hanging.append(Hanging(self.name(first.end), inwards, False))
 
-    def _without_rings(self, start: RigidBody, end: RigidBody, lines: list[_Edge]) -> list[_Edge]:
-        """Remove groups of connected runs that are attached to only one of two bodies."""
-        inner = [{line.start, line.end} - {start, end} for line in lines]
-        pairs = ((k, h) for k, h in combinations(range(len(lines)), 2) if inner[k] & inner[h])
-        left = lines
-        for group in dict.fromkeys(joined(range(len(lines)), pairs).values()):
-            mine = [lines[k] for k in sorted(group)]
-            roots = {node for line in mine for node in (line.start, line.end)} & {start, end}
-            if len(roots) == 1 and len(mine) < len(lines):
+    def _without_rings(self, start: RigidBody, end: RigidBody, runs: list[_Run]) -> list[_Run]:
+        """Return the runs between two bodies; groups of runs connected to only one of the two are moved to ``hanging``."""
+        inner = [{run.start, run.end} - {start, end} for run in runs]
+        pairs = ((k, h) for k, h in combinations(range(len(runs)), 2) if inner[k] & inner[h])
+        left = runs
+        for group in dict.fromkeys(joined(range(len(runs)), pairs).values()):
+            mine = [runs[k] for k in sorted(group)]
+            roots = {node for run in mine for node in (run.start, run.end)} & {start, end}
+            if len(roots) == 1 and len(mine) < len(runs):
                 root = roots.pop()
-                left = [line for line in left if line not in mine]
+                left = [run for run in left if run not in mine]
                 self.hanging.append(Hanging(self.name(root), (self._branches(root, root, mine),), True))
         return left
 
-    def _branches(self, start: RigidBody, end: RigidBody, lines: list[_Edge]) -> Branches:
-        """Return runs directed outwards from ``start``, the nearest first."""
+    def _branches(self, start: RigidBody, end: RigidBody, runs: list[_Run]) -> Branches:
+        """Return the runs, each directed away from ``start``, in the order of their distance from it."""
 
         def others(node: RigidBody) -> Iterator[RigidBody]:
-            return (line.leaving(node).end for line in lines if node in (line.start, line.end))
+            return (run.leaving(node).end for run in runs if node in (run.start, run.end))
 
         near = {node: k for k, node in enumerate(reachable([start], others))}
         found = []
-        for line in lines:
-            outwards = near.get(line.start, 0) <= near.get(line.end, 0) and line.start is not end
-            found.append(line if outwards else line.leaving(line.end))
-        found.sort(key=lambda line: near.get(line.start, 0))
-        runs = tuple(Run(self.name(line.start), self.name(line.end), line.chain) for line in found)
-        parallel = all({line.start, line.end} == {start, end} for line in lines)
-        return Branches(self.name(start), self.name(end), runs, parallel)
+        for run in runs:
+            outwards = near.get(run.start, 0) <= near.get(run.end, 0) and run.start is not end
+            found.append(run if outwards else run.leaving(run.end))
+        found.sort(key=lambda run: near.get(run.start, 0))
+        parallel = all({run.start, run.end} == {start, end} for run in runs)
+        named = tuple(Run(self.name(run.start), self.name(run.end), run.chain) for run in found)
+        return Branches(self.name(start), self.name(end), named, parallel)

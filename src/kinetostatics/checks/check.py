@@ -1,4 +1,4 @@
-"""Check of a robot: its properties and warnings, gathered so that an error in one part does not hide the others."""
+"""Check of a robot: its properties, its warnings, and the errors that prevent an analysis."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ T = TypeVar("T")
 
 
 def robot_facts(robot: Robot) -> RobotFacts:
-    """Return the properties of a robot; errors become problems."""
+    """Return the properties of a robot; errors are listed in ``problems``, and the remaining properties are computed."""
     description = robot.description
     facts = RobotFacts(robot.name, description.path, description.base, description.platform, drives=description.driven)
     facts.warnings += [*description.warnings, *robot.topology.warnings]
@@ -47,7 +47,7 @@ def robot_facts(robot: Robot) -> RobotFacts:
 
     def attempt(compute: Callable[[], T]) -> T | None:
         nonlocal open_loops
-        if open_loops:  # the other properties need a closed pose, and every attempt takes a second
+        if open_loops:  # the other properties require closed loops, and each attempt to close them takes a second
             return None
         try:
             return compute()
@@ -106,7 +106,7 @@ def robot_facts(robot: Robot) -> RobotFacts:
 
 
 def robot_warnings(robot: Robot) -> tuple[str, ...]:
-    """Return the problems and warnings of a robot, without the warnings that apply to the zero pose only."""
+    """Return the problems and warnings of a robot, without warnings that concern only the zero pose."""
     facts = robot_facts(robot)
     return (*facts.problems, *(text for text in facts.warnings if text not in facts.zero.warnings))
 
@@ -138,36 +138,36 @@ def _attached_bodies(weight: AttachedBodies, mass: float | None, graph: Graph) -
 
 #: Ratio of the smallest nonzero to the largest zero singular value below which a count is doubtful.
 SMALL_GAP = 1e4
-#: Beginning of the text of a problem at the zero pose only.
+#: Beginning of warnings that concern only the zero pose.
 AT_ZERO = "at the zero pose"
 
 
 def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], list[str], list[str]]:
-    """Return warnings of uncertain ranks and of actuators, those of the zero pose, and errors that prevent an analysis."""
+    """Return warnings of doubtful ranks and of actuators, warnings of the zero pose, and errors that prevent an analysis."""
     found: list[str] = []
     at_zero: list[str] = []
     problems: list[str] = []
     if robot.mobility.gap < SMALL_GAP:
         found.append(
-            f"the mobility is doubtful: the smallest singular value that counts is only {robot.mobility.gap:.2g} times the "
-            "largest that counts as zero"
+            f"the mobility is doubtful: the smallest singular value taken as nonzero is only {robot.mobility.gap:.2g} times the "
+            "largest taken as zero"
         )
     for group in robot.statics.groups:
         if group.basis.gap < SMALL_GAP:
             found.append(
-                f"the number of constraint wrenches of {group.limbs[0].name} is doubtful: the smallest singular value that "
-                f"counts is only {group.basis.gap:.2g} times the largest that counts as zero"
+                f"the number of constraint wrenches of {group.limbs[0].name} is doubtful: the smallest singular value taken as "
+                f"nonzero is only {group.basis.gap:.2g} times the largest taken as zero"
             )
     mobility = facts.mobility
     if mobility is not None and mobility.redundant_actuators:
         held = len(facts.drives) - mobility.redundant_actuators
         found.append(
             f"{len(facts.drives)} actuators for {held} freedom{'s' * (held != 1)}: the actuation is redundant; actuators are "
-            "taken as locked in position and share the load as their limbs' elasticity makes them (if the robot should have "
-            "more freedoms, look for a wrong <axis>)"
+            "locked in position and share the load according to the elasticity of their limbs (if the robot should have more "
+            "freedoms, look for a wrong <axis>)"
         )
     for name in robot.actuators_outside_limbs:
-        found.append(f"the driven joint {name} is in no limb: it only holds what hangs on {_owner(robot, name)}")
+        found.append(f"the driven joint {name} is in no limb: it carries only bodies attached to {_owner(robot, name)}")
     generic = analyze(poses_of(robot, robot.generic_poses))
     zero = analyze(poses_of(robot, robot.zero_poses, first_only=True), on_failure="nan")
     problem = _statics_problem(robot, generic, zero)
@@ -188,18 +188,18 @@ def _owner(robot: Robot, joint: str) -> str:
 
 
 def _statics_problem(robot: Robot, generic: Result, zero: Result) -> str | None:
-    """Return the reason why statics has no results, at all poses or at the zero pose only; None if it has."""
+    """Return the reason why statics fails, at generic poses or only at the zero pose; None if it does not fail."""
     if not robot.mechanism.tree.nq:  # nothing moves: there is one pose only
         return _complaint(zero)
     if np.all(np.isnan(generic.twist)):
         problem = _complaint(analyze(poses_of(robot, robot.generic_poses, first_only=True), on_failure="nan"))
-        return problem or "no pose could be analysed: the loops of those that were tried do not close"
+        return problem or "no pose could be analysed: the loops do not close at any of the poses tried"
     problem = _complaint(zero)
     return None if problem is None else f"{AT_ZERO} {problem}"
 
 
 def _complaint(result: Result) -> str | None:
-    """Return the reason why a reached pose has no results; None if it has."""
+    """Return the reason why statics fails at a reached pose; None if it does not fail."""
     if result.configuration.reached.all() and np.any(np.isnan(result.twist)):
         try:
             analyze(result.configuration)
@@ -226,6 +226,6 @@ def facts_of_poses(result: Result, where: str = "") -> list[str]:
 
 
 def poses_of(robot: Robot, poses: SolverState, first_only: bool = False) -> Configuration:
-    """Return the configuration of solver poses, or of the first one, with a closure tolerance that the file's numbers allow."""
+    """Return solver poses, or the first one, as a configuration; its closure tolerance exceeds the error of rounded files."""
     q = robot.model_q(poses).T
     return robot.configuration(q[0] if first_only else q, closure_tolerance=1e-9 + 1e3 * robot.closing_error, on_failure="nan")

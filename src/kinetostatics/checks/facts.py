@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from kinetostatics.checks.chains import Graph, GraphReader, JointStep, bodies_of, joint_string, joints_of
+from kinetostatics.checks.chains import Branches, Chain, Graph, GraphReader, JointStep, bodies_of, joints_of
 from kinetostatics.checks.local_freedoms import LocalFreedom
 from kinetostatics.checks.redundancy import Redundancy
 from kinetostatics.description.elements import Spring
+from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.limbs.geometry import Basis
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import EQUAL
@@ -108,11 +109,11 @@ class MobilityFacts:
 
     Attributes:
         platform: freedoms of the platform.
-        local: number of freedoms that do not move it, listed in ``local_freedoms``.
+        local: number of freedoms that do not move the platform, listed in ``local_freedoms``.
         redundant_constraints: number of dependent constraints, located in ``redundancies``.
-        gap: ratio of the smallest singular value taken as nonzero to the largest taken as zero; if small, the numbers are
-            doubtful.
-        coordinates: platform coordinates that determine its pose, as many as its freedoms.
+        gap: ratio of the smallest singular value taken as nonzero to the largest taken as zero; if it is small, the numbers of
+            freedoms are doubtful.
+        coordinates: coordinates that determine the platform's pose, as many as its freedoms.
         redundant_actuators: number of actuators minus number of freedoms that they move.
         uncontrolled_freedoms: number of freedoms of the platform with locked actuators.
     """
@@ -151,7 +152,7 @@ class ZeroFacts:
 
 @dataclass
 class AttachedBodiesFacts:
-    """Links and joints of base or platform and of the bodies attached to it, and its ``graph``."""
+    """Links and joints of the base, or of the platform, and of the bodies attached to it; their ``mass`` [kg]."""
 
     links: tuple[str, ...]
     joints: tuple[str, ...]
@@ -161,7 +162,7 @@ class AttachedBodiesFacts:
 
 @dataclass
 class RobotFacts:
-    """Properties of a robot; None if they cannot be computed, with the reason in ``problems``.
+    """Properties of a robot; a property that cannot be computed is None, and ``problems`` has the reason.
 
     Attributes:
         mobility: mobility, local freedoms and redundant constraints.
@@ -200,10 +201,24 @@ def limb_facts(robot: Robot, reader: GraphReader, limb: Limb, mass: float | None
     moved = {joint for drive in drives_of(robot.mechanism).values() for joint, _ in drive.moves}
     sprung = any(springs_of(robot.mechanism, edge.joint) or edge.joint in moved for edge in limb.edges if edge.joint)
     parts = tuple((part.start, part.end) for part in limb.parts) if len(limb.parts) > 1 else ()
-    word = joint_string(graph.chain) or "welded"
+    word = _symbols(graph.chain) or "welded"
     return LimbFacts(
         limb.name, word, None, graph, limb.links, joints_of(graph.chain), beams, parts, not beams and not sprung, mass
     )
+
+
+def _symbols(chain: Chain) -> str:
+    """Return the symbols of a chain's joints, such as ``R(driven) (S S | S S)``; networks are in square brackets."""
+    words = []
+    for item in chain:
+        if isinstance(item, JointStep):
+            if item.elastic or not JOINT_TYPES[item.kind].is_fixed:
+                words.append(JOINT_TYPES[item.kind].symbol + ("(driven)" if item.driven else ""))
+        elif isinstance(item, Branches):
+            parts = [_symbols(run.chain) for run in item.runs]
+            network = f"[{' '.join(filter(None, parts)) or '–'}]"
+            words.append(f"({' | '.join(part or '–' for part in parts)})" if item.parallel else network)
+    return " ".join(words)
 
 
 def first_like(limb: LimbFacts, basis: Basis, beams: list[BeamFacts], alike: dict[tuple[object, ...], str]) -> str | None:
@@ -226,7 +241,7 @@ def first_like(limb: LimbFacts, basis: Basis, beams: list[BeamFacts], alike: dic
 
 
 def massless_links(robot: Robot, limbs: list[LimbFacts]) -> tuple[str, ...]:
-    """Return the massless rigid links between joints, except those inside universal and spherical joints."""
+    """Return the massless rigid links between joints, except the crosses of universal and spherical joints."""
     description = robot.description
     elastic = {beam.link for beam in description.beams.values()}
     chains = [chain for limb in limbs for chain in (limb.graph.chain, *(item.chain for item in limb.graph.hanging))]
@@ -264,7 +279,13 @@ def followers(robot: Robot) -> list[FollowerFacts]:
 def beam_facts(
     robot: Robot, labels: dict[str, str], models: Mapping[str, BeamModel] | None, frames: Frames | None
 ) -> list[BeamFacts]:
-    """Return all beams; ``labels`` are names of joints in the limbs, ``frames`` those of the zero pose, None if unknown."""
+    """Return all beams.
+
+    Args:
+        robot: the robot.
+        labels: joints' names in the limbs, where several revolutes form one joint.
+        models, frames: beam models, and frames of the zero pose; None if unknown.
+    """
     found = []
     for name, beam in robot.description.beams.items():
         section, span = beam.section, robot.topology.beams[name]
@@ -299,7 +320,7 @@ def beam_facts(
 
 
 def _end_name(robot: Robot, labels: dict[str, str], given: Collection[str], link: str, point: Array) -> str:
-    """Return the name of a joint at a ``point`` (3,) of a link, preferably one of ``given``; the link's name if there is none."""
+    """Return the name of a joint at a ``point`` (3,) of a link, preferably one of ``given``; without a joint, the link's name."""
     here = [item for item in robot.mechanism.at_link[link] if float(np.max(np.abs(item.centre_on(link) - point))) < 1e-6]
     if not here:
         return link
@@ -308,7 +329,7 @@ def _end_name(robot: Robot, labels: dict[str, str], given: Collection[str], link
 
 
 def section_words(section: Section) -> str:
-    """Return the text for a cross-section, in mm."""
+    """Return a cross-section as text, in mm."""
 
     def mm(value: float) -> str:
         return f"{1e3 * value:.5g}"

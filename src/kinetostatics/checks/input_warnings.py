@@ -1,4 +1,4 @@
-"""Warnings of probable input errors (sizes, moduli, masses, stiffnesses), and of beams outside the limits of beam theory."""
+"""Warnings of probable input errors (sizes, materials, masses, stiffnesses), and of beams outside the limits of beam theory."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from kinetostatics.unit_hints import length_hint, limit_hints
 STUBBY = 5.0
 #: Ratio of length to depth above which the units of a section are probably wrong.
 WIRE = 2000.0
-#: Gap of loops with all joints at zero that counts as large: part of the characteristic length, or angle [rad].
+#: Smallest large gap of loops with all joints at zero: ratio to the characteristic length, or angle [rad].
 FAR = 0.1
 #: Ratio of a beam's mass by density to the mass in its link's <inertial> above which they are inconsistent.
 OTHER_MASS = 1.3
@@ -40,19 +40,19 @@ GIVES, RIGID = (0.01, 0.2), 1e12
 
 
 def warnings_of_file(robot: Robot, facts: RobotFacts) -> list[str]:
-    """Return the warnings that do not require statics."""
+    """Return warnings of a robot that do not require statics."""
     found = [*_closing(robot, facts), *_sizes(robot, facts), *_stubby(robot, facts)]
     found += [*_materials(facts), *_masses(robot, facts), *_without_mass(robot, facts), *_elastic_joints(robot, facts)]
     found += [
-        f"link {link!r} ends nowhere: {joint!r} is its only joint, and it hangs on the base; if it is to hold the platform, a "
+        f"link {link!r} ends nowhere: {joint!r} is its only joint and connects it to the base; if it is part of a limb, a "
         "<loop> is missing or a <parent> is wrong"
         for link, joint in ends_nowhere(robot.mechanism)
         if link in robot.topology.base.links
     ]
     rigid = [limb.name for limb in facts.limbs if limb.rigid]
     if rigid:
-        verb = "have nothing elastic between base and platform and count" if rigid[1:] else "has nothing elastic and counts"
-        found.append(f"{'the limbs ' * bool(rigid[1:])}{join_words(rigid)} {verb} as rigid")
+        verb = "have no elastic parts and count" if rigid[1:] else "has no elastic parts and counts"
+        found.append(f"{join_words(rigid)} {verb} as rigid")
     if not facts.limbs:
         found.append("no limb joins base and platform")
     return found
@@ -72,7 +72,7 @@ def warnings_of_zero(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     moved = [f"{name} at {_coordinate(robot, name, v)}" for name, v in (zero.drives or {}).items() if abs(v) > 1e-9]
     if moved:
         yield (
-            "the loops do not close with the actuators at zero: the zero pose, from which all others are reached, has "
+            "the loops do not close with the actuators at zero; the zero pose, the start of all searches, has "
             f"{join_words(moved)}"
         )
     yield from _limits(robot, facts)
@@ -85,12 +85,12 @@ def _closing(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     metres, radians = zero.widest("m"), zero.widest("rad")
     if metres[0] > FAR * robot.length or radians[0] > FAR:
         yield (
-            f"where all joints are at zero the loops are far from closed: {zero_loop_gaps(facts)}. They are closed from there, "
+            f"where all joints are at zero the loops are far from closed: {zero_loop_gaps(facts)}. "
             + (
-                "which angles in degrees would explain: see the other warnings"
+                "Angles in degrees would explain this: see the other warnings"
                 if robot.description.angle_hints()
-                else "perhaps in another assembly mode than is meant: then move the zero of the joints so that it nearly "
-                "closes the loops"
+                else "The search from there may find the wrong assembly mode: then move the zero of the joints so that the loops "
+                "nearly close there"
             )
         )
     hint = None if robot.zero_is_near else corrections_hint(robot.mechanism, robot.size)
@@ -132,7 +132,7 @@ def _sizes(robot: Robot, facts: RobotFacts) -> Iterable[str]:
         return
     size = robot.zero_size
     if size and not SIZES[0] < size < SIZES[1]:
-        yield f"the robot is {size:.4g} m large; lengths are in m"
+        yield f"the robot is {size:.4g} m large; write lengths in m, moduli in Pa and densities in kg/m³, not in units of mm"
     slides = [item for item in robot.mechanism.connections.values() if item.type.is_slide]
     limits = {item.name: [abs(limit) for limit in (item.lower, item.upper) if math.isfinite(limit)] for item in slides}
     yield from limit_hints({name: max(found) for name, found in limits.items() if found}, size)
@@ -145,7 +145,7 @@ def _sizes(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 
 
 def _alike(beams: Iterable[BeamFacts], say: Callable[[BeamFacts], str | None]) -> Iterable[str]:
-    """Yield warnings of beams, one for all beams with the same text; words in ``<>`` are then replaced by plural forms."""
+    """Yield warnings of beams. Beams with equal texts share one warning, with the plural of words in ``<>``."""
     same: dict[str, list[str]] = {}
     for beam in beams:
         words = say(beam)
@@ -186,7 +186,7 @@ def _stubby(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
     """Return for each beam the length and depth [m] of its member.
 
-    A member consists of beams in about the same direction that are welded, or connected by a locked prismatic joint.
+    A member is a row of beams of about the same direction, welded or connected by locked prismatic joints.
     """
     graph, frames = BodyGraph(robot.mechanism), robot.zero_frames if facts.zero.closing_error is not None else None
     known = {beam.name: beam for beam in facts.beams}
@@ -211,7 +211,7 @@ def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
 
 
 def _is_locked(joint: Connection) -> bool:
-    """Whether a joint joins its bodies rigidly: fixed, or a driven slide."""
+    """Whether a joint is fixed, or prismatic and driven, and so transmits bending."""
     return joint.type.is_fixed or (joint.type.is_slide and joint.driven)
 
 
@@ -248,10 +248,10 @@ def _masses(robot: Robot, facts: RobotFacts) -> Iterable[str]:
         if max(weight, given) <= OTHER_MASS * min(weight, given) * (1 + EQUAL):
             return None
         if weight == 0:
-            return f"<weighs> nothing, as <its> density is 0, although the <inertial> of <its> link says {given:.4g} kg"
+            return f"<weighs> nothing, because <its> density is 0, but the <inertial> of <its> link has {given:.4g} kg"
         return (
             f"<weighs> {weight:.4g} kg by <its> density, which replaces the {given:.4g} kg of <its> link's <inertial>; leave the "
-            "density out to spread that mass along the beam, or give what is more a link of its own"
+            "density out to distribute this mass along the beam, or give additional bodies a link of their own"
         )
 
     yield from _alike(facts.beams, say)
@@ -262,8 +262,8 @@ def _masses(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 def _without_mass(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     """Yield warnings of limbs, platform and drawn bodies without mass, if other parts have mass.
 
-    Links without shape may be massless: crosses of universal joints, frames, tools of arms, neglected sliders. So may links with
-    an explicit mass 0 in ``<inertial>``, or a beam of density 0; beams without data have a separate warning.
+    There is no warning for links without a shape (crosses of universal joints, frames, tools of arms, light sliders), for links
+    with the mass 0 in ``<inertial>``, and for beams of density 0. Beams without data have a warning of their own.
     """
     if not facts.mass:  # reported elsewhere, or unknown
         return
@@ -291,7 +291,7 @@ def _without_mass(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     drawn = [name for name in _drawn_without_mass(robot, facts) if name not in found]
     if drawn:
         shape = "have shapes" if drawn[1:] else "has a shape"
-        yield f"{join_words(drawn)} {shape} but no mass: an <inertial> is missing, with the mass 0 if that is meant"
+        yield f"{join_words(drawn)} {shape} but no mass: add an <inertial>, with the mass 0 if it is massless"
 
 
 def _drawn_without_mass(robot: Robot, facts: RobotFacts) -> list[str]:
@@ -322,7 +322,7 @@ def _elastic_joints(robot: Robot, facts: RobotFacts) -> Iterable[str]:
         for words, value, unit, turns in _held(robot, joint):
             force = weight * robot.length if turns else weight
             if value > RIGID:
-                yield f"{words} is {value:.3g} {unit}, more than any real joint has; write inf for rigid"
+                yield f"{words} is {value:.3g} {unit}, more than that of any real joint; write inf for rigid"
             elif force / value > GIVES[turns]:
                 gives = f"{np.degrees(force / value):.3g}°" if turns else quantity(force / value, LENGTHS, digits=3)
                 lever = f" at a distance of {quantity(robot.length, LENGTHS, digits=3)}" if turns else ""
@@ -333,7 +333,7 @@ def _elastic_joints(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 
 
 def _held(robot: Robot, joint: ElasticJointFacts) -> Iterable[tuple[str, float, str, int]]:
-    """Yield the stiffnesses of a joint along its constrained directions: words, value, unit, and whether it is rotational."""
+    """Yield a joint's stiffnesses in its constrained directions: name, value, unit, and whether it is rotational."""
     passive = robot.mechanism.connections[joint.joint]
     free = _free_axes(passive)
     for turns, (values, unit) in enumerate(((joint.linear, "N/m"), (joint.angular, "N·m/rad"))):

@@ -30,11 +30,11 @@ class LocalFreedom:
     """Freedoms of some links that do not move the platform.
 
     Attributes:
-        links: moving links, without massless ones inside universal and spherical joints.
+        links: moving links, except the massless crosses of universal and spherical joints.
         count: number of freedoms.
         kind: ``spin`` about the line through their joints, ``turn`` about an axis, ``slide`` or ``move``.
-        joint: the joint whose axis is that of the rotation or translation, if any.
-        drives: driven joints that move as well.
+        joint: joint along or about whose axis the links move, if any.
+        drives: driven joints that move with the links.
     """
 
     links: tuple[str, ...]
@@ -45,9 +45,10 @@ class LocalFreedom:
 
 
 class Motions:
-    """The motions of a robot at its best generic pose: scaled velocities ``free`` (nv, k) that keep the loops closed.
+    """The motions of a robot at the generic pose where most constraints are independent.
 
-    ``platform`` (6, nv) maps them to the platform's scaled twist at o, ``actuators`` (n, nv) to the actuators' rates.
+    ``free`` (nv, k) are scaled velocities that keep the loops closed. They are mapped to the platform's scaled twist at o by
+    ``platform`` (6, nv), and to the rates of the actuators by ``actuators`` (n, nv).
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -57,15 +58,15 @@ class Motions:
             pose = robot.generic_poses.take(np.array([k]))
             _, gradient = solver.system(PrescribedCoordinates(), pose, np.zeros((0, 1)))
             free, rank, _ = null_space(gradient[:, :, 0], robot.rank_tolerance)
-            found.append((rank, k, pose, free))
-        _, self.number, self.pose, self.free = max(found, key=lambda item: (item[0], -item[1]))
+            found.append((rank, pose, free))
+        _, self.pose, self.free = max(found, key=lambda item: item[0])  # of equal ranks the first
         self.frames = robot.equations.forward(self.pose.x)
         self.twists = robot.equations.tree.twists(self.frames)[:, :, 0] * solver.column_scale
         self.o = solver.mechanism.platform_pose(self.frames)[1][:, 0]
         self.platform = self.at_o(solver.platform_signs)
 
     def at_o(self, signs: Array) -> Array:
-        """Return the scaled map (6, nv) from velocities to the twist at o of a body that moves with the given freedoms (nv,)."""
+        """Return the scaled map (6, nv) from velocities to the twist at o of a body; ``signs`` (nv,): effects of joints on it."""
         return move_twist(self.twists * signs, self.o[:, None]) / np.repeat([self.robot.length, 1.0], 3)[:, None]
 
     @property
@@ -98,7 +99,7 @@ class Motions:
 
 
 def actuators_of(motions: Motions) -> tuple[int, int]:
-    """Return the number of redundant actuators, and the number of platform freedoms with locked actuators."""
+    """Return the number of redundant actuators, and that of the platform's freedoms with locked actuators."""
     D = motions.actuators
     moved = D @ motions.free
     held = motions.rank(moved)
@@ -109,10 +110,10 @@ def actuators_of(motions: Motions) -> tuple[int, int]:
 
 
 def coordinates_of(motions: Motions) -> tuple[str, ...]:
-    """Return platform coordinates that determine its pose, as many as its mobility; empty if there are none.
+    """Return coordinates that determine the platform's pose, as many as its mobility; empty if there are none.
 
-    Coordinates of o are preferred if they suffice, otherwise sets with as many angles as possible; of several sets the best
-    conditioned one, or of nearly equal ones the first in the order z, x, y, rz, rx, ry.
+    Coordinates of o are preferred if they suffice, otherwise sets with as many angles as possible. Among these, the best
+    conditioned set is chosen; among nearly equal ones, the first in the order z, x, y, rz, rx, ry.
     """
     robot = motions.robot
     count = robot.mobility.platform
@@ -169,7 +170,7 @@ def local_freedoms(motions: Motions) -> list[LocalFreedom]:
 
 
 def _links_of(robot: Robot, bodies: list[int]) -> tuple[str, ...]:
-    """Return the links that move with some bodies, without massless ones inside universal and spherical joints."""
+    """Return the links of some bodies; massless ones (crosses of universal joints) only if all are massless."""
     description = robot.description
     elastic = {beam.link for beam in description.beams.values()}
     links = [link for link in description.links if robot.mechanism.body_of[link][0] in bodies]
@@ -208,9 +209,9 @@ def _kind(motions: Motions, links: tuple[str, ...], moving: list[int], table: Ar
 
 
 def _joint_along(motions: Motions, links: tuple[str, ...], axis: Array, foot: Array | None) -> str | None:
-    """Return the prismatic joint of some links along ``axis``, or their revolute joint about this axis through ``foot``.
+    """Return the joint of some links along ``axis``: prismatic, or with a point ``foot`` of the axis, revolute; None without one.
 
-    Hinges inside universal or spherical joints are excluded.
+    Revolutes inside universal or spherical joints are excluded.
     """
     robot = motions.robot
     compounds = [compound for group in robot.statics.groups for row in group.compounds for compound in row]
@@ -229,9 +230,9 @@ def _joint_along(motions: Motions, links: tuple[str, ...], axis: Array, foot: Ar
 
 
 def eliminated(matrix: Array) -> Array:
-    """Return r combinations (n, r) of the columns of a matrix of rank r and about unit size, in reduced echelon form.
+    """Return a basis of the column space of a matrix (m, n) of unit size: r combinations of its columns, as coefficients (n, r).
 
-    If the column space is a direct sum of spaces without common rows, each combination is in one of them.
+    By Gauss-Jordan elimination. If the column space is a direct sum of spaces without common rows, each vector is in one of them.
     """
     work, columns = np.array(matrix), np.eye(matrix.shape[1])
     pivots: list[int] = []
@@ -252,7 +253,7 @@ def eliminated(matrix: Array) -> Array:
 
 
 def groups_of(loaded: NDArray[np.bool_]) -> list[list[int]]:
-    """Return groups of the rows of a table that are connected by columns in which both rows are True."""
+    """Return groups of rows of a table; two rows with a common True column are in one group."""
     rows = range(len(loaded))
     groups = joined(rows, ((k, h) for k, h in combinations(rows, 2) if np.any(loaded[k] & loaded[h])))
     return [list(group) for group in sorted({tuple(sorted(group)) for group in groups.values()})]

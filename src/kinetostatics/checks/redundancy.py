@@ -29,10 +29,9 @@ class Redundancy:
 
     Attributes:
         count: number of constraints.
-        limbs: names of the limbs that brace one another, or of the limb that contains the constraints.
-        joints: joints loaded by the self-stress inside a limb; else empty.
-        beams: beams loaded by the self-stress inside a limb; else empty.
-        wrenches: descriptions of the wrenches between bracing limbs at the zero pose; None if this pose is special.
+        limbs: names of the limbs between which they act, or of the limb that contains them.
+        joints, beams: joints and beams loaded by the self-stress inside a limb; else empty.
+        wrenches: descriptions of the wrenches between these limbs at the zero pose; None if this pose has other self-stresses.
     """
 
     count: int
@@ -43,7 +42,7 @@ class Redundancy:
 
 
 def redundancies(motions: Motions) -> list[Redundancy]:
-    """Return where the redundant constraints are: inside limbs first, then between limbs, then the rest."""
+    """Return the redundant constraints inside limbs, then those between limbs, then the rest."""
     robot = motions.robot
     total = robot.mobility.redundant_constraints
     if not total or robot.equations.count > _MANY:
@@ -65,7 +64,7 @@ def redundancies(motions: Motions) -> list[Redundancy]:
 
 
 class _SelfStress:
-    """All self-stresses of a robot at one pose, actuators free.
+    """All self-stresses of a robot at one pose, with the actuators free.
 
     Attributes:
         states: (6 M, r) scaled wrenches of all cut joints of all limbs.
@@ -104,7 +103,7 @@ class _SelfStress:
 
     @property
     def platform_wrenches(self) -> Array:
-        """Wrenches of the platform on each limb (limbs, 6, r)."""
+        """Scaled wrenches of the platform on each limb (limbs, 6, r)."""
         found = []
         for number, limb in enumerate(self.robot.topology.limbs):
             mine = self.states[self.first[number] : self.first[number + 1]].reshape(len(limb.to_platform), 6, -1)
@@ -112,7 +111,7 @@ class _SelfStress:
         return np.array(found).reshape(len(found), 6, self.states.shape[1])
 
     def inside(self, number: int) -> list[Redundancy]:
-        """Return the self-stresses inside a limb, with independent ones separated."""
+        """Return the self-stresses inside a limb, one entry for each group with common joints or beams."""
         limb = self.robot.topology.all_limbs[number]
         if limb.is_serial:
             return []
@@ -136,7 +135,7 @@ class _SelfStress:
         return found
 
     def between(self) -> list[tuple[int, list[int]]]:
-        """Return the number of self-stresses between limbs, with the indices of these limbs."""
+        """Return the numbers of self-stresses between limbs, each with the indices of these limbs."""
         wrenches = self.platform_wrenches
         if not wrenches.size:
             return []
@@ -167,7 +166,7 @@ def _null(matrix: Array) -> Array:
 
 
 def describe_wrenches(basis: Array, length: float) -> tuple[str, ...]:
-    """Describe the wrenches about o that an orthonormal basis (6, k) spans, scaled by ``length`` [m]."""
+    """Describe the space of wrenches about o with the orthonormal basis (6, k); moments are divided by ``length`` [m]."""
     count = basis.shape[1]
     aligned = [float(row @ row) > 1 - 1e-8 for row in basis]
     if sum(aligned) == count:
@@ -190,7 +189,7 @@ def describe_wrenches(basis: Array, length: float) -> tuple[str, ...]:
 
 
 def _along(kind: str, how: str, aligned: Sequence[bool]) -> str:
-    """Return a text with the world axes of forces or couples."""
+    """Return forces or couples along world axes as text."""
     axes = [axis for axis, is_along in zip("xyz", aligned, strict=True) if is_along]
     if len(axes) == 3:
         return f"{kind}s in all directions"
@@ -200,7 +199,7 @@ def _along(kind: str, how: str, aligned: Sequence[bool]) -> str:
 
 
 def _directions(kind: str, basis: Array, how: str) -> str:
-    """Return a text with the directions of forces or couples spanned by an orthonormal basis (3, 1 … 3)."""
+    """Return forces or couples whose directions span an orthonormal basis (3, 1 … 3) as text."""
     if basis.shape[1] == 3:
         return f"{kind}s in all directions"
     one = basis[:, 0] if basis.shape[1] == 1 else np.cross(basis[:, 0], basis[:, 1])

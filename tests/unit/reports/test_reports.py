@@ -350,9 +350,7 @@ def test_too_few_and_too_many_drives():
 def test_rigid_limbs_and_stubby_beams_are_warned_of():
     spec = small.puu3()
     text = whole(small.robot_of(replace(spec, beams=spec.beams[:1])))
-    assert "the limbs limb_2 and limb_3 have nothing elastic between base and platform and count as rigid" in " ".join(
-        part(text, "Warnings")
-    )
+    assert "limb_2 and limb_3 have no elastic parts and count as rigid" in " ".join(part(text, "Warnings"))
     assert "beams       none: rigid" in part(text, "Limbs")
     facts = robot_facts(small.robot_of(small.cantilever(0.1, section=small.circle(0.05))))
     assert any("beam arm is stubby: its length of 100.0 mm is only 2 times its depth" in text for text in facts.warnings)
@@ -437,7 +435,6 @@ def test_hybrid_limbs_of_any_shape_are_explained(seed):
         moving = {edge.joint for edge in (*limb.edges, *limb.branches) if edge.joint and _moves(one, edge.joint)}
         assert len(shown) == len(set(shown)) and moving <= set(shown)
         assert {edge.beam for edge in limb.edges if edge.beam} <= {name for chain in chains for name in bodies_of(chain)}
-        assert found.graph.rings == len(limb.to_platform) - 1
         assert len(set(found.constraint_wrenches)) == len(found.constraint_wrenches)
     for item in facts.mobility.redundancies:
         inside = [limb for limb in one.topology.all_limbs if item.limbs == (limb.name,)]

@@ -77,7 +77,7 @@ def test_limbs_that_weigh_nothing():
 
 def test_drawn_links_without_mass():
     """A motor on a beam's joint, drawn and not weighed; not so where it is welded to what weighs, or says that it weighs 0."""
-    text = "motor has a shape but no mass: an <inertial> is missing, with the mass 0 if that is meant"
+    text = "motor has a shape but no mass: add an <inertial>, with the mass 0 if it is massless"
     plain = parallelogram()
 
     def slid(motor):
