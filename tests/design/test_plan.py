@@ -31,21 +31,19 @@ def test_a_plan_beats_random_ones():
         assert found.estimates[name].standard_error == pytest.approx(error, rel=1e-6), name
 
 
-def test_the_gain_is_how_much_smaller_standard_errors_are():
-    """Of one unknown that is the ratio of its errors."""
-    robot = package_robots.robot("3rps")
-    over = {"z": 0.5, "rx": [-0.2, 0.0, 0.2], "ry": [-0.2, 0.0, 0.2]}
-    one = ks.plan_measurements(robot, ["rod_1"], 3, over, load=LOADS, readings=["dz"])
-    again = [ks.plan_measurements(robot, ["rod_1"], 3, over, load=LOADS, readings=["dz"], seed=seed).gain for seed in (0, 1)]
-    assert one.gain == again[0] != again[1]
-    assert (
-        one.gain == pytest.approx(one.random_standard_errors["rod_1"] / one.standard_errors["rod_1"], rel=1e-9) and one.gain > 1.2
+def test_the_gain_is_the_ratio_of_the_standard_errors_of_one_unknown():
+    first, again, other = (
+        ks.plan_measurements(package_robots.robot("3rps"), ["rod_1"], 2, SOME, load=LOADS, readings=["dz"], seed=seed)
+        for seed in (0, 0, 1)
     )
+    assert first.gain == again.gain != other.gain and first.gain > 1.05
+    assert first.gain == pytest.approx(first.random_standard_errors["rod_1"] / first.standard_errors["rod_1"], rel=1e-9)
 
 
 def test_a_plan_is_saved_and_filled_in(tmp_path):
     robot = package_robots.robot("3rps")
     plan = ks.plan_measurements(robot, RODS, 3, SOME, load=LOADS, reference="unloaded")
+    (tmp_path / "plan.csv").write_text("before", encoding="utf-8")
     plan.save(tmp_path / "plan.csv")
     lines = (tmp_path / "plan.csv").read_text(encoding="utf-8").splitlines()
     assert lines[0] == "z,rx,ry,Fx,Fy,Fz,Mx,My,Mz,dx,dy,dz" and len(lines) == 4 and lines[1].endswith(",,,")
@@ -56,13 +54,6 @@ def test_a_plan_is_saved_and_filled_in(tmp_path):
     assert [found.estimates[name].value for name in RODS] == pytest.approx([1.0] * 3, rel=1e-8)
     assert "times smaller than those of random plans" in str(plan) and "of '3rps'" in repr(plan)
     assert "<table" in plan._repr_html_() and json.loads(json.dumps(plan.to_dict()))["candidates"] == 4
-
-
-def test_a_saved_plan_replaces_what_is_there_or_says_why_not(tmp_path):
-    plan = ks.plan_measurements(package_robots.robot("3rps"), ["rod_1"], 1, {"z": 0.5, "rx": 0.0, "ry": 0.0}, readings=["dz"])
-    (tmp_path / "x.csv").write_text("before", encoding="utf-8")
-    plan.save(tmp_path / "x.csv")
-    assert "before" not in (tmp_path / "x.csv").read_text(encoding="utf-8")
     with pytest.raises(ks.ArgumentError, match=r"cannot be written: Is a directory"):
         plan.save(tmp_path)
 
@@ -75,11 +66,10 @@ def test_what_no_candidate_tells():
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"n": 3}, "^3 measurements cannot be chosen from 2, the poses times the loads"),
-        (
-            {"n": 1, "unknowns": RODS, "readings": ["dz"], "platform": SOME},
-            "^3 unknowns need at least 3 measurements of 1 reading each, not 1$",
-        ),
+        ({"n": 3}, "^3 measurements cannot be chosen from 2 combinations of pose and load"),
+        ({"unknowns": RODS, "readings": ["dz"], "platform": SOME}, "^3 unknowns need at least 3 measurements of 1 reading each"),
+        ({"readings": []}, "readings are empty"),
+        ({"platform": {"z": 50.0, "rx": 0.0, "ry": 0.0}}, "none of 2 combinations of pose and load can be measured"),
         ({"readings": ["dzz"]}, "there is no gauge 'dzz'"),
         ({"load": [1, 2]}, "its last axis must have 6 entries"),
         ({"platform": 3}, "it must be a mapping"),

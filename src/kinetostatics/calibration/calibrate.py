@@ -17,6 +17,7 @@ from kinetostatics.calibration.readings import Model, Readings
 from kinetostatics.calibration.unknowns import Unknowns, determined_ones, unidentifiable
 from kinetostatics.description.loads import Gauge, Payload
 from kinetostatics.exceptions import ArgumentError, StaticsError
+from kinetostatics.kinematics.configuration import taken
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, Mask, frozen
 from kinetostatics.results.calibration import Calibration, Estimate, Outlier
@@ -49,17 +50,17 @@ def calibrate(
         measurements: the path of a CSV file, columns by title, rows, or an xarray Dataset. Columns are coordinates of the
             platform or of all actuators; the load Fx … Mz; and readings: components of the twist at o in world axes, dx dy dz drx
             dry drz, or gauges by name. Titles may contain units, "z [mm]"; the default is SI. Empty cells are missing readings.
-        unknowns: names of unknowns: a beam, elastic joint or actuator, for a factor of its stiffness ("actuators:slide" if the
-            joint is elastic as well; "rod_1+rod_2" for a common factor); an argument of the file; a dimension of a part (see
-            :func:`kinetostatics.tolerances`), "slide.actuator_stiffness" or "rod_1.outer_diameter"; an assembly error,
-            "hinge.error.rx" or "rod_1.error.length", which is not part of the returned robot; "payload.mass", and "payload.x",
-            "payload.y", "payload.z" of its centre from o in platform axes; "offset.NAME", the zero reading of a gauge, or
-            "offsets" for all gauges.
+        unknowns: names of unknowns. A beam, an elastic joint or an actuator stands for a factor of its stiffness
+            ("actuators:slide" if the joint is elastic as well; "rod_1+rod_2" for a common factor). Further unknowns are arguments
+            of the file; dimensions of parts (see :func:`kinetostatics.tolerances`), such as "slide.actuator_stiffness" or
+            "rod_1.outer_diameter"; assembly errors, such as "hinge.error.rx" or "rod_1.error.length", which the returned robot
+            does not have; "payload.mass"; the centre of the payload from o in platform axes, "payload.x", "payload.y",
+            "payload.z"; and the zero reading of a gauge, "offset.NAME", or "offsets" of all gauges.
         gauges: a :class:`Gauge` by name, or the path of a CSV file of gauges.
         reference: state of zero readings: "undeformed", the robot without weight; "unloaded", the same pose with weight and
             payload, but without load; or coordinates of a single pose without load.
         orientation: convention of the orientation coordinates, see :meth:`Robot.assemble`.
-        payload: payload on the platform; initial values of its unknowns.
+        payload: payload on the platform, with the initial values of unknowns of the payload.
         point, frame: those of the load, see :func:`kinetostatics.analyze`; one point for all rows.
         level: confidence level of the intervals.
         leave_out_outliers: whether to repeat the fit without outliers.
@@ -67,8 +68,8 @@ def calibrate(
         analysis: further arguments of :func:`kinetostatics.analyze`: ``gravity``, ``loads``, ….
 
     Returns:
-        Estimates with intervals, unidentifiable unknowns, residuals, outliers, and the robot with the estimates. Readings are
-        weighted by the gauges' sigma. If no sigma is given, all readings have equal weights, and sigma is estimated.
+        Estimates with intervals, unidentifiable unknowns, residuals, outliers, and the robot with the estimates. Each residual is
+        divided by the sigma of its gauge. If no sigma is given, all residuals have equal weights, and sigma is estimated.
 
     Raises:
         ArgumentError: measurements or unknowns are invalid; messages name file and line.
@@ -106,7 +107,7 @@ def calibrate(
         name = next(name for name, gauge in readings.gauges.items() if gauge.sigma is None)
         raise ArgumentError(
             f"the gauge {name!r} has no sigma: readings of lengths and of angles, or of better and worse gauges, are "
-            "weighed by the standard deviation of each: gauges={" + repr(name) + ": ks.Gauge(…, sigma=1e-6)}"
+            "weighted by their standard deviations: gauges={" + repr(name) + ": ks.Gauge(…, sigma=1e-6)}"
         )
     sigma_known = None not in sigmas
     sizes = {name: float(np.sqrt(np.mean(measured[readings.which == k] ** 2))) or 1.0 for k, name in enumerate(readings.gauges)}
@@ -127,7 +128,7 @@ def calibrate(
     scale = looked_for.scale
     start = looked_for.start / scale
     sigma = np.array([1.0 if value is None else value for value in sigmas])[readings.which]
-    check_predicted(model, start * scale)
+    check_predicted(model, start * scale, table.places)
 
     def solved(used: Mask, start: Array) -> Fit:
         try:
@@ -227,23 +228,21 @@ def check_point(point: ArrayLike | None, frame: object) -> Array | None:
     return array
 
 
-def check_predicted(model: Model, values: Array) -> None:
-    """Check that all readings can be computed at the start.
+def check_predicted(model: Model, values: Array, rows: Sequence[str]) -> None:
+    """Check that all readings can be computed at the start; ``rows`` are the names of the rows.
 
     Raises:
         StaticsError: a reading cannot be computed; the message gives the reason.
     """
     bad = np.flatnonzero(~np.isfinite(model.predict(values)))
     if bad.size:
-        row = int(model.readings.rows[bad[0]])
-        where = model.rows[row] if model.rows else ""
-        result = model.result(values)
-        only = result.robot.configuration(result.configuration.q[row])
+        result, row = model.result(values), int(model.readings.rows[bad[0]])
+        where, pose = (rows[row], row) if np.isnan(result.twist[row, 0]) else ("reference: ", -1)
         try:
-            analyze(only, on_failure="raise", **model.analysis)
+            only = taken(result.configuration, np.array([pose]), ())
+            analyze(only, gravity=model.gravity, **model.analysis)
         except StaticsError as error:
             raise StaticsError(f"{where}readings cannot be computed: {error}") from error
-        raise StaticsError(f"{where}readings cannot be computed")
 
 
 def _readings(table: Measurements, gauges: Mapping[str, Gauge]) -> tuple[Readings, Array]:

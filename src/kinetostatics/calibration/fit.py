@@ -2,8 +2,8 @@
 
 Residuals are weighted and the columns of the Jacobian scaled. The covariance is that of the linearized problem, σ² (JᵀJ)⁻¹, in
 the space that the readings determine. Outliers are found one after the other by externally studentized residuals with
-Bonferroni's bound (R. D. Cook, S. Weisberg, Residuals and Influence in Regression, 1982). Leave-one-out errors are (I − H)⁻¹ r
-of the omitted rows, without another fit (D. M. Allen, Technometrics 16, 1974).
+Bonferroni's bound (R. D. Cook, S. Weisberg, Residuals and Influence in Regression, 1982). Leave-one-out errors of a row are
+(I − H)⁻¹ r, with the row's block H of the hat matrix and its residuals r (D. M. Allen, Technometrics 16, 1974).
 """
 
 from __future__ import annotations
@@ -16,11 +16,12 @@ import numpy as np
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import canonical_basis
 
-#: Norm of a column of the Jacobian, relative to the largest, and singular value of normalized columns, that count as zero.
+#: Largest norm of a column of the Jacobian, relative to the largest column, and largest singular value of the normalized columns
+#: that count as zero.
 UNSEEN = 1e-6
 #: Residuals, relative to the readings, that count as rounding.
 ROUNDING = 1e-9
-#: Probability that any reading without error is flagged as an outlier.
+#: Probability that an outlier is flagged although all readings have normally distributed errors.
 FALSE_ALARM = 0.05
 #: Largest number of searches, each in the directions identifiable at the end of the previous one.
 SEARCHES = 3
@@ -75,7 +76,7 @@ class Fit:
 
     @property
     def covariance(self) -> Array:
-        """Covariance (p, p) of the determined part of the unknowns."""
+        """(p, p) covariance of the unknowns, in the space of identifiable changes."""
         small = self.jacobian @ self.seen
         return np.asarray(self.variance * self.seen @ np.linalg.inv(small.T @ small) @ self.seen.T)
 
@@ -84,8 +85,8 @@ def fit(predict: Function, jacobian: Function, start: Array, measured: Array, si
     """Fit the unknowns by weighted least squares.
 
     Args:
-        predict: computes readings (n,) from unknowns (p,), NaN if they are invalid.
-        jacobian: computes their derivatives (n, p).
+        predict: computes readings (n,) from unknowns (p,); NaN for invalid unknowns.
+        jacobian: computes the derivatives (n, p) of the readings.
         start: (p,) initial values.
         measured, sigma: (n,) measured readings and standard deviations.
         sigma_known: whether ``sigma`` is known, not only its ratios.
@@ -117,7 +118,10 @@ def fit(predict: Function, jacobian: Function, start: Array, measured: Array, si
             lambda z, origin=origin, basis=basis: weighted(origin + basis @ z) / size,
             np.zeros(seen.shape[1]),
             lambda z, origin=origin, basis=basis: (derived(origin + basis @ z) / size) @ basis,
-            **{"method": "trf", "xtol": 1e-9, "ftol": 1e-12, "gtol": 1e-13, "max_nfev": 60},
+            xtol=1e-9,
+            ftol=1e-12,
+            gtol=1e-13,
+            max_nfev=60,
         )
         x, converged = origin + basis @ found.x, found.status > 0
         if determined(derived(x))[1].shape[1] <= seen.shape[1]:
@@ -153,30 +157,25 @@ def outliers(found: Fit, size: float) -> tuple[Array, Mask]:
     """
     from scipy import stats
 
-    J, freedom_of_all = found.jacobian @ found.seen, found.degrees_of_freedom
+    J = found.jacobian @ found.seen
     n, r = J.shape
     kept = np.ones(n, dtype=bool)
     studentized = np.zeros(n)
-    first: Array | None = None
-    while freedom_of_all - int(np.sum(~kept)) > 1:
-        Q, R = np.linalg.qr(J[kept])
-        if r and abs(np.diag(R)).min() < ROUNDING * abs(np.diag(R)).max():
-            break
+    while np.sum(kept) - r > 1:
+        Q, _ = np.linalg.qr(J[kept])
         residuals = found.residuals[kept] - Q @ (Q.T @ found.residuals[kept])
         free = 1 - np.sum(Q**2, axis=1)
         usable = free > ROUNDING
-        degrees_of_freedom = len(residuals) - r
         internal = np.where(usable, residuals, 0.0) ** 2 / np.where(usable, free, 1.0)
         if np.sqrt(np.mean(residuals**2)) <= ROUNDING * size:
             break
         if found.sigma_known:
             t, bound = np.sqrt(internal), stats.norm.isf(FALSE_ALARM / (2 * len(residuals)))
         else:
-            without = np.maximum((residuals @ residuals - internal) / (degrees_of_freedom - 1), (ROUNDING * size) ** 2)
-            t, bound = np.sqrt(internal / without), stats.t.isf(FALSE_ALARM / (2 * len(residuals)), degrees_of_freedom - 1)
-        signed = t * np.sign(residuals)
-        first = signed if first is None else first
-        studentized[kept] = signed
+            freedom = len(residuals) - r - 1  # of a fit without the reading
+            without = np.maximum((residuals @ residuals - internal) / freedom, (ROUNDING * size) ** 2)
+            t, bound = np.sqrt(internal / without), stats.t.isf(FALSE_ALARM / (2 * len(residuals)), freedom)
+        studentized[kept] = t * np.sign(residuals)
         worst = int(np.argmax(t))
         if t[worst] <= bound:
             break
@@ -185,7 +184,7 @@ def outliers(found: Fit, size: float) -> tuple[Array, Mask]:
 
 
 def leave_one_out(found: Fit, groups: Array) -> Array:
-    """Return the errors (n,) of readings predicted from the other groups; NaN if the others do not determine them."""
+    """Return the errors (n,) of readings predicted from the other groups; NaN if the other groups do not determine a reading."""
     H, errors = found.hat, np.full(len(groups), np.nan)
     for group in np.unique(groups):
         mine = np.flatnonzero(groups == group)

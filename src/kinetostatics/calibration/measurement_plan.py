@@ -72,8 +72,8 @@ def plan_measurements(
         seed: seed of random plans and starts.
 
     Returns:
-        Different poses and loads (reachable, not singular, within joint limits), the expected standard errors of the unknowns,
-        and their ratio to those of random plans. The plan is the best result of single exchanges from six starts.
+        Different combinations of a pose (reachable, not singular, within joint limits) and a load, the expected standard errors
+        of the unknowns, and their ratio to those of random plans. The plan is the best one of single exchanges from six starts.
 
     Raises:
         ArgumentError: an argument has an invalid value or shape.
@@ -114,13 +114,13 @@ def plan_measurements(
     count = len(numbers)
     if not count:
         raise ArgumentError(
-            f"no candidate of {every}, poses times loads, can be measured: all are unreachable, singular or beyond a joint limit"
+            f"none of {every} combinations of pose and load can be measured: all poses are unreachable, singular or beyond a "
+            "joint limit"
         )
     n = whole_number("n", n, 1)
     if n > count:
         raise ArgumentError(
-            f"{n} measurements cannot be chosen from {count}, the poses times the loads that can be measured: give more poses or "
-            "loads, or ask for fewer"
+            f"{n} measurements cannot be chosen from {count} combinations of pose and load: give more poses or loads, or reduce n"
         )
     J = blocks[usable].reshape(count * each, -1)
     columns, seen, null = determined(J)
@@ -182,7 +182,7 @@ def _candidates(
 
 
 def log_det(blocks: Array) -> float:
-    """Return log det Σ JᵀJ, of the information matrix of n measurements with Jacobians J (n, k, r); −inf if it is singular."""
+    """Return log det Σ JᵀJ of n measurements with the Jacobians J (n, k, r); −inf if the sum is singular."""
     values = np.linalg.eigvalsh(np.einsum("nki,nkj->ij", blocks, blocks))
     if values.size and values[0] <= ROUNDING * values[-1]:
         return -np.inf
@@ -190,9 +190,9 @@ def log_det(blocks: Array) -> float:
 
 
 def best_subset(blocks: Array, n: int, rng: np.random.Generator) -> Index:
-    """Return the indices (n,) of measurements out of ``blocks`` (N, k, r) whose information matrix has the largest determinant.
+    """Return the indices (n,) of the measurements whose information matrix has the largest determinant.
 
-    The blocks are Jacobians of the k readings of each measurement; ``rng`` draws the random starts of the exchange.
+    ``blocks`` (N, k, r): Jacobians of the k readings of each of N candidates; ``rng`` draws the random starts of the exchange.
     """
     r, every = blocks.shape[2], np.einsum("nki,nkj->nij", blocks, blocks)
     starts: list[Index] = [_greedy(every, n)] + [rng.choice(len(every), n, replace=False) for _ in range(STARTS)]

@@ -33,7 +33,7 @@ COLUMNS = {
 
 
 def read_gauges(given: str | os.PathLike[str] | Mapping[str, Gauge] | None) -> dict[str, Gauge]:
-    """Return gauges by name, including those for the components of the twist.
+    """Return gauges by name, including the gauges of the components of the twist.
 
     Args:
         given: None, a mapping from names to :class:`Gauge`, or the path of a CSV file.
@@ -90,7 +90,7 @@ def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
 
 
 def readings_by_twist(gauges: Sequence[Gauge], which: Index, pose: Configuration, rows: Index) -> Array:
-    """Return the rows (n, 6), whose products with twists [d; r] at o are the readings, world axes [1, m].
+    """Return a row (n, 6) for each reading, whose product with the twist [d; r] at o is the reading; world axes [1, m].
 
     A gauge of direction u at the arm a from o reads the displacement u · d + (a × u) · r, or the rotation u · r. ``which`` (n,)
     and ``rows`` (n,) are the indices of the gauge and of the pose of each reading.
@@ -138,7 +138,7 @@ class Measurements:
 
     @property
     def repeated(self) -> list[str]:
-        """A warning of rows that are equal in all numbers, including noisy readings; empty if there are none."""
+        """A warning if rows are equal in all numbers, which noisy readings never are; otherwise empty."""
         cells = np.column_stack([*self.coordinates.values(), self.load, *self.readings.values()])
         first: dict[bytes, int] = {}
         equal = [first.setdefault((row + 0.0).tobytes(), k) for k, row in enumerate(cells)]  # + 0.0: −0 equals 0
@@ -189,7 +189,7 @@ def read_measurements(robot: Robot, given: object, gauges: Mapping[str, Gauge]) 
                 raise ArgumentError(f"{where(number)}{name} is missing: the cell is empty")
             text = repr(float(cell)) if isinstance(cell, (int, float, np.number)) else str(cell).strip()
             value = math.nan if name in gauges else 0.0
-            if not empty:  # without its own unit a number has that of its column
+            if not empty:  # a number without a unit has the unit of its column
                 value = parse_number(with_unit(text, unit), kinds[name], f"{where(number)}{name}")
             columns[name].append(value)
     arrays = {name: np.array(column) for name, column in columns.items()}

@@ -1,8 +1,9 @@
 """Readings as functions of the unknowns, with their Jacobian.
 
-The derivative of the twist with respect to the compliance factor of a part is that part's contribution to the twist, exactly
-(:attr:`kinetostatics.Result.source_contributions`); with respect to the payload it is the platform's compliance times the
-derivative of the weight; for arguments of the file see :mod:`kinetostatics.functions.derivatives`.
+The derivative of the twist by the compliance factor of a part is exactly the contribution of the part to the twist
+(:attr:`kinetostatics.Result.source_contributions`), divided by the factor. The derivative by the mass or a first moment of the
+payload is the platform's compliance times the derivative of the weight. For arguments of the file see
+:mod:`kinetostatics.functions.derivatives`.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ class Model:
         orientation: convention of the orientation coordinates.
         point, frame: those of the load, see :func:`kinetostatics.analyze`.
         analysis: other arguments of an analysis.
-        rows: names of the rows for errors at poses that cannot be reached or read; None: such rows are NaN.
+        rows: names of the rows in errors about unreachable poses; None: readings at these poses are NaN.
         closure_tolerance: largest gap of a closed loop [m, rad].
     """
 
@@ -79,7 +80,7 @@ class Model:
         closure_tolerance: float = 1e-10,
     ) -> None:
         self.unknowns, self.readings, self.orientation = unknowns, readings, orientation
-        self._closure_tolerance, self.rows = closure_tolerance, rows
+        self._closure_tolerance = closure_tolerance
         self.analysis = dict(analysis or {})
         count = len(load)
         driven = unknowns.robot.description.driven
@@ -117,8 +118,8 @@ class Model:
         self.gravity = finite_numbers("gravity", self.analysis.pop("gravity", (0.0, 0.0, -9.81)))
         if self.gravity.shape != (3,):
             raise ArgumentError(f"gravity has the shape {self.gravity.shape}; a calibration takes one for all rows, (3,)")
-        self._known: tuple[tuple[float, ...], Result] | None = None
-        self._derived: tuple[tuple[float, ...], Array] | None = None
+        self._known: tuple[bytes, Result] | None = None
+        self._derived: tuple[bytes, Array] | None = None
         self.refused = ""  # reason why the last invalid values yield no robot
 
     def _assembled(self, robot: Robot, near: Configuration | None, only: int | None = None) -> Configuration:
@@ -132,11 +133,11 @@ class Model:
 
     def result(self, values: Array) -> Result:
         """Return the analysis of all rows, followed by the reference poses; the last analysis is cached."""
-        key = tuple(map(float, values))
+        key = values.tobytes()
         if self._known is None or self._known[0] != key:
             robot = Robot(self.unknowns.described(values))
             pose = replace(self.pose, robot=robot)
-            if self.unknowns.moves:
+            if not _same_joints(robot.description, self.unknowns.robot.description):
                 pose = self._assembled(robot, pose)
             self._known = key, self._analyzed(pose, values, self.unknowns.errors(values))
         return self._known[1]
@@ -185,7 +186,7 @@ class Model:
 
     def jacobian(self, values: Array) -> Array:
         """Return the derivatives (n, p) of the readings by the unknowns; for a stiffness, by its compliance factor."""
-        key = tuple(map(float, values))
+        key = values.tobytes()
         if self._derived is None or self._derived[0] != key:
             self._derived = key, self._jacobian(values)
         return self._derived[1]
@@ -225,15 +226,12 @@ class Model:
             return self.unknowns.described(values + by * np.eye(len(values))[k])
 
         step = STEP_OF_CONSTANTS * item.scale
-        here, there = result.robot.description, changed(step)
-        if here.joints == there.joints and here.loops == there.loops:
+        if _same_joints(result.robot.description, changed(step)) and not self.unknowns.errors(values):
             try:
-                derivatives = None if self.unknowns.errors(values) else derivatives_at(result, self.analysis)
-                if derivatives is not None:
-                    twist = derivatives.by_change(item.name, step, changed)["twist"]
-                    found = self.read(result.configuration, np.moveaxis(twist, -1, 0))
-                    if np.all(np.isfinite(found)):
-                        return found
+                twist = derivatives_at(result, self.analysis).by_change(item.name, step, changed)["twist"]
+                found = self.read(result.configuration, np.moveaxis(twist, -1, 0))
+                if np.all(np.isfinite(found)):
+                    return found
             except ArgumentError:
                 pass
         known = self._known
@@ -241,3 +239,8 @@ class Model:
         above, below = self.predict(values + change), self.predict(values - change)
         self._known = known
         return np.asarray((above - below) / (2 * STEP * item.scale))
+
+
+def _same_joints(one: RobotDescription, other: RobotDescription) -> bool:
+    """Return whether two robots have equal joints and loops, so that equal coordinates yield equal poses."""
+    return one.joints == other.joints and one.loops == other.loops

@@ -1,14 +1,15 @@
 """Unknowns of a calibration: stiffnesses, arguments of the robot's file, assembly errors, a payload, offsets of gauges.
 
 The fit varies quantities in which the readings of a statically determinate robot are linear: the compliance factor c = 1 / factor
-instead of a stiffness, and the first moment instead of a centre of mass, if the mass is unknown as well. Directions of the
-unknowns that no reading determines are the null space of the Jacobian.
+instead of the factor of a stiffness, and the first moment instead of a centre of mass, if the mass is unknown as well.
+Combinations of unknowns that no reading determines span the null space of the Jacobian.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -44,10 +45,10 @@ class Unknown:
     Attributes:
         name: name of the unknown.
         kind: "stiffness", "argument", "error" (of assembly), "payload" or "offset".
-        unit: SI unit of its value.
+        unit: SI unit of the unknown.
         start: initial value of the varied quantity.
         scale: typical change of the varied quantity.
-        parts: kinds and names of the parts with the stiffness; or the gauge, or the component of the payload.
+        parts: kind and name of each part with the stiffness; or "offset" and the gauge, or "payload" and the component.
     """
 
     name: str
@@ -98,11 +99,6 @@ class Unknowns:
         """Typical changes (p,) of the varied quantities."""
         return np.array([item.scale for item in self.items])
 
-    @property
-    def moves(self) -> bool:
-        """Whether the unknowns include arguments of the file; a change of these may change the pose."""
-        return any(item.kind == "argument" for item in self.items)
-
     @cached_property
     def _sources(self) -> dict[str, tuple[str, str]]:
         there = self.robot.description
@@ -138,18 +134,15 @@ class Unknowns:
             return Unknown(name, "error", error.unit, 0.0, scale, (("error", name),))
         arguments: Mapping[str, float] = {}
         if "." not in name and len(parts) == 1:
-            try:
+            with suppress(ArgumentError):  # if the robot differs from its file
                 arguments = self._robots.arguments
-            except ArgumentError:
-                if not self._sources:
-                    raise
         if name not in (*self._robots.parts, *arguments):
             known = [*self._sources, *arguments, *PAYLOAD, *(f"offset.{gauge}" for gauge in self._gauges), "offsets"]
             known += [*self._robots.parts, *self._robots.errors] if "." in name else []
             wrong = next((part for part in parts if part not in self._sources), name)
             raise ArgumentError(
-                f"unknowns: {self.robot.name!r} has no {wrong!r}: a beam, elastic joint or actuator, an argument of its file, a "
-                f"number of a part, JOINT.error.rx, payload.mass, payload.x, offset.GAUGE: {near_names(wrong, known)}"
+                f"unknowns: {self.robot.name!r} has no {wrong!r}; give a beam, elastic joint or actuator, an argument of the "
+                f"file, a number of a part, JOINT.error.rx, payload.mass, payload.x or offset.GAUGE: {near_names(wrong, known)}"
             )
         number = self._robots.number(name)
         scale = abs(number.value) or (1.0 if name in arguments else self.robot.length)
@@ -158,10 +151,10 @@ class Unknowns:
     # ---- robot, errors and payload for values of the unknowns ---------------------------------------------------------
 
     def described(self, values: Array) -> RobotDescription:
-        """Return the robot with values of the unknowns, a compliance factor for each stiffness.
+        """Return the robot with the values (p,) of the varied quantities.
 
         Raises:
-            RobotFileError: the robot is invalid with these values.
+            RobotFileError: the values yield no robot.
         """
         pairs = list(zip(self.items, map(float, values), strict=True))
         found = self._robots.description({item.name: value for item, value in pairs if item.kind == "argument"})
@@ -177,7 +170,7 @@ class Unknowns:
         return together([error for error, _ in found], np.array([[value] for _, value in found])) if found else {}
 
     def payload_of(self, values: Array) -> tuple[float, Array, Array]:
-        """Return mass [kg] and first moment (3,) [kg·m] of the payload, and the derivative of the moment by the mass (3,) [m]."""
+        """Return mass [kg] and first moment (3,) [kg·m] of the payload, and the derivative (3,) of the moment by the mass [m]."""
         known = {item.parts[0][1]: float(v) for item, v in zip(self.items, values, strict=True) if item.kind == "payload"}
         mass = known.get("mass", float(np.asarray(self.payload.mass)) or (1.0 if self._carried else 0.0))
         arm, moment = np.array(self.payload.center, dtype=float), np.zeros(3)
@@ -206,7 +199,7 @@ class Unknowns:
         return found, factors
 
 
-#: Change of an unknown, relative to the largest in a direction, that counts as zero.
+#: Largest change of an unknown, relative to the largest change in a direction, that counts as zero.
 NOTHING = 1e-5
 
 
@@ -255,4 +248,4 @@ def _one(unknowns: Sequence[Unknown], direction: Array) -> Unidentifiable:
         sign, kind = ("−", "difference") if weight < 0 else ("+", "sum")
         what = f"their {kind}" if abs(abs(weight) - 1) < 1e-4 else f"{names[0]} {sign} {abs(weight):.4g} times {names[1]}"
         return Unidentifiable(changes, f"{beginning}: the readings depend only on {what}, relative to the values in the file")
-    return Unidentifiable(changes, f"{beginning}: a change of all in a certain ratio changes no reading")
+    return Unidentifiable(changes, f"{beginning}: a change of all in a fixed ratio changes no reading")

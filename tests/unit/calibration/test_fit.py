@@ -36,7 +36,7 @@ def studentized_by_leaving_out(J, readings, k, sigma_known=False):
 
 @pytest.mark.parametrize("sigma_known", [False, True])
 def test_an_outlier_is_one_from_the_bound_on(sigma_known):
-    """Bonferroni's bound on the largest of eight, with as many degrees of degrees_of_freedom as a fit without the reading has."""
+    """Bonferroni's bound on the largest of eight, with the degrees of freedom of a fit without the reading."""
     scale = 1e3 if sigma_known else 1.0
     beyond = FALSE_ALARM / 2 / 8
     bound = stats.norm.isf(beyond) if sigma_known else stats.t.isf(beyond, 8 - 1 - 2)
@@ -99,11 +99,12 @@ def test_what_readings_see_only_after_a_while_is_found():
         ((-0.5, -0.5), "the readings depend only on their difference"),
         ((1.0, 4.0), "the readings depend only on a − 0.25 times b"),
         ((1.0, -4.0), "the readings depend only on a + 0.25 times b"),
+        ((1.0, -4.0, 2.0), "a, b and c cannot be distinguished: a change of all in a fixed ratio"),
     ],
 )
-def test_what_is_seen_of_two_that_cannot_be_told_apart(direction, seen):
-    """Whatever is seen does not change along the direction that is not."""
-    unknowns = [Unknown(name, "argument", "", 1.0, 1.0) for name in "ab"]
+def test_the_identifiable_combination_of_indistinguishable_unknowns(direction, seen):
+    """It does not change along the unidentifiable direction."""
+    unknowns = [Unknown(name, "argument", "", 1.0, 1.0) for name in "abc"[: len(direction)]]
     (found,) = unidentifiable(unknowns, np.array([direction]).T / np.linalg.norm(direction))
     assert seen in str(found)
 
@@ -180,8 +181,7 @@ def test_a_search_may_come_to_a_payload_without_mass():
         arm = pose.frame("platform")[0, :3, :3] @ [0, moment, 0]
         twist = ks.analyze(pose, [0, 0, 0, *np.cross(arm, [0, 0, -9.81])]).twist[0]
         np.testing.assert_allclose(model.predict(np.array([0.0, moment])), twist[[2, 3]], rtol=1e-9)
-    step = np.array([1e-3, 0.0])
-    slope = (model.predict(np.array([1e-3, 0.3])) - model.predict(np.array([0.0, 0.3]))) / step[0]
+    slope = (model.predict(np.array([1e-3, 0.3])) - model.predict(np.array([0.0, 0.3]))) / 1e-3
     np.testing.assert_allclose(model.jacobian(np.array([0.0, 0.3]))[:, 0], slope, rtol=1e-8)
     told, factors = unknowns.reported(np.array([0.0, 0.3]))
     assert told[0] == 0 and np.isnan(told[1]) and factors[0].tolist() == [1, 0] and np.all(np.isnan(factors[1]))
