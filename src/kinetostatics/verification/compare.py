@@ -1,4 +1,4 @@
-"""Comparison of results with those of the finite elements: relative differences, and a verdict."""
+"""Comparison of an analysis with finite elements: relative differences and a verdict."""
 
 from __future__ import annotations
 
@@ -28,14 +28,15 @@ if TYPE_CHECKING:
     from kinetostatics.results.parts import BeamResult
     from kinetostatics.results.result import Result
 
-#: Largest difference with which a robot counts as verified.
+#: Largest relative difference of a verified robot.
 TOLERANCE = 1e-8
-#: Likewise for natural frequencies, whose finite-element values are extrapolated from several meshes.
+#: The same for natural frequencies, whose finite-element values are extrapolated from several meshes.
 MESHES_AGREE = 1e-5
-#: Smallest reference value of relative differences, as a part of the twist or force that the loads could cause: results
-#: may vanish by symmetry.
+#: Smallest reference value of a relative difference, divided by the twist or force that the loads could cause. It is needed
+#: because results may vanish by symmetry.
 NOTHING = 1e-3
-#: Largest ratio of principal compliances; compliances below are rounding errors of rigid limbs, and there is no stiffness.
+#: Largest ratio of principal compliances. If it is larger, the smallest is a rounding error of rigid limbs, and the stiffness is
+#: infinite.
 STIFF = 1e9
 
 
@@ -49,15 +50,16 @@ class Verification(ShortRepr, Reported, builder="reports.verification:verificati
 
     Attributes:
         configuration: the pose.
-        result: the analysis under test.
-        ours, finite_elements: twist, compliance, stiffness, wrenches of joints and in beams, and actuator forces of both.
-        differences: the largest difference of each of these.
-        joint_differences: that of every joint's wrench.
-        scatter: change of the finite-element results with penalty of joints and mesh: smaller differences are not significant.
-        not_compared: quantities that could not be compared, with reasons.
+        result: the analysis.
+        ours, finite_elements: both solutions: twist, compliance, stiffness, wrenches of joints and in beams, actuator forces.
+        differences: largest relative difference, by quantity.
+        joint_differences: relative difference of the wrench, by joint.
+        scatter: relative change of the finite-element result if its finest level is omitted, by quantity: smaller differences
+            are not significant.
+        not_compared: reasons why quantities were not compared, by quantity, joint or beam.
         length: scale of rotations and moments [m].
-        within: the largest difference with which the pose counts as verified; that of natural frequencies may be 1e-5.
-        frequencies: natural frequencies (modes,) [Hz] of both sides, if requested.
+        within: largest relative difference of a verified pose; natural frequencies may differ by 1e-5.
+        frequencies: natural frequencies (modes,) [Hz] of both solutions, if requested.
     """
 
     configuration: Configuration
@@ -73,7 +75,7 @@ class Verification(ShortRepr, Reported, builder="reports.verification:verificati
     frequencies: tuple[Array, Array] = (np.empty(0), np.empty(0))
 
     def allowed(self, name: str) -> float:
-        """Return the largest difference that one of the quantities may have."""
+        """Return the largest permitted difference of a quantity."""
         return max(self.within, MESHES_AGREE) if name == "frequencies" else self.within
 
     @property
@@ -90,13 +92,13 @@ class Verification(ShortRepr, Reported, builder="reports.verification:verificati
     def verdict(self) -> str:
         """The verdict as a sentence."""
         name, worst = max(self.differences.items(), key=lambda item: item[1] / self.allowed(item[0]))
-        what = f"the largest difference is {worst:.1e} ({name.replace('_', ' ')}), {self.allowed(name):.0e} is allowed"
+        largest = f"the largest difference is {worst:.1e} ({name.replace('_', ' ')}), {self.allowed(name):.0e} is allowed"
         if self.verified:
-            return f"verified: {what}"
+            return f"verified: {largest}"
         if not self.conclusive:
-            sure = max(self.scatter.items(), key=lambda item: item[1] / self.allowed(item[0]))[1]
-            return f"not verified: {what}; the reference solution is accurate to {sure:.1e} here"
-        return f"NOT verified: {what}"
+            accuracy = max(self.scatter.items(), key=lambda item: item[1] / self.allowed(item[0]))[1]
+            return f"not verified: {largest}; the reference solution is accurate to {accuracy:.1e} here"
+        return f"NOT verified: {largest}"
 
 
 def verify(
@@ -118,16 +120,16 @@ def verify(
         configuration: the pose.
         load: (6,) external wrench on the platform: force [N], moment [N·m].
         gravity: (3,) gravity [m/s²] in world axes.
-        point: (3,) where the force acts [m]; default o.
+        point: (3,) point of application of the force [m]; default o.
         frame: "world" or "platform", as in :func:`kinetostatics.analyze`.
         assembly_errors: errors of joints and beams by name, as in :func:`kinetostatics.analyze`.
-        loads: loads on links, see :func:`kinetostatics.analyze`.
-        payload: see :func:`kinetostatics.analyze`.
-        modes: number of natural frequencies to compare with those of beams in several elements with consistent masses.
-        within: the largest relative difference with which the pose counts as verified; natural frequencies may differ by 1e-5.
+        loads: loads on links, as in :func:`kinetostatics.analyze`.
+        payload: payload on the platform or a link.
+        modes: number of natural frequencies to compare; in the finite elements, beams are divided and have consistent masses.
+        within: largest relative difference of a verified pose; natural frequencies may differ by 1e-5.
 
     Raises:
-        ArgumentError: an argument has an invalid value or shape, or there is a batch of poses or loads.
+        ArgumentError: an argument has an invalid value or shape, or there are several poses or loads.
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
         StaticsError: the pose has no equilibrium, as in :func:`kinetostatics.analyze`.
     """
@@ -151,19 +153,19 @@ def verify(
         actuator_forces=ResultMapping({name: float(value) for name, value in result.actuator_forces.items()}),
         torques=theirs.torques,
     )
-    ruler = _Ruler(model, theirs)
+    sizes = _ReferenceValues(model, theirs)
     not_compared: dict[str, str] = {}
     known = {"joint_wrenches": dict(theirs.joint_wrenches), "beam_wrenches": dict(theirs.beam_wrenches)}
     for name in model.within - set(ours.joint_wrenches):
         del known["joint_wrenches"][name]
     joints = _determined(ours.joint_wrenches, known["joint_wrenches"], result, not_compared)
     beams = _determined(ours.beam_wrenches, known["beam_wrenches"], result, not_compared)
-    joint_differences = {name: ruler.wrench(ours.joint_wrenches[name], theirs.joint_wrenches[name]) for name in joints}
-    differences = ruler.differences(ours, theirs, joints, beams)
-    if np.any(np.isnan(ours.stiffness)) and not ruler.has_stiffness(theirs):
+    joint_differences = {name: sizes.wrench(ours.joint_wrenches[name], theirs.joint_wrenches[name]) for name in joints}
+    differences = sizes.differences(ours, theirs, joints, beams)
+    if np.any(np.isnan(ours.stiffness)) and not sizes.has_stiffness(theirs):
         del differences["stiffness"]
         not_compared["stiffness"] = "rigid limbs make it infinite; its inverse, the compliance, is compared"
-    scatter = {name: value for name, value in ruler.differences(less, theirs, joints, beams).items() if name in differences}
+    scatter = {name: value for name, value in sizes.differences(less, theirs, joints, beams).items() if name in differences}
     both = np.empty(0), np.empty(0)
     if count and any(np.isfinite(actuator.stiffness) for actuator in model.actuators):
         not_compared["frequencies"] = "an elastic actuator moves several joints"
@@ -203,7 +205,7 @@ def _ends(beam: BeamResult) -> Array:
 def _determined(
     ours: Mapping[str, Array], theirs: Mapping[str, Array], result: Result, not_compared: dict[str, str]
 ) -> list[str]:
-    """Return the joints or beams with wrenches from both computations."""
+    """Return the joints or beams whose wrenches both computations determine; add indeterminate ones to ``not_compared``."""
     found = []
     for name in sorted(set(ours) & set(theirs), key=list(theirs).index):
         if np.any(np.isnan(ours[name])) and result.indeterminate:
@@ -213,8 +215,8 @@ def _determined(
     return found
 
 
-class _Ruler:
-    """Reference values of relative differences, from the finite-element results."""
+class _ReferenceValues:
+    """Reference values of relative differences: norms of the finite-element results."""
 
     def __init__(self, model: FrameModel, theirs: FrameSolution) -> None:
         self.unit = np.repeat([1.0, model.length], 3)
@@ -230,7 +232,7 @@ class _Ruler:
         self.wrench_size = max([*sizes, NOTHING * yielding / softness])
 
     def has_stiffness(self, theirs: FrameSolution) -> bool:
-        """Whether the platform is compliant in all directions."""
+        """Whether the compliance can be inverted: no motion of the platform is prevented by rigid limbs."""
         values = np.linalg.svd(theirs.compliance * self.units, compute_uv=False)
         return bool(values[-1] * STIFF > self.compliance_size)
 
@@ -239,7 +241,7 @@ class _Ruler:
         return _relative(np.linalg.norm((ours - theirs) / self.unit), self.wrench_size)
 
     def differences(self, ours: FrameSolution, theirs: FrameSolution, joints: list[str], beams: list[str]) -> dict[str, float]:
-        """Return all differences except those of single joints; infinite where one value is NaN."""
+        """Return the differences by quantity; infinite if a value is NaN."""
         wrenches = [self.wrench(ours.joint_wrenches[name], theirs.joint_wrenches[name]) for name in joints]
         sections = [
             self.wrench(ours.beam_wrenches[name][end], theirs.beam_wrenches[name][end]) for name in beams for end in (0, 1)

@@ -34,8 +34,8 @@ class FrameBeam:
         stiffness: EA, κGA_y, κGA_z [N], GJ, EI_y, EI_z [N·m²].
         load: (6,) its weight, force and moment per length [N/m, N].
         length_error: excess of its unstrained length over the distance of its ends [m].
-        lever: (3,) lever arm of its weight [m].
-        mass: per length [kg/m].
+        lever: (3,) vector from its centre line to its mass [m].
+        mass: mass per length [kg/m].
     """
 
     name: str
@@ -82,13 +82,13 @@ class FrameJoint:
 
     Attributes:
         name: name of the joint. A joint inside several telescopic beams has one entry for each of them.
-        pieces: the joined pieces.
+        pieces: the two pieces.
         point: (3,) its centre [m].
         axes: (3, 3) its x, y, z as columns.
         blocked: (6,) mask of constrained directions along and about these axes.
         springs: its elastic parts, in series with the constraints.
         assembly_error: (6,) displacement of the outer piece relative to the inner when unloaded, at the centre [m, rad].
-        cross: (3,) axes of a universal joint free about both, that of the inner piece first; None for other joints.
+        cross: the two axes (3,) of a universal joint that is free about both, first the axis fixed to the inner piece; else None.
     """
 
     name: str
@@ -103,7 +103,7 @@ class FrameJoint:
 
 @dataclass(frozen=True)
 class FrameMass:
-    """A rigid body on a piece: its mass [kg], its ``centre`` (3,) [m], and its ``inertia`` (3, 3) about that [kg·m²]."""
+    """A rigid body on a piece: its ``mass`` [kg], ``centre`` of mass (3,) [m], and ``inertia`` (3, 3) about it [kg·m²]."""
 
     piece: int
     centre: Array
@@ -113,7 +113,7 @@ class FrameMass:
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A joint's coordinate: translation of its outer side along the world ``axis`` (3,), or rotation if it ``rotates``."""
+    """A joint's coordinate: translation of its outer side along the world ``axis`` (3,), or rotation about it."""
 
     joint: str
     axis: Array
@@ -127,8 +127,8 @@ class Actuator:
     Attributes:
         name: its name.
         moves: transmission ratio and coordinate of each joint that it moves, its own first.
-        stiffness: stiffness [N/m, N·m/rad] of an elastic actuator with followers; infinite otherwise (the stiffness of an
-            actuator without followers is a spring of its joint).
+        stiffness: stiffness [N/m, N·m/rad] of an elastic actuator that moves several joints; infinite otherwise. An elastic
+            actuator of one joint is a spring of this joint.
     """
 
     name: str
@@ -152,12 +152,11 @@ class FrameModel:
         beams, joints: connections of the pieces.
         actuators: the driven joints.
         size: diagonal of the box around all points [m].
-        length: mean distance of the platform's joints from o [m], or the size; makes rotations comparable.
+        length: scale of rotations: mean distance of the platform's joints and beam ends from o, or the size if it vanishes [m].
         ties: springs between pieces; their forces at the pose are among the loads.
-        within: names of the fixed joints inside the base or the platform, and of floating ones.
-        runs: names of hinges about one point that the analysis treats as one joint; their wrenches are resolved along common
-            axes.
-        pulls: piece, point (3,) [m] and force (3,) [N] of springs and weights of rigid links, which act without loads.
+        within: names of joints inside the base or the platform, and of floating joints.
+        runs: for each compound joint of the analysis, the names of its hinges, whose axes meet in a point.
+        pulls: forces of springs and weights of rigid links, each as piece, point (3,) [m] and force (3,) [N].
         masses: rigid links, and the payload.
     """
 
@@ -186,13 +185,13 @@ class FrameModel:
         return replace(self, loads=loads, joints=joints, beams=tuple(replace(beam, length_error=0.0) for beam in self.beams))
 
     def run_of(self, joint: FrameJoint) -> tuple[list[FrameJoint], tuple[int, int]]:
-        """Return the hinges that the analysis treats as one joint together with this one, and the pieces at their ends."""
+        """Return the hinges of the compound joint that contains a joint, and the pieces that they connect."""
         names = next((run for run in self.runs if joint.name in run), {joint.name})
         if len(names) == 1:
             return [joint], joint.pieces
         run = [item for item in self.joints if item.name in names]
         pieces = [piece for item in run for piece in item.pieces]
-        # fixed joints may connect them
+        # fixed joints may connect the hinges
         rigid = [item for item in self.joints if np.all(item.blocked) and not item.springs and item.name not in names]
         body_of = joined(range(len(self.references)), [item.pieces for item in rigid])
         bodies = [body_of[piece] for piece in pieces]
@@ -201,7 +200,7 @@ class FrameModel:
 
     @property
     def stiffest(self) -> float:
-        """Largest axial stiffness of a beam or stiffness of a joint [N/m], 1 if there are none."""
+        """Largest axial stiffness of a beam or stiffness of a joint [N/m]; 1 if everything is rigid."""
         found = [beam.stiffness[0] / beam.length for beam in self.beams]
         unit = np.repeat([1.0, self.length], 3)
         for joint in self.joints:
@@ -211,42 +210,46 @@ class FrameModel:
 
     @property
     def largest_assembly_error(self) -> float:
-        """Largest displacement of a single assembly error [m]."""
+        """Largest displacement by a single assembly error [m]; rotations are multiplied by the size."""
         unit = np.repeat([1.0, self.size], 3)
         found = [float(np.linalg.norm(joint.assembly_error * unit)) for joint in self.joints]
         return max([*found, *(abs(beam.length_error) for beam in self.beams)], default=0.0)
 
 
-#: Axes of free directions in the table of joint types, x along the joint's axis; universal joints are treated separately.
+#: Indices of the free directions, by entry of the table of joint types: x is along the joint's axis. Universal joints are treated
+#: separately.
 NUMBERS = {Axes.NONE: (), Axes.AXIS: (0,), Axes.ACROSS: (1, 2), Axes.ALL: (0, 1, 2)}
-#: Largest angle between an axis and an axis of the joint's frame that counts as zero [rad].
+#: Largest angle between a free direction and the span of a joint's elastic axes that counts as zero [rad].
 ALONG = 1e-9
+
+
+def axes_along(x: Array, y: Array) -> Array:
+    """Return right-handed axes (3, 3) as columns: x along the first vector, y in the plane of both."""
+    x = x / np.linalg.norm(x)
+    y = y - x * (x @ y)
+    y /= np.linalg.norm(y)
+    return np.column_stack([x, y, np.cross(x, y)])
 
 
 def joint_axes(joint: PlacedJoint) -> Array:
     """Return axes (3, 3): x along the joint's axis; of a universal joint, y along its first axis and x normal to both.
 
-    Joints without an axis have the axes of their frame on the predecessor.
+    For a joint without an axis, they are those of the joint frame on the predecessor.
     """
     frame = joint.frames[0][:3, :3]
     if not joint.type.has_axis:
         return frame
     if joint.type.turns is Axes.BOTH:
-        return _axes_from(np.cross(joint.axis, joint.axis2), joint.axis)
+        return axes_along(np.cross(joint.axis, joint.axis2), joint.axis)
     # the transverse axes are arbitrary; those of the frame may be axes of springs
     across = frame - np.outer(joint.axis, joint.axis @ frame)
-    return _axes_from(joint.axis, across[:, first_largest(np.linalg.norm(across, axis=0))])
-
-
-def _axes_from(x: Array, y: Array) -> Array:
-    x, y = x / np.linalg.norm(x), y / np.linalg.norm(y)
-    return np.column_stack([x, y, np.cross(x, y)])
+    return axes_along(joint.axis, across[:, first_largest(np.linalg.norm(across, axis=0))])
 
 
 def releases(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[Array, NDArray[np.bool_]]:
-    """Return axes (3, 3) of a joint, and the mask (6,) of free directions along and about them, without lock or spring.
+    """Return axes (3, 3) of a joint, and the mask (6,) of free directions along and about them.
 
-    A spring constrains a freedom whose direction is in the span of the axes with finite stiffness.
+    A direction is not free if the joint is locked, or if the direction is in the span of the axes with finite stiffness.
     """
     free = np.zeros(6, dtype=bool)
     axes = joint_axes(joint)
@@ -261,7 +264,7 @@ def releases(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[Array,
     if joint.type.turns is Axes.BOTH:
         loose = [axis for axis in (joint.axis, joint.axis2) if not held(1, axis)]
         if len(loose) == 1:  # the two axes need not be perpendicular
-            axes = _axes_from(loose[0], np.cross(joint.axis, joint.axis2))
+            axes = axes_along(loose[0], np.cross(joint.axis, joint.axis2))
         free[{0: [], 1: [3], 2: [4, 5]}[len(loose)]] = True
         return axes, free
     for group, directions in enumerate((joint.type.slides, joint.type.turns)):
@@ -271,7 +274,7 @@ def releases(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[Array,
 
 
 def joint_springs(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[FrameSpring, ...]:
-    """Return the springs of an elastic joint, in series: bearing, and actuator."""
+    """Return the springs of an elastic joint, in series: its bearing and its actuator."""
     if elastic is None:
         return ()
     springs = []
@@ -296,10 +299,10 @@ def joint_assembly_error(error: object, joint: PlacedJoint) -> Array:
     """Return the displacement (6,) of the outer side relative to the inner side at the centre, world axes [m, rad].
 
     Args:
-        error: the same displacement as given by the user, in world axes or with its own ``frame``; or None.
+        error: this displacement as given by the user, in world axes or with its own ``frame``; or None.
         joint: the joint.
     """
-    if error is None or (isinstance(error, Mapping) and "twist" not in error):  # error of a beam with the joint's name
+    if error is None or (isinstance(error, Mapping) and "twist" not in error):  # a beam with the joint's name has this error
         return np.zeros(6)
     own = isinstance(error, Mapping) and error.get("frame", "world") == "joint"
     twist = np.asarray(error["twist"] if isinstance(error, Mapping) else error, dtype=float)

@@ -1,6 +1,6 @@
-"""Frame of rigid pieces, beams and joints of a robot at one pose, from its file and the frames of its links alone.
+"""Frame of rigid pieces, beams and joints of a robot at one pose, from its file and the poses of its links alone.
 
-Limbs, wrenches and compliances of the package, which the frame verifies, are not used. SI units, world axes.
+SI units, world axes.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from kinetostatics.verification.frame import (
     FrameMass,
     FrameModel,
     FrameTie,
+    axes_along,
     joint_assembly_error,
     joint_springs,
     releases,
@@ -52,11 +53,11 @@ def build(
         configuration: the pose.
         load: (6,) external force and moment on the platform [N, N·m].
         gravity: (3,) [m/s²].
-        point: (3,) where the force acts [m]; default o.
-        frame: ``world`` or ``platform``: axes of load and point; with ``platform``, the point is relative to o.
-        assembly_errors: errors of joints and beams, see :func:`kinetostatics.analyze`.
-        loads: loads on links, see there.
-        payload: see there.
+        point: (3,) point of application of the force [m]; default o.
+        frame: "world" or "platform": axes of load and point; with "platform", the point is relative to o.
+        assembly_errors: errors of joints and beams, as in :func:`kinetostatics.analyze`.
+        loads: loads on links, as in :func:`kinetostatics.analyze`.
+        payload: payload on the platform or a link.
     """
     builder = _FrameBuilder(configuration, assembly_errors or {})
     return builder.build(np.asarray(load, dtype=float), np.asarray(gravity, dtype=float), point, frame, loads or {}, payload)
@@ -134,7 +135,7 @@ class _FrameBuilder:
         )
 
     def _acting(self, on_links: Mapping[str, object]) -> Iterator[tuple[int, Array, Array]]:
-        """Yield piece, force and moment (6,), and point of all loads on links."""
+        """Yield the loads on links, each as piece, wrench (6,) and point of application (3,)."""
         for link, value in on_links.items():
             several = value if isinstance(value, (list, tuple)) and any(isinstance(item, LinkLoad) for item in value) else [value]
             for item in several:
@@ -153,14 +154,14 @@ class _FrameBuilder:
         return FrameMass(self._loaded(link, at), at, float(np.asarray(payload.mass)), inertia)
 
     def _masses(self) -> Iterator[FrameMass]:
-        """Yield all rigid links with a mass."""
+        """Yield the rigid links that have a mass."""
         for link in self.description.links.values():
             if self.pieces.is_rigid(link.name) and link.mass > 0:
                 R, piece = self.configuration.frame(link.name)[:3, :3], self.number(self.pieces.of_link(link.name))
                 yield FrameMass(piece, self._centre(link.name), link.mass, R @ link.inertia.matrix @ R.T)
 
     def _spring(self, spring: Spring) -> tuple[FrameTie, Array]:
-        """Return a spring's stiffness between its ends, and its pull (3,) on the first end at the pose [N]."""
+        """Return a spring as a tie, and its force (3,) on its first end at the pose [N]."""
         ends = (spring.predecessor, spring.predecessor_point), (spring.successor, spring.successor_point)
         frames = [self.configuration.frame(link) for link, _ in ends]
         points = [frame[:3, :3] @ np.array(local) + frame[:3, 3] for frame, (_, local) in zip(frames, ends, strict=True)]
@@ -168,16 +169,13 @@ class _FrameBuilder:
         span = points[1] - points[0]
         length = float(np.linalg.norm(span))
         tension = spring.preload + spring.stiffness * (length - spring.free_length)
-        x = span / length
-        y = axis_across(x) - x * (x @ axis_across(x))
-        y /= np.linalg.norm(y)
+        axes = axes_along(span, axis_across(span / length))
         # along the spring its stiffness, across it tension / length
         stiffness = np.array([spring.stiffness, tension / length, tension / length])
-        axes = np.column_stack([x, y, np.cross(x, y)])
-        return FrameTie((pieces[0], pieces[1]), np.array(points), axes, stiffness), tension * x
+        return FrameTie((pieces[0], pieces[1]), np.array(points), axes, stiffness), tension * axes[:, 0]
 
     def _loaded(self, link: str, point: Array) -> int:
-        """Return the piece on which a load on a link acts; for an elastic link, the piece at the nearest end of its beams."""
+        """Return the piece on which a load at a point of a link acts; of an elastic link, the one at the nearest beam end."""
         if self.pieces.is_rigid(link):
             return self.number(self.pieces.of_link(link))
         beams = [self.pieces.beams[name] for name, beam in self.description.beams.items() if beam.link == link]
@@ -185,7 +183,7 @@ class _FrameBuilder:
         return self.number(min(ends, key=lambda end: float(np.linalg.norm(end[0] - point)))[1])
 
     def _actuators(self, coordinates: Mapping[str, Coordinate]) -> Iterator[Actuator]:
-        """Yield the actuators; an actuator also moves the joints that follow it."""
+        """Yield the actuators, each with the joints that it moves."""
         for name in self.description.driven:
             if name in coordinates:
                 followers = [
@@ -202,10 +200,10 @@ class _FrameBuilder:
         joint = item.joint
         elastic = self.description.joint_stiffness.get(joint.name)
         if elastic is not None and joint.name in self.followed:
-            elastic = replace(elastic, drive=None)  # it transmits forces of several joints
+            elastic = replace(elastic, drive=None)  # its actuator moves several joints
         axes, free = releases(joint, elastic)
         first, second = (self.number(piece) for piece in item.pieces)
-        # origin of the outer frame; only sliding joints have another one inside
+        # the origins of the two frames differ in joints that slide
         centre = joint.frames[1 if outward else 0][:3, 3]
         assembly_error = joint_assembly_error(self.assembly_errors.get(joint.name), joint)
         cross = (joint.axis, joint.axis2) if outward else (joint.axis2, joint.axis)
@@ -227,11 +225,8 @@ class _FrameBuilder:
         points = placed.points if outward else placed.points[::-1]
         span = points[1] - points[0]
         length = float(np.linalg.norm(span))
-        x = span / length
         # without y_axis the section is isotropic
-        hint = frame @ np.array(beam.y_axis) if beam.y_axis is not None else axis_across(x)
-        y = hint - x * (x @ hint)
-        y /= np.linalg.norm(y)
+        axes = axes_along(span, frame @ np.array(beam.y_axis) if beam.y_axis is not None else axis_across(span / length))
         E, G, section = beam.youngs_modulus, beam.shear_modulus, beam.section
         shear_y, shear_z = beam.shear_areas
         stiffness = (E * section.area, G * shear_y, G * shear_z, G * section.J, E * section.I_y, E * section.I_z)
@@ -246,7 +241,7 @@ class _FrameBuilder:
             placed.name,
             (first, second) if outward else (second, first),
             points,
-            np.column_stack([x, y, np.cross(x, y)]),
+            axes,
             stiffness,
             mass * np.append(gravity, np.cross(lever, gravity)),
             length_error,
@@ -257,7 +252,7 @@ class _FrameBuilder:
     # ---- weights and points -----------------------------------------------------------------------------------------
 
     def _mass(self, name: str) -> float:
-        """Return a beam's mass [kg]: by density, or as part of the link's mass in proportion to its length."""
+        """Return a beam's mass [kg]: by density, or the part of the link's mass in proportion to the beam's length."""
         beam = self.description.beams[name]
 
         def length(other: str) -> float:
@@ -270,7 +265,7 @@ class _FrameBuilder:
         return self.description.links[beam.link].mass * length(name) / sum(map(length, siblings))
 
     def _lever(self, placed: PlacedBeam) -> Array:
-        """Return the vector (3,) from the centroid of a link's beams to its centre of mass [m]; zero for a beam with density."""
+        """Return the vector (3,) [m] from the centroid of a link's beams to the link's centre of mass; zero for given density."""
         beam = self.description.beams[placed.name]
         if beam.density is not None:
             return np.zeros(3)

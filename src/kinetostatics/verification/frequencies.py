@@ -2,13 +2,14 @@
 
 Rigid bodies and eccentric masses of beams are point masses on rigid arms. The error of an eigenvalue is a series in even powers
 of the element length and in all powers of the inverse penalty of joints; results of several meshes and penalties are
-extrapolated. An eigenvalue proportional to the small stiffness of free directions counts as zero; one proportional to the penalty
-belongs to a rigid motion.
+extrapolated. An eigenvalue proportional to the small stiffness of free directions counts as zero, one proportional to the penalty
+as infinite.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -17,16 +18,17 @@ from kinetostatics.verification.frame import FrameModel
 from kinetostatics.verification.opensees import FrameUnits, frame_of, least_scatter, run, weights_at_zero
 from kinetostatics.verification.worker import Frame
 
-#: Elements of a beam by mesh; least number of meshes; scatter of the results above which a further mesh is used.
+#: Elements of a beam by mesh, and smallest number of meshes.
 MESHES, FEWEST = (3, 5, 7, 9, 13, 17), 4
+#: Scatter of the results above which a further mesh is used, or another stiffness of free directions.
 SURE = 5e-6
-#: Smallest penalty, as a multiple of the largest stiffness; each level doubles it and halves the stiffness of free directions.
-#: The first of these stiffnesses with a scatter below ``SURE`` is used.
+#: Smallest penalty, as a multiple of the largest stiffness, and number of levels; each level doubles the penalty.
 PENALTY, LEVELS = 20.0, 4
+#: Stiffnesses of free directions at the first level, in the order in which they are tried; each level halves them.
 REGULARIZATIONS = (1e-10, 1e-8, 1e-12, 1e-7, 1e-11, 1e-9)
-#: Ratio of eigenvalues at two levels above which they are proportional to a stiffness that is doubled.
+#: Ratio of an eigenvalue at two levels above which it counts as proportional to a stiffness that is doubled.
 FOLLOWS = 1.5
-#: Part of a beam's length below which its mass is on its centre line.
+#: Largest distance of a beam's mass from the centre line, as a part of the beam's length, that counts as zero.
 BESIDE = 1e-9
 
 
@@ -36,7 +38,7 @@ class Frequencies:
 
     Attributes:
         values: (count,) lowest nonzero frequencies [Hz]; infinite if there are fewer.
-        scatter: largest relative change by the finest mesh and the stiffest penalty.
+        scatter: largest relative change if the finest mesh or the stiffest penalty is omitted.
         zero: number of zero frequencies.
     """
 
@@ -58,51 +60,40 @@ def frequencies(model: FrameModel, count: int) -> Frequencies:
     for elements in MESHES if model.beams else MESHES[:1]:
         mesh = frame_with_masses(model, scale, total, elements)
         if not found:
-            regularization, levels, free = _coarsest(mesh, count)
-            zero = _zeros(levels)
+            regularization, free, levels = least_scatter(REGULARIZATIONS, SURE, partial(_without_zeros, mesh, count))
+            # eigenvalues proportional to the smallest stiffness are below those of heavy platforms, too
+            zero = max(free, _without_zeros(mesh, count, min(REGULARIZATIONS))[1][1])
         else:
-            levels = _at_levels(mesh, regularization, zero + count)
-        found.append(levels[:, zero : zero + count])
+            levels = _at_levels(mesh, regularization, free + count)[:, free:]
+        found.append(levels)
         if len(found) < (FEWEST if model.beams else 1):
             continue
         values = _limit(found)
         less = _limit([levels[:-1] for levels in found]), _limit(found[:-1] or found)
         scatter = max(relative_difference(item, values) for item in less)
         if best is None or scatter < best.scatter:
-            best = Frequencies(values * np.sqrt(scale.stiffness / total) / (2 * np.pi), scatter, free)
+            best = Frequencies(values * np.sqrt(scale.stiffness / total) / (2 * np.pi), scatter, zero)
         if scatter < SURE:
             break
     assert best is not None
     return best
 
 
-def _coarsest(mesh: Frame, count: int) -> tuple[float, Array, int]:
-    """Return the least disturbing stiffness of free directions, the eigenvalues of a mesh with it, zeros first, and their number.
+def _without_zeros(mesh: Frame, count: int, regularization: float) -> tuple[float, tuple[float, int, Array]]:
+    """Return the scatter of a mesh; and the stiffness of free directions, the number of zeros, the eigenvalues (levels, count).
 
-    With the smallest stiffness, eigenvalues that are proportional to it are below those of heavy platforms, too.
+    Zeros are the leading eigenvalues that are proportional to the stiffness of free directions.
     """
-
-    def solved(regularization: float) -> tuple[float, tuple[float, Array]]:
-        asked = count
-        while True:
-            levels = _at_levels(mesh, regularization, asked)
-            zero = _zeros(levels)
-            if zero + count <= asked:
-                break
-            asked = 2 * zero + count
-        levels = levels[:, : zero + count]
-        scatter = relative_difference(_limit([levels[:-1, zero:]]), _limit([levels[:, zero:]]))
-        return scatter, (regularization, levels)
-
-    regularization, levels = least_scatter(REGULARIZATIONS, SURE, solved)
-    _, (_, lowest) = solved(min(REGULARIZATIONS))
-    return regularization, levels, max(_zeros(levels), _zeros(lowest))
-
-
-def _zeros(levels: Array) -> int:
-    """Return the number of leading eigenvalues (levels, n) that are proportional to the stiffness of free directions."""
-    follows = np.all(levels[:-1] > FOLLOWS * levels[1:], axis=0)
-    return int(np.argmin(np.append(follows, False)))
+    zeros, number = 0, count
+    while True:
+        levels = _at_levels(mesh, regularization, number)
+        follows = np.all(levels[:-1] > FOLLOWS * levels[1:], axis=0)
+        zeros = int(np.argmin(np.append(follows, False)))
+        if zeros + count <= number:
+            break
+        number = 2 * zeros + count
+    levels = levels[:, zeros : zeros + count]
+    return relative_difference(_limit([levels[:-1]]), _limit([levels])), (regularization, zeros, levels)
 
 
 def _at_levels(mesh: Frame, regularization: float, number: int) -> Array:
@@ -116,7 +107,7 @@ def _at_levels(mesh: Frame, regularization: float, number: int) -> Array:
 
 
 def _limit(meshes: list[Array]) -> Array:
-    """Return roots (count,) of eigenvalues extrapolated from (levels, count) of each mesh; infinite for rigid motions."""
+    """Return the square roots (count,) of the eigenvalues extrapolated from (levels, count) of each mesh."""
     rigid = ~(meshes[0][1] < FOLLOWS * meshes[0][0])
     with np.errstate(invalid="ignore"):
         rows = [weights_at_zero(np.array([0.5**k for k in range(len(mesh))])) @ mesh for mesh in meshes]
@@ -148,7 +139,7 @@ def frame_with_masses(model: FrameModel, scale: FrameUnits, total: float, elemen
             frame["nodes"].append((point / scale.length).tolist())
 
     for body in model.masses:
-        # pairs of masses on arms as long as the frame; the mass in their middle may be negative
+        # pairs of masses on arms as long as the frame; the mass at their centre may be negative
         values, axes = np.linalg.eigh(np.trace(body.inertia) / 2 * np.eye(3) - body.inertia)
         around = values / (2 * scale.length**2)
         for mass, axis in zip(around, axes.T, strict=True):
@@ -162,7 +153,7 @@ def frame_with_masses(model: FrameModel, scale: FrameUnits, total: float, elemen
                 item["mass"] = beam.mass * scale.length / total
             continue
         EA, *_, EI_y, EI_z = beam.stiffness
-        # four arms at whose ends equal masses have the rotary inertia of the section
+        # equal masses at the ends of four arms have the rotary inertia of the section
         arms = beam.axes[:, 1] * np.sqrt(2 * EI_z / EA), beam.axes[:, 2] * np.sqrt(2 * EI_y / EA)
         path = [beam.pieces[0], *(item["nodes"][1] for item in mine[:-1]), beam.pieces[1]]
         for k, (node, point) in enumerate(zip(path, beam.divided(elements), strict=True)):

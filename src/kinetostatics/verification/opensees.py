@@ -1,8 +1,8 @@
-"""Solution of a frame by OpenSeesPy: scaled, with joints by penalty, extrapolated to joints without compliance.
+"""Solution of a frame by OpenSeesPy, with joints by the penalty method, extrapolated to joints without compliance.
 
 A joint is a spring: stiff in constrained directions, with a very small stiffness in free ones, so that a strut free to spin about
 its own axis does not make the stiffness singular. Elastic directions are further springs in series. Every result is a rational
-function of the inverse penalty h; it is computed at several h and extrapolated to h = 0 (Richardson), up to rounding errors.
+function of the inverse penalty h; it is computed at several h and extrapolated to h = 0 (Richardson's extrapolation).
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from kinetostatics.verification.worker import Answer, BeamInput, Frame, SpringIn
 #: Smallest penalty, as a multiple of the largest stiffness of a beam or spring; each level doubles it.
 PENALTY = 30.0
 LEVELS = 7
-#: Stiffness of free directions at the first level; each level halves it. Large values disturb robots near a singular pose, small
-#: values are lost in rounding: the next value is tried if the extrapolations differ by more than ``SURE``.
+#: Stiffnesses of free directions at the first level; each level halves them. Large values disturb robots near a singular pose,
+#: small values are lost in rounding: the next value is tried if the extrapolations differ by more than ``SURE``.
 REGULARIZATIONS = (1e-10, 1e-12, 1e-8, 1e-11, 1e-9)
 SURE = 1e-9
 #: Time limit of OpenSees [s].
@@ -53,10 +53,10 @@ class FrameSolution(ShortRepr):
     Attributes:
         twist: (6,) twist of the platform at o [m, rad].
         compliance: (6, 6) compliance at o, by six unit loads [m/N, m/(N·m), rad/N, rad/(N·m)].
-        stiffness: (6, 6) inverse of the compliance, NaN if that is singular.
+        stiffness: (6, 6) inverse of the compliance; NaN if the compliance is singular.
         joint_wrenches: (6,) wrench of each joint [N, N·m].
-        beam_wrenches: (2, 6) wrenches of each beam's outer part on its inner part, at its base end and platform end, about
-            this end, world axes [N, N·m].
+        beam_wrenches: (2, 6) wrenches of each beam's outer part on its inner part at both ends, base end first, each about its
+            end [N, N·m].
         actuator_forces: force or torque of each driven joint [N or N·m].
         torques: names of the driven joints that rotate.
     """
@@ -71,10 +71,10 @@ class FrameSolution(ShortRepr):
 
 
 def levels(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Solve a frame for the displacements of some pieces, see :func:`_arrays`.
+    """Solve a frame, and return the displacements of some pieces, the probes, see :func:`_arrays`.
 
     Returns:
-        Results extrapolated from all levels, in units of the scale; and from one level less, to estimate the accuracy.
+        Results extrapolated from all levels, in units of the scale; and from all levels but the last, to estimate the accuracy.
 
     Raises:
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
@@ -91,9 +91,12 @@ def levels(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> tuple
 
 
 def least_scatter(regularizations: Iterable[float], sure: float, solved: Callable[[float], tuple[float, Solved]]) -> Solved:
-    """Return the result for the stiffness of free directions with the least scatter, or the first with a scatter below ``sure``.
+    """Return the result of the first stiffness of free directions with a scatter below ``sure``, else the one of least scatter.
 
-    ``solved`` returns scatter and result for a stiffness.
+    Args:
+        regularizations: the stiffnesses.
+        sure: the scatter.
+        solved: function that returns scatter and result for a stiffness.
 
     Raises:
         OpenSeesError: no stiffness has a solution.
@@ -141,9 +144,13 @@ class FrameUnits:
 
 
 def frame_of(model: FrameModel, scale: FrameUnits, probes: Sequence[int], elements: int = 1) -> Frame:
-    """Return the frame for the worker, in units of ``scale``; ``probes`` are the pieces whose motions are returned.
+    """Return the input of the worker, in units of ``scale``; the first nodes are the reference points of the pieces.
 
-    The first nodes are the references of the pieces. Beams are divided into equal ``elements``.
+    Args:
+        model: the frame.
+        scale: the units.
+        probes: pieces whose displacements are returned.
+        elements: number of elements of a beam.
     """
     nodes: list[list[float]] = []
     fixed: list[int] = []
@@ -178,11 +185,10 @@ def frame_of(model: FrameModel, scale: FrameUnits, probes: Sequence[int], elemen
             springs.append(
                 {
                     "tag": len(springs) + 1,
-                    "joint": joint.name,
                     "nodes": nodes_between[number : number + 2],
                     "stiffness": [None if np.isinf(value) else value for value in (stiffness / unit).tolist()],
                     "axes": axes[:, :2].T.ravel().tolist(),
-                    # assembly error of the whole joint
+                    # the first spring has the assembly error of the joint
                     "assembly_error": (turn.T @ (joint.assembly_error / scale.twist)).tolist() if number == 0 else [0.0] * 6,
                 }
             )
@@ -220,10 +226,10 @@ def frame_of(model: FrameModel, scale: FrameUnits, probes: Sequence[int], elemen
 
 
 def _at_ends(beam: FrameBeam) -> Array:
-    """Return the forces and moments (12,) on a beam's ends, base end first, equivalent to its even moment and its assembly error.
+    """Return the wrenches (12,) on a beam's ends, base end first, equivalent to its uniform moment and its length error.
 
-    For a clamped Timoshenko beam under a uniform transverse moment m, they are forces m/(1 + φ) along the other transverse axis
-    and end moments, with φ = 12 EI/(κGA L²). The length error is compensated by an axial force.
+    For a clamped Timoshenko beam under a uniform transverse moment m, the forces are m/(1 + φ) along the other transverse axis,
+    with φ = 12 EI/(κGA L²). The length error is compensated by an axial force.
     """
     L, (EA, GA_y, GA_z, _, EI_y, EI_z) = beam.length, beam.stiffness
     x, y, z = beam.axes.T @ beam.load[3:]
@@ -234,14 +240,18 @@ def _at_ends(beam: FrameBeam) -> Array:
 
 
 def series(joint: FrameJoint) -> list[tuple[Array, Array]]:
-    """Return axes and stiffnesses (6,) of a joint's springs in series: infinite in constrained directions, zero in free ones."""
+    """Return axes and stiffnesses (6,) of a joint's springs in series; they are infinite in constrained directions, zero in free
+    ones.
+    """
     blocks = (joint.axes, np.where(joint.blocked, np.inf, 0.0))
     springs = [(spring.axes, spring.stiffness) for spring in joint.springs]
     return springs if springs and np.all(joint.blocked) else [blocks, *springs]
 
 
 def _arrays(level: Answer) -> dict[str, Array]:
-    """Return the results of a level in scaled units: displacements of p probes under loads (6p,) and unit loads (6p, 6p)."""
+    """Return the arrays of a level, in units of the scale: displacements of p probes under the loads ("twist", (6p,)) and under
+    unit loads ("compliance", (6p, 6p)), and forces of springs (n, 6) and beams (n, 2, 6).
+    """
     moved = np.array(level["moved"])
     return {
         "twist": moved[0],
@@ -266,13 +276,13 @@ def _extrapolated(levels: list[dict[str, Array]], h: Array) -> dict[str, Array]:
 
 
 def _scatter(some: Mapping[str, Array], other: Mapping[str, Array]) -> float:
-    """Return the largest relative difference of two results in units of order one; reference values are at least 1e-3."""
+    """Return the largest relative difference of two scaled results; reference values are at least 1e-3."""
     gaps = [np.abs(some[key] - other[key]).max(initial=0.0) / max(np.abs(some[key]).max(initial=0.0), 1e-3) for key in some]
     return float(max(gaps)) if np.all(np.isfinite(gaps)) else float("inf")
 
 
 def of_platform(raw: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the results with displacements of the platform only; other pieces may spin freely."""
+    """Return the results with the displacements of the first probe, the platform, only: other pieces may spin freely."""
     return {**raw, "twist": raw["twist"][:6], "compliance": raw["compliance"][:6, :6]}
 
 
@@ -281,7 +291,7 @@ def answer(model: FrameModel, scale: FrameUnits, raw: Mapping[str, Array]) -> Fr
     wrenches: dict[str, Array] = {}
     row = 0
     for joint in model.joints:
-        # a joint inside several telescopic beams has the sum of their wrenches
+        # a joint inside several telescopic beams transmits the sum of their wrenches
         wrenches[joint.name] = wrenches.get(joint.name, np.zeros(6)) + raw["springs"][row] * scale.wrench
         row += len(series(joint))
     sections = {beam.name: raw["beams"][k] * scale.wrench * np.array([[-1.0], [1.0]]) for k, beam in enumerate(model.beams)}
@@ -303,7 +313,7 @@ def answer(model: FrameModel, scale: FrameUnits, raw: Mapping[str, Array]) -> Fr
 
 
 def inverse(compliance: Array, length: float) -> Array:
-    """Return the stiffness (6, 6) of a compliance, NaN where it is singular."""
+    """Return the stiffness (6, 6) of a compliance; NaN if the compliance is singular."""
     unit = np.outer(*[np.repeat([1.0, length], 3)] * 2)
     try:
         return np.asarray(np.linalg.inv(compliance * unit) * unit, dtype=np.float64)
@@ -312,7 +322,7 @@ def inverse(compliance: Array, length: float) -> Array:
 
 
 def _along(part: Coordinate, wrenches: Mapping[str, Array]) -> float:
-    """Return the force or torque of a joint's wrench along its coordinate."""
+    """Return the component of a joint's wrench along its coordinate: a force or a torque."""
     wrench = wrenches[part.joint]
     return float(part.axis @ (wrench[3:] if part.rotates else wrench[:3]))
 
@@ -321,7 +331,7 @@ def _along(part: Coordinate, wrenches: Mapping[str, Array]) -> float:
 
 
 def run(frame: Frame, springs: list[tuple[float, float]]) -> list[Answer]:
-    """Solve a frame by OpenSees in a separate process, for each stiffness of blocked and of free directions of joints."""
+    """Solve a frame by OpenSees in a separate process, for pairs of stiffnesses of the joints' blocked and free directions."""
     if importlib.util.find_spec("openseespy") is None:
         raise OpenSeesError("the check by finite elements needs OpenSeesPy: pip install 'kinetostatics[verify]'")
     command = [sys.executable, str(Path(__file__).with_name("worker.py"))]

@@ -1,7 +1,7 @@
 """Rigid pieces of a robot at one pose, and the joints and beams between them.
 
-A piece is a link without beams, or the parts fixed to one end of a beam. Pieces are derived from the file and the frames of the
-links, independently of :mod:`kinetostatics.mechanism.limbs`, which they verify.
+A piece is a link without beams, or the parts fixed to one end of a beam. Pieces are derived from the file and the poses of the
+links, independently of :mod:`kinetostatics.mechanism.limbs`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from kinetostatics.description.joint_types import JOINT_TYPES, JointType
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.graphs import Paths
+from kinetostatics.math.graphs import Paths, joined
 from kinetostatics.mechanism.beam_geometry import BeamSpan, SpanFinder
 
 if TYPE_CHECKING:
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 class Directions:
     """Directions of the edges of a graph from base to platform.
 
-    If all simple paths from base to platform traverse an edge in the same direction, its inner node is the first on these paths.
-    If they traverse it in both directions (the bridge of a cross-brace), or if it belongs to a ring off all paths, its inner node
-    is its own first node. Other edges off all paths point away from the node that connects them to base or platform.
+    If all simple paths from base to platform traverse an edge in the same direction, its inner node comes first on these paths.
+    If paths traverse the edge in both directions (the bridge of a cross-brace), or if the edge belongs to a ring outside all
+    paths, its inner node is its first node. Other edges outside all paths point away from base or platform.
 
     Args:
         edges: the two nodes of every edge, by key.
@@ -53,7 +53,7 @@ class Directions:
         return True
 
 
-#: Largest distance of coincident ends of the beams of one link [m].
+#: Largest distance [m] of two beam ends of one link that count as one point.
 SAME_END = 1e-6
 
 
@@ -62,7 +62,8 @@ class PlacedJoint:
     """A joint or loop of the file at the pose, world axes.
 
     Attributes:
-        name, kind: its name and type.
+        name: its name.
+        kind: name of its type.
         links: predecessor and successor.
         frames: (4, 4) joint frames fixed to predecessor and successor.
         axis: (3,) first axis, fixed to the predecessor.
@@ -120,8 +121,8 @@ class JointedBodies:
     Attributes:
         joint: the joint.
         pieces: pieces of its predecessor and successor.
-        along: for a joint inside a telescopic beam, the beam's name and whether the predecessor is nearer to its start; else
-            None.
+        along: for a joint inside a telescopic beam, the beam's name, and whether the joint's predecessor is nearer to the start
+            of the beam; else None.
     """
 
     joint: PlacedJoint
@@ -141,9 +142,9 @@ class PlacedBeam:
 class RigidPieces:
     """All rigid pieces of one pose.
 
-    A telescopic beam that spans joints has pieces of its own at its ends. Its mass moves with the link that contains it (the
-    carrier): joints between the beam's start and the carrier connect the start to the beam, the other joints connect the beam to
-    its end; links between these joints are intermediate pieces.
+    A telescopic beam spans joints and belongs to one of the links between its ends, its carrier. The joints between its start
+    and the carrier connect the start to the beam; the other joints connect the beam to its end. The other links between these
+    joints are intermediate pieces.
 
     Attributes:
         joints: all joints and loops by name.
@@ -162,7 +163,7 @@ class RigidPieces:
         #: pieces of each link with their points; point None: the link is one piece
         self._of: dict[str, list[tuple[Array | None, int]]] = {}
         self._inside: list[JointedBodies] = []
-        #: for each intermediate piece of a telescopic beam, the piece at the start or end of the beam
+        #: for each intermediate piece of a telescopic beam, the piece at the nearer end of the beam
         self._whole: dict[int, int] = {}
         spans = SpanFinder(self.robot.mechanism).spans()
         self._carriers = {span.beam.link for span in spans.values()}
@@ -175,7 +176,7 @@ class RigidPieces:
         self.base, self.platform = self.of_link(self.description.base), self.of_link(self.description.platform)
 
     def find(self, piece: int) -> int:
-        """Return the merged piece that contains a piece."""
+        """Return the piece with which a piece was merged."""
         while self._parent[piece] != piece:
             piece = self._parent[piece]
         return piece
@@ -256,27 +257,24 @@ class RigidPieces:
 
     # ---- inner and outer sides ---------------------------------------------------------------------------------------
 
-    def _rigid_with(self, link: str) -> set[int]:
-        """Return the pieces rigidly connected to a link by fixed joints between links without beams."""
-        elastic = {item.joint for item in self.description.joint_stiffness.values() if item.linear or item.angular}
-        found, queue = {link}, [link]
-        while queue:
-            here = queue.pop()
-            for joint in self.joints.values():
-                if joint.type.is_fixed and here in joint.links and joint.name not in elastic:
-                    other = joint.other(here)
-                    if other not in found and self.is_rigid(other):
-                        found.add(other)
-                        queue.append(other)
-        return {self.of_link(item) for item in found}
-
     @cached_property
     def _ends(self) -> tuple[set[int], set[int]]:
-        return self._rigid_with(self.description.base), self._rigid_with(self.description.platform)
+        """Pieces rigidly connected to base and platform by fixed joints between links without beams."""
+        elastic = {item.joint for item in self.description.joint_stiffness.values() if item.linear or item.angular}
+        welds = [
+            joint.links
+            for joint in self.joints.values()
+            if joint.type.is_fixed and joint.name not in elastic and all(map(self.is_rigid, joint.links))
+        ]
+        body_of = joined(self.description.links, welds)
+        base, platform = (
+            {self.of_link(link) for link in body_of[end]} for end in (self.description.base, self.description.platform)
+        )
+        return base, platform
 
     @cached_property
     def within(self) -> frozenset[str]:
-        """Names of joints inside the base or the platform, between rigidly connected pieces, and of floating joints."""
+        """Names of joints inside the base or the platform, and of floating joints."""
         return frozenset(
             item.joint.name
             for item in self.jointed

@@ -1,4 +1,4 @@
-"""Solution of a frame, with the geometric stiffness of the forces at the pose, and with elastic actuators of several joints.
+"""Solution of a frame with geometric stiffness and with elastic actuators that move several joints.
 
 A force f of constant direction, on a piece at the arm r, has the second-order potential −½ f·(θ × (θ × r)) under a rotation θ of
 the piece. The force and moment of a joint between two pieces rotate with the mean of both rotations. In a beam with the section
@@ -19,20 +19,20 @@ from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.verification.frame import Actuator, FrameBeam, FrameJoint, FrameModel
 from kinetostatics.verification.opensees import FrameSolution, FrameUnits, answer, inverse, levels, series
 
-#: Difference of the compliance between two extrapolations, in units of the stiffest element, above which a motion is constrained
-#: by the springs of :data:`opensees.REGULARIZATIONS` alone.
+#: Difference of two extrapolations of the compliance, in units of the stiffest element, above which a motion is constrained by
+#: the small stiffness of free directions alone.
 LOOSE = 1e9
-#: Part of the largest geometric stiffness, or of a motion, that counts as zero.
+#: Stiffness relative to the largest geometric stiffness, or component of a unit motion, that counts as zero.
 NOTHING = 1e-6
-#: Relative change at which the iteration of displacement-dependent loads ends, and largest number of iterations.
+#: Relative change of displacement-dependent loads at which their iteration ends, and largest number of iterations.
 FOLLOWED, PASSES = 1e-12, 4
 
 
 def solve(model: FrameModel) -> tuple[FrameSolution, FrameSolution]:
-    """Solve a frame: first with rigid actuators, then with the deformation of elastic actuators that have followers.
+    """Solve a frame: first with rigid actuators, then with the deflections of elastic actuators that move several joints.
 
     Returns:
-        The solution; and one extrapolated from one level less, to estimate the accuracy.
+        The solution; and one extrapolated from all levels but the last, to estimate the accuracy.
 
     Raises:
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
@@ -45,7 +45,7 @@ def solve(model: FrameModel) -> tuple[FrameSolution, FrameSolution]:
 
 
 def _by_unit_deflection(model: FrameModel, actuator: Actuator) -> FrameModel:
-    """Return an unloaded frame whose assembly errors are the joint displacements for a unit coordinate of an actuator."""
+    """Return the unloaded frame with the joint displacements by a unit coordinate of an actuator as assembly errors."""
     by = {part.joint: (ratio, part) for ratio, part in actuator.moves}
     joints = []
     for joint in model.joints:
@@ -62,15 +62,15 @@ def _with_elastic_actuators(
 ) -> FrameSolution:
     """Add the deflections w of elastic actuators to a solution with rigid ones.
 
-    The deflections satisfy f₀ + G w = −k w, with the actuator forces f₀ of the rigid solution, those of unit deflections G, and
-    the stiffnesses k. By reciprocity, the actuator forces under a unit load on the platform are minus the platform's
-    displacements by unit deflections.
+    The deflections satisfy f₀ + G w = −k w, with the actuator forces f₀ of the rigid solution, the actuator forces G by unit
+    deflections, and the stiffnesses k. By reciprocity, the actuator forces under a unit load on the platform are the negative
+    displacements of the platform by unit deflections.
     """
     if not soft:
         return rigid
-    resist = np.array([[unit.actuator_forces[item.name] for unit in units] for item in soft])
-    resist = np.linalg.inv(resist + np.diag([item.stiffness for item in soft]))
-    w = -resist @ [rigid.actuator_forces[item.name] for item in soft]
+    G = np.array([[unit.actuator_forces[item.name] for unit in units] for item in soft])
+    yielding = np.linalg.inv(G + np.diag([item.stiffness for item in soft]))
+    w = -yielding @ [rigid.actuator_forces[item.name] for item in soft]
     moved = np.stack([unit.twist for unit in units], axis=1)
 
     def summed(pick: Callable[[FrameSolution], Mapping[str, Array]]) -> Mapping[str, Array]:
@@ -81,7 +81,7 @@ def _with_elastic_actuators(
             }
         )
 
-    C = rigid.compliance + moved @ resist @ moved.T
+    C = rigid.compliance + moved @ yielding @ moved.T
     forces = {
         name: force + sum(a * unit.actuator_forces[name] for a, unit in zip(w.tolist(), units, strict=True))
         for name, force in rigid.actuator_forces.items()
@@ -98,7 +98,7 @@ def _with_elastic_actuators(
 
 
 def _solve(model: FrameModel, robot: FrameModel) -> tuple[FrameSolution, FrameSolution]:
-    """Solve a frame with rigid actuators, apart from the springs of joints, as :func:`solve`."""
+    """Solve a frame as :func:`solve`, with rigid actuators where they move several joints."""
     scale = FrameUnits(model)
     answers = _with_springs(model, robot, scale) if model.ties else levels(model, scale, [model.platform])
     all_levels, one_less = (answer(model, scale, raw) for raw in answers)
@@ -109,20 +109,20 @@ def _with_springs(model: FrameModel, robot: FrameModel, scale: FrameUnits) -> tu
     """Return results as :func:`levels`, with the geometric stiffness K_G of the forces at the pose.
 
     OpenSees computes these forces, the displacements u₀ without K_G, and the compliance C of all pieces under unit loads. The
-    displacements are u = (1 + C K_G)⁻¹ u₀. To remove rounding errors of C, the loads −K_G u are added to the frame and u is
-    corrected by the residual of its new solution, until these loads are constant.
+    displacements are u = (1 + C K_G)⁻¹ u₀. To remove rounding errors of C, the loads −K_G u are added to the frame, which is
+    solved again; the residual corrects u, until these loads are constant.
     """
     pieces = [model.platform, *(piece for piece in range(len(model.references)) if piece not in (model.base, model.platform))]
     at_the_pose, loaded = levels(robot.at_the_pose, scale, pieces), levels(model, scale, pieces)
     rows = np.concatenate([6 * piece + np.arange(6) for piece in pieces])
     first = np.cumsum([0, *(len(series(joint)) for joint in model.joints)])[:-1]
     found = []
-    # the compliances differ in motions that the regularization alone constrains
-    of_ground = loaded[0]["compliance"] - loaded[1]["compliance"]
+    # the compliances differ in motions that the small stiffness of free directions alone constrains
+    difference = loaded[0]["compliance"] - loaded[1]["compliance"]
     for forces, raw in zip(at_the_pose, loaded, strict=True):
         K = geometric_stiffness(robot, forces["springs"][first] * scale.wrench, forces["beams"] * scale.wrench)
         K = K[np.ix_(rows, rows)] * np.tile(scale.twist, len(pieces)) / np.tile(scale.wrench, len(pieces))[:, None]
-        constrained = _constrained(of_ground, K)
+        constrained = _constrained(difference, K)
         K, C = constrained @ K @ constrained, constrained @ raw["compliance"] @ constrained
         tangent = np.eye(len(K)) + C @ K
         moved = np.linalg.solve(tangent, constrained @ np.column_stack([raw["twist"], C[:, :6]]))
@@ -142,7 +142,7 @@ def _with_springs(model: FrameModel, robot: FrameModel, scale: FrameUnits) -> tu
         turns[pieces] = moved.reshape(-1, 6)[:, 3:] * scale.twist[3:]
         springs = raw["springs"].copy()
         for joint, row in zip(model.joints, first, strict=True):
-            # wrenches rotate with the mean of a joint's own pieces; the analysis lets them rotate with the mean of the run's ends
+            # here a wrench rotates with the mean of the joint's pieces, in the analysis with the mean of the compound joint's
             run, ends = robot.run_of(joint)
             turn = np.mean(turns[list(joint.pieces)] - turns[list(ends)], axis=0)
             springs[row] += np.cross(turn, forces["springs"][row].reshape(2, 3)).ravel()
@@ -153,16 +153,16 @@ def _with_springs(model: FrameModel, robot: FrameModel, scale: FrameUnits) -> tu
     return answers[0], answers[1]
 
 
-def _constrained(of_ground: Array, K: Array) -> Array:
-    """Return the projection (n, n) onto constrained motions; those of the platform, the first piece, are always included.
+def _constrained(difference: Array, K: Array) -> Array:
+    """Return the projection (n, n) onto constrained motions and all motions of the platform, the first piece.
 
     Excluded are motions without any stiffness, such as the spin of a strut between two spherical joints.
 
     Args:
-        of_ground: (n, n) difference of C between two extrapolations, which vanishes for motions constrained by the robot itself.
+        difference: (n, n) difference of two extrapolations of C, which vanishes for motions constrained by the robot itself.
         K: (n, n) the geometric stiffness.
     """
-    values, vectors = np.linalg.eigh((of_ground + of_ground.T) / 2)
+    values, vectors = np.linalg.eigh((difference + difference.T) / 2)
     free = vectors[:, np.abs(values) > LOOSE]
     values, turned = np.linalg.eigh(free.T @ K @ free)
     spins = free @ turned[:, np.abs(values) <= NOTHING * np.abs(K).max(initial=0.0)]
@@ -172,7 +172,7 @@ def _constrained(of_ground: Array, K: Array) -> Array:
 
 
 def geometric_stiffness(model: FrameModel, joints: Array, beams: Array) -> Array:
-    """Return the geometric stiffness (6n, 6n) of n pieces about their reference points by the forces at the pose, with springs.
+    """Return the geometric stiffness (6n, 6n) of n pieces about their reference points, including the stiffness of springs.
 
     Args:
         model: the frame.
@@ -190,7 +190,7 @@ def geometric_stiffness(model: FrameModel, joints: Array, beams: Array) -> Array
         K[6 * piece + 3 : 6 * piece + 6, 6 * piece + 3 : 6 * piece + 6] += _of_arm(force, point - model.references[piece])
 
     def moves(pieces: tuple[int, int], points: Array) -> Array:
-        """Return displacements and rotations (2, 6, 12) at points of two pieces, by displacements of the pieces."""
+        """Return the displacements (2, 6, 12) of a point of each of two pieces, by the displacements of the pieces."""
         found = np.zeros((2, 6, 12))
         for side, (piece, point) in enumerate(zip(pieces, points, strict=True)):
             found[side, :, 6 * side : 6 * side + 6] = np.eye(6)
@@ -231,16 +231,16 @@ def _symmetric(matrix: Array) -> Array:
 def _of_joint(joint: FrameJoint, wrench: Array, inner: Array, outer: Array) -> Array:
     """Return the second derivative (12, 12) of −F·d − M·φ for the force F and the moment M of a joint.
 
-    The part of the centre's displacements of second order is left out; it is that of :func:`_of_arm`.
-    d is the displacement of the outer piece's centre relative to the inner piece's, in the mean of both pieces' axes; φ is the
-    relative rotation vector, to second order θ₂ − θ₁ − ½ θ₁ × θ₂.
+    d is the displacement of the joint's centre on the outer piece relative to the one on the inner piece, in the mean of both
+    pieces' axes; φ is the relative rotation vector, to second order θ₂ − θ₁ − ½ θ₁ × θ₂. The second-order displacements of the
+    centres are not included; :func:`_of_arm` gives their part.
     """
     mean, apart = (inner[3:] + outer[3:]) / 2, outer[:3] - inner[:3]
     found = _symmetric(outer[3:].T @ _cross(wrench[3:]) @ inner[3:] / 2 - mean.T @ _cross(wrench[:3]) @ apart)
     if joint.cross is None:
         return found
-    # constrained is the angle between its axes a and b, not the rotation about a × b: a·b changes by −(θ₂ − θ₁)·(a × b)
-    # + ½ b·(θ₁ × (θ₁ × a)) + ½ a·(θ₂ × (θ₂ × b)) + (θ₁ × a)·(θ₂ × b)
+    # the joint constrains the angle between its axes a and b, not the rotation about a × b: a·b changes by
+    # −(θ₂ − θ₁)·(a × b) + ½ b·(θ₁ × (θ₁ × a)) + ½ a·(θ₂ × (θ₂ × b)) + (θ₁ × a)·(θ₂ × b)
     a, b = joint.cross
     normal = np.cross(a, b)
     angle = inner[3:].T @ _of_arm(b, a) @ inner[3:] + outer[3:].T @ _of_arm(a, b) @ outer[3:]
@@ -250,7 +250,7 @@ def _of_joint(joint: FrameJoint, wrench: Array, inner: Array, outer: Array) -> A
 
 
 def _of_beam(beam: FrameBeam, end: Array, first: Array, last: Array) -> Array:
-    """Return the second derivative (12, 12) of the work of section forces in a beam with its linear bending shapes.
+    """Return the second derivative (12, 12) of the work of the section forces in a beam with the linear bending shapes.
 
     Args:
         beam: the beam.
@@ -282,7 +282,7 @@ def _of_beam(beam: FrameBeam, end: Array, first: Array, last: Array) -> Array:
 
 
 def _bent(beam: FrameBeam, s: float, derivative: int = 0) -> Array:
-    """Return the displacement (6, 6) at s of a beam clamped at its first end by a wrench on its last, or its derivative by s."""
+    """Return the displacements (6, 6) at s of a beam, clamped at its first end, by unit wrenches on the other; or the slopes."""
     L, (EA, GA_y, GA_z, GJ, EI_y, EI_z) = beam.length, beam.stiffness
     one, two, three = ((s, s**2 / 2, s**3 / 6), (1.0, s, s**2 / 2))[derivative]
     found = np.diag([one / EA, one / GA_y, one / GA_z, one / GJ, one / EI_y, one / EI_z])

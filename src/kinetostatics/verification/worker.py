@@ -4,8 +4,8 @@ It runs in a separate process because OpenSees has a single model per process, w
 when Python exits, and ends the process on some errors. It imports nothing of the package, since that would take longer than the
 solution.
 
-The frame's numbers have no units: :mod:`kinetostatics.verification.opensees` scales them so that the stiffest beam has an axial
-stiffness of 1, which keeps the penalties of joints in the range that double precision can hold.
+The frame's numbers are dimensionless: :mod:`kinetostatics.verification.opensees` divides stiffnesses by the largest one, so that
+the penalties of joints are in the range of double precision.
 """
 
 from __future__ import annotations
@@ -22,10 +22,9 @@ from typing import TypeAlias, TypedDict
 
 
 class SpringInput(TypedDict):
-    """A spring between two nodes; stiffness None: the direction is constrained."""
+    """A spring between two nodes; where its stiffness is None, the direction is constrained."""
 
     tag: int
-    joint: str
     nodes: list[int]
     stiffness: list[float | None]
     axes: list[float]
@@ -33,7 +32,7 @@ class SpringInput(TypedDict):
 
 
 class BeamInput(TypedDict):
-    """A beam or a piece of one: its load per length, and the other loads on its two ends; its mass per length."""
+    """An element of a beam: ``load`` and ``mass`` are per length, ``at_ends`` are further wrenches on both ends."""
 
     tag: int
     nodes: list[int]
@@ -45,7 +44,7 @@ class BeamInput(TypedDict):
 
 
 class Frame(TypedDict):
-    """A frame as read from standard input: for its lowest ``modes`` eigenvalues, or if these are 0 its displacements."""
+    """A frame; if ``modes`` is not 0, this number of lowest eigenvalues is computed in place of displacements."""
 
     nodes: list[list[float]]
     fixed: list[int]
@@ -59,18 +58,19 @@ class Frame(TypedDict):
     springs_at_level: list[tuple[float, float]]
 
 
-#: Number of equations of a dense matrix whose eigenvalues are found quickly.
+#: Largest number of equations for which eigenvalues of dense matrices are computed.
 FEW = 100
 
-#: Displacements of the probes and forces of springs and beams; one row for each load, spring or beam; or eigenvalues.
+#: Either displacements of the probes ("moved", a row for each load) and forces ("springs", "beams", a row for each); or
+#: eigenvalues ("squares", a single row).
 Answer: TypeAlias = dict[str, list[list[float]]]
 
 
 def load_opensees() -> ModuleType:
     """Import OpenSees.
 
-    Its wheel for Linux contains BLAS and LAPACK, but their dependencies are not found by the loader unless the system provides
-    them: then those of the wheel are loaded first.
+    Its wheel for Linux contains BLAS, LAPACK and their dependencies. Where the system has none of its own, the loader does not
+    find the dependencies; they are loaded first.
     """
     try:
         import openseespy.opensees as ops
@@ -99,22 +99,23 @@ def build(ops: ModuleType, frame: Frame, penalty: float, regularization: float) 
     ops.uniaxialMaterial("Elastic", 1, penalty)
     ops.uniaxialMaterial("Elastic", 2, regularization)
     for spring in frame["springs"]:
-        # its own materials have tags from 10 on; 1 and 2 are the common ones
+        # materials 1 and 2 are common to all springs; a spring's own materials have tags from 10 on
         materials = []
         for direction, stiffness in enumerate(spring["stiffness"], 1):
             materials.append({None: 1, 0.0: 2}.get(stiffness, 10 * spring["tag"] + direction))
             if materials[-1] > 2:
                 ops.uniaxialMaterial("Elastic", materials[-1], stiffness)
-        along = ("-mat", *materials, "-dir", *range(1, 7), "-orient", *spring["axes"])
-        ops.element("zeroLength", spring["tag"], *spring["nodes"], *along)
+        springs = ("-mat", *materials, "-dir", *range(1, 7))
+        ops.element("zeroLength", spring["tag"], *spring["nodes"], *springs, "-orient", *spring["axes"])
     for beam in frame["beams"]:
         EA, GAy, GAz, GJ, EIy, EIz = beam["stiffness"]
         ops.geomTransf("Linear", beam["tag"], *beam["z"])
-        # OpenSees uses J as the polar moment of area in the rotary inertia: J is set to that, and G so that G J is unchanged
-        G = GJ / (EIy + EIz)
-        numbers = 1.0, G, EA, EIy + EIz, EIy, EIz, GAy / G, GAz / G, beam["tag"]
+        # E = 1; OpenSees uses J as the polar moment of area in the rotary inertia: J is set to it, and G so that G J is right
+        E, J = 1.0, EIy + EIz
+        G = GJ / J
+        section = (E, G, EA, J, EIy, EIz, GAy / G, GAz / G)
         mass = ("-mass", beam["mass"], "-cMass") if beam["mass"] else ()
-        ops.element("ElasticTimoshenkoBeam", beam["tag"], *beam["nodes"], *numbers, *mass)
+        ops.element("ElasticTimoshenkoBeam", beam["tag"], *beam["nodes"], *section, beam["tag"], *mass)
     for tag, mass_there in frame["masses"]:
         ops.mass(tag, *[mass_there] * 3, 0.0, 0.0, 0.0)
     ops.timeSeries("Constant", 1)
@@ -127,7 +128,7 @@ def build(ops: ModuleType, frame: Frame, penalty: float, regularization: float) 
 
 
 def solve(ops: ModuleType, frame: Frame, penalty: float, regularization: float) -> Answer:
-    """Return the probes' displacements under the loads and unit loads on each, and forces of joints and beams under the loads."""
+    """Return displacements of the probes under loads and under unit loads, and forces of springs and beams under loads."""
     build(ops, frame, penalty, regularization)
     answer = under_loads(ops, frame, penalty)
     for probe in frame["probes"]:
@@ -140,7 +141,10 @@ def solve(ops: ModuleType, frame: Frame, penalty: float, regularization: float) 
 
 
 def eigenvalues(ops: ModuleType, frame: Frame, penalty: float, regularization: float) -> Answer:
-    """Return the lowest eigenvalues; Arnoldi's method needs more equations than eigenvalues, and enough masses."""
+    """Return the lowest eigenvalues.
+
+    Arnoldi's method needs more equations than eigenvalues, and enough masses; LAPACK is used for few equations.
+    """
     build(ops, frame, penalty, regularization)
     equations = 6 * (len(frame["nodes"]) - len(frame["fixed"]) - len(frame["ties"]))
     try:
@@ -168,8 +172,8 @@ def assembly_error_forces(spring: SpringInput, penalty: float) -> list[float]:
 def under_loads(ops: ModuleType, frame: Frame, penalty: float) -> Answer:
     """Return displacements and forces under loads and assembly errors.
 
-    An assembly error is equivalent to forces on both nodes of a spring or beam that compensate it, which are not included in its
-    internal force; likewise for a uniform moment along a beam, which OpenSees does not support.
+    An assembly error is replaced by equivalent forces on both nodes of a spring or beam. They are not part of its internal force.
+    So is a uniform moment along a beam, which OpenSees does not support.
 
     The force of a stiff spring is a small difference of displacements and loses digits. The residual forces are therefore applied
     to the unloaded frame, twice, and the results are added.
@@ -225,13 +229,13 @@ class SingularFrameError(Exception):
 
 
 def analyze(ops: ModuleType, steps: int) -> None:
-    """Solve the equations of the frame in this number of load steps."""
+    """Solve the equations of the frame in ``steps`` load steps."""
     if ops.analyze(steps) != 0:
         raise SingularFrameError("the frame has no solution")
 
 
 def main() -> None:
-    """Read a frame, solve it with every pair of spring stiffnesses, write the answers."""
+    """Read a frame, solve it for every pair of stiffnesses, write the answers."""
     output = os.dup(1)
     sink = os.open(os.devnull, os.O_WRONLY)
     os.dup2(sink, 1)
