@@ -116,33 +116,34 @@ def story() -> str:
         "## Configuration 2 of the 2PRU-UPR",
         "",
         "**Pose.** The text gives β = 5° about y and γ = −6° about X. At that pose f_11, f_21, f_31 are "
-        f"{_list(literal(), '.2f')} N, but in the paper's finite elements {_list(second.elements['f1'], '.2f')} N, the values "
-        f"at θ_X = −5°, θ_y = −6° ({_list([abs(limb.intensities[0]) for limb in second.limbs], '.2f')} N). "
-        "The latter angles are used here.",
+        f"{_list(literal(), '.2f')} N, whereas the paper's finite elements give {_list(second.elements['f1'], '.2f')} N. "
+        f"At θ_X = −5°, θ_y = −6° they are {_list([abs(limb.intensities[0]) for limb in second.limbs], '.2f')} N; these angles "
+        "are used here.",
         "",
-        "**Signs.** Table 3 has gravity along +Z. The angles are about the moving axes X, then y (`--orientation XYZ`); with a "
-        f"rotation vector, the default, Δ_dy is {rotation_vector():.4e} m instead of {second.result.twist[1]:.4e}.",
+        "**Signs.** Table 3 has gravity along +Z. The angles are rotations about X, then about the moving axis y "
+        "(`--orientation XYZ`). As components of a rotation vector, the default, they would give "
+        f"Δ_dy = {rotation_vector():.4e} m instead of {second.result.twist[1]:.4e} m.",
         "",
-        "**Equilibrium.** Of the nine intensities f_11, f_21, f_31 and f_32 follow from Eq. (5) and the weights alone; the other "
-        "five are three times overconstrained. The first three agree with the paper's finite elements. The paper's "
-        f"f_32 = {second.elements['f2'][2]:.2f} N is not in equilibrium with its own f_i1: "
+        "**Equilibrium.** Eq. (5) and the weights alone determine four of the nine intensities: f_11, f_21, f_31 and f_32. "
+        "The first three agree with the paper's finite elements. The fourth, "
+        f"f_32 = {second.elements['f2'][2]:.2f} N in the paper, is not in equilibrium with the paper's f_i1: "
         f"{force:.1f} N and {moment:.1f} N·m remain unbalanced. Equilibrium requires "
         f"{abs(second.limbs[2].intensities[1]):.2f} N.",
         "",
-        "**Table 3 and Table 4.** By Eqs. (9) and (11) the forces f_i1, f_12 and f_22 determine the twist up to one parameter. "
-        "Neither row of Table 3 agrees with this: in the analytical row Δ_dx should be "
-        f"{1e6 * formula[0]:.2f}e-6 m (printed {1e6 * second.analytical['twist'][0]:.2f}e-6), in that of the finite elements "
-        f"Δ_rz, for the given Δ_dy, {1e6 * elements[5]:.2f}e-6 rad (printed {1e6 * second.elements['twist'][5]:.3f}e-6).",
+        "**Table 3 and Table 4.** By Eqs. (9) and (11) the forces f_i1, f_12 and f_22 of Table 4 determine the twist up to one "
+        "parameter, for which the printed Δ_dy is taken. Both rows of Table 3 contradict this twist. In the analytical row Δ_dx "
+        f"should be {1e6 * formula[0]:.2f}e-6 m (printed {1e6 * second.analytical['twist'][0]:.2f}e-6), in the finite element "
+        f"row Δ_rz should be {1e6 * elements[5]:.2f}e-6 rad (printed {1e6 * second.elements['twist'][5]:.3f}e-6).",
         "",
-        "**Analytical row.** Without J_3g2 W_3g2 in Eq. (12) the paper's analytical f_11, f_21 are reproduced "
-        f"({_list(forces_without['f1'][:2], '.2f')} N, printed {_list(second.analytical['f1'][:2], '.2f')}), but not the other "
-        f"numbers: f_32 is {forces_without['f2'][2]:.2f} N (printed {second.analytical['f2'][2]:.2f}) and Δ_rz is "
+        "**Analytical row.** If J_3g2 W_3g2 is left out of Eq. (12), f_11 and f_21 are "
+        f"{_list(forces_without['f1'][:2], '.2f')} N (printed {_list(second.analytical['f1'][:2], '.2f')}). The other numbers "
+        f"disagree: f_32 is {forces_without['f2'][2]:.2f} N (printed {second.analytical['f2'][2]:.2f}) and Δ_rz is "
         f"{without[5]:+.2e} rad (printed {second.analytical['twist'][5]:+.2e}).",
         "",
-        "**Finite element row.** Without the two bending entries of Δ_3gc (no bending of the rod of limb 3 under its own weight) "
-        "the twist is near that of the paper's finite elements in all six components:",
+        "**Finite element row.** If the two bending entries of Δ_3gc are left out (the rod of limb 3 does not bend under its own "
+        "weight), the twist is near that of the paper's finite elements in all six components:",
         "",
-        "| | paper, FEA | without them | differ by | ours |",
+        "| | paper, FEA | without bending | difference | ours |",
         "|---|---:|---:|---:|---:|",
         *(
             f"| {name} | {given:.3e} | {value:.4e} | {part:+.1f} % | {own:.4e} |"
@@ -151,9 +152,9 @@ def story() -> str:
             )
         ),
         "",
-        "This is the twist of rods with their weight [lumped at the ends](beside_other_methods.md). "
-        f"But f_12 and f_22, which otherwise agree with Table 4 to 0.03 %, then differ by {f2_off[0]:+.1f} % and "
-        f"{f2_off[1]:+.1f} %, and [solid elements](solid_finite_elements.md) agree with the bending of rod 3.",
+        "The twist without bending is that of rods with their weight [lumped at the ends](beside_other_methods.md). But Table 4 "
+        "contradicts this explanation: with bending, f_12 and f_22 agree with it to 0.03 %; without, they differ by "
+        f"{f2_off[0]:+.1f} % and {f2_off[1]:+.1f} %. [Solid elements](solid_finite_elements.md) confirm the bending of rod 3.",
     ]
     return "\n".join(lines)
 

@@ -25,28 +25,32 @@ def page() -> str:
         "",
         "*Written by `python examples/paper_step_by_step.py --write`; a test fails when it is stale.*",
         "",
-        "C. Yang, F. Huang, W. Ye, Q. Chen, *Gravity-Based Kinetostatic Modeling of Parallel Manipulators Using Screw "
-        "Theory*, Chinese "
-        "Journal of Mechanical Engineering 36 (2023): its equations in numbers, and the numbers that are not reproduced.",
+        "This page evaluates the equations of C. Yang, F. Huang, W. Ye, Q. Chen, *Gravity-Based Kinetostatic Modeling of "
+        "Parallel Manipulators Using Screw Theory*, Chinese Journal of Mechanical Engineering 36 (2023), and examines those of "
+        "its numbers that are not reproduced.",
         "",
         "## Symbols",
         "",
-        "The [glossary](glossary.md) lists symbols and attributes. Δ_ic and Δ_ig of Eq. (9) are `J_icᵀ result.twist` and "
-        "`J_igᵀ result.twist`, W_e and W_gm of Eq. (5) `result.load` and `result.platform_weight`, L_i `result.beams[…].length`.",
+        "The [glossary](glossary.md) lists symbols and attributes. In addition:",
         "",
-        "In the PRU limbs the paper's limb axis x_i is along the first revolute axis; in its other limbs, and in all limbs of "
-        "this package, y_i is. Its attached wrench *along y_i* of the PRU limbs is therefore our *force along limb x*. "
-        "`kinetostatics analyze 2pru_upr --hinge-axis limb_1=x limb_2=x …` "
-        '(`result.report(hinge_axes={"limb_1": "x", "limb_2": "x"})`) uses the axes of the paper, as do the tables below.',
+        "| symbol | equation | attribute |",
+        "|---|---|---|",
+        "| W_e, W_gm | (5) | `result.load`, `result.platform_weight` |",
+        "| Δ_ic, Δ_ig | (9) | `J_icᵀ result.twist`, `J_igᵀ result.twist` |",
+        "| L_i | – | `result.beams[…].length` |",
+        "| f_i1, f_i2, f_ia | (11), (17) | `result.paper_forces`; "
+        "[f_ia is not always the actuator force](method.md#7-joint-wrenches-and-actuator-forces) |",
         "",
-        "`result.paper_forces` contains f_i1, f_i2 and f_ia. f_ia of Eq. (17) is the axial force at the base end of the rod, "
-        "in a PRU limb not the actuator force.",
+        "In this package the limb axis y_i is along the first revolute axis; in the PRU limbs of the paper x_i is. The attached "
+        "wrench *along y_i* of these limbs is therefore our *force along limb x*. The tables below use the axes of the paper, "
+        "and so does the report of `kinetostatics analyze 2pru_upr --hinge-axis limb_1=x limb_2=x …` "
+        '(`result.report(hinge_axes={"limb_1": "x", "limb_2": "x"})`).',
         "",
         "## The equations in numbers",
         "",
-        "These are the paper's formulas, evaluated from points, axes, sections and weights. They differ from the results of the "
-        "package by rounding only, unless a row gives the difference. "
-        "κ = 1 as in Eq. (13), and Eq. (12) has J_icᵀ instead of the printed Δ_icᵀ.",
+        "The paper's formulas are evaluated from points, axes, sections and weights, with κ = 1 as in Eq. (13), and with J_icᵀ "
+        "instead of the misprint Δ_icᵀ in Eq. (12). The values differ from those of the package by rounding only, unless a row "
+        "gives the difference.",
         "",
     ]
     for title, rows in pages():
