@@ -15,8 +15,8 @@ from browser_pages import packed_in
 from places import ROBOTS
 
 import kinetostatics as ks
+from kinetostatics.cli.inputs import parse_items, parse_parameters, parse_quantity
 from kinetostatics.cli.main import COMMANDS, main
-from kinetostatics.cli.typed_values import parse_items, parse_parameters, parse_quantity
 from kinetostatics.files.bundled import robot_path, shipped_robots
 
 #: configuration 2 of the 3RPS in the paper

@@ -8,8 +8,8 @@ import pytest
 
 from kinetostatics.arguments import ARGUMENTS, LOADS, ROBOT
 from kinetostatics.cli.commands import COMMANDS, command
+from kinetostatics.cli.inputs import option_of, parse_quantity
 from kinetostatics.cli.main import make_parser
-from kinetostatics.cli.typed_values import option_of, parse_quantity
 
 #: Arguments of functions that the command line has no option for: what it does itself, and what only programs need.
 PYTHON_ONLY = set(

@@ -11,18 +11,25 @@ from typing import TYPE_CHECKING
 
 from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument, Keyword
 from kinetostatics.cli.commands import Command
-from kinetostatics.cli.inputs import assembled, coordinate_kind, grid_of, load_robot, loads_of, payload_of, pose_of, where_of
-from kinetostatics.cli.output import FIGURES, answer, check_files, save_files
-from kinetostatics.cli.typed_values import (
+from kinetostatics.cli.inputs import (
     GRID_HELP,
     MOST,
     VALUES_HELP,
+    assembled,
+    coordinate_kind,
     given_of,
+    grid_of,
+    load_robot,
+    loads_of,
     parse_coordinates,
     parse_parameters,
     parse_range,
+    payload_of,
+    pose_of,
     value_of,
+    where_of,
 )
+from kinetostatics.cli.output import FIGURES, answer, check_files, save_files
 from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.files.csv_tables import read_csv
@@ -32,9 +39,9 @@ if TYPE_CHECKING:
     from kinetostatics.dynamics.trajectory import Trajectory
     from kinetostatics.kinematics.configuration import Configuration
     from kinetostatics.robot import Robot
-#: Frequencies of a response, unless their number is given.
+#: Default number of frequencies of a response.
 FREQUENCIES = 400
-#: Options of ``new`` for suggested elastic parts, in the order in which they are tried.
+#: Options of ``new`` for suggested elastic parts; each group is tried in this order.
 SUGGESTIONS = (("elastic", "joint_stiffness"), ("elastic",), ("joint_stiffness",))
 
 # ---- analyze -------------------------------------------------------------------------------------------------------------
@@ -47,7 +54,7 @@ TABLES = (
 
 
 def _analyze(args: argparse.Namespace) -> int:
-    """Print the analysis of a pose or a path; the analysis of a path may also be written to files."""
+    """Print the analysis of a pose or a path; write that of a path to files."""
     with waiting("analyzing"):
         options, tool = loads_of(args), value_of("tool", args)
         warnings: list[str] = []
@@ -76,7 +83,7 @@ def _analyze(args: argparse.Namespace) -> int:
 
 
 def _trajectory(robot: Robot, args: argparse.Namespace) -> Trajectory:
-    """Return the motion through the poses of ``--table``."""
+    """Return the trajectory through the waypoints of ``--table``."""
     from kinetostatics.dynamics.trajectory import trajectory
 
     option, columns = _read_table(robot, args, timed=True)
@@ -85,9 +92,10 @@ def _trajectory(robot: Robot, args: argparse.Namespace) -> Trajectory:
 
 
 def _rigid_advice(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) -> list[str]:
-    """Return a warning with commands that make a rigid robot elastic and repeat the analysis of ``args``; none if it is elastic.
+    """Return a warning if nothing of the robot is elastic.
 
-    The commands are tested, without writing the file, at the same pose and under the same loads: the compliance must not be zero.
+    It contains commands that make the robot elastic and repeat the analysis of ``args``. The commands are tested at the same
+    pose and under the same loads, without writing the file: the compliance must not be zero.
     """
     if robot.description.beams or robot.description.joint_stiffness:
         return []
@@ -112,7 +120,7 @@ def _works(options: tuple[str, ...], args: argparse.Namespace, loads: dict[str, 
 
 
 def _commands(options: tuple[str, ...], args: argparse.Namespace) -> tuple[list[str], list[str]]:
-    """Return the command that writes the elastic robot, and the one that analyses it."""
+    """Return the command that writes the elastic robot, and the command that analyses it."""
     stem = os.path.basename(args.robot).partition(".")[0] + "_elastic"
     names = itertools.chain([stem], (f"{stem}_{k}" for k in itertools.count(2)))
     out = next(file for name in names if not os.path.exists(file := f"{name}.urdf.xacro"))
@@ -143,7 +151,8 @@ ANALYZE = Command(
     },
     exclusive=("full", "only"),
     notes=f"""\
-{VALUES_HELP}paths:
+{VALUES_HELP}
+paths:
   The first line of --table names the time and coordinates of the platform, or all actuators: time [ms],z [mm],rx [deg],ry [deg].
   The robot moves smoothly through the waypoints of the other lines, at rest at the first and the last.
 """,
@@ -199,7 +208,7 @@ verify delta --payload 2kg --payload-center 0 0 -50mm --modes 3
 
 
 def _compensate(args: argparse.Namespace) -> int:
-    """Print the corrections, and write them to files."""
+    """Print the corrections of the actuators, and write them to files."""
     with waiting("compensating"):
         check_files(args.out, ("csv", "nc"))
         options = {**loads_of(args), **given_of(("controlled", "closure_tolerance", "tool"), args)}
@@ -212,7 +221,7 @@ def _compensate(args: argparse.Namespace) -> int:
 
 
 def _poses(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, dict[str, list[float]] | None, list[str]]:
-    """Return the target poses, names and values of the axes if they form a grid, and warnings."""
+    """Return the target poses, the axes of their grid (None if they form none), and warnings."""
     if args.table is not None:
         option, columns = _read_table(robot, args)
         return assembled(robot, option, columns, args), None, []
@@ -230,9 +239,9 @@ def _poses(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, dict[
 
 
 def _read_table(robot: Robot, args: argparse.Namespace, timed: bool = False) -> tuple[str, dict[str, list[float]]]:
-    """Return the option of the coordinates in ``--table``, "--platform" or "--actuators", and the columns in SI.
+    """Return the option that corresponds to the coordinates of ``--table``, "--platform" or "--actuators", and its columns in SI.
 
-    ``timed``: whether the table has a column "time", too.
+    ``timed``: whether the table also has a column "time".
     """
     if args.platform or args.actuators:
         raise ArgumentError("give either --table or coordinates, not both")
@@ -288,7 +297,7 @@ compensate 3rps --table path.csv --load 0 0 -500 0 0 0 --out corrected.nc
 
 
 def _modes(args: argparse.Namespace) -> int:
-    """Print frequencies, effective masses and shares of energy."""
+    """Print natural frequencies, effective masses and shares of energy."""
     with waiting("computing modes"):
         options = {**payload_of(args), **given_of(("count", "drives"), args)}
         configuration, warnings = pose_of(load_robot(args), args)
@@ -330,9 +339,7 @@ def _response(args: argparse.Namespace) -> int:
         options = {**payload_of(args), **given_of(("damping", "drives", "tool"), args)}
         configuration, warnings = pose_of(load_robot(args), args)
         found = RESPONSE.called()(configuration, np.geomspace(first, last, count or FREQUENCIES), **options)
-        drawn = given_of(("what", "components"), args)
-        for path in args.out:
-            save_files([path], "frequency_response", found, **drawn)
+        save_files(args.out, "frequency_response", found, **given_of(("what", "components"), args))
     answer(found, args, warnings)
     return 0
 

@@ -1,7 +1,7 @@
 """Table of the commands, and their common structure.
 
-Each command is a :class:`Command` in the module named in the table, with the name of the command in capitals. Its options are
-arguments of :mod:`kinetostatics.arguments`, with the defaults of the function that it calls.
+Each command is a :class:`Command` in the module that the table names; the object has the command's name in capitals. Its options
+are arguments of :mod:`kinetostatics.arguments`; their defaults are those of the function that the command calls.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from kinetostatics.arguments import ARGUMENTS, Argument, Keyword
-from kinetostatics.cli.typed_values import option_of
+from kinetostatics.cli.inputs import option_of
 
 #: Arguments with the coordinates of the pose; only one of them may be given.
 COORDINATES = ("platform", "actuators")
@@ -40,7 +40,7 @@ COMMANDS: Mapping[str, str] = {
 
 
 def _action(argument: Argument) -> dict[str, Keyword]:
-    """Return the keywords of an argument for argparse."""
+    """Return the keywords of ``add_argument`` of argparse for an argument."""
     if argument.kind == "flag":
         return {"action": "store_true"}
     metavar = argument.metavar
@@ -62,18 +62,18 @@ class Command:
     """A command.
 
     Attributes:
-        run: function that executes it with its options and returns the exit code.
+        run: function that executes the command with its options, and returns the exit code.
         help: description of one line.
         arguments: names of its arguments in :data:`kinetostatics.arguments.ARGUMENTS`.
         examples: command lines.
-        function: the function that it calls, as module and name.
-        own: arguments of this command only, or with another meaning.
+        function: the function that it calls, as "module:name".
+        own: arguments of this command only, or with a meaning of their own.
         description: longer description than ``help``.
         required: names of required arguments.
         usage: usage line instead of a list of all options.
         notes: text above the examples.
-        grid: whether coordinates may be ranges and lists.
-        exclusive: own options that exclude one another.
+        grid: whether coordinates may be ranges or lists.
+        exclusive: names of options that exclude one another.
     """
 
     run: Callable[[argparse.Namespace], int]

@@ -14,7 +14,7 @@ from kinetostatics.files.bundled import shipped_robots
 
 #: Endings of robot files and of maps.
 ROBOT_FILES, MAPS = ("urdf", "xacro"), ("nc", "zarr")
-#: Some of the names that ``--orientation`` takes.
+#: Some of the values of ``--orientation``.
 ORIENTATIONS = ("rotation_vector", "tilt_torsion", "XYZ", "ZYX", "ZYZ", "xyz", "zyx")
 
 Names = Callable[[argparse.Namespace], Iterable[str]]
@@ -48,7 +48,7 @@ def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
 
 
 def _completer(action: argparse.Action) -> Callable[..., Iterable[str]] | None:
-    """Return the completer of the values of an argument; None: argcomplete's own, which completes file names."""
+    """Return the completer of the values of an argument; None: the default one, which completes file names."""
     from argcomplete.completers import FilesCompleter
 
     metavar = action.metavar if isinstance(action.metavar, str) else ""
@@ -78,7 +78,7 @@ def _path(args: argparse.Namespace) -> str:
 
 
 def _elements(args: argparse.Namespace, tag: str) -> list[str]:
-    """Return the names of the elements of one kind in a file, which may be incomplete."""
+    """Return the names of all elements with a tag in the robot's file; the rest of the file may be invalid."""
     from kinetostatics.files.bundled import read_robot
     from kinetostatics.files.xml import parse
 
@@ -116,7 +116,7 @@ def _limbs(args: argparse.Namespace) -> list[str]:
     return [f"{limb.name}=x" for limb in load_robot(_path(args)).topology.limbs]
 
 
-#: Names by the metavar of an argument, and by its name.
+#: Functions that return possible values of an argument, by its metavar and by its name.
 _NAMES: dict[str, Names] = {"LINK": lambda args: _elements(args, "link"), "JOINT": lambda args: _elements(args, "joint")}
 _NAMES_OF: dict[str, Names] = {
     "platform": _coordinates,

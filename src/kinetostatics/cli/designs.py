@@ -8,9 +8,20 @@ from typing import TYPE_CHECKING
 
 from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument, Keyword
 from kinetostatics.cli.commands import Command
-from kinetostatics.cli.inputs import grid_of, load_robot, loads_of, pose_of, single_values
+from kinetostatics.cli.inputs import (
+    VALUES_HELP,
+    given_of,
+    grid_of,
+    load_robot,
+    loads_of,
+    number_of,
+    parse_items,
+    parse_parameters,
+    pose_of,
+    single_values,
+    value_of,
+)
 from kinetostatics.cli.output import FIGURES, answer, check_files, save_files
-from kinetostatics.cli.typed_values import VALUES_HELP, given_of, number_of, parse_items, parse_parameters, value_of
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.progress import waiting
 
@@ -21,7 +32,7 @@ if TYPE_CHECKING:
 
 
 def _tolerances(args: argparse.Namespace) -> int:
-    """Print the effects of the tolerances and the random variation, and write figures."""
+    """Print effects of tolerances and the variation of random samples, and write figures."""
     with waiting("computing effects of tolerances"):
         check_files(args.out, FIGURES)
         options = {**loads_of(args), **given_of(("tolerances", "rank_by", "samples", "distribution", "seed", "tool"), args)}
@@ -187,7 +198,7 @@ optimize 3rps --vary rod_diameter=60mm:120mm --pareto "deflection_any_direction(
 
 
 def _calibrate(args: argparse.Namespace) -> int:
-    """Print estimates or a plan."""
+    """Print estimates, or a plan of measurements, and write files."""
     with waiting("calibrating"):
         planned = value_of("plan", args)
         check_files(args.out, ("urdf", *FIGURES) if planned is None else ("csv",))
@@ -215,7 +226,7 @@ def _calibrate(args: argparse.Namespace) -> int:
 
 
 def _loads(cases: list[str]) -> list[list[float]]:
-    """Return the loads of ``--load-case``, each as six numbers [N, N·m]; by default a zero load."""
+    """Return the loads of ``--load-case`` (n, 6) [N, N·m]; by default one load, zero."""
     kinds = ["force"] * 3 + ["moment"] * 3
     found = []
     for text in cases or ["0 0 0 0 0 0"]:
@@ -229,7 +240,7 @@ def _loads(cases: list[str]) -> list[list[float]]:
 
 
 def _reference(robot: Robot, words: list[str]) -> str | dict[str, float]:
-    """Return the word of ``--reference``, or the coordinates of a pose."""
+    """Return the value of ``--reference``: a word, or the coordinates of a pose by name."""
     if len(words) == 1 and "=" not in words[0]:
         return words[0]
     names = set(parse_items("--reference", words))

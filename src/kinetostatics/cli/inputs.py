@@ -1,24 +1,17 @@
-"""The robot, the pose and the loads of a command line."""
+"""Values on the command line (numbers with units, NAME=VALUE, ranges, lists), and the robot, pose and loads they describe."""
 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import math
 import os
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from kinetostatics.arguments import Keyword
-from kinetostatics.cli.typed_values import (
-    given_of,
-    number_of,
-    parse_coordinates,
-    parse_items,
-    parse_parameters,
-    parse_values,
-    typed_units,
-    value_of,
-)
-from kinetostatics.description.units import PLATFORM_KINDS
+from kinetostatics.arguments import Argument, Keyword, whole_number
+from kinetostatics.description.units import KINDS, KNOWN, PLATFORM_KINDS, Unit, article, find_unit, typed_number
 from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
 
 if TYPE_CHECKING:
@@ -26,9 +19,180 @@ if TYPE_CHECKING:
     from kinetostatics.kinematics.configuration import Configuration
     from kinetostatics.robot import Robot
 
+VALUES_HELP = """\
+values:
+  Numbers are SI: m, rad, N, N·m. They may carry units, with SI prefixes: z=500mm rx=-2deg, 1.5kN, 20Nm, 70GPa, 7.8g/cm3.
+"""
+GRID_HELP = """\
+  FROM:TO:COUNT and A,B,C make a grid, whose poses are all combinations of their values.
+"""
+
+#: Largest number of values along one dimension, and of poses.
+MOST = 1_000_000
+
+
+def parse_quantity(text: str, kind: str | None = None) -> float:
+    """Return a number in SI.
+
+    Args:
+        text: the number with an optional unit, such as ``500mm``, ``-2deg``, ``1.5kN`` or ``-1e-3``.
+        kind: required kind of the unit, one of :data:`kinetostatics.description.units.KINDS`; "number": no unit is allowed.
+    """
+    found = typed_number(text)
+    if found is None:
+        raise ArgumentError(f"{text.strip()!r} is not a number, with or without a unit; units are {KNOWN}")
+    value, name = found
+    if not math.isfinite(value):
+        raise ArgumentError(f"{text.strip()!r} is too large")
+    if not name:
+        return value
+    unit = find_unit(name)
+    if unit is None:
+        raise ArgumentError(f"{text.strip()!r} has the unknown unit {name!r}; units are {KNOWN}")
+    if kind is not None and (kind == "number" or unit.kind != kind):
+        expected = "a plain number" if kind == "number" else article(kind)
+        given = article(unit.kind) if unit.kind else "another quantity"
+        raise ArgumentError(f"{text.strip()!r} is {given}, but {expected} is needed")
+    return unit.in_si(value)
+
+
+def unit_of(text: str) -> Unit | None:
+    """Return the unit of a number; None if the text is not a number with a unit."""
+    found = typed_number(text)
+    return find_unit(found[1]) if found and found[1] else None
+
+
+def parse_range(option: str, name: str, text: str, kind: str | None = None) -> tuple[float, float, int | None]:
+    """Return the first value, the last value and the number of values of a range; the number is None if not given.
+
+    Args:
+        option: the option, for messages.
+        name: name of the coordinate or parameter.
+        text: the range, ``FROM:TO[:COUNT]``.
+        kind: see :func:`parse_quantity`.
+    """
+    parts = text.split(":")
+    if len(parts) not in (2, 3):
+        raise ArgumentError(f"{option}: {name}={text} is not of the form {name}=FROM:TO or {name}=FROM:TO:COUNT")
+    first, last = parse_coordinates(option, name, parts[:2], kind)
+    if len(parts) == 2:
+        return first, last, None
+    if not parts[2].strip().isdecimal() or int(parts[2]) < 2:
+        raise ArgumentError(f"{option}: {name}: {parts[2]!r} is not a number of values, which must be at least 2")
+    if int(parts[2]) > MOST:
+        count = parts[2].strip()
+        raise ArgumentError(f"{option}: {name}: {count} values are too many; at most {MOST:,} go along a dimension")
+    return first, last, int(parts[2])
+
+
+def parse_values(option: str, name: str, text: str, kind: str | None = None) -> float | list[float]:
+    """Return one value, or the values of ``FROM:TO:COUNT`` or ``A,B,C``, in SI."""
+    if ":" in text:
+        first, last, count = parse_range(option, name, text, kind)
+        if count is None:
+            raise ArgumentError(f"{option}: {name}={text} does not give the number of values: {name}={text}:11")
+        step = (last - first) / (count - 1)
+        return [*(first + step * k for k in range(count - 1)), last]
+    if "," in text:
+        return parse_coordinates(option, name, text.split(","), kind)
+    return parse_coordinates(option, name, [text], kind)[0]
+
+
+def parse_coordinates(option: str, name: str, texts: Sequence[str], kind: str | None) -> list[float]:
+    """Return values of one coordinate or parameter in SI; all units must be of one kind."""
+    try:
+        found = [parse_quantity(text, kind) for text in texts]
+    except ArgumentError as error:
+        raise ArgumentError(f"{option}: {name}: {error}") from None
+    kinds = {unit.dimension: text.strip() for text in texts if (unit := unit_of(text)) is not None}
+    if len(kinds) > 1:
+        raise ArgumentError(f"{option}: {name}: {' and '.join(map(repr, kinds.values()))} are not of one kind")
+    return found
+
+
+def parse_items(option: str, items: Iterable[str]) -> dict[str, str]:
+    """Return the values of items ``name=value`` by name, as texts."""
+    found: dict[str, str] = {}
+    for item in items:
+        name, sign, value = (part.strip() for part in item.partition("="))
+        if not (name and sign and value):
+            raise ArgumentError(f"{option}: {item.strip()!r} is not of the form name=value")
+        if name in found:
+            raise ArgumentError(f"{option}: {name!r} is given twice")
+        found[name] = value
+    return found
+
+
+def parse_parameters(items: Iterable[str]) -> dict[str, Keyword]:
+    """Return the values of ``--set`` by name: numbers with a unit in SI, other texts unchanged."""
+    values = parse_items("--set", items)
+    return {name: value if unit_of(value) is None else parse_quantity(value) for name, value in values.items()}
+
+
+def typed_units(items: Iterable[str]) -> dict[str, str]:
+    """Return the SI units of those values of ``--set`` that have a unit, by name."""
+    found: dict[str, str] = {}
+    for name, value in parse_items("--set", items).items():
+        kinds = [typed.kind for part in re.split("[:,]", value) if (typed := unit_of(part)) is not None]
+        if kinds and kinds[0]:
+            found[name] = KINDS[kinds[0]].replace("·", " ")
+    return found
+
+
+def number_of(option: str, text: str, kind: str | None = "number") -> float:
+    """Return the number of an option in SI; ``kind`` is as in :func:`parse_quantity`."""
+    try:
+        return parse_quantity(text, kind)
+    except ArgumentError as error:
+        raise ArgumentError(f"{option}: {error}") from None
+
+
+# ---- values of options ------------------------------------------------------------------------------------------------
+
+
+def option_of(name: str, argument: Argument | None = None) -> str:
+    """Return the option of an argument, such as ``--platform-link``; the name of a positional argument has no dashes."""
+    return (argument and argument.option) or f"--{name.replace('_', '-')}"
+
+
+def value_of(name: str, args: argparse.Namespace) -> Keyword:
+    """Return the value of an option, as the function accepts it; None if not given."""
+    argument, given = args.arguments[name], getattr(args, name)
+    option = option_of(name, argument)
+    if given is None or given is False or given == []:
+        return None
+    if argument.kind == "items":
+        return parse_items(option, given)
+    if argument.kind == "count":
+        return _whole_number_of(option, given, argument.least)
+    if argument.kind in ("", "flag", "text", "optional text", "texts", "names"):
+        return given
+    if argument.kind == "wrench":
+        return [number_of(option, text, "force" if k < 3 else "moment") for k, text in enumerate(given)]
+    if argument.size:
+        return [number_of(option, text, argument.kind) for text in given]
+    return number_of(option, given, argument.kind)
+
+
+def _whole_number_of(option: str, text: str, least: int) -> int:
+    """Return the integer of an option, at least ``least``."""
+    number = math.nan
+    with contextlib.suppress(ArgumentError):
+        number = parse_quantity(text, "number")
+    return whole_number(option, int(number) if number.is_integer() else None, least, shown=text.strip())
+
+
+def given_of(names: Iterable[str], args: argparse.Namespace) -> dict[str, Keyword]:
+    """Return the values of those options that are given on the command line, by argument name."""
+    values = {name: value_of(name, args) for name in names}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+# ---- the robot -------------------------------------------------------------------------------------------------------
+
 
 def load_robot(args: argparse.Namespace) -> Robot:
-    """Return the robot of ROBOT, ``--set``, ``--platform-link`` and ``--base-link``."""
+    """Load the robot of ROBOT with ``--set``, ``--platform-link`` and ``--base-link``."""
     from kinetostatics.files.bundled import robot_path
     from kinetostatics.parametric.parametric_robot import ParametricRobot
     from kinetostatics.robot import load_robot
@@ -44,7 +208,7 @@ def load_robot(args: argparse.Namespace) -> Robot:
 
 
 def pose_of(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, list[str]]:
-    """Return the pose of ``--platform`` or ``--actuators``, and warnings."""
+    """Return the pose at ``--platform`` or ``--actuators``, and warnings."""
     option, items = typed_pose(args)
     given = single_values(robot, option, items)
     try:
@@ -52,21 +216,25 @@ def pose_of(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, list
     except AssemblyError:
         if given:
             raise
-        # if the zero of the file is no pose, the nearest closed pose is used
-        q = robot.model_q(robot.zero_poses)[:, 0]
-        pose = robot.configuration(q, **given_of(("closure_tolerance",), args))
-        return pose, ["the loops do not close with all actuators at zero; this is the closed pose nearest to the file's zero"]
+        # where the loops are open at the file's zero, the nearest closed pose is used
+        warning = "the loops do not close with all actuators at zero; this is the closed pose nearest to the file's zero"
+        return closed_zero_pose(robot, args), [warning]
+
+
+def closed_zero_pose(robot: Robot, args: argparse.Namespace) -> Configuration:
+    """Return the closed pose nearest to the file's zero."""
+    return robot.configuration(robot.model_q(robot.zero_poses)[:, 0], **given_of(("closure_tolerance",), args))
 
 
 def typed_pose(args: argparse.Namespace) -> tuple[str, list[str]]:
-    """Return "--platform" or "--actuators", and its items."""
+    """Return the option that is given, "--platform" or "--actuators", and its items."""
     return ("--actuators", args.actuators) if args.actuators else ("--platform", args.platform)
 
 
 def grid_of(robot: Robot | None, args: argparse.Namespace) -> tuple[str, dict[str, float | list[float]]]:
-    """Return "--platform" or "--actuators", and its coordinates: values, or lists of values for a grid.
+    """Return the option that is given, "--platform" or "--actuators", and its coordinates: values, or lists of values.
 
-    ``robot`` decides whether an actuator coordinate is a length or an angle.
+    For ``robot`` None, the kinds of actuator coordinates are not checked.
     """
     option, typed = typed_pose(args)
     items = parse_items(option, typed)
@@ -74,19 +242,19 @@ def grid_of(robot: Robot | None, args: argparse.Namespace) -> tuple[str, dict[st
 
 
 def assembled(robot: Robot, option: str, coordinates: Mapping[str, object], args: argparse.Namespace) -> Configuration:
-    """Return the poses at the coordinates of ``--platform`` or ``--actuators``; default: the zero pose."""
+    """Return the poses at coordinates of ``--platform`` or ``--actuators``; without coordinates, the zero pose."""
     return robot.assemble(**where_of(robot, option, coordinates, args))
 
 
 def where_of(robot: Robot, option: str, coordinates: Mapping[str, object], args: argparse.Namespace) -> dict[str, Keyword]:
-    """Return the arguments of :meth:`Robot.assemble` for coordinates of ``--platform`` or ``--actuators``."""
+    """Return the arguments of :meth:`Robot.assemble` for the poses at coordinates of ``--platform`` or ``--actuators``."""
     options: dict[str, Keyword] = given_of(("orientation", "closure_tolerance"), args)
     near = near_pose(robot, args.near, options) if args.near else None
     return {**options, "near": near, option[2:]: coordinates or None}
 
 
 def near_pose(robot: Robot, near: Iterable[str], options: Mapping[str, Keyword]) -> Configuration:
-    """Return the pose of ``--near``; ``options`` are other arguments of :meth:`Robot.assemble`."""
+    """Return the pose of ``--near``; ``options`` are further arguments of :meth:`Robot.assemble`."""
     items = parse_items("--near", near)
     of = "platform" if all(name in PLATFORM_KINDS for name in items) else "actuators"
     start = single_values(robot, f"--{of}", near, "--near")
@@ -101,13 +269,13 @@ def near_pose(robot: Robot, near: Iterable[str], options: Mapping[str, Keyword])
 
 
 def single_values(robot: Robot, option: str, items: Iterable[str], typed: str | None = None) -> dict[str, float]:
-    """Return the value of each coordinate, by name, for options that take one value of each.
+    """Return the value of each coordinate, by name, for options with a single value of each coordinate.
 
     Args:
         robot: the robot.
-        option: ``--platform`` or ``--actuators``: the kind of the coordinates.
+        option: ``--platform`` or ``--actuators``: the coordinates are those of the platform or of the actuators.
         items: texts ``NAME=VALUE``.
-        typed: the option that was typed, for messages; the same by default.
+        typed: the option on the command line, for messages; default: ``option``.
     """
     typed = typed or option
     texts = parse_items(typed, items)
@@ -123,10 +291,11 @@ def coordinate_kind(robot: Robot | None, option: str, name: str) -> str | None:
 
 
 def swept_coordinates(robot: Robot, args: argparse.Namespace) -> tuple[str, dict[str, str], dict[str, float]]:
-    """Return the coordinates of ``--sweep`` and the constant ones.
+    """Return the varied and the constant coordinates of a command with ``--sweep``.
 
     Returns:
-        Their common option, "--platform" or "--actuators"; the varied ones, as texts; and the constant ones [m, rad].
+        The option for the constant coordinates, "--platform" or "--actuators"; the varied ones, as texts; the constant ones
+        [m, rad].
     """
     swept = parse_items("--sweep", args.sweep)
     actuators = [name for name in swept if name in robot.description.driven]
@@ -142,7 +311,7 @@ def swept_coordinates(robot: Robot, args: argparse.Namespace) -> tuple[str, dict
 
 
 def loads_of(args: argparse.Namespace) -> dict[str, Keyword]:
-    """Return the given loads as arguments of :func:`kinetostatics.analyze`."""
+    """Return the loads on the command line as arguments of :func:`kinetostatics.analyze`."""
     found = given_of(("load", "point", "frame", "gravity"), args)
     loads: dict[str, list[LinkLoad]] = {}
     for link, *texts in args.load_on:
@@ -153,7 +322,7 @@ def loads_of(args: argparse.Namespace) -> dict[str, Keyword]:
 
 
 def payload_of(args: argparse.Namespace) -> dict[str, Keyword]:
-    """Return the given payload as an argument of :func:`kinetostatics.analyze`; empty without a payload."""
+    """Return the payload on the command line as an argument of :func:`kinetostatics.analyze`; without a payload, no argument."""
     mass, center = value_of("payload", args), value_of("payload_center", args)
     if mass is not None:
         from kinetostatics.description.loads import Payload

@@ -1,5 +1,5 @@
 # PYTHON_ARGCOMPLETE_OK
-"""The command ``kinetostatics``: parses the command line and runs one of the commands; an error is one line and an exit code."""
+"""The program ``kinetostatics``: parses the command line and runs one of the commands; an error is one line and an exit code."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from kinetostatics.cli.commands import COMMANDS, command
 from kinetostatics.cli.output import print_message
 from kinetostatics.exceptions import KinetostaticsError, PlatformMissingError
 
-#: Exit code of any error; 0 is success and 1 a command's negative answer.
+#: Exit code of errors; 0 is success, and 1 the negative answer of a command.
 ERROR = 2
 
 DESCRIPTION = "Sag, stiffness and actuator forces of parallel manipulators, straight from a URDF."
@@ -35,7 +35,7 @@ environment:
   FORCE_COLOR=1  colours also in output to files and pipes, such as for less -R
 """
 
-#: Negative numbers; argparse treats those with an exponent or a unit as options.
+#: Beginning of a negative number; argparse treats numbers such as -1e3 and -5mm as options.
 NEGATIVE = re.compile(r"-\.?\d")
 
 
@@ -59,7 +59,7 @@ class Parser(argparse.ArgumentParser):
 
 
 class Version(argparse.Action):
-    """Print the version of the package, which is determined only for this option."""
+    """Action of ``--version``: the version of the package is determined only if this option is given."""
 
     def __init__(self, option_strings: Sequence[str], dest: str, **_more: Keyword) -> None:
         super().__init__(option_strings, dest, nargs=0, help="print the version and exit")
@@ -116,7 +116,7 @@ def _run(arguments: list[str]) -> int:
     given = arguments[0] if arguments else "--help"
     if not given.startswith("-") and given not in COMMANDS:
         raise UsageError(f"there is no command {given!r}; commands are {', '.join(COMMANDS)}")
-    # only the module of the command is imported; help needs all of them
+    # only the module of the command is imported; the help of the program needs all of them
     names = [given] if given in COMMANDS else [] if given == "--version" else COMMANDS
     # argparse never treats an argument with a space as an option
     guarded = [f" {item}" if NEGATIVE.match(item) else item for item in arguments]
@@ -136,7 +136,7 @@ def _run(arguments: list[str]) -> int:
 
 
 def make_parser(names: Iterable[str]) -> argparse.ArgumentParser:
-    """Return the parser of the command line with the commands of these names."""
+    """Return the parser of the command line; it has the commands of these names."""
     parser = Parser(prog="kinetostatics", description=DESCRIPTION, epilog=EXAMPLES)
     parser.add_argument("--version", action=Version)
     commands = parser.add_subparsers(metavar="COMMAND", required=True, title="commands")
@@ -149,7 +149,7 @@ def _prepare_output() -> None:
     if sys.stdout is None:
         raise UsageError("standard output is closed")
     for stream in (sys.stdout, sys.stderr):
-        # avoid an error on terminals without µ or ⟂
+        # terminals without µ or ⟂ show ? instead
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
 
@@ -160,7 +160,7 @@ def _fail(message: str) -> int:
 
 
 def _offer(error: PlatformMissingError, arguments: list[str]) -> int:
-    """Print an error, and the same command with each probable platform link; for a second robot, the error only."""
+    """Print an error, and the same command with each probable platform link; if another robot has the error, the error only."""
     place = arguments.index(error.file) if error.file in arguments else None
     if place is None or "--compare" in arguments[:place] or "--platform-link" in arguments:
         return _fail(str(error))

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING
 
 from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument, Keyword
 from kinetostatics.cli.commands import Command
-from kinetostatics.cli.inputs import grid_of, loads_of
-from kinetostatics.cli.output import print_warnings, save_figure
-from kinetostatics.cli.typed_values import (
+from kinetostatics.cli.inputs import (
     GRID_HELP,
     VALUES_HELP,
     given_of,
+    grid_of,
+    loads_of,
+    option_of,
     parse_items,
     parse_quantity,
     parse_values,
@@ -25,6 +26,7 @@ from kinetostatics.cli.typed_values import (
     unit_of,
     value_of,
 )
+from kinetostatics.cli.output import print_warnings, save_figure
 from kinetostatics.description.units import find_unit, typed_number
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.layout.renderings import use_colour
@@ -36,7 +38,7 @@ if TYPE_CHECKING:
     from kinetostatics.robot import Robot
 
 INTEGER = re.compile(r"[-+]?\d+")
-#: Kinds of figures with their special options.
+#: Kinds of figures, each with the options that not all kinds have.
 KINDS = {
     "slice": ("x", "y", "series", "value_range", "rectangular"),
     "surface": ("x", "y", "series", "value_range"),
@@ -50,7 +52,7 @@ DPI = (10, 2400)
 
 
 def _sweep(args: argparse.Namespace) -> int:
-    """Compute the map, and print a summary."""
+    """Compute the map, or open it if it exists, and print a summary."""
     there = os.path.exists(args.out) and not args.restart
     begin = time.perf_counter()
     try:
@@ -74,7 +76,7 @@ def _sweep(args: argparse.Namespace) -> int:
 
 
 def _map(args: argparse.Namespace) -> xr.Dataset:
-    """Compute the workspace map of the command line."""
+    """Return the workspace map of the command line."""
     from kinetostatics.workspace.sweep_arguments import need
 
     need("xarray")
@@ -91,7 +93,7 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
 
 
 def _first_robot(args: argparse.Namespace, parameters: dict[str, object]) -> Robot:
-    """Return the robot with the first values of all parameters, which determines the units of the actuators."""
+    """Return the robot with the first values of all parameters; it determines the units of the actuators."""
     from kinetostatics.files.bundled import robot_path
     from kinetostatics.robot import load_robot
 
@@ -100,7 +102,7 @@ def _first_robot(args: argparse.Namespace, parameters: dict[str, object]) -> Rob
 
 
 def _parameter(name: str, text: str) -> object:
-    """Return the values of a parameter: numbers, a grid of them, several strings, or one."""
+    """Return the value of a parameter (a number or a text), or its list of values."""
     separator = ":" if ":" in text else ","
     parts = [part.strip() for part in text.split(separator)]
     if len(parts) > 1 and all(map(typed_number, parts)) and any(map(_is_quantity, parts)):
@@ -117,7 +119,7 @@ def _parameter(name: str, text: str) -> object:
 
 
 def _is_quantity(text: str) -> bool:
-    """Return whether a text is a number, with a unit or without."""
+    """Return whether a text is a number with a known unit or without a unit."""
     found = typed_number(text)
     return found is not None and (not found[1] or unit_of(text) is not None)
 
@@ -170,7 +172,7 @@ sweep gough_stewart --platform z=0.5 x=-0.1:0.1:101 y=-0.1:0.1:101 rx=0 ry=0 rz=
 
 
 def _plot(args: argparse.Namespace) -> int:
-    """Write the figure, or list the quantities that can be drawn."""
+    """Write the figure, or list the coordinates and quantities of the map."""
     if args.out is None and not args.list:
         raise ArgumentError("--out FILE is missing: the file of the figure")
     with waiting("reading the map" if args.list else "drawing"), checked_map(args.map) as ds:
@@ -187,7 +189,7 @@ def _draw(ds: xr.Dataset, args: argparse.Namespace) -> None:
     kind = args.kind or "slice"
     for name in sorted({name for names in KINDS.values() for name in names} - {*KINDS[kind]}):
         if value_of(name, args) is not None:
-            raise ArgumentError(f"--{name.replace('_', '-')} is not an option of a {kind}")
+            raise ArgumentError(f"{option_of(name)} is not an option of a {kind}")
     if (tool := value_of("tool", args)) is not None:
         from kinetostatics.indices import at_point
 
@@ -209,7 +211,7 @@ def _draw(ds: xr.Dataset, args: argparse.Namespace) -> None:
 
 
 def _at(ds: xr.Dataset, items: list[str]) -> dict[str, object]:
-    """Return the values of ``--at`` in SI; strings unchanged."""
+    """Return the values of ``--at`` by name: numbers in SI, texts unchanged."""
     found: dict[str, object] = {}
     for name, text in parse_items("--at", items).items():
         if name not in ds.dims:
@@ -225,7 +227,7 @@ def _at(ds: xr.Dataset, items: list[str]) -> dict[str, object]:
 
 
 def checked_map(path: str) -> xr.Dataset:
-    """Open a workspace map, whose arrays are read on demand."""
+    """Open a workspace map; its arrays are read when they are used."""
     import kinetostatics.indices  # noqa: F401  # raises an error if xarray is missing
 
     # isort: split

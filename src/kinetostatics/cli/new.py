@@ -1,4 +1,4 @@
-"""Command new: a robot file from the field's notation, or from a URDF without statics."""
+"""Command new: a robot file from a name or a notation such as 3-R[P]S, or from a URDF without statics."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from kinetostatics.arguments import Argument, Keyword
 from kinetostatics.authoring.file_arguments import odd_lengths
 from kinetostatics.authoring.known_names import KNOWN_NAMES
 from kinetostatics.cli.commands import Command
+from kinetostatics.cli.inputs import number_of, option_of, parse_items, parse_parameters, unit_of
 from kinetostatics.cli.output import check_folder, print_warnings
-from kinetostatics.cli.typed_values import number_of, parse_items, parse_parameters, unit_of
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.progress import waiting
 
-#: Options of an architecture only, and of --from only.
+#: Options with --from only; options with an architecture only.
 OF_FILES = ("platform_link", "base_link", "actuators", "elastic", "joint_stiffness", "yaml", "types", "axes")
 LENGTHS = ("base_radius", "platform_radius", "height")
 OF_ARCHITECTURES = (*LENGTHS, "azimuths", "placements", "guide", "axis", "section", "name")
@@ -35,7 +35,7 @@ def _new(args: argparse.Namespace) -> int:
 def _by_name(args: argparse.Namespace) -> int:
     for name in OF_FILES:
         if getattr(args, name):
-            raise ArgumentError(f"{_option(name)} needs --from FILE")
+            raise ArgumentError(f"{option_of(name)} needs --from FILE")
     if args.architecture is None:
         raise ArgumentError("an architecture, such as 3-R[P]S, or --from FILE is missing (see kinetostatics new --help)")
     with waiting("building the robot"):
@@ -64,7 +64,7 @@ def _from_file(args: argparse.Namespace) -> int:
         raise ArgumentError("give an architecture or --from, not both")
     for name in OF_ARCHITECTURES:
         if getattr(args, name):
-            raise ArgumentError(f"{_option(name)} is for an architecture, and not for --from")
+            raise ArgumentError(f"{option_of(name)} is for an architecture, and not for --from")
     options = {
         "platform_link": args.platform_link,
         "base_link": args.base_link,
@@ -91,10 +91,6 @@ def _from_file(args: argparse.Namespace) -> int:
     print(f"{args.out}: {loops}platform {description.platform}, base {description.base}, driven: {driven}; elastic: {elastic}")
     print_warnings(description.warnings)
     return 0
-
-
-def _option(name: str) -> str:
-    return f"--{name.replace('_', '-')}"
 
 
 def _one_word(items: list[str]) -> str | None:
@@ -130,7 +126,7 @@ def _options(args: argparse.Namespace) -> dict[str, Keyword]:
     plain = {name: text for name, text in parse_items("--set", args.parameters).items() if unit_of(text) is None}
     for words in odd_lengths({name: text for name, text in (typed | plain).items() if text is not None}):
         raise ArgumentError(f"{words} (or {words.split()[2]}m if that is meant)")
-    lengths = {name: None if text is None else number_of(_option(name), text.strip(), "length") for name, text in typed.items()}
+    lengths = {name: None if text is None else number_of(option_of(name), text.strip(), "length") for name, text in typed.items()}
     azimuths = None if not args.azimuths else [number_of("--azimuths", text.strip(), "angle") for text in args.azimuths]
     return {
         **lengths,

@@ -21,7 +21,7 @@ FIGURES = ("svg", "pdf", "png")
 
 
 def print_json(values: Mapping[str, object]) -> None:
-    """Print a dict of plain values as JSON: one entry per line, arrays in one line."""
+    """Print plain values as JSON: one entry per line, each array in a single line."""
     encoding = (getattr(sys.stdout, "encoding", None) or "ascii").lower().replace("-", "")
     print(_json(values, "", encoding != "utf8"))
 
@@ -46,7 +46,7 @@ def print_report(report: Report, warnings: Sequence[str] = ()) -> None:
 
 
 def answer(found: Keyword, args: argparse.Namespace, warnings: Sequence[str] = ()) -> None:
-    """Print warnings of the pose, and a result or its report; with ``--json`` plain values that include the warnings."""
+    """Print warnings of the pose, and a result or a report; with ``--json``, its data, which include the warnings."""
     written = getattr(args, "out", ())
     if args.json:
         values = found.to_dict()
@@ -65,7 +65,7 @@ def print_warnings(warnings: Iterable[str]) -> None:
 
 
 def print_message(kind: str, text: str, commands: Iterable[str] = ()) -> None:
-    """Print an error or a warning to standard error, in one line, followed by suggested commands."""
+    """Print an error or a warning to standard error in one line, and suggested commands below it."""
     if sys.stderr is not None:
         begin, line, colour = f"kinetostatics: {kind}:", " ".join(text.split()), use_colour(sys.stderr)
         whole = painted(kind, f"{begin} {line}", colour) if kind == "warning" else f"{painted(kind, begin, colour)} {line}"
@@ -76,18 +76,18 @@ def print_message(kind: str, text: str, commands: Iterable[str] = ()) -> None:
 
 
 def check_folder(path: str | None) -> None:
-    """Check that the folder of a file of ``--out`` exists, before long computations."""
+    """Check, before long computations, that the folder of a file of ``--out`` exists."""
     folder = os.path.dirname(path or "")
     if folder and not os.path.isdir(folder):
         raise ArgumentError(f"--out: there is no folder {folder}")
 
 
 def check_files(paths: Iterable[str], endings: Iterable[str]) -> None:
-    """Check that files of ``--out`` can be written, before long computations.
+    """Check, before long computations, that files of ``--out`` can be written.
 
     Args:
         paths: paths of the files.
-        endings: allowed endings; figures need Matplotlib.
+        endings: allowed endings; those of figures need Matplotlib.
     """
     for path in paths:
         check_folder(path)
@@ -105,17 +105,17 @@ def ending_of(path: str) -> str:
     return os.path.splitext(path)[1].removeprefix(".").lower()
 
 
-def save_files(paths: Iterable[str], figure: str, found: Keyword, *how: object, **drawn: Keyword) -> None:
-    """Write results to files: figures of a kind of :mod:`kinetostatics.plot`, or by ``found.save(path, *how)``."""
+def save_files(paths: Iterable[str], figure: str, found: Keyword, **drawn: Keyword) -> None:
+    """Write results to files: figures by the function ``figure`` of :mod:`kinetostatics.plot`, others by ``found.save``."""
     for path in paths:
         if ending_of(path) in FIGURES:
             save_figure(path, figure, found, **drawn)
         else:
-            found.save(path, *how)
+            found.save(path)
 
 
 def save_figure(path: str, kind: str, *shown: object, dpi: float = 300, **options: object) -> None:
-    """Draw a figure of a kind of :mod:`kinetostatics.plot` and write it to a file."""
+    """Draw a figure by the function ``kind`` of :mod:`kinetostatics.plot`, and write it to a file."""
     from kinetostatics import plot  # raises an error if Matplotlib is missing
     from kinetostatics.plot.style import draw_into_files, save_and_close
 

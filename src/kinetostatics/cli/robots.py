@@ -9,9 +9,19 @@ from typing import TYPE_CHECKING
 
 from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument, Keyword
 from kinetostatics.cli.commands import Command
-from kinetostatics.cli.inputs import coordinate_kind, load_robot, loads_of, near_pose, pose_of, swept_coordinates
+from kinetostatics.cli.inputs import (
+    GRID_HELP,
+    VALUES_HELP,
+    coordinate_kind,
+    given_of,
+    load_robot,
+    loads_of,
+    near_pose,
+    parse_values,
+    pose_of,
+    swept_coordinates,
+)
 from kinetostatics.cli.output import check_folder, print_json, print_report, print_warnings
-from kinetostatics.cli.typed_values import GRID_HELP, VALUES_HELP, given_of, parse_values
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.files.bundled import copy_robots, robots
 from kinetostatics.progress import pausing, waiting
@@ -173,18 +183,18 @@ robots --copy delta
 
 
 def _report(args: argparse.Namespace) -> int:
-    """Write the page on a robot."""
+    """Write the page about a robot."""
     with waiting("writing the report"):
         from kinetostatics.layout.renderings import html_path
 
-        check_folder(html_path(args.out))  # before the map is computed, which may take long
+        check_folder(html_path(args.out))  # before long computations
         loads = loads_of(args)
         configuration, warnings = pose_of(load_robot(args), args)
         with pausing():
             print_warnings(warnings)
         workspace = None
         if args.sweep:
-            with contextlib.suppress(KinetostaticsError):  # without Matplotlib, a sentence replaces figures
+            with contextlib.suppress(KinetostaticsError):  # without Matplotlib, the page has a sentence in place of the figures
                 from kinetostatics.plot.style import draw_into_files
 
                 draw_into_files()
@@ -206,7 +216,7 @@ def _map(configuration: Configuration, args: argparse.Namespace, loads: dict[str
     option, swept, values = swept_coordinates(robot, args)
     if option == "--actuators":
         values = {**dict.fromkeys(robot.description.driven, 0.0), **values}
-    elif not values:  # choose constant coordinates that determine the pose together with the varying ones
+    elif not values:  # constant coordinates that, with the varying ones, determine the pose
         together = next(iter(choices(robot, configuration.orientation, tuple(swept), robot.zero_poses)), ())
         values = {name: float(configuration.platform[name]) for name in together if set(swept) <= set(together)}
     kind = functools.partial(coordinate_kind, robot, option)

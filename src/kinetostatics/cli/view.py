@@ -1,4 +1,4 @@
-"""Command view: the deformed robot in the browser, at one pose, along a path, or live."""
+"""Command view: the deformed robot in the browser, at one pose, as an animation, or live."""
 
 from __future__ import annotations
 
@@ -9,9 +9,23 @@ from typing import TYPE_CHECKING
 
 from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument, Keyword
 from kinetostatics.cli.commands import Command
-from kinetostatics.cli.inputs import assembled, coordinate_kind, load_robot, loads_of, payload_of, pose_of, swept_coordinates
+from kinetostatics.cli.inputs import (
+    VALUES_HELP,
+    assembled,
+    closed_zero_pose,
+    coordinate_kind,
+    given_of,
+    load_robot,
+    loads_of,
+    option_of,
+    parse_items,
+    parse_range,
+    payload_of,
+    pose_of,
+    swept_coordinates,
+    value_of,
+)
 from kinetostatics.cli.output import print_warnings
-from kinetostatics.cli.typed_values import VALUES_HELP, given_of, parse_items, parse_range, value_of
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, RobotFileError, StaticsError
 from kinetostatics.progress import pausing, waiting
 
@@ -23,9 +37,9 @@ if TYPE_CHECKING:
     from kinetostatics.viewer.live import LiveServer
     from kinetostatics.viewer.single_poses import UnloadedPose
 
-#: Default number of poses of a sweep.
+#: Default number of poses of an animation.
 POSES = 21
-#: Options that exclude others.
+#: Options with those that they exclude.
 EXCLUDED = {
     "live": ("exaggeration", "sweep", "compare"),
     "meshcat": ("sweep", "compare", "by_mechanism"),
@@ -36,11 +50,11 @@ EXCLUDED = {
 
 
 def _view(args: argparse.Namespace) -> int:
-    """Show the page, or write it."""
+    """Show the robot, or write a page or an image."""
     for option, others in EXCLUDED.items():
         for other in others:
             if _is_given(args, option) and _is_given(args, other):
-                raise ArgumentError(f"--{option} and --{other.replace('_', '-')} exclude one another")
+                raise ArgumentError(f"{option_of(option)} and {option_of(other)} exclude one another")
     if args.screenshot is None and (args.colour or args.view):
         raise ArgumentError("--colour and --from apply to images: give --screenshot FILE.png too")
     return _live(args) if args.live else _page(args)
@@ -74,7 +88,7 @@ def _page(args: argparse.Namespace) -> int:
 
 
 def _shown(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) -> tuple[Result | UnloadedPose, list[str]]:
-    """Return the result, and warnings; if the robot cannot be analysed, its pose without loads, and the reason as a warning."""
+    """Return the result and warnings; if there is none, the unloaded pose, and the reason as a warning."""
     from kinetostatics.analysis import analyze
     from kinetostatics.status import Status
     from kinetostatics.viewer.single_poses import UnloadedPose
@@ -101,7 +115,7 @@ def _modes(robot: Robot, args: argparse.Namespace) -> tuple[Modes, list[str]]:
 
 
 def _second(robot: Robot, args: argparse.Namespace) -> Result:
-    """Return the result of ``--compare``; without coordinates the pose is that of the first result."""
+    """Return the result of ``--compare``; its coordinates are by default those of the first result."""
     from kinetostatics.analysis import analyze
 
     names = [word for word in args.compare if "=" not in word]
@@ -121,7 +135,7 @@ def _second(robot: Robot, args: argparse.Namespace) -> Result:
 
 
 def _meshcat(result: Result | UnloadedPose | Modes, url: str | None, exaggeration: float | None) -> int:
-    """Draw into the scene of a running meshcat-server, or of a new one that runs until Ctrl+C."""
+    """Draw into the scene of the meshcat-server at ``url``; without ``url``, of a new one, which runs until Ctrl+C."""
     with contextlib.ExitStack() as stack:
         with waiting("drawing into meshcat"):
             from kinetostatics.viewer import open_browser, show
@@ -165,7 +179,7 @@ def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
         result = analyze(pose, **{**loads, **changed})
         return result.by_mechanism if args.by_mechanism else result
 
-    at_o = args.point is None and args.frame in (None, "world")  # otherwise the load moves with the platform, but not the sliders
+    at_o = args.point is None and args.frame in (None, "world")  # the sliders are those of a load at o in world axes
     server = serve(
         start,
         analyzed,
@@ -178,24 +192,24 @@ def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
 
 
 def _start(robot: Robot, args: argparse.Namespace) -> tuple[Configuration | Robot, str | None, list[str]]:
-    """Return the given pose, the reason for which it cannot be shown (or None), and warnings.
+    """Return the first pose, an error message or None, and warnings.
 
-    If the pose cannot be assembled, it is replaced by the closed zero pose, or by the robot if its loops cannot be closed.
+    If the given pose cannot be assembled, the first pose is the closed zero pose or, if the loops cannot be closed at all, the
+    robot; the message is that of the error.
     """
     try:
         pose, found = pose_of(robot, args)
     except (AssemblyError, CoordinatesError) as error:
         message = str(error)
         try:
-            q = robot.model_q(robot.zero_poses)[:, 0]
-            return robot.configuration(q, **given_of(("closure_tolerance",), args)), message, [message]
+            return closed_zero_pose(robot, args), message, [message]
         except AssemblyError:
             return robot, message, [message]
     return pose, None, found
 
 
 def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:
-    """Return the poses of ``--sweep``."""
+    """Return the poses of the animation of ``--sweep``."""
     import numpy as np
 
     option, swept, constant = swept_coordinates(robot, args)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import kinetostatics as ks
+from kinetostatics.cli.inputs import parse_parameters, parse_quantity
 from kinetostatics.cli.main import main
-from kinetostatics.cli.typed_values import parse_parameters, parse_quantity
 from kinetostatics.description.units import BASIC, KINDS, PREFIXES, find_unit, unit
 from kinetostatics.plot.display_units import CHOICES, display_unit
 
