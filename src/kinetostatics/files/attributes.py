@@ -1,7 +1,7 @@
-"""Attributes of XML elements: their values, and tables of elements whose rows read and write them.
+"""Attributes of XML elements: functions that read them, and tables by which elements are read and written.
 
-A value is a number, a vector, a name or a reference; errors name the element, the attribute and the valid form. A row of a table
-has an attribute, the kind of its value, its default and its field in the description.
+A value is a number, a vector, a name or the name of another part. Errors name the element, the attribute and the valid form. Each
+row of a table is an attribute, with the kind of its value, its default and its field in the description.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from kinetostatics.description.units import find_unit
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.xml import XmlElement, shortened
 
-# float() alone would also take "1_0", "infinity" and digits of other scripts, which URDF tools do not.
+# float() alone would also accept "1_0", "infinity" and digits of other scripts, which URDF tools reject.
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 _SPACE = " \t\r\n"
-#: Largest number, largest length [m] and smallest size, SI: beyond them numbers are input errors that would overflow later.
+#: Largest number, largest length [m] and smallest positive number in SI units; results of others would overflow.
 LARGEST, LONGEST, SMALLEST = 1e30, 1e9, 1e-30
 _TOO_SMALL = f"is too small to compute with; it is in SI units, and at least {SMALLEST:g}"
 
@@ -41,7 +41,7 @@ def allow(element: XmlElement, attributes: Iterable[str], children: Iterable[str
 
 def _unknown(reason: str, name: str, right: Collection[str]) -> str:
     if not right:
-        return f"{reason}, which takes none"
+        return f"{reason}, which has none"
     near = near_names(name, right)
     return f"{reason}; {near}" + ("" if near.startswith("known") else f" (known: {', '.join(sorted(right))})")
 
@@ -57,7 +57,7 @@ def text(element: XmlElement, name: str) -> str:
 
 
 def new_name(element: XmlElement, name: str = "name") -> str:
-    """Return a required name of one line."""
+    """Return a required name in one line."""
     value = text(element, name)
     if not value.isprintable():
         raise element.error(f"the name {value!r} of <{element.tag}> has line breaks, tabs or characters that cannot be printed")
@@ -68,7 +68,7 @@ def reference(element: XmlElement, name: str, known: Collection[str], kind: str)
     """Return an attribute that must be the name of an existing item."""
     value = text(element, name)
     if value not in known:
-        # The label of a <parent link> or a transmission's <joint name> would contain the unknown name.
+        # the label of <parent link> and of a transmission's <joint name> would contain the unknown name
         label = f"<{element.tag}>" if element.attributes.get("name", value) == value else element.label
         near = near_names(value, known)
         raise element.error(f"{label} refers to the {kind} {value!r}, which does not exist; {near}")
@@ -91,17 +91,17 @@ def _parse(element: XmlElement, name: str, item: str, largest: float = LARGEST) 
         reason = "is not finite"
     else:
         what = "is not a number" if item == element.attributes[name] else f"is wrong: {item!r} is not a number"
-        reason = what + without_unit(item)
+        reason = what + si_hint(item)
     raise _invalid(element, name, reason)
 
 
-def without_unit(item: str) -> str:
-    """Return a hint for a number with a unit: its value in SI."""
+def si_hint(item: str) -> str:
+    """Return a hint at the SI value of a number with a unit; empty for other texts."""
     typed = re.match(_NUMBER, item)
     unit = None if typed is None else find_unit(item[typed.end() :])
     if typed is None or unit is None or not unit.kind:
         return ""
-    return f"; numbers in a file are in SI units, which are not written: {float(typed[0]) * unit.size:.12g}"
+    return f"; numbers in a file are in SI units, without the unit: {float(typed[0]) * unit.size:.12g}"
 
 
 def number(element: XmlElement, name: str, default: float | None = None) -> float:
@@ -130,7 +130,7 @@ def not_negative(element: XmlElement, name: str, default: float | None = None) -
 
 
 def vector(element: XmlElement, name: str, largest: float = LARGEST) -> Vector:
-    """Return three required numbers of at most ``largest``."""
+    """Return three required numbers with magnitudes up to ``largest``."""
     value = element.attributes.get(name)
     if value is None:
         raise element.error(f"{element.label} lacks the attribute {name!r}")
@@ -170,9 +170,9 @@ def stiffnesses(element: XmlElement, name: str) -> Vector:
 
 
 def direction(element: XmlElement, name: str) -> Vector:
-    """Return a unit vector along three numbers that are not all zero."""
+    """Return the unit vector along a required vector, which must not be zero."""
     value = vector(element, name, sys.float_info.max)
-    if abs(math.hypot(*value) - 1) < 1e-15:  # unchanged, so that written files are read with equal numbers
+    if abs(math.hypot(*value) - 1) < 1e-15:  # unchanged, so that numbers that were written are read exactly
         return value
     largest = max(map(abs, value))
     if largest == 0:
@@ -184,13 +184,13 @@ def direction(element: XmlElement, name: str) -> Vector:
 
 # ---- tables of elements -------------------------------------------------------------------------------------------------
 
-#: Default of a required attribute of a required element.
+#: Default of required attributes of required elements.
 NEEDED = object()
 
 
 @dataclass(frozen=True)
 class Kind:
-    """Kind of a value: a function that reads it, and the ``form`` of its text (a string, a number or several numbers)."""
+    """Kind of a value: a function that reads it, and its ``form``: "text", "number" or "numbers"."""
 
     read: Callable[[XmlElement, str], Keyword]
     form: str = "number"
@@ -212,7 +212,7 @@ class Row:
         kind: kind of its value.
         default: value if the attribute or its element is missing; NEEDED: required.
         name: field in the description, such as ``axis`` or ``cone.angle``; empty: name of the attribute.
-        must: whether it is required in an optional element.
+        must: whether it is required if its optional element exists.
     """
 
     attribute: str
@@ -232,7 +232,7 @@ class Row:
         return None if self.default is NEEDED or self.default is None else written(self.kind.form, self.default)
 
 
-#: Classes of fields with several attributes.
+#: Classes of fields that combine several attributes.
 PARTS: dict[str, Callable[..., Keyword]] = {
     **dict.fromkeys(("origin", "predecessor_origin", "successor_origin", "platform_origin"), Origin),
     **{"cone": Cone, "mimic": Mimic, "material": Material},
@@ -263,7 +263,7 @@ class ElementTable:
             self._inner[path] = (*inside, *self.children) if not path else inside
 
     def read(self, element: XmlElement, without: Collection[str] = ()) -> dict[str, Keyword]:
-        """Return the values of an element by field, fields with several attributes as objects of ``PARTS``.
+        """Return the values of an element by field; those that combine several attributes are objects of ``PARTS``.
 
         Child elements with paths in ``without`` are skipped.
 
@@ -312,7 +312,7 @@ class ElementTable:
             place: place of the element.
             label: name of the item in errors.
             given: values of fields instead of the item's.
-            always: paths of child elements that are written even with default values only.
+            always: paths of child elements that are written even if all values are defaults.
             more: further child elements.
 
         Raises:
@@ -351,7 +351,7 @@ class ElementTable:
 
 
 def written(form: str, value: Keyword) -> str:
-    """Return a value as text, numbers with all digits needed for exact reading."""
+    """Return a value as text; numbers have all digits, so that they are read exactly."""
     if form == "text":
         if not isinstance(value, str):
             raise ArgumentError(f"is {value!r}; it must be a text")

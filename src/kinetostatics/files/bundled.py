@@ -27,10 +27,10 @@ NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 #: beside the folder of this file, in a source checkout at the top.
 OWN_FOLDERS = (Path(__file__).parents[1] / "robots", Path(__file__).parents[3] / "robots")
 OWN_NAME = "kinetostatics"
-#: Packages on PyPI. Other names are not suggested, because anybody may register one.
+#: Packages on PyPI that may be suggested. Other names are not, because anybody may register them.
 ON_PYPI = ("example-robot-data",)
 
-#: First sentence of the first comment of a file, the description of its robot.
+#: First sentence of a file's first comment, which describes the robot.
 _ABOUT = re.compile(r"<!--\s*(.+?\.)\s", re.DOTALL)
 
 
@@ -109,7 +109,7 @@ def _shipped(name: str) -> Path:
 
 
 def shown_path(path: str) -> str:
-    """Return a robot file's path for messages: relative to the working folder if below it; the name of a bundled robot."""
+    """Return a robot file's path for messages: relative to the working folder, if below it; of a bundled robot, the file name."""
     if not os.path.isabs(path):
         return path
     if any(os.path.dirname(path) == os.fspath(folder) for folder in OWN_FOLDERS):
@@ -194,8 +194,8 @@ def package_folder(name: str) -> Path:
     if name in ON_PYPI:
         raise PackageNotFound(f"the package {name!r} is not installed: pip install {name}")
     raise PackageNotFound(
-        f"$(find {name}) finds no such package, neither in ROS (is its workspace sourced?) nor beside this one; name files "
-        f"relative to this one instead; {near_names(name, known)}"
+        f"$(find {name}) finds no such package, neither in ROS (is its workspace sourced?) nor in Python's folders; write a path "
+        f"relative to this file instead; {near_names(name, known)}"
     )
 
 

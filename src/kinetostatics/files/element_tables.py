@@ -1,6 +1,6 @@
-"""Tables of the elements of a robot file for reading, and writing of parts of the description.
+"""Tables of the elements of robot files, and writing of the parts of a description by these tables.
 
-Rules between elements are in :mod:`rules`.
+Rules that concern several elements are in :mod:`rules`.
 """
 
 from __future__ import annotations
@@ -202,7 +202,7 @@ def read_section(beam: XmlElement) -> Section:
 
 
 def write_beam(beam: Beam, joints: Collection[str]) -> XmlElement:
-    """Return a ``<beam>``; ``joints`` are the possible ends."""
+    """Return a ``<beam>``; ``joints``: the names of all joints and loops."""
     label = f"beam {beam.name!r}"
     ends = {"start": _end(beam.start, beam, joints), "end": _end(beam.end, beam, joints)}
     name = None if beam.name == beam.link else beam.name
@@ -273,7 +273,7 @@ def write_spring(spring: Spring) -> XmlElement:
 
 
 def write_stiffness(item: JointStiffness) -> XmlElement:
-    """Return a ``<joint_stiffness>``; a rigid one is written explicitly."""
+    """Return a ``<joint_stiffness>``; if all is rigid, with infinite linear stiffnesses."""
     rigid = item.linear is None and item.angular is None and item.drive is None
     given = {"linear": (math.inf,) * 3} if rigid else None
     return JOINT_STIFFNESS.write(item, item.place, f"stiffness {item.joint!r}", given=given)

@@ -38,7 +38,7 @@ class ForeignLoop:
 
 @dataclass(frozen=True)
 class SourceRobot:
-    """A URDF with loops in the format of another tool; ``made`` are the names of links that were added on import."""
+    """A URDF with loops in the format of another tool; ``made``: names of links that were added to the URDF."""
 
     path: str
     root: XmlElement
@@ -67,9 +67,9 @@ class SourceRobot:
         return frames
 
     def frame(self, name: str, place: Place) -> tuple[str, Origin]:
-        """Return the link, and the origin in it, of a frame of Pinocchio: a link or a joint, by its name.
+        """Return link and origin of a frame of Pinocchio, which has the name of a link or joint.
 
-        For a link fixed to its parent, by which exporters mark a frame: the parent, and the fixed joint's origin.
+        Exporters mark a frame by a link that is fixed to its parent; then the parent and the fixed joint's origin are returned.
 
         Raises:
             RobotFileError: nothing has that name, or a link and a joint elsewhere both have it.
@@ -96,9 +96,9 @@ class SourceRobot:
 # parts by a joint …_frame whose origin is the mate's coordinate system on that part (https://onshape-to-robot.readthedocs.io,
 # "Handling kinematic loops"; onshape_to_robot/exporter_urdf.py add_frame and assembly.py "Processing loop closing frames" of
 # https://github.com/Rhoban/onshape-to-robot). Mates turn about, and slide along, their z axis (its "Design-time considerations",
-# "Joint frames"), and both frames' z axes point the same way. The type of the mate is written only to MuJoCo files. Some
+# "Joint frames"), and both z axes have the same direction. The type of the mate is written only to MuJoCo files. Some
 # versions add frames closing_NAME_1_z and closing_NAME_2_z, 0.1 m along z, to revolute mates and no others: with both, the
-# mate is revolute. Actuators are not written at all.
+# mate is revolute. Actuators are not written.
 
 FRAME = re.compile(r"(closing_.+)_([12])")
 #: Names of links that only mark frames.
@@ -108,7 +108,7 @@ Z_OFFSET, Z_TOLERANCE = 0.1, 1e-5
 
 
 def read_closing_frames(source: SourceRobot, taken: Collection[str] = ()) -> list[ForeignLoop]:
-    """Return the loops of all pairs of closing frames; frames in ``taken``, which are paired by another file, are ignored."""
+    """Return the loops of all pairs of closing frames, except frames in ``taken``, which another file pairs."""
     pairs: dict[str, dict[str, Joint]] = {}
     for name, link in source.links.items():
         match = FRAME.fullmatch(name)

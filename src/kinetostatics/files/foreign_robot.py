@@ -23,7 +23,7 @@ _X, _Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 @dataclass(frozen=True)
 class Actuators:
-    """The actuators of a source: joints named by its YAML file, if it names any, and joints with a ``<transmission>``."""
+    """The actuators of a source: joints named by its YAML file (None: it names none), and joints with a ``<transmission>``."""
 
     named: tuple[str, ...] | None
     transmissions: tuple[str, ...]
@@ -33,7 +33,7 @@ class Actuators:
 def foreign_robot(
     path: str, root: XmlElement, yaml: str | os.PathLike[str] | None
 ) -> tuple[SourceRobot, list[ForeignLoop], Actuators, list[str]]:
-    """Return the source with joint types changed by the YAML file, its loops, its actuators and warnings."""
+    """Return the source, with joint types by its YAML file, its loops, its actuators and warnings."""
     source = _source(path, root)
     entries = [entry for element in root.named("transmission") for entry in element.named("joint")]
     transmissions = tuple(dict.fromkeys(entry.attributes.get("name", "") for entry in entries))
@@ -42,7 +42,7 @@ def foreign_robot(
         yaml = None if root.named("loop") else gepetto.beside(path)
         if yaml is None:
             return source, [*read_closing_frames(source), *read_loop_joints(source)], Actuators(None, transmissions), []
-        warnings = [f"{yaml}: the loops are those of this file, which stands beside the URDF."]
+        warnings = [f"{yaml}: the loops are read from this file, which lies beside the URDF."]
     record = gepetto.read(source, yaml)
     loops = [*record.loops, *read_closing_frames(source, record.frames), *read_loop_joints(source)]
     if not loops:
@@ -104,7 +104,7 @@ def complete(
 
 
 def unread_loops(path: str, root: XmlElement, links: Iterable[str]) -> str:
-    """Return, as text, the place of loops in a format of another tool, which robot files cannot contain; empty if none."""
+    """Return where a robot has loops in the format of another tool, which robot files must not have; empty without such loops."""
     if yaml := gepetto.beside(path):
         return yaml
     if root.named("loop_joint"):

@@ -99,7 +99,7 @@ class Node:
 
 
 def _read_yaml(path: str | os.PathLike[str]) -> dict[str, Node]:
-    """Return the entries of a YAML mapping whose values are texts and lists; nothing is constructed from tags."""
+    """Return the entries of a YAML mapping, whose values are texts and lists; tags are ignored."""
     import yaml
 
     file = os.fsdecode(path)
@@ -134,7 +134,7 @@ def _read_yaml(path: str | os.PathLike[str]) -> dict[str, Node]:
 
 
 def beside(path: str) -> str | None:
-    """Return the path of a YAML file with ``closed_loop`` and the name of a URDF, in the folder of the URDF, or None."""
+    """Return the path of the YAML file that is named as a URDF and lies beside it, if it has ``closed_loop``; else None."""
     file = f"{os.path.splitext(path)[0]}.yaml"
     try:
         return file if re.search(rb"^closed_loop\s*:", read_file(file), re.MULTILINE) else None
@@ -202,13 +202,13 @@ def _types(keys: Mapping[str, Node], count: int) -> list[str | None]:
 
 
 def _name(first: str, second: str, taken: set[str]) -> str:
-    """Return the common prefix of both names, or both names if the prefix is empty or in use."""
+    """Return a loop's name: the common prefix of its frames' names; both names if the prefix is empty or taken."""
     shared = os.path.commonprefix((first, second)).rstrip("_-. ")  # noqa: RUF071 names are no paths
     return shared if shared and shared not in taken else f"{first}_{second}"
 
 
 def _driven(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[tuple[str, ...] | None, str]:
-    """Return the driven joints, or None with a remark if exact names and parts of names select different joints."""
+    """Return the driven joints; None, with a remark, if entries that are joints' names are also parts of other names."""
     if "name_mot" not in keys:
         return None, ""
     movable = [joint.name for joint in source.joints.values() if not JOINT_TYPES[joint.type].is_fixed]
@@ -221,7 +221,7 @@ def _driven(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[tuple[str, .
     more = [name for name in driven if name not in texts and any(text in name for text in texts if text in movable)]
     if not more:
         return driven, ""
-    return None, f"name_mot ({keys['name_mot'].place}) names joints whose names are also part of those of {', '.join(more)}"
+    return None, f"name_mot ({keys['name_mot'].place}) has names of joints that are also parts of the names {', '.join(more)}"
 
 
 def _retyped(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[Retyped, ...]:
@@ -249,11 +249,11 @@ def _retyped(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[Retyped, ..
     return tuple(found.values())
 
 
-# ---- joints of another type, written as runs of revolutes with massless links ----------------------------------------------
+# ---- joints of other types: runs of revolutes with massless links between them ---------------------------------------------
 
 
 def retype(source: SourceRobot, retyped: Sequence[Retyped]) -> XmlElement:
-    """Return the ``<robot>`` of the source with joints replaced by runs of revolutes.
+    """Return the element ``<robot>`` of the source, with joints replaced by runs of revolutes.
 
     The names of the revolutes are that of the joint with ``_X``, ``_Y`` or ``_Z`` appended.
     """
@@ -269,7 +269,7 @@ def retype(source: SourceRobot, retyped: Sequence[Retyped]) -> XmlElement:
 
 
 def driven_after(driven: Sequence[str], retyped: Sequence[Retyped]) -> tuple[str, ...]:
-    """Return the driven joints by their names after :func:`retype`, without joints that have become fixed."""
+    """Return the names of the driven joints after :func:`retype`, which may have made some of them fixed."""
     changes = {item.joint: item for item in retyped}
     names: list[str] = []
     for name in driven:
@@ -277,7 +277,7 @@ def driven_after(driven: Sequence[str], retyped: Sequence[Retyped]) -> tuple[str
         if item is None:
             names.append(name)
         elif len(item.axes) == 3:
-            reason = f"the joint {name!r} is spherical, and name_mot drives it; only joints with one freedom can be driven"
+            reason = f"the joint {name!r} is spherical, but is driven by name_mot; only joints with one freedom can be driven"
             raise item.place.error(reason)
         else:
             names.extend(_new_names(item))

@@ -1,7 +1,7 @@
 """Units of the parameters of a robot file, from derivatives of the robot's numbers.
 
-A parameter has the unit of those numbers of the robot whose derivative with respect to it is 1: it is a length if, for example, a
-rod's diameter grows by the same amount. If there is no such number, or if units differ, the unit is unknown.
+A parameter has the unit of the numbers whose derivative with respect to the parameter is 1 or −1: it is a length if, for example,
+the diameter of a rod increases by the same amount. Without such numbers, or if their units differ, the unit is unknown.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ UNITS: dict[type, dict[str, str]] = {
     Joint: {},
     Loop: {},
 }
-#: Changes of a parameter, relative to its value (absolute if it is zero), and tolerance of a derivative of 1.
+#: Changes of a parameter, relative to its value (absolute if it is zero), and tolerance of a derivative of ±1.
 STEPS, SLOPE = (1e-3, 2e-3), 1e-7
 
 
@@ -63,7 +63,7 @@ def parameter_unit(value: object, read: Callable[[float], RobotDescription]) -> 
 
 
 def parameter_hints(path: str, parameters: Mapping[str, object], links: Mapping[str, str | None]) -> list[str]:
-    """Return hints at lengths above 1 m among the given parameters of a robot's file that far exceed the values in the file."""
+    """Return hints at given parameters that are lengths of 1 m or more and far exceed their values in the robot's file."""
     numbers = {name: _number(value) for name, value in parameters.items()}
     given = {name: number for name, number in numbers.items() if number is not None and number >= 1}
     own = {name: _number(text) for name, text in parameter_values(path, {}).items()} if given else {}

@@ -14,7 +14,7 @@ from kinetostatics.files.bundled import read_robot
 from kinetostatics.files.element_tables import BASE, PLATFORM
 from kinetostatics.files.foreign_robot import unread_loops
 from kinetostatics.files.rules import (
-    check_masters,
+    check_leaders,
     lacks_axis,
     read_beams,
     read_driven,
@@ -22,7 +22,7 @@ from kinetostatics.files.rules import (
     read_loops,
     read_springs,
     with_counterweights,
-    with_right_mimics,
+    with_valid_mimics,
 )
 from kinetostatics.files.urdf import (
     ROBOT_LEVEL,
@@ -54,9 +54,10 @@ def read_robot_file(
         path: a URDF or xacro file, recognized by its content; or the name of a robot that comes with the package, see
             :func:`kinetostatics.robots`.
         parameters: values of the file's ``<xacro:arg>``, numbers or strings.
-        platform_link: link that is the platform; default: the one named in the file. The link frame is o-xyz. If the file names
-            no platform and has no loops, all moving joints are driven.
-        base_link: link fixed to the ground; default: the one named in the file, or the root of its tree.
+        platform_link: link that is the platform, with its frame as o-xyz; default: the one named in the file. All moving joints
+            are driven if the file has neither a platform nor loops.
+        base_link: link fixed to the ground; default: the one named in the file, or the root of its tree. In a file without
+            platform, a floating or planar joint at the root is skipped.
 
     Returns:
         The description.
@@ -116,7 +117,7 @@ def known_valid(description: RobotDescription) -> RobotDescription:
 def describe(
     root: XmlElement, path: str, warnings: list[str], platform: str | None = None, base: str | None = None
 ) -> RobotDescription:
-    """Return the robot of an element ``<robot>``, xacro expanded; arguments and errors are those of :func:`read_robot_file`."""
+    """Return the robot of an element ``<robot>`` without xacro; arguments and errors are those of :func:`read_robot_file`."""
     name = new_name(root) if root.attributes.get("name", "").strip() else file_name(root, path, warnings)
     _check_robot_level(root)
     links = read_links(root, warnings)
@@ -125,7 +126,7 @@ def describe(
     tree = tree_root(links, joints)
     loops = read_loops(root, links, joints, warnings)
     platform_element, base_element = _only(root, PLATFORM, links), _only(root, BASE, links)
-    joints = with_right_mimics(root, joints, loops, warnings)
+    joints = with_valid_mimics(root, joints, loops, warnings)
     driven = read_driven(root, joints, loops, warnings)
     if platform_element is None and not loops and (where := unread_loops(path, root, links)):
         raise root.error(
@@ -153,7 +154,7 @@ def describe(
         base = tree if platform_element is not None else first_base(tree, joints)
     if base == platform:
         raise place.error(f"the link {base!r} is both base and platform")
-    check_masters(root, joints, driven)
+    check_leaders(root, joints, driven)
     return known_valid(
         RobotDescription(
             name,
@@ -180,7 +181,7 @@ def describe(
 
 
 def _check_robot_level(root: XmlElement) -> None:
-    """Raise an error for a misspelled element, which would be ignored otherwise."""
+    """Raise an error for misspelled elements, which would otherwise be ignored, and for materials defined twice."""
     version = root.attributes.get("version", "1.0")
     if version.strip() not in ("1.0", "1"):
         raise root.error(f"version={version!r} of <robot> is unknown; URDF has version 1.0")

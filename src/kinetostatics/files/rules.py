@@ -1,4 +1,4 @@
-"""Reading of the elements of this package, and checks against joints, links and one another."""
+"""Loops, springs, counterweights, beams, driven joints and joint stiffnesses: reading, and checks of their references."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ def axis_warning(element: XmlElement) -> str:
     slides = {Axes.AXIS: "slides along ", Axes.ACROSS: "slides across "}.get(kind.slides, "")
     moves = f"{slides}{'and ' * bool(slides)}turns about" if kind.turns is Axes.AXIS else slides.rstrip()
     frame = "its predecessor's <origin>" if element.tag == "loop" else "its frame"
-    return f"{element.place}: {element.label} has no <axis>: it {moves} x of {frame}, as URDF has it; write the axis."
+    return f"{element.place}: {element.label} has no <axis>: by URDF's default it {moves} x of {frame}; write the axis."
 
 
 # ---- <loop>, <spring>, <counterweight> -----------------------------------------------------------------------------------
 
 
 def read_loops(root: XmlElement, links: Mapping[str, Link], joints: Mapping[str, Joint], warnings: list[str]) -> dict[str, Loop]:
-    """Return the loops by name, from all ``<loop>`` elements."""
+    """Read all ``<loop>``."""
     return by_name("joint or loop", [_loop(element, links, warnings) for element in root.named("loop")], joints)
 
 
@@ -124,7 +124,7 @@ def with_counterweights(
 def read_beams(
     root: XmlElement, links: Collection[str], connections: Collection[str], rigid: Mapping[str, str]
 ) -> dict[str, Beam]:
-    """Read all ``<beam>``; ``rigid`` are links that may not carry a beam, with their role."""
+    """Read all ``<beam>``; ``rigid``: links that have no beams, base and platform, with their roles."""
     beams: dict[str, Beam] = {}
     for element in root.named("beam"):
         beam = _beam(element, links, connections, rigid)
@@ -169,7 +169,7 @@ def _beam(element: XmlElement, links: Collection[str], connections: Collection[s
 
 
 def _check_against(beam: Beam, beams: Mapping[str, Beam], element: XmlElement) -> None:
-    """Compare a beam with those before it."""
+    """Check a beam against the preceding ones."""
     for other in beams.values():
         if other.link != beam.link:
             continue
@@ -215,7 +215,8 @@ def _end(element: XmlElement, name: str, connections: Collection[str]) -> BeamEn
 def read_driven(root: XmlElement, joints: Mapping[str, Joint], loops: Mapping[str, Loop], warnings: list[str]) -> tuple[str, ...]:
     """Return the joints and loops named by ``<transmission>`` elements.
 
-    An invalid transmission is an error with loops, where the choice of driven joints matters; otherwise a warning.
+    An invalid transmission is an error if the robot has loops, because the statics depends on the driven joints; without loops it
+    is a warning.
     """
     connections: list[Joint | Loop] = [*joints.values(), *loops.values()]
     types = {item.name: item.type for item in connections}
@@ -248,13 +249,13 @@ def read_driven(root: XmlElement, joints: Mapping[str, Joint], loops: Mapping[st
     return tuple(driven)
 
 
-_MASTERS = "a joint can mimic a driven revolute, continuous or prismatic <joint>"
+_LEADERS = "a joint can mimic a driven revolute, continuous or prismatic <joint>"
 
 
-def with_right_mimics(
+def with_valid_mimics(
     root: XmlElement, joints: Mapping[str, Joint], loops: Collection[str], warnings: list[str]
 ) -> dict[str, Joint]:
-    """Return the joints; invalid ``<mimic>`` elements are an error with loops, without loops dropped with a warning."""
+    """Return the joints. Invalid ``<mimic>`` elements are errors if there are loops, and otherwise dropped with a warning."""
     result = dict(joints)
     for element in root.named("joint"):
         joint = joints[element.attributes["name"]]
@@ -273,24 +274,24 @@ def _check_mimic(element: XmlElement, mimic: Mimic, joints: Mapping[str, Joint],
     found = element.required_child("mimic")
     if mimic.joint in loops:
         raise found.error(
-            f"{element.label} mimics the loop {mimic.joint!r}; {_MASTERS} of the tree: cut the loop at another joint"
+            f"{element.label} mimics the loop {mimic.joint!r}; {_LEADERS} of the tree: cut the loop at another joint"
         )
-    master = joints[reference(found, "joint", joints, "joint")]
-    if master.name == element.attributes["name"]:
-        raise found.error(f"{element.label} mimics itself; {_MASTERS}")
-    if master.mimic is not None:
-        raise found.error(f"{element.label} mimics {master.name!r}, which mimics {master.mimic.joint!r}; name the last of them")
-    if not JOINT_TYPES[master.type].is_single:
-        raise found.error(f"{element.label} mimics {master.name!r}, which is {master.type}; {_MASTERS}")
+    leader = joints[reference(found, "joint", joints, "joint")]
+    if leader.name == element.attributes["name"]:
+        raise found.error(f"{element.label} mimics itself; {_LEADERS}")
+    if leader.mimic is not None:
+        raise found.error(f"{element.label} mimics {leader.name!r}, which mimics {leader.mimic.joint!r}; name the latter")
+    if not JOINT_TYPES[leader.type].is_single:
+        raise found.error(f"{element.label} mimics {leader.name!r}, which is {leader.type}; {_LEADERS}")
 
 
-def check_masters(root: XmlElement, joints: Mapping[str, Joint], driven: Collection[str]) -> None:
+def check_leaders(root: XmlElement, joints: Mapping[str, Joint], driven: Collection[str]) -> None:
     """Check that every mimic joint follows a driven joint."""
     for element in root.named("joint"):
         mimic = joints[element.attributes["name"]].mimic
         if mimic is not None and mimic.joint not in driven:
             raise element.required_child("mimic").error(
-                f"{element.label} mimics {mimic.joint!r}, which is not driven by a <transmission>; {_MASTERS}"
+                f"{element.label} mimics {mimic.joint!r}, which is not driven by a <transmission>; {_LEADERS}"
             )
 
 
@@ -326,7 +327,10 @@ def read_joint_stiffness(
 
 
 def _check_group(element: XmlElement, group: str, values: Vector, joint: Joint | Loop, locked: bool) -> None:
-    """Check three stiffnesses; all are required if free and constrained directions of the joint cannot be distinguished."""
+    """Check the linear or angular stiffnesses of a joint, which may be zero along its freedoms only.
+
+    If the frame's axes are no freedoms of the joint, all three must be finite and greater than zero.
+    """
     kind = JOINT_TYPES[joint.type]
     axes = kind.slides if group == "linear" else kind.turns
     free = 0 if locked else axes.count
@@ -337,22 +341,21 @@ def _check_group(element: XmlElement, group: str, values: Vector, joint: Joint |
             f"angular of {element.label} must be three finite numbers greater than zero, or be left out, because a {joint.type} "
             "joint's axes are not those of one frame"
         )
-    blocked, where = {0, 1, 2}, {"linear": "along", "angular": "about"}
+    constrained, where = {0, 1, 2}, {"linear": "along", "angular": "about"}
     if free:
         beside = [math.hypot(*(value for k, value in enumerate(joint.axis) if k != index)) for index in range(3)]
         along = next((index for index in range(3) if beside[index] <= _ALIGNED), None)
         if along is None:
             motion = "slides along" if group == "linear" else "turns about"
             raise element.error(
-                f"{joint.name!r} {motion} an axis that is none of its frame's axes, so that {group} of "
-                f"{element.label} cannot tell its freedom from what it blocks: turn the joint's frame (<origin rpy>) so that "
-                "its axis is one of the frame's axes, or give three finite numbers greater than zero"
+                f"{joint.name!r} {motion} an axis that is none of its frame's axes, so that {group} of {element.label} mixes "
+                "free and constrained directions: turn the joint's frame (<origin rpy>) so that its axis is one of the frame's "
+                "axes, or give three finite numbers greater than zero"
             )
-        # a planar joint blocks its normal direction
-        blocked = {along} if free == 2 else blocked - {along}
-    for index in sorted(blocked):
+        constrained = {along} if free == 2 else constrained - {along}  # a planar joint constrains its normal direction
+    for index in sorted(constrained):
         if values[index] == 0:
             raise element.error(
-                f"{group} of {element.label} is 0 {where[group]} {'xyz'[index]}, which {joint.name!r} blocks; give a number "
+                f"{group} of {element.label} is 0 {where[group]} {'xyz'[index]}, which {joint.name!r} constrains; give a number "
                 "greater than zero, or inf for rigid"
             )

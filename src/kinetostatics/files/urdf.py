@@ -27,7 +27,7 @@ ROBOT_LEVEL = ("base", "platform", "loop", "beam", "joint_stiffness", "spring", 
 
 _LINK_CHILDREN = ("inertial", "visual", "collision")
 _JOINT_CHILDREN = ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller")
-#: Elements read by Pinocchio's parser only, which rejects files without a reason: required numbers, and others.
+#: Elements that only Pinocchio's parser reads, which rejects wrong ones without a reason: required and optional numbers.
 _DYNAMICS = {
     "dynamics": ((), ("damping", "friction")),
     "safety_controller": (("k_velocity",), ("k_position", "soft_lower_limit", "soft_upper_limit")),
@@ -62,8 +62,8 @@ def tree_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
     if len(roots) > 1:
         listed = ", ".join(map(repr, roots[:6])) + (", …" if len(roots) > 6 else "")
         raise links[roots[1]].place.error(
-            f"{len(roots)} links have no parent joint ({listed}), and only one may: make every other link the child of one "
-            "<joint>, with <loop> for the joints that are left"
+            f"{len(roots)} links have no parent joint ({listed}); only the root may have none: make every other link the child "
+            "of one <joint>, and further joints <loop>"
         )
     on_tree = set(roots)
     for start in links:
@@ -184,7 +184,7 @@ def _check_joint(element: XmlElement, joint: Joint, warnings: list[str]) -> None
     kind, axis = JOINT_TYPES[joint.type], element.child("axis")
     if kind.has_limits and element.child("limit") is None:
         raise element.error(
-            f"{element.label} is {kind.name} and has no <limit>, which URDF wants: write <limit effort=… velocity=…>, "
+            f"{element.label} is {kind.name} and has no <limit>, which URDF requires: write <limit effort=… velocity=…>, "
             "with lower and upper if its range is limited"
         )
     for tag, (needed, others) in _DYNAMICS.items():
@@ -196,11 +196,10 @@ def _check_joint(element: XmlElement, joint: Joint, warnings: list[str]) -> None
         for name in (*needed, *(name for name in others if name in found.attributes)):
             number(found, name)
     if kind.slides is Axes.ACROSS and math.hypot(*joint.axis[:2]) > 1e-9:
-        stated = "its axis is not z" if axis is not None else "it has no <axis>, which in URDF means x"
+        stated = "its axis is not z" if axis is not None else "it has no <axis>, for which the default is x"
         raise (axis or element).error(
-            f"{element.label} is {kind.name} and {stated}, but Pinocchio moves planar joints in the xy plane of the "
-            'joint\'s frame whatever the axis says: write <axis xyz="0 0 1"/> and turn the frame with <origin rpy>, '
-            "or use a planar <loop>"
+            f"{element.label} is {kind.name} and {stated}, but planar joints of Pinocchio move in the xy plane of "
+            'the joint\'s frame: write <axis xyz="0 0 1"/> and turn the frame with <origin rpy>, or use a planar <loop>'
         )
     if lacks_axis(element):
         warnings.append(axis_warning(element))
@@ -226,7 +225,7 @@ LISTED, OFFERED = 8, 3
 
 
 def file_name(root: XmlElement, path: str, warnings: list[str]) -> str:
-    """Return the name of the file without its ending, as a name for a robot without one."""
+    """Return the name of a robot whose file gives none: that of the file, without its ending."""
     stem = re.sub(r"\W+", "_", os.path.basename(path).partition(".")[0]).strip("_")[:100] or "robot"
     warnings.append(f"{root.place}: <robot> has no name; it is called {stem!r}, like its file.")
     return stem
@@ -242,9 +241,9 @@ def known_link(argument: str, name: str, links: Collection[str], path: str) -> s
 def likely_platforms(links: Collection[str], joints: Mapping[str, Joint]) -> list[str]:
     """Return the links of a tree that may be its platform, the most probable first: moving end links, and hands.
 
-    A hand is a link with several moving branches, such as the fingers of a gripper, each with fewer joints than the path from the
-    root to the hand. Links fixed to a hand precede its fingers. Of several end links fixed to one another, the last one in the
-    file comes first; in files of arms this is the frame of the tool.
+    A hand is a link with several moving branches (the fingers of a gripper), each with fewer joints than the path from the root
+    to the hand. Links fixed to a hand precede its fingers. Of several end links fixed to one another, the last one in the file
+    comes first, because in files of arms it is the frame of the tool.
     """
     above = {joint.child: joint for joint in joints.values()}
 
@@ -302,7 +301,7 @@ def first_base(tree: str, joints: Mapping[str, Joint]) -> str:
 
 
 def drivable(joints: Mapping[str, Joint]) -> list[str]:
-    """Return the joints that could be driven: those with one freedom that mimic no other."""
+    """Return the joints that can be driven: those with one freedom and without ``<mimic>``."""
     return [joint.name for joint in joints.values() if JOINT_TYPES[joint.type].is_single and joint.mimic is None]
 
 

@@ -1,6 +1,6 @@
-"""Writing of files: robots, read again with exactly equal numbers, and CSV tables; validation of descriptions.
+"""Writing of robot files, with all digits of the numbers, and of CSV tables; validation of descriptions.
 
-A description becomes the element ``<robot>``, whose parts contain their file and line for errors in validation.
+To validate a description, it is converted to an element ``<robot>``, which is read. Its parts keep file and line for errors.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def validate(description: RobotDescription) -> RobotDescription:
 
 
 def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]) -> None:
-    """Write a robot to a plain URDF file, from which the robot is read with exactly equal numbers.
+    """Write a robot to a plain URDF file, whose numbers have all digits, so that the same robot is read from it.
 
     Elements that the package does not use are written too: visuals and collisions, inertias, materials, dynamics, transmissions.
     Comments, xacro macros and unknown attributes are not. Relative names of meshes are adapted to the new file.
@@ -140,7 +140,7 @@ def _uses_xacro(name: str) -> bool:
 
 
 def _beside(description: RobotDescription, folder: str) -> RobotDescription:
-    """Return a description with names of meshes relative to another folder."""
+    """Return a description whose mesh files are named relative to another folder."""
     source = os.path.dirname(os.path.abspath(description.path))
     if source == folder:
         return description

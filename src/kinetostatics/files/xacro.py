@@ -1,9 +1,9 @@
-"""Expansion of xacro, with errors that name the source file and line; text of a xacro that includes another file.
+"""Expansion of xacro, with errors that name file and line; text of xacro files that include another file.
 
 The ``xacro`` package keeps its state in its module and reports errors without lines. During an expansion its parser is replaced
 by that of this package, which records file and line of each element. The position of an error is that of the element being
 expanded, found in the traceback. Packages are found without ROS, and expressions with names such as ``__class__`` are rejected.
-Apart from this, robot files are programs of their authors, as in ROS.
+All other expressions are executed, as in ROS: robot files are programs.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from xml.dom import minidom
 from kinetostatics.arguments import check
 from kinetostatics.description.elements import Place
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
-from kinetostatics.files.attributes import without_unit
+from kinetostatics.files.attributes import si_hint
 from kinetostatics.files.bundled import INDEX, LIBRARY, OWN_NAME, PackageNotFound, package_folder
 from kinetostatics.files.xml import XmlElement, parse, place_of, read_file, shortened, to_elements, to_text
 
@@ -33,7 +33,7 @@ _PRIVATE = re.compile(r"(?<!\w)__")
 
 
 class _Arguments(dict[str, str]):
-    """The substitution arguments of one expansion; it records the declared names."""
+    """The substitution arguments of one expansion, by name; ``known`` are the declared names."""
 
     def __init__(self, values: Mapping[str, str]) -> None:
         super().__init__(values)
@@ -167,7 +167,7 @@ def _reason(error: Exception, arguments: _Arguments) -> str:
         return f"there is no xacro argument {str(cause)!r}: declare it with <xacro:arg name default>; {known}"
     if isinstance(cause, TypeError):  # "500mm" / 2
         for name, value in arguments.items():
-            if hint := without_unit(value):
+            if hint := si_hint(value):
                 return f"the xacro argument {name} is {value!r}, which is not a number{hint}"
     text = " ".join(str(error).split())
     text = re.sub(r"^<class '([\w.]+)'>: (.*) \2$", r"\2", text)  # xacro repeats the wrapped message
@@ -201,7 +201,7 @@ XACRO = "http://www.ros.org/wiki/xacro"
 def read_document(
     data: bytes | str, path: str, parameters: Mapping[str, object], values: dict[str, str] | None = None
 ) -> tuple[XmlElement, bool, list[str]]:
-    """Return the ``<robot>`` of a file, xacro expanded, whether it uses xacro, and warnings.
+    """Return the element ``<robot>`` of a file after expansion of xacro, whether the file uses xacro, and warnings.
 
     Args:
         data: the contents of the file.
@@ -226,10 +226,9 @@ def read_document(
 
 
 def include_path(source: str, root: XmlElement, uses_xacro: bool, additions: str, out: str) -> str | None:
-    """Return the path for the inclusion of a source in ``out``, or None if xacro would change its content.
+    """Return the path by which a file ``out`` includes a source, or None if xacro would change the source or the ``additions``.
 
-    The path is relative to the folder of ``out``, unless the source is in an installed package. ``additions`` is the text of the
-    additional elements.
+    The path is relative to the folder of ``out``, unless the source is in an installed package.
     """
     try:
         path = os.path.relpath(source, os.path.dirname(out) or ".")
@@ -257,7 +256,7 @@ def _in_package(source: str) -> str | None:
 
 
 def including_text(name: str, include: str, comment: str, additions: str) -> str:
-    """Return the text of a xacro that includes a file and has additional elements."""
+    """Return the text of a xacro file that includes another file and has additional elements."""
     return (
         f'<?xml version="1.0"?>\n<robot name={quoted(name)} xmlns:xacro="{XACRO}">\n'
         f"  <!-- {comment} -->\n"
@@ -274,5 +273,5 @@ def whole_text(root: XmlElement, additions: str) -> str:
 
 def quoted(value: str) -> str:
     """Return a value as a quoted attribute value."""
-    # not by xml.sax.saxutils, whose import loads urllib.request and takes 50 ms
+    # without xml.sax.saxutils, whose import takes 50 ms
     return '"' + html.escape(value, quote=False).replace('"', "&quot;") + '"'

@@ -1,7 +1,7 @@
 """Parsing of XML text to a tree of :class:`XmlElement` with file and line of each.
 
-The text is first parsed to a minidom document, which xacro needs. The position of an element is DOM user data, not an attribute:
-it is preserved when xacro clones elements, and does not appear in the text.
+The text is first parsed to a minidom document, which xacro requires. File and line of an element are DOM user data: xacro's
+clones of the element inherit them, and they do not appear in its text.
 """
 
 from __future__ import annotations
@@ -28,9 +28,13 @@ _NO_ELEMENT_FOUND, _TAG_MISMATCH, _UNBOUND_PREFIX = 3, 7, 27
 
 @dataclass(frozen=True)
 class XmlElement:
-    """An XML element of the expanded file; its ``content`` are child elements and text in order.
+    """An XML element after expansion of xacro.
 
-    ``owner`` is the part to which it belongs (``joint 'j1'``), if it has no line of its own.
+    Attributes:
+        tag, attributes: name and attributes.
+        content: child elements and texts, in order.
+        place: file and line.
+        owner: for elements without a line, the part of the robot that contains them, such as ``joint 'j1'``.
     """
 
     tag: str
@@ -86,7 +90,7 @@ def shortened(message: str) -> str:
 
 
 def read_file(path: str | os.PathLike[str]) -> bytes:
-    """Return the content of an ordinary file; others, such as pipes and devices, are an OSError."""
+    """Return the content of an ordinary file; pipes and devices raise an OSError."""
     mode = os.stat(path).st_mode
     if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
         raise OSError(errno.EINVAL, "it is not an ordinary file")
@@ -95,7 +99,7 @@ def read_file(path: str | os.PathLike[str]) -> bytes:
 
 
 class _KeepPlace:
-    """User data handler that copies the place of a node to its clone."""
+    """Handler of DOM user data that copies the place of a node to its clone."""
 
     def handle(self, operation: int, key: str, data: object, src: minidom.Node, dst: minidom.Node | None) -> None:
         if dst is not None:
@@ -158,7 +162,7 @@ def parse(data: bytes | str, file: str, plain: bool = False) -> tuple[minidom.Do
 
 
 def _parse_failure(error: expat.ExpatError, builder: _DocumentBuilder) -> str:
-    """Return the reason of a parse error, and the open element."""
+    """Return the reason of a parse error; for a missing end tag, with the element that is not closed."""
     reason = f"this is not well-formed XML: {expat.ErrorString(error.code)}"
     if error.code == _UNBOUND_PREFIX:
         return f'{reason}; declare it, as in <robot xmlns:xacro="http://www.ros.org/wiki/xacro">'
@@ -186,12 +190,12 @@ _NO_CHARACTER = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff
 def to_elements(document: minidom.Document, place: Place | None = None, owner: str = "") -> XmlElement:
     """Convert a document to elements, without comments, processing instructions and blank text between elements.
 
-    With ``place`` and ``owner``, these are the place and owner of all elements, instead of their own.
+    If ``place`` and ``owner`` are given, all elements have this place and owner.
 
     Raises:
         RobotFileError: the output of xacro is not XML.
     """
-    # loops instead of recursion, because expanded macros may be nested deep
+    # loops instead of recursion, because expanded macros may be deeply nested
     order = [root for root in document.childNodes if isinstance(root, minidom.Element)]
     for node in order:  # grows during the loop: parents come before their children
         order.extend(child for child in node.childNodes if isinstance(child, minidom.Element))
@@ -222,7 +226,7 @@ _ATTRIBUTE_ESCAPES = {**_ESCAPES, **str.maketrans({'"': "&quot;", "\n": " ", "\t
 
 
 def to_text(root: XmlElement, comment: str = "", header: bool = True, indented: bool = False) -> str:
-    """Return elements as XML text; ``indented``: children of elements without text are on separate lines."""
+    """Return elements as XML text; if ``indented``, child elements are on separate lines, except beside text."""
     parts = ['<?xml version="1.0"?>\n'] if header else []
     if comment:
         parts.append(f"<!-- {comment.replace('--', '- -')} -->\n")

@@ -122,33 +122,24 @@ def close(found, expected, name):
 # ---- the same robot ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.few(1)
-@pytest.mark.parametrize("actuators", [{"motor_1": 0.0, "motor_2": 0.0}, {"motor_1": 0.3, "motor_2": 0.2}])
-def test_closing_frames_give_the_robot(actuators):
-    made = elastic(described(FIVE_BAR, **HINGE), "crank_1", "crank_2", "rod_2")
-    assert_same(made, five_bar(), actuators, {"motor_2": -1})
+@pytest.mark.parametrize(("files", "kind"), [((FIVE_BAR,), "revolute"), (GEPETTO, "fixed")])
+def test_closing_frames_and_pairs_of_whole_frames_give_the_robot(files, kind):
+    """One side of Gepetto's weld is a revolute's own frame, so the weld closes the same five-bar."""
+    description = described(*files, **(HINGE if kind == "revolute" else {"platform_link": "tool"}))
+    assert [loop.type for loop in description.loops.values()] == [kind] and description.driven == ("motor_1", "motor_2")
+    assert_same(
+        elastic(description, "crank_1", "crank_2", "rod_2"), five_bar(), {"motor_1": 0.3, "motor_2": 0.2}, {"motor_2": -1}
+    )
 
 
-@pytest.mark.few(1)
-@pytest.mark.parametrize("actuators", [{"motor_1": 0.0, "motor_2": 0.0}, {"motor_1": 0.3, "motor_2": 0.2}])
-def test_pair_of_whole_frames_gives_the_robot(actuators):
-    """One side of the weld is a revolute's own frame, so the weld closes the same five-bar."""
-    made = elastic(described(*GEPETTO, platform_link="tool"), "crank_1", "crank_2", "rod_2")
-    assert made.description.loops["closedloop1"].type == "fixed"
-    assert made.description.driven == ("motor_1", "motor_2")
-    assert_same(made, five_bar(), actuators, {"motor_2": -1})
-
-
-@pytest.mark.few(2)
-@pytest.mark.parametrize("angle", [0.0, 0.4])
 @pytest.mark.parametrize("kind", ["revolute", "spherical"])
-def test_loop_joints_give_the_robot(tmp_path, kind, angle):
+def test_loop_joints_give_the_robot(tmp_path, kind):
     source = tmp_path / "robot.urdf"
     source.write_text(FOUR_BAR.read_text().replace('name="closure" type="revolute"', f'name="closure" type="{kind}"'))
     # the hinge's axis, y in the world, in the loop's frame on the coupler: written down independently when the file was made
     axes = {"closure": (0.1519506855116402, 0.95254130791737635, -0.26377271633661575)} if kind == "revolute" else None
     description = described(source, platform_link="coupler", actuators=["drive"], axes=axes)
-    assert_same(elastic(description, "crank", "rocker"), four_bar(kind), {"drive": angle})
+    assert_same(elastic(description, "crank", "rocker"), four_bar(kind), {"drive": 0.4})
 
 
 def test_command_writes_a_file_that_includes_the_source(tmp_path, capsys):
@@ -176,9 +167,8 @@ def test_command_writes_a_file_that_includes_the_source(tmp_path, capsys):
     assert "exists already" in capsys.readouterr().err
     out.write_text(text.replace("</robot>", f"{beams('crank_1', 'crank_2', 'rod_2')}</robot>"))
     with_frames = ks.analyze(ks.load_robot(out).assemble(), load=(0, 0, -100, 0, 0, 0))
-    np.testing.assert_allclose(
-        with_frames.twist, ks.analyze(five_bar().assemble(), load=(0, 0, -100, 0, 0, 0)).twist, rtol=1e-8, atol=1e-15
-    )
+    by_hand = ks.analyze(five_bar().assemble(), load=(0, 0, -100, 0, 0, 0))
+    np.testing.assert_allclose(with_frames.twist, by_hand.twist, rtol=1e-8, atol=1e-15)
 
 
 def test_links_between_two_joints_may_be_beams():
@@ -197,7 +187,7 @@ def test_the_yaml_beside_a_urdf_is_taken_and_said_and_loops_of_others_are_not_ov
     source = ["--from", str(GEPETTO[0]), "--platform-link", "tool"]
     assert cli.main(["new", *source]) == 0
     taken = capsys.readouterr()
-    assert f"{GEPETTO[1]}: the loops are those of this file" in taken.err
+    assert f"{GEPETTO[1]}: the loops are read from this file" in taken.err
     assert cli.main(["new", *source, "--yaml", str(GEPETTO[1])]) == 0
     assert capsys.readouterr().out == taken.out
     for name, file in (("five_bar_gepetto.yaml", GEPETTO[0]), ("<loop_joint>", FOUR_BAR), ("'closing_tool_1'", FIVE_BAR)):
@@ -229,11 +219,7 @@ def test_command_makes_a_whole_file_where_joints_change(tmp_path, capsys):
 
 
 def test_odd_names_of_files_links_and_robots(tmp_path, monkeypatch, capsys, name="$(x) ${1} b&c<[1]'.urdf"):
-    text = (
-        FIVE_BAR.read_text()
-        .replace('"tool"', '"to&quot;o&amp;l ${1}"')
-        .replace('robot name="onshape"', 'robot name="a&lt;b$(c)"')
-    )
+    text = FIVE_BAR.read_text().replace('"tool"', '"to&quot;o&amp;l ${1}"').replace('name="onshape"', 'name="a&lt;b$(c)"')
     written(tmp_path, text, name)
     monkeypatch.chdir(tmp_path)
     arguments = ["--types", "revolute", "--platform-link", 'to"o&l ${1}', "--actuators", "motor_1", "--out", "out.urdf"]
@@ -305,7 +291,7 @@ def test_drives_that_the_source_leaves_out(tmp_path):
     source = written(tmp_path, GEPETTO[0].read_text().replace('name="passive_1"', 'name="motor_1_bearing"'), "robot.urdf")
     message, missing = asked(source, GEPETTO[1], platform_link="tool")
     assert missing == ["actuators"]
-    assert "also part of those of motor_1_bearing" in message
+    assert "also parts of the names motor_1_bearing" in message
     both = written(tmp_path, GEPETTO[1].read_text().replace("'motor_2'", "'motor_2', 'motor_1_bearing'"))
     assert described(source, both, platform_link="tool").driven == ("motor_1", "motor_1_bearing", "motor_2")
 
@@ -314,8 +300,7 @@ def test_frames_that_mark_revolute_mates_say_the_type(tmp_path):
     def marked(height, of="rod_2"):
         marks = ""
         for name, link in (("closing_tool_1", of), ("closing_tool_2", "tool")):
-            head, _, rest = FIVE_BAR.read_text().partition(f'<joint name="{name}_frame"')
-            del head
+            rest = FIVE_BAR.read_text().partition(f'<joint name="{name}_frame"')[2]
             xyz, rpy = re.search(r'xyz="([^"]*)" rpy="([^"]*)"', rest).groups()
             x, y, z = map(float, xyz.split())
             # these frames' z axes are along the link's own z, up or down
@@ -325,28 +310,20 @@ def test_frames_that_mark_revolute_mates_say_the_type(tmp_path):
         return written(tmp_path, FIVE_BAR.read_text().replace("</robot>", f"{marks}</robot>"), "robot.urdf")
 
     made = described(marked(0.1), platform_link="tool", actuators=["motor_1", "motor_2"])
-    assert made.loops["closing_tool"].type == "revolute"
-    assert made.loops["closing_tool"].axis == (0, 0, 1)
+    assert (made.loops["closing_tool"].type, made.loops["closing_tool"].axis) == ("revolute", (0, 0, 1))
     for wrong in (marked(0.2), marked(0.1, of="crank_2")):
         assert asked(wrong, platform_link="tool", actuators=[])[1] == ["types"]
 
 
 def test_answers_against_the_source_are_taken_and_noted():
     made = described(*GEPETTO, platform_link="tool", types={"closedloop1": "spherical"}, actuators=["motor_1"])
-    assert made.loops["closedloop1"].type == "spherical"
-    assert made.driven == ("motor_1",)
-    line = line_of(GEPETTO[1], "closed_loop")
-    assert any(
-        f"{GEPETTO[1]}:{line}: the loop 'closedloop1' has the given type spherical; the source has" in item
-        for item in made.warnings
-    )
-    assert any("the source lists motor_1, motor_2" in item for item in made.warnings)
-    made = described(FIVE_BAR, **HINGE, axes={"closing_tool": (1, 0, 0)})
-    assert any("has the given axis; the source has" in item for item in made.warnings)
-    assert not any("given" in item for item in described(FIVE_BAR, **HINGE, axes={"closing_tool": (0, 0, 2)}).warnings)
-    assert not any(
-        "given type" in item for item in described(*GEPETTO, platform_link="tool", types={"closedloop1": "fixed"}).warnings
-    )
+    assert (made.loops["closedloop1"].type, made.driven) == ("spherical", ("motor_1",))
+    said = " ".join(made.warnings)
+    assert f"{GEPETTO[1]}:{line_of(GEPETTO[1], 'closed_loop')}: the loop 'closedloop1' has the given type spherical" in said
+    assert "the source lists motor_1, motor_2" in said
+    for axis, noted in (((1, 0, 0), True), ((0, 0, 2), False)):
+        said = " ".join(described(FIVE_BAR, **HINGE, axes={"closing_tool": axis}).warnings)
+        assert ("has the given axis; the source has" in said) == noted
 
 
 def test_frames_that_face_each_other_are_warned_of(tmp_path):
@@ -376,9 +353,8 @@ def test_what_the_source_has_in_our_format_stays(tmp_path):
 def test_other_joint_types_of_gepetto(tmp_path):
     """UJOINT_ZX turns about z first and then about x of the joint's frame, whatever its axis was; FIXED is fixed."""
     rest = "closed_loop: [['closedloop2_A', 'closedloop2_B'], ['closedloop3_A', 'closedloop3_B']]\ntype: [3d, 3d]\n"
-    yaml = written(
-        tmp_path, f"{rest}name_mot: [mot, to_rotule]\njoint_name: [to_rotule_1, free2]\njoint_type: [UJOINT_ZX, FIXED]\n"
-    )
+    names = "name_mot: [mot, to_rotule]\njoint_name"
+    yaml = written(tmp_path, f"{rest}{names}: [to_rotule_1, free2]\njoint_type: [UJOINT_ZX, FIXED]\n")
     made = described(RRS[0], yaml, platform_link="platform")
     before = parse_robot_text(RRS[0].read_text().replace("</robot>", '<platform link="platform"/></robot>')).joints
     first, second = made.joints["to_rotule_1_Z"], made.joints["to_rotule_1_X"]
@@ -387,18 +363,14 @@ def test_other_joint_types_of_gepetto(tmp_path):
     assert (first.parent, first.child) == ("rod_1", "to_rotule_1_Z_link") == ("rod_1", second.parent)
     assert made.driven == ("mot1", "to_rotule_1_Z", "to_rotule_1_X", "mot2", "mot3")
     assert (made.joints["free2"].type, made.joints["free2"].origin) == ("fixed", before["free2"].origin)
-    spherical = written(tmp_path, f"{rest}name_mot: [mot, to_rotule]\njoint_name: [to_rotule_1]\njoint_type: [SPHERICAL]\n")
-    with pytest.raises(RobotFileError, match=r"robot\.yaml:4: the joint 'to_rotule_1' is spherical, and name_mot drives it"):
+    spherical = written(tmp_path, f"{rest}{names}: [to_rotule_1]\njoint_type: [SPHERICAL]\n")
+    with pytest.raises(RobotFileError, match=r"robot\.yaml:4: the joint 'to_rotule_1' is spherical, but is driven by name_mot"):
         described(RRS[0], spherical, platform_link="platform")
 
 
 def test_xacro_sources_are_included_with_their_arguments(tmp_path):
-    text = FOUR_BAR.read_text().replace(
-        '<robot name="four_bar">', '<robot name="four_bar" xmlns:xacro="http://www.ros.org/wiki/xacro">'
-    )
-    text = text.replace("<link name=", '<xacro:arg name="mass" default="1.5"/><link name=', 1).replace(
-        'mass value="1.5"', 'mass value="$(arg mass)"'
-    )
+    head = '<robot name="four_bar" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="mass" default="1.5"/>'
+    text = FOUR_BAR.read_text().replace('<robot name="four_bar">', head).replace('value="1.5"', 'value="$(arg mass)"')
     source = written(tmp_path, text, "robot.urdf.xacro")
     answers = {"platform_link": "coupler", "actuators": ["drive"], "axes": {"closure": (0, 0, 1)}}
     assert described(source, **answers).links["coupler"].mass == 1.5
@@ -439,17 +411,11 @@ def written(folder, text, name="robot.yaml"):
         ({"types": {"closing_tol": "revolute"}}, r"types: there is no loop 'closing_tol'; did you mean 'closing_tool'"),
         ({"types": {"closing_tool": "hinge"}}, r"types: 'closing_tool' cannot be 'hinge'"),
         ({"types": ["revolute"]}, r"types must be a dict with the loops' names as keys, not list"),
-        (
-            {"types": "spherical", "axes": {"closing_tool": (0, 0, 1)}},
-            r"axes: the loop 'closing_tool' is spherical and has no axis",
-        ),
+        ({"types": "spherical", "axes": {"closing_tool": (0, 0, 1)}}, r"'closing_tool' is spherical and has no axis"),
         ({"axes": {"closing_tool": (0, 0)}}, r"axes: 'closing_tool' is revolute and needs three numbers, not \(0, 0\)"),
         ({"axes": {"closing_tool": (0, 0, 0)}}, r"axes: an axis of 'closing_tool' is zero"),
         ({"types": "universal", "axes": {"closing_tool": (0, 0, 1)}}, r"needs two axes of three numbers each"),
-        (
-            {"types": "universal", "axes": {"closing_tool": ((0, 0, 1), (0, 0, 1))}},
-            r"the two axes of <loop> 'closing_tool' are parallel",
-        ),
+        ({"types": "universal", "axes": {"closing_tool": ((0, 0, 1), (0, 0, 1))}}, r"the two axes of .* are parallel"),
         ({"actuators": "motor_1"}, r"actuators must be a list of joints: \['motor_1'\]"),
         ({"actuators": ["motor_3"]}, r"actuators: there is no joint 'motor_3' with one freedom; did you mean"),
         ({"actuators": ["motor_1", "motor_1"]}, r"actuators: 'motor_1' is given twice"),
@@ -463,21 +429,15 @@ def test_wrong_answers(answers, message):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (
-            '"closing_tool_2"',
-            '"closing_tol_2"',
-            r"the loop's frame 'closing_tool_1' has no partner: there is no link 'closing_tool_2'",
-        ),
+        ('"closing_tool_2"', '"closing_tol_2"', r"'closing_tool_1' has no partner: there is no link 'closing_tool_2'"),
         ('name="closing_tool_1_frame" type="fixed"', 'name="closing_tool_1_frame" type="floating"', r"is not fixed to a link"),
-        ('<robot name="onshape">', '<robot name="onshape"><loop name="a"/>', None),
+        ('<robot name="onshape">', '<robot name="onshape"><loop name="a"/>', r"lacks the attribute 'type'"),
         ('link name="rod_2"', 'link name="rod_3"', r"refers to the link 'rod_2', which does not exist; did you mean 'rod_3'"),
         ('"motor_1"', '"closing_tool"', r"the loop's name 'closing_tool' is taken already, in .*robot\.urdf:\d+"),
     ],
 )
 def test_wrong_closing_frames(tmp_path, old, new, message):
     source = written(tmp_path, FIVE_BAR.read_text().replace(old, new), "robot.urdf")
-    if message is None:  # our own loops, and malformed ones, are left to our own reader
-        message = "lacks the attribute 'type'"
     with pytest.raises(RobotFileError, match=message) as caught:
         described(source, **HINGE)
     assert caught.value.file.startswith(str(tmp_path))
@@ -487,11 +447,7 @@ def test_wrong_closing_frames(tmp_path, old, new, message):
     ("old", "new", "message"),
     [
         ("<link2", "<link1", r"has two <link1>; call the second one <link2>"),
-        (
-            '<link2 link="rocker"',
-            '<link2 link="roker"',
-            r"refers to the link 'roker', which does not exist; did you mean 'rocker'",
-        ),
+        ('<link2 link="rocker"', '<link2 link="roker"', r"the link 'roker', which does not exist; did you mean 'rocker'"),
         ('<link2 link="rocker"', '<link2 link="coupler"', r"joins the link 'coupler' to itself"),
         ('type="revolute">\n    <link1', 'type="floating">\n    <link1', r"floating, which joins nothing"),
         ('type="revolute">\n    <link1', 'type="ball">\n    <link1', r"has the type 'ball', unknown to Isaac Sim"),
@@ -531,28 +487,16 @@ PAIRS = "closed_loop: [['closedloop1_A', 'closedloop1_B']]\n"
         ("closed_loop: 3\n", 1, r"closed_loop must be a list, not '3'"),
         ("closed_loop:\n  - [a, b, c]\n", 2, r"must be a pair of frames, not 3"),
         ("closed_loop: [[a, a]]\n", 1, r"closed_loop pairs 'a' with itself"),
-        (
-            "closed_loop: [['closedloop1_A', 'closedlop1_B']]\n",
-            1,
-            r"there is no link or joint 'closedlop1_B' in .*; did you mean",
-        ),
+        ("closed_loop: [['closedloop1_A', 'closedlop1_B']]\n", 1, r"no link or joint 'closedlop1_B' in .*; did you mean"),
         ("closed_loop: [['closedloop1_B', 'rod_2']]\ntype: [3d]\n", 1, r"both frames of the loop .* are on the link 'rod_2'"),
         (f"{PAIRS}type: [3d, 6d]\n", 2, r"type has 2 entries, and closed_loop has 1"),
         (f"{PAIRS}type: [5d]\n", 2, r"type is '5d'; known: 3d .* 6d"),
         (f"{PAIRS}type: [6d]\nname_mot: [motr]\n", 3, r"name_mot has 'motr', which is in no movable joint's name; did you mean"),
         (f"{PAIRS}type: [6d]\njoint_name: [passive_1]\n", 3, r"there is joint_name but no joint_type"),
         (f"{PAIRS}joint_type: [SPHERICAL]\n", 2, r"there is joint_type but no joint_name"),
-        (
-            f"{PAIRS}joint_name: [pasive_1]\njoint_type: [SPHERICAL]\n",
-            2,
-            r"joint_name has 'pasive_1', which does not exist; did you",
-        ),
+        (f"{PAIRS}joint_name: [pasive_1]\njoint_type: [SPHERICAL]\n", 2, r"'pasive_1', which does not exist; did you"),
         (f"{PAIRS}joint_name: [closedloop1_B_frame]\njoint_type: [FIXED]\n", 2, r"which is fixed in the URDF"),
-        (
-            f"{PAIRS}joint_name: [passive_1]\njoint_type: [CARDAN]\n",
-            3,
-            r"joint_type of 'passive_1' is 'CARDAN', whose axes are not known",
-        ),
+        (f"{PAIRS}joint_name: [passive_1]\njoint_type: [CARDAN]\n", 3, r"is 'CARDAN', whose axes are not known"),
         (f"{PAIRS}joint_name: [passive_1, passive_1]\njoint_type: [FIXED, FIXED]\n", 2, r"joint_name has 'passive_1' twice"),
         ("closed_loop: !!python/object/apply:os.system ['touch stolen']\n", 1, r"an entry of closed_loop must be a list"),
         pytest.param("closed_loop: " + "[" * 2000, None, r"not YAML", marks=pytest.mark.slow),
@@ -573,9 +517,7 @@ def test_unknown_keys_of_the_yaml_are_warned_of(tmp_path):
     with pytest.raises(RobotFileError, match="'closed_loop_number' is unknown; did you mean 'closed_loop'"):
         described(GEPETTO[0], yaml, platform_link="tool")
     yaml = written(tmp_path, GEPETTO[1].read_text() + "author: us\n")
-    assert any(
-        "robot.yaml:4: the key 'author' is ignored" in item for item in described(GEPETTO[0], yaml, platform_link="tool").warnings
-    )
+    assert "robot.yaml:4: the key 'author' is ignored" in " ".join(described(GEPETTO[0], yaml, platform_link="tool").warnings)
 
 
 def test_missing_files(tmp_path):

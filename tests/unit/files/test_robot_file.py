@@ -57,8 +57,10 @@ LIMIT = '<limit lower="-1" upper="1" effort="0" velocity="0"/>'
 PLATFORM = '<platform link="plate"><origin xyz="0 0 0.1"/></platform>'
 DRIVE = '<transmission name="drive"><joint name="hinge"/></transmission>'
 CHILD = '<child link="rod"/>'
+PLATE, GROUND = '<link name="plate"/>', '<link name="ground"/>'
 UNWEIGHED_BEAM = BEAM.replace('to="ball"', 'to="strut"').replace('density="7800"', 'name="two"')
 BARE_BEAM = BEAM.replace(' poisson_ratio="0.3"', "")
+WHOLE_BEAM, UNIT = f"{BEAM}\n    {CIRCLE}", 'area="1" I_y="1" I_z="1" J="1"'
 END = "</robot>"
 
 # (what is replaced, by what, words of the message)
@@ -67,12 +69,7 @@ BAD: list[tuple[str, str, list[str]]] = [
     ('<child link="plate"/>', '<child link="plate">\n</joint><!--!-->', ["well-formed", "<child> of line 15"]),
     (CHILD, '<child link="rod" link="x"/><!--!-->', ["well-formed", "duplicate"]),
     (CHILD, "<xacro:child/><!--!-->", ["prefix", "xmlns:xacro"]),
-    ('<?xml version="1.0"?>\n', "<!DOCTYPE robot><!--!-->\n", ["DOCTYPE"]),
-    (
-        '<?xml version="1.0"?>\n',
-        '<!DOCTYPE robot [<!ENTITY x SYSTEM "file:///etc/passwd">]><!--!-->\n',
-        ["DOCTYPE", "entities"],
-    ),
+    ('<?xml version="1.0"?>\n', '<!DOCTYPE robot [<!ENTITY x SYSTEM "file:///etc/passwd">]><!--!-->\n', ["DOCTYPE", "entities"]),
     # <robot>
     ('<robot name="r">', '<robot name="r" version="3"><!--!-->', ["version", "'3'"]),
     (END, '<material name="m"/>\n<material name="m"/><!--!-->\n</robot>', ["material", "twice"]),
@@ -81,12 +78,8 @@ BAD: list[tuple[str, str, list[str]]] = [
     ('<mass value="2"/>', '<mass value="-2"/><!--!-->', ["value='-2'", "zero or greater"]),
     ('<mass value="2"/>', '<mass value="heavy"/><!--!-->', ["'heavy'", "not a number"]),
     ('<mass value="2"/>', '<mass value="1e999"/><!--!-->', ["'1e999'", "finite"]),
-    (
-        '<link name="plate"/>',
-        '<link name="plate"><collision><origin rpy="0 0 nan"/><!--!--></collision></link>',
-        ["nan"],
-    ),
-    ('<link name="plate"/>', '<link name="plate"><beam/><!--!--></link>', ["directly inside <robot>"]),
+    (PLATE, '<link name="plate"><collision><origin rpy="0 0 nan"/><!--!--></collision></link>', ["nan"]),
+    (PLATE, '<link name="plate"><beam/><!--!--></link>', ["directly inside <robot>"]),
     # joints
     (HINGE, HINGE.replace("revolute", "revolut") + "<!--!-->", ["'revolut'", "did you mean 'revolute'"]),
     (HINGE, HINGE.replace("revolute", "spherical") + "<!--!-->", ["'spherical'", "<loop>"]),
@@ -109,16 +102,9 @@ BAD: list[tuple[str, str, list[str]]] = [
     # the tree
     (END, '<link name="lost"/><!--!--></robot>', ["'ground'", "'lost'", "no parent"]),
     (
-        '<link name="ground"/>',
-        '<link name="ground"/><!--!-->\n<joint name="round" type="fixed"><parent link="plate"/><child link="ground"/></joint>',
+        GROUND,
+        f'{GROUND}<!--!-->\n<joint name="round" type="fixed"><parent link="plate"/><child link="ground"/></joint>',
         ["cycle", "'ground'", "'rod'", "'plate'"],
-    ),
-    (
-        '<link name="ground"/>',
-        '<link name="ground"/><link name="a"/><!--!--><link name="b"/>'
-        '<joint name="ab" type="fixed"><parent link="a"/><child link="b"/></joint>'
-        '<joint name="ba" type="fixed"><parent link="b"/><child link="a"/></joint>',
-        ["cycle", "'a'", "'b'"],
     ),
     # misspelled elements, and ours that are not there yet
     (END, "<Loop/><!--!--></robot>", ["<Loop>", "did you mean <loop>"]),
@@ -162,20 +148,12 @@ BAD: list[tuple[str, str, list[str]]] = [
     (CIRCLE, '<tube outer_diameter="0.1" inner_diameter="0.1"/><!--!-->', ["inner_diameter=0.1", "less than"]),
     (CIRCLE, '<rectangular_tube width="0.1" height="0.2" thickness="0.05"/><!--!-->', ["thickness=0.05", "half"]),
     (CIRCLE, '<section area="1" I_y="1" I_z="1" J="1" shear_area_y="1"/><!--!-->', ["both shear_area_y and"]),
-    (BEAM + "\n    " + CIRCLE, BEAM + '<!--!--><rectangle width="0.1" height="0.2"/>', ["y_axis", "width"]),
+    (WHOLE_BEAM, BEAM + '<!--!--><rectangle width="0.1" height="0.2"/>', ["y_axis", "width"]),
+    (WHOLE_BEAM, f"{BEAM}<!--!--><section {UNIT}/>", ["shear_coefficient", "shape"]),
+    (WHOLE_BEAM, f'{BEAM}<!--!--><section {UNIT} shear_area_y="1" shear_area_z="0.5"/>', ["y_axis"]),
     (
-        BEAM + "\n    " + CIRCLE,
-        BEAM + '<!--!--><section area="1" I_y="1" I_z="1" J="1"/>',
-        ["shear_coefficient", "shape"],
-    ),
-    (
-        BEAM + "\n    " + CIRCLE,
-        BEAM + '<!--!--><section area="1" I_y="1" I_z="1" J="1" shear_area_y="1" shear_area_z="0.5"/>',
-        ["y_axis"],
-    ),
-    (
-        BEAM + "\n    " + CIRCLE,
-        BEAM[:-1] + ' shear_coefficient="1"><!--!--><section area="1" I_y="1" I_z="1" J="1" shear_area_y="1" shear_area_z="1"/>',
+        WHOLE_BEAM,
+        f'{BEAM[:-1]} shear_coefficient="1"><!--!--><section {UNIT} shear_area_y="1" shear_area_z="1"/>',
         ["shear_coefficient and shear areas"],
     ),
     # transmissions
@@ -221,13 +199,8 @@ def test_bad_file_is_refused_with_line_and_reason(old: str, new: str, words: lis
         ("<!-- only a comment -->", 1, ["well-formed", "no element"]),
         ("\n<urdf/>", 2, ["<urdf>", "<robot>"]),
         ("<robot name='r'/>", 1, ["no links"]),
-        ("<robot name='r'>\n<link name='a'/></robot>", 1, ["no platform", "<platform link="]),
+        ("<robot name='r'>\n<link name='a'/></robot>", 1, ["no platform", "no joint moves a link", "<platform link="]),
         ("\ud800", 1, ["decoded"]),
-        (
-            f'<!DOCTYPE r [<!ENTITY a "aa"><!ENTITY b "{"&a;" * 10}"><!ENTITY c "{"&b;" * 10}">]><robot name="&c;"/>',
-            1,
-            ["DOCTYPE"],
-        ),
     ],
 )
 def test_bad_text(text: str, line: int | None, words: list[str]) -> None:
@@ -490,7 +463,16 @@ BAD_XACRO: list[tuple[str, list[str]]] = [
     ('<xacro:include filename="/dev/zero"/><!--!-->', ["not an ordinary file"]),
     ('<xacro:element xacro:name="a b"/><!--!-->', ["'a b' is not a name"]),
     ("<gazebo>${'\\x00'}</gazebo><!--!-->", ["character"]),
-]
+    *((f"<gazebo>{text}</gazebo><!--!-->", [words]) for text, words in (
+        ("${1 +}", "invalid syntax"),
+        ("${1/0}", "division by zero"),
+        ("${open('/etc/passwd').read()}", "'open' is not defined"),
+        ("${[y.__class__ for y in [1]]}", "__"),
+        ("${'{0.__class__}'.format(1)}", "__"),
+        ("$(eval [].__class__)", "double underscore"),
+        ('<xacro:arg name="l" default="5cm"/>${xacro.arg("l") / 2}', "argument l is '5cm', which is not a number; numbers"),
+    )),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("body", "words"), BAD_XACRO)
@@ -525,6 +507,17 @@ def test_bad_included_file(folder: Path, inner: str, words: list[str]) -> None:
     assert (caught.value.file, caught.value.line) == (str(folder / "inner.xacro"), marked_line(inner))
     for word in words:
         assert word in str(caught.value)
+
+
+def test_namespaces_and_yaml(tmp_path: Path) -> None:
+    (tmp_path / "sizes.yaml").write_text("rod: {length: 0.5, names: [a, b]}\nangle: !degrees 90\n")
+    (tmp_path / "part.xacro").write_text('<robot xmlns:xacro="x"><xacro:property name="k" value="7"/></robot>')
+    path = tmp_path / "robot.xacro"
+    included = (
+        '<xacro:include filename="part.xacro" ns="part"/><xacro:property name="s" value="${xacro.load_yaml(\'sizes.yaml\')}"/>'
+    )
+    path.write_text(xacro(f"{included}<gazebo>${{part.k}} ${{s.rod.length * 2}} ${{s['rod'].names[0]}} ${{s.angle}}</gazebo>"))
+    assert f"<gazebo>7 1.0 a {math.pi / 2}</gazebo>" in read_robot_file(path).urdf
 
 
 def test_optional_include_and_parameters_of_includes(folder: Path) -> None:
@@ -569,12 +562,7 @@ def test_the_example_of_the_documentation_is_read() -> None:
     page = (ROOT / "docs" / "reference" / "robot_format.md").read_text(encoding="utf-8")
     example = re.findall(r"```xml\n(.*?)```", page, re.DOTALL)[0]
     robot = parse_robot_text(example)
-    assert (list(robot.beams), list(robot.loops), robot.driven, robot.warnings) == (
-        ["left", "right"],
-        ["c"],
-        ("a",),
-        (),
-    )
+    assert (list(robot.beams), list(robot.loops), robot.driven, robot.warnings) == (["left", "right"], ["c"], ("a",), ())
     assert pin.buildModelFromXML(robot.urdf).nv == 3
 
 

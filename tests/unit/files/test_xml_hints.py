@@ -10,9 +10,9 @@ from kinetostatics.files.reader import parse_robot_text
 @pytest.mark.parametrize(
     ("written", "said"),
     [
-        ("40mm", "are not written: 0.04"),
-        ("4 cm", "are not written: 0.04"),
-        ("30deg", "are not written: 0.523598775598"),
+        ("40mm", "without the unit: 0.04"),
+        ("4 cm", "without the unit: 0.04"),
+        ("30deg", "without the unit: 0.523598775598"),
         ("40 pounds", "is not a number$"),
         ("thick", "is not a number$"),
     ],
