@@ -1,6 +1,6 @@
 """Analysis of poses under loads and gravity: check and broadcast the arguments, then solve the poses in chunks.
 
-:mod:`kinetostatics.statics.solution` solves the equilibrium.
+The equilibrium itself is solved in :mod:`kinetostatics.statics.solution`.
 """
 
 from __future__ import annotations
@@ -59,22 +59,23 @@ def analyze(
         load: (…, 6) external wrench on the platform: force [N], moment [N·m].
         gravity: (…, 3) gravity [m/s²] in world axes.
         point: (…, 3) point of application of the force [m], in ``frame``; default o.
-        frame: "world": ``load`` in world axes, ``point`` from the world origin; "platform": both in platform axes, from o.
+        frame: "world": ``load`` and ``point`` in world axes, the point from the world origin; "platform": both in platform axes,
+            the point from o.
         assembly_errors: errors of joints and beams in the unloaded robot, by name; see
             :mod:`kinetostatics.statics.assembly_errors`. The error of a joint is a twist (…, 6) [m, rad]: the displacement of its
             platform side relative to its base side, at the joint's centre, in world axes; or ``{"twist": …, "frame": "joint"}``,
             in the axes of the joint frame. The centre of a prismatic joint is its origin on the platform side. The error of a
-            beam is ``{"length": …, "temperature": …}``: excess length [m], temperature rise [K]. Together they are the
+            beam is ``{"length": …, "temperature": …}``: excess length [m], temperature rise [K]. All errors together cause the
             contribution "assembly_errors".
         loads: loads on links, by link name: a wrench (…, 6), force [N] and moment [N·m] in world axes at the link's origin; a
             :class:`LinkLoad`, for another point or for link axes; or a list of these. On an elastic link, the point must be the
-            end of a beam. Each link gives the contribution "load on LINK".
-        payload: a :class:`Payload` on the platform or on a link; it gives the contribution "payload".
-        motion: velocities and accelerations of the coordinates, a :class:`Motion`: the inertia of links, beams and payload, with
-            Coriolis and centrifugal terms, is the contribution "inertia".
+            end of a beam. The loads on each link cause the contribution "load on LINK".
+        payload: a :class:`Payload` on the platform or on a link; its weight causes the contribution "payload".
+        motion: velocities and accelerations of the coordinates, a :class:`Motion`. The inertia of links, beams and payload, with
+            Coriolis and centrifugal terms, causes the contribution "inertia".
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
-        engine: "numpy", "compiled", or "auto". "auto" uses compiled code if it is in memory; if it is on disk, from 1,000 poses
-            on; otherwise from 10,000 poses on. Numbers differ by rounding only; statuses are equal.
+        engine: "numpy", "compiled", or "auto". "auto" uses compiled code if it is in memory; if it is on disk, for 1,000 poses
+            and more; otherwise for 10,000 and more. Numbers differ by rounding errors only; statuses are equal.
 
     Returns:
         The result; loads, gravity and point are broadcast against the batch of poses.
@@ -83,7 +84,7 @@ def analyze(
         ArgumentError: an argument has an invalid value or shape.
         SingularPoseError: with the actuators locked, the platform can still move; the message describes the motion.
         LimbEquilibriumError: a limb cannot hold its own weight.
-        StaticsError: a telescopic beam has no length left, or assembly errors of rigid parts contradict one another.
+        StaticsError: a telescopic beam or a spring has no length, or assembly errors of rigid parts contradict one another.
 
     Examples:
         A tripod carries 500 N on its platform. The contributions of load and weights sum to the twist:
@@ -195,7 +196,7 @@ def _solutions(
     assembly_errors: AssemblyErrors | None,
     applied: tuple[AppliedLoad, ...],
 ) -> list[Solution]:
-    """Return the equilibria of consecutive poses; each pose at which the rank of a limb differs is solved separately."""
+    """Return the equilibria of consecutive poses; each pose at which a limb has another rank than usual is solved separately."""
     first = solve_with_springs(robot, frames, load, gravity, assembly_errors, None, applied)
     if not first.doubtful.any() or not frames.take(np.flatnonzero(first.doubtful)).are_finite().any():
         return [first]
@@ -227,7 +228,7 @@ def _vector(name: str, value: ArrayLike, size: int) -> Array:
 
 
 def load_at_o(robot: Robot, frames: Frames, load: Array, point: Array | None, frame: str) -> Array:
-    """Return an external load about o in world axes (6, N); load (6, N) and point (3, N) are given in ``frame``."""
+    """Return an external load (6, N) about o in world axes; ``load`` (6, N) and ``point`` (3, N) are given in ``frame``."""
     if frame == "world" and point is None:
         return load
     R, o = robot.mechanism.platform_pose(frames)
@@ -284,7 +285,7 @@ def _complain(robot: Robot, solution: Solution) -> None:
 
 
 def free_twists(robot: Robot, solution: Solution, pose: int) -> Array:
-    """Return the twists (6, k) at o that no constraint wrench of any limb resists."""
+    """Return the twists (6, k) at o that no constraint wrench of any limb resists, at least one."""
     scale = np.array([1.0] * 3 + [1 / robot.length] * 3)[:, None]
     columns = [np.zeros((6, 0)), *(item.J_c[..., pose].reshape(6, -1) for item in solution.statics)]
     wrenches = np.concatenate(columns, axis=1) * scale
@@ -294,11 +295,11 @@ def free_twists(robot: Robot, solution: Solution, pose: int) -> Array:
 
 
 def check_keywords(function: Callable[..., object], given: Iterable[str], without: Iterable[str] = ()) -> None:
-    """Check the keywords that a function passes on to :func:`analyze`.
+    """Check keywords with which a function is to call :func:`analyze`.
 
     Args:
-        function: the function that was called.
-        given: the keywords that are not parameters of ``function``.
+        function: the function.
+        given: names of the keywords.
         without: arguments of :func:`analyze` that ``function`` sets itself.
 
     Raises:

@@ -1,7 +1,7 @@
-"""Arguments of public functions and commands: checks of their type, range and choice, and the table of those that are shared.
+"""Checks of arguments (type, range, choice), and the table of those that functions and commands share.
 
-An argument of a Python function and the option of its command have the same name (``closure_tolerance=``,
-``--closure-tolerance``), unless a row of the table names another ``option``. Every error names the argument.
+An argument of a function and the corresponding option of a command have the same name (``closure_tolerance=``,
+``--closure-tolerance``), unless a row of the table contains another ``option``. Every error names the argument.
 """
 
 from __future__ import annotations
@@ -22,13 +22,14 @@ from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 
 #: Types that ``float`` accepts.
 FloatLike: TypeAlias = SupportsFloat | SupportsIndex | str
-Keyword: TypeAlias = Any  # value of a keyword, checked by the function to which it is passed on
+#: Value of a keyword that another function checks.
+Keyword: TypeAlias = Any
 
 _HOME = os.path.dirname(__file__) + os.sep
 
 
 def warn(words: str) -> None:
-    """Issue a warning that is attributed to the line, outside the package, from which the package was called."""
+    """Issue a warning; its location is the line outside the package that called the package."""
     frame, level = sys._getframe(), 1
     while frame.f_back is not None and frame.f_code.co_filename.startswith(_HOME):
         frame, level = frame.f_back, level + 1
@@ -36,7 +37,7 @@ def warn(words: str) -> None:
 
 
 def need_scipy(what: str) -> None:
-    """Check that SciPy, which ``what`` needs, is installed.
+    """Check that SciPy is installed; ``what`` is the function that needs it, for the message.
 
     Raises:
         KinetostaticsError: SciPy is not installed.
@@ -51,7 +52,7 @@ def check_mapping(what: str, value: object, example: str) -> None:
     """Check that a value is a mapping whose keys are names.
 
     Raises:
-        ArgumentError: the value is no such mapping; the message shows ``example``.
+        ArgumentError: the value is no mapping, or a key is no name; the message contains ``example``.
     """
     if not isinstance(value, Mapping):
         raise ArgumentError(f"{what} is {value!r}; it must be a mapping from names to values, such as {example}")
@@ -64,7 +65,7 @@ def names_in(what: str, value: Iterable[object], example: str) -> tuple[str, ...
     """Return several names as a tuple.
 
     Raises:
-        ArgumentError: the value is not a sequence of names, or is a single string; the message shows ``example``.
+        ArgumentError: the value is not a sequence of names, or is a single string; the message contains ``example``.
     """
     try:
         given = None if isinstance(value, str) else tuple(value)
@@ -87,7 +88,7 @@ def check_choice(what: str, value: object, choices: Sequence[str]) -> None:
 
 
 def positive(what: str, value: FloatLike, expected: str = "a positive number", infinite: bool = False) -> float:
-    """Return a positive number; infinity is accepted if ``infinite`` is set.
+    """Return a positive number, which may be infinite if ``infinite`` is set.
 
     Raises:
         ArgumentError: the value is not such a number; the message contains ``expected``.
@@ -102,10 +103,10 @@ def positive(what: str, value: FloatLike, expected: str = "a positive number", i
 
 
 def whole_number(what: str, value: SupportsIndex | None, least: int, most: int | None = None, shown: str = "") -> int:
-    """Return an integer (Python or NumPy) between ``least`` and ``most``.
+    """Return an integer (Python or NumPy) from ``least`` to ``most``.
 
     Raises:
-        ArgumentError: the value is not such an integer; the message contains ``shown``, the value as text.
+        ArgumentError: the value is not such an integer; the message contains the value, or ``shown`` in its place.
     """
     number = None
     if value is not None and not isinstance(value, (bool, np.bool_)):
@@ -306,10 +307,10 @@ ARGUMENTS: Mapping[str, Argument] = {
 
 
 def check(name: str, value: Keyword) -> Keyword:
-    """Return the value of an argument of the table.
+    """Return the value of an argument after checking it against its row of the table.
 
     Raises:
-        ArgumentError: the value does not fit the row; the message names the argument.
+        ArgumentError: the value is invalid; the message names the argument.
     """
     argument = ARGUMENTS[name]
     if argument.choices:

@@ -24,7 +24,7 @@ __all__ = [
 
 
 def near_names(name: object, known: Iterable[str]) -> str:
-    """Return a phrase that lists the names similar to ``name``, or all known names if none is similar."""
+    """Return a phrase with the known names that are similar to ``name``; if none is similar, with up to twelve known names."""
     known = sorted(known)
     near = difflib.get_close_matches(str(name), known, n=3, cutoff=0.5)
     if near:
@@ -59,7 +59,7 @@ class RobotFileError(KinetostaticsError):
 
 
 class PlatformMissingError(RobotFileError):
-    """A robot file names none of several possible links as the platform.
+    """A robot file does not name the platform, and several links are possible.
 
     Attributes:
         likely: names of the most probable links.
@@ -73,7 +73,7 @@ class PlatformMissingError(RobotFileError):
 
 
 class UnknownNameError(KinetostaticsError, KeyError):
-    """No limb, joint, beam, actuator or contribution has this name; the message lists the known names.
+    """No limb, joint, beam, actuator or contribution has this name; the message contains similar or known names.
 
     Attributes:
         name: the unknown name.
@@ -95,7 +95,7 @@ class AssemblyError(KinetostaticsError):
         residuals: gap of each loop, ``{loop name: (metres, radians)}``.
         residual: the largest of these numbers, in m or rad.
         mobility: the robot's mobility, or None if not known.
-        reached: fraction, 0 to 1, of the straight line from the start to the coordinates on which the loops close, or None.
+        reached: fraction (0 to 1) of the straight line to the coordinates along which the loops close, or None.
     """
 
     def __init__(
@@ -115,7 +115,7 @@ class CoordinatesError(ArgumentError):
     """The given coordinates are too few, too many, unknown, or do not determine the pose.
 
     Attributes:
-        mobility: the robot's mobility, or None if it is not relevant.
+        mobility: the robot's mobility, or None if it is irrelevant to the error.
     """
 
     def __init__(self, message: str, mobility: int | None = None) -> None:

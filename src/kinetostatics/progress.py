@@ -1,4 +1,4 @@
-"""Progress line on the terminal for work of more than a second: task and elapsed time, erased at the end."""
+"""Progress line on the terminal for work of more than a second: task and elapsed time; the line is erased at the end."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ def in_notebook() -> bool:
 
 
 def waiting(what: str | Callable[[], str], enabled: bool = True, always: bool = False) -> AbstractContextManager[None]:
-    """Write the current task and the elapsed time on the terminal; of nested tasks, only the innermost.
+    """Return a context that shows its task and the elapsed time on the terminal; of nested tasks, only the innermost is shown.
 
     Args:
         what: the task, such as "verifying", or a function that returns it.
-        enabled: whether to write anything.
-        always: whether to write even if standard error is not a terminal.
+        enabled: whether to show the task at all.
+        always: whether to show it even if standard error is not a terminal.
     """
     if not enabled or not (always or on_terminal()):
         return nullcontext()
@@ -42,12 +42,12 @@ def waiting(what: str | Callable[[], str], enabled: bool = True, always: bool = 
 
 
 def pausing() -> AbstractContextManager[None]:
-    """Erase the progress line as long as the context is open, for output that stays."""
+    """Return a context in which the progress line is erased, for output that is to stay."""
     return _line.showing(lambda: "") if _line.texts else nullcontext()
 
 
 class _Line:
-    """The last line of the terminal, and the thread that updates it as long as there is a task."""
+    """The progress line, and the thread that updates it as long as there is a task."""
 
     def __init__(self) -> None:
         self.texts: list[Callable[[], str]] = []
@@ -55,7 +55,7 @@ class _Line:
 
     @contextmanager
     def showing(self, text: Callable[[], str]) -> Iterator[None]:
-        """Show a text instead of the texts of the surrounding tasks."""
+        """Show a text in place of those of the surrounding tasks."""
         with self._lock:
             self._write("")
             if not self.texts:
@@ -73,7 +73,7 @@ class _Line:
                         warnings.showwarning = self._before
 
     def _begin(self) -> None:
-        """Start the thread; erase the line before each warning."""
+        """Start the thread, and make Python erase the line before each warning."""
         self._end = threading.Event()
         threading.Thread(target=self._renew, args=(self._end,), daemon=True).start()
         self._before = before = warnings.showwarning

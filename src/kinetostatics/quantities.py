@@ -1,6 +1,6 @@
 """Table of quantities: name, symbol, unit, axes, description and computation of every result of an analysis.
 
-Results, JSON, Datasets, functions, compiled code, exported C and the glossary take names and descriptions from this table. A new
+Results, JSON, Datasets, functions, compiled code, exported C and the glossary use the names and descriptions of this table. A new
 quantity needs an entry here and an attribute in the class of results.
 """
 
@@ -20,9 +20,9 @@ from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import placed_springs, sources_of
 from kinetostatics.status import FACTS, REPORTED
 
-#: Kinds of axes of a grid along which quantities vary: all, those that change the pose, or those that change the robot.
+#: Kinds of axes of a grid along which a quantity varies: all, those that change the pose, or those that change the robot.
 EVERYTHING, POSES, ROBOTS = ("parameter", "case", "coordinate"), ("parameter", "coordinate"), ("parameter",)
-#: Units that differ along an axis, by the coordinate of a Dataset that contains them.
+#: Units of quantities whose unit differs along an axis; the keys are the coordinates of a Dataset with these units.
 UNITS: Mapping[str, str] = {
     "component_unit": "m, rad",
     "stiffness_unit": "N/m, N·m/rad",
@@ -43,14 +43,14 @@ class Entry:
 
     Attributes:
         words: description, with reference point and axes.
-        dims: its array axes after those of the batch, each with labels.
-        unit: its unit, or the entry of :data:`UNITS` with the units along an axis.
-        of: function that computes it, (*dims, N); None: the attribute of the result computes it.
-        moves_as: transformation to another reference point, for a quantity about o.
+        dims: names of the axes of its array, after those of the batch.
+        unit: unit, or key of :data:`UNITS` for the units along an axis.
+        of: function that computes its array (*dims, N); None: the attribute of the result computes it.
+        moves_as: transformation to another reference point, for a quantity at o.
         varies: kinds of axes of a grid along which it varies.
-        variable: its name in a Dataset, if any.
-        group: the output of :func:`kinetostatics.sweep` to which the variable belongs; "always": in every map.
-        symbol, equation: those of the paper, or a section of the method page.
+        variable: name in a Dataset, if any.
+        group: group of outputs of :func:`kinetostatics.sweep` to which the variable belongs; "always": in every map.
+        symbol, equation: symbol and equation in the paper, or the section of the method page.
         dtype: data type of its numbers.
     """
 
@@ -98,13 +98,13 @@ def _is_usual(robot: RobotStatics, solution: Solution) -> Mask:
 
 
 def _of_limbs(robot: RobotStatics, solution: Solution, labels: str, pick: Callable[[int], Array]) -> Array:
-    """Return a quantity of the wrenches of all limbs (Σ k, N), limb by limb; NaN where the wrench basis differs from the labels.
+    """Return a quantity of the wrenches of all limbs, limb by limb (Σ k, N); NaN where the wrench basis differs from the labels.
 
     Args:
         robot: the statics of the robot.
         solution: the equilibrium.
-        labels: attribute of a group of limbs that contains the labels of its wrenches.
-        pick: returns the quantity (k, g, N) of a group, given its number.
+        labels: name of the attribute of a limb group with the labels of the wrenches.
+        pick: function that returns the quantity (k, g, N) of a group of g limbs, given the group's number.
     """
     rows = [np.empty((0, solution.o.shape[1]))]
     for group in robot.groups:
@@ -171,7 +171,7 @@ QUANTITIES: Mapping[str, Entry] = {
         varies=POSES, variable="spring_force"),
     "sweep.platform_pose": Entry("coordinates of the platform before it deforms", ("platform_coordinate",),
         "platform_coordinate_unit", varies=POSES, variable="platform_pose", group="always"),
-    "configuration.q": Entry("coordinates of the model, as Robot.configuration takes them", ("joint_coordinate",),
+    "configuration.q": Entry("coordinates of Pinocchio's model, see Robot.configuration", ("joint_coordinate",),
         "joint_coordinate_unit", varies=POSES, variable="q", group="always"),
     "robot.length": Entry("mean distance of the limbs' outer joints from o", (), "m",
         varies=ROBOTS, variable="characteristic_length", group="always"),
@@ -199,7 +199,7 @@ QUANTITIES: Mapping[str, Entry] = {
         ("limb", "mechanism", "component"), _TWIST),
     "source_contributions": Entry("twist due to each beam, elastic joint, actuator and assembly error; they sum to the twist",
         ("kind", "part", "component"), _TWIST),
-    "part_contributions": Entry("the same for the parts of a limb that is divided by pieces in series",
+    "part_contributions": Entry("twist due to each part of a limb that consists of parts in series",
         ("limb", "part", "component"), _TWIST),
     "actuator_mechanism_contributions": Entry("contribution of the limb's weight to the actuator force by the two mechanisms",
         ("actuator", "limb", "mechanism"), "actuator_force_unit"),
@@ -242,20 +242,20 @@ VARIABLES: Mapping[str, Entry] = {entry.variable: entry for entry in QUANTITIES.
 
 
 def reported_names(owner: str) -> list[str]:
-    """Return names of quantities reported by a result (""), or by its "limbs" or "beams"."""
+    """Return the names of the quantities in the report of a result (``owner`` ""), of its "limbs" or of its "beams"."""
     paths = (path.rpartition(".") for path in QUANTITIES if path not in ("status", *FACTS))
     return [name for mine, _, name in paths if mine == owner]
 
 
 def axes_of(robot: RobotStatics) -> dict[str, tuple[str, ...]]:
-    """Return the labels of those axes of results that are the same for all results of a robot."""
+    """Return the labels along those axes that are equal in all results of a robot, by name of the axis."""
     components = {"component": COMPONENTS, "component_2": COMPONENTS, "axis": COMPONENTS[:3]}
     robots = {"actuator": robot.description.driven, "spring": tuple(robot.description.springs)}
     return {**components, "source": sources_of(robot), **robots}
 
 
 def units_along(robot: RobotStatics) -> dict[str, list[str] | list[list[str]]]:
-    """Return the units along those axes of :data:`UNITS` that are the same for all results of a robot."""
+    """Return the units along an axis for those keys of :data:`UNITS` for which they are equal in all results of a robot."""
     actuators = [robot.mechanism.connections[name].type for name in robot.description.driven]
     return {
         "component_unit": list(TWIST_UNITS),
@@ -270,7 +270,7 @@ def units_along(robot: RobotStatics) -> dict[str, list[str] | list[list[str]]]:
 
 
 def value_at(result: object, path: str) -> object:
-    """Return the attribute of a result at a path; where the path passes a mapping, return a mapping of the items' attributes."""
+    """Return the attribute of a result at a dotted path; beyond a mapping, a mapping with the attribute of each of its items."""
     for name in path.split("."):
         if isinstance(result, Mapping):
             result = {key: getattr(item, name) for key, item in result.items()}
@@ -280,7 +280,7 @@ def value_at(result: object, path: str) -> object:
 
 
 def stacked(value: object, dims: Sequence[str], labels: Mapping[str, Sequence[str]]) -> Array:
-    """Return nested mappings of arrays by label as one array (…, *dims)."""
+    """Return nested mappings of arrays, by labels along the axes ``dims``, as one array (…, *dims)."""
     if not isinstance(value, Mapping):
         return np.asarray(value)
     rows = [stacked(value[label], dims[1:], labels) for label in labels[dims[0]]]

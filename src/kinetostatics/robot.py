@@ -1,4 +1,4 @@
-"""The robot object: description, kinematics, poses and statics."""
+"""The class of robots, with description, kinematics, poses and statics."""
 
 from __future__ import annotations
 
@@ -46,9 +46,10 @@ def load_robot(
         path: path of the file (format: see the page on robot files), or name of a robot of the package, such as "3rps", see
             :func:`kinetostatics.robots`.
         parameters: values of the file's xacro arguments, SI units.
-        platform_link: link that is the platform; default: the one named in the file, or the only end of its tree. The link frame
-            is o-xyz. If the file names no platform and has no loops, as the plain URDF of an arm, all movable joints are driven.
-        base_link: link fixed to the ground; default: the one named in the file, or the root of its tree.
+        platform_link: link that is the platform; its frame is o-xyz. Default: the link that the file names as platform, or the
+            only end of the file's tree. If the file names no platform and has no loops, as the plain URDF of an arm, all movable
+            joints are driven.
+        base_link: link fixed to the ground; default: the link that the file names as base, or the root of the file's tree.
 
     Raises:
         RobotFileError: the file is invalid; the message names file and line.
@@ -107,9 +108,9 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
     def constraint_models(self, *, anchors: bool = False) -> list[pin.RigidConstraintModel]:
         """Return the loops as Pinocchio's constraints on :attr:`model`, for ``pin.constraintDynamics``, ``pin.lcaba`` and others.
 
-        A fixed loop is one constraint of six rows, a spherical one a point of three. A hinge is two points of its axis: six rows
-        of rank five, which Pinocchio's proximal solvers take (``pin.ProximalSettings``). Every constraint has its loop's name.
-        Pinocchio applies no force along a driven loop.
+        A fixed loop is one constraint with six rows, a spherical loop a point constraint with three. A revolute loop is two point
+        constraints on its axis; their six rows have rank five, as Pinocchio's proximal solvers permit
+        (``pin.ProximalSettings``). Every constraint has the name of its loop. Pinocchio applies no force along a driven loop.
 
         Args:
             anchors: return ``pin.PointAnchorConstraintModel`` and ``pin.FrameAnchorConstraintModel`` (Pinocchio 4.0 and newer)
@@ -123,7 +124,7 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
 
     @cached_property
     def statics(self) -> RobotStatics:
-        """Immutable data of the statics, with the wrench bases of the limbs, chosen once per robot."""
+        """Immutable data of the statics; the wrench bases of the limbs are chosen once per robot."""
         model = StaticModel(
             self.mechanism,
             self.topology,
@@ -138,7 +139,7 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings that apply to all poses, in full sentences; :attr:`Result.warnings` includes them."""
+        """Warnings that apply to all poses; :attr:`Result.warnings` includes them."""
         return late("checks.check:robot_warnings")(self)  # type: ignore[no-any-return]
 
     @cached_property
@@ -159,23 +160,24 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
         on_failure: str | None = None,
         engine: str = "auto",
     ) -> Configuration:
-        """Close the loops at given actuator values or platform coordinates; arrays of coordinates give a batch.
+        """Close the loops at given coordinates of actuators or platform; arrays of coordinates give a batch of poses.
 
-        Each pose is reached by following a straight line in the given coordinates, from the closed zero pose or from ``near``;
-        this line decides the assembly mode.
+        Each pose is reached along a straight line in the given coordinates, from the closed zero pose or from ``near``; this line
+        decides the assembly mode.
 
         Args:
             actuators: coordinates of all driven joints by name [m, rad] (forward kinematics). Driven joints outside the limbs,
-                such as those of a gripper, may be omitted (zero). Without ``actuators`` and ``platform``, all are zero.
-            platform: as many platform coordinates as the mobility (inverse kinematics): ``x y z`` of o [m] and orientation [rad]
-                in world axes.
+                such as those of a gripper, may be omitted; they are zero. Without ``actuators`` and ``platform``, all are zero.
+            platform: coordinates of the platform by name, as many as the mobility (inverse kinematics): ``x y z`` of o [m] and
+                angles of orientation [rad], in world axes.
             orientation: meaning of ``rx ry rz``: None or "rotation_vector"; an Euler sequence such as "XYZ" (moving axes) or
                 "xyz" (fixed axes); or "tilt_torsion" for ``azimuth tilt torsion``.
-            near: start of the straight line, a pose or a batch of the same shape; orientations turn the shorter way from there.
-            closure_tolerance: largest gap of a closed loop [m, rad]. Overconstrained files with rounded angles need more than the
-                default; their loops are closed in the least-squares sense. If no motion closes the loops and their gaps at the
-                zero pose exceed 1e-4 of the robot's size (or 1e-4 rad), the tolerance must cover these gaps too, and counts only
-                up to 1e-3 of the size (1e-3 rad).
+            near: start of the straight line: a pose, a batch of the same shape, or values of joints by name [m, rad], passive
+                ones too, for the closed pose nearest to them. From there the platform turns by the shorter rotation.
+            closure_tolerance: largest gap of a closed loop [m, rad]. Overconstrained robots whose files have rounded angles need
+                more than the default; their loops are closed in the least-squares sense. If no motion closes the loops and their
+                gaps at the zero pose exceed 1e-4 of the robot's size (or 1e-4 rad), the tolerance must cover these gaps too, and
+                counts only up to 1e-3 of the size (1e-3 rad).
             on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
             engine: "numpy", "compiled", or "auto": see :func:`kinetostatics.analyze`.
 

@@ -21,10 +21,10 @@ Truth = NDArray[np.bool_]
 
 
 class Status(enum.IntEnum):
-    """Status of a pose: the most severe of its facts, each of which is also available as a truth value.
+    """Status of a pose: the most severe of its facts; each fact is also available as a truth value.
 
-    The order of the numbers has no meaning. UNREACHABLE and SINGULAR poses have no results; of the others, the most severe is
-    INDETERMINATE, then BASIS_DEGENERATE, then LIMIT_EXCEEDED.
+    The order of the numbers has no meaning. Poses that are UNREACHABLE or SINGULAR have no results. Of the other statuses,
+    INDETERMINATE is the most severe, followed by BASIS_DEGENERATE and LIMIT_EXCEEDED.
     """
 
     OK = 0
@@ -37,7 +37,7 @@ class Status(enum.IntEnum):
     SINGULAR = 3
     #: Rigid limbs or a rigid ring are overconstrained: the twist is valid, undetermined forces are NaN.
     INDETERMINATE = 4
-    #: The canonical wrench basis of a limb degenerates: twist and joint wrenches are valid, its intensities are NaN.
+    #: The canonical wrench basis of a limb degenerates: the intensities of this limb are NaN, all other numbers are valid.
     BASIS_DEGENERATE = 5
 
 
@@ -51,9 +51,9 @@ class Fact:
 
     Attributes:
         name: attribute of a result and variable of a Dataset.
-        status: the status of a pose with no more severe fact; None: the fact does not affect the status.
+        status: status of a pose for which this is the most severe fact; None: the fact does not affect the status.
         words: description in reports.
-        summary: description that follows a number of poses, in reports.
+        summary: description after a number of poses in reports.
     """
 
     name: str
@@ -98,10 +98,10 @@ FACTS: Mapping[str, Fact] = {
     )
 }
 
-#: Names of the facts that have a status.
+#: Names of the facts that affect the status.
 REPORTED = tuple(name for name, fact in FACTS.items() if fact.status is not None)
 
-#: Descriptions of the other statuses.
+#: Descriptions of the statuses that are not facts.
 STATUS_WORDS: Mapping[Status, str] = {
     Status.OK: "the loops close, all joints are within their limits",
     Status.UNREACHABLE: "the loops do not close at these coordinates: no results",
@@ -110,7 +110,7 @@ STATUS_WORDS: Mapping[Status, str] = {
 
 
 def status_of(base: NDArray[np.int8], facts: Mapping[str, Truth]) -> NDArray[np.int8]:
-    """Return the status of poses (…), the most severe of their facts.
+    """Return the status of poses (…): the most severe of the facts that are true of each.
 
     Args:
         base: OK, or the status of a pose without results.
@@ -126,7 +126,7 @@ def status_of(base: NDArray[np.int8], facts: Mapping[str, Truth]) -> NDArray[np.
 def in_map(ds: xr.Dataset, name: str) -> xr.DataArray:
     """Return the truth values of a fact in a workspace map.
 
-    If the fact is not a variable of the map, it is read from the status, so that more severe facts hide it.
+    If the fact is not a variable of the map, it is read from the status; it is then missing at poses with a more severe fact.
     """
     if name in ds:
         return ds[name].astype(bool)

@@ -1,4 +1,4 @@
-"""Hints at probable errors of units (millimetres, degrees, GPa): the functions return no hints for plausible numbers."""
+"""Hints at probable errors of units (millimetres, degrees, GPa); for plausible numbers, the functions return no hints."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.layout.numbers import join_words
 
-#: Ratio to the robot's size above which coordinates are improbable; ratio to their own value, for parameters.
+#: Largest plausible ratio of coordinates to the robot's size, and of parameters to their values in the file.
 FAR, LONG = 10.0, 30.0
-#: Ratio to a length above which a tolerance is improbable; limit of angular tolerances [rad].
+#: Largest plausible ratio of a tolerance to the toleranced length; largest plausible tolerance of an angle [rad].
 COARSE = 0.2
-#: A turn, with a margin for rounding [rad]; limits wider than ``WIDE`` [rad] mean no limit.
+#: A full turn with a margin for rounding errors [rad]; limits of joints beyond ``WIDE`` [rad] mean "no limit".
 TURN, WIDE = 2 * math.pi * (1 + 1e-9), 720.0
-#: Plausible numbers of solids: Young's modulus [Pa] and density [kg/m³].
+#: Plausible ranges for solids: Young's modulus [Pa] and density [kg/m³].
 MODULI, DENSITIES = (1e8, 2e12), (10.0, 25e3)
 _RADIANS = "angles are in rad; 90 degrees are ${pi/2} in xacro"
 
@@ -38,8 +38,8 @@ def length_hint(what: str, amount: float, whole: float, of: str = "the robot's s
     Args:
         what: beginning of the sentence, before the ratio: "z = 90 m is".
         amount: the length.
-        whole: the reference length; zero or NaN: none.
-        of: words that introduce the reference length.
+        whole: the reference length; zero or NaN: no hint.
+        of: words between the ratio and the reference length.
         most: largest plausible ratio.
     """
     if not abs(amount) > most * abs(whole) > 0:
@@ -51,19 +51,19 @@ def length_hint(what: str, amount: float, whole: float, of: str = "the robot's s
 
 
 def point_hint(what: str, point: ArrayLike, size: float) -> list[str]:
-    """Return a hint if a point of the platform (3,) [m] is far from o compared with the robot's size [m]."""
+    """Return a hint if a point (3,) of the platform [m], from o, is far from o compared with the robot's size [m]."""
     amount = largest(point)
     return length_hint(f"{what} lies {abs(amount):.6g} m from o,", amount, size)
 
 
 def tolerance_hint(name: str, amount: float, own: float, size: float) -> list[str]:
-    """Return a hint if a tolerance [m] is a large fraction of its length or, if this is zero, of the robot's size."""
+    """Return a hint if a tolerance [m] is a large fraction of the toleranced length or, if this is zero, of the robot's size."""
     whole, of = (own, "the length itself of") if own else (size, "the robot's size of")
     return length_hint(f"the tolerance {name} = {amount:.6g} m is", amount, whole, of, COARSE)
 
 
 def limit_hints(limits: Mapping[str, float], size: float) -> list[str]:
-    """Return hints at limits [m] of prismatic joints far beyond the robot's size; still wider limits mean no limit."""
+    """Return hints at limits [m] of prismatic joints far beyond the robot's size; limits still larger mean "no limit"."""
     names: dict[float, list[str]] = {}
     for name, limit in limits.items():
         if limit <= 1000 * FAR * size:
@@ -76,16 +76,16 @@ def limit_hints(limits: Mapping[str, float], size: float) -> list[str]:
 
 
 def looks_like_degrees(*angles: float) -> bool:
-    """Whether angles [rad] exceed two turns, or exceed one turn and are multiples of 5, as 90, 10, -180.
+    """Return whether angles [rad] exceed two turns, or exceed one turn and are all multiples of 5, as 90, 10, -180.
 
-    Sums of angles computed by xacro may slightly exceed one turn.
+    The margin is for sums of angles computed by xacro, which may slightly exceed one turn.
     """
     most = max(map(abs, angles))
     return most > 2 * TURN or (most > TURN and all(angle % 5 == 0 for angle in angles))
 
 
 def turns_hint(name: str, angle: float, is_usual: bool) -> list[str]:
-    """Return a hint if an angle [rad] exceeds a turn; if ``is_usual``, only if it looks like degrees."""
+    """Return a hint if an angle [rad] exceeds a turn; if ``is_usual`` (turns are usual), only if it looks like degrees."""
     if abs(angle) <= TURN or (is_usual and not looks_like_degrees(angle)):
         return []
     return [
@@ -105,7 +105,7 @@ def angular_tolerance_hint(name: str, amount: float) -> list[str]:
 
 
 def rpy_hints(origins: Iterable[tuple[object, str, tuple[float, float, float]]]) -> list[str]:
-    """Return hints at frames, given as place, name and ``rpy`` [rad]."""
+    """Return hints at frames whose ``rpy`` [rad] looks like degrees; a frame is given as place in the file, name and ``rpy``."""
     return [
         f"{place}: rpy={_written(*rpy)!r} of {what} looks like degrees: {_RADIANS}"
         for place, what, rpy in origins
@@ -114,7 +114,7 @@ def rpy_hints(origins: Iterable[tuple[object, str, tuple[float, float, float]]])
 
 
 def angular_limit_hints(limits: Iterable[tuple[object, str, float, float]]) -> list[str]:
-    """Return hints at the limits of hinges, given as place, name, lower and upper limit [rad]."""
+    """Return hints at limits of revolute joints [rad] that look like degrees; given: place in the file, name, lower, upper."""
     return [
         f"{place}: the limits {_written(lower, upper)} of {name!r} look like degrees: {_RADIANS}"
         for place, name, lower, upper in limits
@@ -130,7 +130,7 @@ def _written(*numbers: float) -> str:
 
 
 def material_hints(materials: Mapping[str, tuple[float, float | None]]) -> list[str]:
-    """Return hints at Young's moduli [Pa] and densities [kg/m³] of beams, by name, that no solid has."""
+    """Return hints at implausible Young's moduli [Pa] and densities [kg/m³] of beams, given by name of the beam."""
     found: dict[str, list[str]] = {}
     for name, (modulus, density) in materials.items():
         if not MODULI[0] <= modulus <= MODULI[1]:
@@ -146,7 +146,7 @@ def material_hints(materials: Mapping[str, tuple[float, float | None]]) -> list[
 
 
 def _meant(value: float, usual: tuple[float, float], units: Mapping[str, float]) -> str:
-    """Return the unit in which a value would be plausible, with the converted value, as text."""
+    """Return as text the unit in which a value would be plausible, and the converted value; empty if there is none."""
     fitting = (unit for unit, size in units.items() if usual[0] <= value * size <= usual[1])
     return next(
         (f": {value:.4g} {unit} is {value * units[unit]:.4g}{', and lengths are in m' * ('/mm' in unit)}" for unit in fitting), ""
