@@ -29,8 +29,8 @@ from kinetostatics.math.arrays import Array, Mask, frozen, zeros_for
 from kinetostatics.math.linalg import apply, dot
 from kinetostatics.math.rotations import Orientation, orientation_named
 from kinetostatics.results.compensation import Compensation, loaded_frame, target_frame
+from kinetostatics.results.pose_arrays import tool_on_robot
 from kinetostatics.results.result import Result
-from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.robot import Robot, robot_of
 
 #: Largest error that counts as corrected [m; angles times the characteristic length], for robots up to 1 m (see
@@ -74,9 +74,9 @@ def compensate(
         orientation: convention of the orientation coordinates among them, see :meth:`Robot.assemble`; default: as in the pose.
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
         closure_tolerance: largest gap of a closed loop [m, rad], see :meth:`Robot.assemble`; default: as in the pose.
-        tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip; ``controlled`` and errors refer to its
-            x, y and z instead of those of o. With three freedoms, ``controlled=("x", "y", "z")`` brings the tip to its target and
-            leaves the angles; with six, a tool has no effect. The point of application of ``load`` is ``point``.
+        tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip; x, y and z in ``controlled`` and in errors
+            are those of this point instead of o. With three freedoms, ``controlled=("x", "y", "z")`` corrects the position of
+            the tip, but not the angles; with six, a tool has no effect. The point of application of ``load`` is ``point``.
         analysis: further arguments of :func:`kinetostatics.analyze`: ``point``, ``frame``, ``assembly_errors``, ``engine``, ….
 
     Returns:
@@ -139,7 +139,7 @@ def _controlled(
             platform_coordinates(robot, dict.fromkeys(names), convention.name)  # raises an error
         except CoordinatesError:
             if tool is None or len(names) != robot.mobility.platform or not set(names) <= set(convention.pose_names):
-                raise  # otherwise they may determine the tip of a tool
+                raise  # otherwise the coordinates may determine the tip of a tool
         return names
     if configuration.prescribed and set(configuration.prescribed) <= set(convention.pose_names):
         return configuration.prescribed
@@ -211,7 +211,7 @@ class _Problem:
         """Return the inverse Jacobians (n, n, N) of the controlled coordinates of the unloaded robot at ``u`` (n, N).
 
         Raises:
-            CoordinatesError: they are singular everywhere.
+            CoordinatesError: the Jacobians are singular at all poses.
         """
         n, N = u.shape
         if self.tool is None:
@@ -230,8 +230,8 @@ class _Problem:
         regular = sizes[:, -1] > SINGULAR * sizes[:, 0]
         if known.any() and not np.any(regular):
             raise CoordinatesError(
-                f"the actuators of {self.robot.name!r} cannot set {join_words(self.controlled.names)} of the tool's tip, each by "
-                f"itself; choose other coordinates, such as {join_words(self.commanded.names)}",
+                f"the actuators of {self.robot.name!r} cannot set {join_words(self.controlled.names)} of the tool's tip "
+                f"independently; choose other coordinates, such as {join_words(self.commanded.names)}",
                 self.robot.mobility.platform,
             )
         inverse: Array = np.full((N, n, n), np.nan)
@@ -339,7 +339,7 @@ class BroydenSearch:
         inverse: (n, n, N) approximate inverse Jacobian.
         error: (n, N) error of the loaded platform before this change.
         size: (N,) magnitude of the error.
-        stale: (N,) number of successive steps that did not halve it.
+        stale: (N,) number of successive steps that did not halve the error.
         going: (N,) whether to continue.
     """
 

@@ -113,7 +113,7 @@ def test_singular_slopes_have_no_inverse(first_inverse):
     found = first_inverse(np.stack([np.diag(row) for row in sizes]))
     assert np.all(np.isfinite(found), axis=(0, 1)).tolist() == [True, True, False, False, False]
     assert np.all(np.isnan(found[..., 2:]))
-    with pytest.raises(ks.exceptions.CoordinatesError, match="'crane' cannot set x, y and z of the tool's tip, each by itself"):
+    with pytest.raises(ks.exceptions.CoordinatesError, match="'crane' cannot set x, y and z of the tool's tip independently"):
         first_inverse(np.stack([np.diag(row) for row in sizes[2:]]))
     assert np.all(np.isnan(first_inverse(np.eye(3)[None], low=1.0)))  # out of reach on both sides
 

@@ -9,6 +9,7 @@ payload is the platform's compliance times the derivative of the weight. For arg
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -226,14 +227,15 @@ class Model:
             return self.unknowns.described(values + by * np.eye(len(values))[k])
 
         step = STEP_OF_CONSTANTS * item.scale
+        derivatives = None
         if _same_joints(result.robot.description, changed(step)) and not self.unknowns.errors(values):
-            try:
-                twist = derivatives_at(result, self.analysis).by_change(item.name, step, changed)["twist"]
+            derivatives = derivatives_at(result, self.analysis)
+        if derivatives is not None:
+            with suppress(ArgumentError):  # if there is no derivative by this argument
+                twist = derivatives.by_change(item.name, step, changed)["twist"]
                 found = self.read(result.configuration, np.moveaxis(twist, -1, 0))
                 if np.all(np.isfinite(found)):
                     return found
-            except ArgumentError:
-                pass
         known = self._known
         change = STEP * item.scale * np.eye(len(values))[k]
         above, below = self.predict(values + change), self.predict(values - change)

@@ -34,7 +34,7 @@ from kinetostatics.files.reader import read_robot_file
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.parametric.parametric_robot import ParametricRobot
 from kinetostatics.results.optimum import CheckedRequirement, Optimum, Start
-from kinetostatics.results.tool_point import tool_on_robot
+from kinetostatics.results.pose_arrays import tool_on_robot
 from kinetostatics.robot import Robot
 from kinetostatics.unit_hints import LONG, length_hint
 

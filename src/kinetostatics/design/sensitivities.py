@@ -27,9 +27,9 @@ from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.parametric.parametric_robot import ParametricRobot, opens_loops, same_pose
 from kinetostatics.parametric.robot_numbers import STEP as STEP_OF_CONSTANTS
 from kinetostatics.parametric.robot_numbers import RobotNumber
+from kinetostatics.results.pose_arrays import tool_on_robot
 from kinetostatics.results.result import Result
 from kinetostatics.results.sensitivities import QUANTITIES, Sensitivities, Sensitivity, is_location
-from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.robot import Robot, robot_of
 
 #: Step of central differences, relative to the parameter (to 1 if it is zero; for a placement, to the characteristic length).

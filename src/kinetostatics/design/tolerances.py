@@ -29,9 +29,9 @@ from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.linalg import first_largest, ranked
 from kinetostatics.parametric.parametric_robot import ParametricRobot, check_unit, opens_loops
 from kinetostatics.parametric.robot_numbers import ErrorParameter, RobotNumber, together
+from kinetostatics.results.pose_arrays import tool_on_robot
 from kinetostatics.results.result import Result
 from kinetostatics.results.tolerances import LENGTHS, Effect, PoseQuantities, Tolerance, Tolerances, quantities
-from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.robot import robot_of
 from kinetostatics.unit_hints import angular_tolerance_hint, tolerance_hint
 

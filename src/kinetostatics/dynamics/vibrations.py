@@ -16,7 +16,7 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Index, Mask, in_threads
 from kinetostatics.mechanism.joints import drive_of
 from kinetostatics.results.dynamics import FrequencyResponse, Modes
-from kinetostatics.results.tool_point import tool_on_robot
+from kinetostatics.results.pose_arrays import tool_on_robot
 from kinetostatics.robot import robot_of
 from kinetostatics.statics.link_loads import PAYLOAD, LinkLoads, parse_link_loads
 from kinetostatics.statics.small_motions import PlacedMotions, SmallMotions

@@ -14,7 +14,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import orientation_named
 from kinetostatics.math.screws import Kind, move
 from kinetostatics.quantities import VARIABLES
-from kinetostatics.results.tool_point import point_of_platform
+from kinetostatics.results.pose_arrays import point_of_platform
 from kinetostatics.status import WITHOUT_NUMBERS, in_map
 from kinetostatics.unit_hints import point_hint
 

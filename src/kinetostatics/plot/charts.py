@@ -18,9 +18,9 @@ from kinetostatics.plot.style import COLOURS, DASHES, ONE_COLUMN, figure_of, leg
 from kinetostatics.results.calibration import Calibration
 from kinetostatics.results.dynamics import FrequencyResponse
 from kinetostatics.results.optimum import ParetoFront
+from kinetostatics.results.pose_arrays import point_name
 from kinetostatics.results.sensitivities import Sensitivities, is_location
 from kinetostatics.results.tolerances import LENGTHS, Tolerances
-from kinetostatics.results.tool_point import point_name
 
 #: Largest number of bars of each kind of sensitivities, and number of bars of a histogram.
 MOST, BARS = 12, 60

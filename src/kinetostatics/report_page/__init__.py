@@ -16,7 +16,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.renderings import save_page
 from kinetostatics.report_page import chapters
-from kinetostatics.results.tool_point import tool_on_robot
+from kinetostatics.results.pose_arrays import tool_on_robot
 from kinetostatics.workspace.sweep_plan import versions
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.reports.pose import actuator_unit, pose_facts, state_title, status_names, status_word
 from kinetostatics.reports.result import units_at
 from kinetostatics.results.compensation import Compensation
-from kinetostatics.results.tool_point import point_name
+from kinetostatics.results.pose_arrays import point_name
 from kinetostatics.status import FACTS, STATUS_WORDS, WITHOUT_NUMBERS, Status
 
 #: Pose errors [m, rad] that count as rounding.

@@ -17,7 +17,7 @@ from kinetostatics.reports.sources import shown_and_rest
 from kinetostatics.results.buckling import Buckling
 from kinetostatics.results.dynamics import FrequencyResponse, Modes
 from kinetostatics.results.path import OVER_TIME, PathResult
-from kinetostatics.results.tool_point import point_name
+from kinetostatics.results.pose_arrays import point_name
 from kinetostatics.status import WITHOUT_NUMBERS
 
 HERTZ: Units = (("Hz", 1.0),)

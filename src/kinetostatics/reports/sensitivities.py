@@ -10,8 +10,8 @@ from kinetostatics.layout.blocks import Block, Column, ReportSection, Table, Tex
 from kinetostatics.layout.numbers import LENGTHS, in_unit, quantity
 from kinetostatics.layout.report import Report, plain
 from kinetostatics.reports.result import units_at
+from kinetostatics.results.pose_arrays import point_name
 from kinetostatics.results.sensitivities import Sensitivities, is_location, is_part
-from kinetostatics.results.tool_point import point_name
 
 _MASSES = (("g", 1e-3), ("kg", 1.0))
 

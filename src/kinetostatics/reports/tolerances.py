@@ -26,8 +26,8 @@ from kinetostatics.layout.numbers import (
 from kinetostatics.layout.report import Report, attributes
 from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.reports.result import magnitudes, units_at
+from kinetostatics.results.pose_arrays import point_name
 from kinetostatics.results.tolerances import Tolerance, Tolerances
-from kinetostatics.results.tool_point import point_name
 
 #: Units and meaning of the numbers.
 UNITS = {

@@ -1,11 +1,11 @@
 from .buckling import Buckling, SecondOrder
 from .calibration import Calibration, Estimate, MeasurementPlan, Outlier, Unidentifiable
 from .compensation import Compensation
+from .contributions import PayloadCoefficients
 from .dynamics import FrequencyResponse, Modes
 from .optimum import CheckedRequirement, Optimum, ParetoFront
 from .parts import BeamResult, LimbResult
 from .path import PathResult
-from .payload import PayloadCoefficients
 from .result import Result
 from .sensitivities import Sensitivities, Sensitivity
 from .tolerances import Effect, PoseQuantities, Tolerance, Tolerances

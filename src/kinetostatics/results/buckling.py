@@ -24,17 +24,17 @@ from kinetostatics.statics.springs import inverse
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Buckling(Shapes[BucklingModes], Reported, builder="reports.dynamics:buckling_report"):
-    """Load factors and modes in which a loaded robot buckles; see :meth:`kinetostatics.Result.buckling`.
+    """Load factors and buckling modes of a loaded robot; see :meth:`kinetostatics.Result.buckling`.
 
-    Arrays are read-only, batch axes first, then the mode; NaN where a pose has no results, or a mode no shape. The amplitude of a
-    mode is arbitrary, the largest component of the platform's twist positive. Any combination of modes with equal load factors is
-    a mode, too.
+    Arrays are read-only, batch axes first, then the mode; NaN where a pose has no results, or a mode has no shape. The amplitude
+    of a mode is arbitrary; the largest component of the platform's twist is positive. Any combination of modes with equal load
+    factors is a mode, too.
 
     Attributes:
         configuration: the pose or poses.
         batch_shape: batch shape of all results.
         count: number of modes of each pose.
-        chunks: the modes of the poses with results, in their order.
+        chunks: the modes of the poses with results, in the order of the poses.
         valid: (N,) mask of poses with results.
 
     Examples:
@@ -58,9 +58,9 @@ class Buckling(Shapes[BucklingModes], Reported, builder="reports.dynamics:buckli
 
     @cached_property
     def load_factors(self) -> Array:
-        """(…, count) factors of all forces at which the robot buckles, the smallest first; infinite where there are fewer.
+        """(…, count) common factors of all forces at which the robot buckles, ascending; infinite where there are fewer modes.
 
-        Below 1 the pose cannot carry its loads.
+        With a factor below 1, the robot cannot carry its loads at this pose.
         """
 
         def factors(chunk: BucklingModes) -> Array:
@@ -87,7 +87,7 @@ class Buckling(Shapes[BucklingModes], Reported, builder="reports.dynamics:buckli
 
     @cached_property
     def members(self) -> NDArray[np.str_]:
-        """(…, count) the member with the largest share of energy in each mode, as in :attr:`energy_shares`; "" without any."""
+        """(…, count) the member with the largest of the :attr:`energy_shares` in each mode; "" for a mode without a shape."""
         names = np.array(["", *self.energy_shares])
         shares = [self._array((self.count,), lambda chunk: np.zeros(chunk.ratios.shape)), *self.energy_shares.values()]
         return np.asarray(names[np.argmax(np.round(np.nan_to_num(shares), 9), axis=0)])
@@ -110,8 +110,8 @@ class SecondOrder(ShortRepr):
     """Twist, compliance and stiffness of the loaded robot: (K + K_G) u = f with the forces of first order (P-Delta).
 
     The change due to the forces is added to the results of first order; the effect of assembly errors is that of first order. NaN
-    where the robot buckles or has no results. For robots with springs, whose stiffness already is that of the loaded robot,
-    ``Result.second_order`` raises a :class:`StaticsError`.
+    where the robot buckles or has no results. For robots with springs, ``Result.second_order`` raises a :class:`StaticsError`,
+    because their stiffness of first order already includes the loads.
 
     Attributes:
         twist: (…, 6) [m, rad].
@@ -136,9 +136,10 @@ class SecondOrder(ShortRepr):
 def second_order_of(
     robot: Robot, batch: Batch, solutions: Iterable[Solution], linear: tuple[Array, Array, Array], moved: Callable[..., Array]
 ) -> SecondOrder:
-    """Return results of second order from those of first order, ``linear``: twist, compliance, stiffness at the reference point.
+    """Return results of second order.
 
-    ``moved`` transforms a twist, or a "compliance", from o to this point.
+    ``linear`` are twist, compliance and stiffness of first order at the reference point; ``moved`` transforms a twist, or a
+    "compliance", from o to this point.
 
     Raises:
         StaticsError: the robot has springs.

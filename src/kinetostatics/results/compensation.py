@@ -117,8 +117,8 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
         """Write all quantities to a file; an existing file is replaced.
 
         Args:
-            path: name ending in ``.csv``: a table with one row per pose and units in the column titles, cells without a
-                correction empty; or in ``.nc``: netCDF, the Dataset of :meth:`to_dataset`.
+            path: name of the file. ``.csv``: a table with a row for each pose and units in the titles; cells without a correction
+                are empty. ``.nc``: netCDF, the Dataset of :meth:`to_dataset`.
             axes: as in :meth:`to_dataset`.
 
         Raises:
@@ -147,10 +147,9 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
     @cached_property
     def status(self) -> NDArray[np.int8]:
-        """:class:`Status` of every pose (…).
+        """:class:`Status` of every corrected pose (…), or of the target pose if this has no results.
 
-        It is that of the corrected pose: LIMIT_EXCEEDED if an actuator exceeds its range, UNREACHABLE if no correction was found.
-        If the target pose has no results, it is that of the target pose.
+        LIMIT_EXCEEDED if an actuator exceeds its range, UNREACHABLE if no correction was found.
         """
         before = self.uncorrected.status
         found = np.where(np.isin(before, WITHOUT_NUMBERS), before, self.result.status).astype(np.int8)
@@ -169,7 +168,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
     @cached_property
     def corrections(self) -> Mapping[str, Array]:
-        """Correction (…) of every actuator: corrected coordinate less the one at the target pose [m, rad]."""
+        """Correction (…) of every actuator: corrected coordinate less the coordinate at the target pose [m, rad]."""
         connections = self.target.robot.mechanism.connections
         found: dict[str, Array] = {}
         for name, value in self.configuration.actuators.items():
@@ -209,7 +208,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
         They are orthonormal, and orthogonal to all twists that the actuators produce at the corrected pose, in the scalar product
         d·d'/L² + r·r' of twists [d; r] with the characteristic length L = ``robot.length``. They depend on the point and on L,
-        but not on ``controlled``. NaN where no pose was found, or where it is singular.
+        but not on ``controlled``. NaN where no pose was found or the pose is singular.
         """
         return batch_first(uncorrectable_directions(self.configuration, self.tool), self.shape)
 
@@ -217,8 +216,8 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
     def uncorrectable_parts(self) -> Array:
         """(…, k) components of ``residual_error`` along ``uncorrectable_directions``.
 
-        To first order they are the same before and after the correction, for every choice of ``controlled``. The remainder of
-        ``residual_error`` depends on this choice.
+        To first order, the components are the same before and after the correction, for every choice of ``controlled``. The
+        remainder of ``residual_error`` depends on this choice.
         """
         lengths = np.repeat([self.target.robot.length, 1.0], 3) ** 2
         parts = np.einsum("...ik,...i->...k", self.uncorrectable_directions, self.residual_error / lengths)

@@ -1,22 +1,29 @@
-"""Displacements of beams and links by contribution to the twist, the twist by elastic part, and gravity by mechanism."""
+"""Contributions to the motions of beams, links and platform: by load, elastic part and mechanism, and per unit of a payload."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.layout.mapping import ResultMapping
+from kinetostatics.layout.mapping import ResultMapping, ShortRepr
 from kinetostatics.limbs.group import carried_wrench
-from kinetostatics.math.arrays import Array, frozen
-from kinetostatics.math.screws import move_twist
+from kinetostatics.math.arrays import Array, Mask, frozen
+from kinetostatics.math.linalg import cross
+from kinetostatics.math.screws import move_twist, wrench_of_couple, wrench_of_force
 from kinetostatics.mechanism.limbs import LimbSegment
+from kinetostatics.mechanism.tree import Frames
 from kinetostatics.results.parts import FRACTIONS
 from kinetostatics.results.pose_arrays import Batch
 from kinetostatics.robot import Robot
 from kinetostatics.statics.deformation import Deformation
+from kinetostatics.statics.joint_wrenches import actuator_forces_from, joint_contributions, joints_in_order
+from kinetostatics.statics.link_loads import PAYLOAD, AppliedLoad, link_frame
 from kinetostatics.statics.loaded_beams import LoadedBeams
+from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution, unit_cut_wrenches
+from kinetostatics.statics.springs import solve_with_springs
 
 
 def beam_contributions(
@@ -53,7 +60,7 @@ def _of_beams(
 def link_contributions(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, Mapping[str, Array]]:
-    """Return the twists (…, 6) of all rigid links at their own origins, by link and contribution; links of beams are left out."""
+    """Return the twists (…, 6) of all rigid links at the links' origins, by link and contribution; links of beams are omitted."""
     topology, mechanism, sources = robot.topology, robot.mechanism, solutions[0].sources
     elastic = {beam.link for beam in robot.description.beams.values()}
     result: dict[str, Mapping[str, Array]] = {}
@@ -95,7 +102,10 @@ def source_contributions(
 
 
 def part_contributions(robot: Robot, batch: Batch, sources: Mapping[str, Mapping[str, Array]]) -> Mapping[str, tuple[Array, ...]]:
-    """Sum the contributions of :func:`source_contributions` over the parts of each divided limb (…, 6), inboard ones first."""
+    """Return the twists (…, 6) due to the parts in series of each divided limb, inboard parts first.
+
+    ``sources`` are the twists of :func:`source_contributions`; those of the elements of a part are summed.
+    """
     beams, nothing = robot.description.beams, batch.public([np.zeros((6, len(batch.valid)))])
     twists = [
         (f"beam:{name}" if kind == "beams" or (kind == "assembly_errors" and name in beams) else name, twist)
@@ -115,6 +125,81 @@ MECHANISMS = ("platform_weight", "attached", "deformation")
 
 
 def by_mechanism_of_gravity(platform_weight: Array, limbs: Mapping[str, Mapping[str, Array]]) -> dict[str, Array]:
-    """Return the parts of a quantity due to gravity by mechanism; those of the limbs, by limb and mechanism, are summed."""
+    """Return the parts of a quantity due to gravity by mechanism; ``limbs`` are the parts by limb and mechanism."""
     sums = {name: sum((parts[name] for parts in limbs.values()), np.zeros_like(platform_weight)) for name in MECHANISMS[1:]}
     return {"platform_weight": platform_weight, **sums}
+
+
+# ---- coefficients of a payload ------------------------------------------------------------------------------------
+
+#: Names of the four parameters.
+PARAMETERS = ("mass", "first_moment_x", "first_moment_y", "first_moment_z")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PayloadCoefficients(ShortRepr):
+    """Twist and forces due to a payload of mass m [kg] with its centre at c [m], per unit of m, m c_x, m c_y and m c_z.
+
+    ``coefficients.twist @ [m, *(m * c)]`` is its contribution to the twist; c is given in o-xyz, or in the frame of the link that
+    carries the payload.
+
+    Attributes:
+        parameters: names of the four parameters: "mass" [kg], "first_moment_x", "first_moment_y", "first_moment_z" [kg·m].
+        twist: (…, 6, 4) twist of the platform at o, world axes [m, rad] per unit.
+        actuator_forces: (…, 4) force of each actuator [N or N·m] per unit.
+        joint_wrenches: (…, 6, 4) wrench of each joint, at its centre, world axes [N, N·m] per unit.
+    """
+
+    parameters: tuple[str, ...]
+    twist: Array
+    actuator_forces: Mapping[str, Array]
+    joint_wrenches: Mapping[str, Array]
+
+
+def payload_coefficients(
+    robot: RobotStatics, batch: Batch, solutions: Sequence[Solution], link: str | None
+) -> PayloadCoefficients:
+    """Return twist and forces due to a payload on ``link`` (None: the platform), per unit, at the poses of ``solutions``."""
+    twists, forces, wrenches = [], [], []
+    for solution in solutions:
+        units = _unit_payloads(robot, solution.frames, solution.gravity, link, _places(robot, solution))
+        groups = tuple(item.group for item in solution.statics)
+        none = np.zeros_like(solution.load)
+        found = solve_with_springs(robot, solution.frames, none, solution.gravity, None, groups, units)
+        mine = slice(found.sources.index(units[0].name), found.sources.index(units[-1].name) + 1)
+        twists.append(found.twists[:, mine])
+        at_joints = joint_contributions(robot, found)[:, :, mine]
+        wrenches.append(at_joints)
+        forces.append(actuator_forces_from(robot, found, at_joints))
+    return PayloadCoefficients(
+        PARAMETERS,
+        batch.public(twists),
+        ResultMapping({name: batch.public([chunk[name] for chunk in forces]) for name in forces[0]}),
+        ResultMapping({name: batch.public([chunk[:, k] for chunk in wrenches]) for name, k in joints_in_order(robot)}),
+    )
+
+
+def _places(robot: RobotStatics, solution: Solution) -> Mapping[str, Mask]:
+    """Return the bodies that carry the payload, with the poses (N,) of each."""
+    everywhere = np.ones(solution.o.shape[1], dtype=bool)
+    for item in solution.applied:
+        if item.load.name == PAYLOAD:
+            several = len(item.load.wrenches) > 1
+            return {name: np.any(w != 0, axis=0) if several else everywhere for name, w in item.load.wrenches.items()}
+    return {robot.description.platform: everywhere}
+
+
+def _unit_payloads(
+    robot: RobotStatics, frames: Frames, gravity: Array, link: str | None, places: Mapping[str, Mask]
+) -> tuple[AppliedLoad, ...]:
+    """Return the weights of a unit mass at the origin of a payload's frame, and of unit first moments along its axes.
+
+    The frame is that of ``link`` (None: o-xyz); ``places`` are the bodies that carry the payload, with the poses (N,) of each.
+    """
+    _, o = robot.mechanism.platform_pose(frames)
+    R, origin = link_frame(robot, link, frames)
+    wrenches = [wrench_of_force(gravity, origin - o), *(wrench_of_couple(cross(R[:, k], gravity)) for k in range(3))]
+    return tuple(
+        AppliedLoad(f"{PAYLOAD} {k}", {place: np.where(where, wrench, 0.0) for place, where in places.items()})
+        for k, wrench in enumerate(wrenches)
+    )

@@ -31,15 +31,15 @@ from kinetostatics.vibration.motions import ModeShapes
 class Modes(Shapes[ModeShapes], Reported, builder="reports.dynamics:modes_report"):
     """The lowest natural frequencies and modes of one pose or a batch of poses; see :func:`kinetostatics.modes`.
 
-    Arrays are read-only, batch axes first, then the mode; NaN where a pose has no numbers. Every mode has a modal mass of 1 kg,
-    and the largest component of its platform's twist is positive.
+    Arrays are read-only, batch axes first, then the mode; NaN where a pose has no results. Every mode has a modal mass of 1 kg,
+    and the largest component of the platform's twist is positive.
 
     Attributes:
         configuration: the pose or poses.
         count: number of modes per pose.
         drives: whether the actuators are "locked" or "free".
         payload: the payload, or None.
-        chunks: the modes of the poses with results, in their order.
+        chunks: the modes of the poses with results, in the order of the poses.
         valid: (N,) mask of poses with results.
     """
 
@@ -100,9 +100,9 @@ class Modes(Shapes[ModeShapes], Reported, builder="reports.dynamics:modes_report
 
     @cached_property
     def effective_masses(self) -> Array:
-        """(…, count, 6) effective modal masses, relative to the total mass or inertia, by direction as the participation factors.
+        """(…, count, 6) effective modal masses in the directions of the participation factors, relative to total mass or inertia.
 
-        Over all modes, those of one direction sum to the fraction of the mass that is not rigidly fixed to the base, at most 1.
+        For each direction, the sum over all modes is the fraction of the mass that is not rigidly fixed to the base.
         """
 
         def shares(chunk: ModeShapes) -> Array:
@@ -132,7 +132,7 @@ class Modes(Shapes[ModeShapes], Reported, builder="reports.dynamics:modes_report
 class FrequencyResponse(Reported, builder="reports.dynamics:frequency_response_report"):
     """Response of the platform at o, or at a tool, world axes; see :func:`kinetostatics.frequency_response`.
 
-    Arrays are read-only, batch axes first; NaN where a pose has no numbers. The time factor is exp(iωt).
+    Arrays are read-only, batch axes first; NaN where a pose has no results. The time factor is exp(iωt).
 
     Attributes:
         configuration: the pose or poses.

@@ -21,14 +21,14 @@ STATIONS = 21
 
 
 class ChunkOfModes(Protocol):
-    """Modes of a chunk of n poses."""
+    """Modes of a chunk of n poses, ``count`` for each pose."""
 
     @property
     def motions(self) -> PlacedMotions:
         """Frames of the poses and coordinates of the small motions of rigid bodies."""
 
     def of_body(self, body: RigidBody, point: Array) -> Array:
-        """Return displacement of a point (3, n) of a body, and rotation of the body, world axes (n, count, 6)."""
+        """Return displacement (of a point (3, n) of a body) and rotation of the body, world axes (n, count, 6)."""
 
     def of_beam(self, name: str, stations: int) -> Array:
         """Return displacement and rotation along a beam's centre line, beam axes (n, count, stations, 6)."""
@@ -38,7 +38,14 @@ Chunk = TypeVar("Chunk", bound=ChunkOfModes)
 
 
 class Shapes(Generic[Chunk]):
-    """Shapes of ``count`` modes of each pose, from ``chunks`` of those poses (N,) that are ``valid``."""
+    """Shapes of modes at N poses.
+
+    Attributes:
+        configuration: the pose or poses.
+        count: number of modes of each pose.
+        chunks: the modes of the poses with results, in the order of the poses.
+        valid: (N,) mask of poses with results.
+    """
 
     configuration: Configuration
     count: int
@@ -62,7 +69,7 @@ class Shapes(Generic[Chunk]):
 
     @cached_property
     def link_twists(self) -> Mapping[str, Array]:
-        """(…, count, 6) twist of each rigid link at its own origin, world axes [m, rad]."""
+        """(…, count, 6) twist of each rigid link at the link's origin, world axes [m, rad]."""
         if not self.chunks:
             return ResultMapping({})
         body_of, bodies = self.robot.mechanism.body_of, self.chunks[0].motions.structure.graph.bodies

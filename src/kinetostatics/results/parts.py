@@ -37,7 +37,7 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
         attached_labels: description of each attached wrench.
         is_network: whether the limb is more than a single chain from base to platform.
         beams: names of the beams between base and platform, inboard ones first.
-        platform_joints: names of its joints to the platform.
+        platform_joints: names of the joints between limb and platform.
     """
 
     def __init__(self, found: PoseArrays, group: LimbGroup, position: int, rows: tuple[slice, slice]) -> None:
@@ -78,12 +78,12 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
 
     @cached_property
     def attached_intensities(self) -> Array:
-        """(…, n_g) W_ig due to the limb's own weight and the loads on its links, Eq. (3) [N or N·m]."""
+        """(…, n_g) W_ig due to the limb's own weight and the loads on the limb's links, Eq. (3) [N or N·m]."""
         return self._batch.public(self._found._of_chunks(lambda chunk: chunk["attached_intensities"][self._rows[1]]))
 
     @cached_property
     def attached_contributions(self) -> Mapping[str, Array]:
-        """(…, n_g) W_ig due to each contribution: the limb's own weight, and each load on its links."""
+        """(…, n_g) W_ig due to each contribution: the limb's own weight, and each load on the limb's links."""
         return self._by_source(_attached_intensities, len(self.attached_labels))
 
     @cached_property
@@ -93,7 +93,7 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
 
     @cached_property
     def stiffness(self) -> Array:
-        """(…, n_c, n_c) K_ic = C_ic⁻¹, Eq. (1) [N/m, N·m/rad]; NaN where the limb is rigid along one of its wrenches."""
+        """(…, n_c, n_c) K_ic = C_ic⁻¹, Eq. (1) [N/m, N·m/rad]; NaN if the limb is rigid along a constraint wrench."""
         return self._canonical(lambda s, k: _inverse(s.statics[k]), len(self.labels), len(self.labels))
 
     @cached_property

@@ -10,16 +10,18 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Self, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from kinetostatics.arguments import finite_numbers, warn
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, Index, Mask, batch_first, frozen, in_threads
 from kinetostatics.math.screws import Kind, move
 from kinetostatics.quantities import OF_EQUILIBRIUM, QUANTITIES
-from kinetostatics.results.tool_point import point_name
 from kinetostatics.robot import Robot
 from kinetostatics.statics.solution import Solution
+from kinetostatics.unit_hints import point_hint
 
 if TYPE_CHECKING:
     from kinetostatics.engine.pose_code import PoseCode
@@ -62,7 +64,7 @@ class Chunk:
 
     Attributes:
         robot: the robot.
-        solutions: the equilibria of consecutive parts of the chunk; a pose at which a limb has another rank is a part of its own.
+        solutions: the equilibria of consecutive parts of the chunk; a pose at which a limb has another rank is a separate part.
         sources: names of the contributions to the twist.
     """
 
@@ -114,9 +116,9 @@ class CompiledChunk(Chunk):
         self._by_numpy = Chunk(robot, solve(self._which)) if self._which.size else None
 
     def _computed(self, name: str, least: int = 0) -> Array:
-        """Return an output (…, N) of the compiled code.
+        """Return an output (…, N) of the compiled code; if necessary, all stages of the code up to its stage are computed.
 
-        If it is not known yet, all outputs up to its stage are computed, or up to the stage ``least`` if this is later.
+        ``least``: the stage up to which the code is computed at least.
         """
         place = self._code.places[name]
         if (stage := max(place.stage, least)) > self._stage:
@@ -254,3 +256,42 @@ class PoseArrays:
         """Return an output at the reference point, by the labels of its first axis."""
         rows = np.moveaxis(self._of(name), len(self.shape), 0)
         return ResultMapping({label: rows[k, ...] for k, label in enumerate(labels)})
+
+
+# ---- reference points ------------------------------------------------------------------------------------------------
+
+
+def point_name(tool: object) -> str:
+    """Return the name of the reference point in sentences: "the tool's tip", or "o" without a tool."""
+    return "o" if tool is None else "the tool's tip"
+
+
+def point_of_platform(what: str, point: ArrayLike) -> Array:
+    """Return a point (3,) of the platform, from o in its axes [m].
+
+    Raises:
+        ArgumentError: the value is not a point.
+    """
+    array = finite_numbers(what, point)
+    if array.shape != (3,):
+        raise ArgumentError(f"{what} is {point!r}; it must be three numbers [m], from o in the platform's axes")
+    return frozen(array)
+
+
+def point_on_robot(what: str, point: ArrayLike, robot: Robot) -> Array:
+    """Return a point as :func:`point_of_platform` does, with a warning if it is probably in mm.
+
+    Args:
+        what: name of the point in messages.
+        point: (3,) from o in the platform's axes [m].
+        robot: the robot.
+    """
+    place = point_of_platform(what, point)
+    for hint in point_hint(what, place, robot.zero_size):
+        warn(hint)
+    return place
+
+
+def tool_on_robot(tool: ArrayLike | None, robot: Robot) -> Array | None:
+    """Return the point given as ``tool``, as :func:`point_on_robot` does, or None."""
+    return None if tool is None else point_on_robot("tool", tool, robot)

@@ -19,10 +19,9 @@ from kinetostatics.layout.report import Report, Reported, late
 from kinetostatics.math.arrays import Array, Index, frozen
 from kinetostatics.results import contributions
 from kinetostatics.results.buckling import Buckling, SecondOrder, buckling_of, second_order_of
+from kinetostatics.results.contributions import PayloadCoefficients, payload_coefficients
 from kinetostatics.results.parts import BeamResult, LimbResult, beam_results, centre_lines
-from kinetostatics.results.payload import PayloadCoefficients, payload_coefficients
-from kinetostatics.results.pose_arrays import Batch, Chunk, PoseArrays
-from kinetostatics.results.tool_point import point_on_robot
+from kinetostatics.results.pose_arrays import Batch, Chunk, PoseArrays, point_on_robot
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics import joint_wrenches as joints
 from kinetostatics.statics.deformation import Deformation, deform
@@ -95,7 +94,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def basis_degenerate(self) -> NDArray[np.bool_]:
-        """(…) whether the canonical wrench basis of a limb degenerates: its intensities are NaN, all other results valid."""
+        """(…) whether the canonical wrench basis of a limb degenerates: the limb's intensities are NaN, other results valid."""
         return self._fact("basis_degenerate")
 
     @cached_property
@@ -151,8 +150,8 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
         """The same result with the weight of every limb divided into two contributions, in all quantities by contribution.
 
         "limb_1" is the part due to attached wrenches, "deformation of limb_1" the part due to deformation; see
-        :attr:`mechanism_contributions`. Forces that carry the limb's own weight belong to the first, the strains that they cause
-        in the limb to the second.
+        :attr:`mechanism_contributions`. The forces that carry the limb's own weight belong to "limb_1", the strains due to these
+        forces to "deformation of limb_1".
         """
         chunk = Chunk(self.robot, [by_mechanism(self.robot.statics, solution) for solution in self.solutions])
         found = Result(self.configuration, self.shape, self._which, (chunk,), self._reached, self.payload)
@@ -171,20 +170,22 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
     # ---- stability ----------------------------------------------------------------------------------------------------
 
     def buckling(self, count: int = 1) -> Buckling:
-        """Return the smallest factors, common to all forces of this result, at which the robot buckles, and its modes there.
+        """Return the smallest load factors at which the robot buckles, and the buckling modes.
+
+        A load factor multiplies all forces of this result.
 
         Args:
             count: number of modes.
 
         Raises:
-            ArgumentError: ``count`` is no whole number, 1 or more.
+            ArgumentError: ``count`` is not a positive whole number.
         """
         number = whole_number("count", count, 1)
         return buckling_of(self.configuration, self.shape, self.solutions, self._valid, number)
 
     @cached_property
     def second_order(self) -> SecondOrder:
-        """Twist, compliance and stiffness of the loaded robot, whose forces change its stiffness; not with springs."""
+        """Twist, compliance and stiffness with the change of stiffness due to the forces; not for robots with springs."""
         moved = self.twist, self.compliance, self.stiffness
         return second_order_of(self.robot, self._batch, self.solutions, moved, self._moved)
 
@@ -223,7 +224,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def payload_coefficients(self) -> PayloadCoefficients:
-        """Twist and forces per unit of mass and first moment of the payload; without payload, of a payload on the platform."""
+        """Twist and forces per unit of mass and first moment of the payload; default: a payload on the platform."""
         link = None if self.payload is None else self.payload.link
         return payload_coefficients(self.robot.statics, self._batch, self.solutions, link)
 
@@ -273,7 +274,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
     def joint_wrenches(self) -> Mapping[str, Array]:
         """(…, 6) wrench of each joint's base side on its platform side, at the joint's centre, world axes [N, N·m].
 
-        For a joint of a ring without a base and a platform side, it is the wrench of its predecessor on its successor.
+        For a joint within a ring, which has no base and platform side, it is the wrench of the predecessor on the successor.
         """
         chunks = self._joint_wrenches
         return ResultMapping(
@@ -363,9 +364,9 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
     def source_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """Twists at o [m, rad] by part: ``{"beams": {name: (…, 6)}, "joints": …, "actuators": …, "assembly_errors": …}``.
 
-        Each is the twist P_sᵀ c_s w_s due to the deformation or assembly error of one part s, where P_s are its wrenches under
-        unit loads on the platform; they sum to the twist (method page, section 6). If one part were rigid, the twist would change
-        by another amount, because the forces redistribute.
+        Each is the twist P_sᵀ c_s w_s due to the deformation or assembly error of one part s; P_s are the wrenches of the part
+        under unit loads on the platform. These twists sum to the twist of the platform (method page, section 6). A rigid part
+        would change the twist by another amount, because the forces redistribute.
         """
         found = contributions.source_contributions(*self._motions)
         return ResultMapping(
@@ -374,7 +375,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def part_contributions(self) -> Mapping[str, tuple[Array, ...]]:
-        """Twists (…, 6) [m, rad] due to the parts in series of each limb that consists of several, inboard parts first."""
+        """Twists (…, 6) [m, rad] due to the parts in series of each divided limb, inboard parts first."""
         return contributions.part_contributions(self.robot, self._batch, self.source_contributions)
 
     @cached_property

@@ -16,7 +16,7 @@ from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
 
-#: Dimensions of parts that are positions: a relative change of these is meaningless.
+#: Dimensions of parts that are positions, whose relative changes have no meaning.
 LOCATIONS = ("placement", "predecessor_placement", "successor_placement", "center_of_mass")
 
 
@@ -45,7 +45,7 @@ class Sensitivity(ShortRepr):
         derivatives: derivatives of all outputs by name, also available as attributes: ``twist`` (…, 6) [m, rad], ``stiffness``
             and ``compliance`` (…, 6, 6) at o, actuators locked, ``actuator_forces`` (…) by actuator [N or N·m], ``actuators``
             (…), coordinates [m, rad] of the actuators at the same coordinates of the platform, ``mass`` (…) [kg].
-        exact: whether only the constants of the robot are differentiated by differences, and all further steps analytically.
+        exact: whether finite differences are used for the constants of the robot only, and all other derivatives are analytic.
     """
 
     name: str
@@ -66,15 +66,15 @@ class Sensitivity(ShortRepr):
 class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_report"):
     """Derivatives of results with respect to parameters of the robot and to the stiffness of every elastic part.
 
-    ``s["rod_diameter"]`` is a :class:`Sensitivity`; iterating yields the names, the most influential first.
+    ``s["rod_diameter"]`` is a :class:`Sensitivity`; iteration yields the names, the most influential parameter first.
 
     Attributes:
         result: the analysis at the nominal parameters.
         parameters: sensitivities by name: arguments of the file and dimensions of parts, ranked by the displacement of the
             reference point per relative change; then placements and centres of mass, ranked per length or angle.
         sources: −∂twist/∂ln(stiffness) (…, 6) [m, rad] of each beam, elastic joint and actuator by name; it equals the part of
-            the twist due to its deformation.
-        skipped: parameters of which a small change makes the robot invalid, with the reason.
+            the twist due to the deformation of this element.
+        skipped: reason for each parameter without derivative, because a small change makes the robot invalid.
         tool: (3,) reference point of twist and stiffness, from o in platform axes [m]; None: o.
         outputs: the requested quantities. Without the twist there are no ``sources``.
     """
@@ -109,9 +109,9 @@ class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_repor
         return tuple(int(k) for k in np.unravel_index(int(np.argmax(size)), size.shape)) if size.shape else ()
 
     def effect(self, name: str) -> tuple[float, float]:
-        """Return the change of displacement, along the displacement [m], and of mass [kg] if a parameter increases by 1 %.
+        """Return the changes of displacement, along the displacement [m], and mass [kg] if a parameter increases by 1 %.
 
-        Both are zero for a parameter that is zero, NaN if not among the outputs.
+        Both are zero for a parameter that is zero. NaN if twist or mass is not among the outputs.
         """
         item, one_per_cent = self[name], 0.01 * abs(self[name].value)
         move = self._along(item.twist) if "twist" in self.outputs else math.nan
@@ -126,7 +126,10 @@ class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_repor
 
     def order(self, name: str) -> tuple[bool, float]:
         """Return the sort key of parameters: by size of the effect, placements last."""
-        effect = self.shift_effect(name) if is_location(name) else self.effect(name)["twist" not in self.outputs]
+        displacement, mass = self.effect(name)
+        effect = displacement if "twist" in self.outputs else mass
+        if is_location(name):
+            effect = self.shift_effect(name)
         return is_location(name), 0.0 if math.isnan(effect) else -abs(effect)
 
     def source_effect(self, name: str) -> float:

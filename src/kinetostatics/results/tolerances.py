@@ -15,7 +15,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.results.result import Result
 
-#: Magnitudes of parts of a twist, and the components of these parts.
+#: Parts of a twist, by the names of their magnitudes.
 LENGTHS = {"displacement": slice(3), "rotation": slice(3, 6)}
 
 
@@ -61,7 +61,7 @@ class Effect(PoseQuantities):
     """Changes due to the deviation of one parameter by its tolerance, to first order.
 
     Attributes:
-        force: largest joint force due to self-stress by an assembly error [N]; 0 for other parameters.
+        force: largest joint force due to the self-stress of an assembly error [N]; 0 for other parameters.
         at: the joint with this force; "" if there is none.
         moment: largest joint moment due to self-stress, about the joint's centre [N·m].
     """
@@ -137,7 +137,7 @@ class Tolerances(Reported, builder="reports.tolerances:tolerances_report"):
     def sampled(self, name: str) -> tuple[float, float, float, float]:
         """Return mean, standard deviation, and the limits of the middle 95 % of the samples.
 
-        For displacement and rotation, which are distances from the nominal robot, the second is the root mean square.
+        Displacement and rotation are distances from the nominal robot; their root mean square replaces the standard deviation.
 
         Args:
             name: name of the quantity, see :meth:`PoseQuantities.named`.

@@ -31,7 +31,8 @@ class NearSingularity:
             0 at a singular pose. Under a unit load along t the wrenches of the limbs are about 1/index. The bundled robots have
             0.12 to 1 at their zero poses.
         force_amplification: (N,) the largest joint force of a limb with internal loops under a unit wrench of the platform,
-            relative to that at generic poses near the zero pose; infinite where the limb is singular, 0 without such limbs.
+            relative to the joint force at generic poses near the zero pose; infinite where the limb is singular, 0 if no limb has
+            internal loops.
     """
 
     constraint_index: Array
@@ -81,7 +82,7 @@ def near_singular_warnings(result: Result) -> list[str]:
 
 
 def _bases(statics: LimbStatics, length: float) -> tuple[Array, Array]:
-    """Return Q (g, N, 6, n_c) and R of the decomposition J_ic = Q R of the constraint wrenches, moments divided by the length."""
+    """Return Q (g, N, 6, n_c) and R of the decomposition J_ic = Q R; moments of J_ic are divided by the length."""
     columns = np.moveaxis(np.nan_to_num(statics.J_c), (2, 3), (0, 1)) * np.repeat([1.0, 1 / length], 3)[:, None]
     Q, R = np.linalg.qr(columns)
     return Q, R
@@ -101,7 +102,7 @@ def _constraint(result: Result) -> Array:
 
 
 def _amplifications(result: Result) -> tuple[Array, Array]:
-    """Return the largest force amplification (N,) of networks, and its unit wrench (N, 6); both 0 without networks."""
+    """Return the largest force amplification (N,) of networks, and the unit wrench (N, 6) that causes it; 0 without networks."""
     usual: list[Array] | None = None
     amplifications, loads = [], []
     for solution in result.solutions:
@@ -169,7 +170,7 @@ EULER_WARNING = 0.05
 LARGE_MOTION = 0.1
 #: Relative change of the stiffness by forces above which there is a warning.
 CHANGE = 0.01
-#: Component of a self-stress below which a joint counts as unstressed.
+#: Relative component of a self-stress, and eigenvalue of the tangent stiffness, that count as zero.
 NOTHING = 1e-9
 #: Gap of the loops [m, rad] above which there is a warning.
 OPEN_LOOPS = 1e-9
@@ -191,7 +192,7 @@ def result_warnings(result: Result) -> tuple[str, ...]:
 
 
 def _instability(result: Result) -> list[str]:
-    """Return a warning if springs and weights make poses unstable: an eigenvalue of the tangent stiffness is negative or 0."""
+    """Return a warning about unstable poses of robots with springs: the tangent stiffness has an eigenvalue ≤ 0."""
     if not result.robot.description.springs:
         return []
     inside, of_platform = (np.concatenate(counts) for counts in zip(*map(_negative, result.solutions), strict=True))
@@ -215,7 +216,7 @@ def _poses(result: Result, where: NDArray[np.bool_]) -> str:
 
 
 def _buckling(result: Result) -> list[str]:
-    """Return warnings about members near buckling, and about a stiffness changed by the forces (linear theory neglects this)."""
+    """Return warnings about members near buckling, and about the change of stiffness by forces, which linear theory neglects."""
     ratios = {beam.name: float(np.max(np.nan_to_num(beam.euler_ratio), initial=0.0)) for beam in result.beams.values()}
     members: dict[str, list[str]] = {}
     for name, ratio in ratios.items():
@@ -235,7 +236,7 @@ def _buckling(result: Result) -> list[str]:
 
 
 def _changed_stiffness(result: Result) -> str:
-    """Return a clause on the change of the stiffness at the pose where the platform is soft and forces are large."""
+    """Return a clause on the change of the stiffness at the pose with the largest product of compliance and forces."""
     if result.robot.description.springs or not result.twist.size:
         return ""
     scale = np.repeat([1.0, result.robot.length], 3)
@@ -263,14 +264,14 @@ def _changed_stiffness(result: Result) -> str:
 
 
 def _motions(values: Array, vectors: Array, k: int, scale: Array) -> str:
-    """Describe the motion of the k-th eigenvalue (6,); of equal ones, all motions, as their eigenvectors are arbitrary."""
+    """Describe the motions of all eigenvalues (6,) equal to the k-th one, whose eigenvectors are arbitrary."""
     alike = np.abs(values - values[k]) <= 1e-6 * abs(values[k])
     spanned = np.linalg.svd(np.concatenate([vectors[:, alike].real, vectors[:, alike].imag], axis=1))[0][:, : np.sum(alike)]
     return " and ".join(describe_twist(twist / scale, scale[-1]) for twist in canonical_basis(spanned).T)
 
 
 def _negative(solution: Solution) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the number of unstable motions of each pose (N,) with the platform fixed, and the number of the others."""
+    """Return the number of unstable motions at each pose (N,) within the limbs, and the number of those of the platform."""
     counts = []
     for tangent in solution.tangents:
         matrices = np.nan_to_num(np.moveaxis(tangent, 2, 0))
