@@ -74,9 +74,9 @@ def compensate(
         orientation: convention of the orientation coordinates among them, see :meth:`Robot.assemble`; default: as in the pose.
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
         closure_tolerance: largest gap of a closed loop [m, rad], see :meth:`Robot.assemble`; default: as in the pose.
-        tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip; x, y and z in ``controlled`` and in errors
-            are those of this point instead of o. With three freedoms, ``controlled=("x", "y", "z")`` corrects the position of
-            the tip, but not the angles; with six, a tool has no effect. The point of application of ``load`` is ``point``.
+        tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip; x, y and z in ``controlled`` and in
+            errors are those of this point instead of o. With three freedoms, ``controlled=("x", "y", "z")`` corrects the position
+            of the tip, but not the angles; with six, a tool has no effect. The point of application of ``load`` is ``point``.
         analysis: further arguments of :func:`kinetostatics.analyze`: ``point``, ``frame``, ``assembly_errors``, ``engine``, ….
 
     Returns:

@@ -20,11 +20,10 @@ from kinetostatics.calibration.measurements import readings_by_twist
 from kinetostatics.calibration.unknowns import Unknowns
 from kinetostatics.description.loads import Gauge
 from kinetostatics.description.robot_description import RobotDescription
+from kinetostatics.design.problem import assembled
 from kinetostatics.design.sensitivities import STEP
-from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, AssemblyError, RobotFileError, StaticsError
 from kinetostatics.functions.derivatives import derivatives_at
-from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration, spread
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.parametric.robot_numbers import STEP as STEP_OF_CONSTANTS
@@ -125,12 +124,10 @@ class Model:
 
     def _assembled(self, robot: Robot, near: Configuration | None, only: int | None = None) -> Configuration:
         given = self._given if only is None else {name: value[only] for name, value in self._given.items()}
-        how, loops = "nan" if only is None else "raise", loops_for(self.analysis)
-        if not given:
-            return spread(assemble(robot, given, None, None, None, self._closure_tolerance, how, loops), (self._size,))
-        if self._of_actuators:
-            return assemble(robot, given, None, None, near, self._closure_tolerance, how, loops)
-        return assemble(robot, None, given, self.orientation, near, self._closure_tolerance, how, loops)
+        how = "nan" if only is None else "raise"
+        is_platform, tolerance = not self._of_actuators, self._closure_tolerance
+        pose = assembled(robot, given, is_platform, self.orientation, tolerance, self.analysis, near if given else None, how)
+        return pose if given else spread(pose, (self._size,))
 
     def result(self, values: Array) -> Result:
         """Return the analysis of all rows, followed by the reference poses; the last analysis is cached."""

@@ -1,7 +1,7 @@
-"""Monte Carlo simulation of thousands of robots with random deviations at one pose, by one record of loops and equilibrium.
+"""Monte Carlo simulation of thousands of robots with random deviations at one pose, by recorded loop closure and equilibrium.
 
-Every robot is a column of one batch, whose inputs are the constants of the robot. These constants are computed from the
-description for a few robots, several for each parameter, and interpolated between them. Logarithms are interpolated, which is
+The constants of the robots are inputs of the record; every robot is a column of a batch. The constants are computed from the
+description for four deviations of each parameter, and interpolated for all other robots. Logarithms are interpolated, which is
 exact for products of powers such as 1/(EI). For every robot, Newton's method closes the loops, and the equilibrium is solved.
 
 Records are evaluated by NumPy, because compiling them takes about as long as evaluating 10,000 robots.
@@ -43,7 +43,7 @@ NODES = (-1.0, -0.5, 0.5, 1.0)
 BATCH, RECORDS = 1000, 6
 #: Largest number of Newton corrections, and their scaled magnitude that counts as rounding.
 CORRECTIONS, ROUNDING = 12, 1e-13
-#: Largest remaining gap relative to the initial one; it is larger if the loops of an overconstrained robot do not close.
+#: Largest remaining gap of a closed loop, relative to the initial gap. If an overconstrained robot cannot close, more remains.
 OPEN = 0.03
 #: Number of samples of a batch that are also analysed one by one.
 CHECKED = 3
@@ -69,10 +69,10 @@ def random_robots(
         family: the parametric robot.
         numbers: the varied numbers of parts and arguments of the file.
         errors: the varied assembly errors.
-        linear: (errors, …) effects per unit of each assembly error, by quantity; they are superposed.
+        linear: (errors, …) effects per unit of each assembly error, by quantity; the effects are superposed.
         values: (numbers + errors, N) deviations from the nominal values, SI.
         analysis: arguments of :func:`kinetostatics.analyze`.
-        deviation: standard deviation of the displacement [m]; the difference is relative to it.
+        deviation: standard deviation of the displacement [m]; the difference is relative to this value.
         tool: reference point of twist and stiffness; None: o.
     """
     N, own = values.shape[1], numbers_of(nominal.configuration, nominal, tool, WANTED)
@@ -185,7 +185,7 @@ class ManyRobots:
         derivatives: derivatives of the nominal robot at its pose, a batch of one.
         robots: the parametric robot.
         numbers: the varied numbers.
-        reach: (numbers,) their largest deviations.
+        reach: (numbers,) largest deviation of each number.
     """
 
     def __init__(self, derivatives: Derivatives, robots: ParametricRobot, numbers: Sequence[RobotNumber], reach: Array) -> None:

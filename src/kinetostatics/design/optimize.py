@@ -82,7 +82,7 @@ def optimize(
         orientation: convention of the orientation coordinates, see :meth:`Robot.assemble`.
         parameters: values of other arguments of the file.
         platform_link, base_link: see :func:`kinetostatics.load_robot`.
-        starts: number of searches from different parameters, the first from those of the file.
+        starts: number of searches; the first begins at the parameters of the file, the others at other parameters.
         tool: (3,) point from o in platform axes [m], such as a tool's tip, to which "sag", "deflection_any_direction" and
             "least_translational_stiffness" refer; default: o. The point of application of ``load`` is ``point``.
         closure_tolerance: largest gap of a closed loop [m, rad], see :meth:`Robot.assemble`.
@@ -264,7 +264,7 @@ def parse_objective(text: str) -> tuple[str, float]:
 def _without_influence(
     problem: Problem, ranges: Sequence[Range], best: Mapping[str, float], point: Evaluation
 ) -> tuple[str, ...]:
-    """Return the names of ranges whose two ends give the same objective and margins as the optimum."""
+    """Return the names of ranges at whose ends objective and margins are those of the optimum."""
 
     def same(item: Range, u: float) -> bool:
         other = problem.at({**best, item.name: item.value(u)})
@@ -286,8 +286,8 @@ def _multipliers(
 ) -> tuple[list[float], tuple[str, ...]]:
     """Return the objective saved by relaxing each requirement by 1 %, and the parameters at a bound.
 
-    At the optimum the gradient of the objective is a combination of those of the active margins with multipliers ≥ 0, which
-    follow by least squares.
+    At the optimum the gradient of the objective is a combination of the gradients of the active margins. The coefficients, which
+    are not negative, are the multipliers; they follow by least squares.
     """
     from scipy.optimize import nnls
 

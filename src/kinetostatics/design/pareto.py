@@ -142,7 +142,7 @@ def _limits(most: float, least: float, points: int) -> Array:
 
 
 def _best_of(problem: Problem, every: Sequence[dict[str, float]]) -> list[dict[str, float]]:
-    """Return the feasible designs that no other one dominates."""
+    """Return the feasible designs that no other design dominates."""
     feasible = [item for item in every if problem.at(item).feasible]
     if not feasible:
         raise StaticsError("none of the listed values meet all requirements: optimize lists the violated ones")

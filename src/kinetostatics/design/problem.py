@@ -1,6 +1,6 @@
 """Objective and requirements of an optimization, such as ``sag < 20um``, as functions of the parameters of a robot.
 
-They are evaluated at all poses of a workspace: the worst value of the objective, and the margin of each requirement at each pose.
+Both are evaluated at all poses of a workspace: the worst value of the objective, and the margin of each requirement at each pose.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Requirable:
             without results.
         argument: kind of the argument in brackets, if any.
         words: definition.
-        better: "small" or "large": which values are good.
+        better: whether "small" or "large" values are better.
     """
 
     kind: str
@@ -130,7 +130,7 @@ class Requirement:
 
 
 def _form(name: str) -> str:
-    """Return a quantity as text, with a size if it takes one."""
+    """Return the name of a quantity, followed by an example of its size if it needs one."""
     kind = REQUIRABLE[name].argument
     return sized_example(name, KINDS[kind]) if kind else name
 
@@ -168,8 +168,8 @@ class Evaluation:
 
     Attributes:
         objective: value of the objective, SI; infinite if the parameters are invalid.
-        margins: margins of all requirements at all poses, as one axis.
-        result: the analysis (P, …), None if the parameters are invalid; the axes of load cases follow that of the poses.
+        margins: (m,) margins of all requirements at all poses.
+        result: the analysis (P, …), None if the parameters are invalid; the axes of load cases follow the axis of poses.
         values: values (N, k) of each requirement at the N entries of the result.
     """
 
@@ -194,9 +194,9 @@ class Problem:
     """Objective and margins as functions of parameters; computed values are cached.
 
     Attributes:
-        sizes: varied numbers and their robots.
+        sizes: varied numbers, and the robots with these numbers.
         coordinates: (P,) coordinates of all poses.
-        is_platform: whether these are platform coordinates, not those of actuators.
+        is_platform: whether these are coordinates of the platform; otherwise of the actuators.
         orientation: convention of the orientation coordinates, see :meth:`Robot.assemble`.
         analysis: arguments of :func:`kinetostatics.analyze`, with every load case at every pose.
         cases: shape of the load cases; () for one.
@@ -287,12 +287,13 @@ def assembled(
     orientation: str | None,
     closure_tolerance: float,
     analysis: Mapping[str, object],
+    near: Configuration | None = None,
+    on_failure: str = "nan",
 ) -> Configuration:
-    """Return a robot at coordinates of its platform, or else of its actuators, by the engine of an analysis."""
-    loops = loops_for(analysis)
-    if is_platform:
-        return assemble(robot, None, coordinates, orientation, None, closure_tolerance, "nan", loops)
-    return assemble(robot, coordinates, None, None, None, closure_tolerance, "nan", loops)
+    """Return the poses of a robot at coordinates of platform or actuators; ``analysis`` are the arguments of its analysis."""
+    actuators, platform = (None, coordinates) if is_platform else (coordinates, None)
+    convention = orientation if is_platform else None
+    return assemble(robot, actuators, platform, convention, near, closure_tolerance, on_failure, loops_for(analysis))
 
 
 def rank(point: Evaluation) -> tuple[bool, float]:

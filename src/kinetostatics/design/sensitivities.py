@@ -1,9 +1,9 @@
 """Derivatives of an analysis with respect to the arguments of the robot's file, and to numbers of its parts.
 
-Constants that the file computes from its arguments are differenced; the derivatives of results by these constants are exact
-(:mod:`kinetostatics.functions.derivatives`). If such derivatives do not exist (overconstrained rigid limbs, assembly errors,
-loads on links), central differences of whole analyses are used. Derivatives with respect to the stiffness of a beam, a joint or
-an actuator are exact: :attr:`kinetostatics.Result.source_contributions`.
+Finite differences yield the derivatives of the robot's constants by the parameters; the derivatives of results by these
+constants are exact (:mod:`kinetostatics.functions.derivatives`). If such derivatives do not exist (overconstrained rigid limbs,
+assembly errors, loads on links), central differences of whole analyses are used. Derivatives with respect to the stiffness of a
+beam, a joint or an actuator are exact: :attr:`kinetostatics.Result.source_contributions`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from kinetostatics.results.sensitivities import QUANTITIES, Sensitivities, Sensi
 from kinetostatics.robot import Robot, robot_of
 
 #: Step of central differences, relative to the parameter (to 1 if it is zero; for a placement, to the characteristic length).
-#: Errors by truncation and by rounding are then about equal, some 1e-8 of the quantity.
+#: With this step, errors of truncation and of rounding are about equal, 1e-8 of the quantity.
 STEP = 3e-5
 #: Relative change of a quantity, for a change of a parameter by its whole value, that counts as rounding.
 NOTHING = 1e-7
@@ -66,9 +66,9 @@ def sensitivities(
         analysis: arguments of :func:`kinetostatics.analyze`: ``load``, ``gravity``, ``point``, ….
 
     Returns:
-        Derivatives per unit of each parameter, exact except for differenced constants of the file; if :attr:`Sensitivity.exact`
-        is False, by differences (error about 1e-7 of the quantity, for a change by the parameter's whole value). Also exact
-        derivatives per relative change of the stiffness of each beam, elastic joint and actuator.
+        Derivatives per unit of each parameter; if :attr:`Sensitivity.exact` is False, by differences of analyses, whose errors
+        are about 1e-7 of the quantity for a change by the parameter's whole value. Also exact derivatives per relative change of
+        the stiffness of each beam, elastic joint and actuator.
 
     Raises:
         ArgumentError: a parameter or quantity is unknown; or an argument of the file is named, but the robot was changed after
@@ -116,7 +116,7 @@ def sensitivities(
         except ArgumentError as error:
             reason = str(error)
         except RobotFileError as error:
-            reason = f"{number.name}: a small change of it yields no robot: {error}"
+            reason = f"{number.name}: a small change yields no robot: {error}"
         lost += [ArgumentError(reason)] if pattern == number.name else []
         skipped[number.name] = reason
     if lost and not found:
@@ -161,8 +161,8 @@ def slopes_by(
 ) -> tuple[dict[str, Array], bool]:
     """Return the derivatives of quantities with respect to one number, batch axes first, and whether they are exact.
 
-    Exact derivatives are those with differences only of the constants of the robot. If they do not exist at all poses, whole
-    analyses are differenced. The last axis of actuator quantities is that of the actuators.
+    Exact derivatives use finite differences for the constants of the robot only. If they do not exist at all poses, differences
+    of whole analyses are used. The last axis of actuator quantities is the axis of actuators.
     """
     if derivatives is not None:
         with contextlib.suppress(ArgumentError):  # the change yields another mechanism, or none (negative mass)

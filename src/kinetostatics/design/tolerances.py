@@ -2,8 +2,7 @@
 
 For dimensions, materials and placements, :mod:`kinetostatics.functions.derivatives` computes the derivatives ∂f/∂p. The
 equilibrium is affine in assembly errors of joints and beams, so that one analysis of each is exact (method page, section 11). The
-worst case is Σ |∂f/∂p| t, the standard deviation √Σ (∂f/∂p σ)²; random samples are made by
-:mod:`kinetostatics.design.monte_carlo`.
+worst case is Σ |∂f/∂p| t, the standard deviation √Σ (∂f/∂p σ)²; :mod:`kinetostatics.design.monte_carlo` computes random samples.
 """
 
 from __future__ import annotations
@@ -62,8 +61,8 @@ def tolerances(
     All parameters are independent of one another.
 
     Args:
-        configuration: one pose. For dimensions and placements, the coordinates used for assembly, of the platform or the
-            actuators, are kept constant. Assembly errors displace the platform with locked actuators.
+        configuration: one pose. Under changes of dimensions and placements, the coordinates used for assembly, of the platform
+            or the actuators, are constant. Assembly errors displace the platform with locked actuators.
         tolerances: ± tolerances by name: a number (SI), a number with a unit ``"0.1mm"``, or a percentage ``"2%"``. Names are
             those of xacro arguments of the file, including all numbers computed from them; of dimensions of parts, see
             :attr:`Function.parameters`: ``"rod_1.outer_diameter"``, ``"platform.mass"``, ``"revolute_1.placement.x"``,
@@ -251,7 +250,7 @@ def _by_errors(
     tool: Array | None,
     only_effective: bool,
 ) -> dict[str, Effect]:
-    """Return the effects of single assembly errors, and the forces of their self-stress, at constant tangent stiffness."""
+    """Return the effects of single assembly errors, with the forces of the self-stress, at constant tangent stiffness."""
     if not errors:
         return {}
     robot = nominal.robot

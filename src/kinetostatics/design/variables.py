@@ -21,7 +21,7 @@ from kinetostatics.robot import Robot
 #: Catalogues of the package.
 CATALOGUES = ("standard_bars", "standard_tubes")
 
-#: Ranges, lists and catalogues, by the name of the parameter, or the names of those that a row of a catalogue sets.
+#: Ranges, lists and catalogues by name of the parameter; a catalogue by the names of all parameters that its rows set.
 Vary: TypeAlias = "Mapping[str, object] | Mapping[tuple[str, ...], object] | Mapping[str | tuple[str, ...], object]"
 
 
@@ -29,7 +29,7 @@ Vary: TypeAlias = "Mapping[str, object] | Mapping[tuple[str, ...], object] | Map
 class Range:
     """A parameter between two values, SI; its logarithm is varied if both are positive.
 
-    ``units`` are those given with the values.
+    ``units`` are the units given with both values.
     """
 
     name: str
@@ -125,12 +125,12 @@ def _values(what: str, value: object) -> Choice:
 
 
 def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
-    """Return the rows of a catalogue, whose columns have the names of the parameters, or the dimensions that end these names."""
+    """Return the rows of a catalogue; the title of a column is a parameter, or the dimension at the end of its name."""
     path = str(files("kinetostatics.design") / f"{name}.csv") if name in CATALOGUES else name
     example = "a catalogue has a line of titles, such as outer_diameter [mm], and two rows at least"
     table = read_csv(path, example, least=2)
     known = table.names
-    keys = [item.rpartition(".")[2] for item in names]  # of a dimension of a part, its name without the part
+    keys = [item.rpartition(".")[2] for item in names]  # dimensions without the names of their parts
     sizes = [_size(title) for title in known]
     hole = None
     if "inner_diameter" not in sizes and {"outer_diameter", "wall"} <= set(sizes):
@@ -157,7 +157,7 @@ def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
 
 
 def _size(name: str) -> str:
-    """Return the dimension that ends a name, such as outer_diameter for tube_diameter; otherwise the name."""
+    """Return the dimension at the end of a name, such as outer_diameter for tube_diameter; without a dimension, the name."""
     for size in ("inner_diameter", "outer_diameter", "diameter", "wall"):
         if f"_{name}".endswith(f"_{size}"):
             return "outer_diameter" if size == "diameter" else size
@@ -175,7 +175,7 @@ def combinations(choices: Sequence[Choice]) -> list[dict[str, float]]:
 
 @dataclass(frozen=True)
 class VariedNumbers:
-    """Varied numbers, and the robots with their values.
+    """Varied numbers of a robot, and the robots with other values of these numbers.
 
     Attributes:
         robots: the parametric robot.
@@ -191,16 +191,16 @@ class VariedNumbers:
 
     @property
     def are_own(self) -> bool:
-        """Whether all numbers of each pattern are equal in the file, so that its robot is a possible design."""
+        """Whether all numbers of each pattern are equal in the file, so that the robot of the file is a possible design."""
         return all(len({item.value for item in several}) == 1 for several in self.alike.values())
 
     def unit(self, name: str) -> str:
-        """Return the SI unit of a number; empty if it has none or is uncertain."""
+        """Return the SI unit of a number; empty if the unit is unknown or the number is dimensionless."""
         found = self.alike[name][0].unit
         return "" if found == "1" else found
 
     def robot(self, values: Mapping[str, float]) -> Robot:
-        """Return the robot with these values; expressions of the file are evaluated with them."""
+        """Return the robot with these values; expressions of the file are evaluated again."""
         return Robot(self.robots.description({item.name: value for name, value in values.items() for item in self.alike[name]}))
 
 
@@ -210,7 +210,7 @@ def varied_numbers(robots: ParametricRobot, names: Sequence[str], typed: Sequenc
     Args:
         robots: the parametric robot.
         names: names of numbers, or patterns.
-        typed: names with the units of their given values.
+        typed: pairs of a name and the unit given with its values.
     """
     alike: dict[str, list[RobotNumber]] = {}
     for name, number in robots.select(names, "vary"):

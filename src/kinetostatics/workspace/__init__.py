@@ -1,4 +1,4 @@
-"""Workspace maps: a robot, and its variants, on a grid of poses, as one labelled Dataset."""
+"""Workspace maps: results of a robot and its variants on a grid of poses, as one labelled Dataset."""
 
 from kinetostatics.workspace.run import sweep
 

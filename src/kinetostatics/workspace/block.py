@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def compute_block(plan: SweepPlan, labels: Labels, block: Block, q: Array | None = None) -> dict[str, Values]:
-    """Return the variables of a block of one robot, each over the block's part of its dimensions.
+    """Return the variables of a block of one robot, over the block's part of the grid.
 
     Args:
         plan: plan of the sweep.
@@ -154,7 +154,7 @@ def _intensities(result: Result, labels: Labels, kind: str, shape: tuple[int, ..
 
 
 def _full(array: Values, entry: Entry, shape: tuple[int, ...]) -> Values:
-    """Broadcast or reduce an array to the cases and poses along which its variable varies."""
+    """Return an array broadcast or reduced to the cases and poses along which its variable varies."""
     if entry.varies == POSES:
         return array[(0,) * (array.ndim - 1 - len(entry.dims))]
     sizes = () if entry.varies == ROBOTS else shape

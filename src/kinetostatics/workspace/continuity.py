@@ -221,7 +221,7 @@ class _Front:
         return {name: array[which] for name, array in self.values.items()}
 
     def set(self, which: Index, q: Array | None, source: Index | int = -1) -> None:
-        """Store poses reached from the neighbours ``source`` or the zero pose (−1); ``q`` None: they are not reached."""
+        """Store poses reached from the neighbours ``source`` or the zero pose (−1); ``q`` None: the poses are not reached."""
         self.reached[which], self._source[which] = q is not None, source
         if q is not None:
             self.q[which] = q
@@ -232,11 +232,11 @@ class _Front:
     def follow(
         self, starts: Array | None, first: Mapping[str, Array | float], targets: dict[str, Array], steps: int = 1
     ) -> tuple[Array, Mask]:
-        """Follow straight lines in steps; return their ends, and whether the targets are reached.
+        """Follow straight lines in steps; return the ends (n, nq), and the mask (n,) of targets that are reached.
 
         Args:
             starts: (n, nq) poses; None: the zero pose.
-            first: their coordinates.
+            first: coordinates of the starts.
             targets: (n,) target coordinates.
             steps: number of steps.
         """
@@ -265,7 +265,7 @@ class _Front:
         return self.follow(None, {name: zero.get(name, targets[name]) for name in targets}, targets, STEPS)
 
     def zero_coordinates(self) -> dict[str, float]:
-        """Return the zero pose's coordinates, without an azimuth if it is not tilted."""
+        """Return the coordinates of the zero pose, without the azimuth if the platform is not tilted."""
         zero = self.robot.configuration(self.robot.model_q(self.robot.zero_poses)[:, 0], closure_tolerance=np.inf)
         if self.plan.kind != "platform":
             return {name: float(value) for name, value in zero.actuators.items()}
@@ -282,7 +282,7 @@ class _Front:
         return found.where(~np.isin(found.first * self.reached.size + found.second, self._sound))
 
     def examine(self, edges: Edges) -> tuple[Edges, Mask]:
-        """Follow edges, in small steps if necessary; return those that fail, and the mask of those that end at another pose."""
+        """Follow edges, in small steps if necessary; return the edges that fail, and the mask of those that end elsewhere."""
         elsewhere = np.zeros(0, dtype=bool)
         for steps in (1, FINE):
             if len(edges):
@@ -299,10 +299,10 @@ class _Front:
         return int(self.examine(self.suspects())[1].sum())
 
     def take_back(self) -> int:
-        """Retract poses that are not in the mode of the zero pose, and return their number.
+        """Retract poses that are not in the mode of the zero pose, and return the number of retracted poses.
 
         Poses reached on the straight line from the zero pose are followed again in small steps. Poses reached from neighbours are
-        retracted, together with those reached from them, because the path may have passed a singular pose.
+        retracted together with all poses reached from these, because the path may have passed a singular pose.
         """
         edges, elsewhere = self.examine(self.suspects())
         if not len(edges):
@@ -325,7 +325,7 @@ class _Front:
         while np.any(more := from_neighbours & wrong[self._source] & ~wrong):
             wrong |= more
         gone = np.flatnonzero(wrong & from_neighbours)
-        # start again from retracted neighbours, not from those that remain
+        # poses reached from retracted ones may be tried again from any neighbour
         self._tried[:, gone[wrong[self._source[gone]]]] = False
         self.set(gone, None)
         self.retracted |= wrong

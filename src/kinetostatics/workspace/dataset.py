@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
     from kinetostatics.robot import Robot
 
-#: A coordinate has a local freedom if it varies by more than CHANGED after random shifts up to MOVED and closure [m, rad].
+#: A coordinate has a local freedom if it has changed by more than CHANGED after a random shift up to MOVED and closure of the
+#: loops [m, rad].
 MOVED, CHANGED = 0.05, 1e-5
 #: Values of ``mode``: a pose is reached in the assembly mode of the zero pose, or not reached.
 REACHED, NOT_REACHED = 0, -1
@@ -38,7 +39,7 @@ class Labels:
         robot: the robot's name.
         axes: labels by dimension, including unused dimensions.
         auxiliary: dimensions and entries of auxiliary coordinates: units, limbs and their labels.
-        loose: mask of the model coordinates changed by local freedoms, which do not depend on the assembly mode.
+        loose: mask of the model coordinates changed by local freedoms; such coordinates do not show the assembly mode.
         outputs: names of the variables.
     """
 
@@ -86,7 +87,7 @@ FLAGS: Mapping[str, Mapping[str, object]] = {
 
 
 def attributes_of(name: str) -> dict[str, object]:
-    """Return the attributes of a variable; where units differ along a dimension, the name of the coordinate with the units."""
+    """Return the attributes of a variable; ``unit_coordinate`` is the coordinate with the units that differ along a dimension."""
     entry = VARIABLES[name]
     units = {"unit_coordinate" if entry.unit in UNITS else "units": entry.unit} if entry.unit else {}
     return {"long_name": entry.words, **units, **FLAGS.get(name, {})}

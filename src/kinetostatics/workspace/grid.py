@@ -193,7 +193,7 @@ def coordinate_units(robot: Robot, kind: str, names: Sequence[str]) -> dict[str,
 
 
 def block_sizes(axes: Sequence[Axis], poses: int) -> tuple[int, ...]:
-    """Return the sizes of blocks of about the given number of poses: undivided along the last axes, one along parameters.
+    """Return the sizes of blocks of about the given number of poses; the last axes are undivided.
 
     A block contains one robot only, because building a robot takes as long as thousands of poses.
     """

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 LEAST, MOST, MOST_COSTLY = 10_000, 32_000, 2000
 #: Smallest number of blocks per thread, for load balance.
 SHARE = 4
-#: Largest number of joint coordinates in memory for continuity (130 MB).
+#: Largest number of joint coordinates in a region that is checked for continuity (130 MB).
 REGION = 2**24
 #: Number of poses in a chunk with chunks="auto".
 AUTO = 20_000
@@ -78,8 +78,7 @@ def sweep(
         orientation: convention of the orientation coordinates, see :meth:`Robot.assemble`.
         load: see :func:`kinetostatics.analyze`. Load, gravity and point may be an ``xarray.DataArray`` with the last dimension
             ``component``; its other dimensions become dimensions of the grid.
-        gravity: likewise.
-        point: likewise.
+        gravity, point: see :func:`kinetostatics.analyze`, and ``load``.
         frame: see :func:`kinetostatics.analyze`.
         assembly_errors: see :func:`kinetostatics.analyze`.
         loads: loads on links, see :func:`kinetostatics.analyze`; the same at all poses.
@@ -102,10 +101,10 @@ def sweep(
             continues.
         restart: overwrite ``out``.
         chunks: sizes along dimensions, ``{"z": 10}`` (others undivided), or "auto": return a lazy Dataset of dask arrays, whose
-            chunks are computed by dask's scheduler.
+            chunks dask's scheduler computes.
         workers: number of threads; None: ``OMP_NUM_THREADS``, or the number of cores.
         progress: whether to show the number of computed poses on standard error; None: on a terminal, or in a notebook.
-        command_line: the command, for the attributes.
+        command_line: command stored in the attributes.
 
     Returns:
         The Dataset (contents: see the page on workspace maps). With ``out`` it is read lazily from the file.
@@ -220,7 +219,7 @@ def compute(arrays: Arrays, number: int | None, progress: _Progress) -> dict[str
 
 
 def _continue(arrays: Arrays, combination: Combination, region: Block, number: int | None) -> dict[str, int]:
-    """Correct the poses in a region of the coordinate axes by continuity, and return the numbers of changes, by attribute."""
+    """Correct the poses in a region of the coordinate axes by continuity, and return the numbers of changes by attribute."""
     plan, labels = arrays.plan, arrays.labels
     one = tuple(slice(k, k + 1) for k in combination)
     cases = tuple(slice(0, 1) for _ in plan.axes_of("case"))

@@ -1,8 +1,7 @@
 """Arrays of a sweep: in memory, or chunk by chunk in a zarr store, from which an interrupted sweep is resumed.
 
-The store is a folder in the folder of the map, ``map.nc.part``. Its chunks are the blocks of the sweep. ``status`` is written
-last
-for each block: a block is complete if its chunk of ``status`` exists.
+The store is a folder beside the map, ``map.nc.part``. Its chunks are the blocks of the sweep. ``status`` is written last for each
+block: a block is complete if its chunk of ``status`` exists.
 """
 
 from __future__ import annotations
@@ -52,7 +51,7 @@ def packages_of(path: str) -> tuple[str, ...]:
 
 
 def is_there(path: str, identity: str, attributes: Mapping[str, object], restart: bool) -> bool:
-    """Return whether the map exists already.
+    """Return whether the map of this sweep exists already.
 
     Args:
         path: path of the map.

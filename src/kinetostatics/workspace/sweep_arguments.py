@@ -69,7 +69,7 @@ def read_plan(
 
     Args:
         coordinates: platform and actuators.
-        links: links of platform and base, if given.
+        links: names of the links of platform and base.
         vectors: load, gravity and point, with their numbers of components.
     """
     kinds = {kind: given for kind, given in coordinates.items() if given is not None}
@@ -138,7 +138,7 @@ def read_plan(
 
 
 def _compensated(robot: Robot, kind: str, given: Sequence[str], orientation: str | None) -> tuple[str, ...]:
-    """Return the coordinates that compensation corrects: those given, or if actuators are given the best conditioned ones."""
+    """Return the coordinates to be corrected: the given ones, or the best conditioned ones on a grid of actuators."""
     found = tuple(given) if kind == "platform" else best_choice(robot, orientation_named(orientation), robot.zero_poses)
     if not found:
         raise ArgumentError(f"{robot.name!r} has no platform coordinates that its actuators can correct")
@@ -187,7 +187,7 @@ def _source(
 
 
 def _fields(given: Mapping[str, tuple[object, int]], known: Sequence[Axis]) -> tuple[dict[str, Field], list[Axis]]:
-    """Return load, gravity and point, and their dimensions that the grid does not have yet."""
+    """Return load, gravity and point, and the axes of those dimensions that are not yet in the grid."""
     fields: dict[str, Field] = {}
     cases: list[Axis] = []
     for what, (value, size) in given.items():

@@ -140,11 +140,11 @@ class SweepPlan:
         return tuple(axis for axis in self.axes if axis.kind in kinds)
 
     def part(self, block: Block, *kinds: str) -> Block:
-        """Return a block's ranges along the axes of given kinds."""
+        """Return the ranges of a block along the axes of given kinds."""
         return tuple(piece for piece, axis in zip(block, self.axes, strict=True) if axis.kind in kinds)
 
     def within(self, block: Block) -> SweepPlan:
-        """Return the plan of a block of the grid alone."""
+        """Return the plan of a sweep over one block of the grid."""
         axes = tuple(replace(axis, values=axis.values[piece]) for axis, piece in zip(self.axes, block, strict=True))
         fields = {
             name: None if item is None else item.within(self.axes, block)
