@@ -1,4 +1,4 @@
-"""Ends of beams: default ends, telescopic beams, and errors."""
+"""Ends of beams: those of the file and default ones, for beams of one link and telescopic beams."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class BeamSpan:
         end_body, end: body and position (3,) of the end towards the platform.
         carrier: the body that carries the beam's weight.
         start_link, end_link: the links of the ends.
-        inward, outward: the joints from the beam's link to these links; empty except for telescopic beams.
+        inward, outward: the fixed and prismatic joints from the beam's link to these links, if these are other links.
     """
 
     beam: Beam
@@ -46,12 +46,12 @@ class BeamSpan:
 
     @property
     def spanned(self) -> tuple[str, ...]:
-        """Names of the prismatic joints inside a telescopic beam, from start to end."""
+        """Names of the prismatic joints within the span, from start to end."""
         return tuple(item.name for item in (*self.inward[::-1], *self.outward) if item.type.is_slide)
 
     @property
     def reversed(self) -> BeamSpan:
-        """The same beam with start and end exchanged."""
+        """The span with start and end exchanged."""
         span = replace(self, start_body=self.end_body, start=self.end, end_body=self.start_body, end=self.start)
         return replace(span, start_link=self.end_link, end_link=self.start_link, inward=self.outward, outward=self.inward)
 
@@ -71,13 +71,16 @@ def ends_nowhere(mechanism: Mechanism) -> list[tuple[str, str]]:
     ]
 
 
-def _telescopes(connection: Connection) -> bool:
-    """Whether a beam may lie across a joint."""
+def _ends_nowhere_text(link: str, joint: str) -> str:
+    return f"link {link!r} ends nowhere, as {joint!r} is its only joint: is a <parent> wrong, or a <loop> missing?"
+
+
+def _may_be_spanned(connection: Connection) -> bool:
     return connection.type.is_fixed or connection.type.is_slide
 
 
 def _point_on(link: str, path: Iterable[Connection], point: Array) -> Array:
-    """Return a point (3,) [m], given in the body at the end of a path of fixed joints and loops, in the body of ``link``."""
+    """Return a point (3,) [m] in the body of ``link``; it is given in the body at the end of a path of fixed joints and loops."""
     placement = np.eye(4)
     for item in path:
         near, far = item.predecessor_frame, item.successor_frame
@@ -93,13 +96,13 @@ class SpanFinder:
 
     Attributes:
         base_links, platform_links: links rigidly fixed to base and platform.
-        warnings: warnings about the file, in full sentences.
+        beams_of: the beams of each link with beams.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self.description = description = mechanism.description
-        self.warnings: list[str] = []
+
         self.beams_of: dict[str, list[Beam]] = {}
         for beam in description.beams.values():
             self.beams_of.setdefault(beam.link, []).append(beam)
@@ -126,7 +129,7 @@ class SpanFinder:
         return spans
 
     def _check_densities(self) -> None:
-        """Check that of the beams of a link either all have a density or none."""
+        """Check that all beams of a link have a density, or none."""
         for link, beams in self.beams_of.items():
             given = [beam.density is not None for beam in beams]
             if any(given) and not all(given):
@@ -137,18 +140,18 @@ class SpanFinder:
                 )
 
     def _rigid_with(self, link: str) -> set[str]:
-        """Return the links joined to ``link`` by rigid fixed joints, not beyond links that carry beams."""
+        """Return the links without beams that are joined to ``link`` by rigid fixed joints."""
 
-        def welded(link: str) -> Iterator[str]:
+        def fixed_to(link: str) -> Iterator[str]:
             for item in self.mechanism.at_link[link]:
                 if item.type.is_fixed and item.name not in self.description.joint_stiffness:
                     if item.other(link) not in self.beams_of:
                         yield item.other(link)
 
-        return set(reachable([link], welded))
+        return set(reachable([link], fixed_to))
 
     def _reaches(self, link: str, connection: Connection, target: set[str], barred: set[str]) -> bool:
-        """Whether a path from ``link`` through ``connection`` reaches ``target`` without crossing ``barred``."""
+        """Whether a path from ``link`` through ``connection`` reaches links ``target`` without passing links ``barred``."""
 
         def onward(here: str) -> list[str]:
             if here in barred:
@@ -164,8 +167,7 @@ class SpanFinder:
         if len(here) == 1 and (beam.start is None or beam.end is None):
             raise beam_error(
                 beam,
-                f"link {beam.link!r} ends nowhere, as {here[0].name!r} is its only joint: is a <loop> to the platform or another "
-                "link missing, or a <parent> wrong? (A tip that is free needs a fixed joint to a link of its own.)",
+                f"{_ends_nowhere_text(beam.link, here[0].name)} (A free tip needs a fixed joint to a link of its own.)",
             )
         if len(here) == 2 and (beam.start is None or beam.end is None):
             given = beam.start or beam.end
@@ -179,9 +181,10 @@ class SpanFinder:
         return beam.start or self._default_end(beam, True), beam.end or self._default_end(beam, False)
 
     def _joints_to_base(self, link: str, connection: Connection) -> tuple[float, float]:
-        """Count the joints from ``link`` to the base, through ``connection``: on paths that avoid the platform, and on all paths.
+        """Return the smallest number of joints from ``link`` to the base through ``connection``.
 
-        Passive joints that form one universal, spherical or cylindrical joint count once. ``inf`` without a path.
+        It is returned twice: for paths that avoid the platform, and for all paths; ``inf`` without a path. Passive joints that
+        form one universal, spherical or cylindrical joint count once.
         """
 
         def count(barred: set[str]) -> float:
@@ -209,7 +212,7 @@ class SpanFinder:
         return count(self.platform_links), count(set())
 
     def _are_one_joint(self, link: str, first: Connection, second: Connection) -> bool:
-        """Whether two joints at a bare link are (part of) one: universal, spherical or cylindrical."""
+        """Whether two joints of a massless link belong to one universal, spherical or cylindrical joint."""
         if self.mechanism.at_link[link] not in ([first, second], [second, first]):
             return False
         if link in self.beams_of or self.description.links[link].mass or first.driven or second.driven:
@@ -231,10 +234,7 @@ class SpanFinder:
             which = "no joint leads" if not found else f"the joints {', '.join(found)} lead"
             reason = f'{which} from link {beam.link!r} towards the {where}; name the joint by {attribute}="…"'
             for link, joint in ends_nowhere(self.mechanism)[:1]:
-                reason = (
-                    f"link {link!r} ends nowhere, as {joint!r} is its only joint: is a <parent> wrong, or a <loop> missing? "
-                    f"If not: {reason}"
-                )
+                reason = f"{_ends_nowhere_text(link, joint)} If not: {reason}"
             raise beam_error(beam, reason)
         return BeamEnd(found[0])
 
@@ -262,19 +262,17 @@ class SpanFinder:
             return beam.link, []
         else:
             goals = [joint.predecessor, joint.successor]
-        path = self._link_path(beam.link, goals, _telescopes)
+        path = self._link_path(beam.link, goals, _may_be_spanned)
         if path is None:
             crossing = self._link_path(beam.link, goals, lambda _: True) or []
-            names = [item.name for item in crossing if not _telescopes(item)]
-            hint = "".join(
-                f". Link {link!r} has no joint but {only!r}: is a <parent> wrong, or a <loop> missing?"
-                for link, only in ends_nowhere(self.mechanism)[:1]
-            )
-            raise beam_error(
-                beam,
+            names = [item.name for item in crossing if not _may_be_spanned(item)]
+            reason = (
                 f"its span to {end.joint!r} crosses the moving joint {', '.join(map(repr, names)) or '?'}; a beam may "
-                f"only cross prismatic joints, along whose axes it telescopes{hint}",
+                "only cross prismatic joints, along whose axes it telescopes"
             )
+            for only_link, only in ends_nowhere(self.mechanism)[:1]:
+                reason += f"; {_ends_nowhere_text(only_link, only)}"
+            raise beam_error(beam, reason)
         link = beam.link
         for item in path:
             link = item.other(link)

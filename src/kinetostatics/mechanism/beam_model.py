@@ -1,4 +1,4 @@
-"""Pose-independent data of beams: axes, section compliances, masses."""
+"""Data of beams that do not depend on the pose, and lengths and masses at given frames."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True, repr=False)
 class BeamModel(ShortRepr):
-    """Pose-independent data of a beam.
+    """Data of a beam that do not depend on the pose.
 
     Attributes:
         name: name of the beam.
@@ -47,7 +47,7 @@ class BeamModel(ShortRepr):
     centre: Array | None
 
     def length(self, frames: Frames) -> Array:
-        """Return the length (N,) [m]: component along the beam's x axis of the vector from start to end."""
+        """Return the length (N,) [m]: the component of the vector from start to end along the beam's x axis."""
         start, end = self.ends(frames)
         return dot(frames.direction(self.span.carrier, self.axes[:, 0]), end - start)
 
@@ -65,7 +65,7 @@ class BeamModel(ShortRepr):
         return self.span.start_body != self.span.end_body
 
     def remaining_length(self, frames: Frames) -> Array:
-        """Return the length (N,) [m], negative if a telescopic beam is retracted beyond zero length, and 0 within rounding."""
+        """Return the length (N,) [m], rounded to 0 if tiny; negative if a telescopic beam is retracted beyond zero length."""
         length = self.length(frames)
         rounding = ROUNDING * np.max(np.abs(np.stack(self.ends(frames))), axis=(0, 1))
         return np.where(np.abs(length) <= rounding, 0.0, length)
@@ -75,11 +75,11 @@ class BeamModel(ShortRepr):
         return self.mass_of(self.length(frames))
 
     def mass_of(self, length: Array) -> Array:
-        """Return the mass [kg] at given lengths (…) [m]; zero for a telescopic beam without length."""
+        """Return the mass [kg] at given lengths (…) [m]; zero for a density and a negative length."""
         return np.full_like(length, self.mass) if self.mass_per_length is None else self.mass_per_length * np.maximum(length, 0)
 
     def line_density(self, length: Array) -> Array:
-        """Return the mass per length [kg/m] at given lengths (…) [m]; infinite for a mass at zero length."""
+        """Return the mass per length [kg/m] at given lengths (…) [m]; infinite if a given mass has zero length."""
         if self.mass_per_length is not None:
             return np.full_like(length, self.mass_per_length)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -91,9 +91,9 @@ class BeamModel(ShortRepr):
         return np.zeros_like(start) if self.centre is None else frames.point(self.span.carrier, self.centre) - (start + end) / 2
 
     def rod(self, frames: Frames) -> tuple[int, pin.Inertia]:
-        """Return the beam as a rigid prism at one pose: the body that carries it, and ``pin.Inertia`` in this body.
+        """Return the beam as a rigid prism at one pose: the carrier body, and ``pin.Inertia`` in this body.
 
-        The moments of inertia about its centre are m (I_y + I_z)/A along its axis and m (L²/12 + I/A) across it.
+        About the prism's centre, the moments of inertia are m (I_y + I_z)/A along the axis and m (L²/12 + I/A) across.
         """
         import pinocchio as pin
 
@@ -116,7 +116,7 @@ def without_length(beams: Iterable[BeamModel], frames: Frames, pose: int) -> str
 
 
 def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Frames) -> dict[str, BeamModel]:
-    """Compute the data of all beams; ``zero`` are the frames of a closed pose, which orients telescopic beams.
+    """Compute the data of all beams; at the closed pose ``zero``, the direction of telescopic beams is determined.
 
     Raises:
         RobotFileError: a prismatic joint of a telescopic beam is not parallel to the beam, or the ``y_axis`` of a beam is
@@ -161,9 +161,9 @@ def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Fra
 def _with_spread_mass(
     mechanism: Mechanism, model: BeamModel, models: dict[str, BeamModel], middles: dict[str, tuple[float, Array]]
 ) -> BeamModel:
-    """Return a beam; without density, it gets a share of its link's mass in proportion to its length.
+    """Return a beam with its mass; without a density this is a share of the link's mass, in proportion to the beam's length.
 
-    The centre of mass of all shares is that of the link. ``middles``: length [m] and middle (3,) of every beam at the closed zero
+    All shares together have the link's centre of mass. ``middles``: length [m] and middle (3,) of every beam at the closed zero
     pose, in the carrier body.
     """
     if model.mass_per_length is not None:

@@ -1,13 +1,12 @@
 """The graph of a robot: rigid bodies joined by joints, loops and beams, and the direction of its edges from base to platform.
 
-A *body* moves as a rigid body: a link without beams, or one end of a beam's link. Joints, loops and beams are the *edges*
-between bodies. The graph depends neither on names nor on the cuts of loops in the file.
+A *body* is a link without beams, or one end of a link with beams. Joints, loops and beams are the *edges* between bodies. The
+graph depends neither on names nor on the cuts of loops in the file.
 
-If all paths from base to platform pass an edge in the same direction, this is its direction. It is the sign of the current in an
-electrical network with the same graph; this sign is the same for all resistances if and only if the edge is passed in one
-direction only (R. J. Duffin, *Topology of series-parallel networks*, J. Math. Anal. Appl. 10, 1965). A path search decides
-whether a path passes the edge against the current. Edges passed in both directions have the direction of the current, so that
-there are no directed rings.
+An edge is directed as the paths from base to platform that pass the edge. If, and only if, all of them pass the edge in one
+direction, the current in an electrical network with the same graph has this direction for all resistances (R. J. Duffin,
+*Topology of series-parallel networks*, J. Math. Anal. Appl. 10, 1965). A path search decides whether a path passes an edge
+against the current. Edges passed in both directions have the direction of the current, so that there are no directed rings.
 """
 
 from __future__ import annotations
@@ -25,10 +24,10 @@ from kinetostatics.mechanism.mechanism import Connection, Mechanism
 
 @dataclass(eq=False)
 class RigidBody:
-    """Links, and ends of beams, that move together.
+    """Links and ends of beams that move together.
 
     Attributes:
-        links: its links; a link with beams belongs to all bodies at the ends of its beams.
+        links: its links; a link with beams belongs to each body at an end of its beams.
         rigid_links: links without beams.
         weights: rigid links with mass.
         places: places of loads: rigid links and ends of beams.
@@ -74,8 +73,7 @@ class BodyGraph:
         spans: all beams, from start to end as in the file.
         bodies: all bodies, in the order of the file.
         edges: all edges between different bodies: beams in the order of the file, joints in that of their links.
-        misplaced: joints that are attached to a beam between its ends, and the beam's link.
-        warnings: warnings about the file, in full sentences.
+        misplaced: joints attached to a beam between its ends, each with the beam's link.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -85,9 +83,9 @@ class BodyGraph:
         self.beams_of = finder.beams_of
         self.base_links, self.platform_links = finder.base_links, finder.platform_links
         self.spans = finder.spans()
-        self.warnings = list(finder.warnings)
+
         self.misplaced: list[tuple[Connection, str]] = []
-        #: for every link its bodies, each with the end point of one of its beams
+        #: the bodies of every link, each with an end point of the link's beams
         self._at = {link: self._bodies_of(link) for link in self.description.links}
         self._join_links_in_spans()
         self.base, self.platform = (
@@ -116,7 +114,7 @@ class BodyGraph:
         return tuple(link for link in self.description.links if link in found)
 
     def weighs(self, link: str) -> bool:
-        """Whether a link is rigid and has mass."""
+        """Whether a link without beams has mass."""
         return self.is_rigid(link) and self.description.links[link].mass > 0
 
     def is_rigid(self, link: str) -> bool:
@@ -126,7 +124,7 @@ class BodyGraph:
     # ---- construction -----------------------------------------------------------------------------------------------
 
     def _bodies_of(self, link: str) -> list[tuple[Array | None, RigidBody]]:
-        """Return the bodies of a link before they are joined to others: one, or one for each end point of its beams."""
+        """Return the bodies of a link before they are joined to others: one for each end point of its beams, or a single one."""
         points: list[Array] = []
         for beam in self.beams_of.get(link, []):
             span = self.spans[beam.name]
@@ -147,13 +145,13 @@ class BodyGraph:
         return start, end
 
     def _join(self, bodies: list[RigidBody]) -> RigidBody:
-        """Join several bodies to one, and return it."""
+        """Join several bodies, and return the joined body."""
         for link, here in self._at.items():
             self._at[link] = [(point, bodies[0] if body in bodies else body) for point, body in here]
         return bodies[0]
 
     def _join_links_in_spans(self) -> None:
-        """Join the links inside the span of a telescopic beam to the end on their side, and the beam's link to its start."""
+        """Join the links inside a span to the beam's end on their side, and the beam's link to the start."""
         for span in self.spans.values():
             ends = self._ends(span)
             for path, body in zip((span.inward, span.outward), ends, strict=True):
@@ -181,7 +179,7 @@ class BodyGraph:
                     yield BodyEdge(ends, connection=connection)
 
     def _body_of(self, connection: Connection, link: str) -> RigidBody:
-        """Return the body of a link to which a joint is attached; for a joint between the ends of a beam, the nearest one."""
+        """Return the body of a link to which a joint is attached; for a joint between the ends of a beam, the nearest body."""
         centre = connection.centre_on(link)
         found = self._body_at(link, centre)
         if found is None:
@@ -202,7 +200,7 @@ def _are_one_point(first: Array, second: Array) -> bool:
     return float(np.linalg.norm(first - second)) < SAME_POINT
 
 
-#: Current, relative to the total, that counts as rounding, so that the edge is not on a path from base to platform.
+#: Current, relative to the total, up to which an edge is on no path from base to platform (rounding).
 _NO_CURRENT = 1e-9
 
 _Edges = dict[RigidBody, list[BodyEdge]]
@@ -227,10 +225,10 @@ class DirectedEdge:
 
 
 def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) -> list[DirectedEdge]:
-    """Return all edges of one component, depth first from the base (from the platform, if it does not touch the base).
+    """Return the edges of one component in depth-first order from the base, or from the platform if none is at the base.
 
-    Every edge comes after the edges on the tree's path to its inner body. ``edges`` are all that touch the component's bodies, or
-    one directly between base and platform.
+    Every edge comes after the edges on the tree's path to its inner body. ``edges`` are all edges at the component's bodies, or
+    one edge between base and platform.
     """
     at: _Edges = {}
     for edge in edges:
@@ -259,7 +257,7 @@ def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) 
         for edge in at[body]:
             other = edge.other(body)
             if edge not in inner:
-                inner[edge] = edge.ends[0] if other in seen else body  # if seen, it closes a ring of a dead end
+                inner[edge] = edge.ends[0] if other in seen else body  # an edge to a body seen closes a ring of a dead end
                 if _in_ring(edge, at, on_paths):
                     both_ways.add(edge)
             if other not in seen:

@@ -1,8 +1,8 @@
 """Joints of all types: their elasticity, their freedoms, and the compound joints and elements of limbs.
 
-The compliances of a joint are those at its centre, in its frame on the predecessor's side. Along a constrained direction of a
-joint, a missing or infinite stiffness means rigid. Along a freedom, a finite positive stiffness is a spring; with any other value
-the freedom is passive. Consecutive revolutes with a common point form one universal or spherical joint.
+A joint's compliances refer to its centre and its frame on the predecessor's side. Along a constrained direction of a joint, a
+missing or infinite stiffness means rigid. Along a freedom, a finite positive stiffness is a spring; with any other value the
+freedom is passive. Consecutive revolutes with a common point form one universal or spherical joint.
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ class ElasticJoint:
 
 @dataclass(frozen=True)
 class Drive:
-    """An elastic actuator, deformed by its own force plus the forces of joints that mimic it, times their multipliers.
+    """An elastic actuator. Its force is the sum of the forces along the joints that it moves, each times the joint's motion.
 
     Attributes:
-        joint: name of the joint.
-        compliance: compliance along its coordinate [m/N, rad/(N·m)].
-        moves: the joint and those that mimic it, with their motion per unit of its coordinate.
+        joint: name of its joint.
+        compliance: compliance along the joint's coordinate [m/N, rad/(N·m)].
+        moves: names of this joint and of joints that mimic it, each with its motion per unit of this joint's coordinate.
     """
 
     joint: str
@@ -56,7 +56,7 @@ class Drive:
 
 
 def springs_of(mechanism: Mechanism, joint: str) -> tuple[ElasticJoint, ...]:
-    """Return the elasticity of a joint or of its bearings; none for a rigid joint."""
+    """Return the elasticity of a joint in its bearings and springs; empty if there is none."""
     stiffness = mechanism.description.joint_stiffness.get(joint)
     if stiffness is None:
         return ()
@@ -74,16 +74,16 @@ def drives_of(mechanism: Mechanism) -> dict[str, Drive]:
 
 
 def drive_of(mechanism: Mechanism, name: str, compliance: float) -> Drive:
-    """Return the actuator of a joint with a compliance [m/N, rad/(N·m)]; infinite: it exerts no force."""
+    """Return the actuator of a joint with a compliance [m/N, rad/(N·m)]; infinite for an actuator without force."""
     followers = [(item.name, item.mimic) for item in mechanism.connections.values() if item.mimic is not None]
     moves = ((follower, mimic.multiplier) for follower, mimic in followers if mimic.joint == name)
     return Drive(name, compliance, ((name, 1.0), *moves))
 
 
 def is_sprung(stiffness: JointStiffness | None, rotates: bool, axis: Array | None) -> bool:
-    """Whether a freedom of a joint is elastic: a rotation if it ``rotates``, else a translation.
+    """Whether a rotational or translational freedom of a joint has a spring.
 
-    ``axis`` (3,) is the axis of the freedom in the joint frame on the predecessor's side, None if it moves in this frame.
+    ``axis`` (3,) is the axis of the freedom in the joint frame on the predecessor's side, None if the axis moves in this frame.
     """
     if stiffness is None:
         return False
@@ -111,7 +111,7 @@ class Freedom:
     """One freedom of a joint: a rotation about, or a translation along, an axis (3,) fixed in a body.
 
     ``centre`` is a point (3,) of ``centre_body`` on the axis; ``sign`` is −1 if the joint's successor is its inboard side.
-    ``passive``: neither driven nor sprung; ``stiffness`` [N/m, N·m/rad] is that of a spring, if given.
+    ``passive``: neither driven nor elastic; ``stiffness`` [N/m, N·m/rad]: of its spring, if any.
     """
 
     rotates: bool
@@ -152,7 +152,7 @@ def freedoms_of(mechanism: Mechanism, connection: Connection, sign: int = 1) -> 
     centre = moved if kind.slides is not Axes.NONE and not kind.is_on_axis else (here, frame[:3, 3])
 
     def freedom(rotates: bool, body: int, axis: Array, centre: tuple[int, Array], which: str = "") -> Freedom:
-        own = frame[:3, :3].T @ axis if body == here else None  # None: it moves in the predecessor's frame
+        own = frame[:3, :3].T @ axis if body == here else None  # None: the axis moves in the predecessor's frame
         passive = not connection.driven and not is_sprung(stiffness, rotates, own)
         return Freedom(rotates, body, axis, *centre, sign, connection.name + which, passive)
 
@@ -166,17 +166,18 @@ def freedoms_of(mechanism: Mechanism, connection: Connection, sign: int = 1) -> 
 
 @dataclass(frozen=True)
 class CompoundJoint:
-    """A joint of a limb; consecutive revolutes with a common point form one universal or spherical joint.
+    """A joint of a limb, or two or three consecutive revolutes with a common point.
 
     Attributes:
-        type: its type; for two or three revolutes with a common point ``universal`` or ``spherical``.
+        type: its type; for two or three revolutes ``universal`` or ``spherical``.
         label: its name in reports.
         joints: names of its joints.
         passive: whether at least one of its freedoms is passive (neither driven nor elastic).
         dofs: its freedoms, base to platform.
         edge: index of its last joint among the limb's edges.
-        has_centre: whether its centre is a point of the machine; otherwise it is an arbitrary point of the axis in the file.
-        shift: distance of its centre from the origin of its last joint, along this joint's axis [m].
+        has_centre: whether its centre is a geometric feature of the robot, not an arbitrary point of its axis; see
+            :func:`has_centre`.
+        shift: distance of its centre from the origin of its last joint, along the axis of this joint [m].
     """
 
     type: JointType
@@ -190,11 +191,11 @@ class CompoundJoint:
 
     @property
     def has_point(self) -> bool:
-        """Whether a force through its centre is a feature of the limb: a beam ends there, or axes pass through it."""
+        """Whether forces through its centre are candidates for the wrench basis: its centre is a feature, or on an axis."""
         return self.has_centre or any(dof.rotates for dof in self.dofs)
 
     def has_axis(self, rotates: bool) -> bool:
-        """Whether the axes of its rotations or translations are lines of the machine, not arbitrary axes of the file."""
+        """Whether the axes of its rotations or translations are features of the robot, not arbitrary axes of the file."""
         return (self.type.turns if rotates else self.type.slides) in (Axes.AXIS, Axes.BOTH)
 
 
@@ -215,7 +216,7 @@ def compound_joints(
 ) -> tuple[CompoundJoint, ...]:
     """Return the compound joints of a limb, inboard ones first, without fixed joints.
 
-    ``together``: names of the joints of each compound joint, if these are known from another pose; None: they are found here.
+    ``together``: names of the joints of each compound joint, if known from another pose; None: found by their geometry.
     """
     steps: list[tuple[int, Edge, Connection]] = []
     compounds: list[CompoundJoint] = []
@@ -271,7 +272,7 @@ class Element:
 
     @property
     def signature(self) -> tuple[object, ...]:
-        """Key of the element, the same for equal elements of limbs built alike."""
+        """Key that is equal for corresponding elements of limbs of equal structure."""
         return self.parent, self.cut_joints, self.compound, self.is_beam, self.turned and self.is_beam
 
 
@@ -296,14 +297,17 @@ def limb_elements(limb: Limb, compounds: Sequence[CompoundJoint]) -> tuple[Eleme
 
 
 def sides(edge: Edge, connection: Connection) -> tuple[tuple[int, Array], tuple[int, Array]]:
-    """Return body and joint frame on the inboard and outboard side."""
+    """Return body and joint frame (4, 4) on the inboard and on the outboard side of a joint."""
     first, second = connection.predecessor_body, connection.successor_body
     sides = (first, connection.predecessor_frame), (second, connection.successor_frame)
     return sides if edge.sign > 0 else (sides[1], sides[0])
 
 
 def _common_centre(run: Sequence[tuple[Edge, Connection]]) -> tuple[float, float] | None:
-    """Return the positions on the first and last axis [m, from the origins] of the common point of 2 or 3 revolutes, or None."""
+    """Return the position of the common point of 2 or 3 revolutes on the first and on the last axis [m from the origin].
+
+    None without a common point.
+    """
     if len(run) < 2:
         return None
     meetings = []

@@ -1,9 +1,9 @@
 """Limbs and attached bodies as data: the graph of rigid bodies, cut at base and platform.
 
-With base and platform removed, every connected component of the graph that touches both is a limb; one that touches only one of
-them is an attached body (method page, section 2). A spanning tree, rooted at the base, reaches every body of a limb; the other
-edges, chords of the graph, are the *cut joints* of the limb. The wrenches of the cut joints determine those of all other edges by
-equilibrium; a serial limb has one cut joint, its joint to the platform.
+Base and platform divide the graph into components. A component joined to both of them is a limb; a component joined to one of
+them is an attached body (method page, section 2). A spanning tree, rooted at the base, reaches every body of a limb. The edges
+outside the tree are the *cut joints* of the limb. By equilibrium, their wrenches determine those of all other edges. A serial
+limb has one cut joint, its joint to the platform.
 """
 
 from __future__ import annotations
@@ -23,16 +23,15 @@ class Edge:
         joint: name of the joint or loop, or None for a beam.
         beam: name of the beam, or None for a joint.
         sign: +1 if the joint's predecessor is its inboard side, else −1.
-        outboard: names of the weights outboard of it (for a beam, of its outer end). The name is that of the link or, for
-            distributed weights, ``beam:`` and the beam. Massless links and ``start:`` and ``end:`` of beams are included, because
-            loads may act there.
-        excluded: names of weights that lie outboard in the tree but are not carried: links inside a telescopic beam that move
+        outboard: names of the weights outboard of the edge (for a beam, of its outer end): a link, or ``beam:`` and a beam. Also
+            names of other places at which loads may act: massless links, and ``start:`` or ``end:`` and a beam.
+        excluded: names of weights outboard in the tree that this edge does not carry: links inside a telescopic beam that move
             with its outer end although they are attached on the inboard side of this joint.
         parent: ``key`` of the edge on its inboard side, None for the base (for bodies attached to the platform: the platform).
         cut_joints: ``{number: sign}`` of cut joints: the wrench of its outboard side on its inboard side is the signed sum of
             their wrenches and of the weights outboard.
-        both_ways: whether paths from base to platform pass it in both directions, so that it has the direction of the file: from
-            predecessor to successor.
+        both_ways: whether paths from base to platform pass it in both directions; its wrench and deformation are then reported
+            from predecessor to successor, as in the file.
     """
 
     joint: str | None
@@ -78,15 +77,15 @@ class Limb(ShortRepr):
     Attributes:
         name: ``limb_1``, …
         links: its links, in the order of the file.
-        edges: joints and beams with cut-joint wrenches, inboard ones first. Joints inside a telescopic beam are next to it.
+        edges: joints and beams that carry cut-joint wrenches, inboard ones first; joints inside a telescopic beam are next to it.
         branches: joints and beams of open branches on the limb.
         weights: names of its weights.
         places: names of the places at which loads may act: its rigid links, and ``start:`` and ``end:`` of beams.
         ends: for each edge, whether it is a cut joint, or its outboard body has a weight or a number of edges other than two.
         to_platform: for each cut joint, whether it ends at the platform.
         on_platform: whether it is attached to the platform alone, which is then the root of its spanning tree.
-        parts: its parts in series from base to platform, divided at bodies that all paths pass (a frame under the robot, a serial
-            wrist); otherwise one.
+        parts: its parts in series from base to platform, divided at bodies that all its paths pass. Consecutive joints and beams
+            in series form one part.
     """
 
     name: str
@@ -129,9 +128,10 @@ class AttachedBodies:
 class Topology(ShortRepr):
     """The robot's limbs, beams and attached bodies.
 
-    ``hanging``: attached closed chains, as limbs that do not reach the platform. ``carried_by``: for every place for loads on a
-    limb or open branch, the ``key`` of the edge with this place on its outer side. ``beam_ends``: the places at the ends of every
-    beam of ``beams``. ``without_support``: for places attached to a beam between its ends, the joint; no load can act there.
+    ``hanging``: closed chains attached to base or platform alone, as limbs. ``carried_by``: for every place for loads on a limb
+    or open branch, the ``key`` of the edge with this place on its outer side. ``beam_ends``: the places at the ends of every beam
+    of ``beams``. ``without_support``: places at which no load can act, since a joint attaches them to a beam between its ends,
+    each with this joint.
     """
 
     NOT_RECORDED: ClassVar = ("warnings",)

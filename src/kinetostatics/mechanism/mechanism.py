@@ -1,6 +1,6 @@
-"""A robot as joints between bodies: the Pinocchio model, and all joints and loops with their frames on both sides.
+"""A robot as bodies and the joints between them: the Pinocchio model, and all joints and loops with their frames on both sides.
 
-A *connection* is a joint of the tree or a loop; other modules do not distinguish them.
+A *connection* is a joint of the tree or a loop; most other modules do not distinguish between these.
 """
 
 from __future__ import annotations
@@ -38,16 +38,16 @@ class Connection:
 
     Attributes:
         name, type: its name and type.
-        predecessor, successor: the links; of a tree joint the parent and the child.
-        predecessor_body, successor_body: the bodies with which they move.
+        predecessor, successor: its links; parent and child of a tree joint.
+        predecessor_body, successor_body: the bodies of these links.
         predecessor_frame, successor_frame: the joint's frame (4, 4) on either side, in the body.
         axis, axis2: (3,) unit vectors, in the joint frames of predecessor and successor.
         lower, upper: limits of a one-freedom joint [m, rad].
         cone: limit of a universal or spherical loop.
-        driven: whether it is locked in the statics; joints that mimic a driven one are locked with it.
+        driven: whether it is locked in the statics: it is driven itself, or mimics another joint.
         is_loop: whether it closes a loop of the file's tree.
         place: file and line.
-        mimic: the driven joint that it mimics, if any; only driven joints without it have an actuator force.
+        mimic: how it mimics a driven joint, if it does; it has no actuator force then.
     """
 
     name: str
@@ -90,12 +90,12 @@ class SphericalRun:
     Treating them as one joint avoids the singularity of three revolutes.
 
     Attributes:
-        joints: names of the three, from parent to child.
-        bodies: their bodies.
-        parent: the body that carries the first.
-        centre: the common point (3,) in the parent body.
-        axes: (3, 3) columns: the three axes, in the parent body, with all three at zero.
-        orientation: (3, 3) orientation of the last body, whose origin is the centre, with all three at zero.
+        joints: names of the three joints, from parent to child.
+        bodies: the child bodies of these joints.
+        parent: the parent body of the first joint.
+        centre: the common point (3,) of the axes in the parent body; it is the origin of the last body.
+        axes: (3, 3) the three axes as columns, in the parent body, with all three joints at zero.
+        orientation: (3, 3) orientation of the last body in the parent body, with all three joints at zero.
     """
 
     joints: tuple[str, str, str]
@@ -156,11 +156,11 @@ class Mechanism:
         description: the validated description of the robot.
         model: Pinocchio's model of the tree, with the inertias of the URDF elements.
         connections: all joints and loops by name, fixed ones too, in the order of the file, loops last.
-        body_of: body of every link, and its placement (4, 4) in this body.
+        body_of: body of every link, and the link's placement (4, 4) in this body.
         tree: the tree in Pinocchio's coordinates.
         platform_frame: body and placement (4, 4) of the frame o-xyz.
-        base_frame: body and placement of the base link if it moves relative to the root of the tree, else None. World axes are
-            those of the base link in this case, else those of the root link.
+        base_frame: body and placement of the base link, None if this is fixed to the root of the tree. The world frame is that of
+            the base link, or that of the root link if None.
     """
 
     NOT_RECORDED = ("model", "at_link", "link_inertias")
@@ -242,21 +242,22 @@ class Mechanism:
 
     @cached_property
     def spherical_runs(self) -> tuple[SphericalRun, ...]:
-        """All triples of consecutive revolutes in the tree with perpendicular axes that form spherical joints."""
+        """All triples of consecutive revolutes of the tree, each perpendicular to the next, that form spherical joints."""
         beam_links = {beam.link for beam in self.description.beams.values()}
         runs: list[SphericalRun] = []
         taken: set[str] = set()
 
+        def turns_freely(connection: Connection) -> bool:
+            return connection.type.is_hinge and not connection.driven and not connection.is_loop
+
         def following(connection: Connection) -> Connection | None:
             link = connection.successor
             others = [item for item in self.at_link[link] if item is not connection]
-            bare = self.description.links[link].mass == 0 and link not in beam_links
-            if bare and len(others) == 1 and not others[0].is_loop and _turns_freely(others[0]):
-                return others[0]
-            return None
+            is_massless = self.description.links[link].mass == 0 and link not in beam_links
+            return others[0] if is_massless and len(others) == 1 and turns_freely(others[0]) else None
 
         for first in self.connections.values():
-            if first.is_loop or not _turns_freely(first) or first.name in taken:
+            if not turns_freely(first) or first.name in taken:
                 continue
             second = following(first)
             third = following(second) if second else None
@@ -288,7 +289,3 @@ class Mechanism:
             return None
         names, parent = (three[0].name, three[1].name, three[2].name), int(self.model.parents[bodies[0]])
         return SphericalRun(names, (bodies[0], bodies[1], bodies[2]), parent, centre, np.column_stack(axes), frame[:3, :3])
-
-
-def _turns_freely(connection: Connection) -> bool:
-    return connection.type.is_hinge and not connection.driven

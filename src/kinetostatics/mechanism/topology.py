@@ -1,4 +1,4 @@
-"""Topological analysis: limbs, attached bodies and open branches of a mechanism."""
+"""Limbs, attached bodies and open branches of a mechanism, found in its graph of rigid bodies."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class _TopologyBuilder:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism, self.graph = mechanism, BodyGraph(mechanism)
         self.spans = dict(self.graph.spans)
-        self.warnings = list(self.graph.warnings)
+        self.warnings: list[str] = []
         self.carried_by: dict[str, str] = {}
         self.beam_ends = {name: (place_of_end(name, 0), place_of_end(name, 1)) for name in self.spans}
 
@@ -70,8 +70,17 @@ class _TopologyBuilder:
         on_limbs = {place for limb in numbered for place in limb.places}
         on_base, on_platform = (self._attached(root, attached[root], on_limbs) for root in (base, platform))
         unsupported = self._check_misplaced((*numbered, *hanging), (*on_base.edges, *on_platform.edges))
-        known = self.spans, self.carried_by, tuple(self.warnings), self.beam_ends
-        return Topology(numbered, tuple(hanging), on_base, on_platform, *known, unsupported)
+        return Topology(
+            limbs=numbered,
+            hanging=tuple(hanging),
+            base=on_base,
+            platform=on_platform,
+            beams=self.spans,
+            carried_by=self.carried_by,
+            warnings=tuple(self.warnings),
+            beam_ends=self.beam_ends,
+            without_support=unsupported,
+        )
 
     def _moved_together(
         self, limbs: list[tuple[list[RigidBody], list[BodyEdge]]]
@@ -136,7 +145,7 @@ class _TopologyBuilder:
         )
 
     def _ends_in_span(self, step: DirectedEdge) -> tuple[list[str], list[str]]:
-        """Return the places at the inner and outer end of a beam that joints in its span separate from base or platform."""
+        """Return the places at the inner and outer end of a beam whose span has joints between this end and base or platform."""
         if step.edge.beam is None:
             return [], []
         roots, name = (self.graph.base, self.graph.platform), step.edge.beam.beam.name
@@ -147,7 +156,7 @@ class _TopologyBuilder:
         return inner, outer
 
     def _carry_ends(self, step: DirectedEdge, chain: list[Edge]) -> None:
-        """Assign the places at the ends of a beam with joints in its span to the beam, not to the links beyond these joints."""
+        """Let the beam, not the joints within its span, carry the places at its ends."""
         if step.edge.beam is None:
             return
         name = step.edge.beam.beam.name
@@ -158,7 +167,7 @@ class _TopologyBuilder:
             self.carried_by[end] = chain[number].key
 
     def _parts(self, steps: list[DirectedEdge], keys: dict[BodyEdge, tuple[str, ...]]) -> tuple[LimbSegment, ...]:
-        """Divide a limb at the bodies that all paths from base to platform pass; serial parts are not divided further."""
+        """Divide a limb at the bodies that all paths from base to platform pass; join consecutive serial parts."""
         graph = self.graph
         groups: list[tuple[list[DirectedEdge], RigidBody, RigidBody]] = []
         for inner, outer, mine in blocks(steps, lambda step: (step.inner, step.outer), graph.base, graph.platform):
@@ -178,9 +187,9 @@ class _TopologyBuilder:
 
     @staticmethod
     def _chain_length(steps: list[DirectedEdge]) -> int:
-        """Return the number of bodies at the outer ends of edges, 0 if two edges begin at one body.
+        """Return the number of bodies at the outer ends of edges, or 0 if two edges begin at one body.
 
-        For a single chain, and only for it, it is the number of edges.
+        The number equals that of the edges if, and only if, these are a single chain.
         """
         return len({step.outer for step in steps}) if len({step.inner for step in steps}) == len(steps) else 0
 
@@ -207,7 +216,7 @@ class _TopologyBuilder:
     def _directed(
         self, step: DirectedEdge, outboard: list[str], parent: str | None, cut_joints: tuple[tuple[int, int], ...]
     ) -> list[Edge]:
-        """Return an edge and the joints inside a telescopic beam, directed outwards."""
+        """Return a joint, or a beam and the joints within its span, directed outwards."""
         edge = step.edge
         forward = edge.ends[0] is step.inner
         if edge.connection is not None:
@@ -229,8 +238,8 @@ class _TopologyBuilder:
         links = [span.start_link]
         for item in joints:
             links.append(item.other(links[-1]))
-        # Links inside the span move with the end on their side, but a joint in between carries those outboard of it.
-        # The same holds for loads on the beam's own link at its ends.
+        # Links within the span move with the beam's end on their side; a joint carries those links that are outboard of it.
+        # The same applies to loads at the ends of the beam.
         start, end = self.beam_ends[name]
         near = [link for link in links[1:before_carrier] if self.graph.is_rigid(link)]
         far = [link for link in links[before_carrier + 1 : -1] if self.graph.is_rigid(link)]
@@ -281,11 +290,11 @@ class _TopologyBuilder:
                 )
 
     def _is_weight(self, name: str) -> bool:
-        """Whether any body named in ``outboard`` has mass."""
+        """Whether a place is a beam, or a rigid link with mass."""
         return name.startswith("beam:") or (name in self.graph.description.links and self.graph.weighs(name))
 
     def _attached(self, root: RigidBody, components: list[tuple[list[RigidBody], Limb]], on_limbs: set[str]) -> AttachedBodies:
-        """Return the bodies attached to base or platform; places that belong to limbs, ``on_limbs``, are left out."""
+        """Return the bodies attached to base or platform, without the places ``on_limbs``."""
         bodies = [root, *(body for component, _ in components for body in component)]
         weights = [*root.weights, *(name for _, limb in components for name in limb.weights)]
         edges = [edge for _, limb in components if not limb.to_platform for edge in limb.branches]
@@ -309,8 +318,8 @@ def _path_to_root(body: RigidBody, reached_by: dict[RigidBody, DirectedEdge]) ->
 def _cut_joints_carried(steps: list[DirectedEdge], reached_by: dict[RigidBody, DirectedEdge]) -> dict[BodyEdge, dict[int, int]]:
     """Return for each edge the signs of the cut-joint wrenches in the wrench of its outboard side on its inboard side.
 
-    The wrench of a cut joint is that of its outer side on its inner side: its sign is positive in the edges of the path to its
-    inner end, and negative in those of the path to its outer end.
+    The wrench of a cut joint acts from its outer on its inner side: its sign is positive in the edges of the path to its inner
+    end, and negative in those of the path to its outer end.
     """
     carries: dict[BodyEdge, dict[int, int]] = {step.edge: {} for step in steps}
     for number, cut_joint in enumerate(step for step in steps if not step.in_tree):
@@ -327,7 +336,7 @@ def _cut_joints_carried(steps: list[DirectedEdge], reached_by: dict[RigidBody, D
 def _edges_towards_cut_joints(
     steps: list[DirectedEdge], reached_by: dict[RigidBody, DirectedEdge], carries: dict[BodyEdge, dict[int, int]]
 ) -> set[BodyEdge]:
-    """Return the edges with a cut-joint wrench, or with such an edge further outboard."""
+    """Return the edges that carry a cut-joint wrench, and the edges inboard of them."""
     found: set[BodyEdge] = set()
     for step in steps:
         if carries[step.edge]:

@@ -1,8 +1,7 @@
 """Forward kinematics of a spanning tree for a whole batch of poses, batch axis last.
 
-Pinocchio's wheel has no batched forward kinematics, only one Python call per pose. :class:`Tree` takes the joint placements and
-the layout of ``q`` from the Pinocchio model, so that ``q`` has the same meaning in both, and computes thousands of poses at once.
-Bodies are numbered as Pinocchio numbers joints; body 0 is the root link.
+Pinocchio for Python computes one pose per call. :class:`Tree` computes thousands of poses at once, with the joint placements and
+the coordinates ``q`` of the Pinocchio model. Bodies are numbered as joints in Pinocchio; body 0 is the root link.
 """
 
 from __future__ import annotations
@@ -23,11 +22,11 @@ from kinetostatics.math.screws import unit_twist
 
 @dataclass(frozen=True)
 class TreeJoint:
-    """One moving joint: its type, the numbers of the bodies it joins, its placement and axis in the parent body.
+    """One moving joint between the bodies ``parent`` and ``body``; ``placement`` (4, 4): its frame in the parent, ``axis`` in it.
 
     ``first_q``, ``first_v``: indices of its first coordinate in q and of its first velocity in v. Coordinates are Pinocchio's:
-    (cos, sin) of a continuous joint, (x, y, cos, sin) about its axis z of a planar one, (x, y, z, quaternion) of a floating one;
-    of a spherical one a quaternion (x, y, z, w).
+    (cos, sin) of a continuous joint, (x, y, cos, sin) of a planar joint with the axis z, a quaternion (x, y, z, w) of a spherical
+    joint, (x, y, z, quaternion) of a floating joint.
     """
 
     type: JointType
@@ -76,7 +75,7 @@ class Frames(ShortRepr):
 
     def directions(self, bodies: Index, local: Array) -> Array:
         """Return world components (3, M, N) of vectors ``local`` (3, M) fixed in ``bodies`` (M,)."""
-        filled = is_filled(local) if local.dtype == object else local  # computed values may be 0 at the recorded example only
+        filled = is_filled(local) if local.dtype == object else local  # recorded values may be 0 at the example pose only
         used = [j for j, row in enumerate(filled.tolist()) if any(row)] or [0]  # faster than NumPy for few numbers
         result = self.rotation[:, used[0], bodies] * local[used[0]][:, None]
         for j in used[1:]:
@@ -123,7 +122,7 @@ class Frames(ShortRepr):
 
 
 class _Group:
-    """Joints of one kind at one depth of the tree, moved together."""
+    """Joints of one type at one depth of the tree, computed together."""
 
     def __init__(self, joints: Sequence[TreeJoint]) -> None:
         self.type = joints[0].type
@@ -185,7 +184,7 @@ class _Group:
             found[self.q[first:]] = np.stack([-turn[1], turn[0]]) * by if self.type.endless else by
 
     def _shift(self, turn: Array, shift: Array) -> Array:
-        """Transform a displacement from the axes of the rotated body to those of the joint's placement."""
+        """Return a displacement in the axes of the joint's placement; it is given in those of the rotated body."""
         if self.type.slides is Axes.ACROSS:
             shift = np.stack([turn[0] * shift[0] - turn[1] * shift[1], turn[1] * shift[0] + turn[0] * shift[1]])
         elif self.type.slides is Axes.ALL:

@@ -1,6 +1,6 @@
-"""Weights of a robot: of links at their centres of mass, of beams with a density along their length.
+"""Weights of a robot: masses of rigid links and of beams, their centres, and their wrenches under gravity.
 
-Masses and centres are those of the inertias in Pinocchio's model. Pinocchio computes single poses, NumPy batches.
+Rigid links have the inertias of Pinocchio's model. Pinocchio computes the wrenches of single poses, NumPy those of batches.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ class Weights:
     """The robot's weights.
 
     Attributes:
-        names: name of the rigid link, or ``beam:`` and the beam; weights of the limbs first, then of base and platform.
-        owner: for each weight its limb, or ``base`` or ``platform``.
-        inertias: ``pin.Inertia`` of every rigid link that has a weight, in the frame of its body.
+        names: name of each rigid link, or ``beam:`` and the beam; weights of the limbs first, then of base and platform.
+        owner: limb of each weight, or ``base`` or ``platform``.
+        inertias: ``pin.Inertia`` of every rigid link with weight, in the frame of its body.
     """
 
     NOT_RECORDED = ("inertias", "_known")
@@ -105,7 +105,7 @@ class Weights:
         return np.array(wrenches).reshape(-1, 6).T[..., None]
 
     def _bodies_at(self, frames: Frames) -> list[tuple[int, pin.Inertia]]:
-        """Return body and ``pin.Inertia`` of every weight at one pose; constant ones are computed once."""
+        """Return body and ``pin.Inertia`` of every weight at one pose; those that do not depend on the pose are stored."""
         if self._known is None:
             fixed = {number: beam.rod(frames) for number, beam in self._beam_of.items() if not beam.telescopic}
             rigid = zip(self._body.tolist(), self.inertias.values(), strict=True)
@@ -113,7 +113,7 @@ class Weights:
         return [self._known[k] if k in self._known else self._beam_of[k].rod(frames) for k in range(len(self.names))]
 
     def on_model(self, model: pin.Model, frames: Frames) -> pin.Model:
-        """Return a copy of Pinocchio's model of the tree with the masses of the robot at one pose.
+        """Return a copy of Pinocchio's ``model`` of the tree with the inertias of the robot at one pose.
 
         Raises:
             StaticsError: a telescopic beam has no length.
@@ -123,13 +123,13 @@ class Weights:
         return weighed(model, self._bodies_at(frames))
 
     def sum(self, names: Iterable[str], wrenches: Array) -> Array:
-        """Return the sum (6, N) of the wrenches (6, W, N) with given names; names of other places are ignored."""
+        """Return the sum (6, N) of the wrenches (6, W, N) with given names; names without weight are ignored."""
         which = [self._number[name] for name in names if name in self._number]
         total: Array = wrenches[:, which].sum(axis=1)
         return total
 
     def outboard_of(self, edge: Edge) -> Array:
-        """Return (W,) 1 for each weight outboard of an edge, else 0."""
+        """Return (W,) 1 for each weight that an edge carries, else 0."""
         return np.array([carries(edge, name) for name in self.names], dtype=float)
 
     def of(self, owner: str) -> NDArray[np.bool_]:
@@ -138,10 +138,10 @@ class Weights:
 
 
 def link_inertias(model: pin.Model) -> dict[str, pin.Inertia]:
-    """Return every link's own ``pin.Inertia``, in the frame of the body (Pinocchio's joint) with which it moves.
+    """Return every link's own ``pin.Inertia``, in the frame of its body (Pinocchio's joint).
 
-    Pinocchio sums the inertias of links welded by fixed joints. The part of each such link is stored in the frame of its fixed
-    joint; the remainder is that of the link at the moving joint.
+    Pinocchio adds the inertias of links joined by fixed joints. The share of a link at a fixed joint is stored with this joint's
+    frame; the remainder is that of the link at the moving joint.
 
     Args:
         model: ``pin.Model`` built from a URDF.
@@ -167,7 +167,7 @@ def link_inertias(model: pin.Model) -> dict[str, pin.Inertia]:
 
 
 def weighed(model: pin.Model, bodies: Iterable[tuple[int, pin.Inertia]]) -> pin.Model:
-    """Return a copy of a ``pin.Model`` whose inertias are replaced by sums of given pairs of a body and a ``pin.Inertia``."""
+    """Return a copy of a ``pin.Model`` with other inertias: for each body the sum of those given as (body, ``pin.Inertia``)."""
     import pinocchio as pin
 
     copy = model.copy()
