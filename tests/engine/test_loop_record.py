@@ -7,7 +7,7 @@ import package_robots
 import pytest
 from tapes import evaluate, prescribed_of
 
-from kinetostatics.engine.loop_record import newton_record, place_record, start_record, structure_of
+from kinetostatics.engine.loop_record import newton_record, place_record, start_record
 from kinetostatics.engine.recorder import Structure
 from kinetostatics.kinematics.solver import SHRINKING, SolverState
 
@@ -40,7 +40,7 @@ def test_all_robots_loops_are_recorded_as_numpy_computes_them(name, convention):
     prescribed = prescribed_of(robot, convention)
     state, target = beside(robot, prescribed, robot.generic_poses)
     N, example = target.shape[1], state.take(np.array([0]))
-    parameters = structure_of(robot.solver, prescribed).values
+    parameters = Structure((robot.solver, prescribed)).values
     _, gradient = robot.solver.system(prescribed, state, target)
     condition = np.max(np.linalg.cond(np.moveaxis(gradient, 2, 0))) if gradient.size else 1.0
 
@@ -76,7 +76,7 @@ def test_placements_are_parameters_of_the_loops():
     prescribed = prescribed_of(one, "XYZ")
     state, _ = beside(other, prescribed, other.generic_poses)
     record = place_record(one.solver, prescribed, one.generic_poses.take(np.array([0])))
-    first, second = (structure_of(robot.solver, prescribed) for robot in (one, other))
+    first, second = (Structure((robot.solver, prescribed)) for robot in (one, other))
     assert first.key == second.key and first.values.shape == second.values.shape
     assert first.key != Structure(one.statics).key
     residual = record.numbers[one.solver.tree.nq :][: one.equations.closures]
@@ -91,5 +91,5 @@ def test_code_on_disk_is_found_whatever_was_asked_of_the_coordinates_before():
     """Their hash is remembered, and another one in each process."""
     robot = package_robots.robot("3rps")
     prescribed = prescribed_of(robot, "XYZ")
-    plain = structure_of(robot.solver, replace(prescribed)).key
-    assert hash(prescribed) and structure_of(robot.solver, prescribed).key == plain
+    plain = Structure((robot.solver, replace(prescribed))).key
+    assert hash(prescribed) and Structure((robot.solver, prescribed)).key == plain

@@ -1,7 +1,8 @@
-"""Sine, cosine and arctangent of two arguments as vector instructions of LLVM, without calls.
+"""Sine, cosine and arctangent of two arguments as vector instructions of LLVM, without calls of functions.
 
-Sines and cosines are Taylor polynomials of the remainder after the nearest multiple of π/2, subtracted in three parts. Angles are
-polynomials of the tangent, reduced to at most tan π/8 by a rotation by π/4; their Chebyshev coefficients are powers of tan π/16.
+Sines and cosines are Taylor polynomials of the angle minus the nearest multiple of π/2, which is subtracted in three parts.
+Arctangents are polynomials of the tangent, which a rotation by π/4 reduces to at most tan π/8; their Chebyshev coefficients are
+proportional to powers of tan π/16.
 """
 
 from __future__ import annotations
@@ -13,29 +14,29 @@ from decimal import Decimal, localcontext
 from functools import cache
 from itertools import count
 
-#: Constant whose addition rounds a number to an integer, which then stands in the last bits of the mantissa.
+#: Constant that is added to round a number to an integer; the integer is then in the last bits of the mantissa.
 _ROUNDER = 1.5 * 2.0**52
-#: Mantissa bits of the first two parts of π/2: products of such a part with the number of quarter turns are exact.
+#: Mantissa bits of the first two parts of π/2. The product of such a part and a number of quarter turns is exact.
 _BITS = 33
 _PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494")
 _SINE = [(-1) ** k / math.factorial(2 * k + 1) for k in range(1, 9)]
 _COSINE = [(-1) ** k / math.factorial(2 * k) for k in range(2, 9)]
-#: Number of Chebyshev coefficients of the angle.
+#: Number of Chebyshev coefficients of the arctangent.
 _TERMS = 11
 
 
 def kind_of(kind: str, lanes: int) -> str:
-    """Return the type of a vector of ``lanes`` values of a kind; with 0 lanes, that of a single value."""
+    """Return the type of a vector of ``lanes`` values of a kind; with 0 lanes, the type of a single value."""
     return f"<{lanes} x {kind}>" if lanes else kind
 
 
 def suffix(lanes: int) -> str:
-    """Return the suffix of the type in names of intrinsics."""
+    """Return the suffix for the type of the operands in the name of an intrinsic function."""
     return f"v{lanes}f64" if lanes else "f64"
 
 
 def constant(value: float | bool, lanes: int) -> str:
-    """Return a truth value, an integer or a floating-point number as a constant in all lanes."""
+    """Return a truth value, an integer or a floating-point number as a constant, equal in all lanes."""
     if isinstance(value, bool):
         kind, digits = "i1", "true" if value else "false"
     elif isinstance(value, int):
@@ -46,10 +47,10 @@ def constant(value: float | bool, lanes: int) -> str:
 
 
 class Instructions:
-    """Sequence of LLVM instructions under construction; intermediate results are called NAME_0, NAME_1, …, the last one NAME.
+    """Sequence of LLVM instructions for one operation.
 
     Args:
-        result: name of the last result.
+        result: name of the final result; intermediate results are called ``result_0``, ``result_1``, ….
         lanes: poses per instruction; 0: the instructions do not depend on the pose.
     """
 
@@ -128,7 +129,7 @@ def angle_of_point(lines: Instructions, y: str, x: str) -> None:
     z = lines.of("fmul", t, t)
     angle = lines.call("fmuladd", lines.of("fmul", lines.polynomial(z, _angle_coefficients()), z), t, t)
     behind = lines.add(f"fcmp olt {lines.real} {lines.call('copysign', 1.0, x)}, {lines.text(0.0)}")
-    eighths: str = lines.choose(wide, 1.0, 0.0)  # of a full turn, to which the angle is added or from which it is taken
+    eighths: str = lines.choose(wide, 1.0, 0.0)  # of a full turn: a further part of the angle
     for where, of in ((steep, 2.0), (behind, 4.0)):
         eighths = lines.choose(where, lines.of("fsub", of, eighths), eighths)
         angle = lines.choose(where, lines.of("fneg", angle), angle)

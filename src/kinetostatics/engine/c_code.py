@@ -1,7 +1,7 @@
 """C code of a record: functions of bounded size that pass intermediate values in a small work array.
 
-A value used in one function only is a local constant; others have an entry of the work array, which is reused after their last
-use. This bounds the time of compilation and the stack.
+A value used in one function only is a local constant. Another value has an entry of the work array, which is free again after the
+value's last use. This bounds the time of compilation and the size of the stack.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from kinetostatics.engine.scalars import Tape, needed_by, operands
 from kinetostatics.math.arrays import Array
 
-#: Largest number of operations in a function. Fewer functions need less memory and time: the hexapod's 14,000 operations take 7 %
-#: more time in 36 functions than in two, and a fifth more flash of a controller.
+#: Largest number of operations in a function. Fewer functions need less memory and time: the 14,000 operations of the hexapod
+#: take 7 % more time in 36 functions than in two, and a fifth more flash memory of a controller.
 _PIECE = 8000
 
 _INFIX = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/", "and": "&&", "or": "||"}
@@ -30,7 +30,7 @@ class CProgram:
     Attributes:
         text: static functions; the last one, ``name``, calls the others.
         work: length of the work array.
-        counts: number of operations of each kind, by the names of a :class:`Tape`.
+        counts: number of operations of each kind, by name in a :class:`Tape`.
     """
 
     text: str

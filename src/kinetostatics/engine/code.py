@@ -1,6 +1,6 @@
 """Compiled functions of arrays, stored on disk with a table of their inputs and outputs.
 
-A structure is compiled once per computer. The files are safe for concurrent processes.
+The code of a structure is compiled once per computer. Concurrent processes can use the same files.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from kinetostatics.engine import llvm
 from kinetostatics.layout.report import Json
 from kinetostatics.math.arrays import Array, Mask, chunks, in_threads
 
-#: Folders and the module whose functions are recorded, or generate code: their text is part of the key of stored code.
+#: Folders and a module with functions that are recorded or generate code: their text is part of the key of stored code.
 _SOURCES = ("quantities.py", "buckling", "description", "engine", "kinematics", "limbs", "math", "mechanism", "statics")
 #: Poses computed at a time; their results fit into the processor's cache before they are copied to the result arrays.
 BLOCK = 256
@@ -37,8 +37,8 @@ class Code:
     """A compiled function of many poses; see :func:`kinetostatics.engine.llvm.module_of`.
 
     Attributes:
-        table: the table packed with it.
-        lanes: smallest number of poses computed at a time.
+        table: the table stored with the code.
+        lanes: poses per instruction.
     """
 
     def __init__(self, kept: bytes) -> None:
@@ -52,13 +52,13 @@ class Code:
         self._bound: dict[int, tuple[list[Array], Bound, Array, Mask]] = {}  # by stage
 
     def __call__(self, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask, stage: int = LAST) -> None:
-        """Compute outputs of n ≥ 8 poses; in all arrays the poses are contiguous.
+        """Compute outputs of n ≥ ``lanes`` poses; in all arrays the poses are contiguous.
 
         Args:
             inputs: arrays (k, n).
             parameters: (P,) numbers of the robot.
             numbers, truths: result arrays (R, n) and (T, n); ``numbers`` may share the memory of the first input.
-            stage: outputs that are computed: those of this stage and the stages before it.
+            stage: last stage whose outputs are computed.
         """
         n = numbers.shape[1]
         if n <= 2 * BLOCK or inputs[0].ctypes.data == numbers.ctypes.data:
@@ -74,7 +74,7 @@ class Code:
     def results(
         self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int, stage: int = LAST
     ) -> tuple[Array, Mask]:
-        """Return the given quantity of numbers (R, N) and truth values (T, N) at N poses; see :meth:`__call__`."""
+        """Return the results at N poses, R ``numbers`` (R, N) and T ``truths`` (T, N); see :meth:`__call__`."""
         N = inputs[-1].shape[1]
         if N == 1:
             return self._alone(inputs, parameters, numbers, truths, stage)
@@ -89,9 +89,7 @@ class Code:
         return found[:, :N], flags[:, :N]
 
     def _alone(self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int, stage: int) -> tuple[Array, Mask]:
-        """Return the numbers (R, 1) and the truth values (T, 1) of one pose; the arrays of a stage are allocated in its first
-        call.
-        """
+        """Return the results at one pose, (R, 1) and (T, 1); the arrays of a stage are allocated once."""
         with self._calling:
             if stage not in self._bound:
                 taken = [np.empty((len(array), llvm.LANES)) for array in inputs]
@@ -107,12 +105,12 @@ class Code:
 def found_or_made(
     keys: Sequence[str], make: Sequence[Callable[[], bytes]] | None, is_right: Callable[[list[Code]], bool]
 ) -> list[Code]:
-    """Return a set of functions, from disk if available and correct, otherwise compiled now; empty if neither is possible.
+    """Return compiled functions from disk, or compile them if they are missing or incorrect; empty if no code is correct.
 
     Args:
         keys: names of the stored files.
         make: functions that return the content of the files, see :func:`packed`; None: nothing is compiled.
-        is_right: check of the functions against NumPy, for code from the disk and new code alike.
+        is_right: comparison of the functions with NumPy.
     """
     codes = [Code(item) for item in map(read_stored, keys) if item is not None]
     if len(codes) == len(keys) and is_right(codes):
@@ -129,7 +127,7 @@ def found_or_made(
 
 
 class Bound:
-    """A compiled function bound to fixed arrays, so that a call has little overhead."""
+    """A compiled function with fixed arrays, whose calls take little time."""
 
     def __init__(
         self, code: Code, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask, stage: int = LAST
@@ -146,12 +144,12 @@ class Bound:
         self._arguments = (*pointers, ctypes.c_int64(n), ctypes.c_int64(stage))
 
     def move(self, first: int) -> None:
-        """Set the pose at which reading begins, ``first``, for those inputs that have more poses than the results."""
+        """Let the next call begin at the pose ``first`` of those inputs that have more poses than the results."""
         for k, address in self._moving:
             self._pointers[k] = address + 8 * first
 
     def __call__(self) -> None:
-        """Compute the outputs into the bound arrays."""
+        """Compute the results in the bound arrays."""
         self._code.function(*self._arguments)
 
 
@@ -169,7 +167,7 @@ def packed(table: Mapping[str, Json], text: str, lanes: int = llvm.LANES, level:
 
 
 def side_by_side(array: Array, n: int) -> Array:
-    """Return an array (k, N) as one (k, n) whose poses are contiguous in memory; missing columns repeat the last pose."""
+    """Return an array (k, N) as an array (k, n) with contiguous poses; missing columns repeat the last pose."""
     N = array.shape[1]
     if n > N:
         found = np.empty((array.shape[0], n))
@@ -179,13 +177,13 @@ def side_by_side(array: Array, n: int) -> Array:
 
 
 def code_key(structure: str) -> str:
-    """Return the key of stored code: a digest of structure, source of recorded functions, versions and processor."""
+    """Return the key of stored code: a digest of the structure, the recorded functions, all versions and the processor."""
     return hashlib.sha256(f"{structure} {_versions()} {llvm.processor()}".encode()).hexdigest()
 
 
 @cache
 def _versions() -> str:
-    """Return a digest of the source of all recorded functions and of the recorder, and NumPy's version."""
+    """Return a digest of the source text of recorded functions and recorder, and NumPy's version."""
     root = Path(__file__).resolve().parent.parent
     digest = hashlib.sha256()
     for folder in _SOURCES:
@@ -212,7 +210,7 @@ def cache_folder() -> Path:
 
 
 def read_stored(key: str) -> bytes | None:
-    """Return the content stored under a key, or None; a damaged file is removed."""
+    """Return the content stored under a key, or None if there is none; a damaged file is removed."""
     folder = _own(cache_folder())
     if folder is None:
         return None
@@ -230,7 +228,7 @@ def read_stored(key: str) -> bytes | None:
 
 
 def store(key: str, content: bytes) -> None:
-    """Store content under a key, if the folder exists or can be created and is the user's own; else do nothing."""
+    """Store content under a key, if the folder can be created or exists and only the user may write there."""
     with contextlib.suppress(OSError):
         cache_folder().mkdir(parents=True, exist_ok=True, mode=0o700)
         folder = _own(cache_folder())
@@ -247,7 +245,7 @@ def store(key: str, content: bytes) -> None:
 
 
 def _own(folder: Path) -> Path | None:
-    """Return a folder if it belongs to the user and nobody else may write there (its content is executed), else None."""
+    """Return a folder if only the user may write there, else None: its content is executed."""
     try:
         facts = folder.stat()
     except OSError:

@@ -38,11 +38,11 @@ class EngineReport(ShortRepr):
     Attributes:
         robot: name of the robot.
         is_compiled: whether the equilibrium of its poses is compiled.
-        reason: reason why not; None if it is compiled.
-        operations: number of arithmetic operations per pose; None if it is not compiled.
+        reason: why the equilibrium is not compiled; None if it is.
+        operations: number of operations per pose; None if the equilibrium is not compiled.
         loops_compiled: whether loop closure is compiled.
-        loops_reason: reason why not; None if it is compiled.
-        loop_operations: number of operations of one Newton correction at given actuators; None if it is not compiled.
+        loops_reason: why loop closure is not compiled; None if it is.
+        loop_operations: number of operations of one Newton correction at given actuators; None if loop closure is not compiled.
         by_numpy: computations that NumPy does for this robot.
         folder: folder of the compiled code.
     """
@@ -76,7 +76,7 @@ class EngineReport(ShortRepr):
 
 
 def engine_report(robot: _HasStatics) -> EngineReport:
-    """Return a report on the parts of a robot that run as compiled code (``engine="compiled"``), with reasons for the others.
+    """Return a report on the parts of a robot that run as compiled code with ``engine="compiled"``, and why others do not.
 
     Code that is not on disk yet is compiled and stored, which takes a second or more.
     """

@@ -1,7 +1,7 @@
-"""Machine code of a record by LLVM's intermediate representation, for eight poses per instruction, or for one.
+"""Machine code of a record by LLVM's intermediate representation, with instructions for eight poses or for one.
 
-Operations on parameters alone are executed once per call, all others in a loop over blocks of eight poses. The last block may
-overlap the one before it, so that one code serves any number of poses n ≥ 8.
+Operations that depend on parameters alone are executed once per call, all others in a loop over blocks of eight poses. The last
+block may overlap the one before it, so that the code is valid for any number of poses n ≥ 8.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 #: Poses per instruction; code for single poses is shorter and faster with one.
 LANES = 8
-#: Number of operations in a basic block where blocks are kept short.
+#: Number of operations in a short basic block.
 _BLOCK = 300
 #: Name of the compiled function.
 NAME = "poses"
 
-#: ``contract`` allows a product and a sum to be fused into one instruction, with one rounding.
+#: ``contract`` permits one instruction for a product and a sum, with a single rounding.
 _INFIX = {"add": "fadd contract", "subtract": "fsub contract", "multiply": "fmul contract", "divide": "fdiv"}
 _INFIX |= {">": "fcmp ogt", ">=": "fcmp oge", "<": "fcmp olt", "<=": "fcmp ole", "==": "fcmp oeq", "!=": "fcmp une"}
 _INTRINSICS = {"square_root": "sqrt", "absolute": "fabs", "whole": "nearbyint"}
@@ -52,10 +52,10 @@ def module_of(
         tape: the record.
         numbers, truths: the operations of the outputs, in order.
         inputs: number of input arrays.
-        repeats: 0, or the largest number of iterations: a block of poses is computed again while the first truth value is true
-            for one of its poses. Results may then share memory with inputs.
-        stages: for each stage 0, 1, …, the quantity of numbers computed in it; truth values are computed in all stages, and all
-            numbers in a stage beyond the last.
+        repeats: 0, or the largest number of iterations: a block of poses is computed again while the first truth value of any of
+            its poses is true. Results may then share memory with inputs.
+        stages: for each stage 0, 1, …, how many of the numbers are computed up to it; truth values are computed in all stages,
+            and all numbers in a stage beyond the last.
         lanes: poses per instruction.
         short_blocks: whether to divide the code into short basic blocks, which compile quickly.
     """
@@ -152,7 +152,7 @@ class _Writer:
             self.varies.append(operation[0] == "input" or any(self.varies[k] for k in operands(operation)))
 
     def instruction(self, number: int, lanes: int) -> list[str]:
-        """Return the instructions of an operation, each for ``lanes`` poses; 0: once for all poses."""
+        """Return the instructions of an operation, for ``lanes`` poses; with 0 lanes, once for all poses."""
         name, *taken = self._tape.operations[number]
         result, real, truth = f"%{'v' if lanes else 's'}{number}", kind_of("double", lanes), kind_of("i1", lanes)
         if name == "input":
@@ -200,7 +200,7 @@ class _Writer:
         return f"%{'v' if lanes else 's'}{number}"
 
     def spread(self, number: int) -> list[str]:
-        """Return instructions that copy a number independent of the pose into all lanes."""
+        """Return instructions that copy a result that is independent of the pose into all lanes."""
         if self._tape.operations[number][0] in ("constant", "truth"):
             return []
         kind = "i1" if isinstance(self._tape.values[number], bool) else "double"
@@ -243,20 +243,19 @@ class MachineCode:
 
 
 def compiled(text: str, level: int = 1) -> bytes:
-    """Return the object code of a module for this processor; optimization passes are omitted, since the record is already
-    simplified.
+    """Return the object code of a module for this processor, without optimization passes: the record is already simplified.
 
     Args:
         text: see :func:`module_of`.
-        level: optimization level of code generation. Level 0 compiles in a tenth of the time of level 1; its code takes almost
-            twice as long.
+        level: optimization level of code generation. Level 0 takes a tenth of the time of level 1 to compile; its code takes
+            almost twice as long to run.
     """
     module = _binding().parse_assembly(text)  # must exist until the code is emitted
     return bytes(_machine(level).emit_object(module))
 
 
 def processor() -> str:
-    """Return the versions of LLVM and its binding and the name of the processor, on which object code depends."""
+    """Return what object code depends on: the versions of LLVM and its binding, and the processor."""
     binding = _binding()
     features = binding.get_host_cpu_features().flatten()
     import llvmlite

@@ -1,4 +1,4 @@
-"""Records of loop closure: a step of Newton's method, frames, rates of coordinates, and the test for a singular pose between two.
+"""Records of loop closure: corrections by Newton's method, frames, rates, and the test for singular poses between two poses.
 
 The functions of :class:`kinetostatics.kinematics.solver.Solver` are recorded, with lengths and placements as parameters.
 """
@@ -18,8 +18,8 @@ from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import least_squares
 
-#: Rows of the state of :func:`newton_record` after the coordinates: size of the last correction, its ratio to the one before, and
-#: three truth values: the pose needs another correction, has converged, has met all guards of the record up to now.
+#: Rows of the state of :func:`newton_record` after the coordinates: size of the last correction; its ratio to the one before; and
+#: three truth values: whether the pose needs another correction, has converged, and has met all guards of the record.
 BEFORE, SHRUNK, GOING, GOOD, HOLDS = range(5)
 
 
@@ -39,15 +39,10 @@ class Program:
     stages: tuple[int, ...] = ()
 
 
-def structure_of(solver: Solver, prescribed: PrescribedCoordinates, tape: Tape | None = None) -> Structure:
-    """Return the data on which a record depends; see :class:`Structure`."""
-    return Structure((solver, prescribed), tape)
-
-
 def _copy_of(solver: Solver, prescribed: PrescribedCoordinates) -> tuple[Tape, Solver]:
-    """Return a tape, and a copy of a solver with numbers recorded on it."""
+    """Return a tape, and a copy of a solver with parameters recorded on it in place of numbers."""
     tape = Tape()
-    return tape, structure_of(solver, prescribed, tape).copy[0]
+    return tape, Structure((solver, prescribed), tape).copy[0]
 
 
 def guards_met(tape: Tape) -> Number:
@@ -58,7 +53,7 @@ def guards_met(tape: Tape) -> Number:
 def program_of(
     tape: Tape, examples: Sequence[Array], computed: Callable[..., Sequence[Array]], stages: tuple[int, ...] = ()
 ) -> Program:
-    """Record a function of columns of numbers that returns columns of numbers; the last of all numbers is a truth value.
+    """Record a function of arrays (k, 1); the last entry of the arrays that it returns is a truth value.
 
     Args:
         tape: the tape of the record.
@@ -75,9 +70,9 @@ def program_of(
 def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
     """Record :meth:`Solver.correct` as a step from a state to the next.
 
-    Inputs: the state x (nq',), c (3,) and the five numbers ``BEFORE`` … ``HOLDS``; the prescribed coordinates (n,), followed by 1
-    for an intermediate pose of a path, else 0. Outputs: the next state, and as truth value whether the pose needs another
-    correction.
+    Inputs: the state, that is x (nq',), c (3,) and the five numbers ``BEFORE`` … ``HOLDS``; the prescribed coordinates (n,),
+    followed by 1 for an intermediate pose of a path, else 0. Outputs: the next state; the truth value is whether the pose needs
+    another correction.
     """
     tape, copy = _copy_of(solver, prescribed)
     size = example.x.shape[0]
@@ -112,7 +107,7 @@ def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: Solv
 def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
     """Record :meth:`Solver.line`.
 
-    Inputs: x and c of the pose where a line starts, the target (n,), and 1 where angles shall turn the shorter way, else 0 (1,).
+    Inputs: x and c of the pose at the start of a line, the target (n,), and 1 if angles turn the shorter way, else 0 (1,).
     Outputs: the prescribed coordinates (n,) and the orientation coordinates (3,) at the start; the truth value is whether all
     guards are met.
     """
@@ -128,8 +123,8 @@ def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
 def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
     """Record the rates dx/dt for unit rates of each prescribed coordinate, see :mod:`kinetostatics.kinematics.rates`.
 
-    Inputs: x and c of a closed pose. Outputs: the rates (nq',) for one prescribed coordinate after the other; the truth value is
-    whether all guards are met.
+    Inputs: x and c of a closed pose. Outputs: for each prescribed coordinate, the rates (nq',); the truth value is whether all
+    guards are met.
     """
     tape, copy = _copy_of(solver, prescribed)
 

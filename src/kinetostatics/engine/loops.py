@@ -1,7 +1,4 @@
-"""Newton's method for the loops by compiled code, and by NumPy where the record is not valid.
-
-Recorded is :meth:`kinetostatics.kinematics.solver.Solver.correct`.
-"""
+"""Newton's method for the loops by compiled code, and by NumPy where the record is not valid."""
 
 from __future__ import annotations
 
@@ -24,8 +21,8 @@ from kinetostatics.engine.loop_record import (
     place_record,
     side_record,
     start_record,
-    structure_of,
 )
+from kinetostatics.engine.recorder import Structure
 from kinetostatics.engine.scalars import NotRecordedError, needed_by
 from kinetostatics.kinematics.coordinates import PrescribedCoordinates, for_each
 from kinetostatics.kinematics.loop_constraints import Placed
@@ -33,12 +30,12 @@ from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, Solver,
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.mechanism.tree import Frames
 
-#: Pair of an array and a function for one step from a closed pose to prescribed coordinates (n, 1). The function takes x and c of
-#: the pose, stacked (nq' + 3, 1), and the coordinates; it returns whether Newton's method converged and no singular pose lies
-#: between the two. Then all columns of the array contain x and c of the new pose; every call overwrites the array.
+#: An array, and a function for one step from a closed pose to prescribed coordinates. The function takes x and c of the pose
+#: (nq' + 3, 1) and the coordinates (n, 1); it returns whether Newton's method converged and there is no singular pose between
+#: both poses. If so, all columns of the array are x and c of the new pose. Every call overwrites the array.
 Step: TypeAlias = tuple[Array, Callable[[Array, Array], bool]]
 
-#: Step of the prescribed coordinates [m, rad] in the test of new code, and tolerance of its comparison with NumPy.
+#: Step of the prescribed coordinates [m, rad] by which code is tested, and tolerance of the comparison with NumPy.
 _TRIED, _ALIKE = 1e-3, 1e-9
 
 
@@ -53,11 +50,11 @@ _START: _Function = ("start", start_record, 4, 0)
 
 
 class CompiledSolver(Solver):
-    """A solver whose corrections for one choice of prescribed coordinates are compiled.
+    """A solver whose corrections are compiled, for one choice of prescribed coordinates.
 
     Attributes:
         operations: number of operations of a correction.
-        is_there: whether the code was on disk or has been compiled; without it, the solver must not be used.
+        is_there: whether there is code; without code, the solver must not be used.
     """
 
     is_compiled = True
@@ -69,7 +66,7 @@ class CompiledSolver(Solver):
             solver: the solver with the corrections.
             prescribed: prescribed coordinates.
             example: one pose with closed loops.
-            anew: whether to compile code that is not on disk; otherwise ``is_there`` is False.
+            anew: whether to compile code that is not on disk.
 
         Raises:
             NotRecordedError: the equations cannot be recorded.
@@ -77,7 +74,7 @@ class CompiledSolver(Solver):
         vars(self).update(vars(solver))
         self._solver, self._own, self._lock = solver, prescribed, threading.Lock()
         self._example = SolverState(np.array(example.x), np.array(self.origin(prescribed, example)[1]))
-        structure = structure_of(solver, prescribed)
+        structure = Structure((solver, prescribed))
         self._parameters, self._structure = structure.values, structure.key
         self._sizes = {"parameters": len(structure.values), "coordinates": self.tree.nq, "given": prescribed.size}
         # the test for singular poses is not used where freedoms are local
@@ -87,12 +84,10 @@ class CompiledSolver(Solver):
             raise NotRecordedError("compiled loop closure differs from NumPy's")
 
     def _codes(self, functions: Sequence[_Function], is_right: Callable[[list[Code]], bool], lanes: int) -> list[Code]:
-        """Return the code of functions from disk, or compile it for ``lanes`` poses per instruction; empty if no code is correct.
-
-        With 0 ``lanes`` nothing is compiled.
+        """Return the code of functions, see :func:`found_or_made`; with 0 ``lanes`` nothing is compiled.
 
         Raises:
-            NotRecordedError: the code is to be compiled, and the equations contain something that cannot be recorded.
+            NotRecordedError: the equations cannot be recorded.
         """
         given = self._solver, self._own, self._example
         make = [partial(_compiled, item[1], given, self._sizes, *item[2:], lanes) for item in functions]
@@ -104,7 +99,7 @@ class CompiledSolver(Solver):
         return found_or_made(keys, make if lanes else None, fits)
 
     def _is_right(self, codes: list[Code]) -> bool:
-        """Load code, and return whether its result near the example agrees with NumPy."""
+        """Use given code, and return whether its results near the example agree with NumPy's."""
         self._newton, self._place = codes[:2]
         self._side = None if self._own.local_dofs else codes[2]
         self.operations = int(self._newton.table["operations"])
@@ -141,9 +136,7 @@ class CompiledSolver(Solver):
         return None
 
     def _started(self, code: Code, start: SolverState, target: Array, shorter: bool) -> tuple[Array, Array, NDArray[np.bool_]]:
-        """Return the prescribed and the orientation coordinates at the start of lines, and the mask of poses that meet the
-        guards.
-        """
+        """Return prescribed and orientation coordinates at the start of lines, and the mask of poses that meet the guards."""
         n, N = target.shape
         x, c = (start.x, start.c) if N == 1 else (for_each(start.x, N), for_each(start.c, N))
         inputs = x, c, target, np.full((1, N), float(shorter))
@@ -188,7 +181,7 @@ class CompiledSolver(Solver):
     def _corrected(
         self, poses: SolverState, target: Array, before: Array | None, passing: NDArray[np.bool_] | None
     ) -> tuple[SolverState, NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return the corrected poses, and the masks of converged poses and of poses that meet the guards."""
+        """Return the corrected poses, and two masks: poses that converged, and poses that meet the guards."""
         (size, N), count = poses.x.shape, target.shape[0]
         n = max(N, llvm.LANES)
         state, given = np.empty((size + 8, n)), np.empty((count + 1, n))
@@ -235,7 +228,7 @@ class CompiledSolver(Solver):
         return self._step_of(codes) if codes else self._single
 
     def _step_of(self, codes: list[Code]) -> Step:
-        """Return a step from the code of corrections and, unless freedoms are local, the code of the test for singular poses."""
+        """Return a step by the code of corrections and, unless freedoms are local, of the test for singular poses."""
         size, n = self.tree.nq, codes[0].lanes
         state, given, first = np.empty((size + 8, n)), np.zeros((self._own.size + 1, n)), np.empty((size + 3, n))
         moved, flags, expected = state[: size + 3], state[size + 3 :], given[:-1]
@@ -283,9 +276,7 @@ class CompiledSolver(Solver):
         return found
 
     def _placed(self, x: Array, stage: int = LAST) -> tuple[Placed, NDArray[np.bool_]]:
-        """Return the placed bodies and the mask of poses that meet the guards; frames are computed in the last stage, or on first
-        use.
-        """
+        """Return the placed bodies and the mask of poses that meet the guards; in stage 0 frames are computed on first use."""
         nq, bodies, soon = self.mechanism.tree.nq, self.mechanism.tree.bodies, self.mechanism.tree.nq + self.equations.closures
         turned, N = soon + 9 * bodies, x.shape[1]
         numbers, truths = self._place.results([x], self._parameters, turned + 3 * bodies if stage else soon, 1, stage)
@@ -319,7 +310,7 @@ class _LaterFrames(Frames):
     """Frames of poses, computed on first use.
 
     Attributes:
-        x: (nq', N) coordinates, shared with the poses: a correction of the poses changes the frames as well.
+        x: (nq', N) coordinates in the memory of the poses: if the poses are corrected before the first use, so are the frames.
     """
 
     x: Array
@@ -348,9 +339,7 @@ class _LaterFrames(Frames):
         return self.known.take(poses) if "known" in vars(self) else _LaterFrames(self.x[:, poses], vars(self)["_place"])
 
     def put(self, poses: Index, others: Frames) -> None:
-        """Replace the frames of some poses; nothing is to be done before the first use, since the coordinates have changed
-        already.
-        """
+        """Replace the frames of some poses; before the first use, the changed coordinates suffice."""
         if "known" in vars(self):
             self.known.put(poses, others)
 

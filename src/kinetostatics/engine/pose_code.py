@@ -1,4 +1,4 @@
-"""Outputs of closed poses from their coordinates, by compiled code."""
+"""Outputs of closed poses by compiled code, from coordinates, load and gravity."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from kinetostatics.statics.small_motions import SmallMotions
 #: Largest difference between compiled code and NumPy at the example, relative to the largest entry of an array.
 _ALIKE = 1e-7
 _FIRST = ("contributions", "singular", "indeterminate", "basis_degenerate", "doubtful")
-#: Stages of an analysis: twist and states of singularity first, then the other outputs of the equilibrium. The sufficient
-#: condition of stability has its own code, since it takes many operations.
+#: Outputs of an analysis by stage: first the twist and whether the pose is singular, then the rest of the equilibrium. The
+#: sufficient condition of stability has its own code, since it takes many operations.
 ANALYSIS = (_FIRST, tuple(name for name in OF_EQUILIBRIUM if name not in ("twist", "usual", *_FIRST)))
 STABILITY = (("is_stable",),)
 
 
 class OutputPlace(NamedTuple):
-    """Place of an output: its shape at one pose, whether it has truth values, its rows in the result array, its stage."""
+    """Place of an output: shape at one pose, whether its entries are truth values, rows in the result array, stage."""
 
     shape: Sequence[int]
     truth: bool
@@ -37,14 +37,14 @@ class OutputPlace(NamedTuple):
     stage: int
 
     def of(self, numbers: Array, truths: Mask) -> Number:
-        """Return the array (*shape, N)."""
+        """Return the output (*shape, N)."""
         return (truths if self.truth else numbers)[self.rows].reshape(*self.shape, truths.shape[1])
 
 
 def pose_model(
     robot: RobotKinematics, statics: RobotStatics, stages: Sequence[Sequence[str]], places: LoadedPlaces | None = None
 ) -> tuple[PoseModel, tuple[Array, ...]]:
-    """Return the model of :class:`PoseCode` and its example: coordinates, load, gravity, wrenches on links."""
+    """Return the model of :class:`PoseCode`, and the example: coordinates, load, gravity, wrenches on links."""
     members = SmallMotions(statics) if stages == STABILITY else None
     model = PoseModel(JointCoordinates(robot.solver), statics, None, places, members)
     return model, (robot.generic_poses.x[:, :1], *example_of(statics, places)[1:])
@@ -56,7 +56,7 @@ class PoseCode:
     Attributes:
         places: place of each output.
         operations: number of operations per pose.
-        is_there: whether the code was on disk or has been compiled.
+        is_there: whether there is code.
     """
 
     def __init__(
@@ -72,10 +72,10 @@ class PoseCode:
 
         Args:
             robot, statics: the robot.
-            stages: names of the outputs, see :data:`ANALYSIS`; each stage is computed with those before it.
+            stages: names of the outputs by stage, see :data:`ANALYSIS`; a stage is computed together with those before it.
             places: places of loads on links.
-            lanes: number of poses computed at a time.
-            anew: whether to compile code that is not on disk; otherwise ``is_there`` is False.
+            lanes: poses per instruction.
+            anew: whether to compile code that is not on disk.
 
         Raises:
             NotRecordedError: the analysis cannot be recorded.
@@ -96,7 +96,7 @@ class PoseCode:
             raise NotRecordedError("results of compiled code differ from NumPy's")
 
     def _is_right(self, code: Code, expected: Mapping[str, Array], example: tuple[Array, ...]) -> bool:
-        """Load code, and return whether its result at the example agrees with NumPy."""
+        """Use given code, and return whether its results at the example agree with NumPy's."""
         if code.table["sizes"] != self._sizes:
             return False
         self.code, self.operations = code, int(code.table["operations"])
@@ -111,8 +111,7 @@ class PoseCode:
         return bool(truths[0, 0]) and all(agree(expected[name], found[name]) for name in found if name not in closed)
 
     def computed(self, x: Array, load: Array, gravity: Array, *wrenches: Array, stage: int = LAST) -> tuple[Array, Mask]:
-        """Return the arrays from which :meth:`OutputPlace.of` takes outputs; the first row of truth values is the mask of the
-        guards.
+        """Return numbers and truth values, see :meth:`OutputPlace.of`; the first truth value is whether all guards are met.
 
         Args:
             x: (nq', N) coordinates.
@@ -125,10 +124,10 @@ class PoseCode:
         return self.code.results([x, load, gravity, *wrenches], self._parameters, rows, self._truths, stage)
 
     def bound(self, x: Array) -> tuple[Array, Array, Callable[[], tuple[Array, Mask]]]:
-        """Return arrays for the load (6, 1) and gravity (3, 1) of one pose, and a function that computes its outputs from them.
+        """Return arrays for load (6, 1) and gravity (3, 1) of one pose, and a function that computes its outputs from them.
 
         Args:
-            x: (nq', n) the coordinates, in the first column; every call reads them from this array.
+            x: (nq', n) array whose first column are the coordinates at each call.
         """
         load, gravity = np.zeros((6, 1)), np.zeros((3, 1))
         numbers, truths = np.empty((self._ends[-1], 1)), np.empty((self._truths, 1), dtype=bool)
@@ -144,7 +143,7 @@ class PoseCode:
 def compiled(
     model: PoseModel, stages: Sequence[Sequence[str]], example: Sequence[Array], sizes: Sequence[int], lanes: int = llvm.LANES
 ) -> bytes:
-    """Return the content of a cache file: compiled outputs, with a table of their places."""
+    """Return the content of a cache file: the compiled outputs and the table of their places."""
     record = pose_record(model, [name for stage in stages for name in stage], example)
     rows: tuple[list[int], list[int]] = [], [record.all_hold()]
     places, ends = {}, []
@@ -163,7 +162,7 @@ def compiled(
 
 
 def agree(expected: Array, found: Array) -> bool:
-    """Whether arrays agree within rounding of their largest entry, with NaN at the same places."""
+    """Whether two arrays differ by less than ``_ALIKE`` of their largest entry, with NaN at the same places."""
     if expected.shape != found.shape or (expected.dtype == bool) != (found.dtype == bool):
         return False
     if expected.dtype == bool:

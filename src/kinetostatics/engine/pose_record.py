@@ -1,6 +1,6 @@
-"""Records of closed poses: joint coordinates, frames, equilibrium and derived outputs, operation by operation.
+"""Records of closed poses: the operations that compute joint coordinates, frames, equilibrium and derived outputs.
 
-Machine code, exported C, derivatives and samples of many robots are generated from these records.
+Machine code, exported C, derivatives and random samples of robots are computed from these records.
 """
 
 from __future__ import annotations
@@ -31,20 +31,20 @@ from kinetostatics.statics.small_motions import SmallMotions
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import solve_with_springs
 
-#: Load [N, N·m] and gravity [m/s²] of the example, without zeros, so that no term vanishes.
+#: Load [N, N·m] and gravity [m/s²] of the example; they have no zeros, so that no term vanishes.
 _EXAMPLE_LOAD = (31.0, -17.0, -53.0, 7.0, 11.0, -3.0)
 _EXAMPLE_GRAVITY = (0.7, -1.3, -9.1)
 
 
 class PoseModel(NamedTuple):
-    """Data of a robot for poses.
+    """Data of a robot from which its poses are computed.
 
     Attributes:
         joints: joint coordinates, and the equations of loops.
         statics: the equilibrium.
         prescribed: prescribed coordinates, if residuals are requested.
         places: places of loads on links.
-        members: model of small motions, for the stability of members, if requested.
+        members: model of small motions, if the stability is requested.
     """
 
     joints: JointCoordinates
@@ -59,7 +59,7 @@ class PoseModel(NamedTuple):
         return cls(JointCoordinates(solver), statics, prescribed)
 
     def structure(self, tape: Tape | None = None, all_vary: bool = False) -> Structure:
-        """Return structure and numbers; with a tape also a recording copy, see :class:`Structure`."""
+        """Return structure and numbers, see :class:`Structure`."""
         return Structure(self, tape, all_vary=all_vary)
 
 
@@ -84,7 +84,10 @@ class Pose:
 
     @cached_property
     def frames(self) -> Frames:
-        """Frames of all bodies; only those inside spherical joints use the angles of single hinges, which may be singular."""
+        """Frames of all bodies.
+
+        Only bodies inside spherical joints depend on the angles of single hinges, which may be singular.
+        """
         frames = self.solver.equations.forward(self.x)
         inside = [joint.body for *_, joints in self.solver.equations.runs for joint in joints[:2]]
         if inside:
@@ -146,7 +149,7 @@ class Pose:
         return np.concatenate([R.reshape(9, -1), o])
 
 
-#: Outputs of a pose besides :data:`OF_EQUILIBRIUM`, each (…components, N).
+#: Outputs of a pose besides :data:`OF_EQUILIBRIUM`, each (*components, N).
 OUTPUTS: Mapping[str, Callable[[Pose], Array | Mask]] = {
     "residual": lambda pose: pose.system[0],
     "gradient": lambda pose: pose.system[1],
@@ -161,7 +164,10 @@ OUTPUTS: Mapping[str, Callable[[Pose], Array | Mask]] = {
 
 
 def outputs_at(pose: Pose, names: Sequence[str], tool: Array | None = None) -> dict[str, Number]:
-    """Return outputs (…, N) by name; twist, stiffness and compliance at a ``tool`` (3,), from o in platform axes [m]."""
+    """Return outputs (…, N) by name.
+
+    Twist, stiffness and compliance are those at the point ``tool`` (3,), from o in platform axes [m]; default o.
+    """
     found: dict[str, Number] = {}
     for name in names:
         if name in OUTPUTS:
@@ -177,7 +183,7 @@ def outputs_at(pose: Pose, names: Sequence[str], tool: Array | None = None) -> d
 
 
 def _is_unknown(array: Array) -> bool:
-    """Whether all entries are NaN at every pose (an infinite stiffness, say), which must not enter sums and derivatives."""
+    """Whether all entries are NaN at every pose, for instance of an infinite stiffness; they must not enter derivatives."""
     return all(isinstance(entry, float) and math.isnan(entry) for entry in np.asarray(array).ravel().tolist())
 
 
@@ -189,7 +195,7 @@ class PoseRecord:
         tape: the operations; inputs are x, load, gravity and, if residuals are requested, c and the target.
         rows: the operations of each output's components, in order.
         shapes: shape of each output.
-        holds: by output, the operation whose truth value is that of all guards recorded up to this output.
+        holds: for each output, the operation that computes whether the guards recorded up to this output are met.
     """
 
     tape: Tape
@@ -202,7 +208,7 @@ class PoseRecord:
         return [row for name in (self.rows if names is None else names) for row in self.rows[name]]
 
     def all_hold(self) -> int:
-        """Return the operation whose truth value is that of all guards."""
+        """Return the operation that computes whether all guards are met."""
         return list(self.holds.values())[-1]
 
 
@@ -215,7 +221,7 @@ def pose_record(
         model: the robot.
         names: names of the outputs, at least one.
         example: x, load and gravity of one pose, and c and target if residuals are requested; where the code branches, the branch
-            taken at this pose is recorded.
+            at this pose is recorded.
         all_vary: whether to record 0, 1 and −1 as parameters too, see :class:`Structure`.
         tool: see :func:`outputs_at`.
 
@@ -237,7 +243,7 @@ def pose_record(
 
 @contextmanager
 def _recording_equilibrium(robot: RobotStatics) -> Iterator[None]:
-    """Record the equilibrium of a robot, as context manager.
+    """Record the equilibrium of a robot, as a context manager.
 
     Raises:
         NotRecordedError: a function is not a sequence of operations on scalars.
@@ -252,7 +258,7 @@ def _recording_equilibrium(robot: RobotStatics) -> Iterator[None]:
             reason = "the platform is singular at generic poses, which needs singular values"
         elif found.indeterminate[0]:
             reason = "rigid limbs or rings overconstrain one another, so that their internal forces need singular values"
-        elif isinstance(error.__cause__, IndexError):  # a recorded mask selects poses
+        elif isinstance(error.__cause__, IndexError):  # a recorded mask selects some of the poses
             reason = "a limb needs eigenvectors even at generic poses, for instance because its self-stress is almost rigid"
         raise NotRecordedError(reason) from error
 

@@ -1,4 +1,4 @@
-"""Compiled programs of robots, and the rule by which a call uses them or NumPy."""
+"""Compiled programs of robots in memory, and the choice between them and NumPy."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 ENGINES = ("auto", "numpy", "compiled")
 #: Environment variable with the engine that replaces "auto".
 VARIABLE = "KINETOSTATICS_ENGINE"
-#: Smallest numbers of poses for which "auto" loads code from disk, and for which it compiles: with fewer poses NumPy is faster
-#: than loading, or compiling. Code in memory is used for any number of poses.
+#: Smallest number of poses for which "auto" loads code from disk, and for which it compiles code. For fewer poses NumPy is
+#: faster. Code in memory is used for any number of poses.
 READING, COMPILING = 1_000, 10_000
 
 Made = TypeVar("Made")
@@ -39,7 +39,7 @@ Key = TypeVar("Key")
 
 @dataclass
 class _Program(Generic[Made]):
-    """A program of a robot: its code in memory, or the reason why there is none."""
+    """A program of a robot: its code, or the reason why there is none; both are None before the code is needed."""
 
     made: Made | None = None
     reason: str | None = None
@@ -55,13 +55,15 @@ _LOCK = threading.Lock()
 def _answering(
     programs: _Programs[Key, Made], robot: RobotKinematics, key: Key, engine: str, poses: int, find: Callable[[bool], Made | None]
 ) -> _Program[Made]:
-    """Return one of a robot's programs; its code is loaded or compiled if the engine and the number of poses call for it.
+    """Return a program; its code is loaded or compiled if the engine is "compiled", or there are enough poses for "auto".
 
     Args:
-        programs, robot, key: identify the program.
+        programs: all programs of one kind.
+        robot: the robot.
+        key: identifies the program among those of the robot.
         engine: "auto" or "compiled".
         poses: number of poses of the call.
-        find: returns the code on disk, or None; compiles missing code if its argument is True.
+        find: function that returns the code on disk, or None; if its argument is True, it compiles missing code.
     """
     with _LOCK:
         program = programs.setdefault(robot, defaultdict(_Program))[key]
@@ -78,7 +80,7 @@ def _answering(
 
 
 def check_engine(engine: str) -> str:
-    """Return the engine of a name.
+    """Return the engine of a name; "auto" may be replaced by the environment variable :data:`VARIABLE`.
 
     Raises:
         ArgumentError: the name is unknown.
@@ -91,7 +93,7 @@ def check_engine(engine: str) -> str:
 
 
 def engine_for(engine: str, poses: int) -> str:
-    """Return the engine of several calls, for instance of a map, from their total number of poses."""
+    """Return the engine for calls with ``poses`` poses in all, for instance those of a map."""
     return "compiled" if engine == "auto" and poses >= COMPILING else engine
 
 
@@ -104,15 +106,15 @@ def pose_code(
     *,
     stability: bool = False,
 ) -> PoseCode | None:
-    """Return the compiled code that analyses poses, or None if NumPy shall.
+    """Return the compiled code that analyses poses, or None if NumPy analyses them.
 
     Args:
         robot, statics: the robot.
         engine: see :func:`check_engine`.
         poses: number of poses of the call.
         applied: loads on links; the code depends on their places.
-        stability: whether to return the code of the sufficient condition of stability instead; only for robots without springs
-            and loads on links.
+        stability: whether to return the code of the sufficient condition of stability instead. There is none for robots with
+            springs or loads on links.
     """
     if engine == "numpy" or poses == 0 or (stability and (applied or statics.description.springs)):
         return None
@@ -120,7 +122,7 @@ def pose_code(
 
 
 def compiled_statics(robot: RobotKinematics, statics: RobotStatics) -> PoseCode | str:
-    """Return a robot's compiled code, compiled now if necessary; or the reason why there is none."""
+    """Return the code of a robot's equilibrium, compiled now if necessary; or the reason why there is none."""
     program = _poses_of(robot, statics, "compiled", 1)
     return program.made or str(program.reason)
 
@@ -143,7 +145,7 @@ def _poses_of(
 
 
 def compiled_loops(engine: str) -> SolverChoice:
-    """Return a function that chooses the solver of a call's poses: one with compiled corrections, or the robot's own.
+    """Return a function that chooses the solver of a call: one with compiled corrections, or the robot's own.
 
     Args:
         engine: see :func:`check_engine`.
@@ -158,7 +160,7 @@ def compiled_loops(engine: str) -> SolverChoice:
 
 
 def loops_for(analysis: Mapping[str, object]) -> SolverChoice:
-    """Return the choice of solver for poses that are analysed with arguments of :func:`kinetostatics.analyze`."""
+    """Return the choice of solver that belongs to given arguments of :func:`kinetostatics.analyze`."""
     return compiled_loops(check_engine(str(analysis.get("engine", "auto"))))
 
 

@@ -1,6 +1,6 @@
-"""Derivatives of records by automatic differentiation, with one rule per operation.
+"""Derivatives of records by automatic differentiation.
 
-The reverse mode evaluates the derivatives of results with respect to inputs and parameters by NumPy, at many poses; the forward
+The reverse mode computes the derivatives of results with respect to inputs and parameters by NumPy, at many poses. The forward
 mode records the rates of results. A. Griewank, A. Walther, Evaluating Derivatives, 2nd edition, 2008, chapter 3.
 """
 
@@ -11,15 +11,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 import numpy as np
 
 from kinetostatics.engine.recorder import Recorded, recording
-from kinetostatics.engine.scalars import Number, Scalar, Tape, needed_by, operands
+from kinetostatics.engine.scalars import LEAVES, Number, Scalar, Tape, needed_by, operands
 from kinetostatics.math.arrays import Array
 
-#: Operations without operands.
-_LEAVES = ("input", "parameter", "constant", "truth")
-
-
-#: Partial derivatives of an operation's result with respect to its operands, as functions of operands and result. Operations
-#: missing here, such as comparisons, have zero derivatives; ``choose`` has the derivative of the chosen operand.
+#: Partial derivatives of an operation's result with respect to its operands, as functions of operands and result. The derivative
+#: of ``choose`` is that of the chosen operand; other operations, such as comparisons, have zero derivatives.
 PARTIALS: dict[str, Callable[..., tuple[Number, ...]]] = {
     "add": lambda a, b, result: (1.0, 1.0),
     "subtract": lambda a, b, result: (1.0, -1.0),
@@ -32,7 +28,7 @@ PARTIALS: dict[str, Callable[..., tuple[Number, ...]]] = {
     "cosine": lambda a, result: (-np.sin(a),),
     "angle": lambda y, x, result: (x / (x * x + y * y), -y / (x * x + y * y)),
 }
-#: Operations whose partial derivatives may be infinite in a branch that is not chosen.
+#: Operations whose partial derivatives may be infinite where their result is not chosen.
 _MAY_BE_INFINITE = ("divide", "square_root", "angle")
 
 #: The operations as functions of NumPy.
@@ -68,7 +64,7 @@ def values(tape: Tape, needed: Sequence[bool], inputs: Sequence[Array], paramete
         tape: the record.
         needed: for each operation, whether it is needed.
         inputs: the input arrays (components, N).
-        parameters: (P,) the robot's numbers; or a sequence of numbers and, where every pose has another robot, of arrays (N,).
+        parameters: the P numbers of the robot; a number that differs from pose to pose is an array (N,).
     """
     found: list[Number] = [None] * len(needed)
     with np.errstate(all="ignore"):
@@ -90,9 +86,9 @@ def values(tape: Tape, needed: Sequence[bool], inputs: Sequence[Array], paramete
 
 
 def gradients(tape: Tape, found: Sequence[Number], outputs: Sequence[int], leaves: Iterable[int], N: int) -> dict[int, Array]:
-    """Return the derivatives (outputs, N) of some results with respect to some inputs and parameters, by their operations.
+    """Return the derivatives (outputs, N) of some results with respect to each of some inputs and parameters.
 
-    Inputs and parameters without influence are left out.
+    The keys are the operations of the inputs and parameters; those without influence are omitted.
 
     Args:
         tape: the record.
@@ -128,7 +124,7 @@ def gradients(tape: Tape, found: Sequence[Number], outputs: Sequence[int], leave
                 continue
             name, *taken = tape.operations[number]
             adjoints[number] = None
-            if name in _LEAVES:
+            if name in LEAVES:
                 result[number] = adjoint
             elif name == "choose":
                 condition, a, b = taken
@@ -147,9 +143,9 @@ def gradients(tape: Tape, found: Sequence[Number], outputs: Sequence[int], leave
 
 
 def tangent_record(tape: Tape, outputs: Sequence[int], inputs: int) -> list[int]:
-    """Record the rates of results for rates of the inputs; return the operations of these rates.
+    """Record the rates of results for given rates of the inputs; return the operations of these rates.
 
-    The rates of the inputs are inputs of the same tape: those of the array k are the array ``inputs`` + k.
+    The rates of the inputs are inputs of the same tape: the rates of the input array k are the array ``inputs`` + k.
 
     Args:
         tape: the record, to which operations are added.

@@ -1,15 +1,15 @@
 """Arrays of recorded scalars: NumPy's functions applied to them are recorded. A robot's numbers are parameters of the record.
 
 The data of a robot are copied with recorded parameters in place of numbers; all other data are its structure, the key of compiled
-code. Records are made from the copy alone, so that they depend on structure and parameters only. Numbers that are infinite, NaN
-or, within rounding, 0, 1 or −1 belong to the structure, which saves operations.
+code. Records are computed from the copy alone, and therefore depend on structure and parameters only. To save operations, numbers
+that are 0, 1 or −1 within rounding belong to the structure; so do infinite numbers and NaN.
 """
 
 from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from enum import Enum
@@ -22,7 +22,7 @@ from kinetostatics.engine.scalars import NotRecordedError, Number, Tape
 from kinetostatics.math.arrays import Array
 
 _ELEMENTWISE: dict[object, np.ufunc] = {
-    ufunc: np.frompyfunc(function, ufunc.nin, 1)
+    ufunc: np.frompyfunc(function, ufunc.nin, 1, identity=ufunc.identity)
     for ufunc, function in (
         (np.add, scalars.add),
         (np.subtract, scalars.subtract),
@@ -56,7 +56,7 @@ _ELEMENTWISE: dict[object, np.ufunc] = {
         (np.not_equal, lambda a, b: scalars.compare("!=", a, b)),
     )
 }
-#: For arrays of objects NumPy itself calls the operators of these functions, which is faster.
+#: Functions that NumPy applies to arrays of objects by the objects' operators, which is faster.
 _NATIVE = {np.add, np.subtract, np.multiply, np.matmul}
 _CHOOSE = np.frompyfunc(scalars.choose, 3, 1)
 _WITHOUT_NAN = np.frompyfunc(scalars.without_nan, 1, 1)
@@ -72,7 +72,7 @@ class Recorded(np.ndarray[tuple[int, ...], np.dtype[np.object_]]):
         plain = [_plain(item) for item in inputs]
         out = options.pop("out", (None,))[0]
         if method == "reduce":
-            found = _reduced(_ELEMENTWISE[ufunc], plain[0], ufunc.identity, **options)
+            found = _ELEMENTWISE[ufunc].reduce(plain[0], **options)
         elif method == "__call__":
             found = (ufunc if ufunc in _NATIVE else _ELEMENTWISE[ufunc])(*plain)
         else:
@@ -97,7 +97,7 @@ class Recorded(np.ndarray[tuple[int, ...], np.dtype[np.object_]]):
 
 
 def recorded(found: Number) -> Number:
-    """Return an array of objects, or each array in a tuple or list, as a recorded array."""
+    """Return an array of objects as a recorded array; of a tuple or list, each array."""
     if isinstance(found, tuple | list):
         return type(found)(map(recorded, found))
     if isinstance(found, np.ndarray) and found.dtype == object and not isinstance(found, Recorded):
@@ -115,7 +115,7 @@ def recorded_input(tape: Tape, number: int, array: Array) -> Number:
 
 @contextmanager
 def recording() -> Iterator[None]:
-    """Turn errors of functions that cannot be recorded into one error, as context manager.
+    """Convert the errors of functions that cannot be recorded, as a context manager.
 
     Raises:
         NotRecordedError: a function needs floats in place of recorded scalars.
@@ -131,39 +131,10 @@ def _plain(item: Number) -> Number:
     return item.view(np.ndarray) if isinstance(item, Recorded) else item
 
 
-def _reduced(
-    function: Number,
-    array: Number,
-    identity: Number,
-    axis: int | tuple[int, ...] | None = 0,
-    keepdims: bool = False,
-    initial: Number = None,
-    **_: Number,
-) -> Number:
-    """Reduce an array along some axes, in order."""
-    axes: Sequence[int] = range(array.ndim) if axis is None else (axis,) if isinstance(axis, int) else axis
-    axes = sorted(k % array.ndim for k in axes)
-    first = identity if initial is None or initial is np._NoValue else initial
-    result = array
-    for k in reversed(axes):
-        rows = list(np.moveaxis(result, k, 0))
-        if not rows:
-            result = np.full(tuple(n for j, n in enumerate(result.shape) if j != k), first, dtype=object)
-            continue
-        result = rows[0]
-        for row in rows[1:]:
-            result = function(result, row)
-    if initial is not None and initial is not np._NoValue:
-        result = function(first, result)
-    if keepdims:
-        result = np.asarray(result, dtype=object).reshape([1 if k in axes else n for k, n in enumerate(array.shape)])
-    return result
-
-
 # ---- structure and parameters --------------------------------------------------------------------------------------
 
-#: Difference up to which a number counts as 1 or −1, and, relative to the largest entry of its array, as 0: a computed sine of
-#: 1e-17 is 0, and so is its product with a radius.
+#: Difference up to which a number counts as 1 or −1; relative to the largest entry of its array also as 0, as a computed sine of
+#: 1e-17.
 ROUNDING = 1e-14
 
 
@@ -171,18 +142,18 @@ class Structure:
     """A robot's data, separated into structure and numbers.
 
     Attributes:
-        key: identifies the structure.
+        key: digest of the structure.
         values: (P,) the numbers of this robot.
-        copy: the robot's data with recorded parameters of ``tape`` in place of the numbers.
+        copy: the robot's data, with parameters recorded on ``tape`` in place of the numbers.
     """
 
     def __init__(self, robot: object, tape: Tape | None = None, *, all_vary: bool = False) -> None:
         """Separate structure and numbers.
 
         Args:
-            robot: its statics, or other data of it.
+            robot: the robot's statics, or other data of the robot.
             tape: tape on which operations with the copy are recorded.
-            all_vary: whether 0, 1 and −1 are parameters too, for records of robots whose numbers differ.
+            all_vary: whether 0, 1 and −1 are parameters too, since they differ between robots.
         """
         self._hash, self._tape, self._all_vary = hashlib.sha256(), tape, all_vary
         self._values: list[float] = []
@@ -228,8 +199,8 @@ class Structure:
     def _object(self, item: Number) -> Number:
         """Copy the attributes of an object on which records may depend.
 
-        Excluded are fields of a dataclass that are not compared, cached properties, and the names in ``NOT_RECORDED`` of a class:
-        labels, places in files, data of other programs.
+        Excluded are cached properties, the fields of a dataclass that are not compared, and the names in ``NOT_RECORDED`` of its
+        class, such as labels and places in files.
         """
         kind = type(item)
         copy = object.__new__(kind)

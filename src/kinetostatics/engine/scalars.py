@@ -1,8 +1,8 @@
 """Recording of array functions for compilation, by scalars that record every operation on them.
 
-A function is called with arrays of :class:`Scalar` instead of floats, for one example pose. Every scalar has its value there, so
-that a data-dependent branch follows the example. The branch is recorded as a guard: the record is valid at poses where all guards
-hold. Functions other than operations on scalars (singular values, eigenvectors) cannot be recorded and raise an error.
+A function is called with arrays of :class:`Scalar` instead of floats, for one example pose. Every scalar has a value at the
+example, so that a data-dependent branch follows the example. The condition of the branch is recorded as a guard: the record is
+valid at poses that meet all guards. Other functions than operations on scalars (singular values, eigenvectors) raise an error.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ import numpy as np
 Number: TypeAlias = Any  # a Scalar, a float, an array of either, or a container of such arrays
 #: Name and operands.
 Operation: TypeAlias = tuple[Number, ...]
+#: Operations without operands.
+LEAVES = ("input", "parameter", "constant", "truth")
 
 
 class NotRecordedError(Exception):
@@ -29,7 +31,8 @@ class Tape:
     Attributes:
         operations: name and operands (numbers of earlier operations) of each.
         values: result of each operation at the example.
-        guards: by operation, the truth value of the example, which a valid pose must share.
+        guards: for each operation on which a branch depends, the truth value at the example; a pose with another value is not
+            valid.
     """
 
     def __init__(self) -> None:
@@ -57,7 +60,7 @@ class Tape:
         return found
 
     def number_of(self, scalar: Number) -> int:
-        """Return the number of a scalar's operation; a constant is added as an operation."""
+        """Return the operation of a scalar, by number; of a constant, an operation is added."""
         if isinstance(scalar, Scalar):
             return scalar.number
         if isinstance(scalar, bool | np.bool_):
@@ -81,7 +84,7 @@ def needed_by(tape: Tape, outputs: Iterable[int]) -> list[bool]:
 
 def operands(operation: Operation) -> tuple[int, ...]:
     """Return the operands of an operation, as numbers of operations."""
-    return () if operation[0] in ("input", "parameter", "constant", "truth") else operation[1:]
+    return () if operation[0] in LEAVES else operation[1:]
 
 
 class Scalar:
@@ -96,7 +99,7 @@ class Scalar:
         return f"<Scalar {self.number}: {self.value!r}>"
 
     def __bool__(self) -> bool:
-        """Follow the branch of the example, and record a guard."""
+        """Return the truth value at the example, and record it as a guard."""
         if not isinstance(self.value, bool):
             return bool(compare("!=", self, 0.0))
         self.tape.guards[self.number] = self.value
@@ -226,7 +229,7 @@ def square_root(a: Number) -> Number:
 
 
 def _function(name: str, function: Callable[[float], float]) -> Callable[[Number], Number]:
-    """Return a function of one number."""
+    """Return a function of one number, recorded under a name."""
 
     def of(a: Number) -> Number:
         if not isinstance(a, Scalar):
@@ -242,7 +245,7 @@ whole = _function("whole", lambda a: float(round(a)))
 
 
 def angle_of(y: Number, x: Number) -> Number:
-    """Return the angle of the point (x, y)."""
+    """Return the angle atan2(y, x)."""
     value = math.atan2(value_of(y), value_of(x))
     return _joined("angle", y, x, value) if isinstance(y, Scalar) or isinstance(x, Scalar) else value
 

@@ -1,4 +1,4 @@
-"""Export of functions of a robot as C for controllers, with a program that compares the C code with Python at reference poses."""
+"""Export of functions of a robot as C for controllers, with a test program that compares C with Python at reference poses."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Differentiated(Protocol):
 
     @property
     def __call__(self) -> Callable[..., Mapping[str, Mapping[str, Array]]]:
-        """Return the derivatives."""
+        """Return the derivatives at given inputs."""
 
 
 @dataclass(frozen=True)
@@ -55,8 +55,8 @@ class CExport:
         folder: folder of the files.
         files: names of the files.
         name: prefix of all names in C.
-        operations: numbers of operations of a correction of the loops, and of the analysis.
-        work: bytes of work arrays on the stack.
+        operations: number of operations of a correction of the loops, and of the analysis.
+        work: size of the work array on the stack [bytes].
     """
 
     folder: Path
@@ -74,7 +74,7 @@ def export_c(
     jacobian: Differentiated | None = None,
     near: Configuration | Values | None = None,
 ) -> CExport:
-    """Write a function of a robot as C99: no heap, nothing but libm, bounded iterations, all state passed in.
+    """Write a function of a robot as C99: no heap, no library except libm, bounded iterations; the state is an argument.
 
     Args:
         function: a function from :func:`kinetostatics.compile`.
@@ -113,7 +113,7 @@ def export_c(
 
 
 def _facts(function: Exported, parts: Programs, begin: SolverState) -> Facts:
-    """Return the data of the texts."""
+    """Return the data from which the files are written."""
     connections = function.robot.mechanism.connections
     coordinates = _coordinates(function)
     limits = {name: (connections[name].lower, connections[name].upper) for name in function.robot.description.driven}
@@ -146,9 +146,9 @@ def _facts(function: Exported, parts: Programs, begin: SolverState) -> Facts:
 def _references(
     function: Exported, jacobian: Differentiated | None, near: Configuration | None, poses: int, scalar: type[np.floating]
 ) -> list[Reference]:
-    """Return poses around the initial state, with loads and Python's results; a third of the poses are six times as far away.
+    """Return poses around the initial pose, with loads and Python's results; every third pose is up to six times as far away.
 
-    All numbers are representable in ``scalar``, so that both programs compute the same poses.
+    All numbers are representable in ``scalar``, so that C and Python compute the same poses.
     """
     rng = np.random.default_rng(0)
     robot = function.robot
@@ -158,7 +158,7 @@ def _references(
     steps = rng.uniform(-1, 1, (len(coordinates), poses)) * wide
     load = rng.uniform(-100, 100, (poses, 6)).astype(scalar).astype(float)
     gravity = (np.array([0.0, 0.0, -9.81]) + rng.uniform(-1, 1, (poses, 3))).astype(scalar).astype(float)
-    for part in (0.15, 0.05, 0.015):  # of the robot's length, or rad: smaller until at least half of the poses are reached
+    for part in (0.15, 0.05, 0.015):  # of the robot's length, or rad; smaller until at least half of the poses are reached
         spans = {item.name: part * (robot.length if item.units[0] == "m" else 1.0) for item in coordinates}
         at = {name: start[name] + span * step for (name, span), step in zip(spans.items(), steps, strict=True)}
         at = {name: value.astype(scalar).astype(float) for name, value in at.items()}
@@ -191,7 +191,7 @@ def _coordinates(function: Exported) -> list[Quantity]:
 
 
 def _test_program(name: str, scalar: str, facts: Facts, references: Sequence[Reference]) -> str:
-    """Return a program in C that compares with results of Python at the reference poses, and measures the time per call."""
+    """Return a program in C that compares results with Python's at the reference poses, and measures the time per call."""
     outputs = facts["parts"].outputs
     rows = []
     for at, load, gravity, expected, status in references:

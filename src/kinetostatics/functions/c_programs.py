@@ -1,4 +1,4 @@
-"""The programs of a function in C: records of lines of coordinates, of poses and their derivatives, and of a search."""
+"""Programs of an exported function in C: lines of coordinates, analyses of poses, derivatives, and the search for corrections."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from kinetostatics.engine.loop_record import (
     rates_record,
     side_record,
     start_record,
-    structure_of,
 )
 from kinetostatics.engine.pose_record import PoseModel, PoseRecord, example_of, pose_record
 from kinetostatics.engine.record_derivatives import tangent_record
+from kinetostatics.engine.recorder import Structure
 from kinetostatics.engine.scalars import Tape
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.functions.inputs_outputs import ALWAYS, LOADS, Quantity
@@ -36,7 +36,7 @@ from kinetostatics.mechanism.tree import TreeJoint
 from kinetostatics.results.compensation import loaded, pose_error, shift_of
 from kinetostatics.robot import Robot
 
-#: An arbitrary twist [m, rad] for the record of the search.
+#: Arbitrary twist [m, rad] at which the search is recorded.
 _TWIST = (1e-3, -2e-3, 3e-3, -4e-3, 5e-3, 6e-3)
 #: Keywords of C99 and C++17.
 _KEYWORDS = frozenset(
@@ -63,7 +63,7 @@ class Exported(Protocol):
 
     @property
     def __call__(self) -> Callable[..., Mapping[str, Array]]:
-        """Return the outputs."""
+        """Return the outputs at given inputs."""
 
 
 def requested_outputs(function: Exported) -> list[Quantity]:
@@ -72,13 +72,13 @@ def requested_outputs(function: Exported) -> list[Quantity]:
 
 
 def identifier(name: str) -> str:
-    """Return a valid identifier in C for a name."""
+    """Return a name as a valid identifier in C."""
     found = re.sub(r"\W", "_", name, flags=re.ASCII)
     return f"robot_{found}" if not found or found[0].isdigit() else found
 
 
 def c_names(names: Iterable[str]) -> dict[str, str]:
-    """Return different identifiers in C and C++ for the names of coordinates."""
+    """Return for each name a unique identifier that is valid in C and C++."""
     found: dict[str, str] = {}
     for name in names:
         mine = identifier(name) if name[0].isdigit() else re.sub(r"\W", "_", name)
@@ -96,14 +96,14 @@ class Line:
     """Programs for straight lines in some coordinates, from the present pose to a target.
 
     Attributes:
-        prefix: prefix of the names of its functions in C.
+        prefix: prefix of the functions' names in C.
         prescribed: the coordinates.
-        newton: a correction.
-        side: test for a singular pose between two poses; None where freedoms are local.
-        start: choice among equivalent coordinates at the start of a line, such as angles that differ by full turns; None where
-            there is none.
+        newton: program of a correction.
+        side: program of the test for a singular pose between two poses; None if freedoms are local.
+        start: program that chooses among equivalent coordinates at the start of a line, such as angles that differ by full turns;
+            None if no angles are prescribed.
         impose: lines of C that write given coordinates into ``x`` and ``c``.
-        strides: (n,) largest change of the coordinates in one step [m, rad].
+        strides: (n,) largest change of each coordinate in one step [m, rad].
     """
 
     prefix: str
@@ -116,10 +116,10 @@ class Line:
 
 
 def line_of(robot: Robot, given: PrescribedCoordinates, prefix: str = "") -> Line:
-    """Record the programs that follow lines of prescribed coordinates."""
+    """Return the programs for lines in prescribed coordinates."""
     prescribed = robot.mobility_analysis.with_dofs(given)
     what = robot.solver, prescribed, example_at(robot, prescribed)
-    numbers = structure_of(robot.solver, prescribed).values
+    numbers = Structure((robot.solver, prescribed)).values
 
     def program(name: str, record: Program, *inputs: str) -> CProgram:
         return c_program(f"{prefix}{name}", record.tape, (*record.numbers, *record.truths), numbers, inputs)
@@ -132,13 +132,13 @@ def line_of(robot: Robot, given: PrescribedCoordinates, prefix: str = "") -> Lin
 
 
 def example_at(robot: Robot, prescribed: PrescribedCoordinates) -> SolverState:
-    """Return the example pose of the records."""
+    """Return the pose at which programs are recorded."""
     generic = robot.generic_poses.take(np.array([0]))
     return SolverState(generic.x, robot.solver.origin(prescribed, generic)[1])
 
 
 def _imposed(robot: Robot, prescribed: PrescribedCoordinates) -> Iterator[str]:
-    """Yield lines of C that write given coordinates into x and c; see :meth:`Solver.impose`."""
+    """Yield the lines of C that write given coordinates into x and c; see :meth:`Solver.impose`."""
     for row, column in enumerate(prescribed.columns):
         yield from _written(robot.solver.joint_of_column[column], f"target[{row}]")
     for item in robot.equations.couplings.items:
@@ -165,10 +165,10 @@ class CJacobian:
     """Derivatives of outputs with respect to inputs.
 
     Attributes:
-        rates: computes the derivatives of x by each coordinate from x and c; the last result is the validity of the record.
-        tangent: computes the rates of outputs from x, load, gravity and their rates.
+        rates: program for the derivatives of x by each coordinate, from x and c; the last result is whether all guards are met.
+        tangent: program for the rates of outputs, from x, load, gravity and their rates.
         at: index of the first rate of each output.
-        pairs: output, input, and the name of the C field with their derivatives.
+        pairs: for each derivative, the output, the input, and the name of the field in C.
     """
 
     rates: CProgram
@@ -180,9 +180,9 @@ class CJacobian:
 def _jacobian(
     line: Line, robot: Robot, record: PoseRecord, numbers: Array, pairs: Sequence[tuple[Quantity, Quantity, str]]
 ) -> CJacobian:
-    """Record derivatives; their operations are added to the record of poses."""
+    """Return the programs for derivatives; their operations are added to ``record``, the record of poses."""
     what = robot.solver, line.prescribed, example_at(robot, line.prescribed)
-    rates, own = rates_record(*what), structure_of(robot.solver, line.prescribed).values
+    rates, own = rates_record(*what), Structure((robot.solver, line.prescribed)).values
     names = list(dict.fromkeys(output.name for output, *_ in pairs))
     inputs = ("x", *LOADS)
     tangent = tangent_record(record.tape, record.all_rows(names), len(inputs))
@@ -197,7 +197,7 @@ def _jacobian(
 def _pairs(
     function: Exported, fields_of: Mapping[str, str], of: Sequence[str], by: Sequence[str]
 ) -> list[tuple[Quantity, Quantity, str]]:
-    """Return outputs and inputs, and the names of the C fields with their derivatives.
+    """Return for each derivative the output, the input, and the name of the field in C.
 
     Raises:
         ArgumentError: a derivative is with respect to a parameter, not an input.
@@ -215,15 +215,20 @@ def _pairs(
 class SearchPrograms:
     """The search of :func:`kinetostatics.compensate` at one pose.
 
-    Inputs of ``begin``, ``update`` and ``remaining`` are the platform's frame (12 numbers) and the twist; those of ``correct``
-    are the actuator coordinates at the target and at the corrected pose. The last result is the validity of the record.
+    The last result of each program is whether all guards are met.
 
     Attributes:
-        numbers: number of state variables of the search; the commanded coordinates are first.
-        enough: error [m] that counts as corrected.
-        led: tolerance of the error [m] after the line of actuator coordinates to the corrected pose.
-        error, count: index of the first error, and number of errors.
-        size, going: indices of the largest error and of the flag to continue.
+        begin: program for the first state of the search, from the frame of the platform (12 numbers) and the twist.
+        update: program for the next state, from a state, the frame and the twist.
+        remaining: program for the residual error, from the target frame, the frame and the twist.
+        correct: program for the commanded actuator coordinates, from those at the target and at the pose found.
+        numbers: number of entries of a state; the commanded coordinates are first.
+        enough: largest error [m] of a corrected pose.
+        led: largest error [m] after the line of actuator coordinates to the corrected pose.
+        error: index of the first error in a state.
+        count: number of errors.
+        size: index of the largest error.
+        going: index of the flag to continue.
     """
 
     begin: CProgram
@@ -240,7 +245,7 @@ class SearchPrograms:
 
 
 def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation) -> SearchPrograms:
-    """Record a search.
+    """Return the programs of the search.
 
     Args:
         robot: the robot.
@@ -288,7 +293,7 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
 
 
 def _program(name: str, examples: Mapping[str, Array], computed: Callable[..., Sequence[Array]]) -> CProgram:
-    """Record a computation from columns of numbers; the last result is the validity of the record."""
+    """Return the program of a function of arrays (k, 1), given examples; the last result is whether all guards are met."""
     tape = Tape()
     record = program_of(tape, [*examples.values()], lambda *inputs: [*computed(*inputs), guards_met(tape)])
     return c_program(name, tape, (*record.numbers, *record.truths), np.array([]), tuple(examples))
@@ -299,13 +304,13 @@ def _pose(frame: Array) -> tuple[Array, Array]:
 
 
 def _flat(controlled: ScaledCoordinates, target: Array, angles: Array, search: BroydenSearch) -> list[Array]:
-    """Return commanded coordinates, targets, all angles, and the state of the search as numbers."""
+    """Return the state of the search as numbers: commanded coordinates, targets, all angles, and Broyden's method."""
     parts = [getattr(search, field.name) for field in fields(search)]
     return [search.u / controlled.scale, target, angles, *parts[:-1], np.where(search.going, 1.0, 0.0)]
 
 
 def _unflat(numbers: Array, n: int) -> tuple[Array, Array, BroydenSearch]:
-    """Return targets, angles and state of the search from numbers."""
+    """Return targets, angles and Broyden's method from the state of the search."""
     _, target, angles, u, step, inverse, error, size, stale, going = np.split(numbers, np.cumsum([n, n, 3, n, n, n * n, n, 1, 1]))
     search = BroydenSearch(u, step, inverse.reshape(n, n, 1), error, size[0], stale[0], going[0] != 0)
     return target, angles, search
@@ -321,10 +326,11 @@ class Programs:
         outputs: the requested outputs.
         c_names: names of the coordinates in C.
         line: programs for lines in the function's coordinates.
-        drives: programs for lines in actuator coordinates, for compensation; None without.
-        pose: computes outputs and truth values from x, load and gravity.
-        at: index of the first result of each output; "holds" is the validity of the record.
-        jacobian, search: programs for derivatives and compensation, if requested.
+        drives: programs for lines in actuator coordinates, if compensation is requested.
+        pose: program for outputs and truth values, from x, load and gravity.
+        at: index of the first result of each output; "holds" is whether all guards are met.
+        jacobian: programs for derivatives, if requested.
+        search: programs for compensation, if requested.
         order: for each actuator in the order of the file, its index among the coordinates of ``drives``.
         start: x, c and coordinates of the initial state.
     """
@@ -360,7 +366,7 @@ class Programs:
 
     @property
     def all(self) -> list[tuple[str, CProgram]]:
-        """The programs with their descriptions, in the order of the source file."""
+        """All programs with descriptions, in the order of the source file."""
         found: list[tuple[str, CProgram | None]] = []
         for line, given in ((self.line, ""), (self.drives, ", actuators given")):
             if line is not None:

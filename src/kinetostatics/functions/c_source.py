@@ -23,7 +23,7 @@ def size(item: Quantity) -> int:
 
 
 def valid(name: str, facts: Facts, status: str) -> str:
-    """Return a C expression for the validity of outputs."""
+    """Return a C expression: whether the outputs are valid at a status."""
     found = f"{status} == {name.upper()}_OK"
     return f"{found} || {status} == {name.upper()}_LIMIT_EXCEEDED" if facts["compensates"] else found
 
@@ -207,7 +207,7 @@ static int {pre}analysed(
 
 
 def _line_start(facts: Facts, line: Line) -> str:
-    """Return C code that chooses, of equivalent coordinates at the start of a line, those nearest to its end."""
+    """Return C code that chooses, among equivalent coordinates at the start of a line, those nearest to the line's end."""
     if line.start is None:
         return ""
     unsure = " || ".join(f"!(fabs(pose->c[{k}]) < {facts['unique_below']})" for k in range(3))
@@ -282,7 +282,7 @@ static int compensated(
 
 
 def _correction(name: str, parts: Programs) -> str:
-    """Return the code after the analysis of the target pose."""
+    """Return the C code that follows the analysis of the target pose: the search and the joint limits."""
     return f"""    status = compensated(&pose, load, gravity, w, result, residual_error, actuators);
     state->corrections = pose.corrections;
     if (status != {name.upper()}_OK) return status;

@@ -36,7 +36,7 @@ _KINDS = {
 
 
 def files(name: str, scalar: str, facts: Facts, test: str) -> dict[str, str]:
-    """Return all files by name, with the given text of the test program."""
+    """Return the text of all files by name; ``test`` is the text of the test program."""
     return {
         f"{name}.h": _header(name, scalar, facts),
         f"{name}.c": source(name, scalar, facts),
@@ -58,7 +58,7 @@ def _about(facts: Facts) -> str:
 
 
 def _words(item: Quantity) -> str:
-    """Return meaning, order and units of a quantity."""
+    """Return meaning, order of components and units of a quantity."""
     units = ", ".join(dict.fromkeys(item.units))
     rows, last = ((), (), *item.axes.values())[-2:]
     parts = [item.meaning, f"in the order {', '.join(last)}" if last else ""]

@@ -1,6 +1,6 @@
-"""Evaluation of functions by compiled code: of a pose by one Newton step from a neighbouring pose, and of many poses together.
+"""Functions evaluated by compiled code: a pose by Newton's method from a neighbouring pose, or many poses together.
 
-Poses at which the validity of the compiled result is not certain are computed by
+If the validity of a compiled result is not certain, the pose is computed by
 :func:`kinetostatics.kinematics.assembly.assemble` and :func:`kinetostatics.analyze`.
 """
 
@@ -30,14 +30,14 @@ from kinetostatics.math.rotations import orientation_named
 from kinetostatics.robot import Robot
 from kinetostatics.status import Status
 
-#: Outputs that decide whether the others are valid.
+#: Outputs on which the validity of the others depends.
 _CLOSED = ("worst_equation", "opening", "within", "singular", "usual")
 _STATUSES = tuple(frozen(np.array(status, dtype=np.int8)) for status in (Status.LIMIT_EXCEEDED, Status.OK))
 
 
 @dataclass(frozen=True)
 class _Closed:
-    """A pose with closed loops: x and c (nq' + 3, 1), its prescribed coordinates, and the function that computed it."""
+    """A pose with closed loops, computed by ``owner``: x and c (nq' + 3, 1), and the prescribed coordinates ``target``."""
 
     owner: CompiledFunction
     state: Array
@@ -57,7 +57,7 @@ class CompiledFunction:
         prescribed: prescribed coordinates.
         orientation: convention of the platform's angles.
         names: names of the prescribed coordinates.
-        given: names of the coordinates that are arguments; the others are zero.
+        given: names of the coordinates that are arguments; the other prescribed coordinates are zero.
         outputs: names of the outputs.
 
     Attributes:
@@ -100,7 +100,7 @@ class CompiledFunction:
     def single(
         self, coordinates: Mapping[str, Number], near: Configuration | Values | None, load: ArrayLike, gravity: ArrayLike
     ) -> Values | None:
-        """Return the outputs at one pose if they are certain, else None."""
+        """Return the outputs at one pose if they are certainly valid, else None."""
         start = self._zero
         if near is not None:
             origin = near.origin if isinstance(near, Values) else None
@@ -146,13 +146,13 @@ class CompiledFunction:
         return tuple([float(coordinates.get(name, 0.0)) for name in self._names])
 
     def origin(self, pose: Configuration, coordinates: Mapping[str, Number]) -> _Closed | None:
-        """Return the start of the next line, a single reached pose."""
+        """Return a pose as the start of the next line; None if it is not a single reached pose."""
         if pose.shape or not pose.reached.all():
             return None
         return _Closed(self, np.concatenate([pose.poses.x, pose.poses.c]), self._target(coordinates))
 
     def _configuration(self, closed: _Closed) -> Configuration:
-        """Return a pose as a configuration."""
+        """Return a closed pose as a configuration."""
         names = () if self._by_actuators else self._names
         target = np.array(closed.target)[:, None]
         return assembly.closed_pose(
@@ -180,7 +180,7 @@ class CompiledFunction:
         Args:
             pose: the poses.
             load, gravity: (…, 6) [N, N·m] and (…, 3) [m/s²].
-            careful: the analysis for poses that the code cannot decide.
+            careful: function that returns the outputs of poses at which the validity of the compiled results is not certain.
 
         Raises:
             ArgumentError: shapes do not fit.

@@ -1,10 +1,10 @@
-"""Derivatives of the outputs of a function, with closed loops by the implicit function theorem.
+"""Derivatives of the outputs of a function with closed loops, by the implicit function theorem.
 
 The outputs y(x, load, gravity, θ) and the residuals r(x, c, target, θ) of loops and prescribed coordinates are one record; θ are
-the robot's numbers. One reverse sweep gives all their derivatives. When θ or the target changes, the freedoms move so that r
-remains zero: v' = −G⁺ ∂r/∂θ θ' and y' = ∂y/∂x T(x) v' + ∂y/∂θ θ', where T(x) v are the rates of the coordinates. Only θ', the
-rates of constants such as 1/EI when a number of the description changes, are central differences, with relative errors of about
-10⁻¹².
+the robot's constants. The reverse mode of automatic differentiation gives all derivatives of y and r. When θ changes, the
+freedoms move so that r remains zero: v' = −G⁺ ∂r/∂θ θ' and y' = ∂y/∂x T(x) v' + ∂y/∂θ θ', where G is the gradient of r by the
+freedoms and T(x) v are the rates of the coordinates; likewise for the target. Only θ', the rates of constants such as 1/EI with
+respect to a number of the description, are central differences, with relative errors of about 10⁻¹².
 """
 
 from __future__ import annotations
@@ -38,32 +38,33 @@ from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.robot_statics import RobotStatics, statics_on
 
-#: Quantities that are differentiated, and arguments of an analysis for which derivatives exist.
+#: Quantities that are differentiated.
 OUTPUTS = ("twist", "stiffness", "compliance", "actuator_forces", "actuators", "mass")
+#: Arguments of an analysis with which derivatives exist.
 PLAIN = {"load", "gravity", "engine", "on_failure"}
 #: Relative singular value of the loops' gradient below which a motion is free.
 _FREE = 1e-9
-#: Fraction of a parameter's step at which the validity of a record is tested, so small that loops remain closed within rounding
-#: in first-order motions.
+#: Fraction of a parameter's step at which the validity of a record is tested. It is so small that first-order motions keep the
+#: loops closed within rounding.
 _NEAR = 1e-6
-#: Indices of the inputs of a record, followed by that of the robot's numbers.
+#: Indices of some inputs of a record; the last index is that of the robot's constants.
 _X, _LOAD, _GRAVITY, _NUMBERS = 0, 1, 2, 5
 
 
 class Gradients:
-    """Derivatives of outputs and loop residuals of a robot at N poses with respect to all their inputs.
+    """Derivatives of outputs and loop residuals at N poses with respect to all inputs and constants of the robot.
 
     Args:
         model: the robot, with chosen wrench bases.
         names: names of the outputs.
         inputs: x, load, gravity, c and target of the poses, each (…, N).
-        poses: poses to be differentiated; the others are NaN.
-        example: inputs of one pose, for the shapes of an empty batch.
+        poses: indices of the poses that are differentiated; derivatives at others are NaN.
+        example: inputs of one pose; they determine the shapes for an empty batch.
         tool: see :func:`kinetostatics.engine.pose_record.outputs_at`.
 
     Attributes:
         numbers: (P,) constants of the robot.
-        records: the differentiated records, each with its poses.
+        records: the differentiated records, each with the indices of its poses.
 
     Raises:
         NotRecordedError: the analysis cannot be recorded.
@@ -100,7 +101,7 @@ class Gradients:
         """Return the rates of residuals and outputs (…, N).
 
         Args:
-            directions: rates of inputs (…, N) or (…, 1), and of the constants (P,); others are zero.
+            directions: rates of inputs (…, N) or (…, 1) and of the constants (P,), by index; other rates are zero.
         """
         total = np.full((len(self.record.all_rows()), self._N), np.nan)
         for (_, where), (leaves, found) in zip(self.records, self._parts, strict=True):
@@ -115,7 +116,7 @@ class Gradients:
         return {name: part.reshape(*shape, self._N) for (name, shape), part in parts}
 
     def hold_beside(self, by: float, directions: Mapping[int, Array]) -> bool:
-        """Return whether the records are valid after a change by ``by`` along directions, see :meth:`along`."""
+        """Whether the records remain valid if x and the constants change by ``by`` times their rates, see :meth:`along`."""
         for record, where in self.records:
             inputs = [array[:, where] for array in self._inputs]
             if _X in directions:
@@ -136,7 +137,7 @@ class Derivatives:
         target: (n, N) their values.
         load: (6, N) [N, N·m].
         gravity: (3, N) [m/s²].
-        outputs: names of outputs; "mass" [kg] is that of the robot at fixed joints.
+        outputs: names of outputs; "mass" [kg] is the robot's mass.
         tool: (3,) reference point of twist, stiffness and compliance, from o in platform axes [m]; None: o.
     """
 
@@ -158,7 +159,7 @@ class Derivatives:
 
     @cached_property
     def nominal(self) -> Gradients:
-        """All derivatives by inputs and by the robot's numbers.
+        """Derivatives by inputs and by the robot's constants, with the robot's own wrench bases.
 
         Raises:
             ArgumentError: the robot has no derivatives.
@@ -166,7 +167,7 @@ class Derivatives:
         return self._gradients(self.robot.statics)
 
     def _gradients(self, decided: RobotStatics) -> Gradients:
-        """Return the derivatives of all outputs with chosen wrench bases."""
+        """Return the derivatives with the wrench bases of ``decided``."""
         poses, generic = self.pose.poses, self.robot.generic_poses.take(np.array([0]))
         inputs = poses.x, self.load, self.gravity, poses.c, self.target
         target, c = self.robot.solver.origin(self.prescribed, generic)
@@ -178,14 +179,16 @@ class Derivatives:
             raise ArgumentError(f"{self.robot.name!r} has no derivatives: {error}") from error
 
     def model(self, decided: RobotStatics) -> PoseModel:
-        """Return the data of the robot for poses, with chosen wrench bases."""
+        """Return the model of the robot with the wrench bases of ``decided``."""
         return PoseModel.of(self.robot.solver, decided, self.prescribed)
 
     # ---- closure of the loops -----------------------------------------------------------------------------------------
 
     @cached_property
     def _closing(self) -> tuple[Array, Array, Array]:
-        """Gradient (N, m, n) by scaled steps, its pseudoinverse, and the residuals' rates (m, coordinates, N)."""
+        """Gradient (N, m, n) of the residuals by scaled steps, its pseudoinverse, and rates of the residuals (m, coordinates, N)
+        for unit rates of the prescribed coordinates.
+        """
         gradient, rates = self.robot.solver.rates(self.prescribed, self.pose.poses, self.target)
         turned = np.nan_to_num(np.moveaxis(gradient, 2, 0))
         inverse = np.swapaxes(turned, 1, 2)
@@ -194,18 +197,18 @@ class Derivatives:
         return turned, inverse, rates
 
     def _velocities(self, rates: Array) -> Array:
-        """Return the rates (nv, k, N) of the freedoms that keep residuals with partial ``rates`` (m, k, N) at zero."""
+        """Return the rates (nv, k, N) of the freedoms with which residuals of partial ``rates`` (m, k, N) remain zero."""
         turned, inverse, _ = self._closing
         step = np.moveaxis(-inverse @ np.moveaxis(rates, 2, 0), 0, 2)
         return freedom_rates(self.robot.solver, self.prescribed, np.moveaxis(turned, 0, 2), rates, step)
 
     @cached_property
     def _by_coordinates(self) -> Array:
-        """(nv, coordinates, N) rates of the freedoms per unit rate of each prescribed coordinate."""
+        """Rates (nv, coordinates, N) of the freedoms for a unit rate of each prescribed coordinate."""
         return with_given(self.robot.solver, self.prescribed, self._velocities(self._closing[2]))
 
     def _moving(self, v: Array) -> dict[int, Array]:
-        """Return the rates of coordinates at rates (nv, N) of the freedoms."""
+        """Return the rates of x for rates (nv, N) of the freedoms."""
         return {_X: self.robot.solver.tree.rates(self.pose.poses.x, v)}
 
     # ---- derivatives by kind of input ---------------------------------------------------------------------------------
@@ -222,10 +225,10 @@ class Derivatives:
     def by_numbers(self, numbers: Sequence[RobotNumber]) -> dict[str, Array]:
         """Return the derivatives (*output, N) by one number of the robot, (*output, n, N) by n components.
 
-        NaN if the loops cannot remain closed (overconstrained robots), and for components without derivative.
+        They are NaN if the loops cannot remain closed (overconstrained robots), and for components without derivative.
 
         Raises:
-            ArgumentError: no component has a derivative: the change yields another mechanism or none.
+            ArgumentError: no component has a derivative, since a change yields another mechanism or an invalid robot.
         """
         columns: list[dict[str, Array]] = []
         errors: list[ArgumentError] = []
@@ -248,10 +251,10 @@ class Derivatives:
         Args:
             name: name of the number, for messages.
             step: step of the finite differences of constants.
-            changed: returns the description with the number increased by an amount.
+            changed: function that returns the description with the number increased by an amount.
 
         Raises:
-            ArgumentError: the change yields another mechanism or none.
+            ArgumentError: the change yields another mechanism or an invalid robot.
         """
 
         def found(decided: RobotStatics, own: Gradients) -> dict[str, Array] | None:
@@ -278,7 +281,7 @@ class Derivatives:
         raise ArgumentError(f"there is no derivative by {name!r}: it changes the structure of the robot's limbs")
 
     def _by_rates(self, rates: Array, own: Gradients, step: float) -> dict[str, Array] | None:
-        """Return the derivatives for given rates of constants (P,); None if the record is invalid after a small change."""
+        """Return the derivatives for given rates (P,) of the constants; None if a small change makes the records invalid."""
         directions = {_NUMBERS: rates}
         residual = own.along(directions)["residual"]
         if np.any(np.nan_to_num(residual)):
@@ -302,12 +305,12 @@ def derivatives_at(
     tool: Array | None = None,
     names: Sequence[str] = OUTPUTS,
 ) -> Derivatives | None:
-    """Return the derivatives at all poses; None with overconstrained rigid limbs, or with arguments such as loads on links, for
-    which no derivatives are implemented.
+    """Return the derivatives at all poses; None if there are none: the robot cannot be recorded, a pose is not reached, or the
+    analysis has other arguments than :data:`PLAIN`, such as loads on links.
 
     Args:
         result: the analysis of the poses.
-        analysis: its arguments.
+        analysis: arguments of the analysis.
         tool: (3,) reference point of twist and stiffness, from o in platform axes [m]; None: o.
         names: names of the quantities to be differentiated.
     """
@@ -335,7 +338,9 @@ def derivatives_at(
 
 
 def _swept(record: PoseRecord, inputs: Sequence[Array], numbers: Array) -> tuple[Index, Array, Mask]:
-    """Return the inputs (L, 2) of a record, the derivatives (rows, L, N) by them, and the mask (N,) of its validity."""
+    """Return the L inputs and constants of a record (L, 2), the derivatives (rows, L, N) by them, and the mask (N,) of poses at
+    which the record is valid. An input is given by array and component, a constant by ``_NUMBERS`` and its number.
+    """
     rows, tape, N = record.all_rows(), record.tape, inputs[0].shape[1]
     needed = needed_by(tape, (*rows, record.all_hold()))
     leaves: dict[int, tuple[int, int]] = {}
@@ -362,10 +367,10 @@ def _swept(record: PoseRecord, inputs: Sequence[Array], numbers: Array) -> tuple
 def varied(robot: Robot, description: RobotDescription, own: PoseModel) -> tuple[PoseModel, Array]:
     """Return the model and the constants (P,) of a slightly changed robot.
 
-    Ranks and bases are those decided for ``own``, the model of the original robot.
+    Ranks and wrench bases are those of ``own``, the model of the original robot.
 
     Raises:
-        KinetostaticsError: the description is invalid, or its coordinates, loops or limbs differ from those of the robot.
+        KinetostaticsError: the description is invalid, or has other coordinates, loops or limbs than the original robot.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -394,7 +399,7 @@ def varied(robot: Robot, description: RobotDescription, own: PoseModel) -> tuple
 
 
 def _with_beam_axes(robot: Robot, description: RobotDescription) -> RobotDescription:
-    """Return a description with explicit y axes of all beams, because default ones could change."""
+    """Return a description in which all beams have the y axes of ``robot``; default axes could change."""
     beams = {}
     for name, beam in description.beams.items():
         rotation = robot.mechanism.body_of[beam.link][1][:3, :3]

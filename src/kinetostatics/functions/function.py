@@ -55,11 +55,12 @@ class Function:
         orientation: convention of the angles, see :meth:`Robot.assemble`; None for actuators.
         inputs: coordinates, load and gravity, by name.
         outputs: outputs by name, always including "status" and "residual".
-        by_actuators: whether the coordinates are those of the actuators, not of the platform.
+        by_actuators: whether the inputs are coordinates of the actuators, not of the platform.
         engine: "numpy" or "compiled".
         compensates: whether the coordinates are targets of the loaded platform, see :func:`kinetostatics.compensate`; the outputs
             are then those of the corrected pose.
-        prescribed, names: prescribed coordinates for the solver, and their names.
+        prescribed: coordinates prescribed to the solver.
+        names: names of these coordinates.
     """
 
     def __init__(
@@ -86,13 +87,13 @@ class Function:
 
     @property
     def parameters(self) -> Mapping[str, Quantity]:
-        """The numbers of the description with derivatives, with shapes and units.
+        """Numbers of the robot's parts by which outputs can be differentiated, by name, with shapes and units.
 
-        ``rod_1.outer_diameter`` and others of a beam's section and material; ``platform.mass`` and ``.center_of_mass`` of a link,
-        in its frame; ``.linear_stiffness``, ``.angular_stiffness`` and ``.actuator_stiffness`` of an elastic joint;
-        ``.stiffness``, ``.free_length`` and ``.preload`` of a spring; ``.placement`` of a joint: displacements along and
-        rotations about the axes of its own frame, with all bodies on it; of a loop ``.predecessor_placement`` and
-        ``.successor_placement``.
+        Names are those of part and number: of a beam ``rod_1.outer_diameter`` and others of its section and material; of a link
+        ``platform.mass`` and ``.center_of_mass``, in the link's frame; of an elastic joint ``.linear_stiffness``,
+        ``.angular_stiffness`` and ``.actuator_stiffness``; of a spring ``.stiffness``, ``.free_length`` and ``.preload``. The
+        ``.placement`` of a joint displaces the joint frame along its own axes and rotates it about them, with all bodies that
+        follow; a loop has ``.predecessor_placement`` and ``.successor_placement``.
         """
         found = {name: tuple(item.unit for item in several) for name, several in self._numbers.items()}
         return ResultMapping({name: Quantity(name, (len(units),) * (len(units) > 1), units) for name, units in found.items()})
@@ -116,14 +117,14 @@ class Function:
         near: Configuration | Values | None = None,
         **coordinates: ArrayLike,
     ) -> Values:
-        """Return the outputs, each (…, *shape); a pose that cannot be reached has NaN and a status.
+        """Return the outputs, each (…, *shape); they are NaN at poses that cannot be reached, as the status says.
 
         Args:
             load: (…, 6) external wrench on the platform about o, world axes [N, N·m].
-            gravity: (…, 3) in world axes [m/s²].
+            gravity: (…, 3) gravity in world axes [m/s²].
             near: start of the straight line to the new pose: a pose, or the result of a call; default: the zero pose. With
                 compensation, it is a target pose of the loaded platform.
-            coordinates: every coordinate by name [m, rad].
+            coordinates: all coordinates by name [m, rad].
 
         Raises:
             ArgumentError: a coordinate is missing or unknown, or shapes do not fit together.
@@ -139,7 +140,7 @@ class Function:
         return Values(arrays, lambda: pose, compiled.origin(pose, coordinates))
 
     def jacobian(self, of: str | Sequence[str], by: str | Sequence[str]) -> Jacobian:
-        """Return a function for the exact derivatives of outputs by inputs and parameters, with closed loops.
+        """Return a function that computes the exact derivatives of outputs by inputs and parameters, with closed loops.
 
         Args:
             of: one or more outputs, except "status" and "residual".
@@ -172,8 +173,8 @@ class Function:
     ) -> CExport:
         """Write the function as C99 for a controller, with header, C++ wrapper, test program, CMakeLists.txt and README.
 
-        No heap, no library except libm, bounded iterations; the state is an argument. The code is generated from the records that
-        Python evaluates.
+        The code uses no heap and no library except libm, has bounded iterations, and takes its state as an argument. It is
+        generated from the records from which Python's compiled code is generated.
 
         Args:
             folder: folder of the files; created if missing.
@@ -182,7 +183,7 @@ class Function:
             near: initial pose of a state in C: a pose, or the result of a call; default: the zero pose, which may be singular.
 
         Returns:
-            Folder, files and numbers of operations.
+            Folder, files, numbers of operations, and memory of the C code.
 
         Raises:
             ArgumentError: ``near`` is not one closed pose of the robot, rigid limbs overconstrain the robot, or ``scalar`` is
@@ -221,7 +222,7 @@ class Function:
         return None
 
     def __getstate__(self) -> dict[str, object]:
-        """Omit code, which other processes load from disk."""
+        """Omit the compiled code, which other processes load from disk."""
         return {name: value for name, value in vars(self).items() if name != "_compiled"}
 
     def _values(self, pose: Configuration, load: ArrayLike, gravity: ArrayLike) -> dict[str, Array]:
@@ -265,10 +266,10 @@ class Jacobian:
         near: Configuration | Values | None = None,
         **coordinates: ArrayLike,
     ) -> Mapping[str, Mapping[str, Array]]:
-        """Return the derivatives: of each output by each input or parameter (…, *output's shape, *input's shape).
+        """Return the derivatives of each output by each input or parameter, (…, *output's shape, *input's shape).
 
-        NaN at poses without results, and for placements that would open the loops of an overconstrained robot (see
-        :func:`kinetostatics.tolerances` for their effect). The arguments are those of the function.
+        They are NaN at poses without results, and for placements that would open the loops of an overconstrained robot;
+        :func:`kinetostatics.tolerances` computes the effect of such placements. The arguments are those of the function.
 
         Raises:
             ArgumentError: an argument is invalid; or a change of a parameter yields another mechanism.
@@ -310,7 +311,7 @@ class Jacobian:
         """Write the function and these derivatives as C99, see :meth:`Function.export_c`.
 
         Raises:
-            ArgumentError: see there; or a derivative is with respect to a parameter, which is a constant in C.
+            ArgumentError: as :meth:`Function.export_c`; or a derivative is with respect to a parameter, a constant in C.
             OSError: the folder cannot be written.
         """
         return export_c(self.function, folder, scalar, name, self, near)
@@ -330,13 +331,13 @@ def compile(
     engine: str = "auto",
     compensate: bool = False,
 ) -> Function:
-    """Return a function of a robot that computes chosen quantities of a pose from coordinates, load and gravity.
+    """Return a function that computes chosen quantities of a robot's pose from coordinates, load and gravity.
 
     Args:
         robot: the robot.
         platform: names of the platform coordinates that the function takes, as many as the mobility (inverse kinematics).
-        actuators: names of all driven joints (forward kinematics), the default without ``platform``; those outside the limbs,
-            such as a gripper's, may be omitted.
+        actuators: names of all driven joints (forward kinematics), the default without ``platform``; driven joints outside the
+            limbs, such as a gripper's, may be omitted.
         orientation: convention of the angles, see :meth:`Robot.assemble`.
         outputs: "twist", "contributions", "actuator_forces", "stiffness", "compliance", "spring_forces", "platform_weight",
             "platform_wrench" or "actuators"; with ``compensate`` also "residual_error".

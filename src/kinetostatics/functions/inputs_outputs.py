@@ -1,4 +1,4 @@
-"""Inputs and outputs of a function of a robot: names, shapes, units, frames; its results, and checks of loads."""
+"""Inputs and outputs of a function of a robot, with names, shapes, units and frames; results of a call."""
 
 from __future__ import annotations
 
@@ -19,15 +19,16 @@ from kinetostatics.math.rotations import orientation_named
 from kinetostatics.quantities import COMPUTED, QUANTITIES, axes_of, units_along
 from kinetostatics.robot import Robot
 
-Facts: TypeAlias = dict[str, Any]  # data of the texts in C, by name
-#: A pose with loads and Python's results: coordinates, load, gravity, outputs, status.
+Facts: TypeAlias = dict[str, Any]  # data from which the files of an export are written, by name
+#: A pose of the test program: coordinates, load, gravity, Python's outputs and status.
 Reference: TypeAlias = tuple[dict[str, float], Array, Array, dict[str, Array], int]
-#: Inputs of every function besides coordinates, and outputs besides the requested ones.
+#: Inputs of every function in addition to coordinates.
 LOADS = ("load", "gravity")
+#: Outputs of every function in addition to the requested ones.
 ALWAYS = ("status", "residual")
-#: Gap of a loop [m, rad] above which a pose of a function is not reached.
+#: Largest gap of a loop [m, rad] at a reached pose.
 TOLERANCE = 1e-10
-#: Paths in a result of the possible outputs of functions, by name.
+#: The possible outputs of functions, each with the attribute of the result from which it is taken.
 PATHS: Mapping[str, str] = {
     **{name: name for name in (*COMPUTED, "status") if name not in LOADS},
     **{name: f"configuration.{name}" for name in ("actuators", "residual")},
@@ -45,8 +46,8 @@ class Quantity:
     Attributes:
         name: its name.
         shape: shape without batch axes.
-        units: one unit for all components, or units along the last axis (for contributions: the first).
-        axes: labels along its axes, by name of the axis, if any.
+        units: one unit for all components, or the units along the last axis.
+        axes: names of its axes, each with the labels along the axis.
         meaning: description with frame and reference point.
     """
 
@@ -63,11 +64,10 @@ class Quantity:
 
 
 class Values(ResultMapping[str, Array]):
-    """Result of a function: arrays by name, batch axes first, and the corresponding pose.
+    """Result of a function: arrays by name, batch axes first, and the pose.
 
     Attributes:
-        origin: the pose in the form in which compiled code continues from it, if it is ``near=`` of the next call; None if
-            unknown.
+        origin: the pose as compiled code needs it, where it is ``near=`` of the next call; None if not available.
     """
 
     def __init__(self, arrays: Mapping[str, Array], pose: Callable[[], Configuration], origin: object = None) -> None:
@@ -76,16 +76,16 @@ class Values(ResultMapping[str, Array]):
 
     @cached_property
     def pose(self) -> Configuration:
-        """The pose or poses; ``near=`` of the next call."""
+        """The pose or poses, for instance as ``near=`` of the next call."""
         return self._made()
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Include the pose, not the function that computes it."""
+        """Pickle the pose, not the function that computes it."""
         return _known, (self.copy(), self.pose)
 
 
 def flat_loads(load: ArrayLike, gravity: ArrayLike, *shapes: tuple[int, ...]) -> tuple[Array, Array, tuple[int, ...]]:
-    """Return load (6, N) and gravity (3, N) of all poses, and the batch shape of these with ``shapes``.
+    """Return load (6, N) and gravity (3, N), and the shape to which they and ``shapes`` broadcast, of N poses.
 
     Raises:
         ArgumentError: a number is not finite, or shapes do not fit.
@@ -107,7 +107,7 @@ def _known(arrays: Mapping[str, Array], pose: Configuration) -> Values:
 
 
 def _quantity(robot: Robot, path: str, more: Mapping[str, str]) -> Quantity:
-    """Return a quantity of the table with the labels and units of a robot."""
+    """Return a quantity of :data:`QUANTITIES` with the labels and units of a robot."""
     entry, name = QUANTITIES[path], path.rpartition(".")[2]
     labels = axes_of(robot.statics)
     axes = {dim: labels[dim] for dim in entry.dims}

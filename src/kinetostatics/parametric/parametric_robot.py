@@ -1,4 +1,4 @@
-"""The parametric robot: other arguments of its file and dimensions of its parts, at poses with the same coordinates."""
+"""The parametric robot: descriptions of a robot with other arguments of its file and other numbers of its parts."""
 
 from __future__ import annotations
 
@@ -24,8 +24,7 @@ from kinetostatics.robot import Robot
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-#: Fields of a description, its links, joints and loops that affect neither statics nor mass: visuals, moments of inertia, limits,
-#: places in the file.
+#: Fields of a description and its parts that affect neither statics nor mass, such as visuals, moments of inertia and limits.
 IDLE = ("parameters", "file_warnings", "extra", "inertia", "lower", "upper", "cone", "effort", "velocity")
 
 
@@ -34,7 +33,7 @@ class ParametricRobot:
 
     Args:
         robot: the robot.
-        links: ``platform_link`` and ``base_link`` of its file; None: they are found by comparison with the file.
+        links: ``platform_link`` and ``base_link`` of its file; None: those with which the file yields this robot.
     """
 
     def __init__(self, robot: Robot, links: Mapping[str, str | None] | None = None) -> None:
@@ -50,7 +49,7 @@ class ParametricRobot:
 
     @cached_property
     def parts(self) -> dict[str, RobotNumber]:
-        """The numbers of parts that can be changed, one by one."""
+        """All numbers and components that can be changed, by name."""
         return {item.name: item for several in self.every_part.values() for item in several if item.step is not None}
 
     @cached_property
@@ -95,7 +94,7 @@ class ParametricRobot:
         )
 
     def number(self, name: str) -> RobotNumber:
-        """Return an existing number by name."""
+        """Return a number by name, a number of a part or an argument of the file."""
         if "." in name and name in self.parts:
             return self.parts[name]
         value = self.arguments[name]
@@ -110,9 +109,9 @@ class ParametricRobot:
         """Return the names that match patterns, each with its pattern.
 
         Args:
-            patterns: names of arguments of the file and of dimensions of parts; ``*`` is a wildcard.
+            patterns: names of arguments of the file and of numbers of parts; ``*`` is a wildcard.
             what: name of the argument with the patterns, if numbers must not be named twice.
-            errors: whether assembly errors, ``revolute_*.error.[xyz]``, are included.
+            errors: whether assembly errors such as ``revolute_*.error.[xyz]`` are included.
 
         Raises:
             ArgumentError: a pattern has no match, or matches arguments although the robot differs from its file; or a number is
@@ -132,7 +131,7 @@ class ParametricRobot:
         return found
 
     def select(self, patterns: Sequence[str], what: str = "") -> list[tuple[str, RobotNumber]]:
-        """Return the numbers that patterns name, each with its pattern, see :meth:`names`."""
+        """Return the numbers that match patterns, each with its pattern, see :meth:`names`."""
         return [(pattern, self.number(name)) for name, pattern in self.names(patterns, what).items()]
 
     def check_units(self, typed: Mapping[str, str], what: str) -> None:
@@ -156,10 +155,10 @@ class ParametricRobot:
         return self._known[key] if key else own
 
     def description(self, values: Mapping[str, float]) -> RobotDescription:
-        """Return the robot's description with other values of some numbers; the file's expressions are evaluated with them.
+        """Return the robot's description with other values of some numbers; expressions of the file are evaluated again.
 
         Raises:
-            RobotFileError: there is no such robot.
+            RobotFileError: the robot is invalid with these values.
         """
         there = self._read({name: value for name, value in values.items() if name not in self.parts})
         items = [(self.parts[name], value) for name, value in values.items() if name in self.parts]
@@ -169,9 +168,7 @@ class ParametricRobot:
             raise RobotFileError(str(error), self.robot.description.path) from error
 
     def off(self, amounts: Mapping[str, float]) -> RobotDescription:
-        """Return the robot's description with numbers increased by given amounts.
-
-        Numbers of parts are increased after the file has been read with the changed arguments.
+        """Return the robot's description with numbers increased by given amounts; arguments of the file are changed first.
 
         Raises:
             RobotFileError: the file is invalid with these values.
@@ -183,7 +180,7 @@ class ParametricRobot:
 
 
 def _changed(description: RobotDescription, changes: Sequence[tuple[RobotNumber, float]]) -> RobotDescription:
-    """Return a description with changed numbers, changed in an order in which it is valid after each step.
+    """Return a description with changed numbers. They are changed in an order in which each intermediate description is valid.
 
     For example, an outer diameter is enlarged before the inner one.
 
@@ -205,10 +202,10 @@ def _changed(description: RobotDescription, changes: Sequence[tuple[RobotNumber,
 
 
 def check_unit(number: RobotNumber | ErrorParameter, typed: str, what: str) -> None:
-    """Check that a number is given in a unit of its own kind, if this is known.
+    """Check that the unit in which a number is given has the dimension of the number, if that is known.
 
     Raises:
-        ArgumentError: the unit is of another kind.
+        ArgumentError: the dimensions differ.
     """
     own, given = (text.replace(" ", "·") for text in (number.unit, typed))
     if own and given and (own == "1" or unit(own.replace("·", " ")).dimension != unit(given.replace("·", " ")).dimension):
@@ -217,7 +214,7 @@ def check_unit(number: RobotNumber | ErrorParameter, typed: str, what: str) -> N
 
 
 def alike(one: RobotDescription, other: RobotDescription) -> bool:
-    """Whether two robots are equal for the statics."""
+    """Whether two descriptions have the same statics and mass."""
     for item in fields(RobotDescription):
         a, b = getattr(one, item.name), getattr(other, item.name)
         if item.name in IDLE or not item.compare or a == b:
@@ -232,10 +229,12 @@ def _bare(item: DataclassInstance) -> dict[str, object]:
 
 
 def same_pose(configuration: Configuration, robot: Robot, loops: SolverChoice) -> Configuration:
-    """Return the pose of another robot at the platform coordinates used for assembly, else at the same actuator coordinates.
+    """Return the pose of another robot at the coordinates by which a pose was assembled, of the platform or the actuators.
 
-    The assembly mode is that of ``configuration``, whose pose is the start of the straight line to this pose. ``loops`` chooses
-    the solver.
+    Args:
+        configuration: the pose, at which the straight line to the new pose starts; both have the same assembly mode.
+        robot: the other robot.
+        loops: function that chooses the solver.
     """
     near = replace(configuration, robot=robot)
     if configuration.prescribed:
@@ -246,7 +245,7 @@ def same_pose(configuration: Configuration, robot: Robot, loops: SolverChoice) -
 
 
 def opens_loops(name: str) -> ArgumentError:
-    """Return an error for a number whose small change opens closed loops."""
+    """Return the error for a number whose small change opens the loops."""
     return ArgumentError(
         f"{name}: with a small change of it the loops do not close, or the pose is lost; for an overconstrained robot, "
         "tolerances of JOINT.error.x … rz compute the effect of such errors, and the internal forces"

@@ -1,6 +1,7 @@
-"""Numbers of a robot's parts and its assembly errors, by name, and the description with another value of one number.
+"""Numbers of a robot's parts and its assembly errors, by name, and descriptions with other values of these numbers.
 
-Assembly errors are ``JOINT.error.x`` … ``rz`` along and about the axes of the joint's own frame, and ``BEAM.error.length``.
+Assembly errors are ``JOINT.error.x`` … ``rz`` along and about the axes of the joint frame, ``BEAM.error.length`` and
+``BEAM.error.temperature``.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.robot import Robot
 from kinetostatics.sections.kinds import Section
 
-#: Step of differences, relative to the number or the robot's length, or as a rotation [rad].
+#: Step of finite differences, relative to the number or the robot's length, or as a rotation [rad].
 STEP = 1e-3
 _AREAS = {"area": "m²", "I_y": "m⁴", "I_z": "m⁴", "J": "m⁴", "shear_area_y": "m²", "shear_area_z": "m²"}
 _MATERIAL = {"youngs_modulus": "Pa", "shear_modulus": "Pa", "poisson_ratio": "1", "density": "kg/m³"}
@@ -34,15 +35,15 @@ Part: TypeAlias = Any  # parts of a robot and their fields, mappings, tuples and
 
 @dataclass(frozen=True)
 class RobotNumber:
-    """A number of a robot: an argument of its file, or a dimension of a part.
+    """A number of a robot: an argument of its file, or a number of a part.
 
     Attributes:
-        name: name of the argument, or of part and dimension: ``rod_1.outer_diameter``, ``revolute_1.placement.x``.
+        name: name of the argument, or of part and number: ``rod_1.outer_diameter``, ``revolute_1.placement.x``.
         unit: SI unit; "1" for a ratio, empty if unknown.
         value: value, SI; 0 for a placement, which is given as a displacement.
-        step: step of differences; None if it cannot be changed.
+        step: step of finite differences; None if the number is not changed.
         description: description of the robot.
-        path: path of a dimension of a part.
+        path: for a number of a part, its path in the description.
         read: for an argument, function that returns the description with another value.
     """
 
@@ -55,7 +56,7 @@ class RobotNumber:
     read: Callable[[float], RobotDescription] | None = None
 
     def changed(self, by: float) -> RobotDescription:
-        """Return the robot's description with this number larger by an amount, and the file's expressions evaluated with it.
+        """Return the robot's description with this number increased by an amount; expressions of the file are evaluated again.
 
         Raises:
             RobotFileError: the file is invalid with this value.
@@ -64,7 +65,7 @@ class RobotNumber:
         return self.changed_in(self.description, by) if self.read is None else self.read(self.value + by)
 
     def changed_in(self, there: RobotDescription, by: float) -> RobotDescription:
-        """Return another description in which this number of a part is larger by an amount.
+        """Return another description with this number of a part increased by an amount.
 
         Raises:
             ArgumentError: the part cannot have this value.
@@ -78,7 +79,7 @@ class RobotNumber:
 
 
 def numbers_of_parts(robot: Robot) -> dict[str, tuple[RobotNumber, ...]]:
-    """Return the numbers of a robot's parts by name, with all components of vectors and placements, even constant ones."""
+    """Return the numbers of a robot's parts by name; a vector or placement has all its components, even constant ones."""
     found: dict[str, tuple[RobotNumber, ...]] = {}
     for name, path, unit in _places(robot):
         item = _found(robot.description, path)
@@ -132,7 +133,7 @@ def _places(robot: Robot) -> Iterator[tuple[str, Path, str]]:
 
 
 def _sizes(section: Section) -> dict[str, float]:
-    """Return the independent dimensions of a section with a shape."""
+    """Return the independent dimensions of the shape of a section."""
     plain = {item.name for item in fields(Section)}
     sizes = {item.name: getattr(section, item.name) for item in fields(section) if item.name not in plain}
     sizes.pop("torsion_modulus", None)  # follows from the others
@@ -207,7 +208,7 @@ class ErrorParameter:
 
     @property
     def value(self) -> float:
-        """Value of the nominal robot: zero."""
+        """Value in the nominal robot: zero."""
         return 0.0
 
 
