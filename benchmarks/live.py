@@ -39,7 +39,7 @@ def row(name: str) -> list[str]:
     seconds, text = [], ""
     for k in range(TIMES):
         values[first["coordinate"]] = start + way * (1 - 2 * (k % 2))
-        question = json.dumps({"kind": kind, "values": values, "told": False, "groups": SEEN})
+        question = json.dumps({"kind": kind, "values": values, "groups": SEEN})
         before = time.process_time()
         text = json.dumps(live.answer(json.loads(question)))
         seconds.append(time.process_time() - before)

@@ -127,12 +127,6 @@ def test_a_spring_without_length_is_drawn_too():
     assert all(np.abs(arrow.vector).max() < 1e-9 for arrow in scene.arrows if arrow.group == "spring forces")
 
 
-def test_a_later_scene_of_the_robot_takes_the_surfaces_again(result, scene):
-    again = describe_scene(result, like=scene)
-    assert [mesh.path for mesh in again.meshes] == [mesh.path for mesh in scene.meshes]
-    assert mesh_at(again, "springs/gas") is mesh_at(scene, "springs/gas")
-
-
 def test_meshcat_has_springs_and_their_arrows_too(result):
     window, node = drawn(result, pose=2, exaggeration=1.0)
     root = node.path.lower()

@@ -51,23 +51,33 @@ def choices(robot: RobotKinematics, orientation: Orientation, given: Sequence[st
     return sorted(here or sets, key=lambda names: sum(name not in given for name in names))
 
 
-def best_choice(robot: RobotKinematics, orientation: Orientation, pose: SolverState) -> tuple[str, ...]:
-    """Return the set of coordinates with the largest measure at one pose; of nearly equal measures, the first set.
+def measured_choices(robot: RobotKinematics, orientation: Orientation, pose: SolverState) -> dict[tuple[str, ...], float]:
+    """Return the measure of each set of :func:`choices` at one pose.
 
-    The measure is the smallest singular value of the map from the platform's motions, with translations relative to the
-    characteristic length, to the rates of the coordinates. The result is empty if no coordinates determine the pose.
+    The measure is the smallest singular value, at most 1, of the map from the platform's motions, with translations relative to
+    the characteristic length, to the rates of the coordinates.
     """
     R, _ = robot.mechanism.platform_pose(robot.equations.forward(pose.x))
     rates = orientation.rates(orientation.coordinates(R))[:, :, 0]
     motions = robot.mobility_analysis.platform_motions(pose)
     rows = np.concatenate([motions[:3], np.linalg.pinv(rates) @ motions[3:]])
-    known = orientation.pose_names
+    measures = {}
+    for names in choices(robot, orientation, (), pose):
+        values = np.linalg.svd(rows[[orientation.pose_names.index(name) for name in names]], compute_uv=False)
+        measures[names] = float(values.min(initial=1.0))
+    return measures
+
+
+def best_choice(robot: RobotKinematics, orientation: Orientation, pose: SolverState) -> tuple[str, ...]:
+    """Return the set of coordinates with the largest measure at one pose; of nearly equal measures, the first set.
+
+    The result is empty if no coordinates determine the pose.
+    """
     found: tuple[str, ...] = ()
     most = 0.0
-    for names in choices(robot, orientation, (), pose):
-        values = np.linalg.svd(rows[[known.index(name) for name in names]], compute_uv=False)
-        if (least := float(values.min(initial=1.0))) > MARGIN * most:
-            found, most = names, least
+    for names, measure in measured_choices(robot, orientation, pose).items():
+        if measure > MARGIN * most:
+            found, most = names, measure
     return found
 
 

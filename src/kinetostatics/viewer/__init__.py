@@ -1,7 +1,7 @@
 """3D view of the deformed robot: a browser page that needs neither server nor network.
 
 A result is converted to a :class:`Scene <kinetostatics.viewer.description.Scene>` of plain numbers, and the scene to one HTML
-file with meshcat's page, which computes all motions.
+file with meshcat's script. The page computes all motions.
 """
 
 from __future__ import annotations
@@ -62,19 +62,19 @@ def show(
     """Open a result in the browser, or below the cell of a notebook, or draw it into a running meshcat.
 
     Args:
-        result: result of :func:`kinetostatics.analyze`, a batch of poses as an animation; a pose or robot, drawn without loads,
-            with the free motions of its platform at locked actuators; or result of :func:`kinetostatics.modes`, one mode at a
-            time.
+        result: result of :func:`kinetostatics.analyze`; a batch of poses is animated. A pose or a robot is drawn without loads,
+            with the free motions of its platform when the actuators are locked. Of the result of :func:`kinetostatics.modes`,
+            one mode at a time is shown.
         title: heading of the picture; default: the robot's name.
         pose: index of one pose of a batch; required to draw a batch into a visualizer.
-        exaggeration: initial factor of displacements; default: the largest displacement is about a tenth of the robot.
-        by_mechanism: two sliders for each limb's weight, one for its attached wrenches and one for the limb's deformation, see
+        exaggeration: initial factor of displacements; default: the largest displacement is about a tenth of the robot's size.
+        by_mechanism: two sliders for each limb's weight: one for its attached wrenches, one for the limb's deformation. See
             :attr:`Result.mechanism_contributions`.
-        compare: a second result, of another pose, load or robot, as a ghost over the first or beside it with the same camera;
-            ``pose`` applies to both.
-        visualizer: a ``meshcat.Visualizer`` into whose scene the robot is drawn; the first drawing also sets camera and light.
+        compare: a second result, of another pose, load or robot. It is drawn as a ghost over the first one, or beside it with
+            the same camera. ``pose`` applies to both.
+        visualizer: a ``meshcat.Visualizer``; the robot is drawn into its scene. The first drawing also sets camera and light.
             Default: a separate page.
-        node: node of meshcat's tree below the visualizer's own, whose content is replaced. Default: ``kinetostatics/`` and the
+        node: node of meshcat's tree, below that of the visualizer; its content is replaced. Default: ``kinetostatics/`` and the
             robot's name.
 
     Returns:
@@ -82,7 +82,7 @@ def show(
         ``resting``, ``deformed``, ``base``, ``forces/GROUP/NAME``, ``frames``, ``floor``, ``largest`` and ``labels``.
 
     Raises:
-        ArgumentError: no pose could be analysed, there are too many, or an argument is invalid.
+        ArgumentError: no pose could be analysed, there are more than 1000 poses, or an argument is invalid.
     """
     if visualizer is not None:
         if compare is not None:
@@ -96,9 +96,9 @@ def show(
             raise ArgumentError(f"a visualizer shows one pose, and the result has the shape {drawn.shape}: choose one by pose=")
         from kinetostatics.viewer.running_meshcat import draw  # imports meshcat, with its server
 
-        own = f"kinetostatics/{drawn.robot.name.replace('/', '_') or 'robot'}"
-        scene = describe_scene(drawn, title, pose=pose, exaggeration=exaggeration)
-        return draw(scene, visualizer, own if node is None else node)
+        if node is None:
+            node = f"kinetostatics/{drawn.robot.name.replace('/', '_') or 'robot'}"
+        return draw(describe_scene(drawn, title, pose=pose, exaggeration=exaggeration), visualizer, node)
     if node is not None:
         raise ArgumentError("node= needs visualizer=: it is the node at which the robot is drawn")
     html = _page(result, title, pose, exaggeration, by_mechanism, compare)
@@ -119,14 +119,14 @@ def save_html(
     by_mechanism: bool = False,
     compare: Result | None = None,
 ) -> None:
-    """Write a result as one HTML file that works by double click.
+    """Write the page of a result as one HTML file, which a browser opens without server and network.
 
     Args:
         result, title, pose, exaggeration, by_mechanism, compare: see :func:`show`.
         path: path of the file; an existing file is replaced.
 
     Raises:
-        ArgumentError: no pose could be analysed, there are too many, or an argument is invalid.
+        ArgumentError: no pose could be analysed, there are more than 1000 poses, or an argument is invalid.
         KinetostaticsError: the file cannot be written.
     """
     save_page(path, lambda: _page(result, title, pose, exaggeration, by_mechanism, compare))
@@ -145,20 +145,20 @@ def save_image(
     mode: int = 1,
     size: tuple[int, int] = (1200, 800),
 ) -> None:
-    """Write a picture of a result with its legend, a PNG file; Chromium or Chrome has to be installed.
+    """Write a PNG file with the picture of a result and its legend; Chromium or Chrome has to be installed.
 
     Args:
-        result, title, pose, exaggeration, compare: see :func:`show`; a batch is drawn at its first pose, a mode at its
-            maximum amplitude.
+        result, title, pose, exaggeration, compare: see :func:`show`. A batch is drawn at its first pose, a mode at its
+            amplitude.
         path: path of the file; an existing file is replaced.
-        colour: quantity shown by colours: ``"deflection"``, or along beams ``"stress"`` (von Mises), ``"axial"`` (force) or
+        colour: quantity shown by colours: ``"deflection"``; for beams also ``"stress"`` (von Mises), ``"axial"`` (force) or
             ``"euler"`` (N/N_Euler).
         view: direction of view: ``"home"``, ``"front"``, ``"side"`` or ``"top"``.
         mode: number of the drawn mode, from 1.
         size: width and height [pixels].
 
     Raises:
-        ArgumentError: no pose could be analysed, there are too many, or an argument is invalid.
+        ArgumentError: no pose could be analysed, there are more than 1000 poses, or an argument is invalid.
         KinetostaticsError: there is no Chromium, or the file cannot be written.
     """
     save_screenshot(_page(result, title, pose, exaggeration, False, compare, mode), path, size, colour, view)
@@ -175,28 +175,23 @@ def _page(
 ) -> str:
     if compare is not None and not isinstance(compare, Result):
         raise ArgumentError(f"compare= needs a Result, got {compare!r}: ks.analyze(robot.assemble())")
-    shown_first = _drawable(result, pose)
-    if isinstance(shown_first, SinglePose) and (compare is not None or by_mechanism):
+    drawn = _drawable(result, pose)
+    if isinstance(drawn, SinglePose) and (compare is not None or by_mechanism):
         raise ArgumentError("compare= and by_mechanism= are of a result, and the pose is drawn without loads: leave them out")
-    count = len(shown_first.sources) if isinstance(shown_first, ModePoses) else 1
+    count = len(drawn.sources) if isinstance(drawn, ModePoses) else 1
     if mode not in range(1, count + 1):
         raise ArgumentError(f"mode is {mode!r}; it must be the number of a mode that is shown, 1 to {count}")
 
-    def scene(one: Result | SinglePose, title: str | None, every: int) -> Scene:
-        return describe_scene(
-            one.by_mechanism if isinstance(one, Result) and by_mechanism else one,
-            title,
-            pose=pose,
-            exaggeration=exaggeration,
-            every=every,
-        )
+    def scene_of(one: Result | SinglePose, title: str | None, every: int) -> Scene:
+        shown = one.by_mechanism if by_mechanism and isinstance(one, Result) else one
+        return describe_scene(shown, title, pose=pose, exaggeration=exaggeration, every=every)
 
-    def both(every: int) -> Scene:
-        shown = replace(scene(shown_first, title, every), first=mode - 1)
-        return shown if compare is None else replace(shown, compare=scene(compare, None, every))
+    def scene(every: int) -> Scene:
+        second = None if compare is None else scene_of(compare, None, every)
+        return replace(scene_of(drawn, title, every), first=mode - 1, compare=second)
 
     with waiting("making the page"):
-        return fitting_page(both)
+        return fitting_page(scene)
 
 
 def _drawable(given: object, pose: int | tuple[int, ...] | None = None) -> Result | SinglePose:
@@ -222,7 +217,7 @@ def open_browser(address: str) -> None:
 
 
 def _temporary_file(html: str, name: str) -> Path:
-    """Write a page to a temporary file, which remains after the end of this program."""
+    """Write a page to a temporary file that remains when the program ends."""
     safe = "".join(c if c.isalnum() or c in "-_" else "_" for c in name)
     handle, path = tempfile.mkstemp(prefix=f"kinetostatics_{safe}_", suffix=".html")
     with os.fdopen(handle, "w", encoding="utf-8") as file:

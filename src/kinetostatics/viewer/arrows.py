@@ -1,4 +1,4 @@
-"""Arrows of external and internal forces and moments, by contribution."""
+"""Arrows of external and internal forces and couples, by contribution."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ OF_LIMBS = ("constraint forces", "constraint couples", "attached wrenches", "joi
 class Wrenches:
     """Arrows of a scene.
 
-    Forces are linear in the contributions: every arrow is the sum of one part per contribution, scaled by its share in the page.
-    Parts have an axis K + 1: the K contributions, then the remainder, which does not depend on the shares.
+    Every arrow is a sum of parts along an axis K + 1: one part for each contribution, which the page multiplies by the share of
+    the contribution, and last a remainder, which does not depend on the shares.
     """
 
     def __init__(
@@ -40,7 +40,7 @@ class Wrenches:
         self.gravity, self.load = poses.take(self.result.gravity), poses.take(self.result.load)
 
     def arrows(self, groups: Collection[str] | None = None) -> Iterator[Arrow]:
-        """Yield all arrows, or at least those of some groups."""
+        """Yield all arrows, or those of some groups and possibly more."""
 
         def requested(*found: str) -> bool:
             return groups is None or any(group in groups for group in found)
@@ -67,7 +67,7 @@ class Wrenches:
             yield from self._pair("external load", name, at, acting, "tip")
 
     def _springs(self) -> Iterator[Arrow]:
-        """Yield the force of each spring on both of its links, drawn beyond the spring's ends."""
+        """Yield the forces of each spring on its two links; the arrows are outside the spring."""
         for spring in self.springs:
             pull = self._only(f"spring {spring.description.name}", spring.tension[:, None] * spring.direction)
             for link, sign, end, twist in zip(spring.links, (1, -1), spring.ends, spring.twists, strict=True):
@@ -75,7 +75,7 @@ class Wrenches:
                 yield Arrow("spring forces", name, name, "force", at, sign * pull, anchor=-sign * spring.direction)
 
     def _only(self, source: str, wrench: Array) -> Array:
-        """Return the parts (F, K + 1, …) of a quantity that belongs to one contribution or to the remainder."""
+        """Return the parts (F, K + 1, …) of a quantity (F, …) by one contribution, or by the remainder for other sources."""
         sources = self.poses.sources
         parts = np.zeros((len(wrench), len(sources) + 1, *wrench.shape[1:]))
         parts[:, sources.index(source) if source in sources else -1] = wrench
@@ -100,7 +100,7 @@ class Wrenches:
                 yield from self._screw(group, limb.name, label, joints, units[:, :, n], parts[:, :, n], outward)
 
     def _network(self, limb: LimbResult) -> Iterator[Arrow]:
-        """Yield the wrenches of the platform on a network at its platform joints, and axial forces at its beams' outer ends."""
+        """Yield the wrenches of the platform on a network at its platform joints, and the axial forces of its beams."""
         poses, result, table = self.poses, self.result, self.robot.statics.joint_table
         for name in limb.platform_joints:
             k = [table.names.index(name)]
@@ -122,7 +122,7 @@ class Wrenches:
             )  # fmt: skip
 
     def _joints_of(self, limb: Limb) -> list[DrawnJoint]:
-        """Return a limb's joints outside telescopic beams, those at the platform first, those at the base last."""
+        """Return a limb's joints that are not inside telescopic beams: at the platform first, at the base last."""
         links, topology = set(limb.links), self.robot.topology
         names = {edge.joint for edge in limb.edges}
         placed = [item for item in self.joints if item.beam is None]
@@ -133,7 +133,7 @@ class Wrenches:
     def _screw(
         self, group: str, limb: str, label: str, joints: list[DrawnJoint], unit: Array, parts: Array, outward: Array
     ) -> Iterator[Arrow]:
-        """Yield a unit wrench (F, 6) about o times its intensity, as a force on its line of action, a couple, or both."""
+        """Yield a unit wrench (F, 6) about o times the parts (F, K + 1) of its intensity: force, couple, or both."""
         name, short = f"{limb}: {label}", f"{limb} {label.split(' at ')[0]}"
         forces, couples = (group, group) if group != "constraint" else ("constraint forces", "constraint couples")
         force, moment = unit[:, :3], unit[:, 3:]
@@ -156,7 +156,7 @@ class Wrenches:
             yield Arrow(couples, name, short, "moment", at, parts[..., None] * moment[:, None], positive=moment)
 
     def _pair(self, group: str, name: str, at: int, wrench: Array, anchor: str) -> Iterator[Arrow]:
-        """Yield force and couple of a wrench (F, K + 1, 6) about a station's origin, unless they are zero in all frames."""
+        """Yield force and couple of a wrench (F, K + 1, 6) about a station's origin, if they are not zero in all frames."""
         for kind, part in (("force", wrench[..., :3]), ("moment", wrench[..., 3:])):
             if np.any(part != 0):
                 title = f"{name} {'force' if kind == 'force' else 'couple'}"
@@ -164,7 +164,7 @@ class Wrenches:
 
     @cached_property
     def _weights_by_source(self) -> list[tuple[str, str, Array, Array]]:
-        """Name, contribution, centre of mass (F, 3) [m] and weight (F, 3) [N] of all links and beams."""
+        """For each link and beam: name, contribution, centre of mass (F, 3) [m] and weight (F, 3) [N]."""
         weights, solutions, take = self.robot.weights, self.result.solutions, self.poses.take
         masses = np.concatenate([weights.masses(s.frames) for s in solutions], axis=-1)
         centres = np.concatenate([weights.centres(s.frames) for s in solutions], axis=-1)
@@ -186,13 +186,13 @@ class Wrenches:
                 yield Arrow("weights", label, f"weight of {label}", "force", at, self._only(source, force))
 
     def _base_reaction(self) -> Iterator[Arrow]:
-        """Yield the reaction of the ground, minus the sum of external loads, weights and springs, about the base's origin."""
+        """Yield the reaction of the ground: minus the sum of loads, weights and spring forces, about the base link's origin."""
         base = self.poses.frame(self.robot.description.base)[:, :3, 3]
         total = np.nan_to_num(self.poses.take(self.result.base_wrench))
         parts = -self._only("load", moved_wrench(self.load, base - self.poses.o))
         for _, source, centre, force in self._weights_by_source:
             parts -= self._only(source, np.concatenate([force, crossed(centre - base, force)], axis=-1))
-        for name, _, _, wrench in loads_on_links(self.poses, ("load", "spring")):  # changes with the deformation are negligible
+        for name, _, _, wrench in loads_on_links(self.poses, ("load", "spring")):
             parts -= self._only(name, moved_wrench(wrench, base - self.poses.o))
         parts[:, -1] = total - parts[:, :-1].sum(axis=1)
         tiny = 1e-9 * np.abs(total).max(initial=0.0)
@@ -213,7 +213,7 @@ class Wrenches:
             yield Arrow("actuator forces", name, name, kind, at, vector, offset, joint.axis)
 
     def _beside(self, joint: DrawnJoint) -> tuple[int, tuple[float, float, float]]:
-        """Return station and offset of an actuator's arrow: beside a telescopic beam, else at the joint."""
+        """Return station and offset [m] of an actuator's arrow: beside a telescopic beam, else at the joint."""
         if joint.beam is None:
             return self.at[joint.name], (0.0, 0.0, 0.0)
         _, points = self.poses.beam_line(joint.beam)

@@ -1,26 +1,162 @@
-"""Cards with the data of beams, joints and springs, and quantities for colours, in the units of the report."""
+"""Numbers on a page, in the units of the report: its heading, cards of beams, joints and springs, quantities for colours."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.layout.numbers import FORCE_KINDS, FORCES, MASSES, MILLIMETRES, PER_CENT, STRESSES, NumberFormat, Units
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.layout.numbers import (
+    ANGLES,
+    FORCE_KINDS,
+    FORCES,
+    LENGTHS,
+    MASSES,
+    MILLIMETRES,
+    PER_CENT,
+    STRESSES,
+    NumberFormat,
+    Units,
+    largest,
+)
 from kinetostatics.math.arrays import Array
-from kinetostatics.reports.pose import actuator_coordinates, actuator_unit
+from kinetostatics.reports.pose import actuator_coordinates, actuator_unit, facts_of, platform_coordinates
 from kinetostatics.reports.result import magnitudes
 from kinetostatics.results.parts import BeamResult
+from kinetostatics.statics.link_loads import PAYLOAD
 from kinetostatics.viewer.drawn_parts import DrawnJoint, DrawnSpring
-from kinetostatics.viewer.drawn_poses import ShownPoses
-from kinetostatics.viewer.packing import Packing, plain_scale
+from kinetostatics.viewer.drawn_poses import ShownPoses, about_point, loads_on_links
+from kinetostatics.viewer.packing import Packing
+from kinetostatics.viewer.single_poses import SinglePose
+
+
+@dataclass(frozen=True, eq=False)
+class FrameFacts:
+    """Heading of a page: pose, loads and status in every frame of a path.
+
+    Attributes:
+        pose: for each platform coordinate, name, unit and (F,) values in it.
+        gravity: (F, 3) gravity, world axes [m/s²]; None for a pose without loads.
+        load: (F, 6) load about o, world axes [N, N·m]; None for a pose without loads.
+        on_links: (F, 6) loads on links about their points of application, world axes [N, N·m], by name.
+        payload: (F,) mass [kg], (F, 3) centre of mass [m], and the link in whose frame the centre is given (None: o-xyz); None if
+            there is no payload.
+        status: (F,) texts of the states, the most severe one first.
+        displacement, rotation: number formats of displacements and rotations in the legend and in tables.
+    """
+
+    pose: list[tuple[str, str, Array]]
+    gravity: Array | None
+    load: Array | None
+    on_links: dict[str, Array]
+    payload: tuple[Array, Array, str | None] | None
+    status: list[str]
+    displacement: NumberFormat
+    rotation: NumberFormat
+
+    def lines(self, frame: int) -> list[tuple[str, str]]:
+        """Return the lines of the heading in a frame, each with title and text; the status is last."""
+        found = []
+        if self.pose:
+            pose = (f"{name} {_rounded(values[frame])}{'' if unit == '°' else ' '}{unit}" for name, unit, values in self.pose)
+            found.append(("pose", ", ".join(pose)))
+        if self.gravity is not None and self.load is not None:
+            found += [("gravity", f"{_vector(self.gravity[frame])} m/s²"), ("load at o", _wrench(self.load[frame]))]
+        found += [(name, _wrench(wrench[frame])) for name, wrench in self.on_links.items()]
+        if self.payload is not None:
+            mass, center, link = self.payload
+            where = f"{_vector(1e3 * center[frame])} mm in the frame of {link or 'o'}"
+            found.append(("payload", f"{_short(mass[frame])} kg at {where}"))
+        return [*found, ("status", self.status[frame])]
+
+    def plain(self) -> list[list[tuple[str, str]]]:
+        """Return the lines of all frames."""
+        return [self.lines(frame) for frame in range(len(self.status))]
+
+    def units(self) -> dict[str, object]:
+        """Return the number formats as JSON data."""
+        return {"displacement": plain_scale(self.displacement), "rotation": plain_scale(self.rotation)}
+
+
+def _rounded(value: float) -> str:
+    """Return a coordinate in mm or degrees, without trailing zeros."""
+    return f"{round(float(value), 2) + 0.0:.15g}".replace("-", "−")
+
+
+def _short(value: float) -> str:
+    """Return a load with up to five digits, without trailing zeros."""
+    return f"{0.0 if abs(value) < 5e-6 else float(f'{value:.5g}'):.15g}".replace("-", "−")
+
+
+def _vector(values: Array) -> str:
+    return f"({', '.join(map(_short, values))})"
+
+
+def _wrench(values: Array) -> str:
+    return f"{_vector(values[:3])} N" + (f", {_vector(values[3:])} N·m" if np.any(values[3:]) else "")
+
+
+def find_facts(poses: ShownPoses, all_twists: Array, size: float) -> FrameFacts:
+    """Return the heading of the shown poses; ``all_twists`` (F, n, K, 6), those of all stations, determine the legend's unit."""
+    result = poses.result
+    pose = _coordinates(result.configuration, lambda values: poses.of_configuration(values, 0))
+    status = [["OK"] for _ in range(poses.count)]
+    for title, where, words in facts_of(result):
+        for frame in np.flatnonzero(poses.take(where.astype(np.float64))):
+            status[frame].insert(0, f"{title}, {words}")
+    shift = float(np.linalg.norm(all_twists.sum(axis=2)[..., :3], axis=-1).max(initial=0.0))
+    twists = poses.platform_twist[..., 3:]
+    return FrameFacts(
+        pose, poses.take(result.gravity), poses.take(result.load), _on_links(poses, size), _payload(poses),
+        ["; ".join(words[: max(1, len(words) - 1)]) for words in status],
+        NumberFormat.of(shift, LENGTHS, digits=4),
+        NumberFormat.of([largest([twists]), largest([twists.sum(axis=1)])], ANGLES, digits=4),
+    )  # fmt: skip
+
+
+def facts_without_loads(poses: SinglePose) -> FrameFacts:
+    """Return the heading of a pose without loads: its coordinates if its loops are closed."""
+    pose = [] if poses.configuration is None else _coordinates(poses.configuration, lambda values: values.reshape(1))
+    formats = NumberFormat.of(0.0, LENGTHS, digits=4), NumberFormat.of([0.0], ANGLES, digits=4)
+    return FrameFacts(pose, None, None, {}, None, ["OK"], *formats)
+
+
+def _coordinates(configuration: Configuration, taken: Callable[[Array], Array]) -> list[tuple[str, str, Array]]:
+    """Return name, unit and values (F,) of each platform coordinate; ``taken`` selects the shown poses of an array."""
+    found = []
+    for name, (values, ((unit, factor),), noise) in platform_coordinates(configuration).items():
+        along = taken(values)
+        found.append((name, unit, np.where(np.abs(along) <= noise, 0.0, along) / factor))
+    return found
+
+
+def _on_links(poses: ShownPoses, size: float) -> dict[str, Array]:
+    found: dict[str, Array] = {}
+    for name, _, point, wrench in loads_on_links(poses, ("load",)):
+        if name != PAYLOAD:  # the loaded end of a beam may change along the path
+            found[name] = found.get(name, 0.0) + about_point(wrench, point, poses.o, size)
+    return found
+
+
+def _payload(poses: ShownPoses) -> tuple[Array, Array, str | None] | None:
+    payload = poses.result.payload
+    if payload is None:
+        return None
+    mass, center = (np.asarray(value, dtype=np.float64) for value in (payload.mass, payload.center))
+    return poses.of_configuration(mass, 0), poses.of_configuration(center, 1), payload.link
+
+
+def plain_scale(scale: NumberFormat) -> dict[str, object]:
+    """Return a number format as JSON data."""
+    return {"unit": scale.unit, "factor": scale.factor, "decimals": scale.decimals, "noise": scale.noise}
 
 
 @dataclass(frozen=True, eq=False)
 class CardRow:
-    """A row of a card: title, number format, and SI values (F,) or vector components (F, w) in all frames."""
+    """A row of a card: title, number format, and SI values (F,) or vectors (F, w) in all frames."""
 
     words: str
     scale: NumberFormat
@@ -39,11 +175,11 @@ class Card:
     """Data of one beam, joint, spring or point mass.
 
     Attributes:
-        kind: title of the kind of part.
+        kind: what it is, for example "beam".
         rows: its numbers.
         note: explanation of the numbers.
-        first: first station of a beam.
-        lines: (F, n) or (F, 1) quantities along a beam by name: ``T``, ``M_y``, ``M_z`` and those for colours [SI].
+        first: index of a beam's first station.
+        lines: (F, n) or (F, 1) quantities along a beam [SI], by name: ``T``, ``M_y``, ``M_z`` and those for colours.
     """
 
     kind: str
@@ -79,7 +215,7 @@ class BeamQuantity:
 
 
 def quantities_of(cards: Iterable[Card]) -> list[BeamQuantity]:
-    """Return the quantities for colours besides the deflection; the stress needs a section of known outline."""
+    """Return the quantities for colours besides the deflection; stresses are known only for sections of known outline."""
     found = []
     for key, words, units, digits, signed in (
         ("stress", "von Mises stress", STRESSES, 4, False),
@@ -102,7 +238,7 @@ class Cards:
         self.actuators = actuator_coordinates(self.result.configuration)
 
     def all(self, meshes: Mapping[str, int]) -> dict[str, Card]:
-        """Return the cards by path of the mesh; ``meshes``: first station of the mesh of each beam, joint and mass, by path."""
+        """Return the cards by path of the mesh; ``meshes`` are the first stations of the meshes, by path."""
         beams = {f"beams/{name}": beam for name, beam in self.result.beams.items()}
         rows = self._beam_rows(list(beams.values()))
         cards = {}
@@ -132,7 +268,7 @@ class Cards:
         return Card("mass at a point", [CardRow("mass", NumberFormat.of(mass, MASSES), np.full(self.poses.count, mass))], "")
 
     def _beam_rows(self, beams: list[BeamResult]) -> list[list[CardRow]]:
-        """Return the rows of all beams; each row has the same unit for all beams, as in the report's table."""
+        """Return the rows of all beams; each row has one unit for all beams, as in the report's table."""
         take, noise = self.poses.take, self.noise
         axial = [take(beam.section_wrenches)[..., 0] for beam in beams]
         shifts = [np.linalg.norm(take(beam.deflections), axis=-1) for beam in beams]

@@ -1,4 +1,4 @@
-"""Contents of a page as plain data: moving stations, and surfaces, arrows, frames and labels attached to them."""
+"""Content of a page as plain data: moving stations; surfaces, arrows, coordinate systems and labels attached to them."""
 
 from __future__ import annotations
 
@@ -9,21 +9,20 @@ from numpy.typing import NDArray
 
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import exponential, quaternion_of_matrix
-from kinetostatics.viewer.cards import Card, quantities_of
-from kinetostatics.viewer.frame_facts import FrameFacts
+from kinetostatics.viewer.cards import Card, FrameFacts, quantities_of
 from kinetostatics.viewer.packing import EXACT, Packing, packed
 from kinetostatics.viewer.shapes import Surface
 from kinetostatics.viewer.single_poses import DrawnMode
 
 
 class Stations:
-    """Moving frames: in each frame F of a path, a pose at rest and a small twist for each of K contributions.
+    """Moving coordinate systems: in each of F frames of a path, a pose at rest and a small twist for each of K contributions.
 
     Attributes:
-        frames: number of frames of the path, F; 1 without a path.
+        frames: number of frames, F; 1 without a path.
         sources: labels of the contributions.
-        rest: (F, 4, 4) pose at rest of each station.
-        twists: (F, K, 6) twist of each station by each contribution, at its own origin, world axes [m, rad].
+        rest: for each station (F, 4, 4) poses at rest.
+        twists: for each station (F, K, 6) twists by each contribution, at the station's origin, world axes [m, rad].
     """
 
     def __init__(self, frames: int, sources: tuple[str, ...]) -> None:
@@ -36,8 +35,8 @@ class Stations:
         """Add a station and return its index.
 
         Args:
-            rest: (F, 4, 4) pose at rest, or (F, 3) its origin with world axes [m].
-            twist: (F, K, 6) twist at its origin, world axes [m, rad]; None: fixed.
+            rest: (F, 4, 4) poses at rest; or (F, 3) origins [m], with world axes.
+            twist: (F, K, 6) twists at its origin, world axes [m, rad]; None: it does not move.
         """
         if rest.ndim == 2:
             points, rest = rest, np.tile(np.eye(4), (self.frames, 1, 1))
@@ -45,11 +44,6 @@ class Stations:
         self.rest.append(rest)
         self.twists.append(np.zeros((self.frames, len(self.sources), 6)) if twist is None else twist)
         return len(self.rest) - 1
-
-    @property
-    def size(self) -> int:
-        """Number of values in all poses and twists."""
-        return self.frames * len(self.rest) * (7 + 6 * len(self.sources))
 
     @property
     def poses(self) -> Array:
@@ -66,7 +60,7 @@ class Stations:
         return self._all
 
     def moved(self, frame: int, exaggeration: float, shares: Array) -> Array:
-        """Return the deformed stations (n, 4, 4) of one frame with shares (K,) of the contributions, as ``motion.js`` does."""
+        """Return the poses (n, 4, 4) of the deformed stations in one frame for shares (K,), as ``motion.js`` does."""
         poses = np.stack([rest[frame] for rest in self.rest])
         twists = exaggeration * np.einsum("nki,k->ni", self.all_twists[frame], shares)
         poses[:, :3, 3] += twists[:, :3]
@@ -79,8 +73,8 @@ class Mesh:
     """A surface in the scene tree.
 
     Attributes:
-        path: path of the node below each of ``roots``.
-        surface: triangles in station coordinates.
+        path: path of its nodes below ``roots``.
+        surface: triangles in the axes of their stations.
         station: index of its station, or (n,) indices for all vertices.
         roots: ``Rest`` (pale, undeformed), ``Deformed`` (solid, deformed), ``Base`` (solid, undeformed).
         colour: "deflection", "#rrggbb", or (n, 3) colours of the vertices, 0 to 1.
@@ -113,11 +107,11 @@ class Arrow:
         label: name in the picture.
         kind: "force" or "moment".
         station: station to which it is attached.
-        vector: (F, K + 1, 3) part of each contribution, then the part that does not depend on shares [N, N·m].
-        offset: (3,) position relative to the station, in station coordinates [m].
-        positive: (F, 3) positive direction of the number in the label; None: the number is a magnitude.
-        anchor: end of the arrow at the station, "tail" or "tip"; or (F, 3) outward direction: vectors against it have their tip
-            at the station, so that the arrow is outside the robot.
+        vector: (F, K + 1, 3) part of each contribution, and last the part that does not depend on the shares [N, N·m].
+        offset: (3,) position relative to the station, in its axes [m].
+        positive: (F, 3) positive direction, for the sign of the number in the label; None: the number is a magnitude.
+        anchor: end of the arrow at the station, "tail" or "tip"; or (F, 3) outward direction: a vector opposite to it has its
+            tip at the station, so that the arrow is outside the robot.
     """
 
     group: str
@@ -164,17 +158,17 @@ class Scene:
         size: size of the robot [m].
         exaggeration: initial factor of displacements.
         readout: station whose twist is shown in numbers.
-        facts: pose, gravity, load, status and units in the heading.
+        facts: pose, gravity, load and status for the heading; units of displacements.
         meshes, arrows: drawn surfaces and arrows.
         frames: name, station and label of the drawn coordinate systems.
         labels: path, station and text of further labels.
         notes: warnings.
-        cards: data shown on a click on a beam, joint or spring, by path of its mesh.
+        cards: data of beams, joints, springs and point masses, by path of the mesh; a click on the mesh shows them.
         compare: a second scene on the same page.
-        live: controls and address of a live page.
-        unloaded: whether there is no result; the contributions are then free motions, or modes.
-        modes: data of the modes, of which one at a time is shown.
-        first: index of the first one shown.
+        live: sliders and address of a live page.
+        unloaded: whether the contributions are free motions or modes, without loads.
+        modes: texts on the modes; the page shows one mode at a time.
+        first: index of the mode shown first.
     """
 
     title: str
@@ -197,12 +191,12 @@ class Scene:
 
     @property
     def shares(self) -> Array:
-        """(K,) of the contributions at first: all of a result, of free motions the first, of modes :attr:`first`."""
+        """(K,) initial shares: 1 for each contribution of a result; else 1 for the first free motion, or the mode ``first``."""
         count = len(self.stations.sources)
         return np.eye(1, count, self.first)[0] if self.unloaded else np.ones(count)
 
     def plain(self, packing: Packing = EXACT) -> dict[str, object]:
-        """Return the scene as numbers, strings, lists and dictionaries; arrays as base64 of little-endian numbers.
+        """Return the scene as JSON data; arrays are base64 of little-endian numbers.
 
         Args:
             packing: encoding of numbers that change along a path.
@@ -262,9 +256,9 @@ class Scene:
         }
 
     def scaled_arrows(self) -> list[tuple[Arrow, float, float, str]]:
-        """Return every arrow with its scale (metres per N or N·m), radius [m] and colour.
+        """Return every arrow with its scale [m/N, m/(N·m)], radius [m] and colour.
 
-        Forces of a group have a common scale, and so have its couples; the longest arrow is a given part of the robot's size.
+        All forces of a group have the same scale, and all its couples; the longest arrow is a given part of the robot's size.
         """
         longest: dict[tuple[str, str], float] = {}
         for arrow in self.arrows:
@@ -280,7 +274,7 @@ class Scene:
 
 #: Initial direction from the robot to the camera, world axes.
 VIEW = (1.5, -2.6, 1.1)
-#: Vertical field of view of the camera [°]; position and intensity of the light.
+#: Vertical field of view of the camera [°]; direction to the light, and its intensity.
 FIELD_OF_VIEW = 32
 LIGHT = {"from": (1, -2, 4), "intensity": 0.45}
 #: Colour of surfaces without the shown quantity, and of the mark at the largest value.
@@ -291,7 +285,7 @@ RAMP = ("#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec9
 SIGNED_RAMP = ("#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f2f2f2", "#fddbc7", "#f4a582", "#d6604d", "#b2182b")
 #: Colour and opacity of the robot at rest.
 RESTING = ("#7f8fa6", 0.2)
-#: Length of the drawn axes, as part of the robot's size.
+#: Length of the axes of a coordinate system, as a part of the robot's size.
 AXES = 0.16
 #: Groups of arrows that are initially hidden.
 HIDDEN = (
@@ -323,7 +317,7 @@ COLOURS = {
 GROUPS = {
     FREE_MOTION: "How the platform can move with the actuators locked: translation of o, and rotation.",
     "external load": "Load on the platform at o, loads on links, the payload's weight.",
-    "spring forces": "Force of a spring on the link at its end, at the pose; towards the spring in tension.",
+    "spring forces": "Force of a spring on the link at its end, before the robot deforms; towards the spring in tension.",
     "actuator forces": "Force or torque of an actuator, positive along its joint's positive direction.",
     "constraint forces": "Wrench of the platform on the limb: constraint wrench times intensity.",
     "constraint couples": "Wrench of the platform on the limb: constraint wrench times intensity.",

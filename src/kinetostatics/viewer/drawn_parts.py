@@ -1,7 +1,8 @@
-"""Positions, shapes and motions of joints, springs and point masses."""
+"""Positions and motions of joints, springs and point masses."""
 
 from __future__ import annotations
 
+import os.path
 from collections.abc import Collection
 from dataclasses import dataclass
 
@@ -17,17 +18,17 @@ from kinetostatics.viewer.shapes import carried_along, crossed
 
 @dataclass(frozen=True, eq=False)
 class DrawnJoint:
-    """A joint as drawn; consecutive hinges about one point are drawn as one ball.
+    """A drawn joint; successive hinges with a common centre are drawn as one ball.
 
     Attributes:
-        name: name of the joint, or common start of the names of a ball's joints.
+        name: name of the joint; of a ball the common start of the names of its joints.
         joints: names of the joints or loops.
-        links: links that it connects.
+        links: names of the connected links.
         centre: (F, 3) position at rest [m].
-        axis: (F, 3) axis of a joint with one axis, drawn as a pin; None for a ball.
-        twist: (F, K, 6) twist of the centre by each contribution [m, rad].
-        driven: whether it is an actuator.
-        beam: name of the telescopic beam that contains it, or None.
+        axis: (F, 3) axis of a joint drawn as a pin; None for a ball.
+        twist: (F, K, 6) twists of the centre [m, rad].
+        driven: whether the joint is an actuator.
+        beam: name of the telescopic beam that contains the joint, or None.
     """
 
     name: str
@@ -41,7 +42,7 @@ class DrawnJoint:
 
 
 def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
-    """Return all joints with freedoms, except floating ones."""
+    """Return all joints with freedoms, except floating ones without stiffness."""
     robot = poses.robot
     inside = {name: beam for beam, span in robot.topology.beams.items() for name in span.spanned}
     found: list[DrawnJoint] = []
@@ -49,7 +50,7 @@ def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
     for connection in robot.mechanism.connections.values():
         loose = connection.type.is_free and connection.name not in robot.description.joint_stiffness
         if connection.type.is_fixed or loose:
-            continue  # fixed joints and free bodies are not drawn
+            continue
         centre = _centre(poses, connection)
         links = frozenset((connection.predecessor, connection.successor))
         turning = connection.type.is_hinge and not connection.driven
@@ -60,7 +61,8 @@ def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
             and float(np.abs(before.centre - centre).max()) < size
         ):  # fmt: skip
             names = (*before.joints, connection.name)
-            common = _common_start(before.name, connection.name).rstrip("_-. ") or names[0]
+            common = os.path.commonprefix([before.name, connection.name])  # noqa: RUF071 - of any texts
+            common = common.rstrip("_-. ") or names[0]
             found[-1] = DrawnJoint(common, names, before.links | links, before.centre, None, before.twist, False, None)
             continue
         single = _axis(poses, connection) if connection.type.is_on_axis else None
@@ -73,16 +75,8 @@ def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
     return found
 
 
-def _common_start(a: str, b: str) -> str:
-    """Return the common start of two names."""
-    count = 0
-    while count < min(len(a), len(b)) and a[count] == b[count]:
-        count += 1
-    return a[:count]
-
-
 def _centre(poses: DrawnPoses, connection: Connection) -> Array:
-    """Return the centre (F, 3), on the successor's side."""
+    """Return the centre (F, 3) of a joint on the successor's side [m]."""
     successor = poses.frame(connection.successor)
     if not connection.is_loop:
         return successor[:, :3, 3]
@@ -91,7 +85,7 @@ def _centre(poses: DrawnPoses, connection: Connection) -> Array:
 
 
 def _axis(poses: DrawnPoses, connection: Connection) -> Array:
-    """Return the axis (F, 3), on the predecessor's side."""
+    """Return the axis (F, 3) of a joint on the predecessor's side."""
     description = poses.robot.description
     if connection.is_loop:
         inner = description.loops[connection.name].predecessor_origin.matrix
@@ -101,21 +95,21 @@ def _axis(poses: DrawnPoses, connection: Connection) -> Array:
 
 
 def _twist(poses: DrawnPoses, connection: Connection, centre: Array) -> Array:
-    """Return the twist of the centre, as a point of the rigid link if only one link is rigid."""
+    """Return the twists (F, K, 6) of a joint's centre, as a point of a rigid link if the joint has one."""
     rigid = poses.rigid
     link = connection.successor if connection.successor in rigid else connection.predecessor
     return poses.twist_at(link if link in rigid else connection.successor, centre)
 
 
 def marker_radius(poses: DrawnPoses, joint: DrawnJoint, size: float) -> float:
-    """Return the radius [m] of a joint's marker: mean section size of the beams at the joint."""
+    """Return the radius [m] of a joint's marker: the mean size of the sections of beams at the joint, within limits."""
     beams = poses.robot.description.beams.values()
     near = [max(beam.section.extent) for beam in beams if beam.link in joint.links]
     some = near or [max(beam.section.extent) for beam in beams] or [0.016 * size]
     return float(np.clip(np.mean(some), 0.006 * size, 0.05 * size))
 
 
-#: Density of steel [kg/m³]; a point mass is drawn as a steel ball.
+#: Density of steel [kg/m³]; point masses are drawn as steel balls.
 STEEL = 7850.0
 
 
@@ -125,9 +119,9 @@ class DrawnSpring:
 
     Attributes:
         description: the spring of the robot's description.
-        ends: (F, 3) positions of its two ends at rest [m].
-        twists: (F, K, 6) twists of its two ends by each contribution [m, rad].
-        tension: (F,) tensile force [N].
+        ends: positions (F, 3) of its two ends at rest [m].
+        twists: twists (F, K, 6) of its two ends [m, rad].
+        tension: (F,) force, tension positive [N].
     """
 
     description: Spring
@@ -137,7 +131,7 @@ class DrawnSpring:
 
     @property
     def links(self) -> tuple[str, str]:
-        """Links at its two ends."""
+        """Names of the links at its two ends."""
         return self.description.predecessor, self.description.successor
 
     @property
@@ -152,7 +146,7 @@ class DrawnSpring:
         return np.asarray((self.ends[1] - self.ends[0]) / np.where(length > 0, length, 1.0))
 
     def frames(self) -> Array:
-        """Return frames (F, 4, 4) at the first end, z towards the second, with minimal rotation along a path."""
+        """Return frames (F, 4, 4) at the first end, z towards the second, that turn about z as little as possible on a path."""
         result = np.tile(np.eye(4), (len(self.length), 1, 1))
         z = self.direction
         z = np.where(np.any(z != 0, axis=-1, keepdims=True), z, [0.0, 0.0, 1.0])
@@ -176,7 +170,10 @@ def find_springs(poses: DrawnPoses) -> list[DrawnSpring]:
 
 
 def find_masses_at_points(poses: DrawnPoses, looks: Collection[str]) -> dict[str, Array]:
-    """Return the positions (F, 3) [m] of point masses: links with mass but without inertia, beam or shape in ``looks``."""
+    """Return the positions (F, 3) [m] of point masses: links with mass, but without moments of inertia, beam and visual.
+
+    ``looks`` are the names of links with visuals.
+    """
     found, description = {}, poses.robot.description
     others = {*looks, *(beam.link for beam in description.beams.values())}
     for name, link in description.links.items():
@@ -186,5 +183,5 @@ def find_masses_at_points(poses: DrawnPoses, looks: Collection[str]) -> dict[str
 
 
 def radius_of_ball(mass: float, size: float) -> float:
-    """Return the radius [m] of a steel ball of this mass, limited to 1 to 6 % of the robot's size [m]."""
+    """Return the radius [m] of a steel ball of a given mass [kg], from 1 to 6 % of the robot's size [m]."""
     return float(np.clip((3 * mass / (4 * np.pi * STEEL)) ** (1 / 3), 0.01 * size, 0.06 * size))

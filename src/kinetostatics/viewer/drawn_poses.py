@@ -1,4 +1,4 @@
-"""Poses of a scene, with or without loads, and the small displacements of all points of the robot by each contribution."""
+"""Poses of a scene, and the small displacements of all points of the robot by each contribution."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from kinetostatics.status import Status
 
 
 class DrawnPoses(ABC):
-    """F poses of a robot, and displacements of its points by each of K contributions; all arrays have the axis F first.
+    """F poses of a robot, and displacements of its points by each of K contributions; the first axis of all arrays is F.
 
     Attributes:
         robot: the robot.
         count: number of poses, F.
-        step: interval of the shown stations of a beam; its ends and its middle are included.
-        rigid: links with a twist of their own.
+        step: n, if every n-th station of a beam is shown; its ends and its middle are included.
+        rigid: names of the links that move as rigid bodies.
         sources: names of the contributions.
         labels: labels of the contributions on the page.
     """
@@ -56,16 +56,16 @@ class DrawnPoses(ABC):
     @property
     @abstractmethod
     def platform_twist(self) -> Array:
-        """(F, K, 6) twist of the platform by each contribution, at o, world axes [m, rad]."""
+        """(F, K, 6) twists of the platform at o, world axes [m, rad]."""
 
     @abstractmethod
     def link_twist(self, link: str) -> Array | None:
-        """Return the twists (F, K, 6) of a link at its own origin by each contribution; None if it contains a beam."""
+        """Return the twists (F, K, 6) of a rigid link at its own origin [m, rad]; None if it contains a beam."""
 
     def twist_at(self, link: str, point: Array) -> Array:
-        """Return the twists (F, K, 6) of a link at points (F, 3) by each contribution.
+        """Return the twists (F, K, 6) of a link at points (F, 3) [m, rad].
 
-        A link with a beam has no twist of its own: the point follows the nearest end of its beams.
+        A point of a link with beams moves with the nearest end of these beams.
         """
         own = self.link_twist(link)
         if own is not None:
@@ -87,21 +87,21 @@ class DrawnPoses(ABC):
 
     @abstractmethod
     def beam_twists(self, name: str) -> Array:
-        """Return the twists (F, K, n, 6) of a beam's stations by each contribution [m, rad]."""
+        """Return the twists (F, K, n, 6) of a beam's stations [m, rad]."""
 
     @abstractmethod
     def tension(self, name: str) -> Array:
-        """Return the force (F,) [N] of a spring."""
+        """Return the force (F,) of a spring, tension positive [N]."""
 
 
 def moved(twist: Array, arm: Array) -> Array:
-    """Return twists (F, K, 6) of a body at a point that lies ``arm`` (F, 3) from where they were given."""
+    """Return twists (F, K, 6) of a body at other points, displaced by ``arm`` (F, 3) [m] from the present ones."""
     return move("twist", twist, arm[:, None], components_last=True)
 
 
 #: Largest number of poses of a page.
 MOST_POSES = 1000
-#: Pairs of a number of poses and the interval of a beam's stations on paths up to that number.
+#: Pairs (largest number of poses, interval of the shown stations of a beam).
 STEPS = ((100, 1), (250, 2), (MOST_POSES, 5))
 
 
@@ -110,7 +110,7 @@ class ShownPoses(DrawnPoses):
 
     Attributes:
         result: the result.
-        indices: (F,) positions of the shown poses in the flattened batch.
+        indices: (F,) indices of the shown poses in the flattened batch.
     """
 
     def __init__(self, result: Result, pose: int | tuple[int, ...] | None = None, every: int = 1) -> None:
@@ -124,10 +124,6 @@ class ShownPoses(DrawnPoses):
             warn(f"{int(np.sum(~good))} of {len(order)} poses could not be analysed and are not drawn")
         self.indices = order[good]
         self._one = result.shape == ()
-        self._frames: dict[str, Array] = {}
-        self._links: dict[str, Array] = {}
-        self._lines: dict[str, tuple[Array, Array]] = {}
-        self._beams: dict[str, Array] = {}
         if len(self.indices) > MOST_POSES:
             raise ArgumentError(
                 f"the result has {len(self.indices)} poses; a page shows at most {MOST_POSES}: take a coarser path or grid"
@@ -151,20 +147,23 @@ class ShownPoses(DrawnPoses):
         return np.asarray(flat[self.indices])
 
     def by_source(self, contributions: Mapping[str, Array]) -> Array:
-        """Return the shown poses (F, K, …) of all contributions; zero for missing ones."""
+        """Return arrays by contribution as one array (F, K, …) of the shown poses; zero for missing contributions."""
         none = np.zeros_like(next(iter(contributions.values())))
         arrays = [contributions.get(name, none) for name in self.sources]
         return np.array([arrays]) if self._one else np.stack([self.take(array) for array in arrays], axis=1)
 
     def parts(self, contributions: Mapping[str, Array]) -> Array:
-        """Return contributions (F, K + 1, …) as parts of arrows: zero for NaN and for the remainder."""
+        """Return arrays by contribution as parts (F, K + 1, …) of arrows; zero for NaN and for the remainder."""
         found = self.by_source(contributions)
         parts = np.zeros((found.shape[0], found.shape[1] + 1, *found.shape[2:]))
         parts[:, :-1] = np.where(np.isnan(found), 0.0, found)
         return parts
 
     def of_configuration(self, array: Array, components: int) -> Array:
-        """Return the shown poses (F, …) of an array of the configuration, whose batch may be smaller than the result's."""
+        """Return the shown poses (F, …) of an array of the configuration, (*batch, …) with this number of component axes.
+
+        The batch of the configuration may be smaller than that of the result.
+        """
         if self._one:
             return self.take(array)
         shape = self.result.shape + array.shape[array.ndim - components :]
@@ -172,9 +171,7 @@ class ShownPoses(DrawnPoses):
 
     def frame(self, link: str) -> Array:
         """Return the frames (F, 4, 4) of a link at rest."""
-        if link not in self._frames:
-            self._frames[link] = self.of_configuration(self.result.configuration.frame(link), 2)
-        return self._frames[link]
+        return self.of_configuration(self.result.configuration.frame(link), 2)
 
     @cached_property
     def platform_frame(self) -> Array:
@@ -183,32 +180,26 @@ class ShownPoses(DrawnPoses):
 
     @cached_property
     def platform_twist(self) -> Array:
-        """(F, K, 6) twist of the platform by each contribution, at o, world axes [m, rad]."""
+        """(F, K, 6) twists of the platform at o, world axes [m, rad]."""
         return self.by_source(self.result.contributions)
 
     def link_twist(self, link: str) -> Array | None:
-        """Return the twists (F, K, 6) of a link at its own origin by each contribution; None if it contains a beam."""
+        """Return the twists (F, K, 6) of a rigid link at its own origin [m, rad]; None if it contains a beam."""
         own = self.result.link_contributions.get(link)
-        if own is not None and link not in self._links:
-            self._links[link] = self.by_source(own)
-        return self._links.get(link)
+        return None if own is None else self.by_source(own)
 
     def tension(self, name: str) -> Array:
-        """Return the force (F,) [N] of a spring."""
+        """Return the force (F,) of a spring, tension positive [N]."""
         return self.take(self.result.spring_forces[name])
 
     def beam_twists(self, name: str) -> Array:
-        """Return the twists (F, K, n, 6) of a beam's stations by each contribution [m, rad]."""
-        if name not in self._beams:
-            self._beams[name] = self.by_source(self.result.beam_contributions[name])
-        return self._beams[name]
+        """Return the twists (F, K, n, 6) of a beam's stations [m, rad]."""
+        return self.by_source(self.result.beam_contributions[name])
 
     def beam_line(self, name: str) -> tuple[Array, Array]:
         """Return axes (F, 3, 3) and points (F, n, 3) [m] of a beam at rest."""
-        if name not in self._lines:
-            axes, points = self.result.centre_lines[name]
-            self._lines[name] = self.take(axes), self.take(points)
-        return self._lines[name]
+        axes, points = self.result.centre_lines[name]
+        return self.take(axes), self.take(points)
 
 
 def moved_wrench(wrench: Array, shift: Array) -> Array:
@@ -217,7 +208,7 @@ def moved_wrench(wrench: Array, shift: Array) -> Array:
 
 
 def serpentine(shape: tuple[int, ...]) -> NDArray[np.intp]:
-    """Return an order of a batch's poses in which consecutive poses are neighbours: every second row is reversed."""
+    """Return the indices of a batch's poses in an order in which neighbours follow each other: every second row is reversed."""
     order = np.arange(int(np.prod(shape)), dtype=np.intp).reshape(shape or (1,))
     while order.ndim > 1:
         rows = order.reshape(-1, *order.shape[-2:]).copy()
@@ -227,7 +218,7 @@ def serpentine(shape: tuple[int, ...]) -> NDArray[np.intp]:
 
 
 def place_of(shape: tuple[int, ...], pose: int | tuple[int, ...]) -> int:
-    """Return the position of one pose in the flattened batch; negative indices count from the end."""
+    """Return the index of a pose in the flattened batch; negative indices count from the end."""
     index, counts = np.atleast_1d(np.asarray(pose)), np.array(shape, dtype=int)
     if index.dtype.kind not in "iu" or index.shape != counts.shape or np.any(index < -counts) or np.any(index >= counts):
         right = f"an index into the result's batch of shape {shape}" if shape else "left out, as the result is of one pose"
@@ -246,7 +237,10 @@ def _nothing_to_show(result: Result, order: NDArray[np.intp]) -> str:
 
 
 def loads_on_links(poses: ShownPoses, kinds: Collection[str]) -> Iterator[tuple[str, str, Array, Array]]:
-    """Yield contribution, place, point (F, 3) and wrench (F, 6) about o of loads on links; kinds are "load" and "spring"."""
+    """Yield loads on links: contribution, name of link or beam, point (F, 3), and wrench (F, 6) about o.
+
+    ``kinds`` are some of "load" and "spring".
+    """
     solutions, shape, take = poses.result.solutions, poses.result.shape, poses.take
     for k, item in enumerate(solutions[0].applied):
         if item.load.kind not in kinds:

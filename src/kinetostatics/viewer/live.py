@@ -1,9 +1,8 @@
-"""Live pages: the page sends the values of its sliders, Python analyses that pose and returns a new scene.
+"""Live pages: the page sends the values of its sliders; Python analyses that pose and returns a new scene.
 
-meshcat's own socket only transmits commands to the page. The page therefore sends requests by HTTP: each motion of a slider is a
-POST to the address of the page, and the response contains the changes of the scene. The server of the standard library listens on
-this machine only, at an address with a random key. Key, origin and stated length of a request are checked before its body is
-read.
+meshcat's own socket transmits commands in one direction only, to the page. The page therefore sends HTTP requests: each motion of
+a slider is a POST to the address of the page, and the response contains the changes of the scene. The server listens on this
+machine only, at an address with a random key. Key, origin and stated length of a request are checked before its body is read.
 """
 
 from __future__ import annotations
@@ -42,20 +41,20 @@ from kinetostatics.viewer.single_poses import UnloadedPose
 from kinetostatics.viewer.sliders import Sliders, written
 from kinetostatics.viewer.visuals import link_visuals
 
-#: Allowed host names; others are refused against DNS rebinding.
+#: Allowed host names; requests for others are refused, as a protection against DNS rebinding.
 LOCAL_NAMES = ("127.0.0.1", "localhost")
-#: Largest request [bytes], and timeout for the next part of a request [s].
+#: Largest size of a request [bytes], and timeout for each part of it [s].
 LONGEST, PATIENCE = 1 << 16, 10
 
 
 class LiveRobot:
     """A robot whose pose and load are changed by sliders of actuators, platform coordinates and load components.
 
-    A pose that cannot be analysed is shown without loads, with the reason.
+    A pose that cannot be analysed is drawn without loads; a note gives the reason.
 
     Attributes:
-        configuration: the last pose, start of the next one; None: the loops cannot be closed, and there are no sliders.
-        load: (6,) force and moment at o [N, N·m], or None if ``analyze`` has its own load.
+        configuration: the last pose, start of the next one; None if the loops cannot be closed, and there are no sliders.
+        load: (6,) force and moment at o [N, N·m]; None if it is not changed by sliders.
     """
 
     def __init__(
@@ -80,21 +79,21 @@ class LiveRobot:
         self.sliders: Sliders | None = None
         if self.configuration is not None:
             self.result = self._analyzed(self.configuration, self.load)
-        self.scene = describe_scene(self.result, visuals=self.visuals)
-        self.like = None if self.scene.unloaded else self.scene  # whose meshes are shown
-        if message and message not in self.scene.notes:
-            self.scene.notes.insert(0, message)
+        scene = describe_scene(self.result, visuals=self.visuals)
+        if message and message not in scene.notes:
+            scene.notes.insert(0, message)
         if self.configuration is not None:
-            self.sliders = Sliders(self.configuration, orientation, coordinates, self.load, self.scene.size)
-        self._control(self.scene)
-        self.first = self.scene.plain()
+            self.sliders = Sliders(self.configuration, orientation, coordinates, self.load, scene.size)
+        scene.live = self._controls()
+        self.first = scene.plain()
 
     def answer(self, question: Mapping[str, Json]) -> dict[str, object]:
         """Return the changes of the scene for a request ``{"kind": …, "values": {name: shown value}}``.
 
-        The kind is "actuators", "platform", "load", or "details" for the last pose with notes and cards. Otherwise these are
-        included on request only (``"details": true``), since they take as long as the rest. ``"groups"`` lists the requested
-        groups of arrows, default all; ``"contributions"`` those on the page: if they have changed, the whole scene is returned.
+        The kind is "actuators", "platform" or "load"; or "details", for notes and cards of the last pose. Other requests can
+        include ``"details": true`` for notes and cards, which take longer than the rest. ``"groups"`` lists the requested groups
+        of arrows (default: all), ``"contributions"`` the contributions on the page; if others are needed, the response is the
+        whole scene.
 
         If a pose cannot be reached, the response contains the last pose on the straight line to it, and the reason as ``rim``.
 
@@ -104,18 +103,14 @@ class LiveRobot:
         kind, groups, rim = question["kind"], question.get("groups"), {}
         if kind != "details":
             rim = {"rim": self._move(kind, question["values"])}
-        if self.like is None and isinstance(self.result, Result):
-            self.like = self._scene(None)
-        scene = self._scene(None if groups is None else set(groups), self.like if isinstance(self.result, Result) else None)
+        details = kind == "details" or bool(question.get("details")) or isinstance(self.result, UnloadedPose)
+        scene = self._scene(details, None if groups is None else set(groups))
         if tuple(question.get("contributions", scene.stations.sources)) != scene.stations.sources:
-            return {**self._scene(None).plain(), **rim}
-        details: dict[str, object] = {}
-        if kind == "details" or question.get("details") or scene.unloaded:
-            details = describe_scene(self.result, visuals=self.visuals).details()
-        return {**scene.moving(), **details, **rim}
+            return {**self._scene().plain(), **rim}
+        return {**scene.moving(), **(scene.details() if details else {}), **rim}
 
     def compile(self, go_on: Callable[[], bool]) -> None:
-        """Compile the code for requests, as long as ``go_on()`` is true; NumPy is used until it is ready."""
+        """Compile the functions for requests one by one, while ``go_on()`` is true; NumPy is used until they are ready."""
         if check_engine("auto") == "numpy" or self.configuration is None:
             return
         asked: list[dict[str, object]] = [{"actuators": self.configuration.actuators}] if self.robot.description.driven else []
@@ -130,7 +125,7 @@ class LiveRobot:
                     self._assembled(coordinates, engine="compiled")
 
     def reach(self) -> Mapping[str, object]:
-        """Return the ends of all sliders at the present pose; empty if the pose changes during the computation."""
+        """Return the ends of all sliders at the present pose; none if the pose changes during the computation."""
         pose = self.configuration
         if pose is None or self.sliders is None:
             return {}
@@ -167,7 +162,7 @@ class LiveRobot:
         return self.robot.assemble(**asked, **rules, engine=engine)
 
     def _rim(self, pose: Configuration, kind: str, values: Mapping[str, float]) -> tuple[Configuration, str]:
-        """Return the last valid pose on the straight line to coordinates, by default the present one, and why the line ends."""
+        """Return the last valid pose on the straight line from a pose to coordinates, and the reason for which the line ends."""
         assert self.sliders is not None
         present = {name: float(self.sliders.present(pose, kind)[name]) for name in values}
         lines = self.sliders.shortened({name: np.array([value - present[name]]) for name, value in values.items()}, kind)
@@ -182,23 +177,20 @@ class LiveRobot:
         ]
         return rim, f"{', '.join(words)}: {self.sliders.words(end)}"
 
-    def _scene(self, groups: set[str] | None, like: Scene | None = None) -> Scene:
-        """Return the scene of the present result; ``like``: scene whose meshes are used again."""
-        scene = describe_scene(self.result, visuals=self.visuals, like=like, groups=groups)
-        self._control(scene)
+    def _scene(self, details: bool = True, groups: set[str] | None = None) -> Scene:
+        """Return the scene of the present result, with the sliders at its pose."""
+        scene = describe_scene(self.result, visuals=self.visuals, details=details, groups=groups)
+        scene.live = self._controls()
         return scene
 
-    def _control(self, scene: Scene) -> None:
-        """Set the sliders of a scene to its pose."""
+    def _controls(self) -> dict[str, object]:
+        """Return the sliders at the present pose, and the address for requests."""
         pose = self.result.configuration
-        scene.live = {
-            "url": "analyze",
-            "controls": [] if self.sliders is None or pose is None else self.sliders.at(pose, self.load),
-        }
+        return {"url": "analyze", "controls": [] if self.sliders is None or pose is None else self.sliders.at(pose, self.load)}
 
 
 class LiveServer:
-    """Server of a live page on this machine, a context manager.
+    """Server of a live page on this machine; a context manager that closes it.
 
     Attributes:
         url: address of the page.
@@ -240,7 +232,7 @@ class LiveServer:
         return f'<iframe src="{self.url}" style="width: 100%; height: 640px; border: 1px solid #d5d9df"></iframe>'
 
     def wait(self) -> None:
-        """Serve until the program is interrupted or the server closed."""
+        """Wait until the program is interrupted or the server is closed."""
         self._thread.join()
 
     def close(self) -> None:
@@ -327,9 +319,9 @@ def serve(
         start: the first pose; or a robot whose loops cannot be closed.
         analyze: function that analyses a pose, for example ``lambda pose: ks.analyze(pose, load=[0, 0, -500, 0, 0, 0])``.
         orientation, closure_tolerance: see :meth:`Robot.assemble`.
-        coordinates: platform coordinates with sliders; default: the best conditioned ones.
-        load: (6,) initial force and moment at o, world axes [N, N·m], with sliders; ``analyze`` is called with their values as
-            ``load=``, for example ``lambda pose, load: ks.analyze(pose, load=load)``.
+        coordinates: platform coordinates with sliders; default: well-conditioned ones that determine the pose.
+        load: (6,) initial force and moment at o, world axes [N, N·m]; they have sliders. ``analyze`` is called with the sliders'
+            values as ``load=``, for example ``lambda pose, load: ks.analyze(pose, load=load)``.
         port: port of 127.0.0.1; 0: any free port.
         message: note shown with the first pose.
     """

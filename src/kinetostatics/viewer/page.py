@@ -1,4 +1,4 @@
-"""One HTML file with meshcat's page, the scene and the scripts for its motion, without server and network; and its picture."""
+"""The page of a scene: one HTML file with meshcat's script, which needs neither server nor network; and its picture."""
 
 from __future__ import annotations
 
@@ -28,24 +28,21 @@ _SCRIPTS = (
     "motion.js", "labels.js", "drawing.js", "colouring.js", "compare.js", "views.js", "panel.js", "modes.js", "cards.js",
     "picture.js", "live.js", "page.js",
 )  # fmt: skip
-
-
 #: Largest size of a page [characters].
 MOST = 5_000_000
-#: Bits to which numbers of a path are rounded, in turn until the page is small enough (None: single precision), with the rounding
-#: error for the note. Twenty bits are more digits than the page shows.
+#: Numbers of bits to which a path is rounded (None: single precision), each with the rounding error for the note. The first one
+#: for which the page is small enough is used. Twenty bits are more digits than the page shows.
 ROUNDINGS = ((None, ""), (20, ""), (16, "0.001 %"), (12, "0.02 %"))
 
 
 def fitting_page(describe: Callable[[int], Scene], every: int = 1) -> str:
-    """Return the page of a path with as many digits and poses as fit into :data:`MOST`, with a note and a warning of losses.
+    """Return the page of a path, with as many digits and poses as fit into :data:`MOST`; a note and a warning state losses.
 
-    ``describe(every)`` is the scene with every n-th pose of its path.
+    ``describe(n)`` returns the scene with every n-th pose of the path; ``every`` is the first n.
     """
     scene = describe(every)
     one_pose = max(shown.stations.frames for shown in (scene, scene.compare) if shown is not None) == 1
-    hopeless = scene.stations.size > MOST  # in single precision, to be tried
-    for bits, part in ROUNDINGS[hopeless:]:
+    for bits, part in ROUNDINGS:
         losses = [f"numbers are rounded to {part} of the largest"] if part else []
         losses += [f"one of {every} consecutive poses is shown"] if every > 1 else []
         note = f"{' and '.join(losses)}, to keep the page below {MOST / 1e6:.0f} MB"
@@ -94,13 +91,13 @@ def _meshcat() -> str:
 
 #: Names of Chromium browsers on various systems.
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge", "msedge")
-#: No window, no sandbox (for containers), WebGL in software, no network, and time for the page to draw.
+#: Options: no window, no sandbox (for containers), WebGL in software, no network, 5 s for the page to draw.
 FLAGS = (
     "--headless", "--no-sandbox", "--hide-scrollbars", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     "--ignore-gpu-blocklist", "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run",
     "--virtual-time-budget=5000",
 )  # fmt: skip
-#: Time limits of the attempts [s]: on a busy machine a third of all runs of Chromium hang.
+#: Time limits of successive attempts [s]: on a busy machine a third of all runs of Chromium hang.
 PATIENCE = (60, 90, 120)
 #: Choices for colour and view.
 COLOURS = ("deflection", "stress", "axial", "euler")
@@ -110,7 +107,7 @@ VIEWS = ("home", "front", "side", "top")
 def save_screenshot(
     html: str, path: str | os.PathLike[str], size: tuple[int, int], colour: str = "deflection", view: str = "home"
 ) -> None:
-    """Write a picture of a page without its panel as a PNG file, see :func:`kinetostatics.save_image`."""
+    """Write a PNG file with the picture of a page, without its panel; see :func:`kinetostatics.save_image`."""
     target = Path(path)
     if target.suffix.lower() != ".png":
         raise ArgumentError(f"{os.fspath(path)}: images are PNG files; name it {target.with_suffix('.png').name!r}")

@@ -1,4 +1,4 @@
-"""A running meshcat: connections to its server, and drawing of a scene with heading, legend, camera and light."""
+"""A running meshcat: connection to its server, and drawing of a scene with heading, legend, camera and light."""
 
 from __future__ import annotations
 
@@ -32,23 +32,23 @@ from kinetostatics.viewer.still import HEIGHT, INK, WIDTH, Still, heading, image
 ROOTS = {"Rest": "resting", "Deformed": "deformed", "Base": "base"}
 #: Node of the camera.
 CAMERA = "/Cameras/default/rotated/<object>"
-#: Near plane of the camera, as a part of the robot's size.
+#: Distance of the camera's near plane, as a part of the robot's size.
 NEAREST = 0.01
 #: Colours of the axes x, y and z, as in the page.
 AXIS_COLOURS = ("#d62728", "#2ca02c", "#1f77b4")
-#: Factors of the displacements in the frames of an animation, from deformed to rest and back; frames per second.
+#: Factors of the displacements in the frames of the animation, from deformed to rest and back; frames per second.
 SWING, RATE = 0.5 + 0.5 * np.cos(np.linspace(0, 2 * np.pi, 25)), 10
-#: Number of repetitions of the animation at the first drawing.
+#: Number of repetitions of the animation after the first drawing.
 REPETITIONS = 3
-#: Height of text in the scene [pixels of a picture of height HEIGHT].
+#: Height of text in the scene [pixels], in a picture of height HEIGHT.
 WORDS = 18
 
-#: Nodes of drawn robots: the camera is set at the first drawing only.
+#: Nodes of drawn robots, by window: the camera is set at the first drawing only.
 _SEEN: WeakKeyDictionary[ViewerWindow, set[str]] = WeakKeyDictionary()
 
 
 def draw(scene: Scene, visualizer: Visualizer, node: str) -> Visualizer:
-    """Draw a scene's first frame at a node, replacing its content, and return the visualizer at the node.
+    """Replace the content of a node by a scene's first frame, and return the visualizer at the node.
 
     Heading and legend are in front of the camera. The first drawing also sets camera, light and background, and runs the
     animation between rest and deformed.
@@ -103,11 +103,11 @@ class _Drawing:
             self.root.window.send(_Swing(self.animation, self._node("animation").path, first))
 
     def _node(self, path: str) -> Visualizer:
-        """Return the visualizer at a path below ours, without empty names, which meshcat takes for the root."""
+        """Return the visualizer at a path below the robot's node, without empty names, which mean the root in meshcat."""
         return self.root["/".join(filter(None, path.split("/")))]
 
     def _moving(self, node: Visualizer, placed: Callable[[Array], Array]) -> None:
-        """Set the transform of a node, now and in the animation, as a function of the stations' poses."""
+        """Set the transform of a node at present and in the animation, as a function of the stations' poses."""
         node.set_transform(placed(self.still.deformed))
         for frame, poses in enumerate(self.frames):
             self.animation.at_frame(node, frame).set_transform(placed(poses))
@@ -168,14 +168,14 @@ class _Drawing:
             self._label("largest", words, lambda poses: (poses[station] @ [*vertex, 1.0])[:3], MARK)
 
     def _label(self, path: str, text: str, placed: Callable[[Array], Array], colour: str = INK) -> None:
-        """Add text of constant size above a position, facing the camera."""
+        """Add text of constant size at a position; it faces the camera."""
         node, width = self._node(f"labels/{path}"), 40 + 10 * len(text)
         words = f'<text x="{width / 2}" y="{WORDS}" font-weight="600" text-anchor="middle" fill="{colour}">{escape(text)}</text>'
         node.set_object(_sprite(image([words], width, 3 * WORDS), width / HEIGHT, 3 * WORDS / HEIGHT, sizeAttenuation=False))
         self._moving(node, lambda poses: np.asarray(translation_matrix(placed(poses))))
 
     def _overlay(self, square: float) -> tuple[float, float]:
-        """Draw heading and legend in front of the camera; return their heights as parts of the picture's height."""
+        """Draw heading and legend in front of the camera, and return their heights as parts of the picture's height."""
         (above, top), (below, bottom) = heading(self.still), legend(self.still, square)
         depth = 5 * NEAREST * self.scene.size
         half = depth * np.tan(np.radians(FIELD_OF_VIEW) / 2)
@@ -208,7 +208,7 @@ class _Drawing:
 
 
 class _Bent:
-    """A surface with a morph target: ``morphTargetInfluences[0]`` = 1 moves its vertices to ``others`` (n, 3)."""
+    """A surface with a morph target: with ``morphTargetInfluences[0]`` = 1 its vertices are at ``others`` (n, 3)."""
 
     def __init__(self, surface: geometry.TriangularMeshGeometry, others: Array) -> None:
         self.surface, self.others = surface, others
@@ -235,7 +235,7 @@ class _Svg(NamedTuple):
 
 
 class _Swing(NamedTuple):
-    """An animation stored at a node, so that the server sends it to later windows after the nodes it moves."""
+    """An animation at a node of its own, which the server sends to later windows after the nodes that move."""
 
     animation: Animation
     path: Path
@@ -255,7 +255,7 @@ def _point_of(station: int) -> Callable[[Array], Array]:
 
 
 def _sprite(text: str, width: float, height: float, **look: object) -> geometry.Object:
-    """Return an SVG image that faces the camera: a sprite of three.js, for which meshcat has no class."""
+    """Return an SVG image that faces the camera, as a sprite of three.js; meshcat has no class for sprites."""
     texture = geometry.GenericTexture(
         {"wrap": [1001, 1001], "repeat": [1, 1], "minFilter": 1006, "image": _Svg(text, str(uuid4()))}
     )
@@ -267,7 +267,7 @@ def _sprite(text: str, width: float, height: float, **look: object) -> geometry.
 
 
 def _axes(size: float) -> tuple[Surface, Array]:
-    """Return the axes of a frame with a ball at their origin, and the colours (n, 3) of the vertices."""
+    """Return the axes of a coordinate system, with a ball at the origin, and the colours (n, 3) of the vertices."""
     along = arrow(size, 0.025 * size, 1)
     surfaces = [along.transformed(frames_along(axis[None])[0]) for axis in np.eye(3)] + [ball(0.05 * size)]
     colours = [np.array([_integer(colour) >> shift & 255 for shift in (16, 8, 0)]) / 255 for colour in (*AXIS_COLOURS, INK)]
@@ -282,7 +282,7 @@ def _integer(colour: str) -> int:
 
 #: Timeout of a server's response [ms].
 PATIENCE = 10_000
-#: Program that runs meshcat's server on the local address only; by default it serves its page to all networks.
+#: Program that runs meshcat's server on the local address only; by default the server's page is reachable from all networks.
 LOCAL_SERVER = """
 import functools, tornado.web
 tornado.web.Application.listen = functools.partialmethod(tornado.web.Application.listen, address="127.0.0.1")
@@ -293,7 +293,7 @@ main()
 
 @contextlib.contextmanager
 def connected(url: str | None) -> Iterator[Visualizer]:
-    """Yield the visualizer of the meshcat-server at a ZeroMQ address, or of a new local server, which ends with the context.
+    """Yield the visualizer of the meshcat-server at a ZeroMQ address, or of a new local server that ends with the context.
 
     Raises:
         KinetostaticsError: no server answers, or none can be started.

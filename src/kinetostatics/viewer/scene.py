@@ -14,29 +14,24 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
 from kinetostatics.viewer.arrows import Wrenches
-from kinetostatics.viewer.cards import Cards
+from kinetostatics.viewer.cards import Cards, facts_without_loads, find_facts
 from kinetostatics.viewer.description import COLOURS, FREE_MOTION, Arrow, Mesh, Scene, Stations
 from kinetostatics.viewer.drawn_parts import find_joints, find_masses_at_points, find_springs, marker_radius, radius_of_ball
 from kinetostatics.viewer.drawn_poses import ShownPoses
-from kinetostatics.viewer.frame_facts import facts_without_loads, find_facts
 from kinetostatics.viewer.shapes import Surface, ball, coil, frames_along, joined, pin, places_along_coil, stick, swept
 from kinetostatics.viewer.single_poses import ModePoses, SinglePose, UnloadedPose
 from kinetostatics.viewer.visuals import LinkVisual, link_visuals
 
-#: Initial size of the largest displacement, as a part of the robot's size, …
-SHOWN_MOTION = 0.1
-#: … and largest initial rotation [rad].
-SHOWN_TURN = 0.3
-
-#: Forces, relative to the largest, that count as rounding.
+#: Initially drawn largest displacement, as a part of the robot's size, and largest rotation [rad].
+SHOWN_MOTION, SHOWN_TURN = 0.1, 0.3
+#: Forces below this part of the largest one are rounding errors.
 ROUNDING = 1e-9
-
-#: Colour of beams and sticks of a robot without loads.
+#: Colour of beams and links of a robot without loads.
 STANDING = "#8693a6"
 JOINT_COLOUR, ACTUATOR_COLOUR, MASS_COLOUR = "#66717f", "#b8482a", "#4b5563"
-#: Radius of a spring's coil and of its wire, as parts of the robot's size; the coil is at most a part of the spring's length.
+#: Radius of a spring's coil and of its wire, as parts of the robot's size; largest radius of the coil, as a part of its length.
 COIL, WIRE, SLENDER = 0.024, 0.0032, 0.1
-#: Turns of a coil and points per turn, by ``step``: fewer on long paths, to keep pages small.
+#: Turns of a coil and points per turn, by the interval of the stations: fewer on long paths, to keep pages small.
 TURNS = {1: (10, 7), 2: (8, 5), 5: (6, 4)}
 
 
@@ -47,31 +42,32 @@ def describe_scene(
     *,
     pose: int | tuple[int, ...] | None = None,
     exaggeration: float | None = None,
-    like: Scene | None = None,
+    details: bool = True,
     groups: Collection[str] | None = None,
     every: int = 1,
 ) -> Scene:
-    """Return the scene of one pose, or of a batch of poses as a path, row by row, every second row backwards.
+    """Return the scene of one pose, or of a batch of poses as a path: row by row, every second row backwards.
 
     Args:
         result, title, pose, exaggeration: see :func:`kinetostatics.show`; a pose without loads has free motions or modes.
         visuals: visuals of the links, if already read.
-        like: an earlier scene of the robot whose surfaces are used again; notes and cards are then omitted.
+        details: whether to include notes and cards of a result, which take longer than the rest.
         groups: groups of arrows to be drawn; default: all.
-        every: interval of the shown poses of a path.
+        every: n, to show every n-th pose of a path.
 
     Raises:
-        ArgumentError: no pose could be analysed, there are too many, or ``pose`` or ``exaggeration`` is invalid.
+        ArgumentError: no pose could be analysed, there are more than 1000, or ``pose`` or ``exaggeration`` is invalid.
     """
     if exaggeration is not None and not (isinstance(exaggeration, Real) and 0 < exaggeration < math.inf):
         raise ArgumentError(f"exaggeration is {exaggeration!r}; it must be a positive number")
     poses = result if isinstance(result, SinglePose) else ShownPoses(result, pose, every)
-    scene = _SceneBuilder(poses, link_visuals(poses.robot.description) if visuals is None else visuals, like).build(title, groups)
+    builder = _SceneBuilder(poses, link_visuals(poses.robot.description) if visuals is None else visuals)
+    scene = builder.build(title, details, groups)
     return scene if exaggeration is None else replace(scene, exaggeration=float(exaggeration))
 
 
 class _SceneBuilder:
-    def __init__(self, poses: ShownPoses | SinglePose, visuals: Mapping[str, LinkVisual], like: Scene | None) -> None:
+    def __init__(self, poses: ShownPoses | SinglePose, visuals: Mapping[str, LinkVisual]) -> None:
         self.poses, self.robot, self.visuals = poses, poses.robot, visuals
         self.stations = Stations(self.poses.count, self.poses.labels)
         self.joints = find_joints(self.poses)
@@ -81,12 +77,10 @@ class _SceneBuilder:
         self.holder = {joint.child: joint.parent for joint in fixed}
         self.size = self._size()
         self.meshes: list[Mesh] = []
-        self.like = like
-        self.known = None if like is None else {(mesh.path, mesh.roots): mesh for mesh in like.meshes}
         self.at: dict[str, int] = {}
 
-    def build(self, title: str | None, groups: Collection[str] | None = None) -> Scene:
-        poses, stations, like = self.poses, self.stations, self.like
+    def build(self, title: str | None, details: bool, groups: Collection[str] | None) -> Scene:
+        poses, stations = self.poses, self.stations
         description = self.robot.description
         self.at["o"] = stations.add(poses.platform_frame, poses.platform_twist)
         self.at["base"] = stations.add(poses.frame(description.base))
@@ -102,9 +96,8 @@ class _SceneBuilder:
             arrows = self._free_motions(poses)
         found = self._without_rounding(arrows)  # arrows add stations
         facts = find_facts(poses, stations.all_twists, self.size) if isinstance(poses, ShownPoses) else facts_without_loads(poses)
-        exaggeration = self._exaggeration() if like is None else like.exaggeration
         scene = Scene(
-            title or self.robot.name, stations, self.size, exaggeration, self.at["o"], facts, self.meshes, found,
+            title or self.robot.name, stations, self.size, self._exaggeration(), self.at["o"], facts, self.meshes, found,
             [("base", self.at["base"], "base"), ("platform", self.at["o"], "o")], self._limb_labels(),
         )  # fmt: skip
         if isinstance(poses, SinglePose):
@@ -117,14 +110,14 @@ class _SceneBuilder:
                     twists *= self._visible_factor(twists)
             else:
                 scene.meshes = [self._without_loads(mesh) for mesh in self.meshes]
-        elif like is None:
+        elif details:
             first = {mesh.path: int(np.min(mesh.station)) for mesh in self.meshes if "Deformed" in mesh.roots}
             scene.notes = [*poses.result.warnings, *self._coarse()]
             scene.cards = Cards(poses, self.joints, self.springs).all(first)
         return scene
 
     def _without_loads(self, mesh: Mesh) -> Mesh:
-        """Return a mesh without colours of deflections; without free motions it is drawn once, not at rest and deformed."""
+        """Return a mesh without colours of deflections; if there are no free motions, it is drawn once, as ``Deformed``."""
         roots = mesh.roots
         if not self.poses.sources:
             roots = tuple(dict.fromkeys(name.replace("Rest", "Deformed") for name in roots))
@@ -132,7 +125,7 @@ class _SceneBuilder:
         return replace(mesh, roots=roots, colour=STANDING if coloured else mesh.colour)
 
     def _free_motions(self, poses: SinglePose) -> Iterator[Arrow]:
-        """Yield the platform's free motions at o: translations as single arrows, rotations as double arrows."""
+        """Yield the platform's free motions at o, each as an arrow of the translation and one of the rotation."""
         for k, name in enumerate(poses.sources):
             for kind, motion, part in (("force", "translation", slice(0, 3)), ("moment", "rotation", slice(3, 6))):
                 vector = np.zeros((1, len(poses.sources) + 1, 3))
@@ -148,7 +141,7 @@ class _SceneBuilder:
         return float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0))) or 1.0
 
     def _without_rounding(self, arrows: Iterable[Arrow]) -> list[Arrow]:
-        """Return the arrows without those that are rounding errors relative to the largest one."""
+        """Return the arrows that are larger than rounding errors of the largest one."""
         found = [(arrow, arrow.size / (1.0 if arrow.kind == "force" else self.size)) for arrow in arrows]
         least = ROUNDING * max((force for _, force in found), default=0.0)
         return [arrow for arrow, force in found if force > least]
@@ -159,7 +152,7 @@ class _SceneBuilder:
         return max(step for step in (1, 1.5, 2, 3, 5, 7) if step * power <= factor * (1 + 1e-9)) * power
 
     def _visible_factor(self, twists: Array) -> float:
-        """Return the exaggeration at which twists (…, 6) are clearly visible; 1 for zero twists."""
+        """Return the exaggeration that makes twists (…, 6) clearly visible; 1 for zero twists."""
         parts = (SHOWN_MOTION * self.size, twists[..., :3]), (SHOWN_TURN, twists[..., 3:])
         found = [limit / most for limit, part in parts if (most := float(np.linalg.norm(part, axis=-1).max())) > 0]
         return min(found, default=1.0)
@@ -206,12 +199,7 @@ class _SceneBuilder:
         self.meshes.append(Mesh(path, visual.surface, self._link_station(link, roots), roots, colour))
 
     def _skeleton(self, link: str, links: set[str], path: str, roots: tuple[str, ...]) -> None:
-        """Draw a link without visuals as sticks from its centre to its joints."""
-        if self.known is not None:
-            if (path, roots) in self.known:
-                self._link_station(link, roots)
-                self.meshes.append(self.known[path, roots])
-            return
+        """Draw a link without visuals as sticks from its centre to its joints, springs and point masses."""
         inverse = np.linalg.inv(self.poses.frame(link)[0])
         near = [joint for joint in self.joints if joint.links & links]
         points = [joint.centre[0] for joint in near]
@@ -245,9 +233,6 @@ class _SceneBuilder:
             self.at[f"middle of {name}"] = first + count // 2
             self.at[f"label of {name}"] = first + count // 3  # off the middle, the place of an actuator's arrow
             roots = ("Deformed",) if beam.link in self.visuals else ("Rest", "Deformed")
-            if self.known is not None:
-                self.meshes.append(self.known[f"beams/{name}", roots])
-                continue
             if isinstance(self.poses, UnloadedPose) and beam.link in self.visuals:
                 continue
             surface, at = swept(beam.section, count)
@@ -259,9 +244,6 @@ class _SceneBuilder:
                 continue
             rest = joint.centre if joint.axis is None else frames_along(joint.axis, joint.centre)
             self.at[joint.name] = self.stations.add(rest, joint.twist)
-            if self.known is not None:
-                self.meshes.append(self.known[f"joints/{joint.name}", ("Deformed",)])
-                continue
             r = marker_radius(self.poses, joint, self.size)
             shape = ball(1.3 * r) if joint.axis is None else pin(0.6 * r, 3.2 * r)
             colour = ACTUATOR_COLOUR if joint.driven else JOINT_COLOUR
@@ -281,12 +263,9 @@ class _SceneBuilder:
                 rest[:, :3, 3] = (1 - part) * start + part * end
                 twist[..., :3] = spring.twists[0][..., :3] + part * shifts[..., :3]
                 self.stations.add(rest, twist)
-            path, roots = f"springs/{spring.description.name}", ("Rest", "Deformed")
-            if self.known is not None:
-                self.meshes.append(self.known[path, roots])
-                continue
             surface, at = coil(length, radius, min(WIRE * self.size, 0.2 * radius), turns, points)
-            self.meshes.append(Mesh(path, surface, first + at, roots, COLOURS["spring forces"]))
+            path, colour = f"springs/{spring.description.name}", COLOURS["spring forces"]
+            self.meshes.append(Mesh(path, surface, first + at, ("Rest", "Deformed"), colour))
 
     def _masses_at_points(self) -> None:
         """Draw point masses, such as counterweights, as steel balls."""

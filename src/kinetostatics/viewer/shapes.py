@@ -1,4 +1,4 @@
-"""Triangle meshes of beams and joints: swept sections, balls, pins and sticks."""
+"""Triangle meshes: swept sections, balls, pins, sticks, coils and arrows."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Surface:
     faces: Integers
 
     def transformed(self, matrix: Array) -> Surface:
-        """Return the mesh in another frame; ``matrix`` (4, 4) is the present frame in the new one."""
+        """Return the mesh in another frame; ``matrix`` (4, 4) is the present frame, given in the new one."""
         return Surface(self.vertices @ matrix[:3, :3].T + matrix[:3, 3], self.faces)
 
 
@@ -37,7 +37,7 @@ def joined(surfaces: list[Surface]) -> Surface:
 
 
 def outlines(section: Section) -> tuple[Array, Array | None, bool]:
-    """Return a section's outer and inner outline (m, 2) in its axes y, z [m], and whether they are smooth.
+    """Return the outer and inner outline (m, 2) of a section in its axes y, z [m], and whether they are smooth.
 
     A section given by area and moments alone is drawn as the ellipse with the same radii of gyration.
     """
@@ -56,9 +56,9 @@ def outlines(section: Section) -> tuple[Array, Array | None, bool]:
 
 @lru_cache(maxsize=256)
 def swept(section: Section, stations: int) -> tuple[Surface, Integers]:
-    """Return a section swept along ``stations`` stations, and the station (n,) of each vertex.
+    """Return a section swept along a number of stations, and the station (n,) of each vertex.
 
-    Vertices are in station coordinates with x = 0 along the beam: the page bends the surface by moving the stations.
+    Vertices are given in the axes of their stations, with x = 0 along the beam; the page moves the stations to bend the surface.
     """
     outer, inner, smooth = outlines(section)
     parts = [_wall(outer, stations, smooth)]
@@ -115,12 +115,12 @@ def stick(start: Array, end: Array, radius: float) -> Surface:
     return pin(radius, float(np.linalg.norm(axis))).transformed(frame)
 
 
-#: Part of a spring's length at each end without turns.
+#: Length without turns at each end of a spring, as a part of the spring's length.
 PLAIN = 0.1
 
 
 def places_along_coil(turns: int, points: int) -> Array:
-    """Return the positions of a spring's stations along its length, 0 to 1, with ``points`` stations per turn."""
+    """Return the positions of a spring's stations along its length, from 0 to 1; ``points`` is their number per turn."""
     return np.concatenate([[0.0], np.linspace(PLAIN, 1 - PLAIN, turns * points + 1), [1.0]])
 
 
@@ -128,8 +128,8 @@ def places_along_coil(turns: int, points: int) -> Array:
 def coil(length: float, radius: float, wire: float, turns: int, points: int) -> tuple[Surface, Integers]:
     """Return a coil spring with small balls at its ends, and the station (n,) of each vertex.
 
-    Stations are points along the spring. The vertices are given relative to their stations, with z along the spring; so the coil
-    stretches when the stations move apart.
+    Vertices are given relative to their stations, points along the spring, with z along the spring; the coil stretches when the
+    stations move apart.
     """
     places = places_along_coil(turns, points)
     n = len(places)
@@ -150,7 +150,7 @@ def coil(length: float, radius: float, wire: float, turns: int, points: int) -> 
 
 
 def arrow(length: float, radius: float, heads: int) -> Surface:
-    """Return an arrow along the z axis, its tail at the origin, with two heads for a couple; short arrows are thinner."""
+    """Return an arrow along the z axis with one or two heads, its tail at the origin; short arrows are thinner."""
     r = radius * min(1.0, length / (9 * radius))
     head = min(6 * r, 0.6 * length / heads)
     tips = [length - 0.75 * n * head for n in range(heads)]
@@ -182,14 +182,14 @@ def frames_along(axes: Array, origins: Array | None = None) -> Array:
 
 
 def carried_along(start: Array, directions: Array) -> Array:
-    """Return unit vectors (n, 3) normal to unit ``directions`` (n, 3), with minimal rotation from one to the next.
+    """Return unit vectors (n, 3) normal to unit ``directions`` (n, 3); each is the normalized projection of the one before.
 
     The first one is the normalized projection of ``start`` (3,).
     """
     result, side = np.empty_like(directions), start
     for k, along in enumerate(directions):
         side = side - along * (along @ side)
-        if np.linalg.norm(side) < 1e-3:  # the projection vanishes after a turn by a right angle
+        if np.linalg.norm(side) < 1e-3:  # the vector before was along the direction
             side = axis_across(along)
             side = side - along * (along @ side)
         result[k] = side = side / np.linalg.norm(side)
@@ -200,7 +200,7 @@ _HALF = np.linspace(0, np.pi, 11)
 
 
 def _turned(profile: Array, smooth: bool, sides: int = 20) -> Surface:
-    """Return the surface of revolution about z of a profile (n, 2) of radius and height, top first."""
+    """Return the surface of revolution about z of a profile (n, 2) of radii and heights, from top to bottom."""
     angle = np.arange(sides) * (2 * np.pi / sides)
     circle = np.column_stack([np.cos(angle), np.sin(angle)])
     if not smooth:  # duplicate rings at edges keep them sharp

@@ -1,4 +1,4 @@
-"""One pose of a robot without loads: with the free motions of its platform, or with its modes of vibration."""
+"""One pose of a robot, drawn without loads: with the free motions of its platform, or with its modes of vibration."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from kinetostatics.viewer.drawn_poses import DrawnPoses, moved, place_of
 
 
 class SinglePose(DrawnPoses):
-    """One pose of a robot, F = 1, with unknown forces of springs.
+    """One pose of a robot, F = 1; forces of springs are unknown.
 
     Attributes:
         configuration: the pose; None if the loops of the robot cannot be closed.
-        frames: frames of its bodies.
+        frames: frames of the bodies.
     """
 
     count, step = 1, 1
@@ -70,22 +70,20 @@ class SinglePose(DrawnPoses):
         return self._beams[name]
 
     def tension(self, name: str) -> Array:
-        """Return zero (1,) for the unknown force of a spring."""
+        """Return zero (1,) in place of the unknown force of a spring."""
         return np.zeros(1)
 
 
-#: Step of the difference quotient for the twists of links in a free motion [scaled m, rad].
+#: Step of the difference quotient for twists of links, as a part of a free motion.
 STEP = 1e-5
 
 
 class UnloadedPose(SinglePose):
-    """One pose of a robot, F = 1, or its tree as the file has it.
-
-    The contributions are the free motions of the platform with locked actuators, of arbitrary magnitude.
+    """One pose of a robot, F = 1, with the platform's free motions, of arbitrary magnitude, as contributions.
 
     Args:
         shown: a pose; or a robot, drawn at its zero pose, or with all joints at zero if its loops cannot be closed.
-        message: reason why the pose cannot be analysed.
+        message: the reason if the pose cannot be analysed.
     """
 
     def __init__(self, shown: Configuration | Robot, message: str | None = None) -> None:
@@ -97,7 +95,7 @@ class UnloadedPose(SinglePose):
         self.sources = self.labels = self._names()
 
     def _placed(self) -> tuple[Frames, SolverState | None, str | None]:
-        """Return frames of the bodies, the closed pose or None, and the reason for None."""
+        """Return the frames of the bodies and the closed pose; if the loops cannot be closed, None and the reason."""
         if self.configuration is not None:
             return self.configuration.frames, self.configuration.poses, None
         try:
@@ -108,7 +106,7 @@ class UnloadedPose(SinglePose):
 
     @cached_property
     def _free_motions(self) -> tuple[Array, Array]:
-        """The platform's free twists at o (6, k) [m, rad], and the rates (nv, k) of the tree's freedoms."""
+        """The platform's free twists at o (6, k) [m, rad], and the rates (nv, k) of the tree's joint coordinates."""
         robot, nv = self.robot, self.robot.mechanism.tree.nv
         if self.poses is None or not np.all(np.isfinite(self.frames.position)):
             return np.zeros((6, 0)), np.zeros((nv, 0))
@@ -128,7 +126,7 @@ class UnloadedPose(SinglePose):
 
     @property
     def platform_twist(self) -> Array:
-        """(1, k, 6) the free motions of the platform, at o."""
+        """(1, k, 6) free motions of the platform, at o."""
         return self._twist(*self.robot.mechanism.platform_frame)
 
     def link_twist(self, link: str) -> Array:
@@ -143,7 +141,7 @@ class UnloadedPose(SinglePose):
 
     @cached_property
     def _stepped(self) -> tuple[Frames, Frames]:
-        """The frames after a step along each of k free motions, and after a step backwards."""
+        """The frames after a step forwards along each of k free motions, and after a step backwards."""
         rates = self._free_motions[1]
         if self.poses is None or not rates.shape[1]:
             none = self.frames.take(slice(0, 0))
@@ -156,7 +154,7 @@ class UnloadedPose(SinglePose):
         return forth, back
 
     def beam_twists(self, name: str) -> Array:
-        """Return the free motions (1, k, n, 6) of the stations of a beam, straight between its ends."""
+        """Return the free motions (1, k, n, 6) of the stations of a beam, interpolated linearly between its ends."""
         span, (_, points) = self.robot.topology.beams[name], self.beam_line(name)
         ends = []
         for body, point in ((span.start_body, points[:, 0]), (span.end_body, points[:, -1])):
@@ -165,13 +163,13 @@ class UnloadedPose(SinglePose):
         return (1 - part) * ends[0][:, :, None] + part * ends[1][:, :, None]
 
 
-#: Largest number of parts with shares of energy in the panel.
+#: Largest number of parts in the panel's tables of energies.
 MOST = 6
 
 
 @dataclass(frozen=True)
 class DrawnMode:
-    """Texts on a mode: name, frequency, effective masses [%] by direction, and largest shares of energy [%] by part."""
+    """Texts on a mode: name, frequency, effective masses [%] by direction; parts with the largest shares of energy [%]."""
 
     name: str
     frequency: str
@@ -181,10 +179,10 @@ class DrawnMode:
 
 
 class ModePoses(SinglePose):
-    """One pose of a robot, F = 1; the contributions are its modes, for a modal mass of 1 kg.
+    """One pose of a robot, F = 1, with its modes, of modal mass 1 kg, as contributions.
 
     Args:
-        modes: modes of one pose or a batch.
+        modes: modes at one pose or a batch of poses.
         pose: index of one pose of a batch.
 
     Raises:
@@ -204,11 +202,11 @@ class ModePoses(SinglePose):
         self.sources = self.labels = tuple(f"mode {k + 1}" for k in range(int(np.sum(self._found))))
 
     def _at_pose(self, array: Array) -> Array:
-        """Return the shown pose of an array (*batch, …) of the modes."""
+        """Return the values at the shown pose of an array (*batch, …) of the modes."""
         return np.asarray(array.reshape(-1, *array.shape[len(self.modes.shape) :])[self._place])
 
     def _of_modes(self, array: Array) -> Array:
-        """Return the modes (1, K, …) of an array (*batch, count, …)."""
+        """Return the values (1, K, …) of the shown modes from an array (*batch, count, …)."""
         return self._at_pose(array)[self._found][None]
 
     @property
@@ -237,13 +235,13 @@ class ModePoses(SinglePose):
 
     @property
     def platform_twist(self) -> Array:
-        """(1, K, 6) twist of the platform, at o."""
+        """(1, K, 6) twists of the platform, at o."""
         return self._of_modes(self.modes.twists)
 
     def link_twist(self, link: str) -> Array | None:
-        """Return the twists (1, K, 6) of a link at its own origin; None if it contains a beam."""
+        """Return the twists (1, K, 6) of a rigid link at its own origin; None if it contains a beam."""
         return self._of_modes(self.modes.link_twists[link]) if link in self.rigid else None
 
     def beam_twists(self, name: str) -> Array:
-        """Return displacement and rotation (1, K, n, 6) of the stations of a beam."""
+        """Return the twists (1, K, n, 6) of the stations of a beam."""
         return self._of_modes(self.modes.beam_lines[name])

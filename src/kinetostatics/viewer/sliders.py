@@ -1,8 +1,7 @@
-"""Sliders of a live page: their coordinates, the formats of their values, and the ends of their reachable ranges."""
+"""Sliders of a live page: their coordinates, and the ends of their reachable ranges."""
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -10,40 +9,41 @@ from dataclasses import replace
 import numpy as np
 
 from kinetostatics.engine.programs import check_engine, compiled_loops
-from kinetostatics.exceptions import KinetostaticsError
-from kinetostatics.kinematics.alternatives import best_choice, choices
+from kinetostatics.kinematics.alternatives import measured_choices
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.reach import End, find_ends
 from kinetostatics.layout.report import Json
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import orientation_named
 from kinetostatics.math.screws import WRENCH_COMPONENTS
-from kinetostatics.robot import Robot, robot_of
+from kinetostatics.robot import robot_of
 
-#: Half range of a slider whose reachable range is almost zero: part of the robot's size, or angle [rad].
+#: Half the range of a slider whose reachable range is almost zero: as a part of the robot's size; as an angle [rad].
 AROUND, TURN = 0.15, math.radians(30)
-#: Part of a slider's range beyond each end of the reachable range.
+#: Extension of a slider's range beyond each end of the reachable range, as a part of that range.
 BEYOND = 0.05
-#: Part of the distance to a singular pose at which a slider stops, since the pose itself cannot be analysed.
+#: Part of the distance to a singular pose at which a slider stops; the singular pose itself cannot be analysed.
 NEARLY = 0.999
+#: Least measure of well-conditioned coordinates, as a part of the largest one.
+WELL = 0.1
 #: Units of sliders [m, rad].
 MILLIMETRE, DEGREE = 1e-3, math.pi / 180
 
 
 class Sliders:
-    """The sliders of one robot, for actuators, platform coordinates that determine the pose, and a load.
+    """The sliders of one robot: for actuators, for platform coordinates that determine the pose, and for a load.
 
     Attributes:
         coordinates: platform coordinates with sliders.
-        factors: shown unit [m, rad, N, N·m], by kind ("platform", "actuators", "load") and coordinate.
+        factors: size of the shown unit [m, rad, N, N·m], by kind ("platform", "actuators", "load") and coordinate.
     """
 
     def __init__(
         self, pose: Configuration, orientation: str | None, coordinates: Sequence[str], load: Array | None, size: float
     ) -> None:
-        """Create the sliders at a pose; without ``coordinates``, for the best conditioned platform coordinates."""
+        """Create the sliders at a pose; without ``coordinates``, platform coordinates are chosen by :func:`determining`."""
         self.robot, self.orientation, self.size = robot_of(pose), orientation, size
-        self.coordinates = tuple(coordinates) or determining(self.robot, pose, orientation, size)
+        self.coordinates = tuple(coordinates) or determining(pose, orientation)
         kinds = {"platform": self.coordinates, "actuators": tuple(self.robot.description.driven)}
         self.factors = {(kind, name): self._factor(kind, name) for kind, names in kinds.items() for name in names}
         ends = self.reach(pose)
@@ -66,7 +66,10 @@ class Sliders:
         return pose.platform_coordinates(self.orientation) if kind == "platform" else pose.actuators
 
     def reach(self, pose: Configuration, go_on: Callable[[], bool] = lambda: True) -> dict[str, dict[str, Json]]:
-        """Return the ends of each slider at a pose in its unit, with reasons, by title; incomplete once ``go_on()`` is false."""
+        """Return, by title, the two ends of each slider at a pose, in its unit, and the reasons for them.
+
+        The search stops, with an incomplete result, when ``go_on()`` returns false.
+        """
         found: dict[str, dict[str, Json]] = {}
         for kind in ("platform", "actuators"):
             spans = self._spans(kind)
@@ -82,13 +85,13 @@ class Sliders:
     def ends(
         self, pose: Configuration, kind: str, displacements: Mapping[str, Array], go_on: Callable[[], bool] = lambda: True
     ) -> list[End]:
-        """Return the ends of straight lines from a pose, see :func:`.find_ends`, shortened a little at singular poses."""
+        """Return the ends of straight lines from a pose, see :func:`.find_ends`; at singular poses just before the end."""
         chosen = compiled_loops(check_engine("auto"))
         ends = find_ends(pose, kind, displacements, self.orientation, chosen, go_on)
         return [end if end.reason in ("", "limit") else replace(end, part=NEARLY * end.part) for end in ends]
 
     def shortened(self, displacements: Mapping[str, Array], kind: str) -> dict[str, Array]:
-        """Return displacements along lines, limited to the search range."""
+        """Return displacements along lines, with their largest magnitude limited to the search range."""
         most = max(
             float(np.max(np.abs(displacement))) / span
             for displacement, span in zip(displacements.values(), self._spans(kind).values(), strict=True)
@@ -130,7 +133,7 @@ class Sliders:
         }  # fmt: skip
 
     def _load(self, k: int, name: str, load: Array, weight: float) -> dict[str, Json]:
-        """Return the slider of a component of the load: up to twice the given load, or to the robot's weight."""
+        """Return the slider of component ``k`` of the load: up to twice the given load, or to the robot's weight [N]."""
         force = max(2 * float(np.abs(load[:3]).max()), weight, 100.0)
         most = force if k < 3 else max(2 * float(np.abs(load[3:]).max()), 0.25 * force * self.size)
         step = 10.0 ** math.floor(math.log10(most) - 2)
@@ -153,29 +156,9 @@ REASONS = {
 }
 
 
-def determining(robot: Robot, pose: Configuration, orientation: str | None, size: float) -> tuple[str, ...]:
-    """Return the best conditioned platform coordinates: smallest singular value of their rates per actuator rate is largest.
-
-    At a singular pose, or without actuators, rates by the platform's own freedoms are used.
-    """
-    step, actuators, tolerance = 1e-4, list(robot.description.driven), pose.closure_tolerance
-    steps = np.eye(len(actuators)) * step
-    values = {name: float(pose.actuators[name]) + steps[k] for k, name in enumerate(actuators)}
-    present = pose.platform_coordinates(orientation)
-    try:
-        near = robot.assemble(actuators=values, orientation=orientation, near=pose, closure_tolerance=tolerance)
-    except KinetostaticsError:
-        return best_choice(robot, orientation_named(orientation), pose.poses)
-    after = near.platform_coordinates(orientation)
-    rates = {name: (after[name] - present[name]) / step / (size / 2 if name in "xyz" else 1.0) for name in present}
-    if len(actuators) < robot.mobility.platform or not all(np.all(np.isfinite(rate)) for rate in rates.values()):
-        return best_choice(robot, orientation_named(orientation), pose.poses)
-
-    def independence(names: tuple[str, ...]) -> float:
-        return float(np.linalg.svd(np.array([rates[name] for name in names]), compute_uv=False)[-1])
-
-    determine = [set(names) for names in choices(robot, orientation_named(orientation), (), pose.poses)]
-    sets = [names for names in itertools.combinations(present, robot.mobility.platform) if set(names) in determine]
-    best = max((independence(names) for names in sets), default=0.0)
-    good = [names for names in sets if independence(names) > 0.3 * best]
-    return min(good, key=lambda names: sum(name in "xyz" for name in names), default=())  # as many angles as possible
+def determining(pose: Configuration, orientation: str | None) -> tuple[str, ...]:
+    """Return well-conditioned platform coordinates that determine a pose, with as many angles as possible."""
+    measures = measured_choices(robot_of(pose), orientation_named(orientation), pose.poses)
+    least = WELL * max(measures.values(), default=0.0)
+    good = [names for names, measure in measures.items() if measure >= least]
+    return min(good, key=lambda names: sum(name in "xyz" for name in names), default=())

@@ -1,4 +1,4 @@
-"""The initial picture of a page in numbers: poses, colours, arrows, floor and camera; its heading and legend as SVG."""
+"""The initial picture of a page: poses, colours, arrows, floor and camera as numbers; heading and legend as SVG."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.viewer.description import AXES, FIELD_OF_VIEW, HIDDEN, RAMP, RESTING, UNKNOWN, VIEW, Arrow, Mesh, Scene
 from kinetostatics.viewer.shapes import Surface, arrow, frames_along
 
-#: Deflections below this part of the robot's size are rounding errors.
+#: A robot whose deflections are below this part of its size is rigid.
 RIGID = 1e-12
 #: Approximate distance of the floor's lines as a part of the robot's size, rounded down to 1, 2 or 5 times a power of ten.
 SQUARE = 0.15
-#: Numbers in a decade to which the end of the colour scale is rounded up.
+#: Numbers, times a power of ten, to which the end of the colour scale is rounded up.
 ROUND = (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)
 
 
@@ -29,10 +29,10 @@ class StillArrow:
     Attributes:
         arrow: the arrow of the scene.
         value: value in its label [N, N·m].
-        surface: surface along z, with the tail at the origin.
+        surface: its surface; the arrow points along z, its tail is the origin.
         colour: "#rrggbb".
-        free_end: z of the end for its label [m].
-        frame: (4, 4) its axes, and its origin relative to the point of attachment.
+        free_end: z of the end with the label [m].
+        frame: (4, 4) axes of the surface, and its origin relative to the point of attachment.
     """
 
     arrow: Arrow
@@ -43,14 +43,14 @@ class StillArrow:
     frame: Array
 
     def placed(self, poses: Array) -> Array:
-        """Return its transform (4, 4) for stations at ``poses`` (n, 4, 4)."""
+        """Return the transform (4, 4) of the surface for the poses (n, 4, 4) of all stations."""
         at = poses[self.arrow.station]
         found = self.frame.copy()
         found[:3, 3] += at[:3, 3] + at[:3, :3] @ self.arrow.offset
         return found
 
     def place_of_name(self, poses: Array) -> Array:
-        """Return the position (3,) of its label, at its free end."""
+        """Return the position (3,) of the label, at the free end, for the poses (n, 4, 4) of all stations."""
         at = self.placed(poses)
         return np.asarray(at[:3, 3] + self.free_end * at[:3, 2])
 
@@ -61,8 +61,9 @@ class Still:
     Attributes:
         scene: the scene.
         rest, deformed: (n, 4, 4) poses of the stations; ``deformed`` with the scene's exaggeration.
-        deflections: (n,) true displacements |u + θ × r| [m] of the vertices of coloured meshes, by path.
-        largest: largest deflection [m], 0 for a rigid robot, with its station and vertex (3,).
+        twists: (n, 6) twists of the stations, not exaggerated [m, rad].
+        deflections: by path, (n,) displacements |u + θ × r| [m], not exaggerated, of the vertices of a coloured mesh.
+        largest: largest deflection [m], 0 for a rigid robot; its station; and its vertex (3,), in the axes of the station.
         high: deflection at the end of the colour scale [m].
         arrows: arrows of visible length.
     """
@@ -74,7 +75,7 @@ class Still:
         coloured = [mesh for mesh in scene.meshes if "Deformed" in mesh.roots and _is_coloured(mesh, "Deformed")]
         self.deflections = {mesh.path: self._deflections(mesh, mesh.surface.vertices) for mesh in coloured}
         most = float(np.linalg.norm(self.twists[:, :3], axis=-1).max())
-        for mesh in coloured:  # of rigid links the corners of the bounding box, as in the page
+        for mesh in coloured:  # for rigid links also the corners of the bounding box, as in the page
             vertices = mesh.surface.vertices
             corners = product(*zip(vertices.min(axis=0), vertices.max(axis=0), strict=True))
             points = np.array(list(corners)) if isinstance(mesh.station, int) else vertices
@@ -99,7 +100,7 @@ class Still:
         return np.asarray(np.einsum("nij,nj->ni", at[:, :3, :3], mesh.surface.vertices) + at[:, :3, 3])
 
     def _deflections(self, mesh: Mesh, points: Array) -> Array:
-        """Return the displacements (n,) [m], not exaggerated, of points (n, 3) of a mesh, each in the frame of its station."""
+        """Return the displacements (n,) [m], not exaggerated, of points (n, 3) of a mesh, given in the axes of their stations."""
         station = np.broadcast_to(mesh.station, len(points))
         arms = np.einsum("nij,nj->ni", self.rest[station, :3, :3], points)
         twists = self.twists[station]
@@ -131,7 +132,7 @@ class Still:
             yield StillArrow(described, value, surface, colour, 0.0 if inwards else length, frame)
 
     def outline(self) -> Array:
-        """Return points (n, 3) that a picture must contain: vertices, and ends of initially visible arrows and axes."""
+        """Return the points (n, 3) that the picture must contain: vertices; ends of axes and of initially visible arrows."""
         points = [
             self.vertices(mesh, root)[:: 1 + len(mesh.surface.vertices) // 2000]
             for mesh in self.scene.meshes
@@ -161,9 +162,13 @@ class Still:
         return np.column_stack([plane, np.full(len(plane), low[2] - 2e-3 * self.scene.size)]), side
 
     def camera(self, aspect: float, above: float, below: float) -> tuple[Array, Array]:
-        """Return centre of the picture and position of the camera relative to it (3,) [m].
+        """Return the centre (3,) of the picture, and the position (3,) of the camera relative to it [m].
 
-        The robot fills the picture except the parts ``above`` and ``below`` of its height.
+        The robot fills the picture, but for a strip at the top and one at the bottom.
+
+        Args:
+            aspect: width of the picture by its height.
+            above, below: heights of the strips, as parts of the picture's height.
         """
         points = self.outline()
         centre = (points.min(axis=0) + points.max(axis=0)) / 2
@@ -172,7 +177,8 @@ class Still:
         up = np.cross(d, right)
         across, along, towards = np.stack([right, up, d]) @ (points - centre).T
         half = math.tan(math.radians(FIELD_OF_VIEW) / 2)
-        fits = []  # visible: low (D - z) <= x - s <= high (D - z), linear in the camera's shift s and distance D
+        # a point (x, z) is visible if low (D - z) <= x - s <= high (D - z), linear in the camera's shift s and distance D
+        fits = []
         for x, low, high in ((across, -aspect, aspect), (along, 2 * below - 1, 1 - 2 * above)):
             most, least = float((x + high * half * towards).max()), float((x + low * half * towards).min())
             fits.append(((most - least) / ((high - low) * half), most, least, low * half, high * half))
@@ -188,7 +194,7 @@ def _ramp_colours(parts: Array) -> Array:
 
 
 def round_up(value: float) -> float:
-    """Return the smallest number of ROUND not below a value; 1e-6 for zero, as in the page."""
+    """Return the smallest number of ROUND, times a power of ten, not below a value; 1e-6 for zero, as in the page."""
     if not value > 0:
         return 1e-6
     power = 10.0 ** math.floor(math.log10(value))
@@ -200,9 +206,9 @@ def _is_coloured(mesh: Mesh, root: str) -> bool:
     return root == "Deformed" and isinstance(mesh.colour, str) and mesh.colour == "deflection"
 
 
-#: Size of the picture [pixels] for which the images are made; in wider pictures they are centred.
+#: Size of the picture for which heading and legend are made [pixels]; in wider pictures they are centred.
 WIDTH, HEIGHT = 1200, 900
-#: Height of a line, and width of a letter of its text [pixels].
+#: Height of a line and width of a letter [pixels].
 LINE, LETTER = 24, 9.2
 INK, PALE = "#20262e", "#4a5462"
 #: Largest number of lines beside the colour scale; further lines are omitted.
@@ -210,7 +216,7 @@ MOST_LINES = 4
 
 
 def heading(still: Still) -> tuple[str, int]:
-    """Return title, pose, loads and notes as an image of the picture's width, and its height [pixels]."""
+    """Return an image of title, pose, loads and notes, as wide as the picture, and its height [pixels]."""
     scene = still.scene
     facts = [fact for fact in scene.facts.lines(0) if fact != ("status", "OK")]
     lines = _filled(facts, WIDTH - 40)
@@ -225,11 +231,9 @@ def heading(still: Still) -> tuple[str, int]:
 
 
 def legend(still: Still, square: float) -> tuple[str, int]:
-    """Return an image of the colour scale and the values of the initially visible arrows, and its height [pixels].
+    """Return an image of the colour scale and of the values of initially visible arrows, and its height [pixels].
 
-    Args:
-        still: the picture.
-        square: side of a square of the floor [m].
+    ``square`` is the side of a square of the floor [m].
     """
     scene, unit = still.scene, still.scene.facts.displacement
     groups: dict[str, list[str]] = {}
@@ -277,7 +281,7 @@ def legend(still: Still, square: float) -> tuple[str, int]:
 
 
 def image(parts: Iterable[str], width: int, height: int) -> str:
-    """Return an SVG image of a size [pixels]."""
+    """Return an SVG image of given width and height [pixels]."""
     # An almost transparent white background avoids black edges of letters.
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" '
@@ -297,7 +301,7 @@ def number(value: float) -> str:
 
 
 def _filled(items: Iterable[tuple[str, str]], width: float) -> list[list[tuple[str, str]]]:
-    """Return names and texts distributed over lines of a width [pixels]."""
+    """Return pairs of name and text, distributed over lines of a given width [pixels]."""
     lines: list[list[tuple[str, str]]] = []
     left = 0.0
     for name, text in items:

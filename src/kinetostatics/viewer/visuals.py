@@ -1,4 +1,4 @@
-"""Geometry and meshes of the URDF's ``<visual>`` elements, read by yourdfpy."""
+"""Surfaces of the links: shapes and meshes of the URDF's ``<visual>`` elements, read by yourdfpy."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 GREY = (0.62, 0.65, 0.69)
 #: Angle between faces above which an edge is drawn sharp [rad].
 SHARP = 0.6
-#: Largest number of triangles of all links together, to which meshes are decimated, and smallest number for a single mesh.
+#: Number of triangles of all links together to which meshes are decimated; smallest number for a single mesh.
 MOST_FACES, FEW_FACES = 40_000, 300
 #: Largest size of a mesh file [bytes]; reading a larger one takes minutes.
 LARGE_MESH = 40_000_000
@@ -36,7 +36,7 @@ LARGE_MESH = 40_000_000
 
 @dataclass(frozen=True, eq=False)
 class LinkVisual:
-    """All visuals of one link in its own frame.
+    """All visuals of one link, in its frame.
 
     Attributes:
         surface: triangles, possibly decimated.
@@ -50,7 +50,7 @@ class LinkVisual:
 
 
 def link_visuals(description: RobotDescription) -> dict[str, LinkVisual]:
-    """Return the visuals of the links, by name; meshes that cannot be read are omitted with a warning."""
+    """Return the visuals of the links, by name; a warning states which meshes cannot be read."""
     import yourdfpy
 
     folder = os.path.dirname(description.path)
@@ -85,7 +85,7 @@ def link_visuals(description: RobotDescription) -> dict[str, LinkVisual]:
 
 
 def _meshes(visual: yourdfpy.Visual, folder: str, link: str, missing: list[str]) -> list[Surface]:
-    """Return the triangles of a visual in the link's frame."""
+    """Return the surfaces of a visual in the link's frame; for a mesh that cannot be read, append the reason to ``missing``."""
     import trimesh
 
     geometry = visual.geometry
@@ -106,14 +106,14 @@ def _meshes(visual: yourdfpy.Visual, folder: str, link: str, missing: list[str])
 
 
 def _smooth(surface: Surface) -> Surface:
-    """Return a surface with separate vertices for the faces at sharp edges."""
+    """Return a surface whose faces at a sharp edge have separate vertices."""
     vertices, faces = np.ascontiguousarray(surface.vertices, float), np.ascontiguousarray(surface.faces, np.int64)
     return _smoothed(vertices.tobytes(), faces.tobytes())
 
 
-@lru_cache(maxsize=200)  # meshes of a few robots that are drawn repeatedly
+@lru_cache(maxsize=200)  # a robot may be drawn repeatedly
 def _smoothed(vertices: bytes, faces: bytes) -> Surface:
-    """Return the surface of :func:`_smooth` for vertices (n, 3) and faces (m, 3) as bytes."""
+    """Return the surface of :func:`_smooth`; the arguments are the bytes of vertices (n, 3) and faces (m, 3)."""
     import trimesh
 
     surface = trimesh.Trimesh(np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, np.int64).reshape(-1, 3))
@@ -149,7 +149,7 @@ def _read_mesh(mesh: yourdfpy.Mesh, folder: str, link: str, missing: list[str]) 
 
 
 def _mesh_path(filename: str, folder: str) -> str | None:
-    """Return the path of a mesh: ``package://NAME/…`` in an installed package, else by yourdfpy's rules."""
+    """Return the path of a mesh: that in an installed package for ``package://NAME/…``, else that found by yourdfpy's rules."""
     from yourdfpy.urdf import filename_handler_magic
 
     name, _, rest = filename.removeprefix("package://").partition("/")
@@ -168,15 +168,15 @@ def _colour(material: yourdfpy.Material | None, palette: dict[str, yourdfpy.Mate
     return red, green, blue
 
 
-#: Smallest and largest number of grid cells along the longest side of the mesh.
+#: Smallest and largest number of grid cells along the longest side of a mesh.
 COARSEST, FINEST = 4, 4096
 
 
 def decimated(surface: Surface, most: int) -> Surface:
-    """Return a surface with at most ``most`` triangles, if a grid of :data:`COARSEST` cells or a finer one allows it.
+    """Return a surface with at most ``most`` triangles, if the coarsest grid of cells allows it.
 
-    All vertices in a cell of a grid are replaced by their mean; degenerate and duplicate triangles are removed. The finest grid
-    with few enough triangles is used. The mesh need not be closed or manifold.
+    All vertices in a cell are replaced by their mean; degenerate and duplicate triangles are removed. The grid is the finest one
+    that leaves few enough triangles. The mesh need be neither closed nor manifold.
     """
     if len(surface.faces) <= most:
         return surface

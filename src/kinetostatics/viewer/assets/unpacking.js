@@ -22,22 +22,18 @@ async function unpackPage() {
   start(scene);
 }
 
-/** The numbers of a path, (frames, …) in single precision, from the differences of packing.py. */
-function unpackPath({ frames, width, step, planes, data }) {
-  const bytes = bytesOf(data), columns = bytes.length / (1 + frames * planes), whole = new Int32Array(frames * columns);
+/** The numbers of a path, (frames, …) in single precision, from the second differences of packing.py. */
+function unpackPath({ frames, width, step, data }) {
+  const bytes = bytesOf(data), columns = bytes.length / (4 * frames), whole = new Int32Array(frames * columns);
   const column = new Int32Array(frames);
   for (let c = 0; c < columns; c++) {
     column.fill(0);
-    for (let plane = 0, o = columns + c * frames; plane < planes; plane++, o += columns * frames) {
-      for (let f = 0; f < frames; f++) column[f] |= bytes[o + f] << (8 * plane);
+    for (let plane = 0; plane < 4; plane++) {
+      for (let f = 0; f < frames; f++) column[f] |= bytes[(plane * columns + c) * frames + f] << (8 * plane);
     }
-    const prediction = bytes[c], before = Math.min(Math.floor(prediction / 3), Math.floor(c / width)); // previous items used
     for (let f = 0; f < frames; f++) column[f] = (column[f] >>> 1) ^ -(column[f] & 1);
-    for (let n = prediction % 3; n > 0; n--) for (let f = 1; f < frames; f++) column[f] += column[f - 1];
-    for (let f = 0, o = c; f < frames; f++, o += columns) {
-      const guess = before === 0 ? 0 : before === 1 ? whole[o - width] : 2 * whole[o - width] - whole[o - 2 * width];
-      whole[o] = column[f] + guess; // wraps around at 32 bits
-    }
+    for (let n = 0; n < 2; n++) for (let f = 1; f < frames; f++) column[f] += column[f - 1]; // wraps at 32 bits
+    for (let f = 0; f < frames; f++) whole[f * columns + c] = column[f];
   }
   return step ? Float32Array.from(whole, (x, k) => x * step[(k % columns) % width]) : new Float32Array(whole.buffer);
 }
