@@ -29,8 +29,7 @@ from kinetostatics.plot.display_units import coordinate_unit, display_unit  # no
 from kinetostatics.plot.masks import continued, level_of  # noqa: E402
 from kinetostatics.plot.selection import main_range  # noqa: E402
 from kinetostatics.plot.style import figure_of  # noqa: E402
-from kinetostatics.plot.surfaces import cut_cells  # noqa: E402
-from kinetostatics.plot.workspaces import skin  # noqa: E402
+from kinetostatics.plot.surfaces import cut_cells, skin  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("no_figures_left")
 

@@ -1,13 +1,13 @@
 """Figures for publication: ``ks.plot``.
 
-Of the Dataset of :func:`kinetostatics.sweep`: :func:`slice`, a quantity over two coordinates in colour; :func:`surface`, as
-surfaces like the paper's Figs 6, 7, 12 and 13; :func:`workspace`, on the body of the reachable poses; :func:`line`, over one
-coordinate, also of :meth:`Compensation.to_dataset`. Of other results: :func:`sensitivities`, :func:`tolerances`, :func:`pareto`,
-:func:`calibration`, :func:`frequency_response`, :func:`path`. All return Matplotlib's axes; :func:`save` writes them as PDF, SVG
-or PNG.
+A quantity of a map (:func:`kinetostatics.sweep`) is drawn over two coordinates by :func:`slice`, in colour, and :func:`surface`,
+like the paper's Figs 6, 7, 12 and 13; over three by :func:`workspace`, on the body of the valid poses; over one by :func:`line`,
+also from :meth:`Compensation.to_dataset`. Other results are drawn by :func:`sensitivities`, :func:`tolerances`, :func:`pareto`,
+:func:`calibration`, :func:`frequency_response` and :func:`path`. All functions return Matplotlib's axes; :func:`save` writes them
+as PDF, SVG or PNG.
 
-All figures have units, are legible in grey and with colour blindness (cividis; lines differ in dashes and markers), and show
-poses without valid numbers as hatched grey areas, with the reason in the legend.
+All figures have units, and are legible in grey and with colour blindness (cividis; lines differ in dashes and markers). Poses
+without valid numbers are hatched grey areas; the legend gives the reason.
 """
 
 from kinetostatics.exceptions import KinetostaticsError
@@ -23,8 +23,7 @@ from kinetostatics.plot.charts import calibration, frequency_response, pareto, s
 from kinetostatics.plot.lines import line, path
 from kinetostatics.plot.slices import slice
 from kinetostatics.plot.style import STYLE, save
-from kinetostatics.plot.surfaces import surface
-from kinetostatics.plot.workspaces import workspace
+from kinetostatics.plot.surfaces import surface, workspace
 
 __all__ = [
     "STYLE",

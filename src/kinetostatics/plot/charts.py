@@ -1,4 +1,4 @@
-"""Charts of results other than maps: sensitivities, tolerances, Pareto fronts, residuals of a calibration."""
+"""Charts of sensitivities, tolerances, Pareto fronts, residuals of a calibration, and frequency responses."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from kinetostatics.results.pose_arrays import point_name
 from kinetostatics.results.sensitivities import Sensitivities, is_location
 from kinetostatics.results.tolerances import LENGTHS, Tolerances
 
-#: Largest number of bars of each kind of sensitivities, and number of bars of a histogram.
+#: Largest number of bars of each kind of sensitivities; number of bars of a histogram.
 MOST, BARS = 12, 60
-#: Smallest drawn bar, as a part of the longest.
+#: Length of the shortest drawn bar, as a part of the longest one.
 SMALL = 0.003
 #: Axis titles of quantities that may be minimized.
 WORDS = {
@@ -42,15 +42,15 @@ MARKERS = "osD^v<>Pd*"
 
 @styled
 def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
-    """Draw the relative change of the displacement of o or a tool per 1 % of each parameter or stiffness.
+    """Draw the relative change of the displacement of o or a tool for an increase of each parameter or stiffness by 1 %.
 
     Args:
         found: the sensitivities, see :func:`kinetostatics.sensitivities`.
         ax: axes to draw on; default: a new figure one column wide.
 
     Returns:
-        The axes; bars to the left mean less sag. Parameters of the file are dark, stiffnesses of parts light and hatched. The
-        title states the number of omitted small bars.
+        The axes; bars to the left mean less sag. Bars of parameters of the file are dark, those of stiffnesses of parts light and
+        hatched. The title states the number of omitted small bars.
 
     Raises:
         ArgumentError: ``found`` has another type, the twist is not among the outputs, or o does not move.
@@ -85,11 +85,12 @@ def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
 
 @styled
 def tolerances(found: Tolerances, what: str = "displacement", *, ax: Axes | None = None) -> Axes:
-    """Draw the histogram of a quantity of random samples, and its first-order approximation.
+    """Draw a histogram of a quantity over random samples, and its first-order approximation.
 
     Args:
         found: the tolerances, see :func:`kinetostatics.tolerances`.
-        what: "displacement" or "rotation", distances from the nominal robot, a component "x" … "rz" of the twist, or an actuator.
+        what: "displacement" or "rotation", from the nominal robot; a component "x" … "rz" of the twist; or an actuator, for its
+            force or torque.
         ax: axes to draw on; default: a new figure one column wide.
 
     Returns:
@@ -128,7 +129,7 @@ def tolerances(found: Tolerances, what: str = "displacement", *, ax: Axes | None
 
 
 def _first_order(found: Tolerances, what: str) -> Array:
-    """Return a quantity (samples,) of the samples, to first order."""
+    """Return a quantity (samples,), to first order."""
     parts = [(found.effects[name], (found.values[name] - item.value) / item.tolerance) for name, item in found.parameters.items()]
     if what in LENGTHS:
         change = sum(np.outer(part, effect.twist[LENGTHS[what]]) for effect, part in parts)
@@ -138,7 +139,7 @@ def _first_order(found: Tolerances, what: str) -> Array:
 
 @styled
 def pareto(found: ParetoFront, *, ax: Axes | None = None) -> Axes:
-    """Draw a Pareto front; with a single varied parameter, its values are labels of the points.
+    """Draw a Pareto front; the points are labelled with the values of the varied parameter, if there is only one.
 
     Args:
         found: the front, see :func:`kinetostatics.pareto`.
@@ -191,7 +192,7 @@ def calibration(found: Calibration, *, kind: str | None = None, ax: Axes | None 
         The axes, with a marker for each gauge; the band is twice the largest standard deviation of a reading.
 
     Raises:
-        ArgumentError: ``found`` is no calibration, or has no readings of the kind.
+        ArgumentError: ``found`` is no calibration, or there are no readings of the kind.
     """
     if not isinstance(found, Calibration):
         raise ArgumentError(f"calibration needs the result of ks.calibrate(robot, …), got {found!r}")
@@ -229,12 +230,12 @@ def calibration(found: Calibration, *, kind: str | None = None, ax: Axes | None 
 def frequency_response(
     found: FrequencyResponse, what: str = "compliance", components: Sequence[str] = ("x", "y", "z"), *, ax: Axes | None = None
 ) -> Axes:
-    """Draw magnitudes of the response over the frequency, with logarithmic axes.
+    """Draw magnitudes of a frequency response, with logarithmic axes.
 
     Args:
         found: result of :func:`kinetostatics.frequency_response` at one pose.
-        what: "compliance", displacement in the direction of the force or moment; or "transmissibility", displacement per
-            displacement of the floor.
+        what: "compliance", displacement per force in the same direction (or rotation per moment); or "transmissibility",
+            displacement per displacement of the floor in the same direction (or rotation per rotation).
         components: translations "x", "y", "z", or rotations "rx", "ry", "rz".
         ax: axes to draw on; default: a new figure one column wide.
 
@@ -242,7 +243,7 @@ def frequency_response(
         The axes.
 
     Raises:
-        ArgumentError: ``found`` is not the response at one pose, or quantity or components are unknown.
+        ArgumentError: ``found`` is not the response at one pose, or ``what`` or ``components`` is unknown.
     """
     if not isinstance(found, FrequencyResponse) or found.shape:
         raise ArgumentError(f"frequency_response needs the result of ks.frequency_response(pose, …) at one pose, got {found!r}")

@@ -25,12 +25,12 @@ CHOICES: dict[str, tuple[str, ...]] = {
 
 
 def display_unit(units: str, values: ArrayLike, requested: str | None = None) -> tuple[float, str]:
-    """Return the divisor of the values and the name of their display unit.
+    """Return the size of the display unit, by which values are divided, and its name.
 
     Args:
         units: unit of the values in the map.
         values: all values in the figure.
-        requested: display unit; None: the unit in which the largest value is between 1 and 1000.
+        requested: display unit; None: the largest unit in which the largest value is at least 1.
 
     Raises:
         ArgumentError: the requested unit has another dimension.
@@ -56,13 +56,13 @@ def display_unit(units: str, values: ArrayLike, requested: str | None = None) ->
 
 
 def _typeset_unit(name: str) -> str:
-    """Return a unit in typographic form: µ for u, ° for deg."""
+    """Return a unit with µ for u and ° for deg."""
     name = re.sub(r"u(?=m|rad|N|deg)", "µ", name)
     return {"deg": "°", "mdeg": "10⁻³ °"}.get(name, name)
 
 
 def coordinate_unit(units: str, values: ArrayLike) -> tuple[float, str]:
-    """Return divisor and display unit of a swept coordinate: degrees; m, or mm if all lengths are below 0.1 m."""
+    """Return size and name of the display unit of a swept coordinate: degrees; m, or mm if all lengths are below 0.1 m."""
     if units == "rad":
         return unit("deg").size, "°"
     if units == "m":

@@ -1,7 +1,8 @@
-"""Quantities over one coordinate, and over time along a trajectory."""
+"""Lines: quantities over one coordinate of a map, and over time along a trajectory."""
 
 from __future__ import annotations
 
+import os.path
 from collections.abc import Mapping, Sequence
 
 import matplotlib as mpl
@@ -44,14 +45,14 @@ def line(
     beyond_limits: bool = False,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw quantities of one unit over one of the swept coordinates, or one quantity for several values of another.
+    """Draw quantities of one unit over a swept coordinate, or one quantity for several values of another coordinate.
 
     Args:
         ds, at, unit, beyond_limits: see :func:`slice`.
         what: one or more quantities, see :func:`kinetostatics.indices.quantity`.
         x: coordinate of the horizontal axis; default: the first swept coordinate that is not fixed.
-        series: another coordinate, with a line for each value, or for five of more than six values (with a note and a warning);
-            or ``{"z": [0.3, 0.6]}`` to choose up to six.
+        series: another coordinate, with a line for each value; of more than six values five are drawn, with a note and a warning.
+            Or ``{"z": [0.3, 0.6]}``, to choose up to six values.
         ax: axes to draw on; default: a new figure one column wide.
 
     Returns:
@@ -92,7 +93,7 @@ def line(
             color=colours[k],
             linestyle=DASHES[k],
             marker=MARKERS[k],
-            # markers of the lines at different places
+            # at different places on each line
             markevery=(k * every // len(parts), every),
             markerfacecolor="white",
             markeredgewidth=0.8,
@@ -116,12 +117,7 @@ def line(
 
 def _common(names: list[str]) -> str:
     """Return the common first words of all names, or "quantity"."""
-    words = [name.split() for name in names]
-    same = []
-    for group in zip(*words, strict=False):
-        if len(set(group)) > 1:
-            break
-        same.append(group[0])
+    same = list(os.path.commonprefix([name.split() for name in names]))  # noqa: RUF071 - of words
     while same and same[-1] in ("along", "about", "of", "by"):
         same.pop()
     return " ".join(same) or "quantity"
@@ -133,15 +129,15 @@ OVER_SPEED = {"force_speed": ("actuator_force", "actuator_speed"), "torque_speed
 
 @styled
 def path(found: PathResult, what: str = "displacement", *, ax: Axes | None = None) -> Axes:
-    """Draw a quantity over time along a trajectory, or forces of actuators over their velocities.
+    """Draw a quantity over time along a trajectory, or actuator forces over actuator velocities.
 
     Args:
         found: result of :meth:`Trajectory.analyze`.
-        what: a quantity of :meth:`PathResult.over_time`; or "torque_speed", "force_speed", for the choice of motors.
+        what: a quantity of :meth:`PathResult.over_time`; or "torque_speed", "force_speed", to select motors.
         ax: axes to draw on; default: a new figure one column wide.
 
     Returns:
-        The axes, with at most six lines, those of the largest peaks.
+        The axes, with at most six lines: those with the largest peaks.
 
     Raises:
         ArgumentError: ``found`` is not the result of a trajectory, or the quantity is unknown.

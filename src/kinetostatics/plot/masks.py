@@ -1,4 +1,4 @@
-"""Poses without valid numbers in figures: hatched grey areas with smooth borders, and reasons in the legend."""
+"""Poses without valid numbers in figures: hatched grey areas with smooth borders; the legend gives the reasons."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from kinetostatics.status import Status
 
 @dataclass(frozen=True)
 class Mask:
-    """A reason for missing values: label, hatch pattern and grey of the cells, and mask with the shape of the values."""
+    """A reason for missing values: label, hatch pattern, grey, and the mask of its poses, in the shape of the values."""
 
     label: str
     hatch: str
@@ -35,13 +35,13 @@ _LOOKS = {
     Status.LIMIT_EXCEEDED: ("beyond joint limits", "....", "0.93"),
     Status.SINGULAR: ("singular", "xxxx", "0.85"),
 }
-#: NaN at a valid pose, such as an intensity of a degenerate basis.
+#: Look of NaN at a valid pose, such as an intensity of a degenerate basis.
 _NOT_DETERMINED = ("not determined", "++++", "0.93")
 _EDGE = "0.4"
 
 
 def masks_of(values: Array, status: NDArray[np.int8]) -> list[Mask]:
-    """Return the reasons for missing values with masks of their poses."""
+    """Return the reasons for missing values (NaN)."""
     missing = np.isnan(values)
     found: dict[tuple[str, str, str], NDArray[np.bool_]] = {}
     for item in Status:
@@ -53,7 +53,7 @@ def masks_of(values: Array, status: NDArray[np.int8]) -> list[Mask]:
 
 
 def common_masks(parts: Sequence[Selection]) -> list[Mask]:
-    """Return the reasons at poses where all quantities are missing."""
+    """Return the reasons at the poses at which all quantities are missing."""
     everywhere = np.all([np.isnan(part.values) for part in parts], axis=0)
     return masks_of(np.where(everywhere, np.nan, 0.0), parts[0].status)
 
@@ -68,12 +68,12 @@ def check_numbers(what: str, parts: Sequence[Selection], where: str) -> None:
 
 
 def areas_of(masks: Sequence[Mask]) -> list[NDArray[np.bool_]]:
-    """Return the union of each mask with all later ones, which leaves no gaps between areas drawn in this order."""
+    """Return the union of each mask with all later ones; areas drawn in this order have no gaps between them."""
     return [np.any([mask.where for mask in masks[k:]], axis=0) for k in range(len(masks))]
 
 
 def draw_areas(ax: Axes, fields: Sequence[tuple[Array, Array, Array]], masks: Sequence[Mask]) -> None:
-    """Hatch the areas in which the fields of masks, each given with its x and y positions, are positive."""
+    """Hatch the area of each mask, in which its field is positive; a field is given as x, y and values."""
     for field, mask in zip(fields, masks, strict=True):
         path = PathCollection(
             [area(ax, *field)], facecolors=mask.face, edgecolors=_EDGE, linewidths=0, hatch=mask.hatch, zorder=0.5
@@ -85,7 +85,7 @@ def draw_areas(ax: Axes, fields: Sequence[tuple[Array, Array, Array]], masks: Se
 
 
 def draw_ranges(ax: Axes, borders: Array, masks: Sequence[Mask]) -> None:
-    """Hatch the ranges of masks (n,) over the whole height, given the n + 1 borders of the cells."""
+    """Hatch the ranges of masks (n,) over the whole height; ``borders`` are the n + 1 borders of the cells."""
     for mask in masks:
         steps = np.flatnonzero(np.diff(np.concatenate([[False], mask.where, [False]]).astype(np.int8)))
         for low, high in borders[steps].reshape(-1, 2):
@@ -94,7 +94,7 @@ def draw_ranges(ax: Axes, borders: Array, masks: Sequence[Mask]) -> None:
 
 
 def legend_of(figure: Figure, masks: Sequence[Mask]) -> None:
-    """Add a legend of masks below the figure, without those in earlier legends."""
+    """Add a legend of masks below the figure; reasons that are in an earlier legend are omitted."""
     named = {text.get_text() for legend in figure.legends for text in legend.get_texts()}
     patches = [patch for patch in patches_of(masks) if patch.get_label() not in named]
     legend_below(figure, patches)
@@ -111,10 +111,10 @@ ROUNDS, LEAST = 2, 0.05
 
 
 def level_of(inside: NDArray[np.bool_], closed: bool = False) -> Array:
-    """Return a smooth field over a grid of any dimension, positive (up to 1) inside a mask and negative (to −1) outside.
+    """Return a smooth field over a grid of any dimension: 0 to 1 inside a mask, −1 to 0 outside; its zero is the border.
 
-    Its zero is the border. Plain smoothing would lose thin parts; here the sign at each pose is restored after each step, as in
-    surface nets (S. F. F. Gibson, *Medical Image Computing and Computer-Assisted Intervention*, 1998).
+    Smoothing alone would remove thin parts. Therefore the sign at each pose is restored after each step, as in surface nets
+    (S. F. F. Gibson, *Medical Image Computing and Computer-Assisted Intervention*, 1998).
 
     Args:
         inside: mask of the poses.
@@ -126,13 +126,13 @@ def level_of(inside: NDArray[np.bool_], closed: bool = False) -> Array:
         for axis, size in enumerate(inside.shape):
             wide = np.pad(field, [(int(n == axis),) * 2 for n in range(field.ndim)], "wrap" if closed and axis == 0 else "edge")
             field = field / 2 + (wide.take(range(size), axis) + wide.take(range(2, size + 2), axis)) / 4
-        kept = np.abs(field) if k == ROUNDS - 1 else sign * field  # last step: no loss of magnitude in thin parts
+        kept = np.abs(field) if k == ROUNDS - 1 else sign * field  # the last step keeps the magnitude in thin parts
         field = sign * np.maximum(kept, LEAST)
     return field
 
 
 def continued(values: Array) -> Array:
-    """Return values over a grid, extrapolated linearly to neighbouring poses without a value."""
+    """Return values over a grid; at poses without a value (NaN) beside others, they are extrapolated linearly."""
     for _ in range(2):  # the second step covers corners
         total, count = np.zeros(values.shape), np.zeros(values.shape)
         for axis, size in enumerate(values.shape):

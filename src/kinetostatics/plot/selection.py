@@ -1,4 +1,4 @@
-"""Selection of the part of a map that a figure shows, and the range of its values."""
+"""Selection of the shown part of a map, and the range of its values."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.plot.display_units import coordinate_unit, display_unit, label
 from kinetostatics.status import WITHOUT_NUMBERS, Status, in_map
 
-#: Largest magnitude of a component that counts as rounding error, as a part of the whole motion or force.
+#: A component below this part of the whole displacement, rotation or force is a rounding error.
 ROUNDING = 1e-11
 #: Variables shown in the units of coordinates, not of small displacements.
 COORDINATES = ("platform_pose", "actuator_position", "q")
@@ -30,10 +30,10 @@ class ShownAxis:
 
     Attributes:
         name: name of the dimension.
-        values: (n,) values in display units; indices if the values are names.
+        values: (n,) values in the display unit; if the values are names, their indices.
         label: title of the axis, with unit.
         unit: display unit.
-        ticks: names at the ticks, if the values are names.
+        ticks: the values, if they are names.
     """
 
     name: str
@@ -54,11 +54,11 @@ class Selection:
     Attributes:
         what: name of the quantity.
         axes: the varying coordinates.
-        values: values over the axes; NaN at excluded poses.
-        status: status over the axes, the reason for missing values.
+        values: values over the axes; NaN at poses without a valid value.
+        status: status over the axes; it gives the reason for missing values.
         units: units of the values.
         long_name: title of the values.
-        fixed: text with the values of the other coordinates; empty if there are none.
+        fixed: text on the values of the other coordinates; empty if there are none.
     """
 
     what: str
@@ -87,7 +87,7 @@ def free_names(ds: xr.Dataset, fixed: Iterable[str]) -> list[str]:
 
 
 def chosen_names(ds: xr.Dataset, requested: Sequence[str | None], fixed: Iterable[str], figure: str) -> list[str]:
-    """Return the coordinates of a figure's axes: the requested ones; None is replaced by the next free coordinate."""
+    """Return the coordinates of a figure's axes: the requested ones, and for each None the next free coordinate."""
     free = free_names(ds, fixed)
     rest = [name for name in free if name not in requested]
     if len(rest) < sum(name is None for name in requested):
@@ -98,7 +98,7 @@ def chosen_names(ds: xr.Dataset, requested: Sequence[str | None], fixed: Iterabl
 
 
 def _missing_at(axes: Sequence[ShownAxis]) -> str:
-    """Return a message on coordinates with several values that must be fixed."""
+    """Return a message on coordinates that must be fixed because they have several values."""
     several = ", ".join(
         f"{axis.name} has {len(axis.values)} values, from {axis.text_at(0)} to {axis.text_at(-1)}" for axis in axes
     )
@@ -113,10 +113,10 @@ def _missing_at(axes: Sequence[ShownAxis]) -> str:
 
 
 def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, float], beyond_limits: bool) -> Selection:
-    """Return a quantity over ``dims`` with increasing coordinates; of a lazy map only this part is computed.
+    """Return a quantity over the coordinates ``dims``, sorted by their values; of a lazy map only this part is computed.
 
-    ``at``: values of the other coordinates [m, rad], of which the nearest in the map are used; coordinates with a single value
-    may be omitted.
+    ``at`` gives values of the other coordinates [m, rad]; the nearest values in the map are used. Coordinates with a single
+    value may be omitted.
     """
     for name in dims:
         axis_of(ds, name)
@@ -162,10 +162,13 @@ def select_each(
     at: Mapping[str, float],
     beyond_limits: bool,
 ) -> tuple[dict[str, Selection], str]:
-    """Return selections at several values of a further coordinate, by the text "name = value unit"; see :func:`select`.
+    """Return selections at several values of a further coordinate, by texts such as "z = 0.5 m", and a note.
 
-    ``series``: the coordinate with its values; or its name: all values, or ``most`` evenly distributed ones if there are more,
-    which is stated in the returned note and a warning; None: one selection, of empty name.
+    Args:
+        ds, what, dims, at, beyond_limits: see :func:`select`.
+        series: the coordinate with its values; or its name, for all values; None: one selection, of empty name.
+        most: largest number of selections for a name; of more values, evenly distributed ones are selected. The note and a
+            warning state this.
     """
     if series is None:
         return {"": select(ds, what, dims, at, beyond_limits)}, ""
@@ -188,7 +191,7 @@ def select_each(
 
 
 def _without_rounding(part: xr.Dataset, what: str, found: xr.DataArray) -> xr.DataArray:
-    """Return a component of a displacement or force, set to 0 if all its values are rounding errors."""
+    """Return the values of a quantity; a component of a displacement or force is set to 0 if all values are rounding errors."""
     name, _, rest = what.partition(":")
     if name in ("twist", "contribution", "gravity_mechanism") and "twist" in part:
         whole = part["twist"].sel(component=list(LINEAR if found.attrs["units"] == "m" else ANGULAR))
@@ -201,7 +204,7 @@ def _without_rounding(part: xr.Dataset, what: str, found: xr.DataArray) -> xr.Da
 
 
 def in_figure_units(parts: Sequence[Selection], unit: str | None) -> tuple[list[Array], str]:
-    """Return the values of selections in a common display unit, and its name."""
+    """Return the values of selections in their common display unit, and the name of this unit."""
     units = {part.units for part in parts}
     if len(units) > 1:
         raise ArgumentError(f"quantities in {' and '.join(sorted(units))} cannot be drawn in one figure")
@@ -217,7 +220,7 @@ def in_figure_units(parts: Sequence[Selection], unit: str | None) -> tuple[list[
 
 
 def _held(ds: xr.Dataset) -> list[str]:
-    """Return texts with the constant coordinates of the sweep; scalars without a unit are parameters of the file."""
+    """Return texts on the constant coordinates of the sweep, which are scalars in m or rad."""
     found = []
     for name in (str(item) for item in ds.coords):
         value, units = ds[name], str(ds[name].attrs.get("units", ""))
@@ -242,7 +245,7 @@ def _status(part: xr.Dataset, dims: Sequence[str], beyond_limits: bool) -> NDArr
 
 
 def place_of(coordinate: xr.DataArray, axis: ShownAxis, value: float) -> int:
-    """Return the index of a coordinate's value nearest to a given number, or equal to a given name."""
+    """Return the index of the value of a coordinate that is nearest to a number, or equal to a name."""
     if axis.ticks:
         if str(value) not in axis.ticks:
             raise ArgumentError(f"no {axis.name} {value!r}: {near_names(str(value), axis.ticks)}")
@@ -261,14 +264,14 @@ def place_of(coordinate: xr.DataArray, axis: ShownAxis, value: float) -> int:
 
 #: Smallest number of values for the detection of outliers.
 FEW = 20
-#: Part of the values at each end that may be outliers, and their least distance from the others as a multiple of these' range.
+#: Part of the values at each end that may be outliers; their least distance from the others, relative to the others' range.
 PART, FAR = 0.02, 3.0
 
 
 def main_range(values: NDArray[np.float64]) -> tuple[float, float]:
     """Return the smallest and largest value without a few outliers.
 
-    Near a singularity the sag is unbounded; without this, one pose could determine the range of colours.
+    Near a singularity the sag is unbounded: one such pose would determine the range of colours.
     """
     low, high = float(values.min()), float(values.max())
     if values.size < FEW:
@@ -288,7 +291,7 @@ class ValueRange:
     Attributes:
         low, high: limits of the range.
         extend: ends of the colour bar beyond which there are values.
-        note: text on values beyond a default range, such as ", up to 70.6".
+        note: text on values outside a default range, such as ", up to 70.6".
     """
 
     low: float
@@ -298,7 +301,7 @@ class ValueRange:
 
 
 def range_of(numbers: Sequence[Array], value_range: tuple[float, float] | None) -> ValueRange:
-    """Return the range of the finite values of arrays: the given one, or the main one."""
+    """Return the given range, or the main range of the finite values of arrays."""
     values = np.concatenate([part[np.isfinite(part)] for part in numbers])
     low, high = value_range or main_range(values)
     least, most = float(values.min()), float(values.max())

@@ -1,4 +1,4 @@
-"""Slices of a map: a quantity over two coordinates, in colour; Cartesian, or polar for azimuth and tilt."""
+"""Slices of a map: a quantity over two coordinates in colour, on Cartesian axes, or on polar ones for azimuth and tilt."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ from kinetostatics.plot.masks import (
 from kinetostatics.plot.selection import ShownAxis, axis_of, check_range, chosen_names, in_figure_units, range_of, select_each
 from kinetostatics.plot.style import COLOURS, ONE_COLUMN, ROW, figure_of, name_ticks, new_panels, styled, title_of, wrapped
 
-#: Largest number of cells drawn as vectors in a PDF or SVG; more are drawn as pixels, without text, lines and hatches.
+#: Largest number of cells drawn as vectors in a PDF or SVG. More cells are pixels; text, lines and hatches remain vectors.
 VECTOR_CELLS = 10_000
 #: Largest number of slices of a series without explicit choice.
 PANELS = 6
-#: Size of the numbers at lines of equal value [pt].
+#: Font size of the numbers at contour lines [pt].
 NUMBERS = 6
 
 
@@ -61,22 +61,22 @@ def slice(
 ) -> Axes:
     """Draw a quantity over two of the swept coordinates, with a coloured cell for each valid pose.
 
-    Over azimuth and tilt the figure is polar, with the azimuth from the right and the tilt outwards: a point shows the direction
-    in which the platform leans, seen from above.
+    Over azimuth and tilt the axes are polar: the azimuth is the angle, from the right, and the tilt the radius. A point is in the
+    direction in which the platform leans, seen from above.
 
     Args:
         ds: the map, see :func:`kinetostatics.sweep`.
         what: quantity, see :func:`kinetostatics.indices.quantity`: "linear_sag", "twist:rx", "actuator_force:prismatic_1", ….
         x: coordinate of the horizontal axis; default: the first swept coordinate that is not fixed.
         y: coordinate of the vertical axis; default: the next one.
-        series: another coordinate, with a slice for each of its values side by side, or for three of more than six values (with a
-            note and a warning); or ``{"z": [0.3, 0.6]}`` to choose values.
+        series: another coordinate, with slices side by side for each of its values; of more than six values three are drawn, with
+            a note and a warning. Or ``{"z": [0.3, 0.6]}``, to choose values.
         at: values of the other coordinates [m, rad]; the nearest pose of the map is shown, with its values in the title.
         unit: unit of the quantity, such as "µm", "deg", "N/µm"; default: chosen by magnitude.
         contours: contour lines: True, False, or their approximate number.
-        value_range: range of the colours, in the unit of the figure; default: all values except few outliers, whose range the
-            colour bar then gives.
-        polar: whether to use polar axes; default: for azimuth and tilt, if the tilts are 0 or more and the azimuths within one
+        value_range: range of the colours, in the unit of the figure. Default: the range of all values but a few outliers; the
+            title of the colour bar then gives the range of the outliers.
+        polar: whether to use polar axes; default: for azimuth and tilt, if all tilts are 0 or more and all azimuths within one
             turn.
         beyond_limits: whether to include poses beyond joint limits.
         ax: axes to draw on, with ``projection="polar"`` for a polar figure; default: a new figure one column wide.
@@ -143,7 +143,7 @@ def slice(
 
 
 def _axes(plane: Plane, count: int) -> list[Axes]:
-    """Return the axes of a new figure: a single one is one column wide, several are side by side."""
+    """Return axes on a new figure: one is a column wide; several are side by side."""
     width = ONE_COLUMN if count == 1 else 0.62 * ONE_COLUMN
     if plane.ratio is None:
         height = (0.86 if count == 1 else 1.0) * width
@@ -161,7 +161,7 @@ def _axes(plane: Plane, count: int) -> list[Axes]:
 def _draw(
     ax: Axes, plane: Plane, values: Array, masks: Sequence[Mask], span: tuple[float, float], levels: Sequence[float], what: str
 ) -> tuple[QuadMesh, ContourSet | None, Path]:
-    """Draw the values in colour, the masks of poses without values, and contour lines."""
+    """Draw values, masks of poses without values, and contour lines; return cells, lines and the border of the values."""
     ax.grid(False)
     wide = plane.continued(values).T
     mesh = ax.pcolormesh(
@@ -189,7 +189,7 @@ def _draw(
 
 
 def _number(ax: Axes, lines: ContourSet, rim: Path) -> None:
-    """Label contour lines with their values, without overlaps with each other, the border or tick labels."""
+    """Label contour lines with their values; labels overlap neither each other nor tick labels nor the border."""
     figure = figure_of(ax)
     figure.draw_without_rendering()  # to compute positions of texts
     names = [name for axis in (ax.xaxis, ax.yaxis) for name in axis.get_ticklabels()]
@@ -223,11 +223,11 @@ def _number(ax: Axes, lines: ContourSet, rim: Path) -> None:
 
 #: Angular and radial coordinate of polar figures.
 ROUND, OUTWARDS = "azimuth", "tilt"
-#: Largest angle of a piece of a cell [°], since Matplotlib draws straight sides.
+#: Largest angle of a cell [°]; wider ones are divided, since Matplotlib draws straight sides.
 PIECE = 2.0
 #: Largest aspect ratio of figures with equal scales.
 SLENDER = 4.0
-#: Steps between azimuth labels [°]; the smallest one with at most nine labels is used.
+#: Steps between azimuth labels [°]; the smallest step with at most nine labels is used.
 STEPS = (1, 2, 5, 10, 15, 30, 45)
 
 
@@ -236,12 +236,12 @@ class Plane:
     """Cells and lines of a slice.
 
     Attributes:
-        polar: whether the first coordinate is an angle [rad] and the second a radius.
+        polar: whether x is an angle [rad] and y a radius.
         x_edges, y_edges: borders of the cells.
-        cells: index along x of the value of each column of cells; in polar figures a value has several columns.
+        cells: for each column of cells, the index of its value along x; in polar figures a value has several columns.
         x, y: positions of the values for contour lines.
-        lines: index along x of the value at each ``x``; on a full circle the first value is repeated at the end.
-        ratio: height by width for equal scales of both axes; None: scales are independent.
+        lines: for each ``x``, the index of its value; on a full circle the first value is repeated at the end.
+        ratio: height by width of the axes for equal scales; None: scales are independent.
     """
 
     polar: bool
@@ -264,11 +264,11 @@ class Plane:
         return len(self.lines) > len(set(self.lines.tolist()))
 
     def continued(self, values: Array) -> Array:
-        """Return values (len x, len y), extrapolated to neighbouring poses without a value."""
+        """Return values (len x, len y), extrapolated to poses without a value beside others."""
         return continued(np.pad(values, ((2, 2), (0, 0)), "wrap"))[2:-2] if self.closed else continued(values)
 
     def field(self, where: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
-        """Return :func:`level_of` a mask (len x, len y), interpolated over the cells: positions along x and y, and the field."""
+        """Return positions along x and y, and the field of a mask (len x, len y) at them; see :func:`level_of`."""
         field = level_of(where, self.closed)[self.lines]
         first, last = self.x[[0, -1]] if self.closed else self.x_edges[[0, -1]]
         pieces = math.ceil((last - first) / math.radians(PIECE)) if self.polar else 1
@@ -281,7 +281,7 @@ class Plane:
 
 
 def goes_round(ds: xr.Dataset, dims: Sequence[str], polar: bool | None, ax: Axes | None) -> bool:
-    """Return whether a slice is polar: as ``polar`` or the given axes require; by default for azimuth and tilt."""
+    """Return whether a slice is polar: as ``polar`` or given axes require, by default if it is over azimuth and tilt."""
     suits = set(dims) == {ROUND, OUTWARDS} and not any(ds[name].dtype.kind in "OUS" for name in dims)
     if suits:
         turn, tilt = np.asarray(ds[ROUND].values), np.asarray(ds[OUTWARDS].values)
@@ -308,7 +308,7 @@ def rectangle(across: ShownAxis, up: ShownAxis) -> Plane:
 
 
 def round_a_pole(across: ShownAxis, up: ShownAxis) -> Plane:
-    """Return cells in polar coordinates: ``across`` are azimuths, ``up`` are tilts, both sorted [°]."""
+    """Return cells in polar coordinates, of sorted azimuths ``across`` and tilts ``up`` [°]."""
     turn, every = across.values, np.arange(len(across.values))
     borders, gap = edges(turn), turn[0] + 360.0 - turn[-1]
     # the border between the last and the first azimuth is in the middle, too

@@ -28,7 +28,7 @@ R = TypeVar("R")
 #: Width of a column of a journal [inch].
 ONE_COLUMN = 3.46
 
-#: Colour map of increasing luminance, legible in grey and with colour blindness.
+#: Colour map of increasing luminance, for figures legible in grey and with colour blindness.
 COLOURS = "cividis"
 
 #: Matplotlib's settings of every figure.
@@ -55,16 +55,14 @@ STYLE: dict[str, object] = {
     "svg.hashsalt": "kinetostatics",  # reproducible files
 }
 
-#: Letters of a title per inch of the figure's width; and a no-break space.
-LETTERS, NO_BREAK = 14.5, "\N{NO-BREAK SPACE}"
-
-#: Letters along a colour bar per inch of the figure's height.
-BAR = 12.2
+#: Letters per inch: of a title, along the figure's width; of a colour bar's title, along the figure's height.
+LETTERS, BAR = 14.5, 12.2
+NO_BREAK = "\N{NO-BREAK SPACE}"
 
 #: Panels in a row.
 ROW = 3
 
-#: Label of figures created by this package, whose size may be changed.
+#: Label of figures created by this package; only their size may be changed.
 OWN_PAGE = "kinetostatics"
 
 #: Dashes and markers of lines, distinguishable without colour.
@@ -76,7 +74,7 @@ _FORMATS: dict[str, dict[str, None]] = {".pdf": {"CreationDate": None}, ".svg": 
 
 
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a function that draws in :data:`STYLE`."""
+    """Return a function that draws in :data:`STYLE`."""
 
     @functools.wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -87,10 +85,7 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
 
 
 def new_panels(count: int, width: float, height: float, projection: str | None = None) -> list[Axes]:
-    """Return axes of given width and height [inch] on a new figure, :data:`ROW` in a row, for :func:`styled` functions.
-
-    ``projection`` is one of Matplotlib's.
-    """
+    """Return several axes of given width and height [inch] on a new figure, :data:`ROW` in a row."""
     columns = min(count, ROW)
     rows = -(-count // columns)
     figure = plt.figure(figsize=(columns * width, rows * height), layout="constrained", label=OWN_PAGE)
@@ -103,7 +98,7 @@ def new_axes(width: float, height: float, projection: str | None = None) -> Axes
 
 
 def wrapped(text: str, figure: Figure) -> str:
-    """Return the title of a colour bar, wrapped to the length of the bar."""
+    """Return the title of a colour bar or vertical axis, wrapped to the height of the figure."""
     return textwrap.fill(text, max(20, int(BAR * figure.get_figheight())))
 
 
@@ -116,7 +111,7 @@ def solid_axes(ax: Axes | None, height: float, what: str) -> Axes3D:
 
 
 def make_room(ax: Axes3D, labels: Sequence[str]) -> None:
-    """Set labels, size and ticks of three-dimensional axes, and draw artists in the order in which they were added."""
+    """Set labels, size and ticks of three-dimensional axes; artists are drawn in the order in which they are added."""
     ax.computed_zorder = False
     ax.set_box_aspect((4, 4, 3), zoom=1.1)
     for axis, text in zip((ax.xaxis, ax.yaxis, ax.zaxis), labels, strict=True):
@@ -142,17 +137,14 @@ def figure_of(ax: Axes) -> Figure:
 
 
 def title_of(ax: Axes, text: str) -> str:
-    """Return a title wrapped to the figure's width, with line breaks after commas only."""
+    """Return a title wrapped to the figure's width; lines end after commas only."""
     parts = typeset(text).replace(", ", ",\0").replace(" ", NO_BREAK).replace("\0", " ")
     width = int(figure_of(ax).get_figwidth() * LETTERS)
     return textwrap.fill(parts, width, break_long_words=False, break_on_hyphens=False).replace(NO_BREAK, " ")
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist]) -> None:
-    """Add a legend below the figure, in as many columns as fit.
-
-    A figure of :func:`new_axes` is enlarged if the legend has more than two rows.
-    """
+    """Add a legend below the figure, in as many columns as fit; a new figure is enlarged for more than two rows."""
     if not handles:
         return
     longest = max(len(str(handle.get_label())) for handle in handles)
@@ -166,7 +158,7 @@ def legend_below(figure: Figure, handles: Sequence[Artist]) -> None:
 
 
 def name_ticks(axis: XAxis | YAxis, shown: ShownAxis) -> None:
-    """Set ticks at round values of a coordinate, or names at its values if it has names."""
+    """Set ticks at round values of a coordinate; if its values are names, at each value."""
     if shown.ticks:
         axis.set_ticks(shown.values, shown.ticks)
     elif len(shown.values) == 1:  # the width of its cell is arbitrary
@@ -204,7 +196,7 @@ def format_of(path: str | os.PathLike[str]) -> dict[str, None]:
 
 
 def draw_into_files() -> None:
-    """Switch to a backend without windows, for the command line."""
+    """Switch to a backend of Matplotlib without windows, for the command line."""
     plt.switch_backend("agg")
 
 
