@@ -140,7 +140,7 @@ def test_invalid_paths(delta, path):
         ks.trajectory(delta, TIMES, platform={**WAY, "x": [0.0, 0.0, 2.0]}, samples=5)
     with pytest.raises(ks.ArgumentError, match="analyze takes no 'motion'"):
         t.analyze(motion=t.motion)
-    with pytest.raises(ks.ArgumentError, match="one load, or one of each of its 3 poses"):
+    with pytest.raises(ks.ArgumentError, match="one load, or one for each of its 3 poses"):
         t.analyze(np.zeros((2, 1, 6)))
     with pytest.raises(ks.ArgumentError, match="'sag'; it must be one of 'displacement'"):
         path.over_time("sag")

@@ -49,12 +49,14 @@ def check_group(solution, number, item, fine):
     """See that unit constraint wrenches, and all that alike limbs carry, do no work on their passive unit twists."""
     group, n_c = item.group, item.J_c.shape[1]
     scale = np.repeat([group.model.length, 1.0], 3).reshape(6, 1, 1, 1)
-    T = unit(group.geometry(solution.frames, solution.o).twists[:, group.passive] / scale)
+    geometry = group.geometry(solution.frames, solution.o)
+    T = unit(geometry.twists[:, group.passive] / scale)
     signs = group.dof_cut_signs[group.passive]
     each = np.einsum("km,miagn->ikagn", signs, item.cut_wrenches * scale)
     size = np.sqrt(np.max(np.sum((item.cut_wrenches * scale) ** 2, axis=1), axis=0))
     carried = solution.total_cut_wrenches(number) * scale[:, 0]
-    whole = np.einsum("km,mign->ikgn", signs, carried) + group.weights_outboard(solution.weights)[0] * scale
+    weights = group.carried(geometry, solution.frames, solution.o, solution.weights)[0]
+    whole = np.einsum("km,mign->ikgn", signs, carried) + weights * scale
     # a robot whose joints are dependent but for a nudge has limbs of the rank that they would have without it
     over = np.zeros(fine.shape)
     if group.is_serial and n_c and T.shape[1] > 6 - n_c:

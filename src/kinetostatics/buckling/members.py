@@ -21,7 +21,7 @@ from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.small_motions import BeamEnds, PlacedMotions, SmallMotions, signs_of_modes
 from kinetostatics.statics.solution import Solution
 
-#: Relative size of motions, and of components, below which they count as zero.
+#: Relative size below which motions, and components of them, count as zero.
 _MOVES = 1e-3
 #: Ratio below which forces are rounding.
 _NOTHING = 1e-12
@@ -112,10 +112,11 @@ class BucklingModes:
         return found
 
     def second_order(self, forces: Forces) -> tuple[Array, Array, Array, Array]:
-        """Return changes of the platform's twist (6, N) and compliance (6, 6, N) about o due to geometric stiffness.
+        """Return the effects of geometric stiffness on the platform.
 
-        Also the relative changes (6, N) of the stiffness and the corresponding motions of the platform, the columns of (6, 6, N),
-        with rotations multiplied by the robot's length; 0 where the platform is rigid. All are NaN at poses that buckle.
+        They are the changes of its twist (6, N) and of its compliance (6, 6, N) about o; the relative changes (6, N) of its
+        stiffness; and the corresponding motions, the columns of (6, 6, N), with rotations multiplied by the robot's length; 0
+        where the platform is rigid. All are NaN where the robot buckles.
         """
         structure = self.motions.structure
         with np.errstate(divide="ignore"):
@@ -220,9 +221,7 @@ class Members:
         doubtful = np.concatenate([doubtful[:0], *rest])
         for chunk in self._chunks(len(doubtful)):
             poses = doubtful[chunk]
-            item = stability(self.structure, forces.take(poses))
-            if not item.is_stable():
-                found[poses] = np.any(self._ratios(item) >= 1, axis=0)
+            found[poses] = np.any(self._ratios(stability(self.structure, forces.take(poses))) >= 1, axis=0)
         return found
 
     def _chunks(self, N: int) -> list[Index]:
@@ -255,8 +254,8 @@ class Members:
     def _estimate(self, forces: Forces, compliance: Array) -> Array:
         """Return an upper bound (N,) of the largest ratio.
 
-        It is the product of the sums of all moments of forces about joints and beam ends and of all rotational compliances, as if
-        all parts were in series. The bound is rigorous for robots without loops; with loops, parts may rotate further, which the
+        The sum of the moments of all forces about joints and beam ends is multiplied by the sum of all rotational compliances, as
+        if all parts were in series. The bound is rigorous for robots without loops; in loops, parts may rotate further, which the
         margin of ``_NO_RISK`` covers.
         """
         model, freedoms = self.structure.model, self.structure.freedoms

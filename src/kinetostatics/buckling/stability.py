@@ -1,7 +1,7 @@
-"""Critical load factors λ of a robot, (K + λ K_G) u = 0, of the stiffness K and geometric stiffness K_G of all its small motions.
+"""Critical load factors λ of a robot, (K + λ K_G) u = 0, with stiffness K and geometric stiffness K_G of all small motions.
 
-K_G is the change of the stiffness with a common factor λ of all forces: axial forces of beams, forces on rigid bodies, forces of
-springs and in slides. Bending moments, torques and displacements before buckling are neglected.
+λ K_G is the change of the stiffness due to λ times the forces: axial forces of beams, forces on rigid bodies, forces of springs
+and in slides. Bending moments, torques and displacements before buckling are neglected.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from kinetostatics.statics.springs import placed_springs
 _CLOSING = 1e4
 #: Scaled stiffness below which a motion counts as free, such as the spin of a strut between ball joints.
 _FREE = 1e-11
-#: Stiffness added to all motions, so that free ones do not count as unstable: relative to their own stiffness, and to that of the
-#: loops, whose rounding errors it exceeds.
+#: Stiffness added to all motions, so that free ones do not count as unstable: relative to their own stiffness, and to the closing
+#: stiffness of loops, to exceed its rounding errors.
 _ADDED, _ADDED_LOOPS = 1e-9, 1e-14
 #: Ratio 1/λ, relative to the largest, below which it counts as rounding.
 _ROUNDING = 1e-12
@@ -68,29 +68,14 @@ class Stability:
     Attributes:
         stiffness: K (N, n, n) of the n coordinates of small motions [N/m]; that of the b inner coordinates of beams is 1.
         geometric: K_G (N, n + b, n + b) of all coordinates.
-        added: (N, n) stiffness added for the test of definiteness, so that free motions do not count as unstable [N/m].
         beams: the strain energy of every beam, by name.
         motions: coordinates of the small motions of rigid bodies.
     """
 
     stiffness: Array
     geometric: Array
-    added: Array
     beams: dict[str, BeamEnergy]
     motions: PlacedMotions
-
-    def is_stable(self) -> bool:
-        """Whether K + K_G is positive definite at all poses, so that the robot buckles at none of them."""
-        total, n = np.array(self.geometric), self.stiffness.shape[1]
-        total[:, :n, :n] += self.stiffness
-        diagonal = np.einsum("nii->ni", total)
-        diagonal[:, n:] += 1.0
-        diagonal[:, :n] += self.added
-        try:
-            np.linalg.cholesky(total)
-        except np.linalg.LinAlgError:
-            return False
-        return True
 
     def modes(self) -> tuple[Array, Array]:
         """Return the ratios 1/λ (N, n + b) of forces to critical forces, and the buckling modes (N, n + b, n + b) as columns.
@@ -177,11 +162,11 @@ def forces_of(structure: SmallMotions, solution: Solution) -> Forces:
 def stability(structure: SmallMotions, forces: Forces) -> Stability:
     """Assemble K and K_G of a robot at given poses under given forces."""
     found = _Assembly(structure, forces)
-    return Stability(np.moveaxis(found.K, 2, 0), np.moveaxis(found.G, 2, 0), found.added.T, found.beams, found.motions)
+    return Stability(np.moveaxis(found.K, 2, 0), np.moveaxis(found.G, 2, 0), found.beams, found.motions)
 
 
 def surely_stable(structure: SmallMotions, forces: Forces) -> Mask:
-    """Return the mask (N,) of poses at which K + K_G is certainly positive definite: a sufficient condition, computed quickly.
+    """Return the mask (N,) of poses at which a sufficient condition shows that K + K_G is positive definite.
 
     For all values of the inner coordinates of a beam, xᵀ(K + K_G)x ≥ uᵀ(B + G)u − |Cᵀu|²/(1 − β), with the motions u of its ends,
     their bending and geometric stiffness B and G, the geometric stiffness C that couples them with the inner coordinates, and the
@@ -251,7 +236,7 @@ class _Assembly:
                 matrix[np.ix_(where, where)] += np.einsum("ikn,iln->kln", motions, product)
 
     def _transfer_follower(self, item: Follower) -> None:
-        """Transfer the forces on a dependent coordinate to the coordinate that it follows."""
+        """Transfer the forces on the coordinate of a mimic joint to that of its actuator."""
         for matrix in (self.K, self.G):
             matrix[item.master] += item.times * matrix[item.column]
             matrix[item.column] = 0.0

@@ -61,7 +61,9 @@ class Trajectory:
         check_keywords(self.analyze, analysis)
         found = analyze(self.configuration, load, gravity, motion=self.motion, **analysis)
         if found.shape != self.times.shape:
-            raise ArgumentError(f"a path has one load, or one of each of its {len(self.times)} poses; these have {found.shape}")
+            raise ArgumentError(
+                f"a path needs one load, or one for each of its {len(self.times)} poses; these have the shape {found.shape}"
+            )
         return PathResult(self.times, self.actuator_velocities, found)
 
 
@@ -120,7 +122,7 @@ def trajectory(
             raise ArgumentError("give either times= of the waypoints, or speed= and acceleration=")
         instants = finite_numbers("times", times)
         if instants.shape != points.shape[1:] or np.any(np.diff(instants) <= 0):
-            raise ArgumentError(f"times is {times!r}; it must be {points.shape[1]} increasing numbers [s], one of each waypoint")
+            raise ArgumentError(f"times is {times!r}; it must be {points.shape[1]} increasing numbers [s], one for each waypoint")
         at = np.linspace(instants[0], instants[-1], samples)
         profile = minimum_jerk(instants, points, at)
     else:

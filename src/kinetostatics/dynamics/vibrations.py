@@ -72,7 +72,7 @@ class Vibrations:
         return cls(configuration, structure, loads, valid)
 
     def in_chunks(self, function: Callable[[Index], Found], most: int) -> list[Found]:
-        """Return the results of a function for chunks of at most ``most`` valid poses, given by their indices, in threads."""
+        """Return the results of a function of the indices of poses, for chunks of at most ``most`` valid poses, in threads."""
         poses = np.flatnonzero(self.valid)
         chunks = np.array_split(poses, -(-len(poses) // most)) if len(poses) else []
         return in_threads(function, chunks)
@@ -89,7 +89,7 @@ class Vibrations:
 
 
 def _carried(loads: LinkLoads, motions: PlacedMotions, links: Mapping[str, Part]) -> dict[str, Part]:
-    """Return the payload as parts, one for each place at which it is attached at some pose, with names that no link has."""
+    """Return the payload as parts, one for each place at which it is attached at some pose, under names that no link has."""
     found: dict[str, Part] = {}
     for number, (place, _, point, mass, R, inertia) in enumerate(loads.masses(motions.frames)):
         axes, matrix = R.transpose(2, 0, 1), np.zeros((len(mass), 6, 6))

@@ -18,7 +18,7 @@ from kinetostatics.results.pose_arrays import point_of_platform
 from kinetostatics.status import WITHOUT_NUMBERS, in_map
 from kinetostatics.unit_hints import point_hint
 
-#: Components of twists.
+#: Linear and angular components of twists.
 LINEAR, ANGULAR = ("x", "y", "z"), ("rx", "ry", "rz")
 
 
@@ -51,7 +51,7 @@ def variable(ds: xr.Dataset, name: str) -> xr.DataArray:
 
 
 def absent(name: str) -> str:
-    """Return the message on a missing variable of a map."""
+    """Return the error message for a variable that a map lacks."""
     group = VARIABLES[name].group
     if group == "modes":
         return f"the map has no {name!r}; sweep with modes=3, or as many as you need"
@@ -59,7 +59,7 @@ def absent(name: str) -> str:
 
 
 def finished(ds: xr.Dataset, values: xr.DataArray, beyond_limits: bool, units: str, long_name: str) -> xr.DataArray:
-    """Return an index as a variable of its own: NaN at invalid poses, without other coordinates and attributes of the map."""
+    """Return an index as a separate variable: NaN at invalid poses, without other coordinates and attributes of the map."""
     found = values.where(valid(ds, beyond_limits)).transpose(*swept(ds))
     kept = {*swept(ds), *(name for name in ds.coords if ds[name].dims == ())}
     found = found.drop_vars([name for name in found.coords if name not in kept])
@@ -74,7 +74,7 @@ def label_dims(ds: xr.Dataset, name: str) -> list[str]:
 
 
 def units_of(ds: xr.Dataset, name: str) -> xr.DataArray:
-    """Return the units of a variable, over those of its dimensions along which they differ."""
+    """Return the units of a variable, along the dimensions along which they differ."""
     attributes = ds[name].attrs
     where = attributes.get("unit_coordinate")
     if where is not None and set(ds[where].dims) <= set(ds[name].dims):

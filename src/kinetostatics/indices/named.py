@@ -1,4 +1,4 @@
-"""Indices and other quantities of maps by name; the best and the worst pose."""
+"""Indices and other quantities of workspace maps by name; best and worst poses."""
 
 from __future__ import annotations
 

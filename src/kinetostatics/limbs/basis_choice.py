@@ -40,8 +40,8 @@ def evaluate_bases(group: LimbGroup, geometry: LimbGeometry, allowed: Array) -> 
     """Return J_ic (6, n_c, g, N), J_ig (6, n_g, g, N) about o, and the mask (g, N) of degenerate canonical bases.
 
     Degenerate bases are replaced by orthonormal ones, from singular values. Otherwise, almost reciprocal candidates are projected
-    on the reciprocal wrenches. ``allowed`` (6, k, g, N) are twists about o that span the motions of the platform permitted by the
-    limb; for a serial limb, those of its passive joints.
+    on the reciprocal wrenches. ``allowed`` (6, k, g, N) are twists about o that span the permitted motions of the platform; for a
+    serial limb, the twists of its passive joints.
     """
     scale = _scale(group)[:, None]
     mine = [allowed[:, k] for k in group.basis.independent]
@@ -88,7 +88,7 @@ def _columns(
 ) -> list[Array]:
     """Return the wrenches (6, g, N) of candidates and of their completion.
 
-    The latter are reciprocal to ``twists``, and independent of the wrenches ``known`` and of one another.
+    The completion is reciprocal to ``twists``, and independent of the wrenches ``known`` and in itself.
     """
     scale, length = _scale(group), group.model.length
     wrenches = CandidateWrenches(geometry, length, PARALLEL)
@@ -282,7 +282,7 @@ def _complement(spanned: list[Array], seeds: Array, count: int, judged: Index) -
 
 
 def _rank_over_poses(columns: Array, tolerance: float) -> tuple[int, float]:
-    """Return the largest rank of scaled columns (6, k, P) at generic poses, and its ratio of kept to dropped singular values."""
+    """Return the largest rank of scaled columns (6, k, P) at generic poses, and the ratio of kept to dropped singular values."""
     return max(numerical_rank(columns[:, :, p], tolerance) for p in range(columns.shape[2]))
 
 

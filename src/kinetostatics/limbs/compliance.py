@@ -1,7 +1,7 @@
 """Deformation of limbs: compliance C_ic, Eq. (1), and sag Δ_igc, Eqs. (16), (19), (21).
 
-Each coefficient is a sum over beams and springs: the work of one unit wrench on the deformation due to another, for cut-joint
-wrenches ``(M, 6, …, limb, pose)`` about o.
+Each coefficient is a sum over beams and springs: the work of one unit wrench on the deformation due to another. Cut-joint
+wrenches are ``(M, 6, …, limb, pose)``, about o.
 """
 
 from __future__ import annotations
@@ -144,23 +144,17 @@ def assembly_error_strains(group: LimbGroup, columns: Array, assembly_error: Arr
     return error
 
 
-@dataclass(frozen=True)
-class RigidSplit:
-    """Wrenches of partly rigid limbs: W = rigid μ + give (J_icᵀ Δ − Δ_igc), with arbitrary μ.
+def split_rigid(C: Array, soft: tuple[int, ...]) -> tuple[Array, Array, Mask]:
+    """Split the wrenches of partly rigid limbs: W = rigid μ + give (J_icᵀ Δ − Δ_igc), with arbitrary μ.
 
-    Attributes:
-        rigid: (g, N, n, r) combinations of the n constraint wrenches along which the limbs are rigid.
-        give: (g, N, n, n) generalized inverse of the compliance: C give C = C.
-        sure: (g, N) mask of reliable splits with r rigid combinations.
+    Args:
+        C: (n, n, g, N) compliance of the limbs along n constraint wrenches.
+        soft: n − r of these wrenches, which span the range of the compliance.
+
+    Returns:
+        ``rigid`` (g, N, n, r), combinations of the wrenches along which the limbs are rigid; ``give`` (g, N, n, n), a generalized
+        inverse of the compliance, C give C = C; and the mask (g, N) of reliable splits with r rigid combinations.
     """
-
-    rigid: Array
-    give: Array
-    sure: Mask
-
-
-def split_rigid(C: Array, soft: tuple[int, ...]) -> RigidSplit:
-    """Split wrenches by their compliance (n, n, g, N); ``soft`` are n − r wrenches that span the range of the compliance."""
     n = len(C)
     scaled, unit = correlation(np.moveaxis(C, (0, 1), (-2, -1)))
     scaled = np.moveaxis(scaled, (-2, -1), (0, 1))
@@ -179,7 +173,7 @@ def split_rigid(C: Array, soft: tuple[int, ...]) -> RigidSplit:
     give[np.ix_(gives, gives)] = inverse
     units = np.moveaxis(unit, -1, 0)
     rigid, give = rigid * units[:, None], give * units[:, None] * units
-    return RigidSplit(np.moveaxis(rigid, (0, 1), (-2, -1)), np.moveaxis(give, (0, 1), (-2, -1)), sure)
+    return np.moveaxis(rigid, (0, 1), (-2, -1)), np.moveaxis(give, (0, 1), (-2, -1)), sure
 
 
 def split_by_eigenvectors(C: Array, r: int) -> tuple[Array, Array]:

@@ -5,8 +5,8 @@ X = −d, with the solutions X = X_0 + N y; the wrench on the platform is P X, t
 transmits the wrenches in the range of P N; solutions of P N y = 0 are self-stress (method page, section 9; S. P. Timoshenko and
 D. H. Young, *Theory of Structures*, chapter on the force method).
 
-The pivots of the elimination are chosen once, at generic poses, and used for many poses at a time. Arrays are ``(…, limb,
-pose)``; the caller scales lengths so that forces and moments are comparable.
+The pivots of the elimination are chosen once, at generic poses. Arrays are ``(…, limb, pose)``; the caller scales lengths so that
+forces and moments are comparable.
 """
 
 from __future__ import annotations

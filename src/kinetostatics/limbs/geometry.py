@@ -1,6 +1,6 @@
-"""Geometry of equal limbs at N poses: unit twists, centres, limb axes, beam axes, and unit wrenches along these features.
+"""Geometry of equal limbs at N poses: unit twists, joint centres, limb axes and beam axes, and unit wrenches along these.
 
-All are fixed in bodies of the robot. Arrays are ``(component, member, limb, pose)``, world axes, arms from o.
+Axes and centres are fixed in bodies of the robot. Arrays are ``(component, member, limb, pose)``, world axes, arms from o.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Basis:
     Attributes:
         constraint, attached: chosen candidates of J_ic and J_ig.
         independent: indices of allowed twists that are independent at generic poses, for the completion of J_ic.
-        carried: likewise for the freedoms of the platform joint, for the completion of J_ig.
+        carried: indices of freedoms of the platform joint that are independent there, for the completion of J_ig.
         gap: ratio of the smallest kept to the largest dropped singular value of the limb's twists.
     """
 
@@ -251,9 +251,9 @@ def _nearest_centres(has_centre: Sequence[bool], is_serial: bool) -> dict[int, i
 def _orientations(axes: Array, moments: Array, named: Mask, length: float) -> Array:
     """Return the signs (k, g) of the axes of g limbs that give each axis a sense independent of the file.
 
-    At the closed zero pose an axis points upwards along the world's z axis; if it is horizontal, anticlockwise about that axis;
-    if it intersects that axis, along x, else along y. Parallel axes of a limb have the same sense. ``axes`` (3, k, g) are as in
-    the file, ``moments`` (3, k, g) those of unit forces along them about the world's origin [m], 0 for translations; only axes of
+    At the closed zero pose an axis points upwards; if it is horizontal, anticlockwise about the world's z axis; if it also
+    intersects the z axis, along x, else along y. Parallel axes of a limb have the same sense. ``axes`` (3, k, g) are as in the
+    file, ``moments`` (3, k, g) those of unit forces along them about the world's origin [m], 0 for translations; only axes of
     single joints, ``named`` (k,), count.
     """
     cosines = np.einsum("ikg,ihg->khg", axes, axes) * named[:, None]

@@ -1,4 +1,4 @@
-"""Groups of equal limbs: joints, beams, springs, and the cut-joint wrenches and weights in them.
+"""Groups of equal limbs: joints, beams and springs, with the cut-joint wrenches and weights that load each of them.
 
 The wrench in an edge of a limb is a signed sum of cut-joint wrenches (:mod:`kinetostatics.mechanism.limbs`) and of the weights
 outboard of it. Arrays are ``(component, column, limb, pose)``.
@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import copy
 import functools
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.limbs.drives import BranchJoint, limb_drives
+from kinetostatics.limbs.drives import limb_drives
 from kinetostatics.limbs.force_method import EliminationOrder
 from kinetostatics.limbs.geometry import Basis, LimbGeometry, LimbSkeleton
 from kinetostatics.limbs.static_model import StaticModel
@@ -30,7 +30,7 @@ class LimbGroup:
         limbs: the limbs.
         numbers: their indices among the robot's limbs.
         compounds: for every limb, its joints.
-        elements: for every limb, its beams and joints, equal except for their numbers of edges in the file.
+        elements: for every limb, its beams and joints; a joint may consist of several edges, whose number may differ.
         beams, springs: for every limb, the beams and springs on its edges, inboard ones first.
         drives: the elastic actuators of the limbs.
         spring_elements: index of the element of each spring.
@@ -39,10 +39,10 @@ class LimbGroup:
         compound_of: (k,) index of the compound joint of each freedom.
         platform_joint: (k,) mask of the freedoms of the platform joint.
         compliances: (6, beams, g, 1) section compliances.
-        beam_masses, beam_masses_per_length: (beams, g, 1) mass [kg] or mass per length [kg/m], whichever is constant; else NaN.
+        beam_masses, beam_masses_per_length: (beams, g, 1) mass [kg] and mass per length [kg/m]; NaN for that which is not given.
         spring_linear, spring_angular: (3, 3, springs, g) [m/N], [rad/(N·m)].
-        dof_cut_signs, beam_cut_signs, spring_cut_signs, element_cut_signs: (…, M) signs of the cut-joint wrenches in each of
-            them.
+        dof_cut_signs, beam_cut_signs, spring_cut_signs, element_cut_signs: (…, M) signs of the cut-joint wrenches in each
+            freedom, beam, spring and element.
         to_platform: (M,) mask of the cut joints at the platform.
 
     Decided once, at generic poses (:mod:`kinetostatics.limbs.grouping`):
@@ -53,8 +53,7 @@ class LimbGroup:
         labels, attached_labels: names of the columns of J_ic and J_ig, for each limb.
         rigid_directions: number of rigid combinations of the constraint wrenches.
         soft: constraint wrenches that span the range of the compliance.
-        at_one_pose: whether these decisions were made for a single pose with other ranks
-            (:mod:`kinetostatics.statics.singularity`).
+        at_one_pose: whether they were decided for a single pose with other ranks (:mod:`kinetostatics.statics.singularity`).
     """
 
     elimination: EliminationOrder | None = None
@@ -95,13 +94,7 @@ class LimbGroup:
         self.spring_cut_signs = self._cut_signs(spring_edges[0])
         self.element_cut_signs = self._cut_signs([limb.edges[element.edges[-1]] for element in elements])
         self.platform_joint = self._platform_joint()
-        own = [[model.weights.names.index(name) for name in limb.weights] for limb in self.limbs]
-        most = max(map(len, own), default=0)
-        self._own_weights = np.array([row + [0] * (most - len(row)) for row in own], dtype=np.intp).reshape(len(own), most).T
-        outboard = self._outboard(freedom_edges)
-        self._outboard_of_passive = outboard[:, self.passive]
-        self._outboard_of_drives = [outboard[:, list(drive.freedoms)] for drive in self.drives]
-        self._outboard_of_beams, self._outboard_of_springs = self._outboard(beam_edges), self._outboard(spring_edges)
+        self._outboard_of_weights = self._outboard_of(model.weights.names)
 
     def decided(
         self,
@@ -124,7 +117,7 @@ class LimbGroup:
         return self.on(self.model, [position])
 
     def on(self, model: StaticModel, positions: Sequence[int] | None = None) -> LimbGroup:
-        """Return the corresponding limbs (or some) of a slightly different robot, with the decisions of this group."""
+        """Return these limbs, or some of them, of a slightly different robot, with the decisions of this group."""
         positions = range(len(self.numbers)) if positions is None else positions
         together = {compound.joints for row in self.compounds for compound in row}
         group = LimbGroup(model, [self.numbers[k] for k in positions], together)
@@ -144,7 +137,7 @@ class LimbGroup:
         return not np.any(self.to_platform)
 
     def spring(self, number: int) -> tuple[Array, Array]:
-        """Return the linear and angular compliances (3, 3, g) of the springs with an index."""
+        """Return the linear and angular compliances (3, 3, g) of corresponding springs."""
         return self.spring_linear[:, :, number], self.spring_angular[:, :, number]
 
     @property
@@ -207,17 +200,7 @@ class LimbGroup:
             position -= 1
         return inside
 
-    # ---- weights ----------------------------------------------------------------------------------------------------
-
-    def _outboard(self, edges: list[list[Edge]]) -> Array:
-        """Return the table (limbs, edges, own weights) of the weights outboard of given edges."""
-        names = self.model.weights.names
-        table = np.zeros((len(edges), len(edges[0]), len(self._own_weights)))
-        for g, (row, limb) in enumerate(zip(edges, self.limbs, strict=True)):
-            for w in range(len(limb.weights)):
-                name = names[self._own_weights[w, g]]
-                table[g, :, w] = [carries(edge, name) for edge in row]
-        return table
+    # ---- weights and loads ----------------------------------------------------------------------------------------------
 
     @property
     def places(self) -> set[str]:
@@ -225,42 +208,36 @@ class LimbGroup:
         elsewhere = {place for drive in self.drives for row in drive.branches for joint in row for place in joint.edge.outboard}
         return elsewhere.union(*(limb.places for limb in self.limbs))
 
-    def weights_on_drives(self, geometry: LimbGeometry, frames: Frames, o: Array, weights: Array) -> Array:
-        """Return the force or torque (1, drives, g, N) of the weights (6, W, N) on every elastic actuator."""
-        own = self._own(weights)
-        carried = [np.einsum("gkw,iwgn->ikgn", table, own) for table in self._outboard_of_drives]
-        return self._on_drives(geometry, carried, frames, o, lambda joint: np.einsum("w,iwn->in", joint.outboard, weights))
+    def _outboard_of(self, names: Sequence[str]) -> list[Array]:
+        """Return masks (g, edges, W) of the weights or loads outboard of the edges of freedoms, beams and springs."""
+        tables = [[[[carries(edge, name) for name in names] for edge in row] for row in rows] for rows in self._edges]
+        return [np.array(table, dtype=float).reshape(len(table), len(table[0]), len(names)) for table in tables]
 
-    def loads_on_drives(self, geometry: LimbGeometry, frames: Frames, o: Array, wrenches: Mapping[str, Array]) -> Array:
-        """Return the force or torque (1, drives, g, N) of loads (6, N), given about o by place, on every elastic actuator."""
-        nothing = zeros_for(o[:1].repeat(6, axis=0).shape, o)
+    def carried(
+        self, geometry: LimbGeometry, frames: Frames, o: Array, wrenches: Array, names: Sequence[str] | None = None
+    ) -> tuple[Array, Array, Array, Array]:
+        """Return the sums of wrenches outboard of passive freedoms, of beams and of springs, and their forces on actuators.
 
-        def on(edge: Edge) -> Array:
-            found: Array = sum((carries(edge, place) * wrench for place, wrench in wrenches.items()), nothing)
-            return found
+        Args:
+            geometry, frames, o: geometry of the limbs at given frames, with the reference point o (3, N) [m].
+            wrenches: (6, W, N) weights or loads about o, world axes [N, N·m].
+            names: names of the loaded places; None: the wrenches are the robot's weights.
 
-        carried = []
-        for drive in self.drives:
-            rows = [[on(row[k]) for row in self._edges[0]] for k in drive.freedoms]
-            carried.append(np.stack([np.stack(row, axis=1) for row in rows], axis=1))
-        return self._on_drives(geometry, carried, frames, o, lambda joint: on(joint.edge))
-
-    def _on_drives(
-        self,
-        geometry: LimbGeometry,
-        carried: Sequence[Array],
-        frames: Frames,
-        o: Array,
-        outside: Callable[[BranchJoint], Array],
-    ) -> Array:
-        result = zeros_for((1, len(self.drives), *geometry.centres.shape[-2:]), geometry.centres)
-        for number, (drive, wrenches) in enumerate(zip(self.drives, carried, strict=True)):
-            twists = geometry.twists[:, list(drive.freedoms)] * drive.ratios
-            result[0, number] = np.einsum("ikgn,ikgn->gn", twists, wrenches)
+        Returns:
+            Arrays (6, passive freedoms, g, N), (6, beams, g, N), (6, springs, g, N) and (1, elastic actuators, g, N).
+        """
+        tables = self._outboard_of_weights if names is None else self._outboard_of(names)
+        freedoms, beams, springs = (np.einsum("gkw,iwn->ikgn", table, wrenches) for table in tables)
+        forces = zeros_for((1, len(self.drives), *geometry.centres.shape[-2:]), geometry.centres)
+        for number, drive in enumerate(self.drives):
+            which = list(drive.freedoms)
+            forces[0, number] = np.einsum("ikgn,ikgn->gn", geometry.twists[:, which] * drive.ratios, freedoms[:, which])
             for position, joints in enumerate(drive.branches):
                 for joint in joints:
-                    result[0, number, position] += np.einsum("in,in->n", joint.twist(frames, o), outside(joint))
-        return result
+                    mask = [float(carries(joint.edge, name)) for name in names or self.model.weights.names]
+                    own = np.einsum("w,iwn->in", mask, wrenches)
+                    forces[0, number, position] += np.einsum("in,in->n", joint.twist(frames, o), own)
+        return freedoms[:, self.passive], beams, springs, forces
 
     def on_drive(self, geometry: LimbGeometry, number: int, cut_wrenches: Array) -> Array:
         """Return the force or torque (…, g, N) of cut-joint wrenches (M, 6, …, g, N) on an elastic actuator."""
@@ -269,38 +246,6 @@ class LimbGroup:
             carried = carried_wrench(self.dof_cut_signs[freedom], cut_wrenches)
             total = total + np.einsum("i...,ij...->j...", geometry.twists[:, freedom] * ratio, carried)
         return total
-
-    def loads_outboard(self, wrenches: Mapping[str, Array]) -> tuple[Array, Array, Array]:
-        """Return the sums of loads outboard of passive freedoms, of beams' platform ends, and of springs.
-
-        ``wrenches`` (6, N) are about o, by place [N, N·m]; the results are those of :meth:`weights_outboard`.
-        """
-        loads = np.stack(list(wrenches.values()), axis=1)
-
-        def sums(rows: list[list[Edge]]) -> Array:
-            table = np.array([carries(edge, name) for row in rows for edge in row for name in wrenches], dtype=float)
-            return np.einsum("gkw,iwn->ikgn", table.reshape(len(rows), len(rows[0]), len(wrenches)), loads)
-
-        outboard, beyond, spring_beyond = map(sums, self._edges)
-        return outboard[:, self.passive], beyond, spring_beyond
-
-    def weights_outboard(self, weights: Array) -> tuple[Array, Array, Array]:
-        """Return three sums of the limbs' own weights: outboard of each passive freedom, of each beam, and of each spring.
-
-        ``weights`` (6, W, N) are all weights of the robot, about o [N, N·m]; the results are (6, passive freedoms, g, N),
-        (6, beams, g, N) and (6, springs, g, N).
-        """
-        own = self._own(weights)
-        return (
-            np.einsum("gkw,iwgn->ikgn", self._outboard_of_passive, own),
-            np.einsum("gkw,iwgn->ikgn", self._outboard_of_beams, own),
-            np.einsum("gkw,iwgn->ikgn", self._outboard_of_springs, own),
-        )
-
-    def _own(self, weights: Array) -> Array:
-        """Return the weights of each limb's own parts (6, own weights, g, N) from all weights (6, W, N)."""
-        found: Array = weights[:, self._own_weights.ravel()].reshape(6, *self._own_weights.shape, weights.shape[2])
-        return found
 
     # ---- cut joints -----------------------------------------------------------------------------------------------------
 
@@ -313,7 +258,7 @@ class LimbGroup:
         return table
 
     def joint_equations(self, geometry: LimbGeometry) -> Array:
-        """Return the equations (k, 6 M, g, N) of the passive joints for scaled cut-joint wrenches: no power, Eq. (2)."""
+        """Return the equations (k, 6 M, g, N) of zero power on the passive freedoms, Eq. (2), of scaled cut-joint wrenches."""
         scaled = (geometry.twists[:, self.passive] * self.twist_scale).swapaxes(0, 1) / self.power_scale
         signs = self.dof_cut_signs[self.passive]
         rows = zeros_for((*signs.shape, *scaled.shape[1:]), scaled)
@@ -328,7 +273,7 @@ class LimbGroup:
 
     @property
     def platform_sum(self) -> Array:
-        """The sum (6, 6 M) of the cut-joint wrenches that act on the platform."""
+        """The matrix (6, 6 M) that adds up the cut-joint wrenches at the platform."""
         return np.concatenate([np.eye(6) * counts for counts in self.to_platform], axis=1)
 
     @property

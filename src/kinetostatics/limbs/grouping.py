@@ -1,4 +1,4 @@
-"""Grouping of equal limbs, with the decisions made once for each group: basis, elimination order, rigid directions."""
+"""Grouping of equal limbs, and the decisions made once for each group: basis, elimination order, rigid directions."""
 
 from __future__ import annotations
 

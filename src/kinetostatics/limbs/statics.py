@@ -65,16 +65,16 @@ class LimbWrenches:
 
 
 def limb_wrenches(group: LimbGroup, geometry: LimbGeometry, outboard: Array, loaded: bool = False) -> LimbWrenches:
-    """Compute the wrenches of limbs that do no work on any passive freedom j, with unit twists T.
+    """Compute the wrenches that limbs transmit, in equilibrium with their passive freedoms j of unit twists T.
 
-    Tᵀ J_ic = 0, Eq. (2), and T_jᵀ (J_ig W_ig + Σ w) = 0, Eq. (3), with the weights w outboard of j; J_ig W_ig is the solution of
-    Eq. (4) in the canonical basis.
+    Tᵀ J_ic = 0, Eq. (2), and T_jᵀ (J_ig W_ig + Σ w) = 0, Eq. (3), with the weights w outboard of j; J_ig W_ig is the solution
+    of Eq. (4) in the canonical basis.
 
     Args:
         group, geometry: the limbs and their geometry.
         outboard: (6, passive freedoms, g, N) the weights outboard of each passive freedom, about o, world axes [N, N·m].
-        loaded: whether ``outboard`` are loads on links instead of weights. Loads may also act on links inside a platform joint;
-            their wrenches are then no combinations of the attached wrenches of weights.
+        loaded: whether ``outboard`` are loads on links instead of weights. A load on a link inside a platform joint causes a
+            wrench that is no combination of the attached wrenches of weights.
     """
     T = geometry.twists[:, group.passive]
     demand = np.einsum("ik...,ik...->k...", T, outboard) / group.power_scale[:, 0]
@@ -121,7 +121,7 @@ def _carried(group: LimbGroup, T: Array, demand: Array) -> tuple[Array, Array]:
 
 
 def _crossed(group: LimbGroup, geometry: LimbGeometry) -> Mask:
-    """Return the mask (g, N) of limbs whose platform joint has possibly dependent twists; a single compound joint never has."""
+    """Return the mask (g, N) of limbs whose platform joint may have dependent twists; those of one compound joint are not."""
     carried = list(group.basis.carried)
     if len({int(compound) for compound in group.compound_of[carried]}) < 2:
         return np.zeros(geometry.limb_axes.shape[2:], dtype=bool)
@@ -216,8 +216,7 @@ def limb_statics(
         assembly_error: (6, elements, g, N) twists of outboard sides due to assembly errors of elements, about o; None: none.
     """
     geometry = group.geometry(frames, o)
-    outboard, beyond, spring_beyond = group.weights_outboard(weights)
-    on_drives = group.weights_on_drives(geometry, frames, o, weights)
+    outboard, beyond, spring_beyond, on_drives = group.carried(geometry, frames, o, weights)
     loads = LimbLoads(beyond, spring_beyond, on_drives, own_weights_of_beams(group, geometry, gravity))
     return _statics(group, geometry, outboard, loads, assembly_error, False)
 
@@ -225,8 +224,8 @@ def limb_statics(
 def limb_statics_under(group: LimbGroup, frames: Frames, o: Array, wrenches: Mapping[str, Array]) -> LimbStatics:
     """Compute the statics of equal limbs without weights, under loads: ``wrenches`` (6, N) about o, by place [N, N·m]."""
     geometry = group.geometry(frames, o)
-    outboard, beyond, spring_beyond = group.loads_outboard(wrenches)
-    on_drives = group.loads_on_drives(geometry, frames, o, wrenches)
+    loads = np.stack(list(wrenches.values()), axis=1)
+    outboard, beyond, spring_beyond, on_drives = group.carried(geometry, frames, o, loads, list(wrenches))
     return _statics(group, geometry, outboard, LimbLoads(beyond, spring_beyond, on_drives, np.zeros_like(beyond)), None, True)
 
 
@@ -255,9 +254,9 @@ def with_loads(statics: LimbStatics, parts: Sequence[tuple[LimbStatics, Array]])
 def _statics(
     group: LimbGroup, geometry: LimbGeometry, outboard: Array, loads: LimbLoads, assembly_error: Array | None, loaded: bool
 ) -> LimbStatics:
-    """Compute the statics of limbs under loads (6, passive freedoms, g, N) outboard of freedoms, and on beams and springs.
+    """Compute the statics of limbs under the loads ``outboard`` of passive freedoms and ``loads`` on beams and springs.
 
-    ``loaded``: these are not weights, see :func:`limb_wrenches`. The self-stress y of limbs with rings minimizes the
+    ``outboard`` and ``loaded`` are those of :func:`limb_wrenches`. The self-stress y of limbs with rings minimizes the
     complementary energy of beams and springs, ∂U/∂y = 0 (force method; method page, section 9).
     """
     found = limb_wrenches(group, geometry, outboard, loaded)
@@ -318,10 +317,10 @@ def _straining(group: LimbGroup, geometry: LimbGeometry, columns: Array, C: Arra
 
 
 def _may_stiffen(group: LimbGroup, C: Array) -> Mask:
-    """Return the mask (g, N) of limbs whose rigid directions may differ from generic ones; never of limbs with beams."""
+    """Return the mask (g, N) of limbs whose number of rigid directions may differ from generic poses; False with beams."""
     if not group.only_springs or len(group.soft) != len(C) - group.rigid_directions:
         return np.full(C.shape[2:], group.only_springs)
-    return ~split_rigid(C, group.soft).sure
+    return ~split_rigid(C, group.soft)[2]
 
 
 def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
@@ -353,7 +352,7 @@ def _by_eigenvectors(scaled: Array, unit: Array) -> tuple[Array, Array]:
 
 
 def _errors_are_incompatible(group: LimbGroup, loose: Array, assembly_error: Array | None) -> Mask:
-    """Return the mask (g, N) of incompatible assembly errors, which do work on self-stresses without compliance."""
+    """Return the mask (g, N) of limbs with incompatible assembly errors: they do work on self-stresses without compliance."""
     if assembly_error is None:
         return np.zeros(loose.shape[3:], dtype=bool)
     length = group.model.length

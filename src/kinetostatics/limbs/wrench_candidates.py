@@ -25,7 +25,7 @@ def beam_candidates(group: LimbGroup) -> Iterator[Candidate]:
 
 
 def as_component(candidate: Candidate) -> Candidate:
-    """Return a candidate of a limb with rings, labelled as a component of the limb's wrench, not as that of one of its parts."""
+    """Return a candidate of a limb with rings, labelled as a component of the limb's wrench, not as the wrench of a part."""
     words = candidate.label.split(" ", 1)
     if words[0] not in ("force", "couple"):
         return candidate

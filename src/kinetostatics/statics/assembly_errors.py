@@ -47,7 +47,7 @@ class BeamError:
 
 @dataclass(frozen=True)
 class AssemblyErrors:
-    """The assembly errors of joints and beams by name; arrays as given, or for a chunk of poses with the batch axis last."""
+    """Assembly errors of joints and beams by name; arrays as the user gives them or, for a chunk of poses, batch axis last."""
 
     robot: RobotStatics
     joints: Mapping[str, JointError]

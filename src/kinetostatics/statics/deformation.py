@@ -1,8 +1,8 @@
-"""Displacements of the robot under load: of the outer sides of joints, of rigid links and of beams.
+"""Displacements under load of the outer sides of joints, of rigid links and of beams.
 
-The motions of the passive joints follow from the platform's twist and the deformations of the beams. Displacements are sums of
-these motions from base to platform. The equations are linear and are solved for every contribution to the twist, along an axis S.
-Arrays of limbs built alike are ``(component, S, limb, pose)``.
+The motions of the passive joints follow from the platform's twist and the deformations of the beams. The motions of joints and
+beams add up from base to platform. The equations are linear; they are solved for each contribution to the twist (axis S).
+Arrays of equal limbs are ``(component, S, limb, pose)``.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class ElasticDeformation:
 
 @dataclass(frozen=True)
 class Deformation:
-    """Motions of one chunk of N poses, about o, world axes; the axis S is that of the contributions.
+    """Displacements in one chunk of N poses; twists are about o, world axes, and S is the axis of the contributions.
 
     Attributes:
         motions: twist (6, S, N) of the outer side of every joint and beam, by the edge's key.
@@ -72,7 +72,7 @@ class Deformation:
 
     @cached_property
     def places(self) -> Mapping[str, tuple[int, int]]:
-        """Index of the stack of loaded beams that contains each beam, and the position in it, by name."""
+        """For each beam, by name, the index of its stack in ``beams``, and its position in the stack."""
         return {model.name: (k, position) for k, stack in enumerate(self.beams) for position, model in enumerate(stack.models)}
 
 
@@ -177,7 +177,7 @@ def _with_loads(solution: Solution, number: int, weights: Array, name: str, elem
     Args:
         solution: the chunk of poses.
         number: index of the group of limbs.
-        weights: the weights that it carries.
+        weights: the weights that the element carries.
         name: attribute with the loads: "beyond", "spring_beyond" or "on_drives".
         element: index of the beam, spring or drive.
     """
@@ -221,7 +221,7 @@ def _joint_motions(
 ) -> Array:
     """Return the motions (k, S, g, N) of all freedoms with which the limbs remain closed; local freedoms do not move.
 
-    Along every cut joint, the motions of all edges that transmit its wrench sum to the platform's motion, or to zero in a ring.
+    The motions of all edges that transmit the wrench of a cut joint add up to the platform's motion; to zero in a ring.
     """
     group = statics.group
     M, (g, N) = len(group.to_platform), geometry.limb_axes.shape[2:]
@@ -268,11 +268,11 @@ def _deform_branches(
         robot: the robot.
         solution: the chunk of poses.
         edges: joints and beams of the branches, inboard ones first.
-        forces: index of the contribution of their weight; for branches on the base, whose weight is no contribution because it
-            displaces nothing else, that of an entry after the last contribution.
-        strains: index of the contribution of the strains due to their weight.
-        root: motion of the body that carries an edge without a parent; None: fixed.
-        moved: the joints of branches moved by elastic actuators, by key, with the actuators' joints.
+        forces: index of the contribution of the branches' weight. The weight of branches on the base displaces nothing else and
+            is no contribution; their index is that after the last contribution.
+        strains: index of the contribution of the strains due to this weight.
+        root: motion of the body that carries the first edges; None: fixed.
+        moved: for each joint of a branch that an elastic actuator moves, by key, the actuator's joint and the moved joint.
         out: receives the motions.
     """
     frames, assembly_errors = solution.frames, solution.assembly_errors
@@ -325,7 +325,7 @@ def _deform_branch_drives(
     Args:
         robot: the robot.
         solution: the chunk of poses.
-        branches: edges of open branches, with the index of the contribution of the strains due to their weight.
+        branches: edges of open branches, and the index of the contribution of the strains due to their weight.
         out: receives the deformations.
     """
     found: dict[str, tuple[str, BranchJoint]] = {}
@@ -357,7 +357,7 @@ def _with_branch_loads(solution: Solution, edge: Edge, weights: Array) -> Array:
 def beam_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
     """Return the section forces (2, 3, N) at the start and the end of every beam, world axes [N].
 
-    The part towards the end exerts them on the part towards the start. Faster than :func:`deform`.
+    The part towards the end exerts them on the part towards the start. This is faster than :func:`deform`.
     """
     found: dict[str, Array] = {}
     for number, statics in enumerate(solution.statics):

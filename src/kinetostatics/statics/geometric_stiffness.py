@@ -1,4 +1,4 @@
-"""Geometric stiffness: change of the forces at the pose with displacement (method page, section 12).
+"""Geometric stiffness: the change, due to displacements, of the forces at a pose (method page, section 12).
 
 The directions of weights are constant while their lever arms rotate; springs stretch and rotate; joint wrenches rotate with the
 connected parts. Under a rotation θ of a part, a point at p moves by θ × p + ½ θ × (θ × p), so that a force f there has the
@@ -34,7 +34,7 @@ class PlacedSpring:
     Attributes:
         name: name of the spring.
         points: (3, N) its two ends [m].
-        places: the places of each end, with the poses (N,) at which it is there.
+        places: for each end, the places to which it is attached, with the mask (N,) of the poses of each.
         length: (N,) [m].
         tension: (N,) [N].
         force: (3, N) force on the first end, directed towards the second [N].
@@ -50,7 +50,7 @@ class PlacedSpring:
     tangent: Array
 
     def pull(self, force: Array, o: Array) -> tuple[dict[str, Array], dict[str, Array]]:
-        """Return a force (3, N) on the first end and its opposite on the second: wrenches about o, and points, by place."""
+        """Return the wrenches about o, and their points, by place, of a force (3, N) on the first end, opposite on the second."""
         wrenches: dict[str, Array] = {}
         points: dict[str, Array] = {}
         for sign, point, places in zip((1, -1), self.points, self.places, strict=True):
@@ -127,7 +127,8 @@ class GeometricTerms:
     def _add_spring(self, number: int, spring: PlacedSpring) -> None:
         """Add ½ uᵀ K_t u with the relative displacement u of a spring's ends.
 
-        u is a block of its own, or for a spring between base and platform d + θ × a, with the arm a of its end from o.
+        u is a block of its own; for a spring between base and platform, d + θ × a with the arm a of its end from o; and for a
+        spring between two points of one part, θ × a with the vector a between them.
         """
         span = spring.points[1] - spring.points[0]
         if ("spring", number) in self._where.sizes:
@@ -198,7 +199,7 @@ class GeometricTerms:
 
 
 class GeometricStiffness:
-    """The geometric stiffness of a robot at N poses, with the loads and motions conjugate to its displacements u.
+    """The geometric stiffness of a robot at N poses, and the unit loads conjugate to its displacements u.
 
     Attributes:
         coordinates: definition of u.
@@ -310,7 +311,7 @@ class GeometricStiffness:
     def _of_beam(
         self, solution: Solution, name: str, axes: Array, arm: Array, force: Array, moment: Array
     ) -> tuple[Array, Array, Array]:
-        """Return B (9, 9, N) of a beam with force and moment (3, N) on its outer end, and its reaction (place, arm, force)."""
+        """Return B (9, 9, N) of a beam with force and moment (3, N) on its outer part, and arm and force on its inner part."""
         model = self._robot.beams[name]
         length, lever = model.length(self._frames), model.lever(self._frames)
         weight = self._robot.weights.sum([f"beam:{name}"], solution.weights)[:3]

@@ -2,9 +2,9 @@
 
 A rigid link of mass m and inertia J about its centre of mass G, with angular velocity ω and angular acceleration α, is loaded by
 the force −m a_G and the moment −(J α + ω × J ω). Along a beam of mass μ per length, the acceleration a and the load −μ a per
-length vary linearly; the rotary inertia of the sections is a moment per length. The rest of the robot is loaded by the reactions
-of this beam with clamped ends, applied at its ends; displacements and section forces of the beam are those of the clamped beam
-plus those due to these end loads.
+length vary linearly; the rotary inertia of the sections is a moment per length. The beam loads the rest of the robot, at its
+ends, by the opposites of the reactions of the same beam with clamped ends. Displacements and section forces of the beam are those
+of the clamped beam plus those due to these end loads.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def inertial_load(
 ) -> AppliedLoad:
     """Return the inertial loads of a moving robot at N poses.
 
-    The accelerations of the local freedoms are those without inertial force along them: no actuator or spring acts there.
+    Local freedoms accelerate so that no inertial force acts along them, since no actuator or spring acts there.
 
     Args:
         robot: the robot.
@@ -37,7 +37,7 @@ def inertial_load(
         twists: (6, B, N) twists of all bodies at the world's origin, world axes [m/s, rad/s].
         rates: (6, B, N) time derivatives of the twists, with local freedoms at rest [m/s², rad/s²].
         local: (6, B, k, N) unit motions of the local freedoms.
-        payload: loads on links, broadcast to the N poses; their masses are included.
+        payload: loads on links, broadcast to the N poses; only their masses have inertia.
     """
 
     def moving(rates: Array) -> _Moving:

@@ -15,7 +15,7 @@ from kinetostatics.statics.link_loads import by_place, sum_of
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
 
-#: Component of an undetermined force state below which a force counts as determined (rounding).
+#: Largest component of a normalized self-stress (rounding) with which a joint's wrench counts as determined.
 _NOTHING = 1e-9
 
 
@@ -45,7 +45,7 @@ def actuator_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]
 
 
 def carried_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[int] | None = None) -> Array:
-    """Return the wrenches (6, J, N) of some joints of the table; None: of all. If indeterminate, one solution is returned.
+    """Return the wrenches (6, J, N) of the joints in given rows of the table; None: all. If indeterminate, of one solution.
 
     For a joint of a serial limb: −(J_ic W_ic + J_ig W_ig + Σ w), with the weights w outboard of it (method page, section 7).
     """
@@ -127,7 +127,7 @@ def _open_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[int
     table, N = robot.joint_table, solution.o.shape[1]
     # self-stress between rigid limbs changes the forces of several limbs together
     shared = np.zeros((6, table.cut_signs.shape[1], max((item.shape[1] for item in solution.open), default=0), N))
-    ways = [shared]
+    states = [shared]
     for number, statics in enumerate(solution.statics):
         together = np.einsum("mkign,iagn->mkagn", statics.cut_wrenches, solution.open[number])
         loose = np.zeros((6, table.cut_signs.shape[1], statics.loose.shape[2], N))
@@ -135,11 +135,11 @@ def _open_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[int
             which = table.cuts_of(limb)
             shared[:, which, : together.shape[2]] = together[:, :, :, position].swapaxes(0, 1)
             loose[:, which] = statics.loose[:, :, :, position].swapaxes(0, 1)
-        ways.append(loose)
-    ways = [way for way in ways if np.any(way)]
-    if not ways:
+        states.append(loose)
+    states = [state for state in states if np.any(state)]
+    if not states:
         return None
-    carried = np.einsum("jq,iqan->ijan", table.cut_signs, np.concatenate(ways, axis=2))
+    carried = np.einsum("jq,iqan->ijan", table.cut_signs, np.concatenate(states, axis=2))
     moved = move_wrench(carried, _arms(robot, solution)[:, :, None])
     sizes = np.maximum(np.abs(moved[:3]), np.abs(moved[3:]) / robot.length).max(axis=(0, 1))
     moved = moved / np.where(sizes > 0, sizes, 1.0)

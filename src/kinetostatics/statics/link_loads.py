@@ -35,7 +35,7 @@ class AppliedLoad:
         name: name of the contribution.
         wrenches: (6, N) wrenches about o, world axes, by place [N, N·m].
         points: (3, N) points of application of forces [m], by place, for drawings.
-        kind: "load"; "spring": the force of a spring at the pose; "change": a unit change of such a force.
+        kind: "load"; "spring": the force of a spring at the pose; "change": a load that represents geometric stiffness.
         lines: (12, N) loads along beams, by name: force and moment per length at the start, then at the end, world axes
             [N/m, N]. Their resultants at the beams' ends are part of ``wrenches``.
     """
@@ -142,9 +142,10 @@ def by_place(applied: Iterable[AppliedStatics]) -> dict[str, Array]:
 
 
 def with_contributions(weights: Array, applied: Iterable[AppliedStatics], parts: Iterable[Array | None]) -> Array:
-    """Return the sum (A, S, …, N) of a quantity of the weights and of that of loads, by contribution.
+    """Return a quantity (A, S, …, N) of weights and loads together, by contribution.
 
-    ``parts`` are the quantity (A, …, N) of each load, or None for zero. Without loads, ``weights`` itself is returned.
+    ``weights`` is that of the weights; ``parts`` are those of each load alone (A, …, N), None for zero. Without loads,
+    ``weights`` itself is returned.
     """
     total = weights
     for item, part in zip(applied, parts, strict=True):
@@ -184,7 +185,7 @@ class _Load:
 
 @dataclass(frozen=True)
 class LinkLoads:
-    """Checked loads on links; arrays as given, or for a chunk of poses with the batch axis last."""
+    """Checked loads on links; arrays as the user gives them or, for a chunk of poses, batch axis last."""
 
     robot: RobotStatics
     loads: tuple[_Load, ...]
@@ -208,7 +209,7 @@ class LinkLoads:
         )
 
     def at(self, frames: Frames, gravity: Array) -> tuple[AppliedLoad, ...]:
-        """Return the loads, mapped to the N poses of ``frames``, under ``gravity`` (3, N) [m/s²].
+        """Return the loads at the N poses of ``frames``, to which their arrays were broadcast; ``gravity`` is (3, N) [m/s²].
 
         Raises:
             ArgumentError: a load acts on a beam between its ends, or on a link without support.
@@ -253,7 +254,7 @@ class LinkLoads:
 
 
 def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: Array) -> dict[str, Mask]:
-    """Return the places at which a load at points (3, N) of a link acts, with the poses (N,) of each.
+    """Return the places of a load at points (3, N) of a link, with the mask (N,) of the poses of each.
 
     Raises:
         ArgumentError: the point of an elastic link is no end of a beam, or the link has no support; ``what`` begins the message.
@@ -261,8 +262,8 @@ def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: 
     description, topology = robot.description, robot.topology
     if joints := _joint_around(robot, link):
         raise ArgumentError(
-            f"{what}: {link!r} has no mass and lies inside the joint {', '.join(joints)}, which counts as one; load a link "
-            "beside it"
+            f"{what}: {link!r} has no mass and lies between the joints {', '.join(joints)}, which form one joint; load a link "
+            "beside them"
         )
     if link in topology.without_support:
         raise ArgumentError(

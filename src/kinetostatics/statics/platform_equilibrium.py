@@ -42,7 +42,7 @@ class _Split:
 
 
 class PlatformEquilibrium:
-    """K = Σ J_ic C_ic⁻¹ J_icᵀ of Eq. (12) at the N poses of a chunk, prepared for right-hand sides.
+    """The stiffness K = Σ J_ic C_ic⁻¹ J_icᵀ of Eq. (12) at the N poses of a chunk, factorized.
 
     Attributes:
         scale: (6,) factors that make wrenches comparable.
@@ -177,12 +177,12 @@ class PlatformEquilibrium:
 
 
 def _split(item: LimbStatics) -> _Split:
-    """Split the wrenches of partly rigid limbs by the choice at generic poses, or else by eigenvectors."""
+    """Split wrenches by the soft ones chosen at generic poses; by eigenvectors where that is unreliable."""
     r, J = item.group.rigid_directions, np.moveaxis(item.J_c, (2, 3), (0, 1))
     if len(item.group.soft) != len(item.C) - r:
         return _Split(*split_by_eigenvectors(np.moveaxis(item.C, (0, 1), (-2, -1)), r), J)
-    found = split_rigid(item.C, item.group.soft)
-    rigid, give, sure = found.rigid, found.give, found.sure | ~np.all(np.isfinite(item.C), axis=(0, 1))
+    rigid, give, sure = split_rigid(item.C, item.group.soft)
+    sure = sure | ~np.all(np.isfinite(item.C), axis=(0, 1))
     if not settles(sure):
         rigid[~sure], give[~sure] = split_by_eigenvectors(np.moveaxis(item.C[..., ~sure], 2, 0), r)
     return _Split(rigid, give, J)
@@ -229,7 +229,7 @@ def _by_projection(A: Array, K: Array) -> tuple[Array, Array, NDArray[np.bool_]]
 
 
 class _RigidPart:
-    """Motions of the platform permitted by rigid wrenches, and the loads on these wrenches; arrays (N, …), scaled."""
+    """Platform on partly rigid limbs: permitted motions, and multipliers of the rigid wrenches; arrays (N, …), scaled."""
 
     def __init__(self, K: Array, splits: list[_Split], scale: Array) -> None:
         self.scale = scale
@@ -242,7 +242,7 @@ class _RigidPart:
         self.sizes = np.where(self.sizes > 0, self.sizes, 1.0)
         A = J / self.sizes[:, None]
         self.K = np.nan_to_num(np.moveaxis(K, 2, 0) * np.outer(scale, scale))
-        #: null space of the multipliers, and multipliers per unit wrench carried by the rigid part
+        # multipliers of wrenches in self-equilibrium, and multipliers per unit wrench on the platform
         self.unknown = np.zeros((N, J.shape[2], J.shape[2]))
         self.inverse, self.gain, sure = _by_projection(A, self.K)
         self.singular = ~finite

@@ -19,7 +19,7 @@ from kinetostatics.statics.turning_parts import TurningParts, turning_parts
 
 
 class OpenBranch:
-    """A passive joint of an open branch, which must be in equilibrium at the given pose.
+    """A passive joint of an open branch; the branch must be in equilibrium at the given pose.
 
     Attributes:
         owner: the limb that carries the branch, or ``base`` or ``platform``.
@@ -68,7 +68,7 @@ class JointTable:
             side.
         outboard: (J, W) mask of the weights that each joint carries.
         reported: (J,) −1 if the wrench of the inboard side on the outboard side is reported, 1 for its reaction.
-        centre_body, centre: body (J,) and position (3, J) of the centre; for a sliding joint, on the side that is loaded.
+        centre_body, centre: body (J,) and position (3, J) of the centre, on the side on which the reported wrench acts.
     """
 
     def __init__(self, model: StaticModel) -> None:

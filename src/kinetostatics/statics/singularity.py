@@ -1,11 +1,12 @@
 """Poses without equilibrium, and poses at which the rank of a limb changes.
 
-A pose is singular if the platform can still move, if a limb cannot carry its weight, or if a telescope has no length.
+A pose is singular if the platform can move with locked actuators, if a limb cannot carry its weight, or if a telescope has no
+length.
 
 Ranks and bases are normally decided once per robot (method page, section 2). If a limb is stretched, or if two of its axes
-coincide, its joint twists become dependent: its passive joints allow one motion less and it transmits one wrench more; its rank
-is then decided at that pose. The rank of the compliance may change too: if only the actuators of a limb are elastic, the limb is
-compliant in the directions in which they move it, and there are fewer of these where it is stretched.
+coincide, its joint twists become dependent: its passive joints allow one motion less and it transmits one wrench more. The ranks
+of the limb are then decided at that pose. The rank of its compliance may change too: a limb with elastic actuators alone is
+compliant in the directions in which the actuators move it; a stretched limb has fewer of these directions.
 """
 
 from __future__ import annotations
@@ -153,7 +154,7 @@ def groups_of_poses(
 
 
 def _changed(item: LimbStatics, frames: Frames, o: Array, pose: int) -> list[int]:
-    """Return the positions in a group of the limbs whose ranks at one pose differ from those at generic poses."""
+    """Return the indices among the robot's limbs of those limbs of a group whose ranks differ at one pose."""
     group, tolerance = item.group, item.group.model.rank_tolerance
     places = np.flatnonzero(item.doubtful[:, pose]).tolist()
     if not places:

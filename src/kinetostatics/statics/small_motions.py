@@ -1,8 +1,8 @@
 """Small motions of a robot as a graph of rigid bodies, joints and beams, and the coordinates of these motions.
 
 Passive freedoms of joints are free, driven joints are locked, elastic joints are springs. Coordinates are the passive and the
-elastic freedoms along a spanning tree of joints. A body that no joint connects to the base has six coordinates; only beams
-connect it. A joint outside the tree closes a loop: its freedoms are coordinates too, and a stiff spring keeps the loop closed.
+elastic freedoms along a spanning tree of joints. A body that only beams connect to the base has six coordinates. A joint outside
+the tree closes a loop: its freedoms are coordinates too, and a stiff spring keeps the loop closed.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from kinetostatics.statics.robot_statics import RobotStatics
 class MovedJoint:
     """A joint between two bodies, and the coordinates of its freedoms.
 
-    ``closes``: whether it closes a loop of the tree; ``sign``: 1 if its coordinates move the outer body relative to the inner
-    one, −1 in the opposite case.
+    ``closes``: whether the joint closes a loop; ``sign``: 1 if its coordinates move the outer body relative to the inner one,
+    −1 for the inner body relative to the outer one.
     """
 
     connection: Connection

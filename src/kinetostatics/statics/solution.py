@@ -100,8 +100,8 @@ class Solution(ShortRepr):
 
         Args:
             group: the group of limbs.
-            strains: whether the entry is 1 for the contribution of the strains due to the limb's own weight, instead of that of
-                the forces; these are two contributions after :func:`by_mechanism`.
+            strains: whether to mark the contribution of the strains due to the own weight, instead of that of its forces; they
+                differ after :func:`by_mechanism`.
         """
         hanging_on_base = group.is_attached and not group.limbs[0].on_platform
         share = np.zeros((len(self.sources) + hanging_on_base, len(group.limbs), 1))
@@ -229,52 +229,47 @@ def balanced(
     return Balanced(found, balance, right, strains)
 
 
-class Changes:
-    """Unit loads on links whose factors are determined later, as parts of existing contributions.
+def unit_responses(robot: RobotStatics, before: Balanced, loads: Sequence[AppliedLoad]) -> tuple[Array, Solution]:
+    """Return the responses of a robot in equilibrium to n additional unit loads on links.
 
-    Attributes:
-        pull: (6, n, N) resultant wrench on the platform of each unit load; by reciprocity, also the displacement along the load
-            per unit twist of the platform.
-        held: the equilibrium under each unit load with a fixed platform, as contributions after the existing ones.
+    Returns:
+        The resultant wrench on the platform (6, n, N) of each unit load, which by reciprocity is also the displacement along the
+        load per unit twist of the platform; and the equilibrium under each unit load with a fixed platform, as contributions
+        after those of ``before``.
     """
-
-    def __init__(self, robot: RobotStatics, before: Balanced, loads: Sequence[AppliedLoad]) -> None:
-        self._robot, self._before = robot, before
-        solution, n, S = before.solution, len(loads), len(before.solution.sources)
-        groups = tuple(item.group for item in solution.statics)
-        self._loads = applied_statics(loads, groups, solution.frames, solution.o, 0, n)
-        self._right = zeros_for((6, n, solution.o.shape[1]), solution.o)
-        self._strains = [zeros_for((item.J_c.shape[1], n, *item.J_c.shape[2:]), item.J_c) for item in solution.statics]
-        _add_loads(robot, solution.statics, self._loads, self._right, self._strains)
-        self.pull = before.platform.pull(self._right, self._strains)
-        held = before.platform.with_fixed_platform(self._strains)
-        intensities = [
-            np.concatenate([np.zeros_like(W), mine], axis=1) for W, mine in zip(solution.intensities, held, strict=True)
-        ]
-        twists = zeros_for((6, S + n, solution.o.shape[1]), solution.twists)
-        shares = [np.concatenate([np.zeros_like(twists[0, :S]), item.share]) for item in self._loads]
-        self.held = replace(
-            solution,
-            sources=(*solution.sources, *(item.name for item in loads)),
-            twists=twists,
-            intensities=tuple(intensities),
-            assembly_errors=None,
-            errors=tuple(None for _ in groups),
-            applied=tuple(replace(item, share=share) for item, share in zip(self._loads, shares, strict=True)),
-            weights_alone=solution.weights_alone or solution.statics,
-        )
+    solution, n, S = before.solution, len(loads), len(before.solution.sources)
+    groups = tuple(item.group for item in solution.statics)
+    applied = applied_statics(loads, groups, solution.frames, solution.o, 0, n)
+    right = zeros_for((6, n, solution.o.shape[1]), solution.o)
+    strains = [zeros_for((item.J_c.shape[1], n, *item.J_c.shape[2:]), item.J_c) for item in solution.statics]
+    _add_loads(robot, solution.statics, applied, right, strains)
+    held = before.platform.with_fixed_platform(strains)
+    intensities = [np.concatenate([np.zeros_like(W), mine], axis=1) for W, mine in zip(solution.intensities, held, strict=True)]
+    twists = zeros_for((6, S + n, solution.o.shape[1]), solution.twists)
+    shares = [np.concatenate([np.zeros_like(twists[0, :S]), item.share]) for item in applied]
+    fixed = replace(
+        solution,
+        sources=(*solution.sources, *(item.name for item in loads)),
+        twists=twists,
+        intensities=tuple(intensities),
+        assembly_errors=None,
+        errors=tuple(None for _ in groups),
+        applied=tuple(replace(item, share=share) for item, share in zip(applied, shares, strict=True)),
+        weights_alone=solution.weights_alone or solution.statics,
+    )
+    return before.platform.pull(right, strains), fixed
 
 
 def with_more(robot: RobotStatics, before: Balanced, more: Mapping[str, Array], names: Sequence[str], twists: Array) -> Solution:
-    """Return an equilibrium under further loads, as parts of existing contributions.
+    """Return an equilibrium under further loads, which are added to existing contributions.
 
     Args:
         robot: the robot.
         before: the equilibrium without them.
         more: wrenches (6, S, N) about o for each contribution, by place.
         names: names of these loads, one for each contribution.
-        twists: (6, S, N) the resulting twists; they are given because differences would be inaccurate where these loads stiffen
-            an almost free motion.
+        twists: (6, S, N) the twists of the result; they are known more accurately than as sums, where these loads stiffen an
+            almost free motion.
     """
     solution, S = before.solution, len(names)
     items = [AppliedLoad(name, {place: w[:, s] for place, w in more.items()}, {}, "change") for s, name in enumerate(names)]

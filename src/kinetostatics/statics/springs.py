@@ -2,9 +2,9 @@
 
 A spring of length l, tension F = F_0 + k (l − l_0) and direction n pulls its ends together by F n. Under a relative displacement
 u of its ends the force changes to first order by K_t u with K_t = k n nᵀ + (F/l) (1 − n nᵀ), by elongation and rotation. This
-change and that due to the rotation of the arms of weights and springs are the geometric stiffness K_g of the robot.
+change, and the change of moments as the arms of weights and springs rotate, are the geometric stiffness K_g of the robot.
 
-The forces are applied as loads on links, and the effect of K_g as further loads −K_g u.
+The spring forces are applied as loads on links, and the effect of K_g as further loads −K_g u.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from kinetostatics.statics.deformation import Deformation, deform
 from kinetostatics.statics.geometric_stiffness import GeometricStiffness, GeometricTerms, PlacedSpring
 from kinetostatics.statics.link_loads import AppliedLoad, places_at
 from kinetostatics.statics.robot_statics import RobotStatics
-from kinetostatics.statics.solution import Changes, Solution, balanced, with_more
+from kinetostatics.statics.solution import Balanced, Solution, balanced, unit_responses, with_more
 
 #: Length of a spring, relative to the robot's size, below which its force has no direction.
 _NOTHING = 1e-9
@@ -83,9 +83,8 @@ def solve_with_springs(
     pulls = tuple(AppliedLoad(f"spring {item.name}", *item.pull(item.force, o), "spring") for item in springs)
     before = balanced(robot, frames, load, gravity, assembly_errors, groups, (*applied, *pulls), weights)
     solution = before.solution
-    changes = Changes(robot, before, geometric.unit_loads())
     terms = geometric.under(solution)
-    u, twists, tangents, compliance = _response(robot, geometric, terms, solution, changes)
+    u, twists, tangents, compliance = _response(robot, geometric, terms, before)
     found = with_more(robot, before, terms.loads(u), [f"change with {name}" for name in solution.sources], twists)
     rigid = np.where(solution.singular, np.nan, solution.stiffness)
     stiffness = inverse(compliance, rigid, robot.length)
@@ -95,16 +94,17 @@ def solve_with_springs(
 
 
 def _response(
-    robot: RobotStatics, geometric: GeometricStiffness, K: GeometricTerms, solution: Solution, changes: Changes
+    robot: RobotStatics, geometric: GeometricStiffness, K: GeometricTerms, before: Balanced
 ) -> tuple[Array, Array, tuple[Array, ...], Array]:
     """Return the displacements u (n, S, N), twists (6, S, N), the tangents, and the platform's compliance (6, 6, N).
 
     Displacements in limbs are u = u_0 + U Δ + F t, with the twist Δ of the platform, u_0 at Δ = 0, and changes t of the forces;
     those of the platform are P Δ. Then t = −K_g u and Δ = Δ_0 + C (Uᵀ t + Pᵀ t_platform).
     """
-    where, S = geometric.coordinates, len(solution.sources)
+    solution, where, S = before.solution, geometric.coordinates, len(before.solution.sources)
+    pull, fixed = unit_responses(robot, before, geometric.unit_loads())
     u_0 = _displacements(robot, solution, geometric)
-    held = partial(_motion, robot, changes.held, deform(robot, changes.held))
+    held = partial(_motion, robot, fixed, deform(robot, fixed))
     rows = [k for kind, _ in where.platform for k in ((0, 1, 2) if kind == "shift" else (3, 4, 5))]
     P = np.eye(6)[rows][:, :, None]
     K_p, none = K.matrix(where.platform, where.platform), np.zeros_like(solution.twists[rows])
@@ -114,7 +114,7 @@ def _response(
     for blocks in where.inside:
         here = slice(first, first + sum(where.sizes[block] for block in blocks))
         F = geometric.displacements(held, blocks)[:, S:][:, here]
-        U = np.swapaxes(changes.pull[:, here], 0, 1)
+        U = np.swapaxes(pull[:, here], 0, 1)
         both = np.concatenate([u_0[here] - np.einsum("ain,isn->asn", U, solution.twists), U], axis=1)
         own = K.matrix(blocks, blocks)
         to_platform = K.matrix(blocks, where.platform)

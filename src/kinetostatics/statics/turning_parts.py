@@ -78,11 +78,11 @@ class TurningParts:
         passages: passages between parts, and sliding ones within a part.
         places: a place for loads on each part, base and platform first.
         owners: the owner of each part, as for passages; −1 for base and platform.
-        turning: indices of the parts that turn; those behind passive joints of open branches do not.
+        turning: indices of the parts with rotations in u; parts behind passive joints of open branches have none.
         spins: by part, the indices of two ball joints whose connecting line is an axis of free rotation.
         part_of: the part of each place.
         owner_at: the owner of each place, as for passages; base and platform are left out.
-        sprung: for each spring, a place at either end.
+        sprung: for each spring, the places of its two ends.
     """
 
     passages: tuple[Passage, ...]
@@ -102,7 +102,7 @@ def turning_parts(model: StaticModel) -> TurningParts:
 
 @dataclass(frozen=True)
 class _Step:
-    """A joint or beam, directed outwards; for hinges that form one joint, ``edge`` is the outermost, ``first`` the innermost."""
+    """A joint or beam, directed outwards; of hinges that form one joint, ``edge`` is the outermost, ``first`` the innermost."""
 
     edge: Edge
     first: Edge

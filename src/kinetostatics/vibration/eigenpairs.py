@@ -36,7 +36,7 @@ class Eigenpairs:
 
     Attributes:
         square: λ = ω² (N, m), ascending [1/s²]; infinite where there are fewer modes, NaN where a motion has negative stiffness.
-        free: (N,) number of motions that nothing resists, of frequency zero, which are left out.
+        free: (N,) number of motions without stiffness; their frequency is zero, and they are left out.
         shapes: (N, m, n) modes in the coordinates of ``model``, with modal masses of 1 kg.
         model: the robot, with beams divided as required by these modes.
     """
@@ -77,7 +77,7 @@ def modes_below(model: VibrationModel, square: Array) -> Index:
 
 
 def independent_motions(model: VibrationModel) -> list[tuple[Index, Array | None]]:
-    """Return poses with a basis (P, n, r) of motions with stiffness or mass that keep loops closed; None: all motions."""
+    """Return groups of poses, each with a basis (P, n, r) of motions with stiffness or mass that keep loops closed; None: all."""
     K, M = (matrix[:, 0] for matrix in model.pencil(np.zeros((model.poses, 1))))
     return [(space.poses, space.basis) for space in _spaces(model, K, M)]
 
@@ -86,8 +86,8 @@ def independent_motions(model: VibrationModel) -> list[tuple[Index, Array | None
 class _Space:
     """Poses with the same number of independent motions Z y, which keep loops closed and have stiffness or mass.
 
-    ``basis`` is Z (P, n, r), None where all coordinates are independent; ``free`` is the number of motions without stiffness;
-    ``stable``: whether no motion has negative stiffness, which compressed springs may cause.
+    ``basis`` is Z (P, n, r), None where all coordinates are independent; ``free`` is the number of motions without stiffness.
+    ``stable`` is False where a motion has negative stiffness, which compressed springs may cause.
     """
 
     poses: Index
@@ -121,7 +121,7 @@ class _Space:
         modes, finite, bounds = np.arange(square.shape[1]), np.isfinite(square), square
         if not np.any(finite):
             return square, np.full((*square.shape, model.coordinates), np.nan)
-        modes = modes[np.any(finite, axis=0)]  # modes that are infinite at all poses are the last ones
+        modes = modes[np.any(finite, axis=0)]  # modes without a frequency at any pose are the last ones
         square, finite = np.where(finite, square, 1.0)[:, modes], finite[:, modes]
         for _ in range(_STEPS):
             K, M = (self.restricted(matrix) for matrix in model.pencil(square))

@@ -1,8 +1,8 @@
 """Dynamic stiffness D(λ) of a whole robot at the square λ = ω² of the angular frequency, without discretization.
 
-The coordinates are those of the small motions of rigid bodies and joints. A beam is an exact rod, or divided into several in
-line, so that their frequencies with clamped ends are above the requested ones. For these, the number of negative eigenvalues of
-D(λ) is the number of natural frequencies below λ (W. H. Wittrick and F. W. Williams, Quarterly Journal of Mechanics and Applied
+The coordinates are those of the small motions of rigid bodies and joints. A beam is an exact rod, or several rods in line, whose
+frequencies with clamped ends are above the requested ones. At requested frequencies, the number of negative eigenvalues of D(λ)
+is then the number of natural frequencies below λ (W. H. Wittrick and F. W. Williams, Quarterly Journal of Mechanics and Applied
 Mathematics 24, 1971).
 """
 
@@ -147,7 +147,7 @@ class VibrationModel:
         )
 
     def divided(self, square: float) -> VibrationModel | None:
-        """Return the model with one more piece in each beam whose λ with clamped ends is at most ``square``; None: in no beam."""
+        """Return the model with one more piece in each beam whose λ with clamped ends is at most ``square``; None: no beam."""
         lowest = {name: float(item.piece.clamped_square().min()) for name, item in self.beams.items()}
         low = {name for name, bound in lowest.items() if bound <= square and np.isfinite(bound)}
         if not low:
@@ -210,7 +210,7 @@ class VibrationModel:
         return found
 
     def closed_motions(self) -> list[tuple[Index, Array | None]]:
-        """Return poses with a basis (P, n, r) of motions that keep all loops closed; None: all motions."""
+        """Return groups of poses, each with a basis (P, n, r) of motions that keep all loops closed; None: all motions."""
         if not self.closure.shape[1]:
             return [(np.arange(self.poses), None)]
         _, values, axes = np.linalg.svd(self.closure)

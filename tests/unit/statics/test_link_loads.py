@@ -227,12 +227,12 @@ def test_what_a_passive_joint_cannot_hold_is_told():
 
 
 def test_links_inside_a_joint_that_counts_as_one_are_refused():
-    with pytest.raises(ks.ArgumentError, match="'cross_1' has no mass and lies inside the joint universal_1_x, universal_1_y"):
+    with pytest.raises(ks.ArgumentError, match="'cross_1' has no mass and lies between the joints universal_1_x, universal_1_y"):
         ks.analyze(pose("2pru_upr"), loads={"cross_1": [0, 0, 0, 1, 0, 0]})
     # rigid links welded to one another between hinges whose axes meet
     description = package_robots.robot("spherical_3rrr").description
     rigid = ks.Robot(replace(description, beams={})).assemble()
-    with pytest.raises(ks.ArgumentError, match="'distal_1_2' has no mass and lies inside the joint elbow_1, tip_1"):
+    with pytest.raises(ks.ArgumentError, match="'distal_1_2' has no mass and lies between the joints elbow_1, tip_1"):
         ks.analyze(rigid, loads={"distal_1_2": [1, 2, 3, 0, 0, 0]})
 
 
