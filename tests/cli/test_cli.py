@@ -9,6 +9,7 @@ import urllib.request
 from pathlib import Path
 
 import numpy as np
+import odd_robots
 import package_robots
 import pytest
 from browser_pages import packed_in
@@ -24,34 +25,6 @@ CONFIGURATION_2 = "--platform z=500mm azimuth=-170deg tilt=10deg --orientation t
 #: "recovered" values of paper_tables.json
 TWIST = [4.96878e-08, 5.26152e-08, -7.411e-08, 5.25908e-08, -2.22135e-08, 2.58967e-08]
 DRIVES = [385.4348, 364.7818, 367.832]
-
-#: A slider-crank whose actuator at zero is out of reach of the rod, but whose loop closes elsewhere.
-STRETCHED = """
-<robot name="stretched">
-  <link name="base"/>
-  <link name="slider"/>
-  <link name="rod"/>
-  <link name="platform">
-    <inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
-  </link>
-  <joint name="slide" type="prismatic">
-    <parent link="base"/><child link="slider"/><origin xyz="1.2 0 0"/><axis xyz="1 0 0"/>
-    <limit lower="-2" upper="2" effort="0" velocity="0"/>
-  </joint>
-  <joint name="ankle" type="continuous"><parent link="slider"/><child link="rod"/><axis xyz="0 1 0"/></joint>
-  <joint name="knee" type="continuous">
-    <parent link="rod"/><child link="platform"/><origin xyz="-0.5 0 0.1"/><axis xyz="0 1 0"/>
-  </joint>
-  <platform link="platform"/>
-  <loop name="pivot" type="revolute">
-    <predecessor link="base"/><successor link="platform"><origin xyz="-0.3 0 0"/></successor><axis xyz="0 1 0"/>
-  </loop>
-  <beam link="rod" from="ankle" to="knee" youngs_modulus="2e11" poisson_ratio="0.3" density="7800">
-    <circle diameter="0.03"/>
-  </beam>
-  <transmission name="drive"><joint name="slide"/></transmission>
-</robot>
-"""
 
 
 def run(capsys, *arguments):
@@ -181,14 +154,12 @@ def test_check(capsys):
 
 def test_check_of_a_robot_that_cannot_be_analysed(capsys, tmp_path):
     path = tmp_path / "open.urdf"
-    path.write_text(
-        STRETCHED.replace('<successor link="platform"><origin xyz="-0.3 0 0"', '<successor link="platform"><origin xyz="0 9 0"')
-    )
+    ks.save_robot(odd_robots.open_loops(), path)
     code, out, err = run(capsys, "check", path)
-    assert code == 1 and err == "" and "Cannot be analysed\n  ! the loops of 'stretched' cannot be closed" in out
+    assert code == 1 and err == "" and "Cannot be analysed\n  ! the loops of 'four_bar' cannot be closed" in out
     code, out, err = run(capsys, "check", path, "--json")
     assert code == 1 and json.loads(out)["mobility"] is None
-    assert err.startswith("kinetostatics: warning: the loops of 'stretched' cannot be closed")
+    assert err.startswith("kinetostatics: warning: the loops of 'four_bar' cannot be closed")
 
 
 # ---- analyze ---------------------------------------------------------------------------------------------------------
@@ -224,7 +195,7 @@ def test_analyze_json_is_the_result(capsys):
 
 def test_default_pose_where_zero_does_not_close(capsys, tmp_path):
     path = tmp_path / "stretched.urdf"
-    path.write_text(STRETCHED)
+    ks.save_robot(odd_robots.drive_out_of_reach(), path)
     code, out, err = run(capsys, "analyze", path)
     assert code == 0, err
     assert out.startswith("! the loops do not close with all actuators at zero")
@@ -324,12 +295,12 @@ def test_terminals_without_greek():
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes and devices of POSIX")
 def test_output_that_cannot_be_written():
-    done = process("analyze", "3rps", stdout=open("/dev/full", "w"), capture_output=False, stderr=subprocess.PIPE)
+    done = process("robots", stdout=open("/dev/full", "w"), capture_output=False, stderr=subprocess.PIPE)
     assert done.returncode == 2
     assert done.stderr == "kinetostatics: error: No space left on device\n"
     reader, writer = os.pipe()
     os.close(reader)
-    done = process("analyze", "3rps", "--json", stdout=writer, capture_output=False, stderr=subprocess.PIPE)
+    done = process("robots", "--json", stdout=writer, capture_output=False, stderr=subprocess.PIPE)
     os.close(writer)
     assert done.returncode == 1 and done.stderr == ""
 

@@ -16,34 +16,8 @@ import kinetostatics as ks
 from kinetostatics.checks.chains import bodies_of, joints_of
 from kinetostatics.checks.check import robot_facts
 from kinetostatics.checks.facts import section_words
-from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.reports.robot import facts_report
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
-
-#: A revolute loop that is out of reach: no pose closes it.
-OPEN = """
-<robot name="open">
-  <link name="base"/>
-  <link name="arm"/>
-  <link name="platform"/>
-  <joint name="shoulder" type="continuous">
-    <parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>
-  </joint>
-  <joint name="elbow" type="continuous">
-    <parent link="arm"/><child link="platform"/><origin xyz="0.1 0 0"/><axis xyz="0 0 1"/>
-  </joint>
-  <platform link="platform"/>
-  <loop name="far" type="revolute">
-    <predecessor link="base"><origin xyz="5 0 0"/></predecessor>
-    <successor link="platform"><origin xyz="0.1 0 0"/></successor>
-    <axis xyz="0 0 1"/>
-  </loop>
-  <beam link="arm" from="shoulder" to="elbow" youngs_modulus="2e11" poisson_ratio="0.3" density="7800">
-    <tube outer_diameter="0.05" inner_diameter="0.04"/>
-  </beam>
-  <transmission name="drive"><joint name="shoulder"/></transmission>
-</robot>
-"""
 
 
 @cache
@@ -290,70 +264,7 @@ def test_batch_as_plain_numbers():
     assert exceeded["where"] == [False, True]
 
 
-# ---- the robot -------------------------------------------------------------------------------------------------------
-
-
-def summary(text):
-    """Return the rows of a report's first part, the lines of each joined."""
-    lines = re.sub(r"\n {10,}", " ", text.split("\n\n")[0]).splitlines()[1:]
-    return dict(re.split(r"\s{2,}", line.strip(), maxsplit=1) for line in lines)
-
-
-def test_robot_report_of_the_3rps():
-    text = whole(robot("3rps"))
-    assert text == str(robot("3rps"))
-    found = summary(text)
-    assert found["mobility"] == "3; z, rx, ry place the platform"
-    assert found["redundant constraints"] == "0 (not overconstrained)"
-    assert found["actuators"] == "3: prismatic_1, prismatic_2, prismatic_3"
-    assert found["mass"] == "120.99 kg at the zero pose, telescopic beams' masses follow the pose"
-    assert found["file"].endswith("3rps.urdf.xacro")
-    limbs = part(text, "Limbs")
-    first = [line for line in limbs if line.startswith("limb_")]
-    assert first == ["limb_1: R P(driven) S", *(f"limb_{k}: R P(driven) S, like limb_1" for k in (2, 3))]
-    assert "base —revolute_1→ cylinder_1 —prismatic_1 (driven)→ rod_1 —spherical_1→ platform" in limbs
-    assert "base —revolute_3→ cylinder_3 —prismatic_3 (driven)→ rod_3 —spherical_3→ platform" in limbs
-    assert "beams       rod_1 from revolute_1 to spherical_1" in limbs
-    assert "constraint  force along limb axis at spherical_1" in limbs
-    assert "force ∥ revolute_1 at spherical_1" in limbs
-    assert "attached    force along limb x at spherical_1" in limbs
-    beam = " ".join(part(text, "Beams")[1].split())
-    assert beam == "rod_1, rod_2 and rod_3 circle ⌀100 mm 550.00 telescopic 200 76.923 7820 33.780"
-    assert "mass   19.654 kg" in part(text, "On the platform")
-    assert summary(text)["elastic joints"].startswith("none: bearings and actuators count as rigid")
-    assert part(text, "Warnings") == ["none"]
-
-
-def test_overconstraint_and_local_freedoms():
-    text = whole(robot("2pru_upr"))
-    assert summary(text)["redundant constraints"] == (
-        "3 (overconstrained) 3 between limb_1, limb_2 and limb_3, with self-stress by a force along x and a couple about z "
-        "errors of lengths, angles and temperature cause self-stress: see kinetostatics tolerances"
-    )
-    words = [line.split(": ")[1] for line in part(text, "Limbs") if line.startswith("limb_")]
-    assert words == ["P(driven) R U", "P(driven) R U, like limb_1", "U P(driven) R"]
-    found = summary(whole(small.robot_of(small.gough("S"))))
-    assert found["mobility"].startswith("6 (+6 local)")
-    assert found["local freedoms"] == "rod_1, rod_2, rod_3, rod_4, rod_5 and rod_6 spin about their own axes"
-
-
-def test_too_few_and_too_many_drives():
-    text = whole(small.robot_of(driven(small.four_bar(), lambda name: False)))
-    assert summary(text)["actuators"] == "none"
-    problems = " ".join(part(text, "Cannot be analysed"))
-    assert "'small' has no actuators, so that its platform can move: a rotation" in problems
-    assert "name the driven joints, 1 for a mobility of 1: <transmission" in problems
-    text = whole(small.robot_of(driven(small.four_bar(), lambda name: name.startswith("foot"))))
-    assert "2 actuators for 1 freedom: the actuation is redundant" in " ".join(part(text, "Warnings"))
-
-
-def test_rigid_limbs_and_stubby_beams_are_warned_of():
-    spec = small.puu3()
-    text = whole(small.robot_of(replace(spec, beams=spec.beams[:1])))
-    assert "limb_2 and limb_3 have no elastic parts and count as rigid" in " ".join(part(text, "Warnings"))
-    assert "beams       none: rigid" in part(text, "Limbs")
-    facts = robot_facts(small.robot_of(small.cantilever(0.1, section=small.circle(0.05))))
-    assert any("beam arm is stubby: its length of 100.0 mm is only 2 times its depth" in text for text in facts.warnings)
+# ---- the robot, see tests/cli/test_check_golden.py too --------------------------------------------------------------
 
 
 def test_singular_zero_pose_is_told_from_a_robot_that_never_stands():
@@ -367,26 +278,6 @@ def test_singular_zero_pose_is_told_from_a_robot_that_never_stands():
     flat = small.Spec(tuple(limbs), tuple(beams), o=(0.5, 0, 0), mass=1.0, com=(0.5, 0, 0))
     warnings = robot_facts(small.robot_of(flat)).warnings
     assert any(text.startswith("at the zero pose ") for text in warnings), warnings
-
-
-def test_rounded_angles_are_warned_of():
-    text = small.write(small.pru2_upr(), twirl=1).text
-    rounded = re.sub(r"\d\.\d{6,}", lambda number: f"{float(number[0]):.5f}", text)
-    facts = robot_facts(ks.Robot(parse_robot_text(rounded)))
-    assert 1e-12 < facts.zero.closing_error < 1e-4
-    assert any("the loops stay open by" in warning and "rounded" in warning for warning in facts.warnings)
-
-
-def test_robot_whose_loops_cannot_close_still_gets_a_report():
-    broken = ks.Robot(parse_robot_text(OPEN))
-    text = whole(broken)
-    assert summary(text)["zero pose"] == "the loops do not close; where all joints are at zero they are open by 4.800 m at far"
-    assert summary(text)["mobility"] == "not known"
-    assert "limb_1: R(driven) R" in part(text, "Limbs")
-    assert "tube ⌀50/40 mm" in " ".join(part(text, "Beams"))
-    assert part(text, "Cannot be analysed")[0].startswith("! the loops of 'open' cannot be closed")
-    found = broken.to_dict()
-    assert found["mobility"] is None and len(found["problems"]) == 1
 
 
 def test_robot_as_plain_values():
