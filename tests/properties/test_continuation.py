@@ -74,19 +74,3 @@ def test_poses_of_large_batches_are_those_of_their_own_lines(name, limit, poses)
     robot = package_robots.robot(name)
     target = np.random.default_rng(1).uniform(-limit, limit, (poses, len(robot.description.driven))).T
     assert differences(robot, target) == 0
-
-
-@pytest.mark.slow
-def test_the_mode_is_that_of_fine_continuation_in_every_batch():
-    """The wrists that were found in another mode when others were asked for with them."""
-    robot = package_robots.robot("spherical_3rrr")
-    drives = np.random.default_rng(1).uniform(-1.2, 1.2, (3000, 3))
-    batches = [
-        robot.assemble(actuators=dict(zip(robot.description.driven, drives[:size].T, strict=True))) for size in (300, 3000)
-    ]
-    for k in (22, 57):
-        pose = robot.assemble()
-        for part in np.linspace(0, 1, 151)[1:]:
-            pose = robot.assemble(actuators=dict(zip(robot.description.driven, part * drives[k], strict=True)), near=pose)
-        for batch in batches:
-            np.testing.assert_allclose(batch.platform_frame[k], pose.platform_frame, atol=1e-9)

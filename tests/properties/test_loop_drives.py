@@ -24,7 +24,6 @@ from loop_robots import (
 )  # fmt: skip
 
 import kinetostatics as ks
-from kinetostatics.files.reader import parse_robot_text
 
 Z = np.array([0.0, 0, 1])
 MANY_FREEDOMS = tuple(kind for kind, count in FREEDOMS.items() if count > 1)
@@ -157,44 +156,6 @@ def test_a_turning_drive_goes_on_from_a_pose_beyond_half_a_turn(cut, start):
         np.testing.assert_allclose(other.frame("platform"), linkage.platform_frame(target), atol=1e-9)
 
 
-@given(seed=seeds, swap=st.booleans())
-def test_a_yoke_driven_at_the_sliding_loop(swap, seed):
-    """A Scotch yoke askew: a rod of length L about z, its head turning on a block that a driven slide carries along y."""
-    rng = np.random.default_rng(seed)
-    L = rng.uniform(0.5, 1.0)
-    y0 = L * rng.uniform(-0.6, 0.6)
-    world = frame(random_rotation(rng), rng.uniform(-1, 1, 3))
-    F, S = frame(random_rotation(rng)), frame(random_rotation(rng))
-
-    def angle(y):
-        return np.arcsin(y / L)
-
-    def body(y):
-        return world @ shift([L * np.cos(angle(y)), y, 0])
-
-    rest = {"rod": world @ turn(Z, angle(y0)), "platform": body(y0) @ F, "carriage": world @ shift([0, y0, 0]) @ S}
-    sides = ("carriage", "base") if swap else ("base", "carriage")
-    at_zero = world @ shift([0, y0, 0]) @ frame(random_rotation(rng))
-    inverse = {name: np.linalg.inv(value) for name, value in rest.items()} | {"base": np.eye(4)}
-    axis = at_zero[:3, :3].T @ world[:3, 1]
-    parts = [
-        joint("foot", "continuous", "base", "rod", rest["rod"], Z),
-        joint("head", "continuous", "rod", "platform", inverse["rod"] @ body(y0) @ F, F[:3, :3].T @ Z),
-        joint("cross", "prismatic", "platform", "carriage", inverse["platform"] @ rest["carriage"], S[:3, :3].T @ [1.0, 0, 0]),
-        loop("prismatic", sides[0], inverse[sides[0]] @ at_zero, sides[1], inverse[sides[1]] @ at_zero, axis=axis, name="drive"),
-    ]
-    one = robot(*parts, driven("drive"), links=("base", *rest))
-    assert one.mobility.platform == 1
-    y = np.linspace(-0.9, 0.9, 7) * L
-    value = (y0 - y) if swap else (y - y0)
-    poses = one.assemble(actuators={"drive": value})
-    assert np.all(poses.status == ks.Status.OK)
-    np.testing.assert_allclose(poses.actuators["drive"], value, atol=1e-12)
-    for k in range(len(y)):
-        np.testing.assert_allclose(poses.frame("platform")[k], body(y[k]) @ F, atol=1e-10)
-        np.testing.assert_allclose(poses.frame("rod")[k], world @ turn(Z, angle(y[k])), atol=1e-10)
-
-
 @pytest.mark.parametrize("kind", MANY_FREEDOMS)
 def test_a_drive_on_several_freedoms_is_refused(kind):
     P = shift([0.1, 0.2, 0.3])
@@ -202,13 +163,6 @@ def test_a_drive_on_several_freedoms_is_refused(kind):
         ks.RobotFileError, match=f"'closing' is {kind} and cannot be driven; only joints with one freedom can: revolute, "
     ):
         robot(joint("free", "floating", "base", "platform", P), loop(kind, "base", P, "platform", np.eye(4)), driven("closing"))
-
-
-def test_a_fixed_loop_cannot_be_driven():
-    held = Held("fixed", seed=1)
-    text = held.text.replace("</robot>", driven("closing") + "</robot>")
-    with pytest.raises(ks.RobotFileError, match="'closing' is fixed and cannot be driven"):
-        ks.Robot(parse_robot_text(text))
 
 
 # ---- limits ----------------------------------------------------------------------------------------------------------------

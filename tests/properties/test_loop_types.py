@@ -159,37 +159,21 @@ def guided(kind, X, P):
 
 @pytest.mark.few(4)
 @pytest.mark.parametrize("kind", MOVING)
-def test_a_loop_that_is_open_a_little_closes_within_a_tolerance(kind):
-    """The guide has the loop's freedoms, so that no motion makes the opening smaller: as small as what rounded angles leave."""
-    P, _ = skew_frames(8)
-    linear, angular = BLOCKED[kind]
-    X = moved(0.01 * np.array(linear), 0.01 * np.array(angular))
-    one = guided(kind, X, P)
-    metres, radians = opening(kind, X)
-    assert metres > 0 or radians > 0
-    with pytest.raises(ks.AssemblyError) as caught:
-        one.assemble()
-    assert caught.value.residuals["closing"] == pytest.approx((metres, radians), rel=1e-6, abs=1e-12)
-    assert f"loop 'closing' stays {metres:.3g} m" in str(caught.value)
-    pose = one.assemble(closure_tolerance=1e-4)
-    assert pose.residual == pytest.approx(max(metres, radians), rel=1e-6)
-    np.testing.assert_allclose(pose.frame("body"), P, atol=1e-15)
-
-
-@pytest.mark.few(2)
-@pytest.mark.parametrize("kind", MOVING)
 def test_a_loop_that_cannot_close_is_named_with_its_opening(kind):
-    P, _ = skew_frames(9)
-    linear, angular = BLOCKED[kind]
-    X = moved(100 * np.array(linear), 60 * np.array(angular))
-    metres, radians = opening(kind, X)
-    one = guided(kind, X, P)
-    with pytest.raises(ks.AssemblyError, match="loop 'closing' stays") as caught:
-        one.assemble()
-    assert "not even with all joints free" in str(caught.value)
-    # the least squares weigh metres against radians, and may trade one for the other where the motion couples them
-    found = caught.value.residuals["closing"]
-    assert found == pytest.approx((metres, radians), rel=1e-3, abs=1e-9)
+    """The guide has the loop's freedoms, so that no motion closes it; an opening as small as of rounded angles is tolerated."""
+    P, _ = skew_frames(8)
+    linear, angular = map(np.array, BLOCKED[kind])
+    for X, is_small in ((moved(0.01 * linear, 0.01 * angular), True), (moved(100 * linear, 60 * angular), False)):
+        one, (metres, radians) = guided(kind, X, P), opening(kind, X)
+        with pytest.raises(ks.AssemblyError, match="loop 'closing' stays") as caught:
+            one.assemble()
+        # the least squares weigh metres against radians, and may trade one for the other where the motion couples them
+        assert caught.value.residuals["closing"] == pytest.approx((metres, radians), rel=1e-6 if is_small else 1e-3, abs=1e-9)
+        assert ("not even with all joints free" in str(caught.value)) == (not is_small)
+        if is_small:
+            pose = one.assemble(closure_tolerance=1e-4)
+            assert pose.residual == pytest.approx(max(metres, radians), rel=1e-6)
+            np.testing.assert_allclose(pose.frame("body"), P, atol=1e-15)
 
 
 @pytest.mark.few(2)
@@ -280,22 +264,6 @@ def test_batches_over_a_turn_and_along_strokes():
     for index in np.ndindex(poses.shape):
         expected = shift([0, 0, stroke[index]]) @ turn([0, 0, 1], angle[index], c) @ shift(o)
         np.testing.assert_allclose(poses.platform_frame[index], expected, atol=1e-11)
-
-
-@given(seed=seeds, value=st.floats(-50, 50))
-def test_prismatic_over_long_strokes(seed, value):
-    one, _c, o = upright("prismatic", seed % 1000)
-    pose = one.assemble(platform={"z": o[2] + value})
-    np.testing.assert_allclose(pose.platform_frame, shift([o[0], o[1], o[2] + value]), atol=1e-12 * (1 + abs(value)))
-
-
-@given(seed=seeds, x=st.floats(-20, 20), y=st.floats(-20, 20), angle=st.floats(-6, 6))
-def test_planar_over_translations_and_turns(seed, x, y, angle):
-    one, _c, o = upright("planar", seed % 1000)
-    pose = one.assemble(platform={"x": x, "y": y, "rz": angle})
-    expected = turn([0, 0, 1], angle)
-    expected[:3, 3] = [x, y, o[2]]
-    np.testing.assert_allclose(pose.platform_frame, expected, atol=1e-11)
 
 
 @pytest.mark.few(4)

@@ -287,8 +287,9 @@ def test_an_elastic_actuator_gives_way_by_all_of_its_torque_and_what_follows_it_
         np.testing.assert_allclose(twist, moved, atol=1e-7 * np.abs(found.twist).max(), err_msg=link)
     parts = found.source_contributions["actuators"]
     np.testing.assert_allclose(sum(parts.values()), found.twist, atol=1e-10 * np.abs(found.twist).max())
-    compiled = ks.analyze(robot.assemble(actuators=at), engine="compiled")
-    np.testing.assert_allclose(compiled.twist, ks.analyze(robot.assemble(actuators=at), engine="numpy").twist, rtol=1e-9)
+    if seed == 0:
+        one, other = (ks.analyze(robot.assemble(actuators=at), engine=engine) for engine in ("compiled", "numpy"))
+        np.testing.assert_allclose(one.twist, other.twist, rtol=1e-9)
 
 
 def test_an_elastic_actuator_couples_the_legs_that_it_moves() -> None:

@@ -268,26 +268,16 @@ def test_any_serial_limbs_agree_with_finite_elements_in_any_cut(kinds, seed):
 # ---- invariance ----------------------------------------------------------------------------------------------------------
 
 
-@given(names, seeds)
-def test_world_rotation(name, seed):
+@given(names, seeds, st.booleans())
+def test_rotated_and_mirrored_robots(name, seed, is_mirrored):
     case = Case(name, seed)
-    R = sr.random_rotation(case.rng)
-    R6 = np.kron(np.eye(2), R)
-    found = case.again(sr.rotated(case.spec, R), R6 @ case.load, R @ case.gravity)
-    same_twist(found.twist, R6 @ case.result.twist)
-    same(found.stiffness, R6 @ case.result.stiffness @ R6.T)
-    same(found.base_wrench, R6 @ case.result.base_wrench)
-    same_forces(found, case.result)
-
-
-@given(names, seeds)
-def test_mirror(name, seed):
-    case = Case(name, seed)
-    M = np.array([-1.0, 1, 1])
-    M6 = np.concatenate([M, -M])
-    found = case.again(sr.mirrored(case.spec), M6 * case.load, M * case.gravity)
-    same_twist(found.twist, M6 * case.result.twist)
-    same(found.stiffness, case.result.stiffness * np.outer(M6, M6))
+    M = np.diag([-1.0, 1, 1]) if is_mirrored else sr.random_rotation(case.rng)
+    M6 = np.kron(np.diag([1.0, np.linalg.det(M)]), M)
+    spec = sr.mirrored(case.spec) if is_mirrored else sr.rotated(case.spec, M)
+    found = case.again(spec, M6 @ case.load, M @ case.gravity)
+    same_twist(found.twist, M6 @ case.result.twist)
+    same(found.stiffness, M6 @ case.result.stiffness @ M6.T)
+    same(found.base_wrench, M6 @ case.result.base_wrench)
     same_forces(found, case.result)
 
 
@@ -342,12 +332,10 @@ def section_wrenches(beam):
     return beam.section_wrenches @ np.kron(np.eye(2), beam.axes).T
 
 
-@given(names, seeds, st.integers(2, 5), st.booleans())
+@given(names, seeds, st.integers(2, 3), st.booleans())
 def test_splitting_beams(name, seed, n, own_mass):
-    if own_mass and name in TELESCOPIC:
-        own_mass = False
     case = Case(name, seed)
-    spec = sr.with_link_masses(case.spec) if own_mass else case.spec
+    spec = sr.with_link_masses(case.spec) if own_mass and name not in TELESCOPIC else case.spec
     found = case.again(sr.split(spec, n))
     same_twist(found.twist, case.result.twist)
     same(found.stiffness, case.result.stiffness)
@@ -457,19 +445,12 @@ def work_of_weights(case, found, displaced):
 
 
 @given(names, seeds)
-def test_betti(name, seed):
-    case = Case(name, seed)
-    first = ks.analyze(case.pose, case.load, (0, 0, 0))
-    second = ks.analyze(case.pose, (0, 0, 0, 0, 0, 0), case.gravity)
-    one, other = case.load @ second.twist, work_of_weights(case, second, first)
-    scale = float(np.sqrt(first.strain_energy * second.strain_energy))
-    assert one == pytest.approx(other, rel=1e-8, abs=1e-9 * scale)
-
-
-@given(names, seeds)
-def test_clapeyron(name, seed):
+def test_betti_and_clapeyron(name, seed):
     case = Case(name, seed)
     found = case.result
+    first, second = ks.analyze(case.pose, case.load, (0, 0, 0)), ks.analyze(case.pose, np.zeros(6), case.gravity)
+    scale = float(np.sqrt(first.strain_energy * second.strain_energy))
+    assert case.load @ second.twist == pytest.approx(work_of_weights(case, second, first), rel=1e-8, abs=1e-9 * scale)
     work = (case.load @ found.twist + work_of_weights(case, found, found)) / 2
     assert work == pytest.approx(float(found.strain_energy), rel=1e-8)
     assert sum(beam.strain_energy for beam in found.beams.values()) == pytest.approx(found.strain_energy)

@@ -108,17 +108,16 @@ def arm(*more, driven=True, elastic=True, kind="revolute"):
     return robot(*parts, *more)
 
 
-def two_columns(warm=True):
+def two_columns():
     """Two equal vertical columns, 0.4 apart, clamped to base and platform."""
-    alpha = f' thermal_expansion="{THERMAL_EXPANSION}"' if warm else ""
     column = (
-        '<beam link="{0}" from="foot_{0}" to="head_{0}" youngs_modulus="{1}" poisson_ratio="0.3" density="0"{2} '
-        'shear_coefficient="inf"><circle diameter="0.05"/></beam>'
+        '<beam link="{0}" from="foot_{0}" to="head_{0}" youngs_modulus="{1}" poisson_ratio="0.3" density="0" '
+        'thermal_expansion="{2}" shear_coefficient="inf"><circle diameter="0.05"/></beam>'
     )
     parts = [link("base"), link("a"), link("b"), link("platform", 5.0)]
     parts += [joint("foot_a", "fixed", "base", "a"), joint("foot_b", "fixed", "base", "b", "0.4 0 0")]
     parts += [joint("head_a", "fixed", "a", "platform", "0 0 1"), loop("head_b", "fixed", "b", "platform", "0 0 1", "0.4 0 0")]
-    parts += [column.format(name, E, alpha) for name in "ab"]
+    parts += [column.format(name, E, THERMAL_EXPANSION) for name in "ab"]
     return ks.Robot(
         parse_robot_text(f'<robot name="r">{"".join(parts)}<platform link="platform"><origin xyz="0.2 0 0"/></platform></robot>')
     )

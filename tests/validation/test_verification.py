@@ -139,7 +139,7 @@ def inside_a_joint(at, name):
     try:
         ks.analyze(at, loads={name: [0] * 6})
     except ks.ArgumentError as error:
-        return "inside the joint" in str(error)
+        return "which form one joint" in str(error)
     return False
 
 

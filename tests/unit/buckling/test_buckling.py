@@ -354,10 +354,14 @@ def test_hybrids(seed):
 
 
 @pytest.mark.few(3)
-@pytest.mark.parametrize("name", package_robots.NAMES)
+@pytest.mark.parametrize("name", [*package_robots.NAMES, 2, 10])
 def test_what_is_surely_stable_does_not_buckle(name):
     """Without gravity the ratio grows with the load: random loads at a tenth to twice those at which the robot buckles."""
-    robot, rng = package_robots.robot(name), np.random.default_rng(1)
+    if isinstance(name, int):  # the seed of a random hybrid, with soft modes beside stiff closures of loops
+        robot = hybrid_robots.write_randomly(hybrid_robots.random_hybrid(name), name)[1].robot()
+    else:
+        robot = package_robots.robot(name)
+    rng = np.random.default_rng(1)
     structure, directions = robot.members.structure, rng.standard_normal((12, 6)) * [1, 1, 1, 0.3, 0.3, 0.3]
 
     def forces(loads):
@@ -372,19 +376,8 @@ def test_what_is_surely_stable_does_not_buckle(name):
     sure = surely_stable(structure, forces(loads)).reshape(len(times), -1)
     assert not np.any(sure[times > 1])
     assert np.mean(sure[times == 0.1]) > 0.9
-
-
-@pytest.mark.few(1)
-@pytest.mark.parametrize("seed", [2, 10])
-def test_soft_modes_beside_stiff_closures_are_not_missed(seed):
-    """Just beyond the critical load, found by eigenvalues, the robot buckles, however stiff its loops are closed; before, not."""
-    robot = hybrid_robots.write_randomly(hybrid_robots.random_hybrid(seed), seed)[1].robot()
-    loads = np.random.default_rng(0).uniform(-1, 1, (8, 6))
-    found = ks.analyze(robot.assemble(), loads, (0, 0, 0))
-    ratios = np.max([beam.euler_ratio for beam in found.beams.values()], axis=0)
-    for times in (0.999, 1.001):
-        critical = ks.analyze(robot.assemble(), times * loads / ratios[:, None], (0, 0, 0))
-        assert np.all(critical.buckles == (times > 1))
+    buckles = ks.analyze(robot.assemble(), loads, (0, 0, 0)).buckles.reshape(len(times), -1)
+    assert np.all(buckles == (times > 1)[:, None])
 
 
 def test_a_leg_of_a_hexapod_is_one_member():
@@ -421,18 +414,6 @@ def test_members_of_other_modes_have_their_own_ratios():
         force, length = float(beam.section_wrenches[0, 0]), float(beam.length)
         bend = beam.description.youngs_modulus * beam.description.section.I_y
         assert beam.euler_ratio == pytest.approx(max(-force, 0) / euler(length, 1, bend), rel=2e-3, abs=1e-4)
-
-
-@pytest.mark.few(1)
-@pytest.mark.parametrize("n", [2, 3])
-@pytest.mark.parametrize("seed", range(3))
-def test_splitting_beams_changes_no_ratio(n, seed):
-    spec = sr.gough(telescopic=False, seed=seed)
-    rng = np.random.default_rng(seed)
-    load = (*rng.normal(size=2) * 1e4, -1e5, *rng.normal(size=3) * 1e3)
-    one, more = pushed(spec, load), pushed(sr.split(spec, n), load)
-    for name, beam in one.beams.items():
-        assert float(more.beams[name].euler_ratio) == pytest.approx(float(beam.euler_ratio), rel=1e-5)
 
 
 # ---- what is said ----------------------------------------------------------------------------------------------------------

@@ -140,7 +140,7 @@ def test_assembly_errors_of_a_batch():
         ({"revolute_1": {"length": 1e-4}}, "'twist' and 'frame'"),
         ({"rod_1": [0] * 6}, "'length'"),
         ({"rod_1": {"lenght": 1e-4}}, "'length'"),
-        ({"rod_1": {"temperature": 10}}, "thermal_expansion"),
+        ({"rod_1": {"temperature": [0.0, 10.0]}}, "thermal_expansion"),
         ({"rod_1": {"length": np.nan}}, "not finite"),
         ([1, 2], "mapping"),
     ],
@@ -188,7 +188,6 @@ def test_a_beam_and_a_joint_of_one_name_are_told_apart_by_what_is_given(value):
     np.testing.assert_allclose(warm.twist[2], 25 * ALPHA, rtol=1e-9)
 
 
-STILL = (0, 0, 0)
 Y = (0.0, 1.0, 0.0)
 CIRCLE = '<circle diameter="0.02"/>'
 
@@ -200,12 +199,9 @@ def test_rigid_limbs_cannot_follow_an_error_across_their_plane(size):
     across = ks.analyze(pose, gravity=STILL, assembly_errors={"other_head": [0, size, 0, 0, 0, 0]}, on_failure="nan")
     assert np.isnan(across.twist).any() and across.indeterminate
     assert np.isnan(across.contributions["assembly_errors"]).any() and np.isfinite(across.contributions["load"]).all()
-
-
-def test_contradictions_are_complained_of():
-    assembly_errors = {"other_head": [0, 1e-3, 0, 0, 0, 0], "foot": [1e-3, 0, 0, 0, 0, 0]}
+    assembly_errors = {"other_head": [0, size, 0, 0, 0, 0], "foot": [size, 0, 0, 0, 0, 0]}
     with pytest.raises(ks.StaticsError, match="the assembly errors of foot, other_head contradict one another in rigid parts"):
-        ks.analyze(rigid_limbs().assemble(), gravity=STILL, assembly_errors=assembly_errors)
+        ks.analyze(pose, gravity=STILL, assembly_errors=assembly_errors)
 
 
 def test_rigid_limbs_follow_an_error_in_their_plane():
@@ -239,16 +235,11 @@ def ring(stem=True):
 @pytest.mark.parametrize("stem", [True, False])
 def test_rigid_rings_cannot_follow_errors_across_their_plane(stem):
     """Nor where the whole limb is rigid."""
-    pose = ring(stem).assemble()
-    found = ks.analyze(pose, gravity=STILL, assembly_errors={"right_head": [0, 1e-3, 0, 0, 0, 0]}, on_failure="nan")
+    pose, off = ring(stem).assemble(), np.array([0, 1e-3, 0, 0, 0, 0])
+    found = ks.analyze(pose, gravity=STILL, assembly_errors={"right_head": off}, on_failure="nan")
     assert np.isnan(found.contributions["assembly_errors"]).any() and np.isfinite(found.contributions["load"]).all()
     # both hinges of one rod too far out by as much: it only stands elsewhere
-    found = ks.analyze(
-        pose,
-        gravity=STILL,
-        assembly_errors={"right_head": [0, -1e-3, 0, 0, 0, 0], "right_foot": [0, 1e-3, 0, 0, 0, 0]},
-        on_failure="nan",
-    )
+    found = ks.analyze(pose, gravity=STILL, assembly_errors={"right_head": -off, "right_foot": off})
     assert np.isfinite(found.twist).all()
 
 
@@ -268,10 +259,8 @@ def test_what_hangs_on_the_platform_is_the_platform_s():
     lamp = found.link_contributions["lamp"]
     E, inertia, area = 2.0e11, np.pi * 0.02**4 / 64, np.pi * 0.02**2 / 4
     q, L, P = RHO * area * 10, 0.3, 20.0
-    sag, slope = (
-        P * L**3 / (3 * E * inertia) + q * L**4 / (8 * E * inertia),
-        P * L**2 / (2 * E * inertia) + q * L**3 / (6 * E * inertia),
-    )
+    sag = (P / 3 + q * L / 8) * L**3 / (E * inertia)
+    slope = (P / 2 + q * L / 6) * L**2 / (E * inertia)
     rigid = {name: found.contributions[name].copy() for name in lamp}
     for twist in rigid.values():
         twist[:3] += np.cross(twist[3:], [0.5, 0, 0])
@@ -302,10 +291,3 @@ def test_where_forces_are_undetermined_the_twist_is_that_of_stiff_parts(rigid):
     found, wanted = (ks.analyze(robot.assemble(actuators=at), load) for robot in (one, other))
     assert (found.status == ks.Status.INDETERMINATE).all()
     np.testing.assert_allclose(found.twist, wanted.twist, rtol=1e-4, atol=2e-9)
-
-
-def test_warmth_needs_a_thermal_expansion():
-    pose = two_columns(warm=False).assemble()
-    with pytest.raises(ks.ArgumentError, match=r"beam 'a' has no thermal_expansion"):
-        ks.analyze(pose, gravity=STILL, assembly_errors={"a": {"temperature": [0.0, 20.0]}})
-    assert ks.analyze(pose, gravity=STILL, assembly_errors={"a": {"temperature": 0.0, "length": 1e-4}}).twist[2] > 0
