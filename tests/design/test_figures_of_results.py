@@ -16,31 +16,20 @@ LOAD = [0, 100, -500, 0, 0, 0]
 TURN = np.linspace(0, 2 * np.pi, 9)
 
 
-@pytest.fixture(scope="module")
-def found():
+def test_paths_are_lines_in_the_units_of_maps():
     cone = {"z": 0.5, "azimuth": TURN, "tilt": 0.1}
-    return ks.compensate(package_robots.robot("3rps").assemble(platform=cone, orientation="tilt_torsion"), LOAD)
-
-
-@pytest.mark.parametrize(
-    "what, values, ylabel",
-    [
-        ("uncorrected_error:x", lambda found: 1e9 * found.uncorrected_error[:, 0], "displacement along x, uncorrected [nm]"),
-        ("residual_error:rx", lambda found: 1e9 * found.residual_error[:, 3], "residual rotation about x [nrad]"),
-        (
-            "actuator_correction:prismatic_2",
-            lambda found: 1e9 * found.corrections["prismatic_2"],
-            "correction of prismatic_2 [nm]",
-        ),
-        ("actuator_force:prismatic_1", lambda found: found.actuator_forces["prismatic_1"], "force of prismatic_1 [N]"),
-    ],
-)
-def test_paths_are_lines_in_the_units_of_maps(found, what, values, ylabel):
-    ax = ks.plot.line(found.to_dataset({"azimuth": TURN}), what)
-    (line,) = ax.get_lines()
-    np.testing.assert_allclose(line.get_xdata(), np.degrees(TURN), atol=1e-9)
-    np.testing.assert_allclose(line.get_ydata(), values(found), rtol=1e-12, atol=1e-9)
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("azimuth [°]", ylabel)
+    found = ks.compensate(package_robots.robot("3rps").assemble(platform=cone, orientation="tilt_torsion"), LOAD)
+    for what, values, ylabel in (
+        ("uncorrected_error:x", 1e9 * found.uncorrected_error[:, 0], "displacement along x, uncorrected [nm]"),
+        ("residual_error:rx", 1e9 * found.residual_error[:, 3], "residual rotation about x [nrad]"),
+        ("actuator_correction:prismatic_2", 1e9 * found.corrections["prismatic_2"], "correction of prismatic_2 [nm]"),
+        ("actuator_force:prismatic_1", found.actuator_forces["prismatic_1"], "force of prismatic_1 [N]"),
+    ):
+        ax = ks.plot.line(found.to_dataset({"azimuth": TURN}), what)
+        (line,) = ax.get_lines()
+        np.testing.assert_allclose(line.get_xdata(), np.degrees(TURN), atol=1e-9)
+        np.testing.assert_allclose(line.get_ydata(), values, rtol=1e-12, atol=1e-9)
+        assert (ax.get_xlabel(), ax.get_ylabel()) == ("azimuth [°]", ylabel)
 
 
 def test_the_command_draws_what_another_wrote(tmp_path, capsys):

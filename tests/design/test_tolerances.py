@@ -168,14 +168,16 @@ def test_samples_are_robots_with_their_parameters(legs):
 def test_samples_of_sizes_and_assembly_errors_are_robots_with_both():
     """A robot with the sample's modulus and the sample's errors, in one analysis, in full; one by one with a payload too."""
     where = {"z": 0.6, "rx": -0.1, "ry": 0.2}
-    off = {"youngs_modulus": "5%", "revolute_1.error.ry": "0.01mrad", "rod_2.error.length": "1um"}
+    off = {"rod_1.youngs_modulus": "5%", "revolute_1.error.ry": "0.01mrad", "rod_2.error.length": "1um"}
+    robot = package_robots.robot("2pru_upr")
     for tool, payload in (((0.05, 0, 0.2), None), (None, ks.Payload(3.0))):
         options = {"load": LOAD, "payload": payload}
-        found = ks.tolerances(package_robots.robot("2pru_upr").assemble(platform=where), off, samples=3, tool=tool, **options)
+        found = ks.tolerances(robot.assemble(platform=where), off, samples=2, tool=tool, **options)
         assert found.at_once == (payload is None) and found.ranked_by == "force"
-        for k in range(3):
+        for k in range(2):
             value = {name: float(row[k]) for name, row in found.values.items()}
-            pose = package_robots.robot("2pru_upr", youngs_modulus=value["youngs_modulus"]).assemble(platform=where)
+            one = ks.Robot(robot.description.changed("rod_1", youngs_modulus=value["rod_1.youngs_modulus"]))
+            pose = one.assemble(platform=where)
             misfits = {
                 "revolute_1": {"twist": [0, 0, 0, 0, value["revolute_1.error.ry"], 0], "frame": "joint"},
                 "rod_2": {"length": value["rod_2.error.length"]},
@@ -207,7 +209,7 @@ def test_rigid_limbs_that_overconstrain_one_another_are_analysed_robot_by_robot(
     description = package_robots.robot("2pru_upr").description.without_beam("rod_1").without_beam("rod_2")
     description, where = replace(description, joint_stiffness={}), {"z": 0.55, "rx": 0.1, "ry": 0.05}
     pose = ks.Robot(description).assemble(platform=where)
-    found = ks.tolerances(pose, {"platform.mass": "10%"}, samples=4)
+    found = ks.tolerances(pose, {"platform.mass": "10%"}, samples=2)
     mass = description.links["platform"].mass
     heavy = ks.analyze(ks.Robot(description.changed("platform", mass=1.1 * mass)).assemble(platform=where))
     more = heavy.twist - found.result.twist
@@ -217,21 +219,12 @@ def test_rigid_limbs_that_overconstrain_one_another_are_analysed_robot_by_robot(
     assert not found.at_once and np.abs(more).max() > 1e-9
 
 
-def test_a_payload_is_analysed_robot_by_robot(cantilever):
-    """m g L³/3EI of a payload; first order by differences then."""
-    found = ks.tolerances(cantilever, {"E": "1%"}, payload=ks.Payload(10.0), samples=12, gravity=(0, 0, -9.81))
-    assert not found.at_once and np.isnan(found.difference)
-    whole = found.nominal.displacement
-    assert found.worst_case.displacement == pytest.approx(0.01 * whole, rel=1e-5)
-    np.testing.assert_allclose(found.samples.twist[:, 2] * found.values["E"], -whole * E_MODULUS, rtol=1e-9)
-
-
 def test_robots_that_cannot_be_made_do_not_count():
     """A modulus below zero makes no robot: its numbers are missing, and are no zeros."""
     pose = package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.0})
-    found = ks.tolerances(pose, {"rod_1.youngs_modulus": "600%"}, samples=8, payload=ks.Payload(1.0), load=LOAD)
+    found = ks.tolerances(pose, {"rod_1.youngs_modulus": "600%"}, samples=5, payload=ks.Payload(1.0), load=LOAD)
     none = found.values["rod_1.youngs_modulus"] <= 0
-    assert 0 < none.sum() < 8
+    assert 0 < none.sum() < 5
     for name in ("displacement", "rz", "prismatic_2"):
         np.testing.assert_array_equal(np.isnan(found.samples.named(name)), none)
     assert f"{none.sum()} samples cannot reach this pose and do not count" in " ".join(str(found).split())
@@ -240,9 +233,9 @@ def test_robots_that_cannot_be_made_do_not_count():
 def test_robots_whose_loops_do_not_close_do_not_count():
     """Near the edge of its workspace an arm of a five-bar may be too short: l1 + l2 < distance, in a plane."""
     pose = package_robots.robot("five_bar").assemble(platform={"x": 0.0, "y": 0.435})
-    found = ks.tolerances(pose, {"distal_length": "10mm"}, samples=15, seed=4, load=[1, 0, 0, 0, 0, 0])
+    found = ks.tolerances(pose, {"distal_length": "10mm"}, samples=6, seed=4, load=[1, 0, 0, 0, 0, 0])
     short = 0.23 + found.values["distal_length"] < np.hypot(0.275 / 2, 0.435)
-    assert found.at_once and 0 < short.sum() < 8
+    assert found.at_once and 0 < short.sum() < 6
     np.testing.assert_array_equal(np.isnan(found.samples.displacement), short)
 
 

@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from maps import near
 from page_code import run_python, text_of
+from small_robots import four_bar, robot_of
 
 import kinetostatics as ks
 from kinetostatics.files.bundled import robot_path
@@ -102,11 +103,6 @@ def test_maps_say_how_gravity_acts(robot, small):
         assert ds[name].attrs["long_name"] and set(ds[ds[name].attrs["unit_coordinate"]].dims) <= set(ds[name].dims)
 
 
-def test_drives_that_are_redundant_share_what_deforms():
-    forces = ks.sweep("anymal_standing", outputs=["gravity_mechanisms"])["actuator_gravity_mechanism"]
-    assert float(abs(forces.sel(mechanism="deformation")).max()) > 0.1
-
-
 def test_layout_and_units(small):
     grid = ("z", "rx", "ry")
     assert {name: small[name].dims[:3] for name in ("status", "mode", "twist", "stiffness", "q")} == dict.fromkeys(
@@ -168,6 +164,18 @@ def test_numbers_are_held_and_drives_can_be_swept(robot):
     check_pose(ds, {"prismatic_2": 0.03}, result)
 
 
+def test_other_arguments_of_analyze_and_other_conventions(robot):
+    errors = {"rod_1": {"length": 1e-4}}
+    grid = {"z": 0.5, "azimuth": np.radians([-170, 30]), "tilt": np.radians([5.0, 10.0])}
+    ds = ks.sweep(robot, grid, orientation="tilt_torsion", assembly_errors=errors)
+    assert list(ds["platform_coordinate"].values) == ["x", "y", "z", "azimuth", "tilt", "torsion"]
+    assert "assembly_errors" in ds["source"].values and json.loads(ds.attrs["arguments"])["assembly_errors"] == errors
+    at = {"azimuth": grid["azimuth"][0], "tilt": grid["tilt"][1]}
+    pose = robot.assemble(platform={"z": 0.5, **at}, orientation="tilt_torsion")
+    check_pose(ds, at, ks.analyze(pose, assembly_errors=errors))
+    assert float(ds["platform_pose"].sel(at).sel(platform_coordinate="tilt")) == pytest.approx(at["tilt"])
+
+
 def test_cases_of_loads_are_dimensions_with_names(robot):
     z = [0.5, 0.6]
     load = xr.DataArray(
@@ -218,25 +226,6 @@ def test_wrenches_that_a_parameter_changes_are_not_mixed_up(tmp_path):
     np.testing.assert_allclose(ds["twist"].sel(hinge="pin"), ds["twist"].sel(hinge="revolute"), rtol=1e-13, atol=1e-20)
 
 
-def test_tilt_and_torsion():
-    robot = package_robots.robot("3rps")
-    grid = {"z": 0.5, "azimuth": np.radians([-170, 30]), "tilt": np.radians([5.0, 10.0])}
-    ds = ks.sweep(robot, grid, orientation="tilt_torsion")
-    assert list(ds["platform_coordinate"].values) == ["x", "y", "z", "azimuth", "tilt", "torsion"]
-    at = {"azimuth": grid["azimuth"][0], "tilt": grid["tilt"][1]}
-    result = ks.analyze(robot.assemble(platform={"z": 0.5, **at}, orientation="tilt_torsion"))
-    check_pose(ds, at, result)
-    assert float(ds["platform_pose"].sel(at).sel(platform_coordinate="tilt")) == pytest.approx(at["tilt"])
-
-
-def test_assembly_errors_are_a_contribution(robot):
-    assembly_errors = {"rod_1": {"length": 1e-4}}
-    ds = ks.sweep(robot, {"z": [0.5, 0.6], "rx": 0.0, "ry": 0.0}, assembly_errors=assembly_errors)
-    result = ks.analyze(robot.assemble(platform={"z": 0.6, "rx": 0.0, "ry": 0.0}), assembly_errors=assembly_errors)
-    assert "assembly_errors" in ds["source"].values and json.loads(ds.attrs["arguments"])["assembly_errors"] == assembly_errors
-    check_pose(ds, {"z": 0.6}, result)
-
-
 def test_what_is_not_reached_is_nan_and_says_so():
     ds = ks.sweep("2pru_upr", {"z": [0.6, 0.9, 5.0], "rx": [0.0, 0.1], "ry": 0.0}, orientation="XYZ")
     status = ds["status"].values
@@ -274,6 +263,9 @@ def test_what_is_not_reached_is_nan_and_says_so():
         ({"out": "no/such/folder/map.nc"}, "there is no folder"),
         ({"out": "map.nc", "chunks": {"z": 1}}, "out= or chunks="),
         ({"parameters": {"rod_diameter": [0.1]}}, "give its path instead of a loaded robot"),
+        ({"outputs": ["twists"]}, "no output 'twists': did you mean 'twist'"),
+        ({"outputs": ["twist", "spring_force"]}, "'3rps' has no spring: there is no output 'spring_force'"),
+        ({"outputs": "twist"}, r"outputs is 'twist'; it must be a sequence of names, such as \["),
     ],
 )
 def test_what_makes_no_sense_is_refused(robot, tmp_path, monkeypatch, arguments, message):
@@ -324,19 +316,6 @@ def test_outputs_are_all_that_is_computed_and_stored(small, robot, tmp_path, mon
     np.testing.assert_array_equal(few["twist"].values, small["twist"].values)
     with pytest.raises(ks.ArgumentError, match="the map has no 'stiffness'; sweep with 'stiffness' among the outputs"):
         ks.indices.quantity(few, "stiffness:x:x")
-
-
-@pytest.mark.parametrize(
-    ("outputs", "words"),
-    [
-        (["twists"], "no output 'twists': did you mean 'twist'"),
-        (["twist", "spring_force"], "'3rps' has no spring: there is no output 'spring_force'"),
-        ("twist", r"outputs is 'twist'; it must be a sequence of names, such as \["),
-    ],
-)
-def test_outputs_that_there_are_not_are_told(outputs, words, robot):
-    with pytest.raises(ks.ArgumentError, match=words):
-        ks.sweep(robot, GRID, outputs=outputs)
 
 
 def test_the_extra_is_named_when_it_is_missing(robot, monkeypatch):
@@ -437,20 +416,9 @@ def test_the_command_says_when_it_is_interrupted_and_when_there_is_nothing_to_do
     assert said.endswith("m.nc was there already\n") and not re.search(r"\d s$", said, re.MULTILINE)
 
 
-def test_lists_and_ranges_of_the_command(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    command(*"3rps --actuators prismatic_1=-10mm,0.01 prismatic_2=0:20mm:3 prismatic_3=0 --quiet --out m.zarr".split())
-    assert capsys.readouterr().out == ""
-    with xr.open_dataset("m.zarr", engine="zarr") as found:
-        np.testing.assert_allclose(found["prismatic_1"], [-0.01, 0.01])
-        np.testing.assert_allclose(found["prismatic_2"], [0, 0.01, 0.02])
-        assert float(found["prismatic_3"]) == 0
-
-
 @pytest.mark.parametrize(
     "line, message",
     [
-        ("3rps --platform z=0.4:0.5 rx=0 ry=0 --out m.nc", "does not give the number of values"),
         ("3rps --platform z=0.4:0.5:1 rx=0 ry=0 --out m.nc", "must be at least 2"),
         ("3rps --platform z=0.4:5deg:3 rx=0 ry=0 --out m.nc", "is an angle, but a length is needed"),
         ("3rps --platform z=0.4:0.6:100000000000 rx=0 ry=0 --out m.nc", "z: 100000000000 values are too many; at most 1,000,000"),
@@ -505,3 +473,21 @@ def test_maps_of_robots_with_springs_have_their_forces():
         np.testing.assert_allclose(ds["spring_force"].sel(spring=name), k * (length - 0.4), rtol=1e-12)
         for drawn in ks.indices.quantity(ds, f"spring_force:{name}"):  # of each load
             np.testing.assert_array_equal(drawn, ds["spring_force"].sel(spring=name))
+
+
+def test_both_engines_make_the_same_map(tmp_path, monkeypatch):
+    monkeypatch.setenv("KINETOSTATICS_CACHE", str(tmp_path / "code"))
+    robot = robot_of(four_bar())
+    [drive] = robot.description.driven
+    grid = {"actuators": {drive: np.linspace(-0.5, 9.0, 21)}, "gravity": [0.1, 0.2, -9.81], "progress": False, "workers": 1}
+    numpy, compiled = (ks.sweep(robot, **grid, engine=engine) for engine in ("numpy", "compiled"))
+    assert list((tmp_path / "code").iterdir())
+    assert set(numpy) == set(compiled) and numpy.sizes == compiled.sizes and (numpy["status"] < 2).sum() > 3
+    for name in numpy:
+        one, other = numpy[name].values, compiled[name].values
+        if one.dtype.kind == "f":
+            np.testing.assert_allclose(other, one, rtol=0, atol=1e-10 * np.nanmax(np.abs(one), initial=1e-3), err_msg=name)
+        else:
+            np.testing.assert_array_equal(other, one, err_msg=name)
+    with pytest.raises(ks.ArgumentError, match="engine is 'fast'"):
+        ks.sweep(robot, **grid, engine="fast")

@@ -1,14 +1,229 @@
-"""Warnings of buckling, of statically indeterminate forces, and measures of nearly singular poses, of parts made by hand."""
+"""Warnings: one list for robot and results; masses, rigid bearings, nearly singular poses, buckling, indeterminate forces."""
 
+from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import package_robots
 import pytest
+from odd_robots import beyond_limits
+from places import TESTS
+from swinging_plate import STEEL, Y, parallelogram
 
 import kinetostatics as ks
+from kinetostatics.checks import check
+from kinetostatics.cli.main import main
+from kinetostatics.description import Beam, Joint, JointStiffness, Link, Origin, RobotDescription
 from kinetostatics.results import warnings
-from kinetostatics.results.warnings import NearSingularity, _bases, _joint_forces, indeterminate_parts
+from kinetostatics.results.warnings import (
+    LEAST_CONSTRAINT,
+    NearSingularity,
+    _bases,
+    _joint_forces,
+    _large_motions,
+    _open_loops,
+    indeterminate_parts,
+    near_singularity,
+)
+from kinetostatics.sections import Tube
+from kinetostatics.viewer.scene import describe_scene
+
+RIGID = "bearings and actuators count as rigid"
+SHAPE = '<visual><geometry><sphere radius="0.1"/></geometry></visual>'
+
+
+@pytest.fixture(autouse=True)
+def in_root(monkeypatch, request):
+    monkeypatch.chdir(request.config.rootpath)
+
+
+def warnings_of(description):
+    return check.robot_facts(ks.Robot(description)).warnings
+
+
+# ---- bearings --------------------------------------------------------------------------------------------------------
+
+
+def test_rigid_bearings_are_an_assumption_that_check_tells():
+    plain = parallelogram()
+    assert RIGID in str(ks.Robot(plain)) and warnings_of(plain) == []
+    assert RIGID not in str(ks.Robot(plain.with_part(JointStiffness("a", drive=1e5))))
+
+
+def test_a_welded_frame_has_no_bearings():
+    welded = RobotDescription.of(
+        "mast",
+        links=[Link("ground"), Link("mast"), Link("top", 2.0)],
+        joints=[Joint("foot", "fixed", "ground", "mast"), Joint("head", "fixed", "mast", "top", Origin((0, 0, 1.0)))],
+        platform="top",
+        beams=[Beam("mast", Tube.of(0.05), STEEL)],
+    )
+    assert RIGID not in str(ks.Robot(welded))
+
+
+# ---- masses ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_platform_without_mass():
+    text = "the platform has no mass: give its link an <inertial>"
+    assert text not in warnings_of(parallelogram()) and text in warnings_of(parallelogram(plate=0.0))
+    meant = parallelogram(plate=0.0)
+    meant = meant.with_part(replace(meant.links["plate"], has_inertial=True))
+    assert text not in warnings_of(meant)
+    assert text not in warnings_of(parallelogram(plate=0.0).with_payload("tool", "plate", 1.0))
+    drawn = parallelogram(plate=0.0).changed("plate", extra=SHAPE)
+    assert sum("mass" in warning for warning in warnings_of(drawn)) == 1  # one word of one thing
+
+
+def test_limbs_that_weigh_nothing():
+    bare = parallelogram().without_beam("right")
+    assert "limb_2 weighs nothing: its links have no <inertial>" in warnings_of(bare)
+    both = bare.without_beam("left")
+    assert "limb_1 and limb_2 weigh nothing: their links have no <inertial>" in warnings_of(both)
+    assert not any("no <inertial>" in text for text in warnings_of(bare.changed("right", mass=1.0)))
+    assert not any("no <inertial>" in text for text in warnings_of(bare.changed("right", has_inertial=True)))
+    drawn = warnings_of(both.changed("left", extra=SHAPE))
+    assert sum("no <inertial>" in text or "a shape" in text for text in drawn) == 1
+    nothing = warnings_of(parallelogram(plate=0.0).without_beam("right").without_beam("left"))
+    assert "nothing in the file has a mass" in nothing and not any("<inertial>" in text for text in nothing)
+
+
+def test_drawn_links_without_mass():
+    """A motor on a beam's joint, drawn and not weighed; not so where it is welded to what weighs, or says that it weighs 0."""
+    text = "motor has a shape but no mass: add an <inertial>, with the mass 0 if it is massless"
+    plain = parallelogram()
+
+    def slid(motor):
+        """The left rod stands on a slider that is drawn."""
+        moved = plain.with_part(motor).with_part(Joint("s", "prismatic", "ground", "motor", axis=(1.0, 0, 0), lower=-1, upper=1))
+        return replace(moved.with_part(replace(moved.joints["a"], parent="motor")), driven=("a", "s"))
+
+    assert text in warnings_of(slid(Link("motor", extra=SHAPE)))
+    assert text in warnings_of(slid(Link("motor", extra=SHAPE.replace("visual", "collision"))))
+    for motor in (Link("motor"), Link("motor", 2.0, extra=SHAPE), Link("motor", extra=SHAPE, has_inertial=True)):
+        assert text not in warnings_of(slid(motor))
+    welded = slid(Link("motor", extra=SHAPE)).with_payload("rotor", "motor", 1.0)
+    assert text not in warnings_of(welded)
+    two = slid(Link("motor", extra=SHAPE)).with_part(Link("flag", extra=SHAPE)).with_part(Joint("f", "fixed", "motor", "flag"))
+    assert any(warning.startswith("motor and flag have shapes but no mass") for warning in warnings_of(two))
+
+
+def test_no_false_alarms_for_the_shipped_robots():
+    texts = [(Path("tests/golden") / f"{name}.txt").read_text(encoding="utf-8") for name in ks.robots()]
+    assert len(texts) == 16
+    for text in texts:
+        warned = text[text.index("\nWarnings") :]
+        assert "mass" not in warned and "weigh" not in warned and "singular" not in warned
+
+
+# ---- nearly singular poses -------------------------------------------------------------------------------------------
+
+
+def gough_at(degrees):
+    """The hexapod turned about the vertical: at a quarter turn it is singular (Fichter, 1986)."""
+    robot = package_robots.robot("gough_stewart")
+    z = float(robot.assemble().platform["z"])
+    return ks.analyze(robot.assemble(platform={"x": 0, "y": 0, "z": z, "rx": 0, "ry": 0, "rz": np.radians(degrees)}))
+
+
+def test_the_constraint_index_is_the_smallest_singular_value_of_the_legs_lines():
+    """Each leg can only push and pull along itself; moments are divided by the robot's length. All poses in one batch."""
+    result = gough_at(np.array([0, 40, 88.5]))
+    indices = near_singularity(result).constraint_index
+    for k in range(3):
+        o, rods = result.configuration.platform_frame[k, :3, 3], [b for name, b in result.beams.items() if name.startswith("rod")]
+        lines = np.array(
+            [[*b.axes[k, :, 0], *np.cross(b.points[k, -1] - o, b.axes[k, :, 0]) / result.robot.length] for b in rods]
+        )
+        lines /= np.linalg.norm(lines, axis=1)[:, None]
+        assert indices[k] == pytest.approx(np.linalg.svd(lines, compute_uv=False)[-1], rel=1e-9)
+
+
+def test_poses_near_a_singular_one_are_warned_of():
+    """The index falls with the angle to the quarter turn; the warning begins where it is 1/50."""
+    low, high = 85.0, 89.0
+    for _ in range(2):  # the index is nearly linear in the angle
+        (a, b), span = near_singularity(gough_at(np.array([low, high]))).constraint_index, high - low
+        limit = low + span * (a - LEAST_CONSTRAINT) / (a - b)
+        low, high = limit - span / 1e3, limit + span / 1e3
+    before, after = gough_at(low), gough_at(high)
+    assert near_singularity(before).constraint_index[0] == pytest.approx(LEAST_CONSTRAINT, rel=1e-4)
+    assert not any("singular" in text for text in before.warnings) and after.status == before.status
+    (text,) = [text for text in after.warnings if "singular" in text]
+    motion = "a rotation about the axis (0, 0, 1) through o + (0, 0, 0) m with a pitch of -0.066"
+    assert text.startswith(f"the pose is nearly singular: the platform is almost free in {motion}")
+    assert text.endswith("; a load along this motion causes limb wrenches of about 50 times its size")
+    value = text.split(" N·m/rad)")[0].rsplit(" (", 1)[1]
+    assert float(value) == pytest.approx(1 / after.compliance[5, 5], rel=0.01)  # of a moment about the vertical alone
+
+
+def test_poses_of_a_batch_near_a_singular_one_are_counted():
+    (text,) = [text for text in gough_at(np.array([0.0, 60.0, 88.5, 89.5])).warnings if "singular" in text]
+    assert text.startswith("2 of 4 poses are nearly singular, at the worst: the platform is almost free in a rotation about")
+    drives = {"prismatic_1": [50.0], "prismatic_2": 0.0, "prismatic_3": 0.0}
+    lost = ks.analyze(package_robots.robot("3rps").assemble(actuators=drives))
+    for none in (lost, gough_at(np.zeros(0))):
+        assert not np.any(near_singularity(none).where) and not any("singular" in text for text in none.warnings)
+
+
+def test_a_zero_pose_beside_a_singular_one_is_said_by_check():
+    """Rods that lie nearly along the plate let it turn about the left rod's end."""
+    for lean, near in ((0.0, False), (1.45, False), (1.56, True)):
+        found = [text for text in warnings_of(parallelogram(lean)) if "nearly singular" in text]
+        assert bool(found) == near, found
+    assert found[0].startswith("the zero pose is nearly singular: the platform is almost free in a rotation about")
+
+
+def test_rigid_robots_are_judged_too():
+    rigid = parallelogram(1.56).without_beam("left").without_beam("right")
+    robot = ks.Robot(rigid.changed("left", mass=1.0).changed("right", mass=1.0))
+    (text,) = [text for text in ks.analyze(robot.assemble()).warnings if "singular" in text]
+    assert "N·m/rad" not in text and "N/m" not in text
+
+
+def tilting(lean):
+    """The parallelogram carries a driven hinge with the platform: one limb, a network, which always holds all six motions."""
+    base = parallelogram(0.0)
+    carried = base.with_part(Link("top", 1.0)).with_part(
+        Joint("t", "revolute", "plate", "top", Origin((0.2, 0, 0)), axis=Y, lower=-1, upper=1)
+    )
+    robot = ks.Robot(replace(carried, platform="top", platform_origin=Origin(), driven=("a", "t")))
+    return ks.analyze(robot.assemble(actuators={"a": lean, "t": 0.0}))
+
+
+@pytest.mark.slow
+def test_networks_that_nearly_collapse_are_said():
+    """The rods' forces under a moment grow with the inverse of the sine of the angle between rods and plate."""
+    upright = near_singularity(tilting(0.0))
+    assert upright.constraint_index == pytest.approx([1.0], rel=1e-9) and upright.force_amplification == pytest.approx(
+        [1.0], abs=0.1
+    )
+    angles = np.array([1.50, 1.54, 1.565])
+    gains = np.array([near_singularity(tilting(angle)).force_amplification[0] for angle in angles])
+    np.testing.assert_allclose(gains * np.cos(angles), gains[-1] * np.cos(angles[-1]), rtol=0.02)
+    for angle, value in zip(angles, gains, strict=True):
+        found = [text for text in tilting(angle).warnings if "singular" in text]
+        assert bool(found) == (value > 1 / LEAST_CONSTRAINT), (angle, value, found)
+        assert not found or "times as large as near the zero pose" in found[0]
+    assert gains[0] < 1 / LEAST_CONSTRAINT < gains[-1]
+
+
+def warned(residual=0.0, twist=(0.0,) * 6, length=2.0):
+    return SimpleNamespace(
+        configuration=SimpleNamespace(residual=np.array(residual)), twist=np.array(twist), robot=SimpleNamespace(length=length)
+    )
+
+
+def test_open_loops_and_large_motions_are_warned_of():
+    assert _open_loops(warned(0.9e-9)) == [] and _open_loops(warned([0, np.nan])) == []
+    assert "open by up to 1.1e-09" in _open_loops(warned([1.1e-9, 0]))[0]
+    assert _large_motions(warned(twist=[0.11, 0.16, 0, 0.09, 0, 0])) == []
+    assert "moves by 0.21 m" in _large_motions(warned(twist=[0.21, 0, 0, 0, 0, 0]))[0]
+    assert "0.11 rad" in _large_motions(warned(twist=[0, 0, 0, 0, 0.11, 0]))[0]
+
+
+# ---- buckling, indeterminate forces and measures, of parts made by hand ----------------------------------------------
 
 
 @pytest.mark.parametrize(("ratio", "words"), [(0.049, ""), (0.051, "linear theory"), (0.999, "linear theory"), (1, "no result")])
@@ -74,3 +289,53 @@ def test_joints_are_not_called_dependent_at_ordinary_poses(name):
     """Which would cost a decision about every pose by itself, and where they are dependent there would be none."""
     found = ks.analyze(package_robots.robot(name).assemble())
     assert not any(item.doubtful.any() for item in found.solutions[0].statics)
+
+
+# ---- one list, which no number waits for -----------------------------------------------------------------------------
+
+
+CASE = TESTS / "cases" / "wrong_motor_axis.urdf.xacro"
+WORDS = "3 actuators for 0 freedoms"
+
+
+def told(text):
+    """Return a text without its line ends and signs of warnings."""
+    return " ".join(text.replace("! ", " ").split())
+
+
+def test_what_check_warns_of_every_result_warns_of():
+    robot = ks.load_robot(CASE)
+    result, batch = ks.analyze(robot.assemble()), ks.analyze(robot.configuration([robot.assemble().q] * 2))
+    (warning,) = robot.warnings
+    assert WORDS in warning
+    assert check.robot_facts(robot).warnings[0] == warning
+    assert result.warnings[0] == result.to_dict()["warnings"][0] == batch.warnings[0] == warning
+    assert warning in describe_scene(result).plain()["notes"]
+    for text in (str(robot), str(result), str(batch)):  # a report page has the first two as chapters
+        assert told(text).count(WORDS) == 1
+    assert told(str(result)).endswith(f"Warnings {warning}")
+
+
+def test_the_command_says_it_where_the_result_stands_and_once(capsys):
+    assert main(["analyze", "3rps", "--set", "rod_diameter=80"]) == 0
+    out, err = capsys.readouterr()
+    assert (
+        told(out).partition(" Warnings ")[2]
+        == "beams rod_1, rod_2 and rod_3 are thicker (80.00 m) than long (550.0 mm): sizes are in m"
+    )
+    assert "thicker" not in err
+
+
+def test_numbers_do_not_wait_for_it(monkeypatch):
+    monkeypatch.setattr(check, "robot_facts", lambda robot: pytest.fail("asked for before anybody reads it"))
+    result = ks.analyze(ks.load_robot("3rps").assemble())
+    assert result.twist.shape == (6,) and result.beams and result.status == ks.Status.OK
+
+
+def test_what_is_true_of_the_zero_pose_alone_is_not_said_of_others():
+    robot = beyond_limits()
+    (warning,) = check.robot_facts(robot).warnings
+    assert warning == "at the zero pose foot (0°) is beyond its limits" and robot.warnings == ()
+    assert ks.analyze(robot.assemble(actuators={"foot": 0.3})).warnings == ()
+    (warning,) = ks.analyze(robot.assemble()).warnings
+    assert warning.startswith("foot is beyond its limits of ") and warning.endswith("°: 0°")
