@@ -1,4 +1,4 @@
-"""Alternatives if an assembly fails: other coordinates for the pose, and other starts if the zero pose is singular."""
+"""Alternatives to a failed assembly: other coordinates of the pose, and other starts if the zero pose is singular."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from kinetostatics.math.rotations import Orientation, orientation_named
 
 #: Order of preference of coordinates.
 PREFERRED = ("z", "x", "y", "rz", "rx", "ry", "azimuth", "tilt", "torsion")
-#: Number of sets in a message.
+#: Largest number of sets of coordinates in a message.
 NAMED = 3
-#: Factor by which the measure of a set must exceed that of earlier ones.
+#: Factor by which the measure of a set must exceed that of the best set before.
 MARGIN = 1.5
-#: Angles [rad] of passive joints at which the search for other starts begins.
+#: Angles of passive hinges that are tried as other starts [rad].
 _BENT = (1.0, -1.0, 0.5, -0.5)
 
 
@@ -37,9 +37,9 @@ def prescribed_platform(names: tuple[str, ...], orientation: Orientation) -> Pre
 
 
 def choices(robot: RobotKinematics, orientation: Orientation, given: Sequence[str], pose: SolverState) -> list[tuple[str, ...]]:
-    """Return the sets of coordinates, as many as the mobility, that determine the pose, also at ``pose`` if possible.
+    """Return the sets of coordinates that determine the pose of the platform: also at ``pose``, if there are such sets.
 
-    They are ordered by their difference from ``given``, then in the order z, x, y, rz, rx, ry.
+    Sets with the fewest coordinates that are not ``given`` come first, then the order is z, x, y, rz, rx, ry.
     """
     known = [name for name in PREFERRED if name in orientation.pose_names]
     sets = [
@@ -82,7 +82,7 @@ def best_choice(robot: RobotKinematics, orientation: Orientation, pose: SolverSt
 
 
 def choices_text(robot: RobotKinematics, orientation: Orientation, given: Sequence[str], pose: SolverState) -> str:
-    """Return the sets of coordinates that determine the pose, also at ``pose`` if possible, as text."""
+    """Return the sets of :func:`choices` as text."""
     found = [", ".join(names) for names in choices(robot, orientation, given, pose)]
     if not found:
         return f"no coordinates with the orientation {orientation.name!r} do"
@@ -115,10 +115,10 @@ def closed_near(robot: RobotKinematics, values: Mapping[str, float]) -> SolverSt
 
 
 def tried_start(robot: RobotKinematics, prescribed: PrescribedCoordinates, target: Array) -> str:
-    """Return advice for ``near=`` as text: a start from which a straight line reaches the coordinates (n, 1).
+    """Return, as text, joint values for ``near=`` at which a straight line to the target (n, 1) can start.
 
-    If no start reaches given coordinates of actuators, it is a start from which the platform reaches zero coordinates.
-    The text is empty if no start is found.
+    If the target is given by actuators, a start suffices from which the platform reaches zero coordinates. The text is empty if
+    no start is found.
     """
     for values, pose in _starts(robot):
         near = " ".join(f"{name}={value:g}" for name, value in values.items())
@@ -136,7 +136,7 @@ def tried_start(robot: RobotKinematics, prescribed: PrescribedCoordinates, targe
 
 
 def _starts(robot: RobotKinematics) -> Iterator[tuple[dict[str, float], SolverState]]:
-    """Yield values of passive hinges, except the platform's, all bent by the same angle, and a closed pose near them."""
+    """Yield equal angles of all passive hinges but the platform's, and a closed pose near these angles."""
     description = robot.description
     bent = [
         name
@@ -155,7 +155,7 @@ def _starts(robot: RobotKinematics) -> Iterator[tuple[dict[str, float], SolverSt
 
 
 def _arrives(robot: RobotKinematics, prescribed: PrescribedCoordinates, start: SolverState, target: Array) -> bool:
-    """Whether the line from a pose arrives at the target, and the actuators determine the platform's pose there."""
+    """Whether the line from ``start`` can be followed to the target, and the actuators determine the platform's pose there."""
     analysis = robot.mobility_analysis
     poses, arrived, _ = follow(robot.solver, prescribed, start, target)
     return bool(arrived[0]) and analysis.fixes_platform_at(analysis.with_dofs(robot.actuator_coordinates), poses)

@@ -127,7 +127,7 @@ def closed_pose(
 ) -> Configuration:
     """Return a configuration of solved poses; poses with open loops are marked as not reached.
 
-    Poses with unusually large residuals are corrected once more.
+    Solved poses whose residuals are larger than usual are corrected once more.
 
     Args:
         robot: the robot.
@@ -146,7 +146,6 @@ def closed_pose(
     """
     q, frames, residual = placed
     if solved is not None:
-        # one more correction where the last one left a large residual
         worst = np.abs(residual).max(axis=0, initial=0.0)
         doubtful = arrived & (worst > robot.rough_residual)
         if doubtful.any():
@@ -181,7 +180,7 @@ def closed_pose(
 
 
 def all_actuators(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
-    """Return the values of all actuators; those outside the limbs, as of a gripper, are zero by default.
+    """Return the values of all actuators; the default is zero for actuators outside the limbs, such as that of a gripper.
 
     Raises:
         CoordinatesError: an actuator of a limb is missing, or a name is unknown.

@@ -62,7 +62,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
         robot: the robot.
         shape: batch shape (…); empty for one pose.
         orientation: convention of the orientation coordinates.
-        poses: coordinates of the N poses for the solver.
+        poses: solver coordinates of the N poses.
         model_q: (nq, N) Pinocchio's coordinates; NaN where the pose is not reached.
         frames: frames of all bodies, world axes.
         loop_residual: (closures, N) residuals of the loops [m, rad].
@@ -102,7 +102,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
             ArgumentError: this is a batch of poses, or a pose that was not reached.
         """
         if self.shape or not self.reached.all():
-            raise ArgumentError("Pinocchio's model is that of one pose that was reached: take one of the batch")
+            raise ArgumentError("Pinocchio's model needs one pose that was reached: take one pose of the batch")
         return self.robot.weights.on_model(self.robot.mechanism.model, self.frames)
 
     @cached_property
@@ -142,7 +142,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
 
     @cached_property
     def residual(self) -> Array:
-        """Largest gap of a loop (…) [m or rad, the larger number]."""
+        """Largest gap of a loop (…): the largest of all numbers in m and in rad."""
         worst = np.zeros(len(self.reached))
         for metres, radians in self.loop_gaps.values():
             worst = np.maximum(worst, np.maximum(metres, radians))
@@ -182,7 +182,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
 
     @cached_property
     def platform(self) -> Mapping[str, Array]:
-        """All six platform coordinates, in the orientation convention used for assembly."""
+        """All six platform coordinates, with the orientation convention used for assembly."""
         return ResultMapping(self.platform_coordinates())
 
     @cached_property

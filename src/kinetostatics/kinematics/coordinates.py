@@ -1,4 +1,4 @@
-"""Prescribed coordinates of poses, starts of straight lines to them, and mimic joints, which follow their leaders."""
+"""Prescribed coordinates of poses, starts of straight lines to these coordinates, and mimic joints, which follow a leader."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from kinetostatics.math.rotations import Orientation
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Tree, TreeJoint
 
-#: Residual [rad] up to which numbers of turns count as equally good; the smallest number is chosen.
+#: Difference of residuals [rad] up to which two numbers of turns are equally good; the smaller number is chosen.
 _ALIKE = 1e-9
 
 
@@ -65,7 +65,7 @@ class PrescribedCoordinates:
 
 
 def for_each(array: Array, N: int) -> Array:
-    """Return a copy (k, N) of an array for one pose or for N poses."""
+    """Return an array for one pose or for N poses as a new array (k, N)."""
     return np.array(array, subok=True) if array.shape[1] == N else np.repeat(array, N, axis=1)
 
 
@@ -74,8 +74,8 @@ def line_start(
 ) -> tuple[Array, Array]:
     """Return the prescribed coordinates (n, N) and all orientation coordinates (3, N) at the starts of lines to targets.
 
-    They are those of ``origin``, except for full turns of the platform if the ``shorter`` line is taken, and except for two
-    rotations with coincident axes, of which only the sum is determined.
+    They describe the poses of ``origin``, but may differ from its coordinates: by full turns of the platform for the ``shorter``
+    line, and where two rotations have coincident axes, so that only their sum is determined.
     """
     first, c = (for_each(array, target.shape[1]) for array in origin)
     if prescribed.angles and prescribed.orientation is not None:
@@ -137,8 +137,7 @@ class Couplings:
     def residual(self, x: Array, turns: int = 20, given: tuple[int, ...] = ()) -> Array:
         """Return the errors (count, N) [m, rad] of the followers at coordinates ``x`` (nq', N).
 
-        The angle of a continuous leader is known except for full turns; see :meth:`coordinate`. The errors of followers of
-        ``given`` freedoms are zero.
+        Full turns of continuous leaders are chosen as in :meth:`coordinate`. Followers of the freedoms ``given`` have no error.
         """
         leaders = {item.leader.first_v: item.leader for item in self.items if item.leader.first_v not in given}
         values = {column: self.coordinate(leader, x, turns=turns) for column, leader in leaders.items()}
@@ -151,8 +150,8 @@ class Couplings:
     def coordinate(self, joint: TreeJoint, x: Array, near: Array | float = 0.0, turns: int = 500) -> Array:
         """Return the coordinate (N,) [m, rad] of a one-freedom joint at coordinates ``x`` (nq', N).
 
-        Of the angles of a continuous joint, which differ by full turns, the one nearest to ``near`` that is consistent with all
-        its followers is returned. If the followers are continuous too, up to ``turns`` turns away from ``near`` are tried.
+        The full turns of a continuous joint are chosen so that its angle is consistent with all its followers and nearest to
+        ``near``. If the followers are continuous too, up to ``turns`` full turns to either side are tried.
         """
         value = joint.coordinate(x)
         if not joint.type.endless:
@@ -181,9 +180,9 @@ class Couplings:
         return best
 
     def equations(self, x: Array, column_scale: Array, columns: tuple[int, ...]) -> tuple[Array, Array]:
-        """Return scaled residuals (count, N) and gradients (count, nv), rows of unit length, for scaled freedoms.
+        """Return scaled residuals (count, N) and gradients (count, nv) for scaled freedoms; gradients are unit vectors.
 
-        They are zero for followers of the given freedoms ``columns``.
+        Both are zero for followers of the given freedoms ``columns``.
         """
         gradient = self._gradient * column_scale
         size = np.sqrt(np.sum(gradient**2, axis=1, keepdims=True))
@@ -195,7 +194,7 @@ class Couplings:
         return np.array([item.follower.first_v for item in self.items if item.leader.first_v in columns], dtype=np.intp)
 
     def moving_with(self, column: int) -> list[tuple[int, float]]:
-        """Return a freedom and the freedoms of its followers, each with its rate per unit rate of the former."""
+        """Return a freedom and the freedoms of its followers, each with its rate per unit rate of the first."""
         return [
             (column, 1.0),
             *((item.follower.first_v, item.multiplier) for item in self.items if item.leader.first_v == column),

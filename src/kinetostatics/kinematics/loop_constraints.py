@@ -1,8 +1,8 @@
 """Constraint equations of loops and of joints that mimic others.
 
 The unknowns are the freedoms of Pinocchio's spanning tree, except that three revolutes of a spherical joint are one joint here.
-Every equation corresponds to a constraint wrench of a joint or of a prescribed coordinate. Its gradient is the product of this
-wrench with the twists of the tree. Overconstrained loops are closed in the least-squares sense.
+Every equation corresponds to a constraint wrench of a joint; its gradient consists of the powers of this wrench on the unit
+twists of the tree. Overconstrained loops are closed in the least-squares sense.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from kinetostatics.math.arrays import Array, Index, empty_for, zeros_for
 from kinetostatics.math.linalg import across, cross, dot
 from kinetostatics.math.screws import wrench_of_force
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
-from kinetostatics.mechanism.tree import Frames, Tree, TreeJoint
+from kinetostatics.mechanism.tree import Frames, Tree, TreeJoint, joined_frames
 
 _FULL = np.eye(3)
 
-#: An equation: number of its loop, the loop, and vectors.
+#: An equation: number of its loop, the loop, and the vectors in its bodies that define the equation.
 _Row: TypeAlias = tuple[int, Connection, tuple[Array, ...]]
 
 
 @dataclass(frozen=True)
 class _Table:
-    """Equations of one kind: how many, the bodies (n,) on both sides, and their vectors (k, 3, n)."""
+    """Equations of one kind: their number, the bodies (n,) on both sides, and the equations' vectors (k, 3, n)."""
 
     count: int
     predecessor: Index
@@ -76,8 +76,8 @@ class Closures:
     Attributes:
         loops: the loop connections.
         closures: number of the loops' equations.
-        loop_of: (closures,) the loop to which an equation belongs.
-        is_length: (closures,) whether an equation is in metres (else radians).
+        loop_of: (closures,) index of the loop to which an equation belongs.
+        is_length: (closures,) mask of the equations in metres; the others are in radians.
     """
 
     def __init__(self, loops: Sequence[Connection]) -> None:
@@ -167,11 +167,12 @@ class LoopEquations(Closures):
     """The equations of all loops of a mechanism.
 
     Attributes:
-        tree: the spanning tree with spherical joints in one piece.
-        couplings: the mimic joints, with an equation each.
+        tree: the spanning tree; three revolutes of a spherical joint are one joint.
+        couplings: the mimic joints, with one equation each.
         loop_axes: directions of each one-freedom loop, by its index.
         count: number of all equations, including the couplings.
-        signs: (closures, nv) sign of each freedom in each equation: 1 if it moves the successor, −1 the predecessor.
+        signs: (closures, nv) sign of each freedom in each equation: 1 if it moves the successor only, −1 the predecessor only,
+            else 0.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -231,14 +232,14 @@ class LoopEquations(Closures):
             x[mine.first_q : mine.first_q + 4] = rotations.quaternion_of_matrix(R)
         return x
 
-    def to_model(self, x: Array, near: Array) -> Array:
-        """Return Pinocchio's coordinates (nq, N) for ``x``; of two solutions for three revolutes, the one near ``near``."""
+    def to_model(self, x: Array) -> Array:
+        """Return Pinocchio's coordinates (nq, N) for ``x``; of two solutions for three revolutes, the one nearer to zero."""
         q = empty_for((self.mechanism.tree.nq, x.shape[1]), x)
         q[self._same_there] = x[self._same_here]
         for run, mine, theirs in self.runs:
             quaternion = x[mine.first_q : mine.first_q + 4]
             R = np.einsum("ij,jkn,lk->iln", run.orientation, rotations.matrix_of_quaternion(quaternion), run.orientation)
-            angles = rotations.three_angles(run.axes, R, np.stack([joint.coordinate(near) for joint in theirs]))
+            angles = rotations.three_angles(run.axes, R, np.stack([joint.coordinate(self.neutral) for joint in theirs]))
             for angle, joint in zip(angles, theirs, strict=True):
                 joint.write(angle, q)
         return q
@@ -254,7 +255,7 @@ class LoopEquations(Closures):
 
     def place(self, x: Array) -> Placed:
         """Return the poses with all frames at coordinates ``x`` (nq', N)."""
-        return self.placed(self.to_model(x, np.broadcast_to(self.neutral, (self.neutral.shape[0], x.shape[1]))))
+        return self.placed(self.to_model(x))
 
     # ---- residuals --------------------------------------------------------------------------------------------------
 
@@ -282,10 +283,9 @@ def world_frames(mechanism: Mechanism, frames: Frames) -> Frames:
 def joined(parts: Sequence[Placed]) -> Placed:
     """Join several batches of poses."""
     q, frames, residual = zip(*parts, strict=True)
-    rotation, position = (np.concatenate([getattr(item, name) for item in frames], axis=-1) for name in ("rotation", "position"))
-    return Placed(np.concatenate(q, axis=-1), Frames(rotation, position), np.concatenate(residual, axis=-1))
+    return Placed(np.concatenate(q, axis=-1), joined_frames(frames), np.concatenate(residual, axis=-1))
 
 
 def products(signs: Array, wrench: Array, twists: Array) -> Array:
-    """Return the powers (m, nv, N) of wrenches (6, m, N) on twists (6, nv, N), each with its sign (m, nv)."""
+    """Return the powers (m, nv, N) of wrenches (6, m, N) on twists (6, nv, N), times signs (m, nv)."""
     return signs[:, :, None] * np.einsum("krn,kvn->rvn", wrench, twists)

@@ -298,8 +298,7 @@ class RobotKinematics:
 
     def model_q(self, poses: SolverState) -> Array:
         """Return Pinocchio's coordinates (nq, N) of solved poses."""
-        near = np.broadcast_to(self.mechanism.tree.neutral[:, None], (self.mechanism.tree.nq, poses.x.shape[1]))
-        return self.equations.to_model(poses.x, near)
+        return self.equations.to_model(poses.x)
 
     def frames_at(self, q: Array) -> Frames:
         """Return the frames of all bodies at Pinocchio's coordinates (nq, N), in world axes."""

@@ -12,7 +12,7 @@ from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.limbs.statics import limb_statics
 from kinetostatics.math.arrays import Array
-from kinetostatics.mechanism.tree import Frames
+from kinetostatics.mechanism.tree import Frames, joined_frames
 
 
 def make_limb_groups(model: StaticModel, frames: Frames, ordinary: Frames) -> tuple[LimbGroup, ...]:
@@ -22,7 +22,7 @@ def make_limb_groups(model: StaticModel, frames: Frames, ordinary: Frames) -> tu
         StaticsError: a limb's wrenches cannot be completed to a basis.
     """
     o = model.mechanism.platform_pose(frames)[1]
-    both = frames.followed_by(ordinary)
+    both = joined_frames([frames, ordinary])
     o_of_both = model.mechanism.platform_pose(both)[1]
     alike: dict[tuple[object, ...], list[tuple[LimbGroup, Basis]]] = {}
     plans: dict[tuple[object, ...], list[force_method.EliminationOrder]] = {}

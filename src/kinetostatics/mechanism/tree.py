@@ -115,10 +115,11 @@ class Frames(ShortRepr):
         """Replace some poses by others, in place."""
         self.rotation[..., poses], self.position[..., poses] = others.rotation, others.position
 
-    def followed_by(self, other: Frames) -> Frames:
-        """Return these poses followed by others."""
-        pairs = (self.rotation, other.rotation), (self.position, other.position)
-        return Frames(*(np.concatenate(pair, axis=-1) for pair in pairs))
+
+def joined_frames(parts: Sequence[Frames]) -> Frames:
+    """Return the frames of several batches of poses, one after the other."""
+    rotation = np.concatenate([part.rotation for part in parts], axis=-1)
+    return Frames(rotation, np.concatenate([part.position for part in parts], axis=-1))
 
 
 class _Group:

@@ -119,7 +119,7 @@ def test_what_cannot_be_reached_is_told_apart_from_what_lies_beyond_a_singular_p
 def test_an_axis_that_a_loop_leaves_out_is_said_first_and_nothing_is_guessed(kind, moves, gap):
     missing = four_bar(gap, bent=0.1, kind=kind, axis=None)
     (warning,) = [text for text in missing.description.file_warnings if "<loop> 'c'" in text]
-    assert f"has no <axis>: it {moves} of its predecessor's <origin>" in warning
+    assert "has no <axis>" in warning and f"it {moves} of its predecessor's <origin>" in warning
     with pytest.raises(ks.AssemblyError) as caught:
         missing.assemble()
     message = str(caught.value)
