@@ -1,8 +1,7 @@
-"""Gaps of open loops: as text, closed by moving joints, and closed at zero by correcting a single frame or its link.
+"""Gaps of open loops: their text, their closure by motions of joints, and their closure at zero by the correction of one frame.
 
-Candidates for corrections are the origins of all joints, and of all loops on both sides. Their displacements are found by
-Gauss–Newton steps of smallest norm for all candidates at once. The rows of the loop equations are constraint wrenches, as in
-:mod:`kinetostatics.kinematics.loop_constraints`.
+Candidates for corrections are the origins of all joints, and of all loops on both sides. The corrections of all candidates are
+found at once by Gauss–Newton steps of smallest norm, with the equations of :mod:`kinetostatics.kinematics.loop_constraints`.
 """
 
 from __future__ import annotations
@@ -25,9 +24,9 @@ from kinetostatics.mechanism.tree import Frames
 
 #: Gap [m, rad] below which a loop is closed.
 CLOSED = 1e-9
-#: Largest gap after a correction, relative to the robot's size or [rad], that counts as rounding of the file.
+#: Largest gap after a correction that counts as rounding of the file [relative to the robot's size, or rad].
 CLOSES = 1e-5
-#: Largest step, relative to the robot's size or [rad], and number of steps.
+#: Largest step [relative to the robot's size, or rad], and largest number of steps.
 _LARGEST, _STEPS = 0.5, 40
 #: Relative singular value below which a displacement does not affect the loops.
 _NO_EFFECT = 1e-9
@@ -92,11 +91,11 @@ def close(
         prescribed: prescribed coordinates.
         target: (n, 1) their values.
         weight: weight of the equations of prescribed coordinates relative to those of the loops.
-        cutoff: relative singular value below which there is no step in a direction. Rounding in a file makes every motion of an
-            overconstrained robot change its gaps slightly; they must not be closed by undoing the motion.
+        cutoff: relative singular value below which there is no step in a direction. In an overconstrained robot with rounded
+            numbers, every motion changes the gaps slightly; the steps must not undo the motion to close these gaps.
 
     Returns:
-        The poses with the smallest residuals found, and these scaled residuals (N,), the largest entry of each.
+        The poses with the smallest residuals found, and the largest scaled residual (N,) of each.
     """
     found = SolverState(np.array(poses.x), np.array(poses.c))
     solver.impose(prescribed, found, target)
@@ -149,7 +148,7 @@ class FrameCorrection:
     turn: Array
 
     def is_motion_of(self, mechanism: Mechanism) -> bool:
-        """Whether the correction is a motion along the joint's own freedom, so that it only changes the joint's zero."""
+        """Whether the correction is a motion of the joint itself, so that only the joint's zero would change."""
         joint = mechanism.description.joints.get(self.joint)
         if joint is None or not JOINT_TYPES[joint.type].is_single:
             return False
@@ -178,7 +177,7 @@ class _Candidates:
     """N possibly wrong frames: name of the joint or loop, whether it is a loop, and the link in which the origin is given.
 
     ``rotation`` (3, 3, N) are the orientations of these links at zero, ``origin`` (3, N) the origins of the frames [m];
-    ``carried`` (2K, N) are masks of the frames on the sides of loops that move with them: K predecessors, K successors.
+    ``carried`` (2K, N) is the mask of the sides of loops that move with each frame: K predecessors, K successors.
     """
 
     names: list[tuple[str, bool, str]]
@@ -188,9 +187,9 @@ class _Candidates:
 
 
 def frame_corrections(mechanism: Mechanism, size: float) -> tuple[FrameCorrection, ...]:
-    """Return all corrections of single frames, smallest first; pure displacements or rotations if they suffice.
+    """Return all corrections of single frames, the smallest first; pure displacements or pure rotations if these suffice.
 
-    The robot's ``size`` [m] is the scale between rotations and displacements.
+    The robot's ``size`` [m] is the scale of displacements relative to rotations.
     """
     closures, sides, _, candidates = _at_zero(mechanism)
     found: dict[int, FrameCorrection] = {}
@@ -212,7 +211,7 @@ def frame_corrections(mechanism: Mechanism, size: float) -> tuple[FrameCorrectio
 class OtherLink:
     """A joint, or a side of a loop, that is probably attached to the wrong link.
 
-    With the same origin on one of ``others``, whose frames coincide at zero coordinates, all loops would be closed there.
+    If it were attached to one of the links ``others`` with the same origin, all loops would be closed at zero.
     """
 
     joint: str
@@ -226,7 +225,7 @@ class OtherLink:
 
 
 def other_links(mechanism: Mechanism, size: float) -> tuple[OtherLink, ...]:
-    """Return all joints and sides of loops that close all loops at zero if moved to another link with unchanged origins."""
+    """Return all joints and sides of loops that would close all loops at zero on another link, with unchanged origins."""
     closures, sides, links, candidates = _at_zero(mechanism)
     parents = {joint.child: joint.parent for joint in mechanism.description.joints.values()}
     found = []
@@ -250,9 +249,9 @@ def are_closed_at_zero(mechanism: Mechanism, size: float) -> bool:
 
 
 def _at_zero(mechanism: Mechanism) -> tuple[Closures, Array, dict[str, Array], _Candidates]:
-    """Return the loops, the frames of their sides (2K, 4, 4) and of all links at zero, and the possibly wrong frames.
+    """Return the loops, the frames (2K, 4, 4) of their sides and of all links at zero, and the possibly wrong frames.
 
-    The sides are used as bodies of the loops: predecessors first.
+    The sides, predecessors first, are the bodies of the returned loops.
     """
     loops = [item for item in mechanism.connections.values() if item.is_loop]
     frames = mechanism.tree.forward(mechanism.tree.neutral[:, None])
@@ -305,9 +304,10 @@ def _candidates(mechanism: Mechanism, links: dict[str, Array], sides: list[Array
 
 
 def _closed(closures: Closures, sides: Array, candidates: _Candidates, columns: slice, size: float) -> tuple[Array, Array, Mask]:
-    """Return the rotation (3, 3, N) and shift (3, N) [m] of each candidate with the smallest gaps, and the mask (N,) of closure.
+    """Return the rotation (3, 3, N) and shift (3, N) [m] of each candidate that minimize the gaps.
 
-    ``columns`` are the components that may change: of the shift 0 to 2, of the rotation 3 to 5.
+    Also return the mask (N,) of candidates that close all loops. ``columns`` are the components that may change: 0 to 2 of the
+    shift, 3 to 5 of the rotation.
     """
     N, count = candidates.origin.shape[1], len(closures.loops)
     start_rotation = np.repeat(sides[:, :3, :3].transpose(1, 2, 0)[..., None], N, axis=3)

@@ -1,4 +1,4 @@
-"""Generic poses, and the freedoms of robots at them: mobility, local freedoms, overconstraint, coordinates of the platform."""
+"""Generic poses, and the freedoms of a robot at these poses: mobility, local freedoms, overconstraint, platform coordinates."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from kinetostatics.math.screws import move_twist
 
 #: Relative singular value below which a direction counts as dependent. Angles rounded to 1.5708 leave 4e-6.
 RANK_TOLERANCE = 1e-5
-#: Largest scaled gradient of a freedom that counts as rounding, so that it affects no equation.
+#: Largest scaled gradient that counts as rounding; a freedom with such a gradient affects no equation.
 IDLE = 1e-13
 
 
 def rank_tolerance(closing_error: float) -> float:
-    """Return the relative singular value below which a direction counts as dependent; it exceeds rounding errors of the file."""
+    """Return the relative singular value below which a direction counts as dependent, above the rounding errors of the file."""
     return max(RANK_TOLERANCE, 30 * closing_error)
 
 
 def generic_poses(solver: Solver, zero: SolverState, closing_error: float) -> tuple[SolverState, float]:
-    """Return three generic poses, and the largest scaled residual of them and of the closed ``zero`` pose (``closing_error``)."""
+    """Return three generic poses, and the largest of their scaled residuals and of the ``closing_error`` of the ``zero`` pose."""
     random, tree, worst = np.random.default_rng(7), solver.tree, closing_error
     nothing = PrescribedCoordinates(), np.zeros((0, 1))
     tolerance = rank_tolerance(worst)
     found = []
     for size in (0.12, 0.1, 0.08):
         pose, direction = zero, random.standard_normal(tree.nv)
-        for _ in range(2):  # twice, because free motions at a singular zero pose are not generic
+        for _ in range(2):  # twice, because the free motions are not generic if the zero pose is singular
             _, gradient = solver.system(nothing[0], pose, nothing[1])
             free = null_space(gradient[:, :, 0], tolerance)[0]
             v = free @ (free.T @ direction)
@@ -104,10 +104,10 @@ class MobilityAnalysis:
         return float(np.abs(moving).max(initial=0.0)) < 1e-6
 
     def with_dofs(self, prescribed: PrescribedCoordinates) -> PrescribedCoordinates:
-        """Return prescribed coordinates that determine the platform, completed by the remaining freedoms at generic poses.
+        """Return prescribed coordinates that determine the platform's pose, with the remaining freedoms at generic poses.
 
-        Freedoms of single joints that change neither loops nor prescribed coordinates, such as spins of rods, become fixed; the
-        number of the other remaining freedoms becomes ``local_dofs``.
+        ``fixed_dofs`` are freedoms of single joints that change neither loops nor prescribed coordinates, such as spins of rods;
+        ``local_dofs`` is the number of the other remaining freedoms.
         """
         if prescribed not in self._with_dofs:
             gradients = [np.abs(self._gradient(prescribed, pose)) for pose in self.poses]
@@ -126,7 +126,7 @@ class MobilityAnalysis:
     def free_motions(self, prescribed: PrescribedCoordinates, pose: SolverState) -> tuple[Array, Array]:
         """Return a basis (6, k) of the platform's twists at o [m, rad] with fixed prescribed coordinates, at one pose.
 
-        Also returned are the corresponding rates (nv, k) of the tree's freedoms, of smallest norm.
+        Also return the corresponding rates (nv, k) of the tree's freedoms of smallest norm.
         """
         solver, columns = self.solver, self.solver.free_columns(prescribed)
         basis = self._free_motions(prescribed, pose)[: len(columns)]
@@ -138,7 +138,7 @@ class MobilityAnalysis:
         return twists * np.repeat([solver.length, 1.0], 3)[:, None], rates
 
     def motions_at(self, poses: SolverState) -> Array:
-        """Return the bases of :meth:`platform_motions` (N, 6, n) at N poses, n being the mobility.
+        """Return the bases of :meth:`platform_motions` (N, 6, n) at N poses; n is the mobility at generic poses.
 
         They are NaN at poses with another mobility or another rank of the loop equations.
         """

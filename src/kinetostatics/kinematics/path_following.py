@@ -1,4 +1,4 @@
-"""Straight lines of prescribed coordinates, followed from closed poses in steps."""
+"""Closed poses along straight lines of prescribed coordinates, followed in steps."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from kinetostatics.math.arrays import Array, Mask, chunks, in_threads
 LONGEST_TURN, LONGEST_SHIFT = 0.7, 2.0
 #: Smallest step, relative to the largest; where it fails, the line ends.
 _SHORTEST = 1e-3
-#: Largest length of a line, in steps of :data:`LONGEST_TURN` and in reaches of the robot. It limits the number of steps; and for
-#: longer displacements, the floating-point resolution is insufficient for the closure of loops.
+#: Largest length of a line, in steps of :data:`LONGEST_TURN` and in reaches of the robot. The former limits the number of steps;
+#: beyond the latter, the floating-point resolution is insufficient for the closure of loops.
 MOST_TURNED, FARTHEST = 1e3, 1e8
-#: Beyond this multiple of the robot's reach from its start, steps are this fraction of the distance covered: the robot is small
-#: compared with it, and only prismatic joints move.
+#: Beyond this distance from the start of the line, in reaches of the robot, steps are this fraction of the distance, since only
+#: prismatic joints move.
 _FAR_AWAY, _LEAP = 40.0, 0.25
 
 
@@ -35,7 +35,7 @@ def follow(
         prescribed: the prescribed coordinates.
         start: one pose, or as many as there are targets.
         target: (n, N) coordinates at the ends of the lines [m, rad].
-        origin: result of :meth:`Solver.origin` for the start, if computed already.
+        origin: result of :meth:`Solver.origin` for the start; full turns are not changed then. None: shorter lines are chosen.
 
     Returns:
         The last pose on each line, the mask (N,) of lines followed to their end, and the fraction (N,) of each line, 0 to 1, that
@@ -161,9 +161,9 @@ def _step(
 def _predicted(
     solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, changes: Array, which: Mask
 ) -> tuple[SolverState, Array]:
-    """Return poses and step sizes (N,): some poses are moved to first order in ``changes`` (n, N) of the coordinates.
+    """Return poses, of which those ``which`` (N,) are moved to first order in ``changes`` (n, N) of the coordinates.
 
-    The other poses are unchanged; their step sizes are infinite.
+    Also return the sizes (N,) of the steps, infinite for poses that are not moved.
     """
     guess, before = SolverState(np.array(poses.x), np.array(poses.c)), np.full(which.size, np.inf)
     some, shift = poses.take(which), changes[:, which]

@@ -1,8 +1,8 @@
 """Velocities and accelerations of all bodies for given rates of the prescribed coordinates, with closed loops.
 
-Velocities follow from the gradients of the loop equations by the implicit function theorem. Accelerations are linear in the
-accelerations of the coordinates, except for a part that is quadratic in their velocities. This part is the derivative of
-the velocities along a straight line of the coordinates: central differences of the eighth order between closed poses.
+Velocities follow from the gradients of the loop equations by the implicit function theorem. Accelerations are the sum of a part
+that is linear in the accelerations of the coordinates and a part that is quadratic in their velocities. The second part is the
+derivative of the velocities along a straight line of the coordinates, by central differences of eighth order of closed poses.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
 
 #: Relative residual of the rates above which the loops cannot remain closed.
 _OPEN = 1e-6
-#: Largest motion of a freedom in the differences, in rad and characteristic lengths, and the weights of the differences.
+#: Largest motion of a freedom in the differences [rad, characteristic lengths], and the weights of the differences.
 _STEP = 5e-3
 _WEIGHTS = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
 
 
 def freedom_rates(solver: Solver, prescribed: PrescribedCoordinates, gradient: Array, rates: Array, step: Array) -> Array:
-    """Return the rates (nv, k, N) of the free freedoms; NaN where the residuals cannot remain zero.
+    """Return the rates (nv, k, N) of the unknown freedoms; NaN where the residuals cannot remain zero.
 
-    Scaled residuals have the ``gradient`` (m, n, N) with respect to scaled free steps, and partial ``rates`` (m, k, N), which the
-    ``step`` (n, k, N) compensates in the least-squares sense.
+    The scaled residuals change at partial ``rates`` (m, k, N), and by the ``gradient`` (m, n, N) with scaled steps of the
+    unknowns. The ``step`` (n, k, N) compensates the rates in the least-squares sense.
     """
     left = np.max(np.abs(rates + np.einsum("mnN,nkN->mkN", gradient, step)), axis=0, initial=0.0)
     stays_open = left > _OPEN * np.max(np.abs(rates), axis=0, initial=0.0) + 1e-12
@@ -43,7 +43,7 @@ def freedom_rates(solver: Solver, prescribed: PrescribedCoordinates, gradient: A
 
 
 def with_given(solver: Solver, prescribed: PrescribedCoordinates, v: Array) -> Array:
-    """Return the rates (nv, n, N) per prescribed coordinate, including prescribed freedoms and their followers."""
+    """Return the rates (nv, n, N) per prescribed coordinate: ``v`` plus those of prescribed freedoms and their followers."""
     found = np.array(v, subok=True)
     for k, column in enumerate(prescribed.columns):
         for moved, by in solver.equations.couplings.moving_with(column):

@@ -1,9 +1,9 @@
 """Reach of a robot: ends of straight lines of coordinates, and ordinary poses within all limits.
 
-A line ends at a joint limit, at a singular pose, or where the loops cannot be closed. Ordinary poses are the zero pose and those
-reached by moving each actuator alone. Ranks are decided at generic poses, near the zero pose and without symmetry; choices made
-once per robot must be valid at ordinary poses, too. Ordinary poses depend on the actuators only, not on frames, axes and cut
-loops of the file.
+A line ends at a joint limit, at a singular pose, or where the loops cannot be closed. Ordinary poses are the zero pose and poses
+at which one actuator is moved. Ranks are decided at generic poses, which are near the zero pose and without symmetry. Choices
+made once per robot must be valid at ordinary poses, too; these depend on the actuators only, not on frames, axes and cut loops of
+the file.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.math.arrays import Array
 from kinetostatics.status import Status
 
-#: Number of intervals of each line in the first search, and of the interval with its end in each further search.
+#: Number of intervals into which a line is divided in the first search, and the interval with its end in each further search.
 FIRST, NEXT = 32, 24
 #: Accuracy of the end, as a fraction of the line.
 FINE = 6e-5
@@ -36,8 +36,8 @@ class End:
 
     Attributes:
         part: admissible fraction of the line, 0 to 1.
-        reason: "limit": a joint limit is exceeded beyond it; "singular": a pose is singular with locked actuators; "loops": the
-            loops cannot be closed; "": the whole line is admissible.
+        reason: reason for the end: "limit", a joint limit; "singular", a singular pose with locked actuators; "loops", loops that
+            cannot be closed; "", the whole line is admissible.
         joint: name of the joint with the limit or cone, for the reason "limit".
         limit: this limit [m, rad].
     """
@@ -59,12 +59,12 @@ def find_ends(
     """Return the ends of L straight lines of coordinates that start at one pose.
 
     All lines are divided into intervals at once; the interval with the end is divided again until it is short. Joint limits
-    exceeded at the start are ignored; singular poses of the actuators are ignored if the start is one.
+    exceeded at the start are ignored; singular poses are ignored if the start is singular.
 
     Args:
         pose: the start, a single pose.
         kind: kind of the coordinates: "platform" or "actuators".
-        ways: changes (L,) of each coordinate along the lines [m, rad], by name of the coordinate; the coordinates must determine
+        ways: changes (L,) of each coordinate along the lines [m, rad], by the coordinate's name; the coordinates must determine
             the pose.
         orientation, chosen: as in :func:`.assembly.assemble`.
         proceed: called before each division; if it returns False, the result is an empty list.

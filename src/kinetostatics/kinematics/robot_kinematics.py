@@ -1,4 +1,4 @@
-"""The kinematics of a robot: size, closed zero pose, generic poses, mobility and solver of the loops, computed on first use."""
+"""The kinematics of a robot: size, closed zero pose, generic poses, mobility and solver of the loops."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class JointCoordinates:
     def at(self, q: Array, frames: Frames) -> dict[str, Array]:
         """Return the coordinate (N,) of every one-freedom joint and loop [m, rad].
 
-        Angles of continuous joints that others mimic include full turns.
+        The angle of a continuous joint that others mimic includes full turns.
         """
         result = {name: self._couplings.coordinate(joint, q) for name, joint in self.in_tree.items()}
         for number, loop in enumerate(self.solver.equations.loops):
@@ -60,7 +60,7 @@ class JointCoordinates:
         return result
 
     def limited(self, q: Array, frames: Frames) -> Iterator[tuple[str, Array, tuple[float, float], Mask]]:
-        """Yield name, value (N,), limits, and mask (N,) within them, for every one-freedom joint or loop and every cone."""
+        """Yield name, value (N,), limits, and the mask (N,) of admissible values, of every one-freedom joint or loop and cone."""
         coordinates = self.at(q, frames)
         for item in self.solver.mechanism.connections.values():
             if item.cone is not None:
@@ -88,7 +88,7 @@ def _widened(lower: float, upper: float) -> Array:
 
 
 class RobotKinematics:
-    """The kinematics of a robot.
+    """The kinematics of a robot, computed on first use.
 
     Attributes:
         name: its name in the file.
@@ -131,7 +131,7 @@ class RobotKinematics:
 
     @cached_property
     def _unclosable(self) -> AssemblyError | None:
-        """The error of a robot whose loops no pose near zero closes, else None."""
+        """The error if no pose near zero closes the loops, else None."""
         best, residual = self._closed_zero
         if residual <= zero_pose.OPEN:
             return None
@@ -188,7 +188,7 @@ class RobotKinematics:
 
     @cached_property
     def has_wrong_zero(self) -> bool:
-        """Whether the gaps at zero exceed rounding and no motion of the joints closes them."""
+        """Whether the gaps at zero exceed rounding and no motion of the joints closes the loops."""
         if self.zero_is_near:
             return False
         if self._unclosable is not None or self.closing_error > zero_pose.SIX_DIGITS:
@@ -206,9 +206,8 @@ class RobotKinematics:
     def accepts(self, closure_tolerance: float) -> bool:
         """Whether a closure tolerance [m, rad] is admissible.
 
-        If no motion of the joints closes the loops and the gaps at zero exceed rounding, the file is probably wrong, although the
-        loops may almost close at another pose. The tolerance must then be at least as large as the gaps at zero, which may not
-        exceed ``zero_pose.ACCEPTED``.
+        If :attr:`has_wrong_zero`, the file is probably wrong, although the loops may almost close at another pose. Then the
+        tolerance must be at least as large as the gaps at zero, and these may not exceed ``zero_pose.ACCEPTED``.
         """
         if not self.has_wrong_zero:
             return True
@@ -223,7 +222,7 @@ class RobotKinematics:
 
     @property
     def generic_poses(self) -> SolverState:
-        """Three assembled poses without symmetry, near the zero pose, at which ranks and bases are decided."""
+        """Three closed poses without symmetry near the zero pose, at which ranks and bases are decided."""
         return self._generic[0]
 
     @cached_property
@@ -233,7 +232,7 @@ class RobotKinematics:
 
     @property
     def closing_error(self) -> float:
-        """Residual of the loops at the zero pose and near it [scaled m, rad]: rounding errors of computation or file."""
+        """Residual of the loops at the zero and generic poses [scaled m, rad], by rounding errors of computation or file."""
         return self._generic[1]
 
     @cached_property
@@ -243,7 +242,7 @@ class RobotKinematics:
 
     @property
     def rank_tolerance(self) -> float:
-        """Relative singular value below which a direction counts as dependent; above the rounding errors of the file."""
+        """Relative singular value below which a direction counts as dependent, above the rounding errors of the file."""
         return mobility.rank_tolerance(self.closing_error)
 
     @cached_property
@@ -291,7 +290,7 @@ class RobotKinematics:
         return found
 
     def zero_origin(self, prescribed: PrescribedCoordinates) -> tuple[Array, Array]:
-        """Return the starts of lines from the zero pose, see :meth:`Solver.origin`."""
+        """Return the start of lines from the zero pose, see :meth:`Solver.origin`."""
         if prescribed not in self._origins:
             self._origins[prescribed] = self.solver.origin(prescribed, self.zero_poses)
         return self._origins[prescribed]

@@ -16,7 +16,7 @@ from kinetostatics.math.linalg import dot, have_one_sign, least_squares, surely_
 from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
 from kinetostatics.mechanism.tree import Frames
 
-#: Largest ratio of successive corrections; it must decrease at every iteration unless it is below the second value.
+#: Largest ratio of successive corrections; the ratio must decrease at every iteration unless it is below the second value.
 SHRINKING, _QUADRATIC = 0.4, 0.25
 #: Largest number of corrections of a pose.
 MOST_CORRECTIONS = 12
@@ -26,7 +26,7 @@ ROUGHLY = 1e-7
 
 @dataclass(repr=False)
 class SolverState(ShortRepr):
-    """Solver state: tree coordinates ``x`` (nq', N) and the orientation coordinates ``c`` (3, N) of the platform."""
+    """Solver state: coordinates ``x`` (nq', N) of the solver's tree, and orientation coordinates ``c`` (3, N) of the platform."""
 
     x: Array
     c: Array
@@ -41,7 +41,7 @@ class Correction(ShortRepr):
     """Result of one Newton correction of N poses.
 
     ``poses`` are unchanged where corrections do not decrease. ``size`` (N,) are the sizes of the scaled steps, ``shrunk`` (N,)
-    their ratios to the previous ones; ``done`` and ``going`` are masks of converged poses, and of those to be corrected again.
+    their ratios to the previous steps. ``done`` is the mask of converged poses, ``going`` of poses to be corrected again.
     """
 
     poses: SolverState
@@ -54,9 +54,9 @@ class Correction(ShortRepr):
 class Solver:
     """Newton's method for loops, mimic joints and prescribed coordinates.
 
-    ``length`` [m] is the scale of lengths relative to angles for ranks and prescribed coordinates; ``reach`` [m] is the scale of
-    lengths for the size of steps; ``slack`` is the scaled residual that counts as rounding of the file. ``joint_of_column`` has
-    the joints of the tree, each by the index of its first freedom. If ``is_compiled``, chunks of poses are solved in threads.
+    ``length`` [m] is the scale of lengths relative to angles in residuals and unknowns, ``reach`` [m] in the sizes of steps.
+    ``slack`` is the scaled residual that counts as rounding of the file. ``joint_of_column`` has the joints of the tree, each by
+    the index of its first freedom. If ``is_compiled``, chunks of poses are solved in threads.
     """
 
     is_compiled = False
@@ -72,7 +72,7 @@ class Solver:
         self.column_scale = np.where(self.tree.column_rotates, 1.0, length)
         self._row_scale = np.where(equations.is_length, length, 1.0)[:, None]
 
-    # caches, as cached properties, which are no part of recorded code
+    # caches (cached properties are not part of recorded code)
     @cached_property
     def _free(self) -> dict[tuple[tuple[int, ...], ...], Index]:
         """Results of :meth:`free_columns` by prescribed and fixed freedoms."""
@@ -131,7 +131,7 @@ class Solver:
     # ---- equations --------------------------------------------------------------------------------------------------
 
     def system(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> tuple[Array, Array]:
-        """Return scaled residuals (m, N) and gradients (m, n, N) of all equations, n: free tree columns, unknown angles."""
+        """Return scaled residuals (m, N) of all equations, and gradients (m, n, N) by free freedoms and unknown angles."""
         equations, tree = self.equations, self.tree
         free, (loop_factors, platform_factors) = self.free_columns(prescribed), self._factors(prescribed)
         N, f, extra = poses.x.shape[1], len(free), len(prescribed.unknown_angles)
@@ -184,14 +184,14 @@ class Solver:
         return residuals, gradient
 
     def predictors(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> Array:
-        """Return the scaled steps (f, n, N) of free columns and unknown angles per change of each coordinate, at solved poses."""
+        """Return the scaled steps (f, n, N) of the unknowns per change of each prescribed coordinate, at solved poses."""
         gradient, rates = self.rates(prescribed, poses, target)
         return np.nan_to_num(-least_squares(gradient, rates, prescribed.local_dofs))
 
     def rates(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> tuple[Array, Array]:
-        """Return the derivatives of the m scaled residuals with respect to scaled steps and to prescribed coordinates.
+        """Return the derivatives of the m scaled residuals by scaled steps of f unknowns, and by n prescribed coordinates.
 
-        Those with respect to the steps of the f free columns and unknown angles are (m, f, N), the others (m, n, N).
+        The unknowns are free freedoms of the tree and unknown angles; the derivatives are (m, f, N) and (m, n, N).
         """
         given, free = len(prescribed.columns), self.free_columns(prescribed)
         everything = replace(prescribed, columns=())
@@ -213,7 +213,7 @@ class Solver:
         return gradient[:, unknown.astype(np.intp)], rates
 
     def _factors(self, prescribed: PrescribedCoordinates) -> tuple[Array, Array]:
-        """Return signed scale factors of free columns in the loop equations (closures, f, 1) and the platform's twist (f, 1)."""
+        """Return signed scale factors of the free freedoms in the loop equations (closures, f, 1) and platform twist (f, 1)."""
         if (key := (prescribed.columns, prescribed.fixed_dofs)) not in self._scales:
             free = self.free_columns(prescribed)
             loops = self.equations.signs[:, free] * self.column_scale[free] / self._row_scale
@@ -228,7 +228,7 @@ class Solver:
         return self._free[key]
 
     def impose(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> None:
-        """Write the given tree coordinates and angles into the poses, in place."""
+        """Write the prescribed freedoms, their followers and the prescribed angles into the poses, in place."""
         for row, column in enumerate(prescribed.columns):
             self.joint_of_column[column].write(target[row], poses.x)
         self.equations.couplings.impose(prescribed.columns, target, poses.x)
@@ -297,9 +297,9 @@ class Solver:
         return result, good
 
     def in_one_go(self, prescribed: PrescribedCoordinates, start: SolverState, target: Array) -> SolverState | None:
-        """Return the pose at coordinates (n, 1) near one pose by :meth:`newton` and :meth:`on_one_side` in a single call.
+        """Return the pose at coordinates (n, 1) near one pose by :meth:`newton` and :meth:`on_one_side` in one compiled call.
 
-        None if the result is uncertain, or if the solver has no such call.
+        None if the result is uncertain, or if the solver is not compiled.
         """
         return None
 
@@ -312,9 +312,9 @@ class Solver:
         shrunk: Array,
         passing: Mask | None,
     ) -> Correction:
-        """Correct poses once; their prescribed coordinates have been imposed already. See :meth:`newton`.
+        """Correct poses with imposed coordinates once, see :meth:`newton`.
 
-        ``shrunk`` (N,) is the ratio of the last correction to the previous one.
+        ``before`` (N,) are the sizes of the previous steps, ``shrunk`` (N,) their ratios to the steps before.
         """
         residual, gradient = self.system(prescribed, poses, target)
         step = -least_squares(gradient, residual[:, None], prescribed.local_dofs)[:, 0]
@@ -336,18 +336,18 @@ class Solver:
         return Correction(self.advance(prescribed, poses, step), size, shrunk, done, ok & ~last)
 
     def on_one_side(self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState, target: Array) -> Mask:
-        """Return the mask (N,) of pairs of poses without a singular pose between: gradients with determinants of one sign."""
+        """Return the mask (N,) of pairs of poses without a singular pose between: their gradients' determinants have one sign."""
         one, two = (self.system(prescribed, poses, target)[1] for poses in (first, second))
         return have_one_sign(one, two)
 
     def surely_on_one_side(self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState) -> Mask:
-        """Return the mask (N,) of poses at which :meth:`on_one_side` is certain."""
+        """Return the mask (N,) of pairs of poses for which :meth:`on_one_side` is certainly true."""
         nothing = np.zeros((prescribed.size, 1))
         one, two = (self.system(prescribed, poses, nothing)[1] for poses in (first, second))
         return surely_have_one_sign(one, two)
 
     def origin(self, prescribed: PrescribedCoordinates, start: SolverState, near: Array | None = None) -> tuple[Array, Array]:
-        """Return the start of a line: the prescribed coordinates (n, N) and all orientation coordinates (3, N) of poses.
+        """Return prescribed coordinates (n, N) and all orientation coordinates (3, N) of poses at which lines start.
 
         Full turns of actuators are chosen near ``near`` (n, N).
         """

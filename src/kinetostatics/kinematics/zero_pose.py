@@ -1,4 +1,4 @@
-"""The zero pose: the robot's size with all joints at zero, the closed pose near it, and errors of files without such a pose."""
+"""The zero pose: the robot's size with all joints at zero, the closed pose near it, and errors if there is no closed pose."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def written_zero(equations: LoopEquations) -> SolverState:
 def closed_zero(solver: Solver, actuators: PrescribedCoordinates) -> tuple[SolverState, float]:
     """Return the closed pose near zero, found by damped least squares, and its scaled residual.
 
-    The actuators remain at zero if the loops can be closed so.
+    The actuators remain at zero if the other joints can close the loops.
     """
     equations, tree = solver.equations, solver.tree
     start, nothing = written_zero(equations), (PrescribedCoordinates(), np.zeros((0, 1)))
@@ -97,7 +97,7 @@ def closed_zero(solver: Solver, actuators: PrescribedCoordinates) -> tuple[Solve
     best, left = close(solver, start, actuators, np.zeros((actuators.size, 1)))
     if (residual := float(left[0])) < CLOSED:
         return best, residual
-    # Rounding alone is no reason to move the actuators: a nearly closed pose far away would be another assembly mode.
+    # Actuators are not moved to close gaps of rounding size: the closed pose may be far away, in another assembly mode.
     free, left = close(solver, start, *nothing, cutoff=1e-3)
     if left[0] < CLOSED or OPEN < residual > left[0]:
         best, residual = free, float(left[0])
@@ -114,9 +114,9 @@ def closed_zero(solver: Solver, actuators: PrescribedCoordinates) -> tuple[Solve
 
 
 def is_one_frame(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]], size: float) -> bool:
-    """Whether several loops are open at zero because of one wrong frame, although some motion nearly closes them.
+    """Whether the correction of one frame would close several open loops at zero, although some motion nearly closes them.
 
-    A single open loop could be closed by any frame, and the rotation of a joint about its own axis only changes its zero.
+    Any frame of a single loop could close it; a rotation of a frame about its joint's axis changes only the joint's zero.
     """
     if sum(max(pair) > CLOSED for pair in gaps.values()) < 2:
         return False
@@ -131,7 +131,7 @@ def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]
         mechanism: mechanism whose loops cannot be closed.
         gaps: gap of each loop with all joints at zero, {name: (m, rad)}.
         size: size of the robot [m].
-        closest: smallest gaps with all joints free, as text, if they are large.
+        closest: text on the smallest gaps with all joints free, if these are large.
     """
     name = mechanism.description.name
     text = f"the loops of {name!r} cannot be closed, not even with all joints free{': ' * bool(closest)}{closest}. "
@@ -152,9 +152,9 @@ def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]
 
 
 def corrections_hint(mechanism: Mechanism, size: float) -> str | None:
-    """Return a hint at corrections of axes, or of one frame, that would close the loops at zero; None without such a correction.
+    """Return a hint at corrections of axes, or of one frame, that would close the loops at zero, for loops closed by a motion.
 
-    The joints must move to close the loops. There is no hint if an axis is missing in the file, which has its own warning.
+    None without such a correction, and if an axis is missing in the file, which has its own warning.
     """
     if _missing_axes(mechanism):
         return None
@@ -173,7 +173,7 @@ def corrections_hint(mechanism: Mechanism, size: float) -> str | None:
 def _wrong_axes(mechanism: Mechanism) -> str:
     """Return, as text, the axes x, y or z of revolute loops that would close all loops at zero; empty if there are none.
 
-    At zero the successor's frame is turned relative to the predecessor's by R. The axis of R closes the loop.
+    At zero the successor's frame is turned relative to the predecessor's by R: the axis of R closes the loop.
     """
     found: dict[str, list[str]] = {}
     frames = mechanism.forward(mechanism.tree.neutral[:, None])
@@ -194,7 +194,7 @@ def _wrong_axes(mechanism: Mechanism) -> str:
 
 
 def _missing_axes(mechanism: Mechanism) -> str:
-    """Return the axes missing in the file as text; other errors are reported once these are written."""
+    """Return, as text, the axes missing in the file; other errors are reported once the axes are written."""
     description = mechanism.description
     connections: dict[str, Joint | Loop] = {**description.joints, **description.loops}
     names = [name for name in description.default_axes if name in connections and connections[name].axis == (1.0, 0.0, 0.0)]
@@ -219,14 +219,14 @@ def _listed(mechanism: Mechanism, corrections: tuple[FrameCorrection, ...]) -> s
     joints = [item.joint for item in corrections[:_SHOWN] if not item.is_loop]
     if not joints:
         return text
-    child = mechanism.description.joints[joints[-1]].child  # the joint may be right, and the frame of its child wrong
+    child = mechanism.description.joints[joints[-1]].child  # the joint may be right, and the frames on its child wrong
     return f"{text}. If such a joint is right, the bodies on its child (as {child!r}) are to be moved the opposite way"
 
 
 def with_wrong_parent(error: RobotFileError, mechanism: Mechanism) -> RobotFileError:
-    """Return a more precise error if a joint, or a side of a loop, is probably on a wrong link.
+    """Return the error that a joint, or a side of a loop, is on a wrong link; the given error if this is not likely.
 
-    It is the same error unless all loops would close at zero with one joint, or side of a loop, on a link that ends nowhere.
+    It is likely if all loops would close at zero with one joint, or side of a loop, on a link that ends nowhere.
     """
     size, empty = box_diagonal(mechanism), [link for link, _ in ends_nowhere(mechanism)]
     if not empty or not mechanism.description.loops or are_closed_at_zero(mechanism, size):
