@@ -53,7 +53,7 @@ def new_robot(
             the name, else 0.5; negative for a suspended platform.
         arrangement: "symmetric" (evenly around Z), "planar" (the same, all revolute axes along Z, height 0 unless given),
             "cartesian" (three limbs along X, Y and Z) or "spherical" (limbs RRR whose axes all pass through O); default: that of
-            the name, or of the only name that the limbs have, else symmetric.
+            the common name, or of the only named mechanism with these limbs, else symmetric.
         azimuths: azimuths of the limbs [rad]; default: evenly spaced.
         placements: instead of radii and azimuths: for each limb ``{"base": (x, y, z), "platform": (x, y, z)}`` in the frames of
             base and platform [m], optionally with "axis" (direction of its revolute axes) and "guide" (direction of its
@@ -61,8 +61,8 @@ def new_robot(
         guide: direction of the guides of limbs that begin with P: "vertical" (the default; "tangential" if planar), "radial" or
             "tangential".
         axis: direction of revolute axes: "radial", "tangential" or "vertical"; default: horizontal and perpendicular to the limb.
-        sections: sections of beams by role, such as ``{"rod": "tube 60mm 50mm steel"}``; roles are rod, crank (of limbs with an
-            elbow) and cylinder (a telescope in two pieces); "rod_4" is that of limb 4 and equal limbs.
+        sections: sections of beams by role, such as ``{"rod": "tube 60mm 50mm steel"}``; roles are rod, crank (in limbs with an
+            elbow) and cylinder (in telescopes of two pieces); "rod_4" is the rod of limb 4 and of equal limbs.
         name: name of the robot; default: that of the file, or the architecture.
         values: other arguments of the file by name, SI units, such as ``rod_density=7820``, ``stroke=0.1`` or
             ``platform_mass=12``.
@@ -126,7 +126,7 @@ def _ruler(title: str) -> str:
 
 
 def _wrapped(line: str) -> list[str]:
-    """Return an element wrapped before attributes, with aligned continuation lines."""
+    """Return the lines of an element, broken before attributes, which are aligned."""
     found = []
     element = re.match(r"\s*<[\w:]+ ", line)
     while element is not None and len(line) > WIDTH:
@@ -158,9 +158,9 @@ def file_text(design: Design) -> str:
     else:
         below = "1.3" if lowest < 0 else "0.3"
     plate = 'length="${platform_thickness}"'
-    if not height:  # the joints at the platform of a spherical robot are above o
+    if not height:  # a spherical robot: the joints at its platform are above o
         plate += ' xyz="0 0 ${platform_radius * cos(platform_cone)}"'
-    elif "platform_radius" in design.places[-1].platform_text:  # a cartesian one has them on X, Y and Z
+    elif "platform_radius" in design.places[-1].platform_text:  # a cartesian robot: they are on X, Y and Z
         plate = 'length="${2 * platform_radius}"'
     base = base.replace("BELOW", below).replace("HEIGHT", "${height}" if height else "0").replace("PLATE", plate)
     rest = [_ruler("base and platform"), base, _ruler("beams"), *beams, _ruler("limbs"), limbs]
@@ -183,7 +183,7 @@ _BASE = """\
     <xacro:draw_cylinder diameter="${2.3 * BASE_RADIUS}" length="0.01" material="graphite" xyz="0 0 ${-BELOW * BASE_RADIUS}"/>
   </link>
 
-  <!-- leaves the platform all freedoms and is no limb: all limbs are alike, each closed by a loop at the platform -->
+  <!-- leaves the platform all freedoms; each limb ends in a loop at the platform -->
   <joint name="platform_pose" type="floating">
     <parent link="base"/>
     <child link="platform"/>
@@ -214,11 +214,11 @@ def _about(design: Design) -> str:
         )
         limbs.append(f"    {numbers}, {group.text}: {names}, from base to platform")
         number += group.count
-    note = "  The notation marked no actuator: these are the usual ones.\n" if architecture.actuators_chosen else ""
+    note = "  The notation has no marks of actuators: these are the usual ones.\n" if architecture.actuators_chosen else ""
     return (
         "<!--\n"
         f"  {architecture.text}, built by name. Actuators stand in brackets.\n" + "\n".join(limbs) + "\n" + note + "\n"
-        "  Units: m, kg, N, rad. All joints at zero closes the loops exactly, also after a value was changed.\n"
+        "  Units: m, kg, N, rad. The loops close with all joints at zero, also after changes of values.\n"
         "  Change a value here, or without editing the file: ks.load_robot(FILE, parameters={'platform_mass': 5})\n"
         "-->"
     )

@@ -31,7 +31,7 @@ from kinetostatics.authoring.placement import (
     SYMMETRIC,
     LimbPlace,
     arranged,
-    limb_frame,
+    limb_line,
     tabled,
 )
 from kinetostatics.authoring.spherical import add_spherical_arguments, check_spherical
@@ -99,7 +99,7 @@ def design_robot(
         "base_spread": arguments.number("base_spread", math.radians(15)),
         "platform_spread": arguments.number("platform_spread", math.radians(15)),
     }
-    turn = 60 if spherical else 30 if _wants_turn(skeletons, planar=planar) else 0
+    turn = 60 if spherical else 30 if _needs_turn(skeletons, planar=planar) else 0
     if turn or "platform_turn" in given:
         sizes["platform_turn"] = arguments.number("platform_turn", math.radians(turn))
     word = guide or ("tangential" if planar else "vertical")
@@ -107,7 +107,7 @@ def design_robot(
         places = tabled(len(skeletons), placements, word)
     else:
         places = arranged(parsed, skeletons, arrangement, azimuths, sizes, word, axis)
-    spans = [limb_frame(place, sizes["height"])[0] for place in places]
+    spans = [limb_line(place, sizes["height"]) for place in places]
     if spherical:
         lengths = add_spherical_arguments(arguments, parsed, places, sizes)
     else:
@@ -124,8 +124,8 @@ def design_robot(
     return Design(name, parsed, skeletons, tuple(places), options, chosen, shared, arguments)
 
 
-def _wants_turn(skeletons: Sequence[Skeleton], *, planar: bool) -> bool:
-    """Whether radial limbs would leave the platform a rotation about Z, which an offset of its azimuths prevents."""
+def _needs_turn(skeletons: Sequence[Skeleton], *, planar: bool) -> bool:
+    """Whether the platform could rotate about Z if the platform points had the azimuths of the base points."""
     straight = not any(skeleton.has_elbow for skeleton in skeletons)
     pivoted = any(skeleton.group.kinds == ("S",) for skeleton in skeletons)
     return straight and (planar or pivoted)
@@ -142,17 +142,17 @@ def _place_arguments(arguments: FileArguments, places: Sequence[LimbPlace], size
         arguments.add("base_radius", sizes["base_radius"], "O to the limbs' base points B_i")
     if places[0].platform_text and "platform_radius" not in texts:  # a table: the radius is that of the platform's disc
         radius = rounded(max(math.hypot(*place.platform[:2]) for place in places) or 0.1)
-        arguments.add("platform_radius", radius, "of the disc that the platform's inertia is that of")
+        arguments.add("platform_radius", radius, "of the disc whose inertia the platform has")
     else:
         arguments.add("platform_radius", sizes["platform_radius"], "o to their platform points A_i")
     arguments.add("height", sizes["height"], "of o above O where all joints read zero")
     if polar or "base_height" in texts:
         arguments.add("base_height", 0, "of the B_i above O")
     if "platform_turn" in sizes:
-        arguments.add("platform_turn", "${radians(30)}", "of the A_i about Z, against the B_i")
+        arguments.add("platform_turn", "${radians(30)}", "of the A_i about Z, relative to the B_i")
     if spread:
-        arguments.add("base_spread", "${radians(15)}", "B_i to the middle of its pair, seen from O")
-        arguments.add("platform_spread", "${radians(15)}", "A_i to the middle of its pair, seen from o")
+        arguments.add("base_spread", "${radians(15)}", "azimuth of B_i from the middle of its pair")
+        arguments.add("platform_spread", "${radians(15)}", "azimuth of A_i from the middle of its pair")
 
 
 def _geometry_arguments(
@@ -172,13 +172,13 @@ def _geometry_arguments(
         if "crank_angle" in arguments.given:
             if "rod_length" in arguments.given:
                 raise ArgumentError("crank_angle and rod_length are both given; give one, the other follows from it")
-            arguments.add("crank_angle", 0.0, "of the crank above the level, outwards, where all joints read zero")
+            arguments.add("crank_angle", 0.0, "of the crank, outwards, above the horizontal, where all joints read zero")
             longest["rod"] = reach
         else:
             rod = arguments.length("rod_length", rounded(0.6 * reach))
             arguments.add("rod_length", rod, "E_i to A_i")
             hanging = all(places[k].axis is None and spans[k][2] < 0 for k in elbows)
-            arguments.add("elbow", -1 if hanging else 1, "side of the bend: 1 or -1, turned about the revolute axis")
+            arguments.add("elbow", -1 if hanging else 1, "side of the bend: 1 or -1, about the revolute axis")
             for k in elbows:
                 _check_triangle(architecture, k, spans[k], crank, rod)
             longest["rod"] = rod
@@ -207,17 +207,17 @@ def _check_triangle(architecture: Architecture, k: int, span: np.ndarray, crank:
     line, out = math.hypot(span[0], span[2]), abs(float(span[1]))
     if rod <= out or not abs(crank - math.sqrt(rod**2 - out**2)) < line < crank + math.sqrt(rod**2 - out**2):
         raise ArgumentError(
-            f"{architecture.text}, limb {k + 1}: crank_length {crank:g} and rod_length {rod:g} do not make a triangle with the "
-            f"{np.linalg.norm(span):.4g} m from base point to platform point; their sum must be longer, their difference shorter"
+            f"{architecture.text}, limb {k + 1}: crank_length {crank:g} and rod_length {rod:g} form no triangle with the "
+            f"{np.linalg.norm(span):.4g} m from base point to platform point; their sum must be larger, their difference smaller"
         )
 
 
 def _reasons(skeletons: Sequence[Skeleton]) -> dict[str, str]:
-    """Return the reasons why arguments of other robots do not exist here, by name."""
+    """Return, for arguments of other robots, the reason why this robot does not have them."""
     found = dict.fromkeys(("base_radius", "base_height"), "its placements come from a table")
     if any(skeleton.has_elbow for skeleton in skeletons):
         found["rod_length"] = "it follows from crank_angle"
-        found["elbow"] = "crank_angle tells where the elbow is"
+        found["elbow"] = "crank_angle determines the elbow"
     else:
         found["rod_length"] = "it follows from height and radii"
         for name in ("crank_length", "crank_angle", "elbow"):
@@ -253,17 +253,17 @@ def _limb_options(
 
 
 def _check_oblique(architecture: Architecture, k: int, skeleton: Skeleton, span: np.ndarray) -> None:
-    """Raise an error if the platform point is outside the plane of a limb with parallel axes."""
+    """Check that the platform point is in the plane of a limb whose axes are parallel."""
     ends = skeleton.points[-2:]
     if len(ends) < 2 or any(point.kind not in ("U", "S") for point in ends) or (ends[0].axes == "xn" or ends[1].axes == "nx"):
         raise ArgumentError(
-            f"{architecture.text}, limb {k + 1}: its platform point lies {abs(span[1]):.4g} m beside the plane through its base "
-            "point that its revolute axes are perpendicular to; move it into that plane, or give the axes another direction"
+            f"{architecture.text}, limb {k + 1}: its platform point lies {abs(span[1]):.4g} m outside the plane through its "
+            "base point normal to its revolute axes; move it into this plane, or give the axes another direction"
         )
 
 
 def _head(skeleton: Skeleton, place: LimbPlace, *, polar: bool, axes: bool) -> tuple[str, tuple[str, ...], str]:
-    """Return parameters of a limb macro, the lines with its frame, and the direction of its guide."""
+    """Return the parameters of a limb's macro, the lines of its call of ``limb_frame``, and the direction of its guide."""
     vectors = {
         "vertical": "[0, 0, 1]",
         "radial": "[cos(at_base), sin(at_base), 0]",

@@ -1,4 +1,4 @@
-"""The xacro arguments of a generated file: names, defaults and comments; sections, materials and masses among them."""
+"""The xacro arguments of a generated file: names, defaults and comments; among them sections, materials and masses."""
 
 from __future__ import annotations
 
@@ -66,14 +66,14 @@ class FileArguments:
         return number
 
     def check_all_used(self, reasons: Mapping[str, str]) -> None:
-        """Raise an error for values of unknown arguments, with the reason in ``reasons`` or similar names."""
+        """Raise an error for unknown arguments; it has the reason in ``reasons``, otherwise similar names."""
         for name in self.given:
             if name not in self.texts:
                 reason = reasons.get(name, near_names(name, self.texts))
                 raise ArgumentError(f"this robot has no value {name!r}: {reason}")
 
     def lines(self, used_in: str) -> list[str]:
-        """Return the declarations of arguments, and of properties for arguments in expressions of the text ``used_in``."""
+        """Return declarations of the arguments, and of properties of those that occur in expressions of the text ``used_in``."""
         expressions = "".join(re.findall(r"\$\{[^}]*\}", "\n".join((used_in, *self.texts.values()))))
         used = set(re.findall(r"\w+", expressions))
         first: list[str] = []
@@ -90,7 +90,7 @@ class FileArguments:
             first += ["", f"  <!-- {self.headings[name]} -->"] if name in self.headings else []
             first.append(argument)
             properties += value
-        note = ["", "  <!-- what follows from these values, unless it is given -->"] if late else []
+        note = ["", "  <!-- computed from these values, unless given -->"] if late else []
         return [*first, "", *properties, *note, *late]
 
 
@@ -179,12 +179,10 @@ def parse_section(text: str, what: str = "section") -> SectionText:
             raise ArgumentError(f"{what}: the {name} of {text!r} is {size:g} m; it must be between 0 and 1000 m")
     inner = sizes.get("inner_diameter", 0.0)
     if inner and inner >= sizes["outer_diameter"]:
-        raise ArgumentError(
-            f"{what}: the tube {text!r} has an inner diameter that is not smaller than the outer one, which is first"
-        )
+        raise ArgumentError(f"{what}: the inner diameter of {text!r}, its second size, is not smaller than the outer one")
     if 2 * sizes.get("thickness", 0.0) >= min(sizes.get("width", 1e30), sizes.get("height", 1e30)):
         raise ArgumentError(
-            f"{what}: the wall of {text!r} is thicker than half its width or height; the thickness is the third size"
+            f"{what}: the wall thickness of {text!r}, its third size, must be less than half its width and height"
         )
     return SectionText(shape, sizes, material)
 
@@ -243,7 +241,7 @@ def add_section_arguments(arguments: FileArguments, sections: Mapping[str, Secti
                 arguments.add(f"{prefix}_{size}", value, comment, heading)
             heading = ""
     if any(prefix.startswith("cylinder") for prefix in sections):
-        arguments.add("cylinder_part", 0.5, "the cylinder's part of a telescope's length where all joints read zero")
+        arguments.add("cylinder_part", 0.5, "length of the cylinder / telescope where all joints read zero")
     shared = len({section.material for section in sections.values()}) <= 1 and not any(
         f"{prefix}_{key}" in arguments.given for prefix in sections for key in MATERIAL_NAMES
     )
@@ -263,7 +261,7 @@ def add_section_arguments(arguments: FileArguments, sections: Mapping[str, Secti
 
 
 def _add_wall(arguments: FileArguments, prefix: str, section: SectionText) -> None:
-    """Add a tube's wall thickness, which determines its inner diameter; or the inner diameter if that is given."""
+    """Add a tube's wall thickness, from which the inner diameter is computed; or the inner diameter, if it is given."""
     inner, wall = f"{prefix}_inner_diameter", f"{prefix}_wall_thickness"
     if inner in arguments.given:
         if wall in arguments.given:

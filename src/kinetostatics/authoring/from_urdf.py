@@ -28,11 +28,11 @@ from kinetostatics.files.xml import XmlElement, to_text
 from kinetostatics.robot import Robot
 from kinetostatics.sections.kinds import Tube
 
-#: Deflection of an actuator with suggested stiffness under its largest force: 5 mrad, as in gears of arms, or 0.5 mm.
+#: Deflections of actuators with suggested stiffnesses under their largest force [rad, m]; 5 mrad is usual in gears of arms.
 TURN, SLIDE = 5e-3, 5e-4
-#: Word for all suggestions of the file.
+#: Argument that selects all suggested beams or stiffnesses.
 SUGGESTED = "suggested"
-#: Smallest rotation of the platform's axes at zero with a comment [degrees].
+#: Smallest rotation of the platform's axes, with all joints at zero, that a comment mentions [degrees].
 LEAST_TURN = 0.1
 
 
@@ -140,8 +140,8 @@ def extension(
         f"  <platform link={quoted(description.platform)}/>\n" if not root.named("platform") else "",
         f"  <base link={quoted(description.base)}/>\n" if base_link is not None or floats else "",
         *(textwrap.indent(to_text(write_loop(loop), header=False, indented=True), "  ") + "\n" for loop in closed),
-        _actuators_text(driven, "actuators: joints that move and have no transmission in the file; their brakes hold"),
-        _actuators_text(holding, "joints beside the way from base to platform, as a gripper's: they hold what hangs there"),
+        _actuators_text(driven, "actuators: the moving joints without a transmission in the file, held by their brakes"),
+        _actuators_text(holding, "locked joints outside the chain from base to platform, such as those of a gripper"),
         _beams_text(known, candidates, elastic),
         _stiffness_text(known, joint_stiffness),
     ]
@@ -149,12 +149,14 @@ def extension(
     include = include_path(name, root, uses_xacro, additions, out) if found.root is root else None
     if include is None:
         return whole_text(found.root, additions), False, warnings
-    comment = f"{os.path.basename(name)} as it is, and what the statics need; comments suggest the rest, in m, kg, N and rad"
+    comment = (
+        f"{os.path.basename(name)} unchanged, with what it lacks for statics; comments suggest further parts (m, kg, N, rad)"
+    )
     return including_text(description.name, include, _safe(comment), additions), True, warnings
 
 
 def _turned_axes(description: RobotDescription) -> str:
-    """Return a comment on the platform's axes if they are not parallel to the base's with all joints at zero."""
+    """Return a comment on the platform's axes if, with all joints at zero, they are not parallel to those of the base."""
     robot = Robot(description)
     try:
         rotation = robot.mechanism.platform_pose(robot.zero_frames)[0][..., 0]
@@ -167,14 +169,14 @@ def _turned_axes(description: RobotDescription) -> str:
     pitch = math.asin(float(np.clip(-back[2, 0], -1, 1)))
     roll, yaw = math.atan2(back[2, 1], back[2, 2]), math.atan2(back[1, 0], back[0, 0])
     rpy = " ".join(f"{value if abs(value) > 1e-12 else 0.0:.12g}" for value in (roll, pitch, yaw))
-    return f'  <!-- they are turned by {angle:.4g}° at zero; parallel to the base\'s are those of <origin rpy="{rpy}"/> -->\n'
+    return f'  <!-- turned by {angle:.4g}° with all joints at zero; <origin rpy="{rpy}"/> makes them parallel to the base -->\n'
 
 
 # ---- actuators ------------------------------------------------------------------------------------------------------------
 
 
 def _actuators(root: XmlElement, description: RobotDescription, given: Iterable[str] | None) -> tuple[tuple[str, ...], list[str]]:
-    """Return the joints that become actuators, and further joints outside the chain that are locked by a transmission."""
+    """Return the joints that become actuators, and joints outside the chain, which a transmission locks."""
     there = {entry.attributes.get("name", "") for item in root.named("transmission") for entry in item.named("joint")}
     free = [] if description.loops else [name for name in drivable(description.joints) if name not in there]
     if given is None:
@@ -220,8 +222,8 @@ def _beams_text(description: RobotDescription, candidates: Mapping[str, Span], e
         result += f"\n  <!-- {comment} -->\n" + "".join(written)
     if rest:
         result += (
-            f"\n  <!-- Links that could be beams, as tubes of {MATERIAL} with the link's mass and a wall of {WALL:g} of their\n"
-            "       diameter, but not too thick for beam theory: measure your own, and take the beam out of its comment. -->\n"
+            f"\n  <!-- Possible beams: {MATERIAL} tubes of the link's mass, with walls of {WALL:g} diameters, within the\n"
+            "       limits of beam theory. Measure your own, and take the beam out of its comment. -->\n"
         )
         for span in (candidates[link] for link in rest):
             remark = f"{span.link}: {span.length:.3g} m between its joints, {span.mass:.3g} kg"
@@ -259,7 +261,7 @@ def _beam_text(description: RobotDescription, candidates: Mapping[str, Span], li
     if link not in candidates:
         between = ", ".join(map(repr, candidates)) or "none"
         raise ArgumentError(
-            f"elastic: {link!r} does not lie between two joints that move on the way from base to platform; these do: {between}"
+            f"elastic: {link!r} is not between two moving joints of the chain from base to platform; these are: {between}"
         )
     section = parse_section(text, f"elastic, {link}")
     span = candidates[link]
@@ -273,7 +275,7 @@ def _beam_text(description: RobotDescription, candidates: Mapping[str, Span], li
 
 
 def _tip(description: RobotDescription) -> str:
-    """Return advice for a platform at the end of a moving joint, which is rigid; empty otherwise."""
+    """Return advice for a platform that a moving joint carries and that should be elastic; else empty."""
     joint = next((item for item in description.joints.values() if item.child == description.platform), None)
     if joint is None or JOINT_TYPES[joint.type].is_fixed or description.loops:
         return ""
@@ -314,13 +316,13 @@ def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | 
         chosen = {str(name): _positive(description, name, value) for name, value in (given or {}).items()}
     result = ""
     if chosen:
-        result += "\n  <!-- elastic actuators and gears, in N m/rad, slides in N/m -->\n"
+        result += "\n  <!-- elastic actuators and gears [N m/rad, N/m] -->\n"
         result += "".join(f"  {_stiffness(name, value)}\n" for name, value in chosen.items())
     rest = [joint for joint in actuators if joint.name in suggested and joint.name not in chosen]
     if rest:
         result += (
-            "\n  <!-- How stiff actuators could be, in N m/rad, slides in N/m: as if their effort, the largest force\n"
-            f"       that the file has, moved them by {TURN * 1e3:g} mrad or {SLIDE * 1e3:g} mm. Makers of gears say more. -->\n"
+            "\n  <!-- Possible stiffnesses of actuators [N m/rad, N/m]: their largest effort in the file deflects them by\n"
+            f"       {TURN * 1e3:g} mrad or {SLIDE * 1e3:g} mm. Data sheets of gears are more precise. -->\n"
         )
         result += "".join(
             f"  <!-- {_safe(_stiffness(joint.name, suggested[joint.name]))} effort {joint.effort:g} "

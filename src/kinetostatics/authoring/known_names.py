@@ -90,8 +90,8 @@ KNOWN_NAMES = (
 )
 
 _SERIAL = (
-    "is a serial robot, and new joins limbs in parallel; kinetostatics new --from FILE extends a serial robot's URDF, and "
-    "kinetostatics robots --copy ur10 copies one that is ready"
+    "is a serial robot, which has no limbs in parallel; kinetostatics new --from FILE extends the URDF of a serial robot, and "
+    "kinetostatics robots --copy ur10 copies an example"
 )
 #: Names of robots without limbs between a base and a platform, with advice.
 OTHERS = {
@@ -121,7 +121,7 @@ def named(text: str) -> KnownName | None:
 
 
 def _single(text: str, found: list[KnownName]) -> KnownName | None:
-    """Return the only one of the mechanisms ``found``, None if there is none; several are an error."""
+    """Return the only element of ``found``, or None if it is empty; several are an error."""
     if len(found) > 1:
         commands = " or ".join(f'kinetostatics new "{known.name}" ({known.about})' for known in found)
         raise ArgumentError(f"{text!r} is more than one mechanism; write {commands}")
@@ -129,10 +129,12 @@ def _single(text: str, found: list[KnownName]) -> KnownName | None:
 
 
 def options_of(text: str, architecture: str, given: Mapping[str, Keyword]) -> dict[str, Keyword]:
-    """Return the default arguments of ``new_robot`` of a name, or of the only known mechanism of an architecture.
+    """Return default arguments of ``new_robot``: those of a common name, or of the only named mechanism with these limbs.
 
-    ``architecture`` are the limbs of ``text`` in the notation, actuators in brackets. If placements or another arrangement are
-    ``given``, the notation has no defaults.
+    Args:
+        text: name, or limbs in the notation.
+        architecture: the limbs in the notation, actuators in brackets.
+        given: arguments that are given; with placements or another arrangement, limbs have no defaults.
 
     Raises:
         ArgumentError: the architecture is that of several mechanisms, such as 3-RRR, planar or spherical.

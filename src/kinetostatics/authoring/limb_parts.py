@@ -99,11 +99,11 @@ def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
         slides = joint.kind == "P" or (joint.kind == "C" and points and not last)
         if slides or joint.kind == "4R":
             if waiting is not None:
-                raise error_at(text, joint.place, "one prismatic joint or parallelogram at most can stand between two joints")
+                raise error_at(text, joint.place, "at most one prismatic joint or parallelogram can be between two joints")
             waiting = LimbSpan("telescope", "rod", joint, joint.kind == "C") if slides else LimbSpan("parallelogram", "rod")
         elif joint.kind == "4S":
             if waiting is not None or not last:
-                reason = "the rods of (4S) end at the platform; write it last, behind [R] or [P]: '3-[R](4S)'"
+                reason = "the rods of (4S) end at the platform; write (4S) last, after [R] or [P]: '3-[R](4S)'"
                 raise error_at(text, joint.place, reason)
             if points and points[-1].kind:
                 spans.append(LimbSpan("rod", "rod"))
@@ -117,15 +117,15 @@ def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
             points.append(LimbPoint(joint.kind, joint))
             waiting = None
         if len(points) > MAX_POINTS:
-            raise error_at(
-                text, joint.place, f"more than {MAX_POINTS} joints that turn: the notation does not tell where their axes point; "
-                "write U for two axes that cross, S for three that meet in a point"
-            )  # fmt: skip
+            reason = (
+                "the directions of their axes do not follow from the notation; write U for two axes that intersect, S for three"
+            )
+            raise error_at(text, joint.place, f"more than {MAX_POINTS} rotational joints: {reason}")
     if waiting is not None:
         spans.append(waiting)
         points.append(LimbPoint("4S", points[-1].symbol) if waiting.kind == "rods" else LimbPoint("", None))
     if len(points) > MAX_POINTS:
-        raise error_at(text, group.joints[-1].place, f"a limb has at most {MAX_POINTS} points where it turns")
+        raise error_at(text, group.joints[-1].place, f"a limb has rotational joints at {MAX_POINTS} points at most")
     if len(spans) > 1:
         spans = [LimbSpan(span.kind, "crank" if k == 0 else "rod", span.slide, span.turns) for k, span in enumerate(spans)]
     return Skeleton(group, guide, guide_turns, _named(_with_axes(points)), tuple(spans))
@@ -134,9 +134,9 @@ def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
 def _with_axes(points: list[LimbPoint]) -> list[LimbPoint]:
     """Return points with the order of the axes of universal joints.
 
-    The axis on the side of an adjacent revolute joint is parallel to this joint. Otherwise the axis on the side of base or
-    platform is along the limb's y, and the other one perpendicular to the rod. A telescope fixed to the platform counts as an
-    adjacent revolute joint: the first axis is then radial and fixed in the base.
+    The axis on the side of an adjacent revolute joint is parallel to that joint. Without such a joint, the axis on the side of
+    base or platform is along the limb's y, and the other one is perpendicular to the rod. A telescope fixed to the platform has
+    the effect of a revolute joint there: the first axis is radial and fixed in the base.
     """
     found = []
     for number, point in enumerate(points):

@@ -1,8 +1,8 @@
 """The xacro macro of a limb: its joints, links, beams and actuators between base and platform.
 
-Its geometry consists of expressions of the file's arguments, so that the loops are closed for all values. Axis z of a link's
-frame is along the link; relative to the limb's frame (y along the revolute axes), it is rotated by the pitch about y, then by the
-roll about its x.
+Its geometry consists of expressions of the file's arguments, so that the loops close for all values. Axis z of a link's frame
+is along the link. Relative to the limb's frame, whose y is along the revolute axes, the link's frame is rotated by the pitch
+about y, then by the roll about its own x.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ class LimbOptions:
         prefixes: prefixes of the section arguments of each role; with a ``cylinder``, a telescope consists of cylinder and rod
             of constant lengths.
         widths: expressions for the drawing of each role: diameter, or height and width.
-        given: names of the file's arguments: with ``crank_angle`` the rod's length follows from it, else both lengths are
-            given; with ``actuator_stiffness`` actuators are elastic; with ``crank_arc`` all axes of a limb meet in one point.
+        given: names of the file's arguments. With ``crank_angle``, the rod's length follows from it; without, both lengths are
+            given. With ``actuator_stiffness``, actuators are elastic. With ``crank_arc``, all axes of a limb intersect in O.
     """
 
     macro: str
@@ -44,7 +44,7 @@ class LimbOptions:
 
 @dataclass
 class _Walk:
-    """State of the writing of a limb: the outermost link, and the text so far.
+    """The text of a limb as it is written from the base outwards, and its outermost link.
 
     Attributes:
         link: name of the outermost link.
@@ -106,16 +106,16 @@ def _geometry(skeleton: Skeleton, options: LimbOptions) -> list[str]:
     if skeleton.has_elbow:
         if crank_angle:
             lines += [
-                "<!-- at zero the crank points outwards, crank_angle above the level -->",
+                "<!-- at zero the crank points outwards, crank_angle above the horizontal -->",
                 _property("crank_pitch", "pi / 2 - crank_angle"),
             ]
         else:
             reach = "(rod_length**2 - limb_y**2)" if options.oblique else "rod_length**2"
             lines += [
-                "<!-- at zero, the triangle of crank, rod and the line between their ends; its bend is to the side of elbow -->",
+                "<!-- at zero, the triangle of crank, rod and the line between their ends; elbow is the side of its bend -->",
                 _property("line", "hypot(limb_x, limb_z)"),
                 _property("cosine", f"(crank_length**2 + line**2 - {reach}) / (2 * crank_length * line)"),
-                _property("bend", "acos(cosine) if fabs(cosine) &lt; 1 else xacro.fatal('crank and rod make no triangle')"),
+                _property("bend", "acos(cosine) if fabs(cosine) &lt; 1 else xacro.fatal('crank and rod form no triangle')"),
                 _property("crank_pitch", "atan2(limb_x, limb_z) + elbow * bend"),
             ]
         lines += [
@@ -143,7 +143,7 @@ def _guide(skeleton: Skeleton, options: LimbOptions, walk: _Walk) -> None:
         return
     if skeleton.guide_turns:
         walk.write(
-            "<!-- the cylindrical joint: a slide along the limb's y, and a turn about it -->",
+            "<!-- the cylindrical joint: a slide along the limb's y, and a rotation about it -->",
             '<xacro:prismatic name="prismatic_${i}" parent="foot_${i}" child="carriage_${i}" axis="0 1 0" lower="${-stroke}"',
             '                 upper="${stroke}" effort="2000"/>',
             '<link name="carriage_${i}"><xacro:box_inertial mass="${carriage_mass}" x="0.1" y="0.1" z="0.1"/></link>',
@@ -182,7 +182,7 @@ def _joint_and_link(skeleton: Skeleton, options: LimbOptions, number: int, walk:
     _tree_joint(skeleton, point, inner, pitch, roll, walk)
     if span.turns:
         walk.write(
-            "<!-- the turn of the cylindrical joint, about the line of the telescope -->",
+            "<!-- the rotation of the cylindrical joint, about the line of the telescope -->",
             f'<link name="{inner}"/>',
             f'<xacro:revolute name="turn_${{i}}" parent="{inner}" child="{child}" axis="0 0 1"',
             '                lower="${-pi}" upper="${pi}"/>',
@@ -198,7 +198,7 @@ def _joint_and_link(skeleton: Skeleton, options: LimbOptions, number: int, walk:
 
 
 def _tree_joint(skeleton: Skeleton, point: LimbPoint, child: str, pitch: str, roll: str, walk: _Walk) -> None:
-    """Write the joint of the tree at a point, and store its name as the joint at the inner end of the child."""
+    """Write the joint at a point and record its name, as that of the joint at the inner end of the child."""
     at = f'parent="{walk.link}" child="{child}"' + ("" if walk.end == "0 0 0" else f' xyz="{walk.end}"')
     turn, tilt = _turn(pitch, walk.pitch), _turn(roll)
     name = {"R": "revolute", "C": "turn", "U": "universal", "S": "spherical", "": "mount"}[point.kind] + f"_${{i}}{point.letter}"
@@ -303,7 +303,7 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
         walk.end = f"0 0 ${{{rest}}}"
     else:
         walk.write(
-            "<!-- massless: the beam below is the whole telescope, and its length follows the slide -->",
+            "<!-- massless: the beam below is the whole telescope, with the length that the slide gives it -->",
             f'<link name="{walk.link}">',
             f'  <xacro:draw_cylinder diameter="${{1.3 * {width}}}" length="${{{length} / 2}}" material="blue"',
             f'                       xyz="0 0 ${{{length} / 4}}"/>',

@@ -33,7 +33,7 @@ from kinetostatics.authoring.known_names import named
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import ArgumentError
 
-#: Joints by letter: name, and freedoms of the outer side relative to the inner one (without the spin of the rods of (4S)).
+#: Joints by letter: name, and freedoms, those of (4S) without the spins of its rods.
 JOINTS: dict[str, tuple[str, int]] = {
     **{
         JOINT_TYPES[name].symbol: (name, JOINT_TYPES[name].freedoms)
@@ -170,7 +170,7 @@ def parse_architecture(text: str) -> Architecture:
 
 
 def _is_a_word(text: str) -> bool:
-    """Whether a text is a name, not notation: four letters in a row, some of which are no joints; or a serial robot (6R)."""
+    """Whether a text is not notation: four letters in a row, of which at least two are no joints; or a serial robot (6R)."""
     if re.fullmatch(r"\s*\dR\s*", text):
         return True
     foreign = re.sub("(?i)pa|[rpusc]|[^a-z]", "", text)
@@ -184,7 +184,7 @@ def error_at(text: str, place: int, reason: str) -> ArgumentError:
 
 
 def _group(text: str, at: int) -> tuple[AlikeLimbs, int]:
-    """Return the limbs of one term, and the position of the next separator."""
+    """Return the limbs of one term of the sum, and the position of the next separator."""
     place = len(text) - len(text[at:].lstrip()) + 1
     head = _TERM.match(text, at)
     count = 1

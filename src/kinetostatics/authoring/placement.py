@@ -65,8 +65,8 @@ def direction(word: str | Point, azimuth: float) -> Point:
     return {"vertical": (0.0, 0.0, 1.0), "radial": (c, s, 0.0), "tangential": (-s, c, 0.0)}[word]
 
 
-def limb_frame(place: LimbPlace, height: float) -> tuple[np.ndarray, float]:
-    """Return the platform point in the limb's frame at zero [m], and the reference azimuth of its directions [rad].
+def limb_line(place: LimbPlace, height: float) -> np.ndarray:
+    """Return the line (3,) from base point to platform point in the limb's frame at zero [m].
 
     The formulas are those of the macro ``limb_frame`` of the library.
     """
@@ -89,8 +89,8 @@ def limb_frame(place: LimbPlace, height: float) -> tuple[np.ndarray, float]:
         tilt = math.copysign(math.pi / 2, axis[2]) if upright else math.atan2(axis[2], flat)
     ahead = line[0] * math.cos(turn) + line[1] * math.sin(turn)
     across = line[1] * math.cos(turn) - line[0] * math.sin(turn)
-    found = (ahead, across * math.cos(tilt) + line[2] * math.sin(tilt), line[2] * math.cos(tilt) - across * math.sin(tilt))
-    return np.array(found), azimuth
+    sine, cosine = math.sin(tilt), math.cos(tilt)
+    return np.array([ahead, across * cosine + line[2] * sine, line[2] * cosine - across * sine])
 
 
 # ---- arrangements --------------------------------------------------------------------------------------------------
@@ -99,8 +99,8 @@ def limb_frame(place: LimbPlace, height: float) -> tuple[np.ndarray, float]:
 def azimuths_of(architecture: Architecture, given: Sequence[float] | None) -> list[float | None]:
     """Return the azimuths of the limbs [rad], None for a limb at the centre.
 
-    Limbs are evenly spaced about the vertical. Of 2 + 1 limbs, the two equal ones are at Y and −Y, the other one at X; a single
-    limb besides three or more equal ones is at the centre.
+    By default limbs are evenly spaced about Z, with two exceptions. Of 2 + 1 limbs, the two equal ones are at Y and −Y, the other
+    one at X. A single limb besides three or more equal ones is at the centre.
     """
     count = len(architecture.limbs)
     if given is not None:
@@ -183,8 +183,9 @@ def _pair(k: int, values: Mapping[str, float]) -> tuple[Angle, Angle]:
 def _cartesian(architecture: Architecture, skeletons: Sequence[Skeleton], values: Mapping[str, float]) -> list[LimbPlace]:
     """Return the placements of three limbs, obtained from one another by cyclic permutation of X, Y, Z.
 
-    Limbs with revolute axes parallel to their guide are beside the axes, as in a Tripteron: limb 1 at −Y, guide and axes along
-    X. Other limbs are on the axes, as in an Orthoglide: limb 1 on X, its guide along X, its axes along Y.
+    Limbs whose revolute axes are parallel to their guide have their points beside the axes, as in a Tripteron: limb 1 at −Y,
+    guide and revolute axes along X. Other limbs are on the axes, as in an Orthoglide: limb 1 on X, guide along X, revolute axes
+    along Y.
     """
     if len(skeletons) != 3:
         raise ArgumentError(
@@ -231,7 +232,7 @@ def read_placements(path: str | os.PathLike[str]) -> list[dict[str, Point]]:
 
 
 def tabled(limbs: int, table: object, guide: str) -> list[LimbPlace]:
-    """Return the placements of limbs from a table, one mapping per limb; one without guide direction has ``guide``."""
+    """Return the placements of limbs from a table with one mapping per limb; ``guide``: default direction of guides."""
     if isinstance(table, (str, os.PathLike)):
         table = read_placements(table)
     if not isinstance(table, Sequence) or isinstance(table, (bytes, Mapping)) or len(table) != limbs:

@@ -1,4 +1,4 @@
-"""Links between two moving joints, modelled as beams where possible: length, mass and the tube of that mass."""
+"""Links between two moving joints, which may become beams: length, mass and the tube of this mass."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from kinetostatics.description.elements import Joint
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot_description import RobotDescription
 
-#: Suggested tubes: wall as a part of the outer diameter, material, and least ratio of length to diameter of the tube with the
-#: link's mass (including motors).
+#: Suggested tubes: ratio of wall to outer diameter, material, and smallest ratio of length to diameter of the tube with the
+#: mass of the link, which includes motors.
 WALL, MATERIAL, SLENDER = 0.1, "aluminium", 1.5
 #: Sine of the angle below which two axes are parallel.
 PARALLEL = 1e-3
@@ -46,16 +46,16 @@ class Span:
 
     @property
     def y_axis(self) -> NDArray[np.float64]:
-        """Axis y of the section: projection of the joint's axis on the plane normal to the span."""
+        """Axis y of the section: projection of the joint's axis onto the plane normal to the span."""
         across = (axis - (axis @ self.along) * self.along for axis in (self.axis, *np.eye(3)))
         first = next(vector for vector in across if np.linalg.norm(vector) > PARALLEL)
         return np.asarray(first / np.linalg.norm(first))
 
     @property
     def tube(self) -> tuple[float, float] | None:
-        """Outer and inner diameter [m], with two digits, of the tube with the link's mass, limited to slender beams.
+        """Outer and inner diameter [m], with two digits, of a tube with the link's mass, or a thinner one that is slender.
 
-        None without mass, or if the tube with this mass is not slender at all.
+        None if the link has no mass, or if the tube with its mass is far too thick or too thin for a beam.
         """
         if self.mass <= 0:
             return None
@@ -93,8 +93,8 @@ def chain_joints(description: RobotDescription) -> list[tuple[Joint, bool]]:
 def spans(description: RobotDescription, frames: Mapping[str, NDArray[np.float64]]) -> dict[str, Span]:
     """Return the links between consecutive moving joints of the chain from base to platform, by name.
 
-    The last one ends at the fixed joint of the platform's link, if there is one. Of several links fixed to each other, the
-    heaviest one is returned, except the platform. In a robot with loops, all links with two joints or loops are returned.
+    If the platform's link is fixed to another, its fixed joint is the last end. Of several links fixed to each other, the
+    heaviest one except the platform is returned. In a robot with loops, all links with two joints or loops are returned.
     ``frames`` are the frames (4, 4) of the links with all joints at zero.
     """
     if description.loops:

@@ -1,4 +1,4 @@
-"""Spherical robots: limbs with three revolute joints whose axes all pass through one point, as in an Agile Eye.
+"""Spherical robots: limbs of three revolute joints, with all axes through one point, as in an Agile Eye.
 
 See C. M. Gosselin, J. Angeles, The optimum kinematic design of a spherical three-degree-of-freedom parallel manipulator,
 J. Mech. Transm. Autom. Des. 111 (1989).
@@ -45,11 +45,11 @@ def add_spherical_arguments(
     arguments.add("base_radius", base, "O to the joints at the base")
     arguments.add("elbow_radius", middle, "O to the elbows")
     arguments.add("platform_radius", platform, "O to the joints at the platform")
-    arguments.add("base_cone", CONE_TEXT, "of the axes at the base to straight down")
-    arguments.add("platform_cone", CONE_TEXT, "of the axes at the platform to straight up, at zero")
-    arguments.add("platform_turn", "${radians(60)}", "of the latter about Z, against the former")
+    arguments.add("base_cone", CONE_TEXT, "angle of the axes at the base to -Z")
+    arguments.add("platform_cone", CONE_TEXT, "angle of the axes at the platform to Z, at zero")
+    arguments.add("platform_turn", "${radians(60)}", "of the axes at the platform about Z, at zero")
     arguments.add("crank_arc", "${radians(90)}", "between a limb's first and second axis")
-    arguments.add("rod_arc", "${radians(90)}", "between its second and third")
+    arguments.add("rod_arc", "${radians(90)}", "between its second and third axis")
     arguments.add("elbow", 1, "side of the bend: 1 or -1")
     arguments.add("joint_angle_max", "${radians(60)}", "of passive joints, either way from zero")
     arguments.add("drive_angle_max", "${radians(60)}", "of driven joints, either way from zero")
@@ -80,7 +80,7 @@ def _check_arcs(
 
 
 def spherical_limb(skeleton: Skeleton, prefixes: Mapping[str, str], flat: Mapping[str, bool]) -> tuple[list[str], list[str]]:
-    """Return the lines of a limb's macro, and its driven joints; a role's section is ``flat`` if it needs a y axis."""
+    """Return the lines of a limb's macro, and its driven joints; ``flat``: whether the section of a role needs a y axis."""
     names = [f"revolute_${{i}}{point.letter}" for point in skeleton.points]
     driven = [point.symbol is not None and point.symbol.driven for point in skeleton.points]
     limit = ["drive_angle_max" if item else "joint_angle_max" for item in driven]

@@ -82,9 +82,7 @@ def test_a_one_link_arm_bends_between_its_joint_and_its_tool(tmp_path) -> None:
     assert not any("no mass" in text for text in result.warnings)  # of a tool, which need not have one
     path.write_text(f"{head}</robot>")
     for elastic in ({"upper": "tube 60mm 50mm steel"}, "suggested"):
-        with pytest.raises(
-            ks.ArgumentError, match="'upper' is the platform, which is rigid; end it in a link of its own"
-        ) as caught:
+        with pytest.raises(ks.ArgumentError, match="'upper' is the platform, which is rigid; end it in a link") as caught:
             ks.extend_robot(path, elastic=elastic)
     said = re.search(r"<link .*</joint>", str(caught.value))[0].replace("X Y Z", "0.6 0 0")
     path.write_text(f"{head}{said}</robot>")
@@ -117,9 +115,7 @@ def test_the_original_is_included_as_it_is_and_nothing_is_overwritten(arm, tmp_p
     assert ks.extend_robot(arm, platform_link="tool", actuators=["two"]).description.driven == ("two",)
 
 
-def test_suggestions_have_the_numbers_of_the_file_and_load_when_they_are_taken_out_of_their_comments(
-    arm, tmp_path, monkeypatch
-) -> None:
+def test_suggestions_have_the_files_numbers_and_load_outside_their_comments(arm, tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     text = extension_text(arm, platform_link="tool")
     assert "upper: 0.6 m between its joints, 2 kg" in text and "lower" not in text  # which weighs nothing
@@ -129,10 +125,8 @@ def test_suggestions_have_the_numbers_of_the_file_and_load_when_they_are_taken_o
     without = re.sub(r"<!-- [^<]*(<(beam|joint_stiffness).*?(</beam>|/>))[^<]*-->", r"\1", text, flags=re.DOTALL)
     path = tmp_path / "taken.urdf.xacro"
     path.write_text(without)
-    taken, suggested = (
-        ks.load_robot(path),
-        ks.extend_robot(arm, platform_link="tool", elastic="suggested", joint_stiffness="suggested"),
-    )
+    taken = ks.load_robot(path)
+    suggested = ks.extend_robot(arm, platform_link="tool", elastic="suggested", joint_stiffness="suggested")
     assert list(taken.description.beams) == ["upper"] and list(taken.description.joint_stiffness) == ["one", "two"]
     np.testing.assert_allclose(analyzed(taken).twist, analyzed(suggested).twist, rtol=1e-14)
     beam = taken.description.beams["upper"].section
@@ -161,7 +155,7 @@ def test_platform_base_and_drives_that_the_file_has_are_left_alone(arm) -> None:
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"elastic": {"hand": "circle 20mm"}}, "'hand' does not lie between two joints .* these do: 'upper', 'lower'"),
+        ({"elastic": {"hand": "circle 20mm"}}, "'hand' is not between two moving joints .* these are: 'upper', 'lower'"),
         ({"elastic": {"upper": "tube 20mm"}}, "elastic, upper: .* a tube has 2"),
         ({"elastic": "all"}, "elastic is 'all'; it is 'suggested', or sections by link"),
         ({"joint_stiffness": {"too": 1e4}}, "joint_stiffness: no actuator 'too': did you mean 'two'"),
@@ -183,11 +177,6 @@ def test_new_from(arm, tmp_path, capsys) -> None:
     assert main([*command, "--joint-stiffness", "two=30kNm/rad", "--out", str(out)]) == 0
     assert f"{out}: platform tool, base foot, driven: one, two, three; elastic: upper, two" in capsys.readouterr().out
     assert ks.load_robot(out).description == ks.extend_robot(arm, **EXAMPLE).description
-    assert main(["check", str(out)]) == 0
-    capsys.readouterr()
-    assert main(["new", "--from", str(arm), "--platform-link", "tool"]) == 0
-    printed = capsys.readouterr().out
-    assert "upper: 0.6 m between its joints" in printed
     assert main(["new", "--from", str(arm), "--platform-link", "tool", "--joint-stiffness", "suggested"]) == 0
     assert 'drive="10000"' in capsys.readouterr().out
 
@@ -220,7 +209,7 @@ def test_joints_beside_the_way_to_the_platform_are_held_although_others_are_name
     options = ["--platform-link", "tool", "--elastic", "upper=tube 60mm 50mm steel", "--actuators", "one", "two", "three"]
     assert main(["new", "--from", str(arm), *options, "--out", str(out)]) == 0
     text = out.read_text()
-    head, tail = text.split("joints beside the way from base to platform")
+    head, tail = text.split("locked joints outside the chain")
     assert "left_slide" not in head and '<joint name="left_slide"/>' in tail and "right_slide" not in text
     robot = ks.load_robot(out)
     assert robot.description.driven == ("one", "two", "three", "left_slide") and robot.actuators_outside_limbs == ("left_slide",)

@@ -48,7 +48,7 @@ def test_formula_of_gruebler(architecture, freedoms, drives):
         ("3-R[P]X", 7, "no joint has this sign"),
         ("2-[P]RU+U[P", 10, "not closed"),
         ("3-UPS+U(PP", 8, "no joint has this sign"),
-        ("3-UPS+RRRRR", 10, "more than 3 joints that turn"),
+        ("3-UPS+RRRRR", 10, "more than 3 rotational joints"),
         ("3-UPS+PPS", 8, "two prismatic joints in a row"),
         ("3-R[S]P", 5, "cannot be driven"),
         ("3-R[]S", 4, "the bracket is empty"),

@@ -154,7 +154,7 @@ def test_command_writes_a_file_that_includes_the_source(tmp_path, capsys):
     assert printed.out.startswith(f"{out}: 1 loop, platform tool, base base, driven: motor_1, motor_2; elastic: nothing yet")
     assert printed.err == ""
     text = out.read_text()
-    turned = re.search(r"they are turned by 163\.8° at zero; parallel to the base's are those of (<origin [^>]*/>)", text)[1]
+    turned = re.search(r"turned by 163\.8° with all joints at zero; (<origin [^>]*/>) makes", text)[1]
     platform = f'<platform link="tool">{turned}</platform>'
     followed = ks.Robot(parse_robot_text(text.replace('<platform link="tool"/>', platform), str(out), {}))
     pose = {name: float(value) for name, value in followed.assemble().platform.items()}
@@ -179,7 +179,7 @@ def test_links_between_two_joints_may_be_beams():
     assert weights == {"crank_1": None, "crank_2": None, "rod_2": None} and len(robot.beams) == 3
     suggested = ks.extend_robot(FIVE_BAR, **HINGE, elastic="suggested")
     assert set(suggested.description.beams) == set(sections)
-    with pytest.raises(ArgumentError, match="'tool' does not lie between two joints"):
+    with pytest.raises(ArgumentError, match="'tool' is not between two moving joints"):
         ks.extend_robot(FIVE_BAR, **HINGE, elastic={"tool": "circle 20mm"})
 
 
