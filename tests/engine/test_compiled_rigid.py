@@ -7,12 +7,11 @@ import numpy as np
 import package_robots
 import pytest
 import simple_machines
-import small_robots
 from places import CASES
-from tapes import RANDOM, close, differences, evaluated, record_of, solved, some_poses
+from tapes import close, differences, evaluated, record_of, solved, some_poses
 
 import kinetostatics as ks
-from kinetostatics.description import JointStiffness, Spring
+from kinetostatics.description import JointStiffness
 from kinetostatics.engine.engine_report import engine_report
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.limbs import compliance
@@ -54,23 +53,6 @@ def test_rigid_limbs_are_recorded_as_numpy_computes_them(kind):
     assert np.all(holds) and not wanted["singular"].any() and not wanted["indeterminate"].any()
     worst = differences(found, wanted)
     assert max(worst.values()) < 1e-11, max(worst, key=worst.get)
-
-
-@pytest.mark.few(1)
-@pytest.mark.parametrize("number", range(6))
-def test_random_robots_with_a_rigid_limb_and_a_spring_are_recorded_as_numpy_computes_them(number):
-    made = small_robots.robot_of(small_robots.random_spec(RANDOM[number], 0))
-    description, rng = made.description, np.random.default_rng(0)
-    for name, beam in description.beams.items():
-        description = description.without_beam(name) if beam.link in made.topology.limbs[0].links else description
-    ends = tuple(rng.standard_normal(3)), tuple(0.1 * rng.standard_normal(3))
-    spring = Spring("pull", 1e4, description.base, description.platform, *ends, free_length=0.2, preload=10.0)
-    robot = ks.Robot(description.with_part(spring))
-    assert any(group.rigid_directions for group in robot.statics.groups)
-    poses = some_poses(robot)
-    found, holds = evaluated(robot, record_of(robot), *poses)
-    worst = differences(found, solved(robot, *poses))
-    assert np.all(holds) and max(worst.values()) < 1e-11, max(worst, key=worst.get)
 
 
 def test_rings_whose_self_stress_is_hardly_elastic_and_frames_without_joints_are_recorded(monkeypatch):

@@ -13,7 +13,6 @@ from telescopes import mast
 import kinetostatics as ks
 from kinetostatics.description import Joint, JointStiffness, Link, Spring
 from kinetostatics.engine.engine_report import engine_report
-from kinetostatics.math.linalg import solve_by_elimination
 
 close = partial(tapes.close, tolerance=1e-10)
 
@@ -44,7 +43,8 @@ def sprung(name):
     return ks.Robot(description)
 
 
-@pytest.mark.parametrize("name", ["2pru_upr", pytest.param("3rps", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SPRINGS)
 def test_what_is_recorded_of_springs_is_what_numpy_computes(name):
     robot = sprung(name)
     poses = some_poses(robot)
@@ -121,11 +121,3 @@ def test_functions_and_derivatives_of_sprung_robots():
             wanted = (after[output] - before[output]) / (2 * step)
             np.testing.assert_allclose(derivatives[name], wanted, rtol=0, atol=2e-6 * np.max(np.abs(wanted)))
     assert rates["twist"]["gravity"].shape == (6, 3)
-
-
-def test_elimination_solves_what_has_pivots_and_leaves_the_rest_to_lapack():
-    rng = np.random.default_rng(2)
-    a, b = rng.standard_normal((5, 5, 40)) + 4 * np.eye(5)[:, :, None], rng.standard_normal((5, 3, 40))
-    a[0, 0, 7], a[:2, :2, 9] = 0.0, 1.0  # no pivot at once, and none then
-    found = solve_by_elimination(a, b)
-    np.testing.assert_allclose(np.einsum("ijn,jkn->ikn", a, found), b, rtol=0, atol=1e-11)

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from tapes import COMPARISONS, FUNCTIONS, evaluate
+from tapes import evaluate
 
 from kinetostatics.engine import llvm
 from kinetostatics.engine.code import Bound, Code, packed
-from kinetostatics.engine.scalars import Tape
+from kinetostatics.engine.record_derivatives import _FUNCTIONS
+from kinetostatics.engine.scalars import _COMPARISONS, Tape
 
 #: Both numbers of every operation: around all multiples of π/8, large and small ones, equal ones, zeros of both signs.
 TURNS = np.arange(-24, 25) * np.pi / 8
@@ -21,9 +22,9 @@ def recorded(kind):
     more, less = (tape.write((how, a, b), how == "<").number for how in "><")
     taken = {"and": (more, less), "or": (more, less), "not": (more,), "choose": (more, a, b)}
     numbers, truths = [], [more, less]
-    for name in FUNCTIONS:
+    for name in _FUNCTIONS:
         one = name in ("negative", "square_root", "absolute", "sine", "cosine", "whole")
-        is_truth = name in COMPARISONS or name in ("and", "or", "not")
+        is_truth = name in _COMPARISONS or name in ("and", "or", "not")
         operation = (name, *taken.get(name, (a,) if one else (a, b)))
         (truths if is_truth else numbers).append(tape.write(operation, False if is_truth else 0.5).number)
     numbers += [tape.number_of(value) for value in (0.1, -0.0)] + [a]

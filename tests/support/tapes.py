@@ -1,38 +1,21 @@
-"""A second way from a record to numbers: operation by operation with NumPy, without LLVM."""
+"""Records evaluated operation by operation with NumPy, without LLVM, beside the analysis."""
 
 import numpy as np
 
 from kinetostatics.engine.pose_code import ANALYSIS, pose_model
 from kinetostatics.engine.pose_record import pose_record
+from kinetostatics.engine.record_derivatives import values
+from kinetostatics.engine.scalars import needed_by
 from kinetostatics.kinematics.alternatives import choices, prescribed_platform
 from kinetostatics.math.rotations import orientation_named
 from kinetostatics.quantities import OF_EQUILIBRIUM
 from kinetostatics.statics.springs import solve_with_springs
 
-ARITHMETIC = {"add": np.add, "subtract": np.subtract, "multiply": np.multiply, "divide": np.divide, "negative": np.negative}
-OTHERS = {"square_root": np.sqrt, "absolute": np.abs, "and": np.logical_and, "or": np.logical_or, "not": np.logical_not}
-COMPARISONS = {">": np.greater, ">=": np.greater_equal, "<": np.less, "<=": np.less_equal, "==": np.equal, "!=": np.not_equal}
-ANGLES = {"sine": np.sin, "cosine": np.cos, "angle": np.arctan2, "whole": np.rint}
-FUNCTIONS = {**ARITHMETIC, **OTHERS, **COMPARISONS, **ANGLES, "choose": np.where}
-
 
 def evaluate(tape, inputs, parameters, wanted):
     """Return the results (N,) of wanted operations for inputs, each (components, N)."""
-    found = []
-    N = inputs[0].shape[1]
-    with np.errstate(all="ignore"):
-        for name, *taken in tape.operations:
-            if name == "input":
-                found.append(inputs[taken[0]][taken[1]])
-            elif name == "parameter":
-                found.append(parameters[taken[0]])
-            elif name == "constant":
-                found.append(float.fromhex(taken[0]))
-            elif name == "truth":
-                found.append(taken[0])
-            else:
-                found.append(FUNCTIONS[name](*(found[k] for k in taken)))
-    return np.array([np.broadcast_to(found[number], N) for number in wanted])
+    found = values(tape, needed_by(tape, wanted), inputs, parameters)
+    return np.array([np.broadcast_to(found[number], inputs[0].shape[1]) for number in wanted])
 
 
 def close(found, wanted, tolerance=1e-11):

@@ -141,11 +141,17 @@ def thrust(h=0.3, b=0.3, d=0.02):
     return bending / flexibility
 
 
-def test_rigid_rings_leave_their_inner_forces_open():
-    """A rigid parallelogram of hinges is threefold overconstrained in itself; twist and torque do not depend on how."""
-    parts = [link("base"), link("platform", 4.0)]
+def rigid_cranks(mass):
+    """Base, platform and two rigid cranks of 1 kg, of which the first is driven."""
+    parts = [link("base"), link("platform", mass), '<transmission name="t"><joint name="foot_0"/></transmission>']
     for k, x in enumerate((0.0, 0.5)):
         parts += [link(f"crank_{k}", 1.0, "0 0 0.5"), joint(f"foot_{k}", "continuous", "base", f"crank_{k}", f"{x} 0 0")]
+    return parts
+
+
+def test_rigid_rings_leave_their_inner_forces_open():
+    """A rigid parallelogram of hinges is threefold overconstrained in itself; twist and torque do not depend on how."""
+    parts = rigid_cranks(4.0)
     parts += [link("coupler"), joint("head_0", "continuous", "crank_0", "coupler", "0 0 1")]
     parts += [loop("head_1", "revolute", "crank_1", "coupler", "0 0 1", "0.5 0 0", "0 1 0")]
     parts += [
@@ -154,7 +160,6 @@ def test_rigid_rings_leave_their_inner_forces_open():
         joint("top", "fixed", "column", "platform", "0 0 1"),
     ]
     parts += [bar("column", "flange", "top", 0.0, '<circle diameter="0.1"/>')]
-    parts += ['<transmission name="t"><joint name="foot_0"/></transmission>']
     machine = robot(*parts)
     assert machine.mobility.redundant_constraints == 3
     found = ks.analyze(machine.assemble(actuators={"foot_0": 0.5}), load=(0, 0, -20, 0, 0, 0), gravity=(0, 0, -G))
@@ -170,12 +175,10 @@ def test_rigid_rings_leave_their_inner_forces_open():
 @pytest.mark.parametrize("q", [0.0, 0.4, -0.9])
 def test_drives_of_rigid_overconstrained_robots_are_known(q):
     """What virtual work determines is told, however the rigid parts share their bearings' forces."""
-    parts = [link("base"), link("platform", 2.0)]
-    for k, x in enumerate((0.0, 0.5)):
-        parts += [link(f"crank_{k}", 1.0, "0 0 0.5"), joint(f"foot_{k}", "continuous", "base", f"crank_{k}", f"{x} 0 0")]
+    parts = rigid_cranks(2.0)
     parts += [joint("head_0", "continuous", "crank_0", "platform", "0 0 1")]
     parts += [loop("head_1", "revolute", "crank_1", "platform", "0 0 1", "0.5 0 0", "0 1 0")]
-    machine = robot(*parts, '<transmission name="t"><joint name="foot_0"/></transmission>')
+    machine = robot(*parts)
     found = ks.analyze(machine.assemble(actuators={"foot_0": q}), load=(3, 0, 0, 0, 0, 0), gravity=(0, 0, -G))
     assert found.status == ks.Status.INDETERMINATE and np.all(np.isnan(found.joint_wrenches["head_0"]))
     torque = -(3 * np.cos(q) + (2 * G + 2 * 1.0 * G / 2) * np.sin(q))

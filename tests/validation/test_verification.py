@@ -90,7 +90,7 @@ def pose(name, which):
     return one.configuration(one.model_q(one.generic_poses)[:, which - 1], closure_tolerance=1e-9)
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(4)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_every_robot(name):
     """With forces on all links at a pose without symmetry, and in one of four other ways."""

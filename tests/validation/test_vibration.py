@@ -204,20 +204,6 @@ def test_batches_are_their_poses_and_say_which_have_no_numbers():
     assert "mode 3" in str(found) and found.to_dict()["frequencies"][2] == [None] * 3
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ({"count": 0}, "whole number"),
-        ({"count": 1.5}, "whole number"),
-        ({"drives": "open"}, "locked"),
-        ({"payload": 5}, "Payload"),
-    ],
-)
-def test_invalid_arguments(arguments, words):
-    with pytest.raises(ks.ArgumentError, match=words):
-        ks.modes(package_robots.robot("3rps").assemble(), **arguments)
-
-
 # ---- frequency response --------------------------------------------------------------------------------------------------
 
 
@@ -280,17 +266,21 @@ def test_response_is_drawn_and_saved(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "words"),
+    ("function", "arguments", "words"),
     [
-        ({"frequencies": [0.0, 5.0]}, "positive"),
-        ({"damping": -0.1}, "damping ratio"),
-        ({"damping": {"masses": 1.0}}, "damping ratio"),
-        ({"tool": (0.1, 0.2)}, "three numbers"),
+        (ks.modes, {"count": 0}, "whole number"),
+        (ks.modes, {"count": 1.5}, "whole number"),
+        (ks.modes, {"drives": "open"}, "locked"),
+        (ks.modes, {"payload": 5}, "Payload"),
+        (ks.frequency_response, {"frequencies": [0.0, 5.0]}, "positive"),
+        (ks.frequency_response, {"frequencies": [1.0], "damping": -0.1}, "damping ratio"),
+        (ks.frequency_response, {"frequencies": [1.0], "damping": {"masses": 1.0}}, "damping ratio"),
+        (ks.frequency_response, {"frequencies": [1.0], "tool": (0.1, 0.2)}, "three numbers"),
     ],
 )
-def test_invalid_arguments_of_responses(arguments, words):
+def test_invalid_arguments(function, arguments, words):
     with pytest.raises(ks.ArgumentError, match=words):
-        ks.frequency_response(package_robots.robot("3rps").assemble(), **({"frequencies": [1.0]} | arguments))
+        function(package_robots.robot("3rps").assemble(), **arguments)
 
 
 @pytest.mark.parametrize(

@@ -10,19 +10,22 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Sequence
-from decimal import Decimal, localcontext
-from functools import cache
 from itertools import count
 
 #: Constant that is added to round a number to an integer; the integer is then in the last bits of the mantissa.
 _ROUNDER = 1.5 * 2.0**52
-#: Mantissa bits of the first two parts of π/2. The product of such a part and a number of quarter turns is exact.
-_BITS = 33
-_PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494")
+#: Numbers whose sum is π/2. The first two have 33 bits of mantissa, so that products with a number of quarter turns are exact.
+_QUARTER = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21)
+#: π/4 minus its floating-point number.
+_REST_OF_AN_EIGHTH = 3.061616997868383e-17
 _SINE = [(-1) ** k / math.factorial(2 * k + 1) for k in range(1, 9)]
 _COSINE = [(-1) ** k / math.factorial(2 * k) for k in range(2, 9)]
-#: Number of Chebyshev coefficients of the arctangent.
-_TERMS = 11
+#: Coefficients of t³, t⁵, … in arctan t, |t| ≤ tan π/8: eleven terms of the Chebyshev series
+#: Σ 2 (−1)ⁿ tan²ⁿ⁺¹(π/16) / (2n + 1) T₂ₙ₊₁(t / tan π/8). The coefficient of t is 1.
+_ARCTANGENT = (
+    -0.3333333333331411, 0.19999999997060347, -0.14285714077811654, 0.1111110291878184, -0.09090711055931741,
+    0.07689214063147491, -0.06634665375805353, 0.05662631000495569, -0.042815597215545675, 0.02039846638448244,
+)  # fmt: skip
 
 
 def kind_of(kind: str, lanes: int) -> str:
@@ -99,7 +102,7 @@ def sine_or_cosine(lines: Instructions, angle: str, of_cosine: bool) -> None:
     shifted = lines.call("fmuladd", angle, 2 / math.pi, _ROUNDER)
     quarters = lines.of("fsub", shifted, _ROUNDER)
     rest = angle
-    for part in _parts_of_a_quarter():
+    for part in _QUARTER:
         rest = lines.call("fmuladd", quarters, -part, rest)
     z = lines.of("fmul", rest, rest)
     sine = lines.call("fmuladd", lines.of("fmul", lines.polynomial(z, _SINE), z), rest, rest)
@@ -127,46 +130,11 @@ def angle_of_point(lines: Instructions, y: str, x: str) -> None:
     nothing = lines.add(f"fcmp oeq {lines.real} {below}, {lines.text(0.0)}")
     t = lines.of("fdiv", above, lines.choose(nothing, 1.0, below))
     z = lines.of("fmul", t, t)
-    angle = lines.call("fmuladd", lines.of("fmul", lines.polynomial(z, _angle_coefficients()), z), t, t)
+    angle = lines.call("fmuladd", lines.of("fmul", lines.polynomial(z, _ARCTANGENT), z), t, t)
     behind = lines.add(f"fcmp olt {lines.real} {lines.call('copysign', 1.0, x)}, {lines.text(0.0)}")
     eighths: str = lines.choose(wide, 1.0, 0.0)  # of a full turn: a further part of the angle
     for where, of in ((steep, 2.0), (behind, 4.0)):
         eighths = lines.choose(where, lines.of("fsub", of, eighths), eighths)
         angle = lines.choose(where, lines.of("fneg", angle), angle)
-    angle = lines.call("fmuladd", eighths, float(_PI / 4 - Decimal(math.pi / 4)), angle)
+    angle = lines.call("fmuladd", eighths, _REST_OF_AN_EIGHTH, angle)
     lines.call("copysign", lines.call("fmuladd", eighths, math.pi / 4, angle), y, last=True)
-
-
-@cache
-def _parts_of_a_quarter() -> tuple[float, ...]:
-    """Return three numbers whose sum is π/2; the first two have ``_BITS`` bits."""
-    rest, parts = _PI / 2, []
-    for _ in range(2):
-        fraction, exponent = math.frexp(float(rest))
-        parts.append(math.ldexp(math.floor(math.ldexp(fraction, _BITS)), exponent - _BITS))
-        rest -= Decimal(parts[-1])
-    return (*parts, float(rest))
-
-
-@cache
-def _angle_coefficients() -> tuple[float, ...]:
-    """Return the coefficients of t³, t⁵, … in the polynomial of arctan t, |t| ≤ tan π/8; the coefficient of t is 1."""
-    with localcontext() as context:
-        context.prec = 60
-        root = Decimal(2).sqrt()
-        largest, base = root - 1, (4 + 2 * root).sqrt() - root - 1  # tan π/8, tan π/16
-        before = polynomial = [Decimal(0), Decimal(1)]  # Chebyshev polynomials of degrees −1 and 1 (equal), by powers
-        found = [Decimal(0)] * (2 * _TERMS)
-        for n in range(_TERMS):
-            factor = 2 * (-1) ** n * base ** (2 * n + 1) / (2 * n + 1)
-            for power, value in enumerate(polynomial):
-                found[power] += factor * value / largest**power
-            # recurrence of odd degrees: T₍ₙ₊₂₎ = 2 T₂ Tₙ − T₍ₙ₋₂₎
-            times = [Decimal(0)] * (len(polynomial) + 2)
-            for power, value in enumerate(polynomial):
-                times[power + 2] += 4 * value
-                times[power] -= 2 * value
-            for power, value in enumerate(before):
-                times[power] -= value
-            before, polynomial = polynomial, times
-        return tuple(float(value) for value in found[3::2])

@@ -142,7 +142,7 @@ def _expression(kind: str, taken: Sequence[str]) -> str:
 def _places(
     pieces: Sequence[Sequence[int]], piece_of: Mapping[int, int], last_use: Mapping[int, int]
 ) -> tuple[dict[int, int], int]:
-    """Return the entries of the work array for values used in later functions, by operation, and the length of the array."""
+    """Return the index in the work array of each value used in later functions, by operation; and the length of the array."""
     places: dict[int, int] = {}
     free: list[int] = []
     ends: list[tuple[int, int]] = []

@@ -74,7 +74,7 @@ class Code:
     def results(
         self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int, stage: int = LAST
     ) -> tuple[Array, Mask]:
-        """Return the results at N poses, R ``numbers`` (R, N) and T ``truths`` (T, N); see :meth:`__call__`."""
+        """Return the results at N poses: arrays of ``numbers`` rows and of ``truths`` rows, each (…, N); see :meth:`__call__`."""
         N = inputs[-1].shape[1]
         if N == 1:
             return self._alone(inputs, parameters, numbers, truths, stage)
@@ -89,7 +89,7 @@ class Code:
         return found[:, :N], flags[:, :N]
 
     def _alone(self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int, stage: int) -> tuple[Array, Mask]:
-        """Return the results at one pose, (R, 1) and (T, 1); the arrays of a stage are allocated once."""
+        """Return the results at one pose, see :meth:`results`; the arrays of a stage are allocated once."""
         with self._calling:
             if stage not in self._bound:
                 taken = [np.empty((len(array), llvm.LANES)) for array in inputs]
@@ -127,7 +127,7 @@ def found_or_made(
 
 
 class Bound:
-    """A compiled function with fixed arrays, whose calls take little time."""
+    """A compiled function bound to fixed arrays, which saves time in every call."""
 
     def __init__(
         self, code: Code, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask, stage: int = LAST
@@ -144,7 +144,7 @@ class Bound:
         self._arguments = (*pointers, ctypes.c_int64(n), ctypes.c_int64(stage))
 
     def move(self, first: int) -> None:
-        """Let the next call begin at the pose ``first`` of those inputs that have more poses than the results."""
+        """Set the pose at which the next call starts in those inputs that have more poses than the results."""
         for k, address in self._moving:
             self._pointers[k] = address + 8 * first
 
@@ -245,7 +245,7 @@ def store(key: str, content: bytes) -> None:
 
 
 def _own(folder: Path) -> Path | None:
-    """Return a folder if only the user may write there, else None: its content is executed."""
+    """Return a folder if only the user may write there, else None; code in the folder is executed."""
     try:
         facts = folder.stat()
     except OSError:

@@ -1,4 +1,4 @@
-"""Report of the parts of a robot that run as compiled code, with the reason for those that do not."""
+"""Report on the parts of a robot that run as compiled code, with reasons for the other parts."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ class EngineReport(ShortRepr):
     Attributes:
         robot: name of the robot.
         is_compiled: whether the equilibrium of its poses is compiled.
-        reason: why the equilibrium is not compiled; None if it is.
+        reason: reason for which the equilibrium is not compiled; None if it is compiled.
         operations: number of operations per pose; None if the equilibrium is not compiled.
         loops_compiled: whether loop closure is compiled.
-        loops_reason: why loop closure is not compiled; None if it is.
+        loops_reason: reason for which loop closure is not compiled; None if it is compiled.
         loop_operations: number of operations of one Newton correction at given actuators; None if loop closure is not compiled.
         by_numpy: computations that NumPy does for this robot.
         folder: folder of the compiled code.
@@ -76,7 +76,7 @@ class EngineReport(ShortRepr):
 
 
 def engine_report(robot: _HasStatics) -> EngineReport:
-    """Return a report on the parts of a robot that run as compiled code with ``engine="compiled"``, and why others do not.
+    """Return a report on the parts of a robot that run as compiled code with ``engine="compiled"``.
 
     Code that is not on disk yet is compiled and stored, which takes a second or more.
     """

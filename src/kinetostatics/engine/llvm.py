@@ -54,8 +54,8 @@ def module_of(
         inputs: number of input arrays.
         repeats: 0, or the largest number of iterations: a block of poses is computed again while the first truth value of any of
             its poses is true. Results may then share memory with inputs.
-        stages: for each stage 0, 1, …, how many of the numbers are computed up to it; truth values are computed in all stages,
-            and all numbers in a stage beyond the last.
+        stages: for each stage 0, 1, …, how many of ``numbers`` are computed in this and the earlier stages. In a later stage all
+            are computed. Truth values are computed in all stages.
         lanes: poses per instruction.
         short_blocks: whether to divide the code into short basic blocks, which compile quickly.
     """
@@ -255,7 +255,7 @@ def compiled(text: str, level: int = 1) -> bytes:
 
 
 def processor() -> str:
-    """Return what object code depends on: the versions of LLVM and its binding, and the processor."""
+    """Return the versions of LLVM and its binding and the name of the processor; object code depends on them."""
     binding = _binding()
     features = binding.get_host_cpu_features().flatten()
     import llvmlite

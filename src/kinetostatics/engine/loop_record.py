@@ -40,13 +40,13 @@ class Program:
 
 
 def _copy_of(solver: Solver, prescribed: PrescribedCoordinates) -> tuple[Tape, Solver]:
-    """Return a tape, and a copy of a solver with parameters recorded on it in place of numbers."""
+    """Return a tape, and a copy of a solver with parameters recorded on the tape in place of numbers."""
     tape = Tape()
     return tape, Structure((solver, prescribed), tape).copy[0]
 
 
 def guards_met(tape: Tape) -> Number:
-    """Return whether (1,) all guards recorded up to now are met."""
+    """Return whether all guards recorded up to now are met, as a recorded array (1,)."""
     return recorded(np.array([tape.holds()], dtype=object))
 
 

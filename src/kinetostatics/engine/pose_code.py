@@ -127,7 +127,7 @@ class PoseCode:
         """Return arrays for load (6, 1) and gravity (3, 1) of one pose, and a function that computes its outputs from them.
 
         Args:
-            x: (nq', n) array whose first column are the coordinates at each call.
+            x: (nq', n) array of coordinates; each call reads its first column.
         """
         load, gravity = np.zeros((6, 1)), np.zeros((3, 1))
         numbers, truths = np.empty((self._ends[-1], 1)), np.empty((self._truths, 1), dtype=bool)

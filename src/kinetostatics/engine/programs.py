@@ -80,7 +80,7 @@ def _answering(
 
 
 def check_engine(engine: str) -> str:
-    """Return the engine of a name; "auto" may be replaced by the environment variable :data:`VARIABLE`.
+    """Return an engine; "auto" is replaced by the value of the environment variable :data:`VARIABLE`, if there is one.
 
     Raises:
         ArgumentError: the name is unknown.
@@ -93,7 +93,7 @@ def check_engine(engine: str) -> str:
 
 
 def engine_for(engine: str, poses: int) -> str:
-    """Return the engine for calls with ``poses`` poses in all, for instance those of a map."""
+    """Return the engine for several calls, such as those of a map, from their total number of poses."""
     return "compiled" if engine == "auto" and poses >= COMPILING else engine
 
 
@@ -160,7 +160,7 @@ def compiled_loops(engine: str) -> SolverChoice:
 
 
 def loops_for(analysis: Mapping[str, object]) -> SolverChoice:
-    """Return the choice of solver that belongs to given arguments of :func:`kinetostatics.analyze`."""
+    """Return :func:`compiled_loops` for the engine among given arguments of :func:`kinetostatics.analyze`."""
     return compiled_loops(check_engine(str(analysis.get("engine", "auto"))))
 
 

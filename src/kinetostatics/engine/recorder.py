@@ -97,7 +97,7 @@ class Recorded(np.ndarray[tuple[int, ...], np.dtype[np.object_]]):
 
 
 def recorded(found: Number) -> Number:
-    """Return an array of objects as a recorded array; of a tuple or list, each array."""
+    """Return an array of objects as a recorded array; in a tuple or list, every such array."""
     if isinstance(found, tuple | list):
         return type(found)(map(recorded, found))
     if isinstance(found, np.ndarray) and found.dtype == object and not isinstance(found, Recorded):
@@ -153,7 +153,7 @@ class Structure:
         Args:
             robot: the robot's statics, or other data of the robot.
             tape: tape on which operations with the copy are recorded.
-            all_vary: whether 0, 1 and −1 are parameters too, since they differ between robots.
+            all_vary: whether 0, 1 and −1 are parameters too, for records that are evaluated for other robots.
         """
         self._hash, self._tape, self._all_vary = hashlib.sha256(), tape, all_vary
         self._values: list[float] = []

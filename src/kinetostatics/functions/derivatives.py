@@ -305,8 +305,10 @@ def derivatives_at(
     tool: Array | None = None,
     names: Sequence[str] = OUTPUTS,
 ) -> Derivatives | None:
-    """Return the derivatives at all poses; None if there are none: the robot cannot be recorded, a pose is not reached, or the
-    analysis has other arguments than :data:`PLAIN`, such as loads on links.
+    """Return the derivatives at all poses, or None.
+
+    There are no derivatives if the robot cannot be recorded, if a pose is not reached, or if the analysis has other arguments
+    than :data:`PLAIN`, such as loads on links.
 
     Args:
         result: the analysis of the poses.
@@ -338,8 +340,9 @@ def derivatives_at(
 
 
 def _swept(record: PoseRecord, inputs: Sequence[Array], numbers: Array) -> tuple[Index, Array, Mask]:
-    """Return the L inputs and constants of a record (L, 2), the derivatives (rows, L, N) by them, and the mask (N,) of poses at
-    which the record is valid. An input is given by array and component, a constant by ``_NUMBERS`` and its number.
+    """Return the L inputs and constants of a record, the derivatives (rows, L, N) by them, and the mask (N,) of valid poses.
+
+    Inputs and constants are rows (L, 2) of indices: array and component of an input, ``_NUMBERS`` and number of a constant.
     """
     rows, tape, N = record.all_rows(), record.tape, inputs[0].shape[1]
     needed = needed_by(tape, (*rows, record.all_hold()))

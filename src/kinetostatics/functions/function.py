@@ -117,7 +117,7 @@ class Function:
         near: Configuration | Values | None = None,
         **coordinates: ArrayLike,
     ) -> Values:
-        """Return the outputs, each (…, *shape); they are NaN at poses that cannot be reached, as the status says.
+        """Return the outputs, each (…, *shape); they are NaN at poses that cannot be reached, see the output "status".
 
         Args:
             load: (…, 6) external wrench on the platform about o, world axes [N, N·m].

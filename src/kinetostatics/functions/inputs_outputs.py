@@ -67,7 +67,7 @@ class Values(ResultMapping[str, Array]):
     """Result of a function: arrays by name, batch axes first, and the pose.
 
     Attributes:
-        origin: the pose as compiled code needs it, where it is ``near=`` of the next call; None if not available.
+        origin: the pose in the form from which compiled code starts, for ``near=`` of the next call; None if there is none.
     """
 
     def __init__(self, arrays: Mapping[str, Array], pose: Callable[[], Configuration], origin: object = None) -> None:
@@ -85,7 +85,7 @@ class Values(ResultMapping[str, Array]):
 
 
 def flat_loads(load: ArrayLike, gravity: ArrayLike, *shapes: tuple[int, ...]) -> tuple[Array, Array, tuple[int, ...]]:
-    """Return load (6, N) and gravity (3, N), and the shape to which they and ``shapes`` broadcast, of N poses.
+    """Return load (6, N) and gravity (3, N) of N poses, and the batch shape to which they and ``shapes`` are broadcast.
 
     Raises:
         ArgumentError: a number is not finite, or shapes do not fit.

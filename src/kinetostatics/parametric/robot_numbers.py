@@ -41,7 +41,7 @@ class RobotNumber:
         name: name of the argument, or of part and number: ``rod_1.outer_diameter``, ``revolute_1.placement.x``.
         unit: SI unit; "1" for a ratio, empty if unknown.
         value: value, SI; 0 for a placement, which is given as a displacement.
-        step: step of finite differences; None if the number is not changed.
+        step: step of finite differences; None if the number cannot be changed.
         description: description of the robot.
         path: for a number of a part, its path in the description.
         read: for an argument, function that returns the description with another value.

@@ -152,7 +152,7 @@ class FrameModel:
         beams, joints: connections of the pieces.
         actuators: the driven joints.
         size: diagonal of the box around all points [m].
-        length: scale of rotations: mean distance of the platform's joints and beam ends from o, or the size if it vanishes [m].
+        length: scale of rotations [m]: mean distance of the platform's joints and beam ends from o; if that vanishes, the size.
         ties: springs between pieces; their forces at the pose are among the loads.
         within: names of joints inside the base or the platform, and of floating joints.
         runs: for each compound joint of the analysis, the names of its hinges, whose axes meet in a point.

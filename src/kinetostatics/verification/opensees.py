@@ -240,9 +240,7 @@ def _at_ends(beam: FrameBeam) -> Array:
 
 
 def series(joint: FrameJoint) -> list[tuple[Array, Array]]:
-    """Return axes and stiffnesses (6,) of a joint's springs in series; they are infinite in constrained directions, zero in free
-    ones.
-    """
+    """Return axes and stiffnesses (6,) of a joint's springs in series: infinite in constrained directions, zero in free ones."""
     blocks = (joint.axes, np.where(joint.blocked, np.inf, 0.0))
     springs = [(spring.axes, spring.stiffness) for spring in joint.springs]
     return springs if springs and np.all(joint.blocked) else [blocks, *springs]

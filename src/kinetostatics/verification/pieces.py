@@ -176,7 +176,7 @@ class RigidPieces:
         self.base, self.platform = self.of_link(self.description.base), self.of_link(self.description.platform)
 
     def find(self, piece: int) -> int:
-        """Return the piece with which a piece was merged."""
+        """Return the piece that stands for all pieces merged with a given one."""
         while self._parent[piece] != piece:
             piece = self._parent[piece]
         return piece

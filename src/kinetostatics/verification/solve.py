@@ -4,7 +4,7 @@ A force f of constant direction, on a piece at the arm r, has the second-order p
 the piece. The force and moment of a joint between two pieces rotate with the mean of both rotations. In a beam with the section
 forces F and M along its axis e, displacement u and rotation θ, the second-order work is
 ∫ F·(½ θ × (θ × e) − θ × u′) − ½ M·(θ × θ′) ds (J. C. Simo and L. Vu-Quoc, Comput. Methods Appl. Mech. Eng. 58, 1986). The sum
-is the second derivative of the energy of springs and weights. It is independent of the statics of the package.
+of these terms is the second-order energy of springs and weights.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def solve(model: FrameModel) -> tuple[FrameSolution, FrameSolution]:
 
 
 def _by_unit_deflection(model: FrameModel, actuator: Actuator) -> FrameModel:
-    """Return the unloaded frame with the joint displacements by a unit coordinate of an actuator as assembly errors."""
+    """Return the unloaded frame whose assembly errors are the joint displacements by a unit deflection of an actuator."""
     by = {part.joint: (ratio, part) for ratio, part in actuator.moves}
     joints = []
     for joint in model.joints:
@@ -282,7 +282,10 @@ def _of_beam(beam: FrameBeam, end: Array, first: Array, last: Array) -> Array:
 
 
 def _bent(beam: FrameBeam, s: float, derivative: int = 0) -> Array:
-    """Return the displacements (6, 6) at s of a beam, clamped at its first end, by unit wrenches on the other; or the slopes."""
+    """Return the displacements (6, 6) at s of a beam, clamped at its first end, by unit wrenches on its last end.
+
+    With ``derivative`` 1, return their derivatives by s.
+    """
     L, (EA, GA_y, GA_z, GJ, EI_y, EI_z) = beam.length, beam.stiffness
     one, two, three = ((s, s**2 / 2, s**3 / 6), (1.0, s, s**2 / 2))[derivative]
     found = np.diag([one / EA, one / GA_y, one / GA_z, one / GJ, one / EI_y, one / EI_z])

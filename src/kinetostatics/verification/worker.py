@@ -172,8 +172,8 @@ def assembly_error_forces(spring: SpringInput, penalty: float) -> list[float]:
 def under_loads(ops: ModuleType, frame: Frame, penalty: float) -> Answer:
     """Return displacements and forces under loads and assembly errors.
 
-    An assembly error is replaced by equivalent forces on both nodes of a spring or beam. They are not part of its internal force.
-    So is a uniform moment along a beam, which OpenSees does not support.
+    An assembly error is replaced by equivalent forces on both nodes of a spring or beam, which are not part of its internal
+    force; likewise a uniform moment along a beam, which OpenSees does not support.
 
     The force of a stiff spring is a small difference of displacements and loses digits. The residual forces are therefore applied
     to the unloaded frame, twice, and the results are added.
