@@ -56,9 +56,9 @@ class Workspace:
 
 
 WORKSPACES = (
-    Workspace("2pru_upr", "the text's: \\|θ_X\\|, \\|θ_y\\| ≤ 10°, 0.3 ≤ z ≤ 0.6 m", (0.3, 0.6), 10),
+    Workspace("2pru_upr", "limits of its text: \\|θ_X\\|, \\|θ_y\\| ≤ 10°, 0.3 ≤ z ≤ 0.6 m", (0.3, 0.6), 10),
     Workspace("2pru_upr", "the same, without J_3g2 W_3g2 in Eq. (12)", (0.3, 0.6), 10, left_out=True),
-    Workspace("3rps", "tilt ≤ 45°, 0.2 ≤ z ≤ 0.875 m, less what is beyond the joints' limits", (0.2, 0.875), 45, tilted=True),
+    Workspace("3rps", "tilt ≤ 45°, 0.2 ≤ z ≤ 0.875 m, only poses within the limits", (0.2, 0.875), 45, tilted=True),
     Workspace("3rps", "tilt ≤ 47°, 0.65 ≤ z ≤ 0.775 m, limits ignored", (0.65, 0.775), 47, tilted=True, beyond_limits=True),
     Workspace("3rps", "\\|rx\\|, \\|ry\\| ≤ 36°, 0.75 ≤ z ≤ 0.8 m, limits ignored", (0.75, 0.8), 36, beyond_limits=True),
     Workspace("3rps", "tilt ≤ 44°, 0.8 ≤ z ≤ 0.825 m, all within limits", (0.8, 0.825), 44, tilted=True),
@@ -233,13 +233,13 @@ def caption(number: int) -> str:
         rails = max(float(abs(ds["actuator_force"].sel(actuator=f"prismatic_{k}")).max()) for k in (1, 2))
         rods = float(ds["rod_base_force"].max())
         return (
-            f"*The paper's Fig 13: f_ia of the 2PRU-UPR, the axial forces at the rods' base ends, at most {rods:.1f} N. Those of "
-            f"rods 1 and 2 are not the forces of the actuators on the rails, which hold at most {rails:.1f} N.*"
+            f"*The paper's Fig 13: f_ia of the 2PRU-UPR, the axial forces at the rods' base ends, at most {rods:.1f} N. The "
+            f"forces of the actuators of rods 1 and 2 differ from f_ia; they are at most {rails:.1f} N.*"
         )
     ds = map_of_figures()
     inside = ks.indices.valid(ds)
     tilt = np.degrees(np.arccos(np.clip(np.cos(ds["rx"]) * np.cos(ds["ry"]), -1, 1)))
-    grid = "The grid is ours: angles up to 45°, z = 0.5, 0.65, 0.8 m, less what is beyond the joints' limits."
+    grid = "The grid is ours: angles up to 45°, z = 0.5, 0.65, 0.8 m, only poses within the joint limits."
     linear, angular, force = PAPER["3rps"]
     if number == 7:
         said = _reach("f_ia", ks.indices.quantity(ds, "largest_actuator_force").where(inside), tilt, force, " N", ".0f")
@@ -253,8 +253,8 @@ def _reach(what: str, values: xr.DataArray, tilt: xr.DataArray, limit: float, un
     """Return the largest value on our grid, and the tilt up to which values are below the paper's maximum, in words."""
     most, nearest = float(values.max()), float(tilt.where(values > limit).min())
     if most <= limit:
-        return f"On it {what} reaches {most:{form}}{unit}, nowhere the paper's {limit:g}{unit}."
-    return f"On it {what} reaches {most:{form}}{unit}; up to a tilt of {nearest:.0f}° it stays below the paper's {limit:g}{unit}."
+        return f"On it {what} is at most {most:{form}}{unit} (paper: {limit:g}{unit})."
+    return f"On it {what} is at most {most:{form}}{unit}; up to a tilt of {nearest:.0f}° it is below the paper's {limit:g}{unit}."
 
 
 def figures(coarse: bool = False) -> Iterator[tuple[str, object]]:

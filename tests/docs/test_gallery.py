@@ -27,11 +27,11 @@ def words(text):
 
 
 def test_every_robot_has_its_page_and_its_place():
-    assert sorted(gallery.ORDER) == ROBOTS == sorted(page.stem for page in gallery.PAGES.glob("*.md"))
+    assert sorted(gallery.KINDS) == ROBOTS == sorted(page.stem for page in gallery.PAGES.glob("*.md"))
 
 
 @pytest.mark.few(1)
-@pytest.mark.parametrize("page", [*map(gallery.page_of, gallery.ORDER), gallery.INDEX], ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", [*map(gallery.page_of, gallery.KINDS), gallery.INDEX], ids=lambda page: page.stem)
 def test_what_is_computed_is_fresh(page):
     shown, fresh = words(page.read_text(encoding="utf-8")), words(gallery.fresh(page))
     stale = "stale: run python tests/support/gallery_pages.py"

@@ -88,7 +88,7 @@ def test_maxima_of_a_coarse_grid_come_near_the_pages(workspace):
         assert np.all(np.abs(found[:3] - printed[:3]) <= 1.01 * half_a_digit)
     else:
         # what limits cut off differs more from grid to grid than what they do not
-        assert np.all(found[:3] >= (0.75 if "less what" in workspace.what else 0.9) * printed[:3])
+        assert np.all(found[:3] >= (0.75 if "only poses" in workspace.what else 0.9) * printed[:3])
     if "all within limits" in workspace.what or workspace.beyond_limits:
         assert found[3] == 1 and printed[3] == 100
 

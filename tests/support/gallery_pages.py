@@ -21,13 +21,25 @@ from kinetostatics.files.bundled import shipped_robots
 GALLERY = ROOT / "docs" / "gallery"
 PAGES = GALLERY / "robots"
 INDEX = GALLERY / "index.md"
-#: in the order of the gallery: telescopic legs, cranks and carriages, translations, a serial arm and a quadruped
-ORDER = (
-    *("3rps", "2pru_upr", "gough_stewart", "tricept", "exechon"),
-    *("6rus", "3prs", "five_bar", "planar_3rrr", "spherical_3rrr"),
-    *("delta", "linear_delta", "orthoglide", "tripteron"),
-    *("ur10", "anymal_standing"),
-)
+#: What a card describes: limbs and motion of each robot, in the order of the gallery.
+KINDS = {
+    "3rps": "Telescopic legs on hinges; z and two tilts",
+    "2pru_upr": "Rods on sliders and a telescopic leg; z and two tilts",
+    "gough_stewart": "Telescopic legs; all six freedoms",
+    "tricept": "Telescopic legs around a passive one; x, y and z",
+    "exechon": "Telescopic legs; z and two tilts",
+    "6rus": "Rods on cranks; all six freedoms",
+    "3prs": "Links on carriages; z and two tilts",
+    "five_bar": "Two arms in a plane; x and y",
+    "planar_3rrr": "Three arms in a plane; x, y and its rotation",
+    "spherical_3rrr": "Curved links about a point; three rotations",
+    "delta": "Hybrid limbs: arms and parallelograms of rods; x, y and z",
+    "linear_delta": "Rods on carriages; x, y and z",
+    "orthoglide": "Hybrid limbs: planar parallelograms on rails; x, y and z",
+    "tripteron": "Arms on rails, elastic actuators; x, y and z",
+    "ur10": "A serial arm, one limb; all six freedoms",
+    "anymal_standing": "A quadruped, its trunk on four legs; all six freedoms, twelve actuators",
+}
 #: Facts that stand in the table of the gallery, not on the pages.
 COUNTS = ("mobility", "redundant constraints", "local freedoms", "all that moves, at zero")
 
@@ -37,12 +49,9 @@ def page_of(name: str) -> Path:
     return PAGES / f"{name}.md"
 
 
-def about(name: str, what: str) -> str:
-    """Return what a robot's page says after a title in bold, without the full stop; of "title" its heading."""
-    text = page_of(name).read_text(encoding="utf-8")
-    found = re.match(r"# (.*)", text) if what == "title" else re.search(rf"^\*\*{what}\.\*\* (.*)\.$", text, re.MULTILINE)
-    assert found is not None, f"{name} has no {what}"
-    return found[1]
+def title_of(name: str) -> str:
+    """Return the heading of a robot's page."""
+    return page_of(name).read_text(encoding="utf-8").partition("\n")[0].removeprefix("# ")
 
 
 # ---- facts -----------------------------------------------------------------------------------------------------------------
@@ -82,22 +91,21 @@ def facts_table(name: str) -> str:
 def cards() -> str:
     """Return the cards of the gallery."""
     lines = ['<div class="grid cards" markdown>\n']
-    for name in ORDER:
-        title = about(name, "title")
+    for name, kind in KINDS.items():
+        title = title_of(name)
         lines.append(
             f"-   [![{title}](../pictures/robots/{name}.png)](robots/{name}.md)\n\n"
-            f"    **[{title}](robots/{name}.md)** · {facts(name)['limbs']}\n\n    {about(name, 'Kind')}.\n"
+            f"    **[{title}](robots/{name}.md)** · {facts(name)['limbs']}\n\n    {kind}.\n"
         )
     return "\n".join([*lines, "</div>\n"])
 
 
 def rows() -> str:
     """Return the table of the gallery."""
-    lines = ["| robot | mobility | redundant constraints | local freedoms | moving mass | source of its dimensions |"]
-    lines.append("|---|---:|---:|---:|---:|---|")
-    for name in ORDER:
+    lines = ["| robot | mobility | redundant constraints | local freedoms | moving mass |", "|---|---:|---:|---:|---:|"]
+    for name in KINDS:
         cells = [f"[`{name}`](robots/{name}.md)", *(facts(name)[key] for key in COUNTS)]
-        lines.append("| " + " | ".join([*cells, about(name, "Source")]) + " |")
+        lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
 
 
@@ -119,5 +127,5 @@ def fresh(page: Path) -> str:
 
 
 if __name__ == "__main__":
-    for path in (*map(page_of, ORDER), INDEX):
+    for path in (*map(page_of, KINDS), INDEX):
         path.write_text(fresh(path), encoding="utf-8")
