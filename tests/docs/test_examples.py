@@ -1,11 +1,6 @@
 """Every example runs, and one number of each is right."""
 
-import sys
-
 import pytest
-from places import ROOT
-
-sys.path.insert(0, str(ROOT / "examples"))
 
 
 def test_reproduce_paper_prints_the_tables():

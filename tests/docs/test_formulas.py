@@ -4,7 +4,7 @@ import importlib
 import re
 
 import numpy as np
-from page_code import run_python, text_of
+from page_code import between, run_python, text_of
 
 from kinetostatics.checks.input_warnings import STUBBY
 from kinetostatics.results.warnings import EULER_WARNING, LARGE_MOTION
@@ -19,9 +19,9 @@ def test_the_program_written_from_the_formulas_gives_the_twist_of_the_package():
 
 
 def test_thresholds_are_those_of_the_code():
-    table = text_of("explanation/formulas").partition("<!-- thresholds: begin -->")[2].partition("<!-- thresholds: end -->")[0]
+    table = between(text_of("explanation/formulas"), "thresholds")
     rows = re.findall(r"^\| [^|]+ \| ([\de.-]+)[^|]* \| [^|]+ \| `([\w.]+)\.(\w+)` \|$", table, re.MULTILINE)
-    assert len(rows) == table.count("\n| ") - 1
+    assert len(rows) == table.count("\n| ")
     for value, module, name in rows:
         assert getattr(importlib.import_module(f"kinetostatics.{module}"), name) == float(value), name
 

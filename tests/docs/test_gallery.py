@@ -1,21 +1,17 @@
 """The gallery says of every robot that comes with the package what the robot itself says."""
 
 import re
-import sys
 from collections import Counter
 
+import animated_modes
 import gallery_pages as gallery
+import kinematic_sketches
 import numpy as np
 import package_robots
 import pytest
 from PIL import Image
-from places import ROOT
 
 from kinetostatics.files.bundled import shipped_robots
-
-sys.path.insert(0, str(ROOT / "examples"))
-import animated_modes
-import kinematic_sketches
 
 ROBOTS = sorted(shipped_robots())
 

@@ -8,17 +8,15 @@ from functools import cached_property
 import glossary_table
 import package_robots
 import pytest
-from places import ROOT
+from page_code import between, text_of
 
 import kinetostatics as ks
 
-PAGE = (ROOT / "docs" / "explanation" / "glossary.md").read_text(encoding="utf-8")
-METHOD = (ROOT / "docs" / "explanation" / "method.md").read_text(encoding="utf-8")
+PAGE, METHOD = text_of("explanation/glossary"), text_of("explanation/method")
 
 
 def rows(name):
-    table = re.search(rf"<!-- {name}: begin -->\n(.*?)<!-- {name}: end -->", PAGE, re.DOTALL).group(1)
-    return [[cell.strip() for cell in line.strip("|\n").split(" | ")] for line in table.splitlines()[2:]]
+    return [[cell.strip() for cell in line.strip("|\n").split(" | ")] for line in between(PAGE, name).splitlines()[2:]]
 
 
 def named(path):

@@ -1,12 +1,9 @@
 """The how-to pages on feedforward, correction and stiffening: their code runs, and what they say of it is so."""
 
-import sys
-
 import numpy as np
 import pytest
 from places import ROOT
 
-sys.path.insert(0, str(ROOT / "examples"))
 how_to_figures = pytest.importorskip("how_to_figures")
 
 

@@ -52,7 +52,18 @@ ELSEWHERE = {
     },
 }
 #: What takes more than a second or two.
-LONG = {"python": ("compiled",), "sh": ("correct_a_machine", "find_what_to_stiffen", "size_a_rod", "tolerances", "workspace")}
+LONG = {
+    "python": ("compiled",),
+    "sh": (
+        "calibrate",
+        "correct_a_machine",
+        "find_what_to_stiffen",
+        "natural_frequencies",
+        "size_a_rod",
+        "tolerances",
+        "workspace",
+    ),
+}
 PAGES = sorted(path.stem for path in (DOCS / "how_to").glob("*.md"))
 
 

@@ -1,19 +1,16 @@
 """The code of ``docs/how_to/robots_in_python.md`` runs, and prints what stands there; so does the example."""
 
 import re
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from page_code import in_a_copy, python_of, text_of
-from places import ROOT
 
 import kinetostatics as ks
 
 PAGE = text_of("how_to/robots_in_python")
-sys.path.insert(0, str(ROOT / "examples"))
 
 
 def test_every_block_runs_and_prints_what_it_says(

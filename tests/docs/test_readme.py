@@ -2,29 +2,21 @@
 
 import re
 import shlex
-import sys
 
 import numpy as np
 import pytest
-from page_code import in_a_copy
+from page_code import between, blocks, in_a_copy, python_of
 from places import ROOT
 
 from kinetostatics.cli.main import main
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-sys.path.insert(0, str(ROOT / "examples"))
 reproduce_paper = pytest.importorskip("reproduce_paper")
-
-
-def between(name, page=README):
-    found = re.search(rf"<!-- {name}: begin -->\n(.*?)<!-- {name}: end -->", page, re.DOTALL)
-    assert found, name
-    return found.group(1)
 
 
 def test_the_tables_of_the_paper_are_those_that_the_example_computes():
     page = reproduce_paper.PAGE.read_text(encoding="utf-8")
-    assert between("paper tables", page).strip() == reproduce_paper.tables().strip(), (
+    assert between(page, "paper tables").strip() == reproduce_paper.tables().strip(), (
         "stale: run python examples/reproduce_paper.py --write"
     )
 
@@ -51,18 +43,15 @@ def test_what_the_readme_says_of_configuration_2():
 
 def test_the_complete_example_runs(monkeypatch, capsys):
     monkeypatch.chdir(ROOT)
-    code = re.search(r"```python\n(.*?)```", between("example"), re.DOTALL).group(1)
-    names = {}
-    exec(compile(code, "README.md", "exec"), names)  # the README's own text
-    printed = re.search(r"```text\n(.*?)```", between("example"), re.DOTALL).group(1)
+    code, printed = (block.text for block in blocks(between(README, "example")))
+    exec(compile(code, "README.md", "exec"), {})  # the README's own text
     assert capsys.readouterr().out == printed
 
 
 def test_the_example_of_assembly_errors_runs(monkeypatch, capsys):
     monkeypatch.chdir(ROOT)
-    code = (ROOT / "docs" / "how_to" / "tolerances.md").read_text(encoding="utf-8").split("```python\n")[1].split("```")[0]
     names = {}
-    exec(compile(code, "tolerances.md", "exec"), names)  # the page's own text
+    exec(compile(python_of("how_to/tolerances")[0], "tolerances.md", "exec"), names)  # the page's own text
     assert abs(names["result"].contributions["assembly_errors"][0]) > 1e-5
     assert "prismatic_1" in capsys.readouterr().out
 
@@ -72,7 +61,7 @@ def test_the_commands_for_maps_write_what_they_say(monkeypatch, tmp_path, capsys
     pytest.importorskip("matplotlib").use("Agg")
     pytest.importorskip("h5netcdf")
     monkeypatch.chdir(tmp_path)
-    commands = [shlex.split(line) for line in between("maps").splitlines() if line.startswith("kinetostatics ")]
+    commands = [shlex.split(line) for line in between(README, "maps").splitlines() if line.startswith("kinetostatics ")]
     assert [command[1] for command in commands] == ["sweep", "plot", "plot"]
     for command in commands:
         if command[1] == "sweep":  # a coarser grid
@@ -123,13 +112,15 @@ def test_the_commands_run_where_the_first_one_has_been_pasted(monkeypatch, tmp_p
     in_a_copy(tmp_path)
     monkeypatch.chdir(tmp_path)
     commands = [
-        shlex.split(line.rpartition("&& ")[2], comments=True) for line in between("commands").splitlines() if "kineto" in line
+        shlex.split(line.rpartition("&& ")[2], comments=True)
+        for line in between(README, "commands").splitlines()
+        if "kineto" in line
     ]
     assert len(commands) > 6
     for command in commands:
-        if command[1] in ("verify", "report", "optimize", "export"):  # take long, and have tests of their own
+        if command[1] in ("verify", "report", "optimize", "calibrate", "tolerances", "export"):  # take long, and have tests of their own
             continue
         assert main(command[1:]) == 0, (command, capsys.readouterr().err)
     assert {"sag.html", "my_robot.urdf.xacro", "delta.urdf.xacro"} <= {path.name for path in tmp_path.iterdir()}
-    assert ".venv/bin/" not in between("commands") + between("maps"), "the environment is activated"
+    assert ".venv/bin/" not in between(README, "commands") + between(README, "maps"), "the environment is activated"
     assert README.index("source .venv/bin/activate") < README.index("commands: begin")

@@ -1,17 +1,13 @@
 """The page about robots by name: its commands and its Python run, its table is one, its gallery is fresh."""
 
 import re
-import sys
 
+import robots_by_name
 from page_code import blocks, run_commands, run_python, text_of
-from places import ROOT
 
 import kinetostatics as ks
 from kinetostatics.authoring.known_names import KNOWN_NAMES
 from kinetostatics.cli.main import main
-
-sys.path.insert(0, str(ROOT / "examples"))
-import robots_by_name
 
 PAGE = text_of("start/robot_by_name")
 

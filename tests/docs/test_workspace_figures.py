@@ -2,11 +2,10 @@
 
 import json
 import re
-import shlex
-import sys
 
 import numpy as np
 import pytest
+from page_code import between, blocks, commands, text_of
 from places import ROOT
 
 from kinetostatics.cli.main import main
@@ -16,23 +15,15 @@ matplotlib.use("Agg")
 
 pytestmark = pytest.mark.usefixtures("no_figures_left")
 
-PAGE = (ROOT / "docs" / "how_to" / "workspace_figures.md").read_text(encoding="utf-8")
-sys.path.insert(0, str(ROOT / "examples"))
+PAGE = text_of("how_to/workspace_figures")
 paper_workspace = pytest.importorskip("paper_workspace")
-
-
-def between(name):
-    found = re.search(rf"<!-- {name}: begin -->\n(.*?)<!-- {name}: end -->", PAGE, re.DOTALL)
-    assert found, name
-    return found.group(1).strip()
 
 
 @pytest.fixture(scope="module")
 def example(tmp_path_factory):
     """Run the page's example and return its names and the folder it wrote to."""
     folder = tmp_path_factory.mktemp("example")
-    code = re.search(r"```python\n(.*?)```", between("example"), re.DOTALL).group(1)
-    code = code.replace("40, 33)", "40, 5)")  # fewer poses
+    code = blocks(between(PAGE, "example"))[0].text.replace("40, 33)", "40, 5)").replace("0.8, 5)", "0.8, 3)")  # fewer poses
     names = {}
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
@@ -52,15 +43,17 @@ def test_the_pages_commands_run(example, tmp_path, monkeypatch, capsys):
     pytest.importorskip("h5netcdf")
     monkeypatch.chdir(tmp_path)
     example[0]["ds"].to_netcdf("map.nc", engine="h5netcdf")
-    commands = [line.partition("#")[0] for line in PAGE.splitlines() if line.startswith("kinetostatics plot")]
-    assert len(commands) == 5
-    for command in commands:
-        assert main(shlex.split(command)[1:]) == 0, capsys.readouterr().err
+    drawn = [command for command in commands("how_to/workspace_figures") if command[0] == "plot"]
+    assert len(drawn) == 5
+    for command in drawn:
+        assert main(command) == 0, capsys.readouterr().err
     assert {path.suffix for path in tmp_path.iterdir()} == {".nc", ".svg", ".pdf", ".png"}
 
 
 def test_the_table_of_indices_is_what_the_code_has():
-    assert between("indices") == paper_workspace.index_table(), "stale: run python examples/paper_workspace.py --write-docs"
+    assert between(PAGE, "indices").strip() == paper_workspace.index_table(), (
+        "stale: run python examples/paper_workspace.py --write-docs"
+    )
 
 
 # ---- maxima ------------------------------------------------------------------------------------------------------------
@@ -68,7 +61,10 @@ def test_the_table_of_indices_is_what_the_code_has():
 
 def printed_rows():
     """Return the numbers of the table's rows, in its order; the paper's have no part of the poses."""
-    rows = [[cell.strip().strip("*") for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in between("maxima").splitlines()]
+    rows = [
+        [cell.strip().strip("*") for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
+        for line in between(PAGE, "maxima").strip().splitlines()
+    ]
     return {row[0].strip("*"): [float(cell.rstrip(" %") or "nan") for cell in row[1:]] for row in rows[2:]}
 
 

@@ -44,6 +44,13 @@ def text_of(name: str) -> str:
     return (DOCS / f"{name}.md").read_text(encoding="utf-8")
 
 
+def between(text: str, name: str) -> str:
+    """Return what stands between the markers of a name in a text."""
+    found = re.search(rf"<!-- {name}: begin -->\n(.*?)<!-- {name}: end -->", text, re.DOTALL)
+    assert found, name
+    return found[1]
+
+
 def python_of(name: str) -> list[str]:
     """Return a page's blocks of Python."""
     return [block.text for block in blocks(text_of(name)) if block.kind == "python"]

@@ -1,18 +1,14 @@
 """The solid finite element example: mesh and deck against closed forms; CalculiX against the beams, where it is installed."""
 
 import shutil
-import sys
 
 import numpy as np
 import pytest
+import solid_finite_elements as solid
 from places import ROOT
+from reproduce_paper import GRAVITY, POSES
 
 import kinetostatics as ks
-
-sys.path.insert(0, str(ROOT / "examples"))
-
-import solid_finite_elements as solid
-from reproduce_paper import GRAVITY, POSES
 
 needs_ccx = pytest.mark.skipif(shutil.which("ccx") is None, reason="needs ccx, the solver of CalculiX (apt install calculix-ccx)")
 #: Coarser still, where it only has to be quick.
