@@ -12,6 +12,8 @@ from kinetostatics.cli.main import main
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 reproduce_paper = pytest.importorskip("reproduce_paper")
+#: Commands that take long, and have tests of their own.
+OF_THEIR_OWN = ("verify", "report", "optimize", "calibrate", "tolerances", "export")
 
 
 def test_the_tables_of_the_paper_are_those_that_the_example_computes():
@@ -111,14 +113,11 @@ def test_the_commands_run_where_the_first_one_has_been_pasted(monkeypatch, tmp_p
     """All files that they name are in a clone; what they write lands beside it."""
     in_a_copy(tmp_path)
     monkeypatch.chdir(tmp_path)
-    commands = [
-        shlex.split(line.rpartition("&& ")[2], comments=True)
-        for line in between(README, "commands").splitlines()
-        if "kineto" in line
-    ]
+    lines = [line.rpartition("&& ")[2] for line in between(README, "commands").splitlines() if "kineto" in line]
+    commands = [shlex.split(line, comments=True) for line in lines]
     assert len(commands) > 6
     for command in commands:
-        if command[1] in ("verify", "report", "optimize", "calibrate", "tolerances", "export"):  # take long, and have tests of their own
+        if command[1] in OF_THEIR_OWN:
             continue
         assert main(command[1:]) == 0, (command, capsys.readouterr().err)
     assert {"sag.html", "my_robot.urdf.xacro", "delta.urdf.xacro"} <= {path.name for path in tmp_path.iterdir()}
