@@ -64,7 +64,7 @@ class Origin(ShortRepr):
 
 @dataclass(frozen=True, repr=False)
 class Inertia(ShortRepr):
-    """Moments of inertia about a link's centre of mass, for vibrations and Pinocchio's model; the statics does not use them.
+    """Moments of inertia about a link's centre of mass, for vibrations and Pinocchio's model; statics does not use them.
 
     ``moments`` are ixx, ixy, ixz, iyy, iyz, izz [kg·m²] in axes rotated by ``rpy`` [rad] relative to the link's.
     """
@@ -127,7 +127,7 @@ class Joint(ShortRepr):
         origin: the joint's frame in the parent link; it equals the child's frame with the joint at zero.
         axis: in the joint's frame; a unit vector once the description is validated.
         lower, upper: limits [rad or m], infinite without limits.
-        mimic: the joint that it mimics, if any.
+        mimic: how it mimics another joint, if it does.
         effort, velocity: limits of the actuator [N or N·m, m/s or rad/s]; for other tools.
         extra: XML of further elements, which are preserved: dynamics, safety controller.
         place: file and line.
@@ -216,9 +216,9 @@ class Spring(ShortRepr):
     Attributes:
         name: its name.
         stiffness: [N/m]; zero for a constant force.
-        predecessor, successor: names of the links; an elastic one only at an end of its beam.
+        predecessor, successor: names of the links; on a link with beams, the point must be an end of a beam.
         predecessor_point, successor_point: its ends in the links' frames [m].
-        free_length: the length at which its tension is the preload [m]; zero without preload for a balancing spring.
+        free_length: the length at which its tension is the preload [m]; both are zero for a balancing spring.
         preload: tension at the free length [N], negative in compression.
         place: file and line.
     """
@@ -256,8 +256,8 @@ class Material(ShortRepr):
 class BeamEnd(ShortRepr):
     """One end of a beam: the centre of a joint or loop.
 
-    ``side`` is ``"parent"`` or ``"child"`` (for a loop: predecessor or successor) if given in the file; None: the side of the
-    beam's link. It is relevant for sliding joints only.
+    ``side`` is ``"parent"`` or ``"child"`` (for a loop: predecessor or successor) if given in the file; None: the side nearest to
+    the beam's link. The side has no effect for joints of this link that cannot slide.
     """
 
     joint: str
@@ -280,7 +280,7 @@ class Beam(ShortRepr):
         place: file and line.
     """
 
-    #: BeamModel has their values.
+    #: Not recorded for compiled code: BeamModel has the values.
     NOT_RECORDED: ClassVar = ("section", "material", "start", "end", "shear_coefficient", "y_axis", "name")
 
     link: str

@@ -1,6 +1,6 @@
-"""Table of joint types: their freedoms, and whether they may be joints or loops. All other properties follow from it.
+"""Table of joint types: their freedoms, and whether they may be joints or loops. All other properties follow from this table.
 
-A new type of loop needs only a row here; a new type of tree joint must also be one that Pinocchio's parser reads.
+A new type of loop needs only a row here; a new type of tree joint must also be a type that Pinocchio's parser reads.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class JointType:
 
     @cached_property
     def is_slide(self) -> bool:
-        """Whether translation along its axis is its only freedom: its coordinate is a length, its actuator force is in N."""
+        """Whether translation along its axis is its only freedom; its coordinate is a length."""
         return self.is_single and self.slides is Axes.AXIS
 
     @cached_property

@@ -33,7 +33,7 @@ class Payload(ShortRepr):
     Attributes:
         mass: (…) [kg].
         center: (…, 3) its centre of mass [m], in the platform's frame o-xyz, or in the frame of ``link``.
-        inertia: inertia about its centre of mass; the statics does not use it.
+        inertia: inertia about its centre of mass; statics does not use it.
         link: the link that carries it; None: the platform.
     """
 
@@ -45,10 +45,10 @@ class Payload(ShortRepr):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion(ShortRepr):
-    """A motion through a pose, or through each pose of a batch: rates of the coordinates that the poses were assembled with.
+    """A motion through a pose, or through each pose of a batch: rates of the coordinates from which the poses were assembled.
 
     Attributes:
-        velocities: (…) by the name of the platform's coordinate, or of the actuator [m/s, rad/s]; those left out are zero.
+        velocities: (…) by name of the platform coordinate or actuator [m/s, rad/s]; velocities left out are zero.
         accelerations: likewise [m/s², rad/s²].
     """
 

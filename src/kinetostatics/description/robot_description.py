@@ -35,8 +35,12 @@ Named = TypeVar("Named", Link, Joint, Loop, Beam, Spring)
 Part = Link | Joint | Loop | Beam | JointStiffness | Spring
 #: Attributes of a description that contain its parts, by type.
 _TABLES: dict[type, str] = {
-    **{Link: "links", Joint: "joints", Loop: "loops", Beam: "beams"},
-    **{JointStiffness: "joint_stiffness", Spring: "springs"},
+    Link: "links",
+    Joint: "joints",
+    Loop: "loops",
+    Beam: "beams",
+    JointStiffness: "joint_stiffness",
+    Spring: "springs",
 }
 
 
@@ -45,11 +49,11 @@ def by_name(kind: str, items: Iterable[Named], *taken: Mapping[str, Link | Joint
 
     Args:
         kind: their kind, for messages.
-        items: links, joints, loops or beams.
-        taken: other items with names in use.
+        items: links, joints, loops, beams or springs.
+        taken: other items, whose names are in use.
 
     Raises:
-        RobotFileError: two have the same name.
+        RobotFileError: two items have the same name.
     """
     result: dict[str, Named] = {}
     for item in items:
@@ -76,7 +80,7 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
         path: path of the file; paths of meshes are relative to it.
         platform_place: file and line of the platform.
         file_warnings: warnings about the text of the file, in full sentences.
-        default_axes: names of joints and loops without an axis in the file, so that it is x.
+        default_axes: names of joints and loops without an axis in the file; their axis is x.
         springs: springs between points of two links, by name.
         parameters: values of xacro arguments given when the file was read.
     """
@@ -126,7 +130,7 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
         """Create a description from lists instead of dicts; ``more`` are further attributes, such as ``driven``.
 
         Raises:
-            RobotFileError: two links, joints, loops or beams have the same name, or two stiffnesses the same joint.
+            RobotFileError: two links, joints, loops, beams or springs have the same name, or two stiffnesses the same joint.
         """
         joints_by_name = by_name("joint", joints)
         stiff: dict[str, JointStiffness] = {}
@@ -148,7 +152,7 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
 
     @cached_property
     def urdf(self) -> str:
-        """The plain tree URDF, with the additional elements left in (other tools skip them); xacro expanded."""
+        """The robot file as text, with xacro expanded; programs that read URDF skip the additional elements."""
         return late("files.writer:robot_text")(self)  # type: ignore[no-any-return]
 
     @property
@@ -164,7 +168,7 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
         return (*self.file_warnings, *weightless, *self.angle_hints(), *material_hints(materials))
 
     def angle_hints(self) -> list[str]:
-        """Return hints at angles and limits that look like degrees."""
+        """Return hints at angles and limits that are probably in degrees."""
         origins = [(item.place, f"the joint {item.name!r}", item.origin.rpy) for item in self.joints.values()]
         for loop in self.loops.values():
             frames = loop.predecessor_origin, loop.successor_origin
@@ -201,9 +205,9 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
         Args:
             name: name of the new link.
             link: the link that carries it; if it is elastic, ``at`` must be the end of a beam.
-            mass: mass [kg].
+            mass: mass of the new link [kg].
             at: position of the centre of mass in the frame of ``link`` [m].
-            inertia: inertia about the centre of mass; the statics does not use it.
+            inertia: inertia about the centre of mass; statics does not use it.
 
         Raises:
             ArgumentError: the name is in use.
@@ -216,10 +220,10 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
         return self.with_part(weight).with_part(Joint(mount, "fixed", link, name, Origin(at)))
 
     def changed(self, name: str, /, **values: Keyword) -> RobotDescription:
-        """Return a copy in which a link, joint, loop, beam or joint stiffness has other values.
+        """Return a copy in which a link, joint, loop, beam, spring or joint stiffness has other values.
 
         ``description.changed("rod_1", section=Tube.of(0.08))`` gives a beam another diameter. If a link and a beam have the same
-        name, the attributes decide which of them is changed. Attributes of a beam include those of its material.
+        name, the part that has all the attributes is changed. Attributes of a beam include those of its material.
 
         Args:
             name: name of the part.

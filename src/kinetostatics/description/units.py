@@ -1,4 +1,4 @@
-"""Units of numbers with units: one table, with SI prefixes, products, quotients and powers.
+"""Units of typed numbers: a table of basic units, SI prefixes, products, quotients and powers.
 
 >>> unit("mm").in_si(80)
 0.08
@@ -20,7 +20,7 @@ from kinetostatics.exceptions import ArgumentError
 #: Exponents of m, kg, s, K and rad.
 Dimension = tuple[int, ...]
 
-#: Basic units: size as a power of ten in SI, and dimension. For degrees see Unit.
+#: Basic units: exponent of ten of the size in SI, and dimension. Degrees have a further factor, see :class:`Unit`.
 BASIC: dict[str, tuple[int, Dimension]] = {
     "m": (0, (1, 0, 0, 0, 0)),
     "g": (-3, (0, 1, 0, 0, 0)),
@@ -53,7 +53,7 @@ PREFIXES = {
     "G": 9,
 }
 
-#: Names of quantities in messages, with their SI units.
+#: Kinds of quantities in messages, with their SI units.
 KINDS = {
     "length": "m",
     "angle": "rad",
@@ -115,13 +115,13 @@ class Unit:
         return self.in_si(1.0)
 
     def in_si(self, value: float) -> float:
-        """Return a value in SI; decimal values are converted exactly: 80 mm is 0.08."""
+        """Return a value in SI, rounded correctly for decimal units: 80 mm is 0.08."""
         scaled = value / float(f"1e{-self.ten}") if self.ten < 0 else value * float(f"1e{self.ten}")
         return scaled * (math.pi / 180) ** self.degrees
 
     @property
     def kind(self) -> str:
-        """Kind of quantity that this unit measures, in one or two words; empty if there is none."""
+        """Kind of quantity that this unit measures, a key of :data:`KINDS`; empty if there is none."""
         return next((kind for kind, name in KINDS.items() if unit(name).dimension == self.dimension), "")
 
 
@@ -146,7 +146,7 @@ def unit(name: str) -> Unit:
 
 
 def typed_number(text: str) -> tuple[float, str] | None:
-    """Return number and unit of a text such as ``-1.5kN``; None if it is no number."""
+    """Return number and unit of a text such as ``-1.5kN``; None if the text is no number."""
     match = _TYPED.fullmatch(text)
     return None if match is None else (float(match[1]), match[2] or "")
 
@@ -170,7 +170,7 @@ def parse_number(text: str, kind: str, what: str) -> float:
 
 
 def sized_name(text: str) -> tuple[str, str | None]:
-    """Return name and size of a quantity such as ``deflection_any_direction(500 N)``; size None if not given.
+    """Return name and size of a quantity such as ``deflection_any_direction(500 N)``; the size is None if not given.
 
     A colon is accepted instead of brackets: ``deflection_any_direction:500N``.
     """

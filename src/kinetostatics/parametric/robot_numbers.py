@@ -135,9 +135,7 @@ def _places(robot: Robot) -> Iterator[tuple[str, Path, str]]:
 def _sizes(section: Section) -> dict[str, float]:
     """Return the independent dimensions of the shape of a section."""
     plain = {item.name for item in fields(Section)}
-    sizes = {item.name: getattr(section, item.name) for item in fields(section) if item.name not in plain}
-    sizes.pop("torsion_modulus", None)  # follows from the others
-    return sizes
+    return {item.name: getattr(section, item.name) for item in fields(section) if item.name not in plain}
 
 
 # ---- places in descriptions ------------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Cross-sections of beams: areas, moments, shear coefficients and stresses under section wrenches.
+"""Cross-sections of beams: areas, second moments, shear coefficients, and stresses under section wrenches.
 
 The section's axes are y and z, x runs along the beam. ``I_y = ∫z² dA`` resists bending about y.
 
@@ -43,8 +43,8 @@ class Section:
         area: A [m²].
         I_y, I_z: second moments of area about y and z [m⁴].
         J: torsion constant [m⁴].
-        shear_area_y, shear_area_z: effective shear areas κA for forces along y and z [m²], or None when the file gives a shear
-            coefficient.
+        shear_area_y, shear_area_z: effective shear areas κA for forces along y and z [m²], or None if a shear coefficient is
+            given.
     """
 
     area: float
@@ -61,7 +61,7 @@ class Section:
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Half sizes along y and z [m], of the outline or of the equivalent ellipse; for pictures."""
+        """Half sizes of the outline along y and z [m]; those of an ellipse with equal I/A if the outline is unknown."""
         return 2 * math.sqrt(self.I_z / self.area), 2 * math.sqrt(self.I_y / self.area)
 
     def shear_coefficients(self, poisson_ratio: float) -> tuple[float, float] | None:
@@ -74,10 +74,10 @@ class Section:
     def stress(self, wrench: Array, poisson_ratio: float = 0.3) -> Array:
         """Return the largest von Mises stress [Pa] under a section wrench.
 
-        Axial force and bending by Navier's formula, torsion and transverse forces by Saint-Venant's solutions (constant shear
-        force, free warping), which depend on ν. The value is exact for single components; for combinations it is at most 1 %
-        (circles and tubes) or 2 % (rectangles and rectangular tubes) below the largest stress. Sharp inner corners of the latter
-        are excluded: the stress there is unbounded, and in reality limited by the fillet.
+        Axial force and bending are computed by Navier's formula, torsion and transverse forces by Saint-Venant's solutions
+        (constant shear force, free warping), which depend on ν. The value is exact for single components; for combinations it is
+        at most 1 % (circles and tubes) or 2 % (rectangles and rectangular tubes) below the largest stress. Sharp inner corners of
+        rectangular tubes are excluded: the stress there is unbounded, and in reality limited by the fillet.
 
         Args:
             wrench: (6, …) section wrench in beam axes: N, V_y, V_z [N], T, M_y, M_z [N·m].
@@ -93,7 +93,7 @@ class Section:
         return self.stress(wrenches, poisson_ratio).max(axis=0)
 
     def _largest(self, units: Array, wrenches: Array, poisson_ratio: float) -> Array:
-        """Return the largest stress, computed only at sections that may be the most stressed."""
+        """Return the largest stress; ``units`` (6,) as in :func:`.may_be_largest` exclude sections whose stress is smaller."""
         looked = may_be_largest(units, wrenches)
         found = wrenches[0] * 0  # NaN remains NaN
         found[looked] += self.stress(wrenches[:, looked], poisson_ratio)
@@ -155,7 +155,8 @@ class Tube(Section):
 def _tube_forms(tube: Tube, poisson_ratio: float) -> Array:
     """Return the squared von Mises stresses (rings, 8, 21) at eight angles on rings from the inner to the outer face.
 
-    Source: the flexure function (a r + b / r − r³ / 4) sin θ of a force along z, free of stress on both faces.
+    Forms as in :func:`.von_mises_forms`. The flexure function of a force along z is (a r + b / r − r³ / 4) sin θ; a and b make
+    both faces free of stress.
     """
     outer, inner, nu = tube.outer_diameter / 2, tube.inner_diameter / 2, poisson_ratio
     r = np.linspace(inner, outer, 5)[:, None]
@@ -174,18 +175,15 @@ def _tube_forms(tube: Tube, poisson_ratio: float) -> Array:
     return von_mises_forms(rows)
 
 
-def _rectangle_torsion(width: float, height: float) -> tuple[float, float]:
-    """Return J [m⁴] and the torsion modulus W_t [m³] (largest shear stress = T / W_t) of a rectangle.
+def _rectangle_torsion(width: float, height: float) -> float:
+    """Return J [m⁴] of a rectangle.
 
     Source: Timoshenko and Goodier, Theory of Elasticity, section 109 (series of the membrane analogy).
     """
     long, short = max(width, height), min(width, height)
     odd = np.arange(1, 60, 2)
     argument = odd * math.pi * long / (2 * short)
-    J = long * short**3 / 3 * (1 - 192 / math.pi**5 * short / long * float(np.sum(np.tanh(argument) / odd**5)))
-    sech = 1 / np.cosh(np.minimum(argument, 700.0))
-    largest = 1 - 8 / math.pi**2 * float(np.sum(sech / odd**2))
-    return J, J / (short * largest)
+    return long * short**3 / 3 * (1 - 192 / math.pi**5 * short / long * float(np.sum(np.tanh(argument) / odd**5)))
 
 
 @dataclass(frozen=True)
@@ -194,7 +192,6 @@ class Rectangle(Section):
 
     width: float = 0.0
     height: float = 0.0
-    torsion_modulus: float = 0.0
 
     @classmethod
     def of(cls, width: float, height: float) -> Rectangle:
@@ -206,9 +203,8 @@ class Rectangle(Section):
         _check(width=width, height=height)
         if min(width, height) < THINNEST * max(width, height):
             raise ArgumentError(f"the sides {width:g} and {height:g} are too different to be those of a beam; they are in metres")
-        J, modulus = _rectangle_torsion(width, height)
         I_y, I_z = width * height**3 / 12, height * width**3 / 12
-        return cls(width * height, I_y, I_z, J, width=width, height=height, torsion_modulus=modulus)
+        return cls(width * height, I_y, I_z, _rectangle_torsion(width, height), width=width, height=height)
 
     @property
     def extent(self) -> tuple[float, float]:  # noqa: D102
@@ -252,8 +248,8 @@ def _rectangle_forms(section: Rectangle, poisson_ratio: float) -> Array:
 class RectangularTube(Rectangle):
     """A rectangular tube of constant wall ``thickness`` and sharp corners.
 
-    Torsion constant, torsion modulus and Cowper's shear coefficients follow from Saint-Venant's theory by finite elements, to
-    0.1 % for every wall thickness. Limits are Bredt's and Cowper's formulas for thin walls, and the solid rectangle.
+    Torsion constant and Cowper's shear coefficients follow from Saint-Venant's theory by finite elements, to 0.1 % for every wall
+    thickness. In the limits they agree with Bredt's and Cowper's formulas for thin walls, and with the solid rectangle.
     """
 
     thickness: float = 0.0
@@ -273,12 +269,9 @@ class RectangularTube(Rectangle):
             raise ArgumentError(
                 f"thickness={thickness:g} is less than {THINNEST:g} of the larger side, {size:g}; all sizes are in metres"
             )
-        b, h, t = width, height, thickness
-        shear = shear_functions(b / size, h / size, t / size)
-        outer = shear.stresses(np.array([b, 0]) / size / 2, np.array([0, h]) / size / 2, 0.0)[:, 2]
+        shear = shear_functions(width / size, height / size, thickness / size)
         I_z, I_y = (moment * size**4 for moment in shear.second_moments)
-        modulus = size**3 / float(np.abs(outer).max())
-        return cls(shear.area * size**2, I_y, I_z, shear.J * size**4, width=b, height=h, torsion_modulus=modulus, thickness=t)
+        return cls(shear.area * size**2, I_y, I_z, shear.J * size**4, width=width, height=height, thickness=thickness)
 
     @property
     def _wall(self) -> float:

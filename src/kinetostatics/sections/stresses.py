@@ -1,11 +1,11 @@
-"""Stresses of sections: shear stresses of rectangles and rectangular tubes by finite elements, largest von Mises stresses.
+"""Stresses in cross-sections: shear stresses of rectangles and rectangular tubes by finite elements, largest von Mises stresses.
 
 The shear stresses of a long beam under a torque T and transverse forces V_y, V_z follow from functions on its section with given
 Laplacian and normal derivative at the edges (S. P. Timoshenko and J. N. Goodier, Theory of Elasticity, chapters 10 and 11). They
 are computed on a quarter of the section with elements of degree 6, graded towards the inner corner, in any unit of length.
 
 The square of the von Mises stress at a point is a quadratic form of the section wrench with 21 coefficients, one for each product
-of two components, so that stresses for many points and wrenches are one matrix product.
+of two components. The stresses at many points under many wrenches are therefore one matrix product.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from kinetostatics.math.arrays import Array
 
 _DEGREE = 6
-#: Size of the elements at the inner corner, as a part of the shortest length there, and ratio of consecutive elements.
+#: Size of the elements at the inner corner, relative to the shortest length there, and ratio of consecutive sizes.
 _SMALLEST, _GROWTH = 0.25, 8.0
 #: Ratio of a length to an element above which the length is divided. J and κ have jumps of about 1e-7 where the number of
-#: elements changes; with this ratio these are not at common ratios of side and wall, such as 8 and 50, since J and κ are
-#: differenced.
+#: elements changes. This ratio avoids jumps at common ratios of side and wall, such as 8 and 50, as J and κ are differentiated by
+#: differences.
 _CUT = 1.53
 
 
@@ -128,7 +128,7 @@ class ShearFunctions:
 
     @cached_property
     def _flexure(self) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-        """Return for V_y and V_z the functions Ψ = Ψ_0 + ν Ψ_1 at the nodes (2, ny, nz), and ∫ s Ψ dA (2,) over the section."""
+        """Return for V_y and for V_z Ψ_0 and Ψ_1 at the nodes (2, ny, nz), Ψ = Ψ_0 + ν Ψ_1, and their ∫ s Ψ dA (2,)."""
         y, z = self._axes
         along_z, moment_z = _flexure(y, z)
         along_y, moment_y = _flexure(z, y)
@@ -188,10 +188,10 @@ class ShearFunctions:
         return result
 
     def points(self) -> tuple[Array, Array]:
-        """Return y and z (P,) of points of the first quarter, sufficient for the largest stress (see :meth:`Section.stress`).
+        """Return y and z (P,) of points of the first quarter that suffice for the largest stress (see :meth:`Section.stress`).
 
-        Points closer to the sharp inner corner than the wall thickness, or than half of the hole's half sides, are excluded: the
-        stress there is unbounded, and in reality limited by the fillet.
+        Points closer to the sharp inner corner than the wall thickness, and than a quarter of the hole's sides, are excluded: the
+        stress at the corner is unbounded, and in reality limited by the fillet.
         """
         half = np.array([self.width, self.height]) / 2
         t = self.thickness
@@ -214,7 +214,7 @@ class ShearFunctions:
 
 
 def _spread(end: float, scale: float, distances: tuple[float, ...]) -> Array:
-    """Return positions from 0 to ``end``: evenly spaced ones, and ones at distances from the end in units of ``scale``."""
+    """Return five even positions from 0 to ``end``, and positions at given ``distances`` from the end, in units of ``scale``."""
     close = [end - d * scale for d in distances if d * scale < end]
     return np.unique([*np.linspace(0, end, 5), *close])
 
@@ -241,7 +241,7 @@ def _area(y: _Axis, z: _Axis, i: int, j: int, p: int, q: int) -> Array:
 
 
 def _flexure(r: _Axis, s: _Axis) -> tuple[Array, Array]:
-    """Return Ψ of a force along s at the nodes (2, nr, ns), ∇²Ψ = −2s, and ∫ s Ψ dA (2,) over the section."""
+    """Return Ψ_0 and Ψ_1 of a force along s at the nodes (2, nr, ns), and their ∫ s Ψ dA (2,) over the section; ∇²Ψ = −2s."""
     load = _over(lambda i, j: 2 * np.outer(r.moments[i, 0], s.moments[j, 1]))
     lateral = _over(
         lambda i, j: (
@@ -254,7 +254,7 @@ def _flexure(r: _Axis, s: _Axis) -> tuple[Array, Array]:
 
 
 def _solve(y: _Axis, z: _Axis, right: Array, odd_y: bool, odd_z: bool) -> Array:
-    """Return the functions (k, ny, nz), odd or even, whose Laplacian and normal derivatives have the integrals ``right``."""
+    """Return functions (k, ny, nz), odd or even along y and z; ``right`` are the integrals of their source and edge terms."""
     ny, nz = y.nodes, z.nodes
     inside = (y.mass[1].diagonal() > 0)[:, None] | (z.mass[1].diagonal() > 0)
     inside[0] &= not odd_y
@@ -275,7 +275,7 @@ def _solve(y: _Axis, z: _Axis, right: Array, odd_y: bool, odd_z: bool) -> Array:
 _FIRST, _SECOND = np.triu_indices(6)
 #: Number of wrenches computed at a time, for the processor's cache.
 _CHUNK = 1024
-#: Initial angles on rings; the maximum is within half a step, where the square is at most 3.5 % larger.
+#: Angles on rings at which Newton's method starts; at a maximum, at most half a step away, the square is at most 3.5 % larger.
 _STEP = 2 * np.pi / 24
 _ANGLES = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 _NEAR = 0.965
@@ -337,7 +337,7 @@ def may_be_largest(units: Array, wrench: Array) -> NDArray[np.bool_]:
     """Return the mask (n, …) of the sections of a beam that may be the most stressed one.
 
     Args:
-        units: (6,) largest stresses under unit wrenches; those of axial force and bending occur at one point and add up.
+        units: (6,) largest stresses under unit components; those of axial force and bending occur at one point and add up.
         wrench: (6, n, …) section wrenches.
     """
     alone = units.reshape(6, *[1] * (wrench.ndim - 1)) * np.abs(wrench)
