@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from places import CASES, ROOT
+from places import ROOT
 
 import kinetostatics as ks
 from kinetostatics.description import JointStiffness, Mimic
@@ -343,27 +343,6 @@ def test_an_elastic_actuator_that_couples_a_ring_beside_the_robot_is_refused() -
     text = jack(SCREW.format(3e-3)).description.urdf
     with pytest.raises(ks.RobotFileError, match="'motor' moves joints of a closed chain attached to base or platform"):
         _ = ks.Robot(parse_robot_text(text.replace("</robot>", ring))).topology
-
-
-LEAD = 0.005 / (2 * np.pi)
-
-
-@pytest.mark.slow
-def test_a_screw_counts_its_turns() -> None:
-    """Motor and slide are z = lead · angle / 2π apart, 20 turns and more from zero."""
-    screw = ks.load_robot(CASES / "screw_continuous.urdf")
-    z = np.array([0.1, -0.03, 0.0024, 0.0026, 0.0])
-    poses = screw.assemble(platform={"z": z})
-    np.testing.assert_allclose(poses.actuators["motor"], z / LEAD, atol=1e-9)
-    np.testing.assert_allclose(screw.assemble(actuators=poses.actuators).platform["z"], z, atol=1e-12)
-    there = screw.configuration(poses.q)
-    np.testing.assert_allclose(there.actuators["motor"], z / LEAD, atol=1e-9)
-    turns = np.linspace(-200.0, 200.0, 11)
-    np.testing.assert_allclose(screw.assemble(actuators={"motor": turns}).actuators["motor"], turns, atol=1e-9)
-    up = screw.assemble(platform={"z": 0.1})
-    np.testing.assert_allclose(screw.assemble(actuators={"motor": 0.0}, near=up).platform["z"], 0.0, atol=1e-12)
-    found = ks.sweep(screw, platform={"z": z})
-    np.testing.assert_allclose(found["actuator_position"].sel(actuator="motor"), z / LEAD, atol=1e-9)
 
 
 def jack(*followers: str) -> ks.Robot:

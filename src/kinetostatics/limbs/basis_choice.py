@@ -88,7 +88,7 @@ def _columns(
 ) -> list[Array]:
     """Return the wrenches (6, g, N) of candidates and of their completion.
 
-    The completion is reciprocal to ``twists``, and independent of the wrenches ``known`` and in itself.
+    The wrenches of the completion are reciprocal to ``twists``, and independent of one another and of the wrenches ``known``.
     """
     scale, length = _scale(group), group.model.length
     wrenches = CandidateWrenches(geometry, length, PARALLEL)
@@ -192,7 +192,9 @@ def _chosen(
     taken = [normalize(wrench[:, 0] * scale[:, 0]) for wrench in known]
     spanned = [normalize(independent[:, k]) for k in range(independent.shape[1])]
     poses = np.arange(geometry.limb_axes.shape[-1])  # generic ones, and ordinary ones at which the limb is not singular
-    judged = poses[(poses < generic) | (_singular_values(spanned) > MARGIN) & (_singular_values(taken) > MARGIN)]
+    judged = poses[
+        (poses < generic) | (_smallest_singular_values(spanned) > MARGIN) & (_smallest_singular_values(taken) > MARGIN)
+    ]
     wrenches = CandidateWrenches(geometry, length, MARGIN)
     allowed = 1e-8 + 100 * group.model.closing_error
     chosen: list[Candidate] = []
@@ -202,7 +204,7 @@ def _chosen(
                 break
             column = normalize(wrenches.of(candidate)[:, 0] * scale[:, 0])
             power = np.einsum("kin,kn->in", reciprocal_to[:, :, judged], column[:, judged])
-            if float(np.abs(power).max(initial=0.0)) < allowed and _least_singular_value([*taken, column], judged) > MARGIN:
+            if float(np.abs(power).max(initial=0.0)) < allowed and _least_over_poses([*taken, column], judged) > MARGIN:
                 chosen.append(_with_own_label(candidate, chosen))
                 taken.append(column)
         seeds = (_seeds(geometry, length) * scale[:, None])[:, :, 0]
@@ -221,8 +223,8 @@ def _scale(group: LimbGroup) -> Array:
     return np.array([group.model.length] * 3 + [1.0] * 3).reshape(6, 1, 1)
 
 
-def _singular_values(columns: list[Array]) -> Array:
-    """Return the smallest singular value (P,) of the matrix with columns (6, P), at every pose; 0 where it is not finite."""
+def _smallest_singular_values(columns: list[Array]) -> Array:
+    """Return the smallest singular value (P,) of the matrix with columns (6, P) at every pose; 0 where it is not finite."""
     if not columns:
         return np.asarray(1.0)
     stack = np.stack(columns, axis=1)
@@ -231,9 +233,9 @@ def _singular_values(columns: list[Array]) -> Array:
     return np.asarray(values[:, -1])
 
 
-def _least_singular_value(columns: list[Array], judged: Index) -> float:
+def _least_over_poses(columns: list[Array], judged: Index) -> float:
     """Return the minimum of the smallest singular value of the columns (6, P) over the poses ``judged``; 0 if not finite."""
-    return float(np.min(_singular_values([column[:, judged] for column in columns])))
+    return float(np.min(_smallest_singular_values([column[:, judged] for column in columns])))
 
 
 def _seeds(geometry: LimbGeometry, length: float) -> Array:
@@ -274,7 +276,7 @@ def _complement(spanned: list[Array], seeds: Array, count: int, judged: Index) -
     for number in range(count):
         completed = [*(normalize(column) for column in spanned), *_complete(spanned, seeds, chosen)]
         rest = [seed for seed in range(seeds.shape[1]) if seed not in chosen]
-        sizes = {seed: _least_singular_value([*completed, normalize(seeds[:, seed])], judged) for seed in rest}
+        sizes = {seed: _least_over_poses([*completed, normalize(seeds[:, seed])], judged) for seed in rest}
         if not sizes:
             raise StaticsError(f"no complementary wrench number {number + 1} can be found")
         chosen.append(list(sizes)[first_largest(list(sizes.values()))])

@@ -27,13 +27,11 @@ class BranchJoint:
         edge: the joint, directed outwards.
         ratio: its motion per unit of the actuator's coordinate.
         freedoms: its single freedom.
-        outboard: (W,) mask of the weights that it carries.
     """
 
     edge: Edge
     ratio: float
     freedoms: Freedoms
-    outboard: Array
 
     def twist(self, frames: Frames, o: Array) -> Array:
         """Return the twist (6, N) of its outer side about o, per unit of the actuator's coordinate."""
@@ -46,7 +44,7 @@ def branch_joints(model: StaticModel, drive: Drive) -> tuple[BranchJoint, ...]:
     for edge in model.topology.branch_edges:
         if edge.joint in ratios:
             freedoms = Freedoms(freedoms_of(model.mechanism, model.mechanism.connections[edge.joint], edge.sign))
-            found.append(BranchJoint(edge, ratios[edge.joint], freedoms, model.weights.outboard_of(edge)))
+            found.append(BranchJoint(edge, ratios[edge.joint], freedoms))
     return tuple(found)
 
 

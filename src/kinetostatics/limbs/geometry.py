@@ -78,8 +78,8 @@ class LimbGeometry:
     Attributes:
         axes: (3, k, g, N) axes of all freedoms, with a sense that does not depend on the file, see :func:`_orientations`.
         twists: (6, k, g, N) unit twists of all freedoms about o, outboard relative to inboard side, as in Eqs. (2), (4).
-        centres: (3, compounds + 1, g, N) joint centres, and the platform end of the limb. For an axis without a centre, the point
-            nearest to the next joint centre in a serial limb, otherwise to o.
+        centres: (3, compounds + 1, g, N) joint centres, and the platform end of the limb. A joint without a centre has the point
+            of its axis nearest to the neighbouring joint centre; in a limb with rings, nearest to o.
         limb_axes: (3, 3, g, N) columns x, y, z; z along the limb.
         beam_axes: (3, 3, beams, g, N).
         beam_lengths: (beams, g, N) [m].
@@ -241,7 +241,7 @@ class _Vectors:
 
 
 def _nearest_centres(has_centre: Sequence[bool], is_serial: bool) -> dict[int, int | None]:
-    """Return for each joint without a centre the nearest one that has a centre, of two the outer one; None if there is none."""
+    """Return, for each joint without a centre, the nearest joint with a centre, of two the outer; None in limbs with rings."""
     known = [u for u, has in enumerate(has_centre) if has and is_serial]
     return {
         u: min(known, key=lambda other: (abs(other - u), -other), default=None) for u, has in enumerate(has_centre) if not has

@@ -39,7 +39,7 @@ class LimbGroup:
         compound_of: (k,) index of the compound joint of each freedom.
         platform_joint: (k,) mask of the freedoms of the platform joint.
         compliances: (6, beams, g, 1) section compliances.
-        beam_masses, beam_masses_per_length: (beams, g, 1) mass [kg] and mass per length [kg/m]; NaN for that which is not given.
+        beam_masses, beam_masses_per_length: (beams, g, 1) mass [kg] and mass per length [kg/m], of which one is given; else NaN.
         spring_linear, spring_angular: (3, 3, springs, g) [m/N], [rad/(N·m)].
         dof_cut_signs, beam_cut_signs, spring_cut_signs, element_cut_signs: (…, M) signs of the cut-joint wrenches in each
             freedom, beam, spring and element.

@@ -121,7 +121,7 @@ def _carried(group: LimbGroup, T: Array, demand: Array) -> tuple[Array, Array]:
 
 
 def _crossed(group: LimbGroup, geometry: LimbGeometry) -> Mask:
-    """Return the mask (g, N) of limbs whose platform joint may have dependent twists; those of one compound joint are not."""
+    """Return the mask (g, N) of limbs whose platform joint may have dependent twists; a single compound joint has none."""
     carried = list(group.basis.carried)
     if len({int(compound) for compound in group.compound_of[carried]}) < 2:
         return np.zeros(geometry.limb_axes.shape[2:], dtype=bool)

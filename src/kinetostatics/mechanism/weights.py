@@ -128,6 +128,10 @@ class Weights:
         total: Array = wrenches[:, which].sum(axis=1)
         return total
 
+    def carried_by(self, edge: Edge, wrenches: Array) -> Array:
+        """Return the sum (6, N) of the wrenches (6, W, N) of the weights that an edge carries."""
+        return self.sum([name for name in edge.outboard if carries(edge, name)], wrenches)
+
     def outboard_of(self, edge: Edge) -> Array:
         """Return (W,) 1 for each weight that an edge carries, else 0."""
         return np.array([carries(edge, name) for name in self.names], dtype=float)

@@ -289,7 +289,7 @@ def _deform_branches(
         off = np.zeros((6, len(share), solution.o.shape[1]))
         if assembly_errors is not None and assembly_errors.concerns(edge):
             off[:, solution.sources.index("assembly_errors")] = assembly_errors.of_edge(edge, frames, solution.o)
-        own = robot.weights.sum(edge.outboard, solution.weights) - robot.weights.sum(edge.excluded, solution.weights)
+        own = robot.weights.carried_by(edge, solution.weights)
         carried = _with_branch_loads(solution, edge, own[:, None] * share[:, 0])[:, :, None]
         if edge.beam is not None:
             model = robot.beams[edge.beam]
@@ -320,7 +320,7 @@ def _deform_branches(
 def _deform_branch_drives(
     robot: RobotStatics, solution: Solution, branches: Sequence[tuple[tuple[Edge, ...], int]], out: Deformation
 ) -> dict[str, tuple[str, BranchJoint]]:
-    """Compute the deformations of actuators that move joints of open branches only; return these joints.
+    """Compute the deformations of actuators that move joints of open branches only; return the moved joints of all branches.
 
     Args:
         robot: the robot.
@@ -338,7 +338,7 @@ def _deform_branch_drives(
         for joint in joints:
             share = np.zeros((len(force), 1))
             share[place_of[joint.edge.key]] = 1
-            own = np.einsum("w,iwn->in", joint.outboard, solution.weights)[:, None] * share
+            own = robot.weights.carried_by(joint.edge, solution.weights)[:, None] * share
             carried = _with_branch_loads(solution, joint.edge, own)
             force = force + np.einsum("in,isn->sn", joint.twist(solution.frames, solution.o), carried)
         out.drive_deformations[drive.joint] = drive.compliance * force
@@ -375,7 +375,7 @@ def beam_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
     loads = by_place(solution.applied)
     for edge in (edge for edge in robot.topology.branch_edges if edge.beam is not None):
         model = robot.beams[str(edge.beam)]
-        beyond = robot.weights.sum(edge.outboard, solution.weights)
+        beyond = robot.weights.carried_by(edge, solution.weights)
         beyond = sum((wrench for place, wrench in loads.items() if carries(edge, place)), beyond)
         mass = model.mass_of(model.length(solution.frames))
         found[model.name] = np.stack([beyond[:3] + mass * solution.gravity, beyond[:3]])

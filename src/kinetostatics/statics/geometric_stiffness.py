@@ -24,7 +24,7 @@ from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.link_loads import AppliedLoad
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
-from kinetostatics.statics.turning_parts import PLATFORM, Block, Coordinates, Fixed, Passage, TurningParts, coordinates_of
+from kinetostatics.statics.turning_parts import PLATFORM, Block, Fixed, Passage, TurningParts, coordinates_of
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class PlacedSpring:
     tangent: Array
 
     def pull(self, force: Array, o: Array) -> tuple[dict[str, Array], dict[str, Array]]:
-        """Return the wrenches about o, and their points, by place, of a force (3, N) on the first end, opposite on the second."""
+        """Return wrenches about o and points, by place: a force (3, N) on the first end, its opposite on the second."""
         wrenches: dict[str, Array] = {}
         points: dict[str, Array] = {}
         for sign, point, places in zip((1, -1), self.points, self.places, strict=True):
@@ -66,37 +66,29 @@ class GeometricTerms:
 
     def __init__(
         self,
-        where: Coordinates,
-        parts: TurningParts,
-        o: Array,
-        springs: Sequence[PlacedSpring],
+        robot: GeometricStiffness,
         acting: Sequence[tuple[str, Array, Array]],
         passages: Sequence[tuple[Passage, Array, Array | None, Array]],
-        without_spin: Callable[[int], Array | None],
     ) -> None:
         """Add up the terms of the quadratic form.
 
         Args:
-            where: definition of u.
-            parts: parts of the robot.
-            o: (3, N) [m].
-            springs: springs of the robot.
+            robot: the robot at N poses.
             acting: forces on pieces of parts: place, arm from o and force (3, N).
             passages: the passages with the arm of the centre from o, the axes (3, k, N) of slides, and their matrix B (9, 9, N).
-            without_spin: function that returns the projection (3, 3, N) without the free spin of a part.
         """
-        self._where, self._parts, self._o = where, parts, o
-        self._springs, self._acting, self._passages, self._without_spin = springs, acting, passages, without_spin
+        self._robot, self._where, self._parts, self._o = robot, robot.coordinates, robot.parts, robot.o
+        self._springs, self._acting, self._passages = robot.springs, acting, passages
         self._found: dict[tuple[Block, Block], Array] = {}
         arms: dict[int, Array] = {}
         for place, arm, force in acting:
-            part = parts.part_of[place]
+            part = self._parts.part_of[place]
             arms[part] = arms.get(part, 0.0) + of_arm(force, arm) / 2
         for part, block in arms.items():
             self._add(("part", part), ("part", part), block)
         for number, (item, _, axes, block) in enumerate(passages):
             self._add_passage(number, item, axes, block)
-        for number, spring in enumerate(springs):
+        for number, spring in enumerate(self._springs):
             self._add_spring(number, spring)
 
     def _add(self, one: Block, two: Block, block: Array) -> None:
@@ -167,7 +159,7 @@ class GeometricTerms:
             return at.get(("part", part), none)
 
         def put(place: str, arm: Array, force: Array, couple: Array) -> None:
-            without_spin = self._without_spin(self._parts.part_of[place])  # moments along a free spin are rounding errors
+            without_spin = self._robot.without_spin(self._parts.part_of[place])  # moments along a free spin are rounding errors
             couple = couple if without_spin is None else np.einsum("ijn,jsn->isn", without_spin, couple)
             wrench = move_wrench(np.concatenate([force, couple]), -arm)
             found[place] = found.get(place, 0.0) + wrench
@@ -202,33 +194,36 @@ class GeometricStiffness:
     """The geometric stiffness of a robot at N poses, and the unit loads conjugate to its displacements u.
 
     Attributes:
+        parts: parts of the robot.
+        springs: springs of the robot.
         coordinates: definition of u.
+        o: (3, N) position of o [m].
     """
 
     def __init__(self, robot: RobotStatics, parts: TurningParts, frames: Frames, springs: Sequence[PlacedSpring]) -> None:
-        self._robot, self._parts, self._frames, self._springs = robot, parts, frames, springs
+        self._robot, self._frames, self.parts, self.springs = robot, frames, parts, springs
         self.coordinates = coordinates_of(parts)
-        _, self._o = robot.mechanism.platform_pose(frames)
+        _, self.o = robot.mechanism.platform_pose(frames)
 
     def unit_loads(self) -> list[AppliedLoad]:
         """Return the unit forces, couples and pairs of forces conjugate to the displacements."""
-        o, where = self._o, self.coordinates
+        o, where = self.o, self.coordinates
         none, units = np.zeros_like(o), [np.broadcast_to(unit[:, None], o.shape) for unit in np.eye(3)]
         acting: list[dict[str, Array]] = []
         for kind, number in where.blocks:
             if kind == "shift":
-                acting += [{self._parts.places[PLATFORM]: np.concatenate([unit, none])} for unit in units]
+                acting += [{self.parts.places[PLATFORM]: np.concatenate([unit, none])} for unit in units]
             elif kind == "part":
-                place, without_spin = self._parts.places[number], self._without_spin(number)
+                place, without_spin = self.parts.places[number], self.without_spin(number)
                 couples = units if without_spin is None else [without_spin[:, k] for k in range(3)]
                 acting += [{place: np.concatenate([none, couple])} for couple in couples]
             elif kind == "slide":
-                item = self._parts.passages[number]
+                item = self.parts.passages[number]
                 for slide in item.slides:
                     wrench = wrench_of_force(self._direction(slide), self._arm(item))
                     acting.append({item.places[0]: -wrench, item.places[1]: wrench})
             else:
-                acting += [self._springs[number].pull(-unit, o)[0] for unit in units]
+                acting += [self.springs[number].pull(-unit, o)[0] for unit in units]
         return [AppliedLoad(name, wrenches, {}, "change") for name, wrenches in zip(where.names, acting, strict=True)]
 
     def displacements(self, motion: Callable[[str], Array], blocks: Sequence[Block]) -> Array:
@@ -236,20 +231,20 @@ class GeometricStiffness:
         rows = []
         for kind, number in blocks:
             if kind == "shift":
-                rows.append(motion(self._parts.places[PLATFORM])[:3])
+                rows.append(motion(self.parts.places[PLATFORM])[:3])
             elif kind == "part":
-                turned, without_spin = motion(self._parts.places[number])[3:], self._without_spin(number)
+                turned, without_spin = motion(self.parts.places[number])[3:], self.without_spin(number)
                 rows.append(turned if without_spin is None else np.einsum("ijn,jsn->isn", without_spin, turned))
             elif kind == "slide":
-                item = self._parts.passages[number]
+                item = self.parts.passages[number]
                 inner, outer = (_at(motion(place), self._arm(item)) for place in item.places)
                 axes = np.stack([self._direction(slide) for slide in item.slides])
                 rows.append(np.einsum("kin,isn->ksn", axes, outer - inner))
             else:
-                spring = self._springs[number]
+                spring = self.springs[number]
                 ends: list[Array] = [
                     np.sum(
-                        [np.where(here, _at(motion(place), point - self._o), 0.0) for place, here in places.items()],
+                        [np.where(here, _at(motion(place), point - self.o), 0.0) for place, here in places.items()],
                         axis=0,
                     )
                     for point, places in zip(spring.points, spring.places, strict=True)
@@ -263,18 +258,18 @@ class GeometricStiffness:
         Args:
             solution: an equilibrium of the poses.
         """
-        carried, parts = _Carried(self._robot, solution), self._parts
+        carried = _Carried(self._robot, solution)
         acting: list[tuple[str, Array, Array]] = []
-        centres = self._robot.weights.centres(self._frames) - self._o[:, None]
+        centres = self._robot.weights.centres(self._frames) - self.o[:, None]
         for w, name in enumerate(self._robot.weights.names):
             if not name.startswith("beam:"):
                 acting.append((name, centres[:, w], solution.weights[:3, w]))
-        for spring in self._springs:
+        for spring in self.springs:
             for sign, end, places in zip((1, -1), spring.points, spring.places, strict=True):
                 for place, here in places.items():
-                    acting.append((place, end - self._o, np.where(here, sign * spring.force, np.zeros_like(end))))
+                    acting.append((place, end - self.o, np.where(here, sign * spring.force, np.zeros_like(end))))
         passages = []
-        for item in parts.passages:
+        for item in self.parts.passages:
             arm = self._arm(item)
             wrench = move_wrench(carried.by_outer_side(item), arm)
             force, moment = wrench[:3], wrench[3:]
@@ -287,7 +282,7 @@ class GeometricStiffness:
                 terms, start, back = self._of_beam(solution, item.edge.beam, axes, arm, force, moment)
                 acting.append((item.places[0], start, back))
                 passages.append((item, arm, axes, terms))
-        return GeometricTerms(self.coordinates, parts, self._o, self._springs, acting, passages, self._without_spin)
+        return GeometricTerms(self, acting, passages)
 
     def _of_joint(self, item: Passage, force: Array, moment: Array) -> Array:
         """Return B (9, 9, N) of a joint, whose wrench rotates with the mean rotation θ of its two sides.
@@ -327,13 +322,13 @@ class GeometricStiffness:
         return self._frames.direction(axis.body, axis.vector)
 
     def _arm(self, item: Passage) -> Array:
-        return self._frames.point(item.centre.body, item.centre.vector) - self._o
+        return self._frames.point(item.centre.body, item.centre.vector) - self.o
 
-    def _without_spin(self, part: int) -> Array | None:
+    def without_spin(self, part: int) -> Array | None:
         """Return the projection (3, 3, N) that removes the rotation about a part's free spin axis; None if it has none."""
-        if part not in self._parts.spins:
+        if part not in self.parts.spins:
             return None
-        first, second = (self._arm(self._parts.passages[k]) for k in self._parts.spins[part])
+        first, second = (self._arm(self.parts.passages[k]) for k in self.parts.spins[part])
         along = second - first
         return np.eye(3)[:, :, None] - along[:, None] * along[None] / np.sum(along * along, axis=0)
 
@@ -356,8 +351,7 @@ class _Carried:
     def by_outer_side(self, item: Passage) -> Array:
         """Return the wrench (6, N) of the inner side on the outer side, about o."""
         solution = self._solution
-        total = self._robot.weights.sum(item.edge.outboard, solution.weights)
-        total = total - self._robot.weights.sum(item.edge.excluded, solution.weights)
+        total = self._robot.weights.carried_by(item.edge, solution.weights)
         for load in self._loads:
             for place, wrench in load.wrenches.items():
                 if sign := carries(item.edge, place):

@@ -45,7 +45,7 @@ def actuator_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]
 
 
 def carried_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[int] | None = None) -> Array:
-    """Return the wrenches (6, J, N) of the joints in given rows of the table; None: all. If indeterminate, of one solution.
+    """Return the wrenches (6, J, N) of the joints in given rows of the table; None: all. If indeterminate, one solution.
 
     For a joint of a serial limb: −(J_ic W_ic + J_ig W_ig + Σ w), with the weights w outboard of it (method page, section 7).
     """

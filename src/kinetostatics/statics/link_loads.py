@@ -106,7 +106,7 @@ def applied_statics(
 
 
 def _under(group: LimbGroup, loads: Sequence[AppliedLoad], frames: Frames, o: Array) -> list[LimbStatics | None]:
-    """Return the statics of a group of limbs under each load alone, or None; for few poses, many loads are solved at once."""
+    """Return the statics of a group of limbs under each load alone, None if it is elsewhere; at few poses, many at once."""
     found: list[LimbStatics | None] = [None] * len(loads)
     mine = {k: load.at(group.places) for k, load in enumerate(loads)}
     mine = {k: wrenches for k, wrenches in mine.items() if wrenches}
@@ -144,8 +144,8 @@ def by_place(applied: Iterable[AppliedStatics]) -> dict[str, Array]:
 def with_contributions(weights: Array, applied: Iterable[AppliedStatics], parts: Iterable[Array | None]) -> Array:
     """Return a quantity (A, S, …, N) of weights and loads together, by contribution.
 
-    ``weights`` is that of the weights; ``parts`` are those of each load alone (A, …, N), None for zero. Without loads,
-    ``weights`` itself is returned.
+    ``weights`` (A, S, …, N) is the quantity of the weights alone; ``parts`` (A, …, N) are those of each load, None for zero.
+    Without loads, ``weights`` itself is returned.
     """
     total = weights
     for item, part in zip(applied, parts, strict=True):

@@ -161,7 +161,7 @@ class PlatformEquilibrium:
         return result
 
     def _refine(self, right: Array, twists: Array, intensities: list[Array]) -> None:
-        """Correct the twists in place by the rounding residual of Eq. (5), W = Σ J_ic W_ic + Σ J_ig W_ig."""
+        """Correct twists and intensities in place by the rounding residual of Eq. (5), W = Σ J_ic W_ic + Σ J_ig W_ig."""
         left = right
         for item, W in zip(self._statics, intensities, strict=True):
             left = left - np.einsum("kign,isgn->ksn", item.J_c, W)

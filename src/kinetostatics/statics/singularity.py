@@ -1,7 +1,7 @@
 """Poses without equilibrium, and poses at which the rank of a limb changes.
 
-A pose is singular if the platform can move with locked actuators, if a limb cannot carry its weight, or if a telescope has no
-length.
+A pose is singular if the platform can move with locked actuators, if a limb cannot carry its weight, or if a telescopic
+beam has a negative length.
 
 Ranks and bases are normally decided once per robot (method page, section 2). If a limb is stretched, or if two of its axes
 coincide, its joint twists become dependent: its passive joints allow one motion less and it transmits one wrench more. The ranks
@@ -49,7 +49,7 @@ def without_equilibrium(singular: NDArray[np.bool_], unbalanced: Mapping[str, Ar
 
 
 def has_negative_length(robot: RobotStatics, frames: Frames) -> NDArray[np.bool_]:
-    """Return the mask (N,) of poses at which the length of a telescopic beam is not positive."""
+    """Return the mask (N,) of poses at which the length of a telescopic beam is negative."""
     result = np.zeros(frames.position.shape[2], dtype=bool)
     for beam in robot.beams.values():
         if beam.telescopic:
@@ -154,7 +154,7 @@ def groups_of_poses(
 
 
 def _changed(item: LimbStatics, frames: Frames, o: Array, pose: int) -> list[int]:
-    """Return the indices among the robot's limbs of those limbs of a group whose ranks differ at one pose."""
+    """Return those limbs of a group, by index in the robot, whose ranks at one pose differ from the usual ones."""
     group, tolerance = item.group, item.group.model.rank_tolerance
     places = np.flatnonzero(item.doubtful[:, pose]).tolist()
     if not places:

@@ -39,7 +39,7 @@ class Solution(ShortRepr):
         compliance, stiffness: (6, 6, N) compliance and stiffness of the platform at o, world axes.
         intensities: for each group W_ic due to each contribution (n_c, S, g, N), Eq. (11).
         load, platform_weight: (6, N) external load and weight of the platform [N, N·m].
-        singular: (N,) whether the platform or a limb can still move, or a telescopic beam has no length: there are no results.
+        singular: (N,) whether the platform or a limb can still move, or the length of a beam is negative: there are no results.
         indeterminate: (N,) whether forces in rigid limbs or rings are statically indeterminate.
         basis_degenerate: (N,) whether the canonical wrench basis of a limb degenerates.
         undetermined: for each group (n_c, g, N) whether an intensity is indeterminate.
@@ -268,7 +268,7 @@ def with_more(robot: RobotStatics, before: Balanced, more: Mapping[str, Array], 
         before: the equilibrium without them.
         more: wrenches (6, S, N) about o for each contribution, by place.
         names: names of these loads, one for each contribution.
-        twists: (6, S, N) the twists of the result; they are known more accurately than as sums, where these loads stiffen an
+        twists: (6, S, N) the twists of the result. They are given because sums would lose digits where these loads stiffen an
             almost free motion.
     """
     solution, S = before.solution, len(names)

@@ -149,7 +149,7 @@ def _align(shapes: Array, vectors: Array, equal: Mask, free: int, platform: Arra
     """Normalize modes (N, m, n) in place: reproducible bases of eigenspaces, and signs.
 
     In an eigenspace, the first mode has the largest component of the platform's twist along the first axis with a nonzero
-    component, the next one has none along this axis, and so on; if the platform is at rest, the coordinates replace its twist.
+    component, the next one has none along this axis, and so on; if the platform does not move, the coordinates replace its twist.
     The largest component of the platform's twist, or of the coordinates, is positive.
 
     Args:
