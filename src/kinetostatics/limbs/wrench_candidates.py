@@ -83,7 +83,7 @@ def common_point(group: LimbGroup, geometry: LimbGeometry) -> tuple[int, int] | 
 
 
 def central_candidates(group: LimbGroup, f: int, h: int) -> Iterator[Candidate]:
-    """Yield forces through the common point of all passive axes, along and normal to two of them, and the couple normal to both."""
+    """Yield forces through the common point of all passive axes, along two of them and normal to both, and a normal couple."""
     names = [group.dofs[0][k].label for k in (f, h)]
     yield Candidate(("axis", f), (f, h), f"force along the axis of {names[0]}")
     yield Candidate(("axis", h), (f, h), f"force along the axis of {names[1]}")
