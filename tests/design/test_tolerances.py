@@ -199,7 +199,7 @@ def test_constants_that_are_products_of_powers_and_sums_are_interpolated():
     nodes = [np.stack([made(0.1 * u, 0) for u in NODES]), np.stack([made(0, 0.1 * u) for u in NODES])]
     constants = Constants(made(0, 0), nodes)
     found = constants.at(np.array([[0.3, -0.8], [-0.7, 0.9]]), range(4))
-    assert set(found) == {1, 2, 3}
+    assert found[0] == 3.0
     for k, (a, b) in enumerate([(0.03, -0.07), (-0.08, 0.09)]):
         np.testing.assert_allclose([found[1][k], found[2][k], found[3][k]], made(a, b)[1:], rtol=1e-6)
 

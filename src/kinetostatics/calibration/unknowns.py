@@ -217,19 +217,17 @@ def unidentifiable(unknowns: Sequence[Unknown], null: Array) -> tuple[Unidentifi
 
 
 def _sparse(null: Array) -> Array:
-    """Return a sparse basis (p, k) of the space spanned by ``null`` (p, k), by elimination; the largest entries are 1."""
-    rest = np.array(null)
-    pivots: list[int] = []
-    for k in range(rest.shape[1]):
-        free = np.abs(rest[:, k])
-        free[pivots] = 0.0
-        pivot = int(np.argmax(free))
-        pivots.append(pivot)
-        rest[:, k] /= rest[pivot, k]
-        for other in range(rest.shape[1]):
-            if other != k:
-                rest[:, other] -= rest[pivot, other] * rest[:, k]
-    rest = rest / np.abs(rest).max(axis=0, initial=0.0)
+    """Return a sparse basis (p, k) of the space spanned by ``null`` (p, k): the identity in k pivot rows, then scaled.
+
+    The largest entry of each direction is ±1.
+    """
+    from scipy.linalg import qr
+
+    if not null.size:
+        return null
+    pivots = np.sort(qr(null.T, mode="r", pivoting=True)[1][: null.shape[1]])
+    rest = null @ np.linalg.inv(null[pivots])
+    rest /= np.abs(rest).max(axis=0)
     return np.where(np.abs(rest) < NOTHING, 0.0, rest)
 
 

@@ -144,27 +144,20 @@ class Constants:
             self._is_product = np.all((ratios > 0.2) & (ratios < 5), axis=(0, 1))
             self._rates = np.where(self._is_product, np.log(np.where(self._is_product, ratios, 1.0)), at - own)
 
-    def at(self, parts: Array, which: Sequence[int]) -> dict[int, Array]:
-        """Return the values (N,) of those constants of ``which`` that change.
+    def at(self, parts: Array, which: Sequence[int]) -> list[float | Array]:
+        """Return all constants as inputs of a record: arrays (N,) for changing constants among ``which``, else nominal scalars.
 
         Args:
             parts: (changes, N) changes relative to the largest change of each parameter.
             which: indices of constants.
         """
-        weights = _lagrange(parts)
-        found = {}
-        rows = np.flatnonzero(np.isin(self.changing, which))
-        total = np.einsum("jkn,kjp->pn", weights, self._rates[..., rows], optimize=True)
-        for row, change in zip(rows.tolist(), total, strict=True):
-            own = self.nominal[self.changing[row]]
-            found[int(self.changing[row])] = own * np.exp(change) if self._is_product[row] else own + change
-        return found
-
-    def of(self, parts: Array, which: Sequence[int]) -> list[float | Array]:
-        """Return all constants as inputs of a record: arrays (N,) for changing constants among ``which``, else scalars."""
         found: list[float | Array] = self.nominal.tolist()
-        for number, row in self.at(parts, which).items():
-            found[number] = row
+        rows = np.flatnonzero(np.isin(self.changing, which))
+        total = np.einsum("jkn,kjp->pn", _lagrange(parts), self._rates[..., rows], optimize=True)
+        for row, change in zip(rows.tolist(), total, strict=True):
+            number = int(self.changing[row])
+            own = self.nominal[number]
+            found[number] = own * np.exp(change) if self._is_product[row] else own + change
         return found
 
 
@@ -263,7 +256,7 @@ class ManyRobots:
         which = [item[1] for item, is_needed in zip(tape.operations, needed, strict=True) if is_needed and item[0] == "parameter"]
         given = (self._derivatives.load, self._derivatives.gravity, self._derivatives.target)
         load, gravity, target = (np.repeat(array, N, axis=1) for array in given)
-        results = values(tape, needed, [poses.x, load, gravity, poses.c, target], self._constants.of(parts, which))
+        results = values(tape, needed, [poses.x, load, gravity, poses.c, target], self._constants.at(parts, which))
         found = {
             name: np.array([np.broadcast_to(results[row], N) for row in record.rows[name]]).reshape(*record.shapes[name], N)
             for name in names

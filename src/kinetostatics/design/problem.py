@@ -241,22 +241,18 @@ class Problem:
             tip = result.seen_from(self.tool)
 
             def measured(name: str, argument: float) -> Array:
-                return REQUIRABLE[name].function(result, tip, argument)
+                found = REQUIRABLE[name].function(result, tip, argument)
+                return found.reshape(-1, found.shape[-1])  # poses and load cases along one axis
 
             found = measured(*self.objective)
-            values = [_rows(measured(item.name, item.argument)) for item in self.requirements]
+            values = [measured(item.name, item.argument) for item in self.requirements]
         except (RobotFileError, StaticsError):
             return Evaluation(np.inf, np.array([-1.0]), None, [])
         margins = [item.margins(value).ravel() for item, value in zip(self.requirements, values, strict=True)]
         # poses without results violate every requirement; so do those without the objective
-        margins.append(np.where(np.isnan(result.twist[..., 0]) | np.any(np.isnan(found), axis=-1), -1.0, 1.0).ravel())
+        margins.append(np.where(np.isnan(result.twist[..., 0].ravel()) | np.any(np.isnan(found), axis=-1), -1.0, 1.0))
         worst = float(np.nanmax(found)) if np.any(np.isfinite(found)) else np.inf
         return Evaluation(worst, np.concatenate(margins), result, values)
-
-
-def _rows(values: Array) -> Array:
-    """Return values (P, …, k) as (N, k), with poses and load cases along one axis."""
-    return values.reshape(-1, values.shape[-1])
 
 
 def grid_of(

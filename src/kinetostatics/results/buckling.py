@@ -31,8 +31,7 @@ class Buckling(Shapes[BucklingModes], Reported, builder="reports.dynamics:buckli
     factors is a mode, too.
 
     Attributes:
-        configuration: the pose or poses.
-        batch_shape: batch shape of all results.
+        configuration: the pose or poses, broadcast against the loads.
         count: number of modes of each pose.
         chunks: the modes of the poses with results, in the order of the poses.
         valid: (N,) mask of poses with results.
@@ -46,15 +45,9 @@ class Buckling(Shapes[BucklingModes], Reported, builder="reports.dynamics:buckli
     """
 
     configuration: Configuration
-    batch_shape: tuple[int, ...]
     count: int
     chunks: tuple[BucklingModes, ...]
     valid: Mask
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Batch shape of all results."""
-        return self.batch_shape
 
     @cached_property
     def load_factors(self) -> Array:
@@ -93,16 +86,14 @@ class Buckling(Shapes[BucklingModes], Reported, builder="reports.dynamics:buckli
         return np.asarray(names[np.argmax(np.round(np.nan_to_num(shares), 9), axis=0)])
 
 
-def buckling_of(
-    configuration: Configuration, shape: tuple[int, ...], solutions: Iterable[Solution], valid: Mask, count: int
-) -> Buckling:
+def buckling_of(configuration: Configuration, solutions: Iterable[Solution], valid: Mask, count: int) -> Buckling:
     """Return the first ``count`` buckling modes of all poses in the mask ``valid`` (N,)."""
     members, chunks, first = robot_of(configuration).members, list[BucklingModes](), 0
     for solution in solutions:
         last = first + solution.o.shape[1]
         chunks += members.modes(solution, np.flatnonzero(valid[first:last]), count)
         first = last
-    return Buckling(configuration, shape, count, tuple(chunks), valid)
+    return Buckling(configuration, count, tuple(chunks), valid)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -50,11 +50,6 @@ class Modes(Shapes[ModeShapes], Reported, builder="reports.dynamics:modes_report
     chunks: tuple[ModeShapes, ...]
     valid: Mask
 
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Batch shape of all results."""
-        return self.configuration.shape
-
     @cached_property
     def status(self) -> NDArray[np.int8]:
         """:class:`Status` of every pose (…); SINGULAR where a telescope has no length or a motion has negative stiffness."""

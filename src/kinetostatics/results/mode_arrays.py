@@ -60,7 +60,7 @@ class Shapes(Generic[Chunk]):
     @property
     def shape(self) -> tuple[int, ...]:
         """Batch shape of all results."""
-        raise NotImplementedError
+        return self.configuration.shape
 
     @cached_property
     def twists(self) -> Array:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.arguments import whole_number
 from kinetostatics.description.loads import Payload
-from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.configuration import Configuration, spread
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Report, Reported, late
 from kinetostatics.math.arrays import Array, Index, frozen
@@ -181,7 +181,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
             ArgumentError: ``count`` is not a positive whole number.
         """
         number = whole_number("count", count, 1)
-        return buckling_of(self.configuration, self.shape, self.solutions, self._valid, number)
+        return buckling_of(spread(self.configuration, self.shape), self.solutions, self._valid, number)
 
     @cached_property
     def second_order(self) -> SecondOrder:

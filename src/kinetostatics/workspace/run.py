@@ -143,13 +143,14 @@ def sweep(
         try_robots(plan)
     most = MOST if all(item.group in ("default", "always") for item in labels.variables.values()) else MOST_COSTLY
     sizes = block_sizes(plan.axes, min(most, max(LEAST, math.ceil(plan.size / (SHARE * number)))))
+    run = _Progress(plan.size)
     if out is None:
         check_memory(plan, labels)
-        with _Progress(plan.size, progress is not False, shown) as run:
+        with waiting(run.text, progress is not False, shown):
             return computed(plan, labels, sizes, attributes, number, run)
     if not is_there(out, plan.identity, attributes, restart):
         store = Store(plan, labels, sizes, out, restart)
-        with _Progress(plan.size, progress is not False, shown) as run:
+        with waiting(run.text, progress is not False, shown):
             attributes |= compute(store, number, run)
             run.doing = "storing"
             store.publish(attributes)
@@ -157,18 +158,14 @@ def sweep(
 
 
 class _Progress:
-    """Progress of a sweep, on a line of the terminal."""
+    """Progress of a sweep."""
 
-    def __init__(self, size: int, enabled: bool = False, shown: bool = False) -> None:
+    def __init__(self, size: int) -> None:
         self.size, self.done, self.doing, self._lock = size, 0, "sweeping", threading.Lock()
-        self._line = waiting(lambda: f"{self.doing}, {self.done:,} of {self.size:,} poses done", enabled, shown)
 
-    def __enter__(self) -> _Progress:
-        self._line.__enter__()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._line.__exit__(*error)  # type: ignore[arg-type]
+    def text(self) -> str:
+        """Return the progress for the line of the terminal."""
+        return f"{self.doing}, {self.done:,} of {self.size:,} poses done"
 
     def add(self, block: Block) -> None:
         """Count the poses of a block."""
@@ -313,7 +310,6 @@ def _pieces(plan: SweepPlan, sizes: Mapping[str, int], varies: tuple[str, ...], 
 
 
 def _chunk(numbers: xr.Dataset, plan: SweepPlan, labels: Labels) -> xr.Dataset:
-    """Compute a chunk."""
     ends = (numbers[f"number of {axis.name}"].values for axis in plan.axes)
     part = plan.within(tuple(slice(int(found[0]), int(found[-1]) + 1) for found in ends))
     return computed(part, labels, block_sizes(part.axes, AUTO), {}, 1)
