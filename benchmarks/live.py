@@ -23,8 +23,6 @@ TIMES, STEP = 60, 0.02
 
 HEAD = ("robot", "median", "shortest", "size")
 ROBOTS = ("3rps", "2pru_upr", "delta", "gough_stewart", "ur10")
-#: The arrows that a page shows at first.
-SEEN = ["external load", "actuator forces"]
 
 
 def row(name: str) -> list[str]:
@@ -39,7 +37,7 @@ def row(name: str) -> list[str]:
     seconds, text = [], ""
     for k in range(TIMES):
         values[first["coordinate"]] = start + way * (1 - 2 * (k % 2))
-        question = json.dumps({"kind": kind, "values": values, "groups": SEEN})
+        question = json.dumps({"kind": kind, "values": values})
         before = time.process_time()
         text = json.dumps(live.answer(json.loads(question)))
         seconds.append(time.process_time() - before)

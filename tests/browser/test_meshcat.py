@@ -194,6 +194,7 @@ def test_a_browser_shows_the_colours_and_arrows_of_the_page(result, visit, brows
         root = ks.show(result, visualizer=visualizer).path.lower()[1:]
         (tmp_path / "meshcat.html").write_text(visualizer.static_html(), encoding="utf-8")
     other, problems = browser.new_page(offline=True), []
+    other.set_default_timeout(90_000)
     other.on("console", lambda message: problems.append(message.text) if message.type in ("error", "warning") else None)
     other.on("pageerror", lambda error: problems.append(str(error)))
     other.goto((tmp_path / "meshcat.html").as_uri())
@@ -323,7 +324,7 @@ def decoded(page):
     return b"".join(base64.b64decode(text) for text in re.findall(r"base64,([A-Za-z0-9+/=]+)\"", page))
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def server():
     vis = meshcat.Visualizer()
     yield vis

@@ -118,10 +118,3 @@ def test_dark_pages_are_dark_by_preference_and_by_key(page):
     page.emulate_media(color_scheme="light")
     settle(page)
     assert ground() == light
-
-
-def test_meshcat_s_tree_is_folded_away(page):
-    assert page.is_hidden(".dg.main")
-    page.locator("summary", has_text="Scene").click()
-    assert page.is_visible(".dg.main")
-    page.locator("summary", has_text="Scene").click()

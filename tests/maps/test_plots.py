@@ -146,8 +146,6 @@ def test_slice_hatches_what_has_no_number_and_says_why(ds):
     np.testing.assert_array_equal(np.isnan(colours_of(ax)), np.any(list(expected.values()), axis=0))
     ax = ks.plot.slice(ds, "linear_sag", x="rx", y="ry", at={"z": 0.6}, beyond_limits=True)
     assert "beyond joint limits" not in texts_of(ax.figure) and np.isfinite(colours_of(ax)[0, 2])
-    with pytest.raises(ks.ArgumentError, match=r"no pose of this slice has a number \(unreachable\)"):
-        ks.plot.slice(ds.assign(status=ds.status * 0 + 2).drop_vars("mode"), x="rx", y="ry", at={"z": 0.5})
 
 
 def test_slice_takes_the_nearest_pose_and_says_which(ds):
@@ -165,25 +163,53 @@ def test_slice_in_other_units_with_limits_of_colours(ds):
     assert colorbar.extend == "max"  # some values are larger, none is smaller
 
 
+RX_RY = {"x": "rx", "y": "ry"}
+
+
 @pytest.mark.parametrize(
-    "options, message",
+    "kind, options, message",
     [
-        ({"x": "rx", "y": "ry"}, r"z has 4 values, from z = 0.3 m to z = 0.6 m: say at which, at=\{'z': …\} \(--at z=0\.5m\)$"),
-        ({"x": "rx", "y": "rx", "at": {"z": 0.5}}, "must be different"),
-        ({"x": "rx", "y": "rz", "at": {"z": 0.5}}, "'rz' is not swept: did you mean"),
-        ({"x": "rx", "y": "ry", "at": {"z": 0.8}}, "z = 0.8 m is outside the map, which ranges from 0.3 to 0.6 m"),
-        ({"x": "rx", "y": "ry", "at": {"z": float("nan")}}, "outside the map"),
-        ({"x": "rx", "y": "z", "at": {"rx": 0.0, "ry": 0.0}}, "rx cannot be both an axis of the figure"),
+        ("slice", RX_RY, r"z has 4 values, from z = 0.3 m to z = 0.6 m: say at which, at=\{'z': …\} \(--at z=0\.5m\)$"),
+        ("slice", {"x": "rx", "y": "rx", "at": {"z": 0.5}}, "must be different"),
+        ("slice", {"x": "rx", "y": "rz", "at": {"z": 0.5}}, "'rz' is not swept: did you mean"),
+        ("slice", {**RX_RY, "at": {"z": 0.8}}, "z = 0.8 m is outside the map, which ranges from 0.3 to 0.6 m"),
+        ("slice", {**RX_RY, "at": {"z": float("nan")}}, "outside the map"),
+        ("slice", {"x": "rx", "y": "z", "at": {"rx": 0.0, "ry": 0.0}}, "rx cannot be both an axis of the figure"),
+        ("slice", {"at": {"rx": 0.0, "ry": 0.0}}, r"not fixed are: z; ks\.plot\.line shows .* \(--kind line\)"),
+        ("slice", {**RX_RY, "unit": "kN", "at": {"z": 0.5}}, "unit 'kN' is not one for values in m: m, mm, µm"),
         (
-            {"at": {"rx": 0.0, "ry": 0.0}},
-            r"coordinates with several values; not fixed are: z; ks\.plot\.line shows .* \(--kind line\)",
+            "line",
+            {"what": ["twist:x", "twist:rx"], "x": "rx", "at": {"z": 0.5, "ry": 0}},
+            "m and rad cannot be drawn",
         ),
-        ({"x": "rx", "y": "ry", "unit": "kN", "at": {"z": 0.5}}, "unit 'kN' is not one for values in m: m, mm, µm"),
+        ("line", {"what": []}, "one to 6 quantities"),
+        ("line", {"what": ["twist:x", "twist:y"], "series": "z", "x": "rx"}, "or one quantity with series="),
+        ("line", {"series": "z", "x": "z", "at": {"rx": 0, "ry": 0}}, "z cannot be the series"),
+        ("line", {"series": {"z": 7 * [0.3]}, "x": "rx", "at": {"ry": 0}}, "at most 6 values, not 7"),
+        ("line", {"x": "rx", "at": {"z": 0.5}}, "ry has 7 values"),
+        ("line", {"at": {"z": 0.5, "rx": 0, "ry": 0}}, "a line needs one coordinate with several values; not fixed are: none"),
+        ("surface", {**RX_RY, "series": "rx"}, "rx cannot be the series"),
+        ("surface", {**RX_RY, "series": {"z": [0.3], "rx": [0]}}, "series takes one coordinate"),
+        ("surface", {**RX_RY, "series": {"z": [0.9]}}, "outside the map"),
+        ("surface", {"at": {"z": 0.3, "rx": 0}}, "a surface needs two coordinates"),
+        ("workspace", {"axes": ("rx", "ry")}, "three axes, not 2"),
+        ("workspace", {"axes": ("rx", "ry", "w")}, "'rx' is not swept|'w' is not swept"),
+        ("workspace", {"at": {"z": 0.5}}, "a workspace needs three coordinates"),
     ],
 )
-def test_slices_that_make_no_sense(ds, options, message):
+def test_figures_that_make_no_sense(ds, kind, options, message):
     with pytest.raises(ks.ArgumentError, match=message):
-        ks.plot.slice(ds, "linear_sag", **options)
+        getattr(ks.plot, kind)(ds, **options)
+
+
+def test_axes_and_numbers_that_a_figure_needs(ds):
+    for kind in ("surface", "workspace"):
+        with pytest.raises(ks.ArgumentError, match="projection='3d'"):
+            getattr(ks.plot, kind)(ds, "twist:x", ax=plt.figure().add_subplot())
+    gone = ds.assign(status=ds.status * 0 + ks.Status.UNREACHABLE).drop_vars("mode")
+    for kind, options in (("slice", {**RX_RY, "at": {"z": 0.5}}), ("workspace", {})):
+        with pytest.raises(ks.ArgumentError, match=rf"no pose of this {kind} has a number \(unreachable\)"):
+            getattr(ks.plot, kind)(gone, **options)
 
 
 def test_all_that_is_not_fixed_is_said_at_once_and_what_is_said_can_be_typed(tmp_path, capsys):
@@ -311,10 +337,6 @@ def test_azimuth_goes_round_and_tilt_outwards(tilts, names):
     names = [text.get_text() for tick, text in zip(ax.get_yticks(), ax.get_yticklabels(), strict=True) if tick <= 45]
     assert names == ["20°", "40°"]
     assert "unreachable" in texts_of(ax.figure)
-
-
-def test_round_slices_have_round_cells(tilts):
-    ax = ks.plot.slice(tilts, "twist:x", at={"z": 0.5})
     corners = ax.collections[0].get_coordinates()
     assert np.degrees(np.diff(corners[0, :, 0])).max() <= 2 + 1e-9  # Matplotlib draws sides straight
     assert corners[:, 0, 1].min() == 0
@@ -438,27 +460,6 @@ def test_a_series_has_a_line_for_each_value(ds):
         np.testing.assert_allclose(line.get_ydata(), row, rtol=1e-14)
 
 
-@pytest.mark.parametrize(
-    "what, options, message",
-    [
-        (
-            ["twist:x", "twist:rx"],
-            {"x": "rx", "at": {"z": 0.5, "ry": 0}},
-            "quantities in m and rad cannot be drawn in one figure",
-        ),
-        ([], {}, "one to 6 quantities"),
-        (["twist:x", "twist:y"], {"series": "z", "x": "rx", "at": {"ry": 0}}, "or one quantity with series="),
-        ("twist:x", {"series": "z", "x": "z", "at": {"rx": 0, "ry": 0}}, "z cannot be the series"),
-        ("twist:x", {"series": {"z": 7 * [0.3]}, "x": "rx", "at": {"ry": 0}}, "at most 6 values, not 7"),
-        ("twist:x", {"x": "rx", "at": {"z": 0.5}}, "ry has 7 values"),
-        ("twist:x", {"at": {"z": 0.5, "rx": 0, "ry": 0}}, "a line needs one coordinate with several values; not fixed are: none"),
-    ],
-)
-def test_lines_that_make_no_sense(ds, what, options, message):
-    with pytest.raises(ks.ArgumentError, match=message):
-        ks.plot.line(ds, what, **options)
-
-
 # ---- surfaces ----------------------------------------------------------------------------------------------------------
 
 
@@ -531,22 +532,6 @@ def test_surfaces_that_hide_one_another_stand_side_by_side(ds):
     assert len(ks.plot.surface(ds, "linear_sag", x="rx", y="ry", series="z").figure.axes) == 1
     ax = plt.figure().add_subplot(projection="3d")
     assert ks.plot.surface(same, "twist:x", x="rx", y="ry", series="z", ax=ax).figure.axes == [ax]
-
-
-@pytest.mark.parametrize(
-    "options, message",
-    [
-        ({"x": "rx", "y": "ry", "series": "rx"}, "rx cannot be the series"),
-        ({"x": "rx", "y": "ry", "series": {"z": [0.3], "rx": [0]}}, "series takes one coordinate"),
-        ({"x": "rx", "y": "ry", "series": {"z": [0.9]}}, "outside the map"),
-        ({"at": {"z": 0.3, "rx": 0}}, "a surface needs two coordinates"),
-    ],
-)
-def test_surfaces_that_make_no_sense(ds, options, message):
-    with pytest.raises(ks.ArgumentError, match=message):
-        ks.plot.surface(ds, "twist:x", **options)
-    with pytest.raises(ks.ArgumentError, match="projection='3d'"):
-        ks.plot.surface(ds, "twist:x", ax=plt.figure().add_subplot())
 
 
 # ---- workspaces --------------------------------------------------------------------------------------------------------
@@ -646,21 +631,6 @@ def test_workspace_of_drives_is_shown_where_o_is(ds):
     assert reach[:, 0].max() <= RX[np.any(good, axis=(0, 2))].max() + 1e-12
     explicit = ks.plot.workspace(ds, "linear_sag", ["x", "y", "z"], cut=False)
     np.testing.assert_allclose(np.sort(faces(explicit), axis=None), np.sort(faces(ax), axis=None))
-
-
-@pytest.mark.parametrize(
-    "options, message",
-    [
-        ({"axes": ("rx", "ry")}, "three axes, not 2"),
-        ({"axes": ("rx", "ry", "w")}, "'rx' is not swept|'w' is not swept"),
-        ({"at": {"z": 0.5}}, "a workspace needs three coordinates"),
-    ],
-)
-def test_workspaces_that_make_no_sense(ds, options, message):
-    with pytest.raises(ks.ArgumentError, match=message):
-        ks.plot.workspace(ds, **options)
-    with pytest.raises(ks.ArgumentError, match="no pose of this workspace has a number"):
-        ks.plot.workspace(ds.assign(status=ds.status * 0 + 2))
 
 
 # ---- little to show ----------------------------------------------------------------------------------------------------

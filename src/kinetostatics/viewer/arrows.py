@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -14,9 +14,6 @@ from kinetostatics.viewer.description import Arrow, Stations
 from kinetostatics.viewer.drawn_parts import DrawnJoint, DrawnSpring, marker_radius
 from kinetostatics.viewer.drawn_poses import ShownPoses, about_point, loads_on_links, moved, moved_wrench
 from kinetostatics.viewer.shapes import crossed, frames_along
-
-#: Groups of arrows of limbs.
-OF_LIMBS = ("constraint forces", "constraint couples", "attached wrenches", "joints of networks", "axial forces in networks")
 
 
 class Wrenches:
@@ -39,24 +36,15 @@ class Wrenches:
         self.result, self.robot = poses.result, poses.result.robot
         self.gravity, self.load = poses.take(self.result.gravity), poses.take(self.result.load)
 
-    def arrows(self, groups: Collection[str] | None = None) -> Iterator[Arrow]:
-        """Yield all arrows, or those of some groups and possibly more."""
-
-        def requested(*found: str) -> bool:
-            return groups is None or any(group in groups for group in found)
-
-        if requested("external load"):
-            yield from self._external()
-        if requested("spring forces"):
-            yield from self._springs()
-        for limb in self.robot.topology.limbs if requested(*OF_LIMBS) else ():
+    def arrows(self) -> Iterator[Arrow]:
+        """Yield all arrows."""
+        yield from self._external()
+        yield from self._springs()
+        for limb in self.robot.topology.limbs:
             yield from self._limb(limb)
-        if requested("weights"):
-            yield from self._weights()
-        if requested("base reaction"):
-            yield from self._base_reaction()
-        if requested("actuator forces"):
-            yield from self._actuators()
+        yield from self._weights()
+        yield from self._base_reaction()
+        yield from self._actuators()
 
     def _external(self) -> Iterator[Arrow]:
         yield from self._pair("external load", "load", self.at["o"], self._only("load", self.load), "tip")

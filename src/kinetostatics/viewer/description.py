@@ -29,7 +29,6 @@ class Stations:
         self.frames, self.sources = frames, sources
         self.rest: list[Array] = []
         self.twists: list[Array] = []
-        self._all: Array | None = None
 
     def add(self, rest: Array, twist: Array | None = None) -> int:
         """Add a station and return its index.
@@ -55,9 +54,7 @@ class Stations:
     @property
     def all_twists(self) -> Array:
         """(F, n, K, 6) twists of all stations [m, rad]."""
-        if self._all is None or self._all.shape[1] < len(self.twists):
-            self._all = np.stack(self.twists, axis=1)
-        return self._all
+        return np.stack(self.twists, axis=1)
 
     def moved(self, frame: int, exaggeration: float, shares: Array) -> Array:
         """Return the poses (n, 4, 4) of the deformed stations in one frame for shares (K,), as ``motion.js`` does."""

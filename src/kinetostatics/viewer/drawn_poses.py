@@ -123,7 +123,6 @@ class ShownPoses(DrawnPoses):
         if not np.all(good):
             warn(f"{int(np.sum(~good))} of {len(order)} poses could not be analysed and are not drawn")
         self.indices = order[good]
-        self._one = result.shape == ()
         if len(self.indices) > MOST_POSES:
             raise ArgumentError(
                 f"the result has {len(self.indices)} poses; a page shows at most {MOST_POSES}: take a coarser path or grid"
@@ -140,8 +139,6 @@ class ShownPoses(DrawnPoses):
 
     def take(self, array: Array) -> Array:
         """Return the shown poses (F, …) of an array (*batch, …) of the result."""
-        if self._one:
-            return np.asarray(array)[None]
         shape = self.result.shape
         flat = np.reshape(array, (math.prod(shape), *np.shape(array)[len(shape) :]))
         return np.asarray(flat[self.indices])
@@ -149,8 +146,7 @@ class ShownPoses(DrawnPoses):
     def by_source(self, contributions: Mapping[str, Array]) -> Array:
         """Return arrays by contribution as one array (F, K, …) of the shown poses; zero for missing contributions."""
         none = np.zeros_like(next(iter(contributions.values())))
-        arrays = [contributions.get(name, none) for name in self.sources]
-        return np.array([arrays]) if self._one else np.stack([self.take(array) for array in arrays], axis=1)
+        return self.take(np.stack([contributions.get(name, none) for name in self.sources], axis=len(self.result.shape)))
 
     def parts(self, contributions: Mapping[str, Array]) -> Array:
         """Return arrays by contribution as parts (F, K + 1, …) of arrows; zero for NaN and for the remainder."""
@@ -164,8 +160,6 @@ class ShownPoses(DrawnPoses):
 
         The batch of the configuration may be smaller than that of the result.
         """
-        if self._one:
-            return self.take(array)
         shape = self.result.shape + array.shape[array.ndim - components :]
         return self.take(np.broadcast_to(array, shape))
 

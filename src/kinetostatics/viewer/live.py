@@ -91,20 +91,19 @@ class LiveRobot:
         """Return the changes of the scene for a request ``{"kind": …, "values": {name: shown value}}``.
 
         The kind is "actuators", "platform" or "load"; or "details", for notes and cards of the last pose. Other requests can
-        include ``"details": true`` for notes and cards, which take longer than the rest. ``"groups"`` lists the requested groups
-        of arrows (default: all), ``"contributions"`` the contributions on the page; if others are needed, the response is the
-        whole scene.
+        include ``"details": true`` for notes and cards, which take longer than the rest. ``"contributions"`` lists those on the
+        page; if others are needed, the response is the whole scene.
 
         If a pose cannot be reached, the response contains the last pose on the straight line to it, and the reason as ``rim``.
 
         Raises:
             KinetostaticsError: the pose cannot be analysed; the last one remains.
         """
-        kind, groups, rim = question["kind"], question.get("groups"), {}
+        kind, rim = question["kind"], {}
         if kind != "details":
             rim = {"rim": self._move(kind, question["values"])}
         details = kind == "details" or bool(question.get("details")) or isinstance(self.result, UnloadedPose)
-        scene = self._scene(details, None if groups is None else set(groups))
+        scene = self._scene(details)
         if tuple(question.get("contributions", scene.stations.sources)) != scene.stations.sources:
             return {**self._scene().plain(), **rim}
         return {**scene.moving(), **(scene.details() if details else {}), **rim}
@@ -177,9 +176,9 @@ class LiveRobot:
         ]
         return rim, f"{', '.join(words)}: {self.sliders.words(end)}"
 
-    def _scene(self, details: bool = True, groups: set[str] | None = None) -> Scene:
+    def _scene(self, details: bool = True) -> Scene:
         """Return the scene of the present result, with the sliders at its pose."""
-        scene = describe_scene(self.result, visuals=self.visuals, details=details, groups=groups)
+        scene = describe_scene(self.result, visuals=self.visuals, details=details)
         scene.live = self._controls()
         return scene
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from numbers import Real
 
@@ -43,7 +43,6 @@ def describe_scene(
     pose: int | tuple[int, ...] | None = None,
     exaggeration: float | None = None,
     details: bool = True,
-    groups: Collection[str] | None = None,
     every: int = 1,
 ) -> Scene:
     """Return the scene of one pose, or of a batch of poses as a path: row by row, every second row backwards.
@@ -52,7 +51,6 @@ def describe_scene(
         result, title, pose, exaggeration: see :func:`kinetostatics.show`; a pose without loads has free motions or modes.
         visuals: visuals of the links, if already read.
         details: whether to include notes and cards of a result, which take longer than the rest.
-        groups: groups of arrows to be drawn; default: all.
         every: n, to show every n-th pose of a path.
 
     Raises:
@@ -61,8 +59,7 @@ def describe_scene(
     if exaggeration is not None and not (isinstance(exaggeration, Real) and 0 < exaggeration < math.inf):
         raise ArgumentError(f"exaggeration is {exaggeration!r}; it must be a positive number")
     poses = result if isinstance(result, SinglePose) else ShownPoses(result, pose, every)
-    builder = _SceneBuilder(poses, link_visuals(poses.robot.description) if visuals is None else visuals)
-    scene = builder.build(title, details, groups)
+    scene = _SceneBuilder(poses, link_visuals(poses.robot.description) if visuals is None else visuals).build(title, details)
     return scene if exaggeration is None else replace(scene, exaggeration=float(exaggeration))
 
 
@@ -79,7 +76,7 @@ class _SceneBuilder:
         self.meshes: list[Mesh] = []
         self.at: dict[str, int] = {}
 
-    def build(self, title: str | None, details: bool, groups: Collection[str] | None) -> Scene:
+    def build(self, title: str | None, details: bool) -> Scene:
         poses, stations = self.poses, self.stations
         description = self.robot.description
         self.at["o"] = stations.add(poses.platform_frame, poses.platform_twist)
@@ -91,7 +88,7 @@ class _SceneBuilder:
         self._masses_at_points()
         arrows: Iterable[Arrow] = ()
         if isinstance(poses, ShownPoses):
-            arrows = Wrenches(poses, stations, self.joints, self.springs, self.at, self.size).arrows(groups)
+            arrows = Wrenches(poses, stations, self.joints, self.springs, self.at, self.size).arrows()
         elif not isinstance(poses, ModePoses):
             arrows = self._free_motions(poses)
         found = self._without_rounding(arrows)  # arrows add stations
@@ -106,8 +103,8 @@ class _SceneBuilder:
             if isinstance(poses, ModePoses):
                 scene.modes = poses.drawn
                 scene.exaggeration = 1.0
-                for twists in np.moveaxis(stations.all_twists, 2, 0):  # clearly visible displacements of each mode
-                    twists *= self._visible_factor(twists)
+                visible = [self._visible_factor(twists) for twists in np.moveaxis(stations.all_twists, 2, 0)]
+                stations.twists = [twists * np.array(visible)[:, None] for twists in stations.twists]
             else:
                 scene.meshes = [self._without_loads(mesh) for mesh in self.meshes]
         elif details:

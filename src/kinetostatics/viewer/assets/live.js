@@ -1,8 +1,8 @@
 /* Live pages: sliders and handles at the platform request analyses from the program. */
 
-let busy = false, stale = false, wake = () => {}; // stale: notes, cards and hidden arrows are those of an earlier pose
+let busy = false, stale = false, wake = () => {}; // stale: notes and cards are those of an earlier pose
 const waiting = new Map(); // kind -> its latest request
-const REST = 100; // time without a request [ms] after which notes, cards and hidden arrows are requested
+const REST = 100; // time without a request [ms] after which notes and cards are requested
 const pause = () => new Promise((done) => { wake = done; setTimeout(done, REST); });
 
 const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
@@ -81,13 +81,19 @@ function lengthen(name) {
   if (reaches.has(name)) showReach(name, reaches.get(name));
 }
 
+/** The program's response to a request. */
+async function answerTo(request) {
+  const { url } = page.robots[0].scene.live;
+  const answer = await fetch(url, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(request) });
+  return answer.json();
+}
+
 /** Request the ends of the sliders at the present pose, which takes longer than an analysis; outdated responses are ignored. */
 async function requestReach() {
-  const { live } = page.robots[0].scene, at = page.answers;
+  const at = page.answers;
   if (!reaches.size) return;
   try {
-    const answer = await fetch(live.url, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ kind: "reach" }) });
-    const found = await answer.json();
+    const found = await answerTo({ kind: "reach" });
     if (busy || page.answers !== at || found.error) return;
     for (const [name, reach] of Object.entries(found)) { showReach(name, reach); known.add(name); }
   } catch { /* the next request reports a missing response */ }
@@ -101,20 +107,18 @@ async function moveLive(name, value) {
   moved.value = held;
   for (const other of known) if (other !== name) known.delete(other);
   for (const c of live.controls) if (c.kind === moved.kind) values[c.coordinate] = c.value;
-  const details = selection.path !== null || state.quantity !== "deflection";
-  const seen = [...page.robots[0].arrows].filter(([, { object }]) => visible(object)).map(([path]) => path.split("/")[1]);
-  waiting.set(moved.kind, { kind: moved.kind, values, details, contributions, groups: details ? null : [...new Set(seen)] });
+  const details = selection.path !== null || state.quantity !== "deflection"; // a card or beams show them
+  waiting.set(moved.kind, { kind: moved.kind, values, details, contributions });
   wake();
   if (busy) return;
   busy = true;
   try {
     while (waiting.size || stale) {
       if (!waiting.size) await pause();
-      const [request] = waiting.size ? waiting.values() : [{ kind: "details" }], sent = JSON.stringify(request), start = performance.now();
+      const [request] = waiting.size ? waiting.values() : [{ kind: "details" }], start = performance.now();
       waiting.delete(request.kind);
       stale = request.kind !== "details" && !request.details;
-      const answer = await fetch(live.url, { method: "POST", headers: { "Content-Type": "application/json" }, body: sent });
-      const body = await answer.json();
+      const body = await answerTo(request);
       if (request.kind !== "details") page.error = body.error || body.rim || null;
       if (body.error) refresh(); else showAnswer(body);
       if (request.kind === "details" && !waiting.size && stillFits() && !isInPicture()) fit();
