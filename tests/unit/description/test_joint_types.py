@@ -1,8 +1,7 @@
-"""The table of joint types: what follows from its rows, that no module knows a type otherwise, and that a new row is enough."""
+"""The table of joint types: properties of its rows; no module compares with a type, and a new row is enough for a new type."""
 
 import ast
 import re
-from functools import cache
 
 import numpy as np
 import pytest
@@ -17,51 +16,19 @@ from kinetostatics.mechanism.mechanism import Mechanism
 SOURCE = ROOT / "src" / "kinetostatics"
 LOAD = np.array([120.0, -310, -450, 41, -23, 17])
 
-#: Modules that name types because they make joints of them, or because another tool's format has these words; none branches.
-NAMED = {
-    "description/robot_description.py": {"fixed"},  # a payload is fixed to its link
-    "files/rules.py": {"fixed"},  # a counterweight is fixed to its link
-    "mechanism/joints.py": {"revolute", "universal", "spherical"},  # what runs of revolutes are
-    "kinematics/loop_constraints.py": {"spherical"},  # three revolutes in one piece
-    "authoring/notation.py": {"revolute", "prismatic", "cylindrical", "universal", "spherical"},  # what letters stand for
-    "authoring/limb_text.py": {"revolute", "cylindrical", "universal", "spherical"},  # names of joints begin with them
-    "authoring/known_names.py": {"planar", "spherical"},  # arrangements of limbs
-    "authoring/placement.py": {"planar", "spherical"},  # the same
-    "files/gepetto.py": {"fixed", "spherical", "continuous"},
-    "files/foreign_loops.py": {"fixed", "revolute", "continuous", "prismatic", "planar", "spherical"},
-    "checks/chains.py": {"fixed"},  # a word of reports
-    "verification/worker.py": {"fixed"},  # nodes without displacement
-    "verification/frequencies.py": {"fixed"},
-    "verification/opensees.py": {"fixed"},
-}
-
 
 def strings(node: ast.AST) -> set[str]:
     return {item.value for item in ast.walk(node) if isinstance(item, ast.Constant) and isinstance(item.value, str)}
 
 
-@cache
-def modules() -> dict[str, ast.AST]:
-    """Return the modules that name a type anywhere."""
-    quoted = re.compile(f"[\"'](?:{'|'.join(JOINT_TYPES)})[\"']")
-    texts = {path.relative_to(SOURCE).as_posix(): path.read_text(encoding="utf-8") for path in SOURCE.rglob("*.py")}
-    return {name: ast.parse(text) for name, text in texts.items() if quoted.search(text)}
-
-
-def test_no_module_but_the_table_knows_the_types():
-    found = {}
-    for name, module in modules().items():
-        used = strings(module) & set(JOINT_TYPES)
-        if used and name != "description/joint_types.py":
-            found[name] = used
-    assert found == NAMED
-
-
 def test_no_module_compares_with_a_type():
-    for name, module in modules().items():
-        for node in ast.walk(module):
-            if isinstance(node, ast.Compare | ast.Match):
-                assert not strings(node) & set(JOINT_TYPES), f"{name}:{node.lineno}"
+    """What a type means stands in the table alone."""
+    quoted = re.compile(f"[\"'](?:{'|'.join(JOINT_TYPES)})[\"']")
+    for path in SOURCE.rglob("*.py"):
+        if quoted.search(text := path.read_text(encoding="utf-8")):
+            for node in ast.walk(ast.parse(text)):
+                if isinstance(node, ast.Compare | ast.Match):
+                    assert not strings(node) & set(JOINT_TYPES), f"{path}:{node.lineno}"
 
 
 def test_what_follows_from_the_table():

@@ -8,6 +8,7 @@ import pytest
 import small_robots as sr
 from mechanisms import Joint, Link, unit
 from places import CASES
+from simple_machines import BEAM, CIRCLE, RHO, joint, link, loop, robot
 
 import kinetostatics as ks
 from kinetostatics.files.reader import parse_robot_text
@@ -111,112 +112,89 @@ def test_a_telescope_held_by_a_fixed_loop_is_read():
 
 # ---- beams without from and to -------------------------------------------------------------------------------------------
 
-BEAM = 'youngs_modulus="2e11" poisson_ratio="0.3" density="7850"><circle diameter="0.02"/></beam>'
+
+def beam(link_name, ends=""):
+    return f'<beam link="{link_name}" {ends} density="{RHO}" {BEAM}>{CIRCLE}</beam>'
 
 
-LADDER = """<robot name="ladder"><link name="base"/><link name="left"/><link name="right"/><link name="rung"/>
-<link name="platform"/>LEFT_FOOT<platform link="platform"/>
-<joint name="foot_2" type="continuous"><parent link="base"/><child link="right"/><origin xyz="1 0 0"/><axis xyz="0 1 0"/></joint>
-<joint name="head_1" type="continuous"><parent link="left"/><child link="platform"/><origin xyz="0 0 1"/>
-<axis xyz="0 1 0"/></joint>RUNG<loop name="head_2" type="continuous"><predecessor link="right"><origin xyz="0 0 1"/></predecessor>
-<successor link="platform"><origin xyz="1 0 0"/></successor><axis xyz="0 1 0"/></loop></robot>"""
-LEFT_FOOT = '<joint name="foot_1" type="continuous"><parent link="FROM"/><child link="left"/><axis xyz="0 1 0"/></joint>'
-JOINT = '<joint name="{}" type="fixed"><parent link="{}"/><child link="rung"/><origin xyz="0 0 1"/></joint>'
-LOOP = """<loop name="{}" type="spherical"><predecessor link="{}"><origin xyz="0 0 1"/></predecessor>
-<successor link="rung"><origin xyz="{} 0 0"/></successor></loop>"""
-#: the tree reaches the rung from the left or from the right; its frame is there
-FROM_LEFT, FROM_RIGHT = (
-    JOINT.format("b", "left") + LOOP.format("a", "right", 1),
-    JOINT.format("b", "right") + LOOP.format("a", "left", -1),
-)
+def ladder(side, *foot):
+    """Two upright rods 1 m apart, hinged on base and platform, and a rung between their heads, whose beam names no ends.
+
+    The tree reaches the rung from the rod on this ``side``, where the rung's frame is; ``foot``: elements below the left rod.
+    """
+    other, x = ("right", 1) if side == "left" else ("left", -1)
+    return robot(
+        *(link(name) for name in ("base", "left", "right", "rung", "platform")), *foot,
+        joint("foot_2", "continuous", "base", "right", "1 0 0"), joint("head_1", "continuous", "left", "platform", "0 0 1"),
+        joint("b", "fixed", side, "rung", "0 0 1"), loop("a", "spherical", other, "rung", "0 0 1", f"{x} 0 0"),
+        loop("head_2", "continuous", "right", "platform", "0 0 1", "1 0 0", "0 1 0"),
+        beam("left", 'from="foot_1" to="head_1"'), beam("right", 'from="foot_2" to="head_2"'), beam("rung"),
+    )  # fmt: skip
 
 
-def ladder(foot, rung):
-    """Two upright rods 1 m apart, hinged on base and platform, and a rung between their heads, whose beam names no ends."""
-    ends = {"left": 'from="foot_1" to="head_1"', "right": 'from="foot_2" to="head_2"'}
-    rods = "".join(f'<beam link="{rod}" {ends[rod]} {BEAM}' for rod in ends)
-    beams = f'{rods}<beam link="rung" {BEAM}</robot>'
-    return ks.Robot(parse_robot_text(LADDER.replace("LEFT_FOOT", foot).replace("RUNG", rung).replace("</robot>", beams)))
-
-
-def direction(robot, name):
+def direction(machine, name):
     """Return which way a beam runs in the world."""
-    span, frames = SpanFinder(robot.mechanism).spans()[name], robot.zero_frames
-    start = frames.points(np.array([span.start_body]), span.start[:, None])
-    end = frames.points(np.array([span.end_body]), span.end[:, None])
-    return unit((end - start)[:, 0, 0])
+    span, frames = SpanFinder(machine.mechanism).spans()[name], machine.zero_frames
+    return unit((frames.point(span.end_body, span.end) - frames.point(span.start_body, span.start))[:, 0])
 
 
-@pytest.mark.parametrize(("rung", "wanted"), [(FROM_LEFT, 1), (FROM_RIGHT, -1)])
-def test_a_tie_is_decided_by_the_order_of_the_file(rung, wanted):
-    """Both ends of the rung are two joints from the base; joints of the tree come before loops."""
-    robot = ladder(LEFT_FOOT.replace("FROM", "base"), rung)
-    np.testing.assert_allclose(direction(robot, "rung"), (wanted, 0, 0), atol=1e-12)
-    for rod in ("left", "right"):
-        np.testing.assert_allclose(direction(robot, rod), (0, 0, 1), atol=1e-12)
+def foot(parent, xyz="0 0 0"):
+    return joint("foot_1", "continuous", parent, "left", xyz)
 
 
-HINGE, SLIDE = (
-    '<link name="block"/><joint name="below" type="continuous">'
-    '<parent link="base"/><child link="block"/><axis xyz="AXIS"/></joint>',
-    '<link name="block"/><joint name="below" type="prismatic"><parent link="base"/><child link="block"/><axis xyz="AXIS"/>'
-    '<limit lower="-1" upper="1" effort="0" velocity="0"/></joint>',
-)  # fmt: skip
-HEAVY = (
-    '<link name="block"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>'
-)
+def below(kind, axis, xyz="0 0 0", mass=0.0):
+    return link("block", mass) + joint("below", kind, "base", "block", xyz, axis)
 
 
-@pytest.mark.parametrize("rung", [FROM_LEFT, FROM_RIGHT])
+@pytest.mark.parametrize("side", ["left", "right"])
 @pytest.mark.parametrize(
-    ("below", "one"),
+    ("elements", "one"),
     [
-        (HINGE.replace("AXIS", "1 0 0"), True),  # a universal joint
-        (HINGE.replace("AXIS", "1 0 0").replace("/><axis", '/><origin xyz="0 0 -0.3"/><axis'), False),  # its axes do not meet
-        (HINGE.replace("AXIS", "1 0 0").replace('<link name="block"/>', HEAVY), False),
-        (SLIDE.replace("AXIS", "0 1 0"), True),  # a cylindrical joint
-        (SLIDE.replace("AXIS", "1 0 0"), False),
-        (SLIDE.replace("AXIS", "0 1 0") + '<transmission name="t"><joint name="below"/></transmission>', False),
+        ((foot("base"),), True),  # both ends are two joints from the base: joints of the tree come before loops
+        ((below("continuous", "1 0 0"), foot("block")), True),  # a universal joint
+        ((below("continuous", "1 0 0", "0 0 -0.3"), foot("block", "0 0 0.3")), False),  # its axes do not meet
+        ((below("continuous", "1 0 0", mass=1.0), foot("block")), False),
+        ((below("prismatic", "0 1 0"), foot("block")), True),  # a cylindrical joint
+        ((below("prismatic", "1 0 0"), foot("block")), False),
+        ((below("prismatic", "0 1 0"), foot("block"), '<transmission name="t"><joint name="below"/></transmission>'), False),
     ],
 )
-def test_fewer_joints_from_the_base_is_the_beginning(below, one, rung):
+def test_fewer_joints_from_the_base_is_the_beginning(elements, one, side):
     """One joint more below the left rod, unless it is one joint with the hinge there: universal or cylindrical."""
-    foot = LEFT_FOOT.replace("FROM", "block")
-    if "-0.3" in below:
-        foot = foot.replace("<axis", '<origin xyz="0 0 0.3"/><axis')
-    robot = ladder(below + foot, rung)
-    wanted = (1 if rung is FROM_LEFT else -1) if one else -1
-    np.testing.assert_allclose(direction(robot, "rung"), (wanted, 0, 0), atol=1e-12)
+    machine = ladder(side, *elements)
+    np.testing.assert_allclose(direction(machine, "rung"), (1 if one and side == "left" else -1, 0, 0), atol=1e-12)
+    for rod in ("left", "right"):
+        np.testing.assert_allclose(direction(machine, rod), (0, 0, 1), atol=1e-12)
 
 
 @pytest.mark.parametrize("on", ["base", "platform"])
 def test_a_part_that_hangs_begins_where_it_hangs(on):
     """A bracket on base or platform alone: its beam runs outwards."""
-    text = f"""<robot name="bracket"><link name="base"/><link name="rod"/><link name="platform"/><platform link="platform"/>
-    <link name="end"/><link name="arm"/>
-    <joint name="foot" type="fixed"><parent link="base"/><child link="rod"/></joint>
-    <joint name="head" type="fixed"><parent link="rod"/><child link="platform"/><origin xyz="0 0 0.5"/></joint>
-    <joint name="outer" type="fixed"><parent link="arm"/><child link="end"/><origin xyz="0.4 0 0"/></joint>
-    <joint name="inner" type="fixed"><parent link="{on}"/><child link="arm"/></joint>
-    <beam link="rod" {BEAM}<beam link="arm" {BEAM}</robot>"""
-    robot = ks.Robot(parse_robot_text(text))
-    np.testing.assert_allclose(direction(robot, "arm"), (1, 0, 0), atol=1e-12)
-    np.testing.assert_allclose(direction(robot, "rod"), (0, 0, 1), atol=1e-12)
-    assert robot.topology.warnings == ()
+    machine = robot(
+        *(link(name) for name in ("base", "rod", "platform", "end", "arm")), joint("foot", "fixed", "base", "rod"),
+        joint("head", "fixed", "rod", "platform", "0 0 0.5"), joint("outer", "fixed", "arm", "end", "0.4 0 0"),
+        joint("inner", "fixed", on, "arm"), beam("rod"), beam("arm"),
+    )  # fmt: skip
+    np.testing.assert_allclose(direction(machine, "arm"), (1, 0, 0), atol=1e-12)
+    np.testing.assert_allclose(direction(machine, "rod"), (0, 0, 1), atol=1e-12)
+    assert machine.topology.warnings == ()
 
 
-@pytest.mark.parametrize("given", ['from="foot"', 'to="head"'])
-def test_one_end_of_a_telescope_is_enough(given):
+def mast(*beams, mass=0.0):
+    """A rod that slides upwards in a cylinder on the base, 0.4 at zero, with the platform 0.3 above."""
+    return robot(
+        link("base"), link("cylinder"), link("rod", mass, "0 0 0.2"), link("platform"),
+        joint("foot", "fixed", "base", "cylinder"),
+        joint("slide", "prismatic", "cylinder", "rod", "0 0 0.4", "0 0 1"), joint("head", "fixed", "rod", "platform", "0 0 0.3"),
+        '<transmission name="t"><joint name="slide"/></transmission>', *beams,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("given", "length"), [('from="foot"', 0.7), ('to="head"', 0.3)])
+def test_one_end_of_a_telescope_is_enough(given, length):
     """The other is the rod's joint that the beam does not cross, or that is not named."""
-    text = f"""<robot name="mast"><link name="base"/><link name="cylinder"/><link name="rod"/><link name="platform"/>
-    <platform link="platform"/><joint name="foot" type="fixed"><parent link="base"/><child link="cylinder"/></joint>
-    <joint name="slide" type="prismatic"><parent link="cylinder"/><child link="rod"/><origin xyz="0 0 0.4"/><axis xyz="0 0 1"/>
-    <limit lower="-1" upper="1" effort="1" velocity="1"/></joint><transmission name="t"><joint name="slide"/></transmission>
-    <joint name="head" type="fixed"><parent link="rod"/><child link="platform"/><origin xyz="0 0 0.3"/></joint>
-    <beam link="rod" {given} {BEAM}</robot>"""
-    robot = ks.Robot(parse_robot_text(text))
-    length = float(robot.beams["rod"].length(robot.zero_frames)[0])
-    assert length == pytest.approx(0.7 if "from" in given else 0.3)
+    machine = mast(beam("rod", given))
+    assert float(machine.beams["rod"].length(machine.zero_frames)[0]) == pytest.approx(length)
 
 
 # ---- what beginners forget -----------------------------------------------------------------------------------------------
@@ -247,36 +225,26 @@ def test_a_wrong_parent_is_told_by_the_link_that_is_left_alone():
         ks.Robot(replace(description, joints={**description.joints, "prismatic_2": joint}))
 
 
-def loaded(tmp_path, text):
-    (tmp_path / "robot.urdf").write_text(text)
-    return ks.load_robot(tmp_path / "robot.urdf")
-
-
-def test_mass_of_a_link_with_several_beams(tmp_path):
+def test_mass_of_a_link_with_several_beams():
     """The mass is spread by length, and weighs where the link's centre of mass is."""
     text = (CASES / "dog.urdf").read_text()
     lengths, middles = np.array([0.4, 0.2]), np.array([[0.2, 0, 0], [0.4, 0, 0.1]])
     right = lengths @ middles / lengths.sum()
     for centre in ((0.2, 0.03, 0.1), right):
         numbers = " ".join(str(float(x)) for x in centre)
-        robot = loaded(tmp_path, text.replace('xyz="0.2 0 0.1"', f'xyz="{numbers}"'))
-        result = ks.analyze(robot.assemble(), gravity=(3, -2, -10))
+        machine = ks.Robot(parse_robot_text(text.replace('xyz="0.2 0 0.1"', f'xyz="{numbers}"')))
+        result = ks.analyze(machine.assemble(), gravity=(3, -2, -10))
         np.testing.assert_allclose(result.base_wrench[3:], -np.cross(centre, [18, -12, -60]), atol=1e-12)
         assert [float(beam.mass) for beam in result.beams.values()] == pytest.approx([4, 2])
 
 
-def test_mass_of_a_telescope_without_density(tmp_path):
-    beam = '<beam link="rod" from="a" to="b" youngs_modulus="2e11" poisson_ratio="0.3"{}><circle diameter="0.02"/></beam>'
-    text = """<robot name="r"><link name="g"/><link name="rod"><inertial><mass value="2"/><origin xyz="0.2 0 0"/>
-    <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link><link name="tube"/><link name="p"/>
-    <joint name="a" type="fixed"><parent link="g"/><child link="tube"/></joint>
-    <joint name="s" type="prismatic"><parent link="tube"/><child link="rod"/><axis xyz="1 0 0"/>
-    <limit lower="0" upper="1" effort="1" velocity="1"/></joint>
-    <joint name="b" type="fixed"><parent link="rod"/><child link="p"/><origin xyz="0.4 0 0"/></joint>
-    <transmission name="t"><joint name="s"/></transmission><platform link="p"/>BEAM</robot>"""
+def test_mass_of_a_telescope_without_density():
+    """It weighs what its link does, at the link's centre of mass 0.2 above the slide; with a density, by its length."""
     stroke = np.array([0.0, 0.3])
-    by_density = 7800 * np.pi * 1e-4 * (stroke + 0.4), (stroke + 0.4) / 2
-    for density, mass, centre in (("", 2, stroke + 0.2), (' density="7800"', *by_density)):
-        robot = loaded(tmp_path, text.replace("BEAM", beam.format(density)))
-        result = ks.analyze(robot.assemble(actuators={"s": stroke}), gravity=(0, 0, -10))
-        np.testing.assert_allclose(result.base_wrench[:, 4], -10 * mass * centre, rtol=1e-12)
+    for density, mass, centre in (
+        ("", 2.0, stroke + 0.6),
+        (f'density="{RHO}"', RHO * np.pi * 0.025**2 * (stroke + 0.7), (stroke + 0.7) / 2),
+    ):
+        machine = mast(f'<beam link="rod" from="foot" to="head" {density} {BEAM}>{CIRCLE}</beam>', mass=2.0)
+        result = ks.analyze(machine.assemble(actuators={"slide": stroke}), gravity=(-10, 0, 0))
+        np.testing.assert_allclose(result.base_wrench[:, 4], 10 * mass * centre, rtol=1e-12)
