@@ -83,7 +83,7 @@ def test_commands_that_are_offered_and_advised_work(file, tmp_path, monkeypatch,
         if found:
             capsys.readouterr()
             assert main(["check", found[1][1]]) == 0
-            assert "stubby" not in capsys.readouterr().out
+            assert "beam theory is doubtful" not in capsys.readouterr().out
         else:
             assert file == "iris_description/robots/iris.urdf"
 

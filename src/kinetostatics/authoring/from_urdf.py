@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 import os
 import textwrap
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from kinetostatics.arguments import check_mapping, path_name
+from kinetostatics.arguments import check_mapping, names_in, path_name
 from kinetostatics.authoring.file_arguments import MATERIALS, SHAPES, parse_section
 from kinetostatics.authoring.spans import MATERIAL, WALL, Span, chain_joints, spans
 from kinetostatics.description.elements import Beam, BeamEnd, Joint, Material
@@ -113,6 +113,7 @@ def extension(
     parameters: Mapping[str, object] | None = None,
 ) -> tuple[str, bool, list[str]]:
     """Return the text of :func:`extend_robot` for a file ``out``, whether it includes the source, and warnings."""
+    named = None if actuators is None else tuple(dict.fromkeys(names_in("actuators", actuators, '["elbow"]')))
     data, name = read_robot(source)
     root, uses_xacro, _ = read_document(data, name, parameters or {})
     for tag, link in (("platform", platform_link), ("base", base_link)):
@@ -120,7 +121,7 @@ def extension(
             raise ArgumentError(f"{tag}_link={link!r}: {name} names its {tag} already; leave the argument out")
     found, loops, record, warnings = foreign_robot(name, root, yaml)
     if loops:
-        closed, driven, more = complete(found, loops, record, platform_link, types, axes, actuators)
+        closed, driven, more = complete(found, loops, record, platform_link, types, axes, named)
         warnings += more
         added = (*map(write_loop, closed), *(plain_transmission(joint, found.root.place) for joint in driven))
         description = describe(replace(found.root, content=(*found.root.content, *added)), name, [], platform_link, base_link)
@@ -129,7 +130,7 @@ def extension(
         raise ArgumentError(f"types= and axes= are for loops of another tool, and {name} has none")
     else:
         closed, description = (), describe(root, name, [], platform_link, base_link)
-        driven, holding = _actuators(root, description, actuators)
+        driven, holding = _actuators(root, description, named)
     candidates = spans(description, found.zero_frames)
     tree = tree_root(description.links, description.joints)
     floats = description.base != tree and description.base == first_base(tree, description.joints)
@@ -175,21 +176,20 @@ def _turned_axes(description: RobotDescription) -> str:
 # ---- actuators ------------------------------------------------------------------------------------------------------------
 
 
-def _actuators(root: XmlElement, description: RobotDescription, given: Iterable[str] | None) -> tuple[tuple[str, ...], list[str]]:
+def _actuators(
+    root: XmlElement, description: RobotDescription, given: Collection[str] | None
+) -> tuple[tuple[str, ...], list[str]]:
     """Return the joints that become actuators, and joints outside the chain, which a transmission locks."""
     there = {entry.attributes.get("name", "") for item in root.named("transmission") for entry in item.named("joint")}
     free = [] if description.loops else [name for name in drivable(description.joints) if name not in there]
     if given is None:
         return tuple(free), []
-    if isinstance(given, str) or not isinstance(given, Iterable):
-        raise ArgumentError(f"actuators is {given!r}; it must be a list of joints")
-    names = list(dict.fromkeys(given))
     known = {**description.joints, **description.loops}
-    for name in names:
+    for name in given:
         if name not in known:
-            raise ArgumentError(f"actuators: no joint {name!r}: {near_names(str(name), known)}")
+            raise ArgumentError(f"actuators: no joint {name!r}: {near_names(name, known)}")
     passed = {joint.name for joint, _ in chain_joints(description)}
-    return tuple(name for name in names if name not in there), [name for name in free if name not in passed and name not in names]
+    return tuple(name for name in given if name not in there), [name for name in free if name not in passed and name not in given]
 
 
 def _actuators_text(names: Iterable[str], comment: str) -> str:

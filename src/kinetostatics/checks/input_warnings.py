@@ -144,43 +144,35 @@ def _sizes(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 # ---- beams -----------------------------------------------------------------------------------------------------------
 
 
-def _alike(beams: Iterable[BeamFacts], say: Callable[[BeamFacts], str | None]) -> Iterable[str]:
-    """Yield warnings of beams. Beams with equal texts share one warning, with the plural of words in ``<>``."""
+def _alike(beams: Iterable[BeamFacts], text_of: Callable[[BeamFacts], str | None]) -> Iterable[str]:
+    """Yield warnings of beams; beams with equal texts share one warning."""
     same: dict[str, list[str]] = {}
     for beam in beams:
-        words = say(beam)
-        if words is not None:
-            same.setdefault(words, []).append(beam.name)
-    for words, names in same.items():
-        several = len(names) > 1
-        forms = {"is": "are", "its": "their", "has": "have", "weighs": "weigh"}
-        for one, many in forms.items():
-            words = words.replace(f"<{one}>", many if several else one)
-        yield f"beam{'s' * several} {join_words(names, 8)} {words}"
+        text = text_of(beam)
+        if text is not None:
+            same.setdefault(text, []).append(beam.name)
+    for text, names in same.items():
+        yield f"beam{'s' * (len(names) > 1)} {join_words(names, 8)}: {text}"
 
 
 def _stubby(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     members = _members(robot, facts)
 
-    def say(beam: BeamFacts) -> str | None:
+    def text_of(beam: BeamFacts) -> str | None:
         if beam.length is None:
             return None
         length, depth = members[beam.name]
+        long, thick = (quantity(size, LENGTHS, digits=4) for size in (length, depth))
         if depth > 20 * length:
-            thick = quantity(depth, LENGTHS, digits=4)
-            return f"<is> thicker ({thick}) than long ({quantity(length, LENGTHS, digits=4)}): sizes are in m"
+            return f"thicker ({thick}) than long ({long}); sizes are in m"
         if length < STUBBY * depth * (1 - 1e-9):
-            # rounded, so that equal beams have equal texts
-            long, times = quantity(length, LENGTHS, digits=4), float(f"{length / depth:.6g}")
-            return (
-                f"<is> stubby: <its> length of {long} is only {times:.2g} times <its> depth; beam theory is doubtful "
-                f"below {STUBBY:g}"
-            )
+            times = float(f"{length / depth:.6g}")  # rounded, so that equal beams have equal texts
+            return f"the length of {long} is only {times:.2g} times the depth; beam theory is doubtful below {STUBBY:g}"
         if length > WIRE * depth:
-            return f"<is> {length / depth:.2g} times as long as thick ({quantity(depth, LENGTHS, digits=4)}): sizes are in m"
+            return f"{length / depth:.2g} times as long as thick ({thick}); sizes are in m"
         return None
 
-    return _alike(facts.beams, say)
+    return _alike(facts.beams, text_of)
 
 
 def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
@@ -220,15 +212,15 @@ def _materials(facts: RobotFacts) -> Iterable[str]:
         young, shear = beam.youngs_modulus, beam.shear_modulus
         if 1 <= young / shear <= 1000:
             return None
-        return f"<has> a shear modulus of {shear:.4g} Pa and a Young's modulus of {young:.4g} Pa, which are inconsistent"
+        return f"the shear modulus of {shear:.4g} Pa and the Young's modulus of {young:.4g} Pa are inconsistent"
 
     def expansion(beam: BeamFacts) -> str | None:
         if not EXPANSIONS[0] <= beam.thermal_expansion <= EXPANSIONS[1]:
-            return f"<has> a thermal expansion of {beam.thermal_expansion:.4g} 1/K; steel has 1.2e-5 1/K"
+            return f"the thermal expansion of {beam.thermal_expansion:.4g} 1/K is improbable; steel has 1.2e-5 1/K"
         return None
 
-    for say in (modulus, expansion):
-        yield from _alike(facts.beams, say)
+    for text_of in (modulus, expansion):
+        yield from _alike(facts.beams, text_of)
 
 
 # ---- masses and joints -----------------------------------------------------------------------------------------------
@@ -240,7 +232,7 @@ def _masses(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     for beam in facts.beams:
         by_link.setdefault(beam.link, []).append(beam)
 
-    def say(beam: BeamFacts) -> str | None:
+    def text_of(beam: BeamFacts) -> str | None:
         mine, given = by_link[beam.link], links[beam.link].mass
         if beam is not mine[0] or beam.density is None or beam.mass is None or not given:
             return None
@@ -248,13 +240,13 @@ def _masses(robot: Robot, facts: RobotFacts) -> Iterable[str]:
         if max(weight, given) <= OTHER_MASS * min(weight, given) * (1 + EQUAL):
             return None
         if weight == 0:
-            return f"<weighs> nothing, because <its> density is 0, but the <inertial> of <its> link has {given:.4g} kg"
+            return f"no mass, because the density is 0, but the <inertial> of the link has {given:.4g} kg"
         return (
-            f"<weighs> {weight:.4g} kg by <its> density, which replaces the {given:.4g} kg of <its> link's <inertial>; leave the "
-            "density out to distribute this mass along the beam, or give additional bodies a link of their own"
+            f"the mass of {weight:.4g} kg by the density replaces the {given:.4g} kg of the link's <inertial>; to distribute the "
+            "latter along the beam, leave the density out; give additional bodies a link of their own"
         )
 
-    yield from _alike(facts.beams, say)
+    yield from _alike(facts.beams, text_of)
     if facts.mass == 0:
         yield "nothing in the file has a mass"
 

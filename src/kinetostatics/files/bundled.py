@@ -14,6 +14,7 @@ import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from kinetostatics.arguments import names_in
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.xml import read_file
 
@@ -83,9 +84,7 @@ def copy_robots(names: Iterable[str], folder: str | os.PathLike[str] = ".") -> l
     Raises:
         ArgumentError: a robot is unknown, or its file exists already; nothing is copied then.
     """
-    if isinstance(names, (str, bytes)) or not isinstance(names, Iterable):
-        raise ArgumentError(f"names are {names!r}; they must be a list of names")
-    sources = [_shipped(name) for name in dict.fromkeys(names)]
+    sources = [_shipped(name) for name in dict.fromkeys(names_in("names", names, '["3rps"]'))]
     copies = {Path(folder) / source.name: source for source in sources}
     for source in sources:
         if f'"{LIBRARY}/' in source.read_text(encoding="utf-8"):
@@ -103,7 +102,7 @@ def copy_robots(names: Iterable[str], folder: str | os.PathLike[str] = ".") -> l
 
 def _shipped(name: str) -> Path:
     shipped = shipped_robots()
-    if not isinstance(name, str) or name not in shipped:
+    if name not in shipped:
         raise ArgumentError(f"no robot {name!r} comes with the package: {near_names(name, shipped)}")
     return shipped[name]
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from kinetostatics.arguments import finite_numbers
 from kinetostatics.description.elements import Loop, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
@@ -16,7 +17,6 @@ from kinetostatics.files import gepetto
 from kinetostatics.files.foreign_loops import FRAME, MARK, ForeignLoop, SourceRobot, read_closing_frames, read_loop_joints
 from kinetostatics.files.urdf import read_joints, read_links, tree_root
 from kinetostatics.files.xml import XmlElement
-from kinetostatics.math.arrays import Array
 
 _X, _Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
@@ -69,7 +69,7 @@ def complete(
     platform_link: str | None,
     types: Mapping[str, str] | str | None,
     axes: Mapping[str, object] | None,
-    actuators: Iterable[str] | None,
+    actuators: tuple[str, ...] | None,
 ) -> tuple[tuple[Loop, ...], tuple[str, ...], list[str]]:
     """Return the loops, the driven joints without a ``<transmission>``, and warnings.
 
@@ -158,41 +158,31 @@ def _loop(found: ForeignLoop, given: str | None, axis: object, missing: list[str
 
 
 def _unit_vectors(name: str, value: object, count: int, kind: str) -> tuple[Vector, ...]:
-    try:
-        array = np.asarray(value, float)
-    except (TypeError, ValueError):
-        array = np.zeros(0)
-    if array.shape != ((3,) if count == 1 else (2, 3)) or not np.isfinite(array).all():
+    array = finite_numbers(f"axes: {name!r}", value)
+    if array.shape != ((3,) if count == 1 else (2, 3)):
         needed = "three numbers" if count == 1 else "two axes of three numbers each"
         raise ArgumentError(f"axes: {name!r} is {kind} and needs {needed}, not {value!r}")
-    rows: list[Vector] = []
-    for row in array.reshape(-1, 3):
-        if not row.any():
-            raise ArgumentError(f"axes: an axis of {name!r} is zero; it must point somewhere")
-        scaled: Array = row / np.abs(row).max()
-        x, y, z = (float(item) for item in scaled / math.hypot(*scaled))
-        rows.append((x, y, z))
-    return tuple(rows)
+    rows = array.reshape(-1, 3)
+    lengths = np.linalg.norm(rows, axis=1, keepdims=True)
+    if not lengths.all():
+        raise ArgumentError(f"axes: an axis of {name!r} is zero; it must have a direction")
+    return tuple((x, y, z) for x, y, z in (rows / lengths).tolist())
 
 
 def _driven(
     source: SourceRobot,
     movable: Sequence[str],
     declared: Actuators,
-    given: Iterable[str] | None,
+    given: tuple[str, ...] | None,
     missing: list[str],
     warnings: list[str],
 ) -> tuple[str, ...]:
     """Return the driven joints without a ``<transmission>``."""
     if given is not None:
-        chosen = tuple(given) if not isinstance(given, str) else ()
-        if isinstance(given, str):
-            raise ArgumentError(f"actuators must be a list of joints: [{given!r}]")
-        for index, name in enumerate(chosen):
+        chosen = given
+        for name in chosen:
             if name not in movable:
-                raise ArgumentError(f"actuators: there is no joint {name!r} with one freedom; {near_names(str(name), movable)}")
-            if name in chosen[:index]:
-                raise ArgumentError(f"actuators: {name!r} is given twice")
+                raise ArgumentError(f"actuators: there is no joint {name!r} with one freedom; {near_names(name, movable)}")
         if declared.named is not None and set(chosen) != set(declared.named):
             listed = ", ".join(declared.named) or "none"
             warnings.append(f"{source.path}: the driven joints are the given ones; the source lists {listed}.")

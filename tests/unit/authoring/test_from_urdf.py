@@ -160,7 +160,7 @@ def test_platform_base_and_drives_that_the_file_has_are_left_alone(arm) -> None:
         ({"elastic": "all"}, "elastic is 'all'; it is 'suggested', or sections by link"),
         ({"joint_stiffness": {"too": 1e4}}, "joint_stiffness: no actuator 'too': did you mean 'two'"),
         ({"joint_stiffness": {"two": -1.0}}, "joint_stiffness of 'two' is -1.0; it must be a number greater than zero"),
-        ({"actuators": "two"}, "actuators is 'two'; it must be a list of joints"),
+        ({"actuators": "two"}, "actuators is 'two'; it must be a sequence of names"),
     ],
 )
 def test_wrong_arguments_are_answered(options, said, arm) -> None:
