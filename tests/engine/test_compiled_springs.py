@@ -1,20 +1,17 @@
 """Robots with springs by compiled code: what is recorded is what NumPy computes, and functions and derivatives follow."""
 
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 
 import numpy as np
 import package_robots
 import pytest
-import tapes
-from tapes import differences, evaluated, record_of, solved, some_poses
+from tapes import assert_recorded, assert_same_results, close, solved, some_poses
 from telescopes import mast
 
 import kinetostatics as ks
 from kinetostatics.description import Joint, JointStiffness, Link, Spring
 from kinetostatics.engine.engine_report import engine_report
-
-close = partial(tapes.close, tolerance=1e-10)
 
 
 def corner(angle):
@@ -47,12 +44,8 @@ def sprung(name):
 @pytest.mark.parametrize("name", SPRINGS)
 def test_what_is_recorded_of_springs_is_what_numpy_computes(name):
     robot = sprung(name)
-    poses = some_poses(robot)
-    found, holds = evaluated(robot, record_of(robot), *poses)
-    wanted, without = solved(robot, *poses), solved(package_robots.robot(name), *poses)
-    assert np.all(holds)
-    worst = differences(found, wanted)
-    assert max(worst.values()) < 1e-11, max(worst, key=worst.get)
+    found, _ = assert_recorded(robot)
+    without = solved(package_robots.robot(name), *some_poses(robot))
     twists = [item["contributions"].sum(axis=0) for item in (found, without)]
     for changed in (twists[0] - twists[1], found["compliance"] - without["compliance"]):
         assert np.max(np.abs(changed)) > 1e-6 * np.max(np.abs(without["compliance"]))
@@ -67,10 +60,7 @@ def test_elastic_actuators_and_elastic_joints_of_open_branches_are_recorded_with
     description = replace(description.with_part(hook), driven=(*description.driven, "hook")).with_part(stiffness)
     for name, link in (("pull", "tool"), ("balance", "hook")):
         description = description.with_part(Spring(name, 300.0, "base", link, (0.1, 0.6, 0.0), (0.1, 0.0, 0.0), free_length=0.1))
-    robot = ks.Robot(description)
-    poses = some_poses(robot)
-    found, holds = evaluated(robot, record_of(robot), *poses)
-    assert np.all(holds) and max(differences(found, solved(robot, *poses)).values()) < 1e-11
+    assert_recorded(ks.Robot(description))
 
 
 def test_both_engines_agree_on_springs():
@@ -82,14 +72,8 @@ def test_both_engines_agree_on_springs():
         poses = robot.assemble(actuators={"slide_a": slide})
         found, expected = (ks.analyze(poses, load=[10, 20, -30, 1, 2, 3], engine=engine) for engine in ("compiled", "numpy"))
         assert found.twist.shape == (slide.size, 6) and "solutions" not in vars(found.chunks[0])
-        np.testing.assert_array_equal(found.status, expected.status)
-        for name in ("twist", "stiffness", "base_wrench", "strain_energy"):
-            close(getattr(found, name), getattr(expected, name))
-        for name in ("contributions", "actuator_forces", "joint_wrenches", "spring_forces"):
-            mine, other = getattr(found, name), getattr(expected, name)
-            assert list(mine) == list(other)
-            close(np.stack([mine[key] for key in other]), np.stack([other[key] for key in other]))
-        close(found.by_mechanism.contributions["spring arm"], expected.by_mechanism.contributions["spring arm"])
+        assert_same_results(found, expected)
+        close(found.by_mechanism.contributions["spring arm"], expected.by_mechanism.contributions["spring arm"], 1e-10)
         assert found.warnings == expected.warnings
     assert engine_report(robot).is_compiled
     short = ks.Robot(mast(names="a").description.with_part(Spring("short", 100.0, "ground", "end_a", (0, 0, 0.5), preload=5.0)))

@@ -89,6 +89,30 @@ def evaluated(robot, record, *given, stages=ANALYSIS):
     return found, evaluate(record.tape, given, model.structure().values, [record.all_hold()])[0].astype(bool)
 
 
+def assert_recorded(robot):
+    """Assert that a robot's record gives what NumPy computes; return both."""
+    poses = some_poses(robot)
+    found, holds = evaluated(robot, record_of(robot), *poses)
+    wanted = solved(robot, *poses)
+    worst = differences(found, wanted)
+    assert np.all(holds) and max(worst.values()) < 1e-11, max(worst, key=worst.get)
+    return found, wanted
+
+
+def assert_same_results(found, wanted, tolerance=1e-10):
+    """Assert that the results of both engines are the same."""
+    np.testing.assert_array_equal(found.status, wanted.status)
+    for name in ("twist", "compliance", "stiffness", "base_wrench", "strain_energy"):
+        close(getattr(found, name), getattr(wanted, name), tolerance)
+    for name in ("contributions", "actuator_forces", "joint_wrenches", "spring_forces"):
+        mine, other = getattr(found, name), getattr(wanted, name)
+        assert list(mine) == list(other)
+        for key, array in other.items():
+            np.testing.assert_array_equal(np.isnan(mine[key]), np.isnan(array))
+        if other:
+            close(np.stack([*mine.values()]), np.stack([*other.values()]), tolerance)
+
+
 def prescribed_of(robot, convention):
     """Return the actuators or the first coordinates of the platform that determine the pose."""
     prescribed = robot.actuator_coordinates

@@ -13,18 +13,16 @@ from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
-import finite_elements
 import numpy as np
 import pinocchio as pin
 import pytest
 import small_robots as sr
 import sprung_robots
 import vibration_elements
-from hybrid_robots import as_arguments, random_hybrid, write_randomly
-from mechanisms import Beam, Edge, Joint, Link, Mechanism, Stiffness, random_cuts, write_mechanism
+from hybrid_robots import random_hybrid, write_randomly
 from package_robots import robot
 from places import ROOT
-from simple_machines import joint, link
+from simple_machines import joint, link, mount, springs, two_columns
 
 import kinetostatics as ks
 from kinetostatics import verification
@@ -326,62 +324,23 @@ def test_finite_elements_against_a_formula():
     assert solution.compliance[0, 0] == pytest.approx(L / (E * A), rel=1e-12)
 
 
-# ---- elastic joints and assembly errors, by formulas
+# ---- assembly errors -----------------------------------------------------------------------------------------------------------
 
 
-def solved(mechanism, load=(0, 0, 0, 0, 0, 0), gravity=(0, 0, 0), assembly_errors=None, drop=()):
-    """Return what OpenSees and what the tests' own finite elements say, after both agree with the analysis."""
-    file = write_mechanism(mechanism, cuts=random_cuts(mechanism, np.random.default_rng(0)), twirl=5)
-    pose = file.robot().assemble()
-    options = {} if assembly_errors is None else {"assembly_errors": as_arguments(assembly_errors, file)}
-    own = finite_elements.solve(mechanism, file, pose, load, gravity, assembly_errors)
-    theirs, _ = solve(build(pose, np.array(load, dtype=float), np.array(gravity, dtype=float), **options))
-    assert_agrees(pose, load=load, gravity=gravity, **options)
-    np.testing.assert_allclose(theirs.twist, own.twist, rtol=0, atol=1e-8 * np.abs(own.twist).max() + 1e-14)
-    return theirs
-
-
-def column(name, inner, outer, start, end, **more):
-    """A link with a beam, and its edges."""
-    edges = [Edge(Joint(f"{name}_1", "F", start), inner, name), Edge(Joint(f"{name}_2", "F", end), name, outer)]
-    return edges, Beam(name, name, f"{name}_1", f"{name}_2", sr.circle(0.04), kappa=np.inf, thermal_expansion=ALPHA, **more)
-
-
-def frame_of(*parts, edges=(), o=(0.0, 0.0, 0.0), mass=0.0):
-    """Robots of some columns and further edges."""
-    found = [*(edge for part in parts for edge in part[0]), *edges]
-    links = dict.fromkeys(name for edge in found for name in (edge.inner, edge.outer) if name not in ("base", "platform"))
-    return Mechanism(tuple(found), tuple(map(Link, links)), tuple(part[1] for part in parts), o=o, mass=mass, com=o)
-
-
-ALPHA, L = 1.2e-5, 0.7
-AREA = np.pi * 0.04**2 / 4
-
-
-def test_heated_beam_between_two_walls():
-    """N = −E A α ΔT; the platform in the middle does not move."""
-    mechanism = frame_of(
-        column("left", "base", "platform", (0, 0, 0), (L, 0, 0)), column("right", "platform", "base", (L, 0, 0), (2 * L, 0, 0)),
-        o=(L, 0, 0),
-    )  # fmt: skip
-    found = solved(mechanism, assembly_errors={"left": ("temperature", 10.0), "right": ("temperature", 10.0)})
-    push = sr.E * AREA * ALPHA * 10.0
-    np.testing.assert_allclose(found.twist, 0, atol=1e-12)
-    np.testing.assert_allclose(found.joint_wrenches["left_1"], [push, 0, 0, 0, 0, 0], rtol=1e-9, atol=1e-7 * push)
-    np.testing.assert_allclose(found.beam_wrenches["left"][:, 0], -push, rtol=1e-9)
-    # one side warmer: the platform moves by half of α ΔT L, and half the force remains
-    found = solved(mechanism, assembly_errors={"left": ("length", 2e-4)})
-    np.testing.assert_allclose(found.twist[0], 1e-4, rtol=1e-9)
-    np.testing.assert_allclose(found.joint_wrenches["left_1"][0], sr.E * AREA / L * 1e-4, rtol=1e-8)
+def test_assembly_errors_of_columns():
+    """Of joints and beams, in world axes and in those of a joint; tests/unit/statics/test_assembly_errors.py has closed forms."""
+    turned = {"twist": [1e-4, -2e-4, 3e-4, 1e-3, 2e-3, -1e-3], "frame": "joint"}
+    errors = {"a": {"length": -1e-4, "temperature": 20}, "foot_b": [1e-4, 2e-4, 3e-4, 4e-4, 5e-4, 6e-4], "head_a": turned}
+    assert_agrees(two_columns().assemble(), load=LOAD, assembly_errors=errors)
 
 
 def test_platform_on_six_springs():
-    """A floating joint is a mount with the stiffness of its springs; an assembly error displaces the platform by as much."""
-    k = np.array([1e5, 2e5, 3e5, 400.0, 500.0, 600.0])
-    mount = Joint("mount", "X", (0.1, 0.2, 0.3), stiffness=Stiffness(linear=tuple(k[:3]), angular=tuple(k[3:])))
-    mounted, error = frame_of(edges=[Edge(mount, "base", "platform")], o=(0.1, 0.2, 0.3), mass=5.0), 1e-4 * np.arange(1.0, 7.0)
-    found = solved(mounted, gravity=(1.0, 2.0, -9.0), load=LOAD, assembly_errors={"mount": error})
-    np.testing.assert_allclose(found.twist, (np.array(LOAD) + 5.0 * np.array([1, 2, -9, 0, 0, 0])) / k + error, rtol=1e-9)
+    """An assembly error displaces the platform by as much."""
+    k, error = np.array([1e5, 2e5, 3e5, 400.0, 500.0, 600.0]), 1e-4 * np.arange(1.0, 7.0)
+    at = mount(springs("mount", linear="1e5 2e5 3e5", angular="400 500 600")).assemble()
+    found = assert_agrees(at, load=LOAD, gravity=(1, 2, -9), assembly_errors={"mount": error})
+    expected = (np.array(LOAD) + 3.0 * np.array([1, 2, -9, 0, 0, 0])) / k + error
+    np.testing.assert_allclose(found.finite_elements.twist, expected, rtol=1e-9)
 
 
 # ---- springs -------------------------------------------------------------------------------------------------------------------
