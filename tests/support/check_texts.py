@@ -11,9 +11,6 @@ import package_robots
 from odd_robots import ODD
 from places import ROOT, TESTS
 
-from kinetostatics.checks.check import robot_facts
-from kinetostatics.reports.robot import facts_report
-
 GOLDEN = TESTS / "golden"
 ROBOTS = package_robots.NAMES
 NAMES = [*ROBOTS, *(make.__name__ for make in ODD)]
@@ -26,13 +23,8 @@ def robot(name):
     return package_robots.robot(name) if name in ROBOTS else next(make for make in ODD if make.__name__ == name)()
 
 
-@cache
-def facts(name):
-    return robot_facts(robot(name))
-
-
 def report(name):
-    return str(facts_report(facts(name))).replace(f"{ROOT}/", "")
+    return str(robot(name)).replace(f"{ROOT}/", "")
 
 
 def words_and_numbers(line):

@@ -38,10 +38,8 @@ def _said(compute):
 def texts_of(robot):
     """Yield what is said of a robot."""
     import kinetostatics as ks
-    from kinetostatics.checks.check import robot_facts
-    from kinetostatics.reports.robot import facts_report
 
-    yield str(facts_report(robot_facts(robot)))
+    yield str(robot)
     try:
         poses = {"zero pose": robot.zero_poses, "generic pose": robot.generic_poses}
     except ks.KinetostaticsError as error:

@@ -37,16 +37,14 @@ if TYPE_CHECKING:
 def _check(args: argparse.Namespace) -> int:
     """Print the report; return 1 if the robot cannot be analysed."""
     with waiting("checking"):
-        from kinetostatics.reports.robot import facts_report
-
-        facts = CHECK.called()(load_robot(args))
-        report = facts_report(facts)
+        report = CHECK.called()(load_robot(args))
+        found = report.to_dict()
     if args.json:
-        print_json(report.to_dict())
-        print_warnings([*facts.problems, *facts.warnings])
+        print_json(found)
+        print_warnings([*found["problems"], *found["warnings"]])
     else:
         print_report(report)
-    return 1 if facts.problems else 0
+    return 1 if found["problems"] else 0
 
 
 CHECK = Command(
@@ -57,7 +55,7 @@ CHECK = Command(
         "wrenches, beams, elastic joints, masses, and probable input errors."
     ),
     arguments=(*ROBOT, "json"),
-    function="checks.check:robot_facts",
+    function="reports.robot:robot_report",
     notes="exit code:\n  0 the robot can be analysed, 1 it cannot (its loops do not close), 2 the file is wrong\n",
     examples="""
 check 3rps

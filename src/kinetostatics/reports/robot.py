@@ -50,25 +50,16 @@ _TYPES = {Body: "body", JointStep: "joint", Branches: "branches"}
 def robot_report(robot: Robot) -> Report:
     """Return the report of a robot; its loops may be such that they cannot be closed."""
     found = cache(robot_facts)
-    return Report(
-        _title(robot.name, robot.topology.limbs, robot.description.driven, robot.description.beams),
-        lambda: facts_sections(found(robot)),
-        lambda: facts_data(found(robot)),
-    )
+    parts: dict[str, Sized] = {
+        "limb": robot.topology.limbs,
+        "actuator": robot.description.driven,
+        "beam": robot.description.beams,
+    }
+    title = f"Robot {robot.name!r}: " + ", ".join(count(len(some), noun) for noun, some in parts.items())
+    return Report(title, lambda: _sections(found(robot)), lambda: _data(found(robot)))
 
 
-def facts_report(facts: RobotFacts) -> Report:
-    """Return the report of the robot with these facts."""
-    title = _title(facts.name, facts.limbs, facts.drives, facts.beams)
-    return Report(title, lambda: facts_sections(facts), lambda: facts_data(facts))
-
-
-def _title(name: str, limbs: Sized, actuators: Sized, beams: Sized) -> str:
-    counts = ((limbs, "limb"), (actuators, "actuator"), (beams, "beam"))
-    return f"Robot {name!r}: " + ", ".join(count(len(some), noun) for some, noun in counts)
-
-
-def facts_sections(facts: RobotFacts) -> Iterator[ReportSection]:
+def _sections(facts: RobotFacts) -> Iterator[ReportSection]:
     """Yield the sections of the report."""
     yield ReportSection(None, [_summary(facts)])
     yield ReportSection("Limbs, from base to platform", _limbs(facts), "limbs")
@@ -84,7 +75,7 @@ def facts_sections(facts: RobotFacts) -> Iterator[ReportSection]:
     yield warning_section(facts.warnings)
 
 
-def facts_data(facts: RobotFacts) -> dict[str, object]:
+def _data(facts: RobotFacts) -> dict[str, object]:
     """Return the facts about a robot as data; each element of a chain has an entry ``type``: body, joint or branches."""
     found: dict[str, object] = plain(facts)
     found["springs"] = [attributes(item, _SPRING) for item in facts.springs]
