@@ -253,6 +253,10 @@ def test_what_a_looser_limit_saves_where_a_parameter_is_at_its_bound(cantilever,
     [
         ({"vary": {"diameter": "9mm:2mm"}}, "from a smaller to a larger"),
         ({"vary": {"diameter": "9mm"}}, "two different values"),
+        (
+            {"vary": {"diameter": [*range(1, 51)], "length": [*range(1, 52)]}},
+            "the lists have 2,550 combinations, more than 2,000",
+        ),
         ({"vary": {"diameter": "4cm:8kg"}}, r"vary: diameter is given in kg, but it is in m"),
         ({"vary": {"diameter": "1mm..2mm"}}, "is not a number; a range is written 20mm:120mm, values 20mm,25mm$"),
         ({"vary": {("diameter", "length"): "9mm:12mm"}}, "rows of a catalogue"),

@@ -28,6 +28,12 @@ def robot():
     return package_robots.robot("3rps")
 
 
+@pytest.fixture(scope="module")
+def wanted(robot):
+    """The map in memory."""
+    return ks.sweep(robot, GRID)
+
+
 @pytest.fixture
 def small_blocks(monkeypatch):
     """Blocks of about 40 poses, so that small maps have several."""
@@ -36,15 +42,14 @@ def small_blocks(monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["map.nc", "map.zarr"])
-def test_a_map_on_disk_is_that_in_memory(robot, small_blocks, tmp_path, name):
+def test_a_map_on_disk_is_that_in_memory(robot, wanted, small_blocks, tmp_path, name):
     path = tmp_path / name
-    wanted = ks.sweep(robot, GRID, load=LOAD)
-    with ks.sweep(robot, GRID, load=LOAD, out=path, workers=2) as found:
+    with ks.sweep(robot, GRID, out=path, workers=2) as found:
         near(found, wanted)
         assert found.attrs.keys() == wanted.attrs.keys() and found["status"].dtype == np.int8
     assert [item.name for item in tmp_path.iterdir()] == [name]
     before = path.stat().st_mtime_ns
-    with ks.sweep(robot, GRID, load=LOAD, out=path) as again:  # is there already
+    with ks.sweep(robot, GRID, out=path) as again:  # is there already
         near(again, wanted)
     assert path.stat().st_mtime_ns == before
 
@@ -83,11 +88,10 @@ def stopped_after(count, monkeypatch):
     return blocks
 
 
-def test_an_interrupted_sweep_computes_what_is_missing(small_blocks, monkeypatch, tmp_path):
+def test_an_interrupted_sweep_computes_what_is_missing(wanted, small_blocks, monkeypatch, tmp_path):
     path, part = tmp_path / "map.zarr", tmp_path / "map.zarr.part"
     robot = tmp_path / "robot.urdf.xacro"
     robot.write_bytes(robot_path("3rps").read_bytes())
-    wanted = ks.sweep(robot, GRID)
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
         stopped_after(3, patch)
         ks.sweep(robot, GRID, out=path, workers=1)
@@ -220,7 +224,9 @@ def test_maps_for_which_there_is_no_room(robot, tmp_path, monkeypatch, arguments
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["map.nc", "map.zarr"])
-def test_a_disk_that_is_full_is_one_error_and_costs_nothing_that_is_done(robot, small_blocks, monkeypatch, tmp_path, name):
+def test_a_disk_that_is_full_is_one_error_and_costs_nothing_that_is_done(
+    robot, wanted, small_blocks, monkeypatch, tmp_path, name
+):
     from zarr.storage import LocalStore
 
     path, left = tmp_path / name, [80]
@@ -239,7 +245,7 @@ def test_a_disk_that_is_full_is_one_error_and_costs_nothing_that_is_done(robot, 
     assert re.fullmatch(r".*: No space left on device; the results so far are in \S+, and the same call .*", str(error.value))
     blocks = stopped_after(None, monkeypatch)
     with ks.sweep(robot, GRID, out=path) as found:
-        near(found, ks.sweep(robot, GRID))
+        near(found, wanted)
     assert len(blocks) < 7 + 7
 
 
@@ -252,9 +258,10 @@ def test_a_folder_that_cannot_be_written_is_one_error(robot, tmp_path, monkeypat
         ks.sweep(robot, GRID, out=tmp_path / "map.nc")
 
 
-def test_the_size_of_a_map_is_known_before(robot, monkeypatch):
+def test_the_size_of_a_map_is_known_before(robot, wanted, monkeypatch):
     sizes = []
-    monkeypatch.setattr(run, "check_memory", lambda plan, labels: sizes.append(store.size_of(plan, labels)))
-    small = ks.sweep(robot, GRID)
-    assert sizes == [sum(small[name].nbytes for name in small.data_vars)]
+    monkeypatch.setattr(run, "check_memory", lambda plan, labels: sizes.append(store.size_of(plan, labels)) or 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        ks.sweep(robot, GRID)
+    assert sizes == [sum(wanted[name].nbytes for name in wanted.data_vars)]
     assert sizes[0] / 240 == pytest.approx(1.1e3, rel=0.05)  # what docs/how_to/workspace.md says

@@ -21,8 +21,8 @@ from kinetostatics.math.arrays import Array
 STEP = 1e-4
 #: Largest number of steps of a search, and its relative tolerance of the objective.
 STEPS, CONVERGED = 60, 1e-10
-#: Largest number of combinations of listed values.
-MOST = 2000
+#: Largest number of combinations of catalogues beside ranges.
+MOST = 40
 #: Distance of starting points from the edge of the unit cube.
 EDGE = 0.08
 #: Largest initial violation, relative to the limit, in the search for the smallest violation.
@@ -38,13 +38,11 @@ def search(
         return ends, f"SLSQP from {starts} start{'s' * (starts > 1)}"
     every = combinations(choices)
     if not ranges:
-        if len(every) > MOST:
-            raise ArgumentError(f"vary: the lists have {len(every):,} combinations, more than {MOST:,}; give ranges instead")
         return every, f"all {len(every)} combinations of the listed values were tried"
     if any(len(item.names) > 1 for item in choices):
-        if len(every) > MOST // 50:
+        if len(every) > MOST:
             raise ArgumentError(
-                f"vary: {len(every)} combinations from catalogues are too many beside ranges, {MOST // 50} at most: shorten them"
+                f"vary: {len(every)} combinations from catalogues are too many beside ranges, {MOST} at most: shorten them"
             )
         near = every
     else:  # relaxed problem: lists as ranges

@@ -18,6 +18,8 @@ from kinetostatics.parametric.parametric_robot import ParametricRobot, check_uni
 from kinetostatics.parametric.robot_numbers import RobotNumber
 from kinetostatics.robot import Robot
 
+#: Largest number of combinations of listed values.
+MOST = 2000
 #: Catalogues of the package.
 CATALOGUES = ("standard_bars", "standard_tubes")
 
@@ -94,6 +96,9 @@ def read_variables(vary: object) -> tuple[list[Range], list[Choice]]:
     every = [item.name for item in ranges] + [name for item in choices for name in item.names]
     if twice := next((name for name in every if every.count(name) > 1), None):
         raise ArgumentError(f"vary: {twice!r} is varied twice")
+    count = math.prod(len(item.rows) for item in choices)
+    if not ranges and count > MOST:
+        raise ArgumentError(f"vary: the lists have {count:,} combinations, more than {MOST:,}; give ranges instead")
     return ranges, choices
 
 

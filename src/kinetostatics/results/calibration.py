@@ -25,14 +25,15 @@ class Estimate:
 
     Attributes:
         name: name of the unknown.
-        kind: "stiffness" (``value`` is a factor of the file's), "argument" of the file, "payload" or "offset".
+        kind: "stiffness" (``value`` is a factor of the stiffness in the file), "argument" (of the file, or a dimension of a
+            part), "error" (of assembly), "payload" or "offset".
         value: estimate, SI.
         unit: unit of the value; empty for a factor or an unknown unit.
         start: initial value of the search, from the file.
-        interval: confidence interval. For a stiffness, the interval of its compliance is inverted, so that it is not symmetric
-            about the value; an infinite end means no bound.
+        interval: confidence interval. For a stiffness, it is the inverse of the interval of the compliance, which is not
+            symmetric about the value; an infinite end means no bound.
         standard_error: standard error of the value; infinite if the readings do not determine it.
-        identified: whether the readings determine the value; if not, ``value`` is the one nearest to the start of all that fit.
+        identified: whether the readings determine the value; if not, ``value`` is the fitting value nearest to the start.
     """
 
     name: str
@@ -46,7 +47,7 @@ class Estimate:
 
     @property
     def impossible(self) -> str:
-        """The reason for which the value is physically impossible; empty if it is possible."""
+        """The reason why the value is physically impossible; empty if the value is possible."""
         what = _NEVER_NEGATIVE.get(self.unit)
         if what is None or self.value >= 0 or self.start < 0:
             return ""
@@ -59,7 +60,8 @@ class Unidentifiable:
 
     Attributes:
         direction: change of each unknown involved: of a stiffness, the relative change of the compliance; of an argument or a
-            mass, relative to its value; of a centre of mass, to the characteristic length; of an offset, to the gauge's readings.
+            mass, relative to its value; of a centre of mass, to the characteristic length; of an assembly error, to this length,
+            1 rad or 100 K; of an offset, to the gauge's readings.
         words: the unidentifiable combination, and the identifiable one, if any, as text.
     """
 
@@ -167,7 +169,7 @@ class MeasurementPlan(Reported, builder="reports.calibration:plan_report"):
         gauges: names of the gauges to be read.
         standard_errors: expected standard errors of the identified unknowns, for the gauges' sigma (default: 1 µm, 1 µrad);
             relative for a stiffness.
-        random_standard_errors: mean standard errors of random plans.
+        random_standard_errors: standard errors of random plans, geometric mean.
         gain: ratio of the standard errors of random plans to those of this plan, geometric mean over all directions.
         unidentifiable: combined changes of unknowns that affect no reading at any candidate.
         candidates: number of candidates (poses times loads).

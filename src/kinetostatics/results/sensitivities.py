@@ -71,7 +71,8 @@ class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_repor
     Attributes:
         result: the analysis at the nominal parameters.
         parameters: sensitivities by name: arguments of the file and dimensions of parts, ranked by the displacement of the
-            reference point per relative change; then placements and centres of mass, ranked per length or angle.
+            reference point (or the mass, without the twist among the outputs) per relative change; then placements and centres of
+            mass, ranked by displacement per length or angle.
         sources: −∂twist/∂ln(stiffness) (…, 6) [m, rad] of each beam, elastic joint and actuator by name; it equals the part of
             the twist due to the deformation of this element.
         skipped: reason for each parameter without derivative, because a small change makes the robot invalid.

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
+import kinetostatics as ks
 from kinetostatics.design import search as module
 from kinetostatics.design.search import search
 from kinetostatics.design.variables import Choice, Range, VariedNumbers
@@ -38,6 +39,8 @@ def test_all_rows_of_a_catalogue_are_tried_beside_a_range(tried):
     ends, how = search_with(Choice(("diameter", "wall"), ROWS))
     assert tried == [{"diameter": a, "wall": b} for a, b in ROWS] and "5 of 5" in how
     assert ends == [{"length": 0.3, **one} for one in tried]
+    with pytest.raises(ks.ArgumentError, match="45 combinations from catalogues are too many beside ranges"):
+        search_with(Choice(("diameter", "wall"), 9 * ROWS))
 
 
 def test_of_a_list_the_values_around_the_best_one_are_tried_beside_a_range(tried):
