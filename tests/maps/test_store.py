@@ -55,7 +55,7 @@ def test_a_map_on_disk_is_that_in_memory(robot, wanted, small_blocks, tmp_path, 
 
 
 def test_another_map_is_not_overwritten(robot, tmp_path):
-    path = tmp_path / "map.nc"
+    path = tmp_path / "map.zarr"
     z = {"z": [0.5, 0.6], "rx": 0.0, "ry": 0.0}
     ks.sweep(robot, z, out=path).close()
     with pytest.raises(ks.ArgumentError, match="map of another sweep, with other arguments"):
@@ -128,14 +128,14 @@ def test_changes_by_continuity_that_are_interrupted_are_made_in_the_end(small_bl
 
 
 def test_a_store_that_has_just_begun_is_begun_anew_and_a_broken_one_is_told(robot, small_blocks, monkeypatch, tmp_path):
-    path, part = tmp_path / "map.nc", tmp_path / "map.nc.part"
+    path, part = tmp_path / "map.zarr", tmp_path / "map.zarr.part"
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
         stopped_after(2, patch)
         ks.sweep(robot, GRID, out=path, workers=1)
     notes = json.loads((part / ".zattrs").read_text())
     (part / ".zattrs").write_text(json.dumps({store.NOTES: {**notes[store.NOTES], "sizes": "?"}}))
     with pytest.raises(
-        ks.ArgumentError, match=r"map.nc.part is the unfinished map of another sweep, which cannot be read; .*restart"
+        ks.ArgumentError, match=r"map.zarr.part is the unfinished map of another sweep, which cannot be read; .*restart"
     ):
         ks.sweep(robot, GRID, out=path)
     (part / ".zattrs").write_text("{}")
