@@ -1,4 +1,4 @@
-"""Topics of the page: maps beside OpenSeesPy and Pinocchio, natural frequencies, and :mod:`scaling`."""
+"""Topics of the page: comparison of maps with OpenSeesPy, natural frequencies, and :mod:`scaling`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ import clocks
 import grids
 import numpy as np
 import opensees_frames
-import pinocchio as pin
 import scaling
 from page import Page, micro, report, table, times
 
@@ -139,31 +138,7 @@ def opensees(page: Page, effort: Effort) -> None:
     page.add("opensees", table((*head, "A : map", "B : map", "C : map", "difference"), rows), text)
 
 
-# ---- Pinocchio, natural frequencies -------------------------------------------------------------------------------------
-
-
-def pinocchio(page: Page, effort: Effort) -> None:
-    """The 3RPS beside Pinocchio's inverse dynamics in C++, one thread, at the poses of a grid in random order."""
-    robot, workspace = grids.load("3rps"), grids.WORKSPACES["3rps"]
-    axes = workspace.axes(effort.poses)
-    coordinates = grids.mesh(axes)
-    pose = grids.assemble(robot, workspace, coordinates)
-    q = np.asfortranarray(np.random.default_rng(0).permutation(pose.q.reshape(-1, robot.model.nq)).T)
-    rest = np.zeros((robot.model.nv, q.shape[1]), order="F")
-    tau, pool = np.zeros_like(rest), pin.ModelPool(robot.model, 1)
-    best = clocks.interleaved(
-        {
-            "`rneaInParallel`, C++, one thread": lambda: [pin.rneaInParallel(1, pool, q, rest, rest, tau) for _ in range(10)],
-            "map, its statics and arrays alone": lambda: grids.map_numbers(ks.analyze(pose, grids.LOAD)),
-            "map, loops closed": lambda: grids.whole(robot, workspace, coordinates),
-            "`ks.sweep`": lambda: grids.sweep(robot, workspace, axes),
-        },
-        2 * effort.repeats,
-    )
-    first = next(iter(best))
-    best[first] /= 10
-    rows = [(what, micro(value / q.shape[1]), times(value / best[first])) for what, value in best.items()]
-    page.add("pinocchio", table(("", "µs per pose", "times"), rows), f"{q.shape[1]:,} poses.")
+# ---- natural frequencies -------------------------------------------------------------------------------------------------
 
 
 def modes(page: Page, effort: Effort) -> None:
@@ -211,7 +186,6 @@ def _swept(robot: ks.Robot, workspace: grids.Workspace, axes: Any) -> None:
 
 TOPICS: dict[str, Callable[[Page, Effort], None]] = {
     "opensees": opensees,
-    "pinocchio": pinocchio,
     "sizes": lambda page, effort: scaling.sizes(page, effort.sizes),
     "modes": modes,
 }

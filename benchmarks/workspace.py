@@ -1,4 +1,4 @@
-"""How fast workspace maps are: beside OpenSeesPy and Pinocchio, by size, with poses out of reach, on two cores.
+"""Times of workspace maps: compared with OpenSeesPy, and by the number of poses.
 
     python benchmarks/workspace.py [--quick] [--only TOPIC …] [--write docs/explanation/benchmarks.md]
 

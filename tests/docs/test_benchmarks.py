@@ -59,7 +59,7 @@ def test_the_page_has_every_robot_and_its_ratios_are_those_of_its_times():
 @pytest.mark.slow
 def test_a_small_run_writes_the_tables_of_the_page_between_its_markers(tmp_path):
     pytest.importorskip("openseespy")
-    some = ["opensees", "pinocchio", "sizes"]
+    some = ["opensees", "sizes"]
     copy = tmp_path / "benchmarks.md"
     copy.write_text(PAGE.read_text(encoding="utf-8"), encoding="utf-8")
     command = [sys.executable, "benchmarks/workspace.py", "--tiny", "--only", *some, "--write", str(copy)]
