@@ -17,15 +17,16 @@ import kinetostatics as ks
 
 PICTURES = ROOT / "docs" / "pictures" / "modes"
 PAGE = ROOT / "docs" / "gallery" / "modes.md"
-#: Names of the robots, and what moves in their first modes.
+PERPENDICULAR = "Mode 2 is the same in the perpendicular direction."
+#: Names of the robots, and descriptions of their first modes.
 MODES = {
-    "3rps": ("3RPS", "The platform moves sideways, and the rods bend. Mode 2 is the same in the perpendicular direction."),
+    "3rps": ("3RPS", f"The platform moves sideways, and the rods bend. {PERPENDICULAR}"),
     "2pru_upr": ("2PRU-UPR", "The platform moves along x, perpendicular to the rails; the rods on the sliders bend."),
-    "gough_stewart": ("Gough–Stewart platform", "The platform moves sideways, and the legs bend. Mode 2 is the same in the perpendicular direction."),
-    "delta": ("Delta", "The platform moves sideways; arms and rods bend. Mode 2 is the same in the perpendicular direction."),
+    "gough_stewart": ("Gough–Stewart platform", f"The platform moves sideways, and the legs bend. {PERPENDICULAR}"),
+    "delta": ("Delta", f"The platform moves sideways; arms and rods bend. {PERPENDICULAR}"),
     "tripteron": ("Tripteron", "The platform moves along (1, 1, 1); the upper arms have most of the strain energy."),
-    "five_bar": ("Five-bar", "The tool moves along y, and the proximal links bend. In mode 2 the tool leaves the plane of the robot."),
-    "planar_3rrr": ("Planar 3-RRR", "The platform moves in its plane, and the cranks bend. Mode 2 is the same in the perpendicular direction."),
+    "five_bar": ("Five-bar", "The tool moves along y, and the proximal links bend. In mode 2 the tool leaves the plane."),
+    "planar_3rrr": ("Planar 3-RRR", f"The platform moves in its plane, and the cranks bend. {PERPENDICULAR}"),
     "ur10": ("UR10", "The arm moves up and down; the upper arm has three quarters of the strain energy."),
 }
 #: How many frames a period has, how long each is shown [ms], and their size [pixels].
@@ -33,8 +34,8 @@ FRAMES, SHOWN, SIZE = 16, 90, (400, 300)
 HEAD = """\
 # Modes
 
-The first [mode of vibration](../explanation/vibration.md) of eight robots at their zero poses, with locked actuators. Colours are displacements;
-the largest is drawn as a tenth of the robot's size. `kinetostatics view 3rps --modes 6` animates modes of a robot,
+The first [mode of vibration](../explanation/vibration.md) of eight robots at their zero poses, with locked actuators. Colours are
+displacements; the largest is drawn as a tenth of the robot's size. `kinetostatics view 3rps --modes 6` animates modes of a robot,
 `kinetostatics modes 3rps` prints them, and `python examples/animated_modes.py` writes this page.
 
 <div class="grid cards" markdown>
