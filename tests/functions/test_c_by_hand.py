@@ -118,11 +118,12 @@ def test_without_a_place_nothing_is_done(derived):
     assert answer(folder, "null.c", "table.o")[0] == 0
 
 
-def test_corrections_are_those_by_hand(corrected):
+@pytest.mark.parametrize("flags", [(), pytest.param(SANITIZED, marks=pytest.mark.slow)], ids=["strict", "sanitized"])
+def test_corrections_are_those_by_hand(corrected, flags):
     """Also across half a turn, and beyond limits, which the status tells; no array is too small."""
     f, exported = corrected
     at, load, gravity = some(200, 2)
-    status, found = run(c_programs.driver(exported, SANITIZED), rows(f, at, load, gravity))
+    status, found = run(c_programs.driver(exported, flags), rows(f, at, load, gravity))
     wanted = [by_corrections(at["rz"][k], at["z"][k], load[k], gravity[k]) for k in range(200)]
     drives, forces, residual_error = (np.array(part) for part in zip(*wanted, strict=True))
     np.testing.assert_allclose(found[:, :2], drives, atol=1e-11)

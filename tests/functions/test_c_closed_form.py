@@ -94,6 +94,7 @@ def test_what_is_no_number_is_refused_and_leaves_the_state(five_bar, nothing):
     np.testing.assert_allclose(found[-1], found[0], rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_where_a_limb_is_not_what_it_is_elsewhere_c_says_so(tmp_path):
     """A stretched leg between balls resists one wrench more: Python looks closer, and C has no numbers that could be wrong."""
     mechanism = DEPENDENT["a stretched leg between balls"]

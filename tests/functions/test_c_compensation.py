@@ -55,6 +55,7 @@ def test_it_finds_what_python_finds_in_and_out_of_reach(name, coordinates, orien
     assert np.all(np.isnan(found[~valid]))
 
 
+@pytest.mark.slow
 def test_it_looks_where_the_actuators_lead(tmp_path):
     """Python and C: what leads into another assembly mode is no correction."""
     f = ks.compile(package_robots.soft_five_bar(), ("x", "y"), outputs=OUTPUTS, compensate=True)

@@ -141,12 +141,6 @@ def test_poses_of_the_paper():
     assert pose.platform["rz"] == pytest.approx(0, abs=1e-12)
 
 
-def test_mobility_and_overconstraint():
-    rps, upr = result("3rps", 1).robot.mobility, result("2pru_upr", 1).robot.mobility
-    assert (rps.platform, rps.local, rps.redundant_constraints) == (3, 0, 0)
-    assert (upr.platform, upr.local, upr.redundant_constraints) == (3, 0, 3)
-
-
 def test_the_paper_s_drive_force_is_that_at_the_base_end():
     found = ks.analyze(package_robots.robot("3rps").assemble())
     for number in (1, 2, 3):
