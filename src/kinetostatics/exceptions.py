@@ -43,6 +43,10 @@ class ArgumentError(KinetostaticsError, ValueError):
     """An argument has an invalid value; the message names it and the valid ones."""
 
 
+#: Largest length of the reason of a RobotFileError [characters]; longer ones lose their middle.
+MAX_REASON = 700
+
+
 class RobotFileError(KinetostaticsError):
     """A robot file is invalid.
 
@@ -53,6 +57,8 @@ class RobotFileError(KinetostaticsError):
     """
 
     def __init__(self, reason: str, file: str, line: int | None = None) -> None:
+        if len(reason) > MAX_REASON:
+            reason = f"{reason[: MAX_REASON // 2]} … {reason[-MAX_REASON // 2 :]}"
         self.reason, self.file, self.line = reason, file, line
         where = f"{file}:{line}" if line is not None else file
         super().__init__(f"{where}: {reason}")

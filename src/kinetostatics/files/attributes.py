@@ -10,14 +10,14 @@ import math
 import re
 import sys
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import Cone, Material, Mimic, Origin, Place, Vector
 from kinetostatics.description.units import find_unit
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
-from kinetostatics.files.xml import XmlElement, shortened
+from kinetostatics.files.xml import XmlElement
 
 # float() alone would also accept "1_0", "infinity" and digits of other scripts, which URDF tools reject.
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -254,13 +254,15 @@ class ElementTable:
     rows: Mapping[str, tuple[Row, ...]]
     children: Collection[str] = ()
     open: Collection[str] = ()
-    _inner: dict[str, tuple[str, ...]] = field(init=False, repr=False, default_factory=dict)
 
-    def __post_init__(self) -> None:
-        for path in self.rows:
-            beneath = (other.rpartition("/") for other in self.rows if other)
-            inside = tuple(tag for head, _, tag in beneath if head == path)
-            self._inner[path] = (*inside, *self.children) if not path else inside
+    @cached_property
+    def _inner(self) -> dict[str, list[str]]:
+        """Tags of the allowed child elements, by path."""
+        found: dict[str, list[str]] = {path: [] for path in self.rows}
+        for head, _, tag in (path.rpartition("/") for path in self.rows if path):
+            found[head].append(tag)
+        found[""] += self.children
+        return found
 
     def read(self, element: XmlElement, without: Collection[str] = ()) -> dict[str, Keyword]:
         """Return the values of an element by field; those that combine several attributes are objects of ``PARTS``.
@@ -335,7 +337,7 @@ class ElementTable:
                 try:
                     text = written(row.kind.form, value)
                 except ArgumentError as error:
-                    raise place.error(shortened(f"{row.field.rpartition('.')[2]} of {label} {error}")) from None
+                    raise place.error(f"{row.field.rpartition('.')[2]} of {label} {error}") from None
                 if text != row.default_text:
                     is_written = True
                 elif not (row.must or row.default is NEEDED):

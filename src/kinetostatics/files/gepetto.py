@@ -31,7 +31,7 @@ from kinetostatics.description.elements import Place
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import RobotFileError, near_names
 from kinetostatics.files.foreign_loops import ForeignLoop, SourceRobot
-from kinetostatics.files.xml import XmlElement, read_file, shortened
+from kinetostatics.files.xml import XmlElement, read_file
 
 KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
 #: Types of loops by ``type``.
@@ -82,7 +82,7 @@ class Node:
 
     def error(self, reason: str) -> RobotFileError:
         """Return an error with ``reason`` at this place."""
-        return self.place.error(shortened(reason))
+        return self.place.error(reason)
 
     def items(self, what: str) -> list[Node]:
         """Return the entries of a list."""
@@ -126,11 +126,11 @@ def _read_yaml(path: str | os.PathLike[str]) -> dict[str, Node]:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         reason = " ".join(filter(None, (error.context, error.problem)))
-        raise RobotFileError(f"this is not YAML: {shortened(reason)}", file, mark.line + 1 if mark else None) from None
+        raise RobotFileError(f"this is not YAML: {reason}", file, mark.line + 1 if mark else None) from None
     except OSError as error:
         raise RobotFileError(f"the file cannot be read: {error.strerror or error}", file) from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # characters that YAML does not allow; lists in themselves
-        raise RobotFileError(f"this is not YAML: {shortened(' '.join(str(error).split()))}", file) from None
+        raise RobotFileError(f"this is not YAML: {' '.join(str(error).split())}", file) from None
 
 
 def beside(path: str) -> str | None:

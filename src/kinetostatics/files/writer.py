@@ -33,7 +33,7 @@ from kinetostatics.files.element_tables import (
 )
 from kinetostatics.files.reader import describe, known_valid
 from kinetostatics.files.urdf import plain_transmission
-from kinetostatics.files.xml import XmlElement, parse, shortened, to_elements, to_text
+from kinetostatics.files.xml import XmlElement, parse, to_elements, to_text
 from kinetostatics.math.arrays import Array
 
 _COMMENT = "written by kinetostatics; the elements that are not URDF's are those of its docs/reference/robot_format.md"
@@ -175,11 +175,11 @@ def robot_element(description: RobotDescription) -> XmlElement:
     links, joints = _values(description.links), _values(description.joints)
     known = {*description.joints, *description.loops}
     if not isinstance(description.name, (str, type(None))):
-        raise place.error(shortened(f"name of robot is {description.name!r}; it must be a text"))
+        raise place.error(f"name of robot is {description.name!r}; it must be a text")
     attributes = {name: value for name, value in description.attributes if name != "name"}
     for name, value in attributes.items():
         if not _ATTRIBUTE.fullmatch(name) or not isinstance(value, str) or not value.isprintable():
-            raise place.error(shortened(f"{name!r} = {value!r} is no attribute for <robot>"))
+            raise place.error(f"{name!r} = {value!r} is no attribute for <robot>")
     return XmlElement(
         "robot",
         attributes if description.name is None else {"name": description.name, **attributes},
@@ -204,7 +204,7 @@ def _values(table: Mapping[str, Item], key: str = "name") -> list[Item]:
         own = getattr(item, key, None)
         if own != name:
             place = getattr(item, "place", Place())
-            raise place.error(shortened(f"the entry {name!r} has the {key} {own!r}; the two must agree"))
+            raise place.error(f"the entry {name!r} has the {key} {own!r}; the two must agree")
     return list(table.values())
 
 
@@ -216,9 +216,9 @@ def _elements_of(extra: str, place: Place, owner: str) -> tuple[XmlElement, ...]
     try:
         root = to_elements(parse(f"<extra>{extra}</extra>", "", plain=True)[0], place, owner)
     except RobotFileError as error:
-        raise place.error(shortened(f"extra of {owner} cannot be read: {error.reason}")) from None
+        raise place.error(f"extra of {owner} cannot be read: {error.reason}") from None
     if len(root.children) < len(root.content):
-        raise place.error(shortened(f"extra of {owner} has text outside of elements"))
+        raise place.error(f"extra of {owner} has text outside of elements")
     return root.children
 
 

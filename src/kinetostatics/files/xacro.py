@@ -26,7 +26,7 @@ from kinetostatics.description.elements import Place
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.attributes import si_hint
 from kinetostatics.files.bundled import INDEX, LIBRARY, OWN_NAME, PackageNotFound, package_folder
-from kinetostatics.files.xml import XmlElement, parse, place_of, read_file, shortened, to_elements, to_text
+from kinetostatics.files.xml import XmlElement, parse, place_of, read_file, to_elements, to_text
 
 _LOCK = threading.RLock()
 _PRIVATE = re.compile(r"(?<!\w)__")
@@ -77,7 +77,7 @@ def expand(
         except Exception as error:
             place, calls = _where(error.__traceback__)
             called = f" (in the macro called at {calls[-1]})" if calls else ""
-            raise (place or Place(path)).error(shortened(_reason(error, arguments)) + called) from None
+            raise (place or Place(path)).error(_reason(error, arguments) + called) from None
     for name in parameters:
         if name not in arguments.known:
             reason = f"the file has no <xacro:arg> for the parameter {name!r}; {near_names(name, arguments.known)}"
@@ -85,7 +85,7 @@ def expand(
     if values is not None:
         values.update(arguments)
     return [
-        f"{path}: xacro says: {shortened(line.removeprefix('warning: ').rstrip('.'))}."
+        f"{path}: xacro says: {line.removeprefix('warning: ').rstrip('.')}."
         for line in output.getvalue().splitlines()
         if line.startswith("warning: ")
     ]

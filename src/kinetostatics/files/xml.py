@@ -19,9 +19,6 @@ from xml.parsers import expat
 from kinetostatics.description.elements import Place
 from kinetostatics.exceptions import RobotFileError
 
-#: Largest length of a message [characters], without the name of the file.
-MAX_MESSAGE = 700
-
 _PLACE = "kinetostatics place"
 _NO_ELEMENT_FOUND, _TAG_MISMATCH, _UNBOUND_PREFIX = 3, 7, 27
 
@@ -62,7 +59,7 @@ class XmlElement:
         """Return an error with ``reason`` at the place of this element."""
         if self.owner and self.place.line is None and self.owner.partition(" ")[2] not in reason:
             reason = f"{self.owner}: {reason}"
-        return self.place.error(shortened(reason))
+        return self.place.error(reason)
 
     def named(self, tag: str) -> list[XmlElement]:
         """Return the child elements called ``tag``."""
@@ -81,12 +78,6 @@ class XmlElement:
         if found is None:
             raise self.error(f"{self.label} has no <{tag}>")
         return found
-
-
-def shortened(message: str) -> str:
-    """Return a message, without its middle if it is very long."""
-    half = MAX_MESSAGE // 2
-    return message if len(message) <= MAX_MESSAGE else f"{message[:half]} … {message[-half:]}"
 
 
 def read_file(path: str | os.PathLike[str]) -> bytes:
@@ -211,9 +202,9 @@ def to_elements(document: minidom.Document, place: Place | None = None, owner: s
                 content.append(str(child.data))
         texts = [item for item in content if isinstance(item, str)]
         if wrong := next((name for name in (node.tagName, *attributes) if _NO_NAME.search(name)), None):
-            raise here.error(shortened(f"{wrong!r} is not a name for an element or attribute"))
+            raise here.error(f"{wrong!r} is not a name for an element or attribute")
         if _NO_CHARACTER.search("".join((node.tagName, *attributes, *attributes.values(), *texts))):
-            raise here.error(shortened(f"<{node.tagName}> has a character that XML does not allow"))
+            raise here.error(f"<{node.tagName}> has a character that XML does not allow")
         if not any(text.strip() for text in texts):
             content = [item for item in content if isinstance(item, XmlElement)]
         built[id(node)] = XmlElement(node.tagName, attributes, tuple(content), here, owner)
