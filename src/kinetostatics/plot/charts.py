@@ -181,7 +181,7 @@ def _axis_title(quantity: str) -> str:
 
 @styled
 def calibration(found: Calibration, *, kind: str | None = None, ax: Axes | None = None) -> Axes:
-    """Draw residuals (measured less computed readings) over computed readings, with outliers marked by their rows.
+    """Draw residuals (measured less computed readings) over computed readings; outliers are marked with their rows.
 
     Args:
         found: the calibration, see :func:`kinetostatics.calibrate`.

@@ -195,7 +195,7 @@ def _page(
 
 
 def _drawable(given: object, pose: int | tuple[int, ...] | None = None) -> Result | SinglePose:
-    """Return a result unchanged; modes, a pose or a robot as poses to be drawn."""
+    """Return a result unchanged; for modes, a pose or a robot, return the poses to be drawn."""
     if isinstance(given, Result):
         return given
     if isinstance(given, Modes):

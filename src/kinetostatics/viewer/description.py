@@ -83,6 +83,11 @@ class Mesh:
     roots: tuple[str, ...]
     colour: str | Array = "deflection"
 
+    @property
+    def by_deflection(self) -> bool:
+        """Whether the deflection determines the colours."""
+        return isinstance(self.colour, str) and self.colour == "deflection"
+
     def plain(self) -> dict[str, object]:
         """Return the data for JSON."""
         wide = "<u2" if len(self.surface.vertices) < 2**16 else "<u4"

@@ -114,32 +114,22 @@ class _Drawing:
 
     def _mesh(self, mesh: Mesh, root: str) -> None:
         node, colour = self._node(f"{ROOTS[root]}/{mesh.path}"), self.still.look(mesh, root)
-        look: dict[str, object] = (
-            {"color": 0xFFFFFF, "vertexColors": True} if not isinstance(colour, str) else {"color": _integer(colour)}
-        )
-        look |= {"shininess": 12, "specular": 0x222222}
+        look: dict[str, object] = {"shininess": 12, "specular": 0x222222}
+        look |= {"color": _integer(colour)} if isinstance(colour, str) else {"color": 0xFFFFFF, "vertexColors": True}
         if root == "Rest":
             look |= {"opacity": RESTING[1], "depthWrite": False, "shininess": 5, "side": 0}  # front faces only
-        station, faces, colours = mesh.station, mesh.surface.faces, None if isinstance(colour, str) else colour
-        if isinstance(station, int):
-            node.set_object(
-                geometry.TriangularMeshGeometry(mesh.surface.vertices, faces, colours), geometry.MeshPhongMaterial(**look)
-            )
-            if root == "Deformed":
-                self._moving(node, _pose_of(station))
-            else:
-                node.set_transform(self.still.rest[station])
-            return
-        vertices = self.still.vertices(mesh, root)
-        if root != "Deformed":
-            node.set_object(geometry.TriangularMeshGeometry(vertices, faces, colours), geometry.MeshPhongMaterial(**look))
-            return
-        node.set_object(
-            _Bent(geometry.TriangularMeshGeometry(vertices, faces, colours), self.still.vertices(mesh, "Rest")),
-            geometry.MeshPhongMaterial(**look),
-        )
-        for frame, part in enumerate(SWING):
-            self.animation.at_frame(node["<object>"], frame).set_property("morphTargetInfluences[0]", "number", 1 - part)
+        station, colours = mesh.station, None if isinstance(colour, str) else colour
+        vertices = mesh.surface.vertices if isinstance(station, int) else self.still.vertices(mesh, root)
+        surface = geometry.TriangularMeshGeometry(vertices, mesh.surface.faces, colours)
+        if root == "Deformed" and not isinstance(station, int):
+            surface = _Bent(surface, self.still.vertices(mesh, "Rest"))
+            for frame, part in enumerate(SWING):
+                self.animation.at_frame(node["<object>"], frame).set_property("morphTargetInfluences[0]", "number", 1 - part)
+        node.set_object(surface, geometry.MeshPhongMaterial(**look))
+        if isinstance(station, int) and root == "Deformed":
+            self._moving(node, _pose_of(station))
+        elif isinstance(station, int):
+            node.set_transform(self.still.rest[station])
 
     def _arrows(self) -> None:
         for item in self.still.arrows:
@@ -150,8 +140,7 @@ class _Drawing:
             inside = geometry.MeshBasicMaterial(color=colour, opacity=0.28, depthTest=False, depthWrite=False)
             node["inside"].set_object(surface, inside)
             self._moving(node, item.placed)
-            words = f"{item.arrow.label} {number(item.value)} {item.arrow.unit}" if item.arrow.unit else item.arrow.label
-            self._label(path, words, item.place_of_name, item.colour)
+            self._label(path, item.text, item.place_of_name, item.colour)
         for group in HIDDEN:
             if any(item.arrow.group == group for item in self.still.arrows):
                 self._node(f"forces/{group}").set_property("visible", False)
@@ -215,7 +204,7 @@ class _Bent:
         self.uuid, self.intrinsic_transform = surface.uuid, surface.intrinsic_transform
 
     def lower_in_object(self, data: dict[str, list[dict[str, dict[str, object]]]]) -> str:
-        """Write it into a command for meshcat."""
+        """Write the surface into a command for meshcat."""
         self.surface.lower_in_object(data)
         data["geometries"][-1]["data"]["morphAttributes"] = {"position": [geometry.pack_numpy_array(self.others.T)]}
         return str(self.uuid)
@@ -228,21 +217,21 @@ class _Svg(NamedTuple):
     uuid: str
 
     def lower_in_object(self, data: dict[str, list[dict[str, str]]]) -> str:
-        """Write it into a command for meshcat."""
+        """Write the image into a command for meshcat."""
         address = "data:image/svg+xml;base64," + base64.b64encode(self.text.encode()).decode("ascii")
         data.setdefault("images", []).append({"uuid": self.uuid, "url": address})
         return self.uuid
 
 
 class _Swing(NamedTuple):
-    """An animation at a node of its own, which the server sends to later windows after the nodes that move."""
+    """An animation at a node; the server sends this node to windows that open later, after the nodes that move."""
 
     animation: Animation
     path: Path
     play: bool
 
     def lower(self) -> dict[str, object]:
-        """Write it as a command for meshcat."""
+        """Return the animation as a command for meshcat."""
         return {**SetAnimation(self.animation, self.play, REPETITIONS).lower(), "path": self.path.lower()}
 
 

@@ -118,8 +118,7 @@ class _SceneBuilder:
         roots = mesh.roots
         if not self.poses.sources:
             roots = tuple(dict.fromkeys(name.replace("Rest", "Deformed") for name in roots))
-        coloured = isinstance(mesh.colour, str) and mesh.colour == "deflection"
-        return replace(mesh, roots=roots, colour=STANDING if coloured else mesh.colour)
+        return replace(mesh, roots=roots, colour=STANDING if mesh.by_deflection else mesh.colour)
 
     def _free_motions(self, poses: SinglePose) -> Iterator[Arrow]:
         """Yield the platform's free motions at o, each as an arrow of the translation and one of the rotation."""

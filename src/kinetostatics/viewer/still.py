@@ -42,6 +42,12 @@ class StillArrow:
     free_end: float
     frame: Array
 
+    @property
+    def text(self) -> str:
+        """The text of its label."""
+        unit = self.arrow.unit
+        return f"{self.arrow.label} {number(self.value)} {unit}" if unit else self.arrow.label
+
     def placed(self, poses: Array) -> Array:
         """Return the transform (4, 4) of the surface for the poses (n, 4, 4) of all stations."""
         at = poses[self.arrow.station]
@@ -72,7 +78,7 @@ class Still:
         self.scene = scene
         self.rest, self.deformed = self.moved(0.0), self.moved(1.0)
         self.twists = np.einsum("nki,k->ni", scene.stations.all_twists[0], scene.shares)
-        coloured = [mesh for mesh in scene.meshes if "Deformed" in mesh.roots and _is_coloured(mesh, "Deformed")]
+        coloured = [mesh for mesh in scene.meshes if "Deformed" in mesh.roots and mesh.by_deflection]
         self.deflections = {mesh.path: self._deflections(mesh, mesh.surface.vertices) for mesh in coloured}
         most = float(np.linalg.norm(self.twists[:, :3], axis=-1).max())
         for mesh in coloured:  # for rigid links also the corners of the bounding box, as in the page
@@ -110,9 +116,9 @@ class Still:
         """Return the colour of a mesh at one of its roots: "#rrggbb", or (n, 3) one for every vertex, 0 to 1."""
         if root == "Rest":
             return RESTING[0]
-        if _is_coloured(mesh, root):
-            return _ramp_colours(self.deflections[mesh.path] / self.high)
-        return UNKNOWN if isinstance(mesh.colour, str) and mesh.colour == "deflection" else mesh.colour
+        if not mesh.by_deflection:
+            return mesh.colour
+        return _ramp_colours(self.deflections[mesh.path] / self.high) if root == "Deformed" else UNKNOWN
 
     def _arrows(self) -> Iterator[StillArrow]:
         for described, metres_per_unit, radius, colour in self.scene.scaled_arrows():
@@ -201,11 +207,6 @@ def round_up(value: float) -> float:
     return next(step * power for step in ROUND if step * power >= value * (1 - 1e-6))
 
 
-def _is_coloured(mesh: Mesh, root: str) -> bool:
-    """Return whether a mesh is coloured by the deflection."""
-    return root == "Deformed" and isinstance(mesh.colour, str) and mesh.colour == "deflection"
-
-
 #: Size of the picture for which heading and legend are made [pixels]; in wider pictures they are centred.
 WIDTH, HEIGHT = 1200, 900
 #: Height of a line and width of a letter [pixels].
@@ -240,8 +241,7 @@ def legend(still: Still, square: float) -> tuple[str, int]:
     colours = {}
     for item in still.arrows:
         if item.arrow.group not in HIDDEN:
-            words = item.arrow.label + (f" {number(item.value)} {item.arrow.unit}" if item.arrow.unit else "")
-            groups.setdefault(item.arrow.group, []).append(words)
+            groups.setdefault(item.arrow.group, []).append(item.text)
             colours[item.arrow.group] = item.colour
     rows = []
     for group, items in groups.items():

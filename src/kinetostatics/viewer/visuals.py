@@ -149,7 +149,7 @@ def _read_mesh(mesh: yourdfpy.Mesh, folder: str, link: str, missing: list[str]) 
 
 
 def _mesh_path(filename: str, folder: str) -> str | None:
-    """Return the path of a mesh: that in an installed package for ``package://NAME/…``, else that found by yourdfpy's rules."""
+    """Return the path of a mesh: of ``package://NAME/…`` in an installed package, of other names by yourdfpy's rules."""
     from yourdfpy.urdf import filename_handler_magic
 
     name, _, rest = filename.removeprefix("package://").partition("/")

@@ -11,7 +11,7 @@ function watchClicks() {
   });
 }
 
-/** The object at a position of the window: {robot, path, object}, or null. Arrows are thin, so a click beside one selects it, too. */
+/** The object at a position of the window: {robot, path, object}, or null. A click up to 4 pixels beside an arrow selects it, too. */
 function pick(x, y) {
   const box = stage.getBoundingClientRect(), ray = new THREE.Raycaster(), targets = [], thin = [];
   const pane = panes().find(({ left, width }) => x - box.left >= left && x - box.left < left + width) || panes()[0];

@@ -25,7 +25,7 @@ function setColour(attribute, v, value, { low, high, ramp }) {
   attribute.setXYZ(v, a.r + f * (b.r - a.r), a.g + f * (b.g - a.g), a.b + f * (b.b - a.b));
 }
 
-/** A function of a vertex of a solid: its true displacement |u + theta × r|, or the quantity along the beam. */
+/** The function from a solid's vertex to its true displacement |u + theta × r|, or to the quantity along the beam. */
 function valuesOf(robot, { spec, rigid }, key) {
   if (key === "deflection") {
     const { sum, rest } = robot.now;

@@ -1,4 +1,4 @@
-/* Drawing of a robot. All objects of three.js are in meshcat's scene tree, so its check boxes work. */
+/* Drawing of a robot. All objects of three.js are in meshcat's scene tree, so the check boxes of this tree apply to them. */
 
 const vector = new THREE.Vector3(), other = new THREE.Vector3();
 

@@ -28,8 +28,8 @@ function buildLive() {
 /** A value of a slider, with significant digits. */
 const inDigits = (c, x) => fixed(x, c.step < 0.1 ? 2 : c.step < 1 ? 1 : 0);
 
-/** Show error and warnings over the picture, so that sliders do not move; of several warnings the first, until opened.
- * The reason for missing loads replaces the twist. */
+/** Show the error and the warnings over the picture, where they do not shift the sliders: of several warnings the first, until opened.
+ * Without loads, the reason is in place of the twist. */
 function writeMessage({ unloaded, notes }) {
   const place = element("robot-message"), [words, warnings] = place.children;
   words.textContent = page.stop || page.error || "";
@@ -51,7 +51,7 @@ const known = new Set(); // names of sliders whose range is that of the present 
 
 const controlOf = (name) => page.robots[0].scene.live.controls.find((c) => c.name === name);
 
-/** Colour the track of a slider outside its reachable range; its title states the reasons. */
+/** Colour the track of a slider outside its reachable range; its tooltip gives the reasons. */
 function showReach(name, { reach, ends }) {
   const { input } = controls.get(name), c = controlOf(name), least = Number(input.min), span = Number(input.max) - least;
   reaches.set(name, { reach, ends });
@@ -99,7 +99,7 @@ async function requestReach() {
   } catch { /* the next request reports a missing response */ }
 }
 
-/** Request an analysis for a moved slider or handle: one request at a time, of waiting ones of a kind the latest. */
+/** Request an analysis for a moved slider or handle. One request is sent at a time; the latest of each kind waits. */
 async function moveLive(name, value) {
   const { live, contributions } = page.robots[0].scene, moved = controlOf(name), values = {}, held = within(name, value);
   if (held !== value) controls.get(name).set(held);

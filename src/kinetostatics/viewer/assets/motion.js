@@ -98,7 +98,7 @@ function largest(scene) {
   return Math.sqrt(most);
 }
 
-/** Twist of the platform by contribution k, or their sum for null, with the shares [m, rad]. */
+/** Twist of the platform by contribution k, times its share; for null, by all contributions [m, rad]. */
 function readout(scene, k) {
   const { count, twist } = scene.stations, K = scene.contributions.length, s = scene.readout, [i, j, w] = between(scene);
   const part = shares(scene), all = k === null ? part.map((_, n) => n) : [k];

@@ -63,7 +63,7 @@ function treeSwitch(parent, label, paths, colour = null) {
   switches.push({ paths, box, set, isOn: () => viewer.scene_tree.find(all()[0]).object.visible });
 }
 
-/** Set the check boxes as meshcat's own. */
+/** Set the check boxes to the states of those in meshcat's tree. */
 function updateSwitches() {
   for (const item of switches) item.box.checked = item.isOn();
 }
