@@ -59,33 +59,6 @@ def test_things_are_where_the_twist_says(operated, result):
         np.testing.assert_allclose((ball.max(axis=0) + ball.min(axis=0)) / 2, end, atol=2e-6)
 
 
-@pytest.mark.slow
-def test_limbs_have_two_sliders_for_the_ways_of_their_weight(visit, root, tmp_path):
-    result = ks.analyze(ks.load_robot(root / "robots" / "3rps.urdf.xacro").assemble(platform=POSES["3rps"]), load=LOAD)
-    file = tmp_path / "ways.html"
-    ks.save_html(result, file, by_mechanism=True)
-    page = visit(file.as_uri(), (1400, 850))
-    limbs = list(result.limbs)
-    names = ["load", "platform_weight", *(f"{name}: {way}" for way in ("attached", "deformation") for name in limbs)]
-    sliders = page.evaluate("[...document.querySelectorAll('input[type=range]')].map(item => item.name)")
-    assert [name.removeprefix("share: ") for name in sliders if name.startswith("share: ")] == names
-    np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), result.twist, rtol=1e-5)
-    o = result.configuration.platform_frame[:3, 3]
-    e = page.evaluate("robot_page.state.exaggeration")
-    for name in names[:2]:
-        move(page, f"share: {name}", 0)
-    for way, other in (("attached", "deformation"), ("deformation", "attached")):
-        for name in limbs:
-            move(page, f"share: {name}: {way}", 1)
-            move(page, f"share: {name}: {other}", 0)
-        twist = sum(ways[way] for ways in result.mechanism_contributions.values())
-        single = 1e-7 * np.abs(twist).max()  # parts that cancel are in single precision
-        np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), twist, rtol=1e-5, atol=single)
-        for name, beam in result.beams.items():  # the rods end at the platform
-            end = beam.points[-1] + e * (twist[:3] + np.cross(twist[3:], beam.points[-1] - o))
-            np.testing.assert_allclose(rings(vertices(page, f"Deformed/beams/{name}"))[-1], end, atol=2e-6)
-
-
 def test_numbers_are_micrometres_and_microradians_and_go_to_zero_with_the_shares(operated, result):
     page = operated
     rest = vertices(page, "Rest/platform")
