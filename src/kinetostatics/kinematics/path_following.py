@@ -175,10 +175,7 @@ def _predicted(
 
 def longest_strides(solver: Solver, prescribed: PrescribedCoordinates) -> Array:
     """Return the largest steps of the prescribed coordinates (n,) [m, rad]."""
-    if (known := solver.strides.get(prescribed)) is None:  # each access computes a hash
-        known = np.where(_turns(solver, prescribed), LONGEST_TURN, LONGEST_SHIFT * solver.length)
-        solver.strides[prescribed] = known
-    return known
+    return np.where(_turns(solver, prescribed), LONGEST_TURN, LONGEST_SHIFT * solver.length)
 
 
 def _turns(solver: Solver, prescribed: PrescribedCoordinates) -> Mask:

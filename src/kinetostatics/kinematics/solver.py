@@ -83,11 +83,6 @@ class Solver:
         """Results of :meth:`_factors` by prescribed and fixed freedoms."""
         return {}
 
-    @cached_property
-    def strides(self) -> dict[PrescribedCoordinates, Array]:
-        """Largest steps of prescribed coordinates computed so far [m, rad]."""
-        return {}
-
     # ---- coordinates of a pose --------------------------------------------------------------------------------------
 
     def loop_coordinate(self, number: int, frames: Frames) -> Array:

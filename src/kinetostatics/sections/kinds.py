@@ -92,13 +92,6 @@ class Section:
         """Return the largest stress (…) [Pa] at n sections of a beam with wrenches (6, n, …), by :meth:`stress`."""
         return self.stress(wrenches, poisson_ratio).max(axis=0)
 
-    def _largest(self, units: Array, wrenches: Array, poisson_ratio: float) -> Array:
-        """Return the largest stress; ``units`` (6,) as in :func:`.may_be_largest` exclude sections whose stress is smaller."""
-        looked = may_be_largest(units, wrenches)
-        found = wrenches[0] * 0  # NaN remains NaN
-        found[looked] += self.stress(wrenches[:, looked], poisson_ratio)
-        return np.asarray(found.max(axis=0))
-
 
 def _check(**sizes: float) -> None:
     """Raise an error unless all sizes are finite numbers greater than zero."""
@@ -148,7 +141,10 @@ class Tube(Section):
         turned = np.array(wrenches, dtype=float)
         turned[1], turned[2] = cos * wrenches[1] - sin * wrenches[2], sin * wrenches[1] + cos * wrenches[2]
         turned[4], turned[5] = 0, size
-        return self._largest(unit_stresses(_tube_forms(self, float(poisson_ratio))), turned, poisson_ratio)
+        computed = may_be_largest(unit_stresses(_tube_forms(self, float(poisson_ratio))), turned)
+        found = turned[0] * 0  # NaN remains NaN
+        found[computed] += self.stress(turned[:, computed], poisson_ratio)
+        return np.asarray(found.max(axis=0))
 
 
 @lru_cache(maxsize=256)
@@ -216,9 +212,6 @@ class Rectangle(Section):
 
     def stress(self, wrench: Array, poisson_ratio: float = 0.3) -> Array:  # noqa: D102
         return largest_at_points(_rectangle_forms(self, float(poisson_ratio)), wrench)
-
-    def largest_stress(self, wrenches: Array, poisson_ratio: float = 0.3) -> Array:  # noqa: D102
-        return self._largest(unit_stresses(_rectangle_forms(self, float(poisson_ratio))), wrenches, poisson_ratio)
 
     @property
     def _wall(self) -> float:

@@ -25,13 +25,8 @@ def four_bar(gap=0.0, unit=1.0, slack=False, zero=0.0, bent=0.0, turned=0.0, kin
     def at(x, y=0.0):
         return f"{x * unit!r} {y * unit!r} 0"
 
-    parts = [
-        link("base"),
-        link("crank"),
-        link("platform", 1.0),
-        link("rocker"),
-        joint("a", "continuous", "base", "crank", rpy=f"0 {turned!r} 0"),
-    ]
+    parts = [link("base"), link("crank"), link("platform", 1.0), link("rocker")]
+    parts += [joint("a", "continuous", "base", "crank", rpy=f"0 {turned!r} 0")]
     inner = "crank"
     if slack:
         parts += [link("sleeve"), joint("s", "prismatic", "crank", "sleeve", axis="0 0 1")]
@@ -177,10 +172,6 @@ def test_the_distance_of_the_platform_s_joint(axes, length):
     assert hinged(*axes).length == pytest.approx(length, rel=1e-12)
 
 
-def test_limbs_count_alike():
-    assert parallelogram().length == pytest.approx((0.0 + 0.5) / 2, rel=1e-12)
-
-
 @pytest.mark.parametrize(("far", "length"), [(0.9e-3, 0.25), (1.1e-3, 1.1e-3)])
 def test_joints_that_all_but_meet_in_o_tell_no_length(far, length):
     """Then it is a quarter of the robot, a 1 m high column here."""
@@ -192,11 +183,10 @@ def test_joints_that_all_but_meet_in_o_tell_no_length(far, length):
     assert machine.length == pytest.approx(length, rel=1e-4)
 
 
-def test_a_robot_of_one_joint_is_as_large_as_its_box():
+def test_sizes_of_the_smallest_robots():
+    """Limbs count alike; one joint is as large as its box; a robot in one point has the length 1 m."""
+    assert parallelogram().length == pytest.approx((0.0 + 0.5) / 2, rel=1e-12)
     machine = mount(kind="continuous")
     assert machine.size == pytest.approx(0.3) and machine.length == pytest.approx(0.075)
-
-
-def test_a_robot_in_one_point_has_the_length_one():
     machine = robot(link("base"), link("platform", 1.0), joint("hinge", "continuous", "base", "platform"))
     assert machine.size == 0 and machine.length == 1.0

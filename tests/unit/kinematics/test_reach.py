@@ -6,7 +6,7 @@ import pytest
 
 from kinetostatics.kinematics.reach import FINE, find_ends, ordinary_poses
 
-SCANNED = 40
+SCANNED = 24
 
 
 def scan(robot, pose, kind, values):

@@ -49,17 +49,6 @@ def test_thin_square_tube():
     assert section.I_y == pytest.approx(2 / 3 * side**3 * 0.001, rel=1e-3)
 
 
-def test_stress_of_a_circle():
-    d = 0.05
-    section = Tube.of(d)
-    bending = section.stress(np.array([0, 0, 0, 0, 30.0, 40.0])[:, None])
-    np.testing.assert_allclose(bending, 32 * 50 / (np.pi * d**3))
-    torsion = section.stress(np.array([0, 0, 0, 20.0, 0, 0])[:, None])
-    np.testing.assert_allclose(torsion, np.sqrt(3) * 16 * 20 / (np.pi * d**3))
-    pull = section.stress(np.array([-1000.0, 0, 0, 0, 0, 0])[:, None])
-    np.testing.assert_allclose(pull, 1000 / section.area)
-
-
 def test_a_section_by_numbers_has_no_known_stress():
     section = Section(1e-3, 1e-7, 2e-7, 1e-7)
     assert np.isnan(section.stress(np.ones((6, 1)))).all()
@@ -67,9 +56,9 @@ def test_a_section_by_numbers_has_no_known_stress():
     assert not section.is_isotropic
 
 
-@pytest.mark.parametrize("section", [Tube.of(0.05, 0.03), Rectangle.of(0.03, 0.05)])
-def test_no_section_with_the_largest_stress_is_overlooked(section):
-    """Of 21 sections of a beam only those that may have the largest stress are looked at."""
+def test_no_section_with_the_largest_stress_is_overlooked():
+    """Of 21 sections of a tube only those that may have the largest stress are computed."""
+    section = Tube.of(0.05, 0.03)
     random = np.random.default_rng(2)
     wrenches = random.standard_normal((6, 21, 40)) * 10.0 ** random.uniform(-3, 0, (6, 1, 40))
     wrenches[4:, :, :20] = np.sqrt(np.abs(wrenches[4:, :, :20]))
