@@ -290,16 +290,9 @@ class _Assembly:
         """Add springs between links: the negative eigenvalues of their stiffness, under compression, belong to K_G."""
         for spring in placed_springs(self.structure.model, self.frames):
             values, axes = np.linalg.eigh(np.nan_to_num(np.moveaxis(spring.tangent, 2, 0)))
-            for first, here in spring.places[0].items():
-                for second, there in spring.places[1].items():
-                    bodies = self.structure.body_at[first], self.structure.body_at[second]
-                    columns = self.structure.columns_of(*bodies)
-                    _, start = self.motions.moved(columns, bodies[0], spring.points[0])
-                    _, end = self.motions.moved(columns, bodies[1], spring.points[1])
-                    both = (here & there)[:, None]
-                    stiff = np.einsum("nia,na,nja->ijn", axes, np.maximum(values, 0) * both, axes)
-                    unstable = np.einsum("nia,na,nja->ijn", axes, np.minimum(values, 0) * both, axes)
-                    self._add(columns, end - start, [(slice(0, 3), stiff)], [(slice(0, 3), unstable)])
+            stiff = np.einsum("nia,na,nja->ijn", axes, np.maximum(values, 0), axes)
+            unstable = np.einsum("nia,na,nja->ijn", axes, np.minimum(values, 0), axes)
+            self._add(*self.motions.stretched(spring), [(slice(0, 3), stiff)], [(slice(0, 3), unstable)])
 
     def _joints(self) -> None:
         """Add the stiffness of elastic joints, and the geometric stiffness of forces on sliding sides of rotating bodies."""

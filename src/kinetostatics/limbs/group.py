@@ -13,10 +13,9 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.limbs.drives import limb_drives
 from kinetostatics.limbs.force_method import EliminationOrder
 from kinetostatics.limbs.geometry import Basis, LimbGeometry, LimbSkeleton
-from kinetostatics.limbs.static_model import StaticModel
+from kinetostatics.limbs.static_model import StaticModel, limb_drives
 from kinetostatics.math.arrays import Array, Mask, zeros_for
 from kinetostatics.mechanism.joints import compound_joints, drives_of, limb_elements, springs_of
 from kinetostatics.mechanism.limbs import Edge, carries

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.limbs.compliance import spring_motion
-from kinetostatics.limbs.drives import BranchJoint
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup, carried_wrench
+from kinetostatics.limbs.static_model import BranchJoint
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import least_squares

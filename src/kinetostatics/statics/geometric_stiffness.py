@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.limbs.beam_formulas import of_arm, turned_forces
-from kinetostatics.math.arrays import Array, Mask, zeros_for
+from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross
 from kinetostatics.math.rotations import skew
 from kinetostatics.math.screws import move_twist, move_wrench, wrench_of_force
@@ -34,7 +34,7 @@ class PlacedSpring:
     Attributes:
         name: name of the spring.
         points: (3, N) its two ends [m].
-        places: for each end, the places to which it is attached, with the mask (N,) of the poses of each.
+        places: the places to which its ends are attached.
         length: (N,) [m].
         tension: (N,) [N].
         force: (3, N) force on the first end, directed towards the second [N].
@@ -43,7 +43,7 @@ class PlacedSpring:
 
     name: str
     points: tuple[Array, Array]
-    places: tuple[dict[str, Mask], dict[str, Mask]]
+    places: tuple[str, str]
     length: Array
     tension: Array
     force: Array
@@ -53,11 +53,9 @@ class PlacedSpring:
         """Return wrenches about o and points, by place: a force (3, N) on the first end, its opposite on the second."""
         wrenches: dict[str, Array] = {}
         points: dict[str, Array] = {}
-        for sign, point, places in zip((1, -1), self.points, self.places, strict=True):
-            wrench = sign * wrench_of_force(force, point - o)
-            for place, where in places.items():
-                wrenches[place] = wrenches.get(place, 0.0) + np.where(where, wrench, 0.0)
-                points.setdefault(place, point)
+        for sign, point, place in zip((1, -1), self.points, self.places, strict=True):
+            wrenches[place] = wrenches.get(place, 0.0) + sign * wrench_of_force(force, point - o)
+            points.setdefault(place, point)
         return wrenches, points
 
 
@@ -126,7 +124,7 @@ class GeometricTerms:
         if ("spring", number) in self._where.sizes:
             self._add(("spring", number), ("spring", number), spring.tangent / 2)
             return
-        ends = [self._parts.part_of[place] for place in self._parts.sprung[number]]
+        ends = [self._parts.part_of[place] for place in spring.places]
         arm = spring.points[ends.index(PLATFORM)] - self._o if number in self._where.on_platform else span
         shift, turn, by_turn = ("shift", 0), ("part", max(ends)), -skew(arm)
         moved = np.einsum("ijn,jkn->ikn", spring.tangent, by_turn)
@@ -174,7 +172,7 @@ class GeometricTerms:
             put(item.places[1], arm, -back[3:6], -back[6:])
             put(item.places[0], arm, back[3:6], back[6:] - back[:3])
         for number, spring in enumerate(self._springs):
-            ends = [self._parts.part_of[place] for place in self._parts.sprung[number]]
+            ends = [self._parts.part_of[place] for place in spring.places]
             if ("spring", number) in at:
                 apart = at["spring", number]
             elif number in self._where.on_platform:
@@ -184,9 +182,8 @@ class GeometricTerms:
             else:
                 apart = cross(turn(ends[0]), (spring.points[1] - spring.points[0])[:, None])
             change = np.einsum("ijn,jsn->isn", spring.tangent, apart)
-            for sign, end, places in zip((1, -1), spring.points, spring.places, strict=True):
-                for place, here in places.items():
-                    put(place, end - self._o, np.where(here, sign * change, 0.0), none)
+            for sign, end, place in zip((1, -1), spring.points, spring.places, strict=True):
+                put(place, end - self._o, sign * change, none)
         return found
 
 
@@ -242,14 +239,8 @@ class GeometricStiffness:
                 rows.append(np.einsum("kin,isn->ksn", axes, outer - inner))
             else:
                 spring = self.springs[number]
-                ends: list[Array] = [
-                    np.sum(
-                        [np.where(here, _at(motion(place), point - self.o), 0.0) for place, here in places.items()],
-                        axis=0,
-                    )
-                    for point, places in zip(spring.points, spring.places, strict=True)
-                ]
-                rows.append(ends[1] - ends[0])
+                start, end = (_at(motion(place), p - self.o) for p, place in zip(spring.points, spring.places, strict=True))
+                rows.append(end - start)
         return np.concatenate(rows)
 
     def under(self, solution: Solution) -> GeometricTerms:
@@ -265,9 +256,8 @@ class GeometricStiffness:
             if not name.startswith("beam:"):
                 acting.append((name, centres[:, w], solution.weights[:3, w]))
         for spring in self.springs:
-            for sign, end, places in zip((1, -1), spring.points, spring.places, strict=True):
-                for place, here in places.items():
-                    acting.append((place, end - self.o, np.where(here, sign * spring.force, np.zeros_like(end))))
+            for sign, end, place in zip((1, -1), spring.points, spring.places, strict=True):
+                acting.append((place, end - self.o, sign * spring.force))
         passages = []
         for item in self.parts.passages:
             arm = self._arm(item)

@@ -7,10 +7,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from kinetostatics.limbs.drives import BranchJoint, branch_joints
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.grouping import make_limb_groups
-from kinetostatics.limbs.static_model import StaticModel
+from kinetostatics.limbs.static_model import BranchJoint, StaticModel, branch_joints
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.joints import Drive, ElasticJoint, Freedoms, drives_of, freedoms_of, sides, springs_of
 from kinetostatics.mechanism.limbs import Edge, carries

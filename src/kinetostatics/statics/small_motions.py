@@ -18,6 +18,7 @@ from kinetostatics.mechanism.body_graph import BodyEdge, BodyGraph, RigidBody
 from kinetostatics.mechanism.joints import Drive, Freedom, Freedoms, drives_of, freedoms_of, springs_of
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.tree import Frames
+from kinetostatics.statics.geometric_stiffness import PlacedSpring
 from kinetostatics.statics.robot_statics import RobotStatics
 
 
@@ -200,6 +201,13 @@ class PlacedMotions:
         turns = self.units[:3, mine]
         found[0][:, where], found[1][:, where] = turns, self.units[3:, mine] + cross(turns, (point - self.o)[:, None])
         return found
+
+    def stretched(self, spring: PlacedSpring) -> tuple[tuple[int, ...], Array]:
+        """Return k coordinates that move the ends of a spring, and the relative displacement (3, k, N) of these per unit."""
+        bodies = [self.structure.body_at[place] for place in spring.places]
+        columns = self.structure.columns_of(*bodies)
+        start, end = (self.moved(columns, body, point)[1] for body, point in zip(bodies, spring.points, strict=True))
+        return columns, end - start
 
     def gaps(self) -> Iterator[tuple[tuple[int, ...], Array]]:
         """Yield, for each joint that closes a loop, k coordinates and the gap (6, k, N) per unit of each.

@@ -37,16 +37,19 @@ def placed_springs(robot: RobotStatics, frames: Frames) -> list[PlacedSpring]:
     Raises:
         ArgumentError: a spring is attached to an elastic link elsewhere than at the end of a beam.
     """
-    return [_placed(robot, spring, frames) for spring in robot.description.springs.values()]
+    if robot.parts is None:
+        return []
+    springs = robot.description.springs.values()
+    return [_placed(robot, spring, places, frames) for spring, places in zip(springs, robot.parts.sprung, strict=True)]
 
 
-def _placed(robot: RobotStatics, spring: Spring, frames: Frames) -> PlacedSpring:
-    points, places = [], []
+def _placed(robot: RobotStatics, spring: Spring, places: tuple[str, str], frames: Frames) -> PlacedSpring:
+    points = []
     what = f"spring {spring.name!r}" if spring.place.line is None else f"{spring.place}: spring {spring.name!r}"
     for link, local in ((spring.predecessor, spring.predecessor_point), (spring.successor, spring.successor_point)):
         body, placement = robot.mechanism.body_of[link]
         points.append(frames.point(body, placement[:3, :3] @ np.array(local) + placement[:3, 3]))
-        places.append(places_at(robot, what, link, frames, points[-1]))
+        places_at(robot, what, link, frames, points[-1])  # checks that an end of a beam is there
     span = points[1] - points[0]
     length = np.sqrt(np.sum(span**2, axis=0))
     tension = spring.preload + spring.stiffness * (length - spring.free_length)
@@ -56,7 +59,7 @@ def _placed(robot: RobotStatics, spring: Spring, frames: Frames) -> PlacedSpring
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio, n = np.where(length > _NOTHING * robot.length, tension / length, np.nan), span / length
     tangent = ratio * np.eye(3)[:, :, None] + (spring.stiffness - ratio) * n[:, None] * n[None]
-    return PlacedSpring(spring.name, (points[0], points[1]), (places[0], places[1]), length, tension, ratio * span, tangent)
+    return PlacedSpring(spring.name, (points[0], points[1]), places, length, tension, ratio * span, tangent)
 
 
 def sources_of(robot: RobotStatics, applied: Iterable[AppliedLoad] = ()) -> tuple[str, ...]:

@@ -286,14 +286,9 @@ class _Placement:
                 matrix = np.broadcast_to(np.diag(values), motions.shape)
                 yield joint.connection.name, Part(joint.columns, motions, matrix, np.zeros((N, len(scale), 6)))
         for spring in placed_springs(structure.model, self.motions.frames):
-            for first, here in spring.places[0].items():
-                for second, there in spring.places[1].items():
-                    bodies = structure.body_at[first], structure.body_at[second]
-                    columns = structure.columns_of(*bodies)
-                    start = self.moved(columns, bodies[0], spring.points[0])[:, :3]
-                    end = self.moved(columns, bodies[1], spring.points[1])[:, :3]
-                    matrix = np.moveaxis(spring.tangent * (here & there), 2, 0)
-                    yield f"spring {spring.name}", Part(columns, end - start, matrix, np.zeros((N, 3, 6)))
+            columns, stretch = self.motions.stretched(spring)
+            motions, matrix = (array.transpose(2, 0, 1) for array in (stretch, spring.tangent))
+            yield f"spring {spring.name}", Part(columns, motions, matrix, np.zeros((N, 3, 6)))
 
     def rod(self, name: str, bodies: tuple[RigidBody, RigidBody]) -> PlacedRod:
         structure, frames = self.motions.structure, self.motions.frames
