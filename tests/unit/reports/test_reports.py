@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 
@@ -16,6 +17,8 @@ import kinetostatics as ks
 from kinetostatics.checks.chains import bodies_of, joints_of
 from kinetostatics.checks.check import robot_facts
 from kinetostatics.checks.facts import section_words
+from kinetostatics.quantities import reported_names
+from kinetostatics.reports.parts import BEAM_DATA
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
 
 
@@ -210,47 +213,32 @@ def test_batch_of_loads_at_one_pose():
 # ---- plain numbers ---------------------------------------------------------------------------------------------------
 
 
-def assert_same(plain, array):
-    array = np.asarray(array)
-    np.testing.assert_array_equal(np.array(plain, dtype=float).reshape(array.shape), array)
+def assert_same(plain, value):
+    """Compare plain values with an array, a tuple of names, or a mapping of these."""
+    if isinstance(value, Mapping):
+        assert list(plain) == list(value)
+        for key in value:
+            assert_same(plain[key], value[key])
+    elif isinstance(value, tuple):
+        assert plain == list(value)
+    else:
+        np.testing.assert_array_equal(np.array(plain, dtype=float).reshape(np.shape(value)), value)
 
 
 @pytest.mark.parametrize("make", [configuration_2, batch])
 def test_json_round_trip_equals_the_arrays(make):
     result = make()
     found = json.loads(json.dumps(result.to_dict(), allow_nan=False))
-    for name in ("twist", "stiffness", "compliance", "platform_wrench", "base_wrench", "strain_energy"):
-        assert_same(found[name], getattr(result, name))
-    for name in ("contributions", "joint_wrenches", "actuator_forces"):
-        assert list(found[name]) == list(getattr(result, name))
-        for key, array in getattr(result, name).items():
-            assert_same(found[name][key], array)
-    for name in ("beam_contributions", "link_contributions"):
-        for key, sources in getattr(result, name).items():
-            for source, array in sources.items():
-                assert_same(found[name][key][source], array)
-    for name, limb in result.limbs.items():
-        plain = found["limbs"][name]
-        assert plain["labels"] == list(limb.labels) and plain["attached_labels"] == list(limb.attached_labels)
-        for key in (
-            "constraint_wrenches",
-            "intensities",
-            "attached_wrenches",
-            "attached_intensities",
-            "compliance",
-            "sag",
-            "wrench",
-        ):
-            assert_same(plain[key], getattr(limb, key))
-    for name, beam in result.beams.items():
-        for key in ("length", "mass", "points", "section_wrenches", "deflections", "rotations", "stress", "axes"):
-            assert_same(found["beams"][name][key], getattr(beam, key))
-    configuration = found["configuration"]
-    for key in ("q", "residual"):
-        assert_same(configuration[key], getattr(result.configuration, key))
-    for group in ("platform", "actuators"):
-        for key, array in getattr(result.configuration, group).items():
-            assert_same(configuration[group][key], array)
+    parts = [(found, result, reported_names(""))]
+    parts += [
+        (found["limbs"][name], limb, ["labels", "attached_labels", *reported_names("limbs")])
+        for name, limb in result.limbs.items()
+    ]
+    parts += [(found["beams"][name], beam, BEAM_DATA) for name, beam in result.beams.items()]
+    parts.append((found["configuration"], result.configuration, ("q", "residual", "platform", "actuators")))
+    for plain, item, names in parts:
+        for name in names:
+            assert_same(plain[name], getattr(item, name))
 
 
 def test_batch_as_plain_numbers():
