@@ -122,7 +122,7 @@ def numbers(what: str, value: object) -> NDArray[np.float64]:
     """Return an array of numbers.
 
     Raises:
-        ArgumentError: the value is of another type.
+        ArgumentError: the value is not an array of real numbers.
     """
     array = None
     with contextlib.suppress(TypeError, ValueError):
@@ -137,7 +137,7 @@ def finite_numbers(what: str, value: object) -> NDArray[np.float64]:
     """Return an array of finite numbers.
 
     Raises:
-        ArgumentError: the value is of another type.
+        ArgumentError: the value is not an array of real numbers, or not all of them are finite.
     """
     array = numbers(what, value)
     if not np.all(np.isfinite(array)):

@@ -74,9 +74,9 @@ def load_robot(
 
 
 class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
-    """A parallel manipulator: its joints, limbs and beams.
+    """A parallel manipulator with joints, limbs and beams.
 
-    :class:`RobotKinematics` has the kinematics; this class adds the statics and the public methods.
+    The kinematics are in :class:`RobotKinematics`; this class adds the statics and the public methods.
 
     Attributes:
         description: contents of the file.

@@ -1,1 +1,1 @@
-"""The commands of ``kinetostatics``, one module each."""
+"""The commands of ``kinetostatics``, and what they share: their table, inputs and output."""

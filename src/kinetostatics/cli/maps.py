@@ -93,7 +93,7 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
 
 
 def _first_robot(args: argparse.Namespace, parameters: dict[str, object]) -> Robot:
-    """Return the robot with the first values of all parameters; it determines the units of the actuators."""
+    """Return the robot with the first values of all parameters, which is used to check units of actuator coordinates."""
     from kinetostatics.files.bundled import robot_path
     from kinetostatics.robot import load_robot
 

@@ -16,7 +16,7 @@ Tone: TypeAlias = Literal["good", "doubtful", "bad"]
 
 
 class Word(str):
-    """A word of a report for a state, such as ``SINGULAR``; renderers colour it by its ``tone``."""
+    """The name of a state in a report, such as ``SINGULAR``; it is coloured by its ``tone``."""
 
     tone: Tone
 

@@ -137,6 +137,6 @@ class Reported:
 
 
 def late(path: str) -> Callable[..., Any]:
-    """Return a function of the package, given as "module:function"; its module is imported now, not with the caller's."""
+    """Import a function of the package, given as "module:function", and return it."""
     module, _, name = path.partition(":")
     return getattr(import_module(f"kinetostatics.{module}"), name)  # type: ignore[no-any-return]

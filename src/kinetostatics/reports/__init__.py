@@ -1,1 +1,1 @@
-"""Builders of reports of robots, poses and results, as sections of tables, facts and sentences."""
+"""Functions that make the reports of robots, poses and results."""

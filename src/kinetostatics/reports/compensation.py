@@ -109,7 +109,7 @@ def _errors(found: Compensation) -> Table:
 
 
 def _uncorrectable(found: Compensation) -> Iterator[ReportSection]:
-    """Yield the twists that the actuators cannot produce, and the residual error along each."""
+    """Yield a section on the twists that the actuators cannot produce, with the residual error along each."""
     length = found.target.robot.length
     directions = found.uncorrectable_directions / np.repeat([length, 1.0], 3)[:, None]
     if not directions.size or not np.all(np.isfinite(directions)):

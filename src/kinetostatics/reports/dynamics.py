@@ -142,7 +142,7 @@ def _energies(shares: Mapping[str, Array], modes: list[str]) -> Table:
 
 
 def per_cent(share: float) -> str:
-    """Return a share of 1 as a percentage, without the sign %."""
+    """Write a share (of 1) in per cent, without the sign %."""
     return f"{share_of(share, 1.0):.1f}" if np.isfinite(share) else MISSING
 
 
@@ -259,7 +259,7 @@ def _time(path: PathResult, time: float) -> Number:
 
 
 def _actuators(path: PathResult) -> Table:
-    """Return force, velocity and power of each actuator."""
+    """Return a table of force, velocity and power of each actuator."""
     rows: list[tuple[Cell, ...]] = []
     for force, speed in (("actuator_force", "actuator_speed"), ("actuator_torque", "actuator_rate")):
         powers, speeds, rms = path.peaks("actuator_power"), path.peaks(speed), path.root_mean_square(force)

@@ -39,7 +39,7 @@ from kinetostatics.sections.kinds import Section as BeamSection
 
 
 def force_sections(result: Result, noise: NoiseFloor, hinge_axes: Mapping[str, str]) -> list[ReportSection]:
-    """Return the tables of all forces."""
+    """Return the sections with tables of all forces."""
     force, moment = result.base_wrench[:3], result.base_wrench[3:]
     ground = [("force", vector(force, noise.format("force", force))), ("moment", vector(moment, noise.format("moment", moment)))]
     magnitudes = "magnitudes about the joint's centre"
@@ -82,7 +82,7 @@ def _actuators(result: Result, noise: NoiseFloor) -> list[Block]:
 
 
 def checked_axes(hinge_axes: Mapping[str, str], limbs: Iterable[str]) -> Mapping[str, str]:
-    """Check the argument ``hinge_axes``, by limb the axis of its frame along its first hinge, and return it.
+    """Check and return the argument ``hinge_axes``: by limb, the axis of the limb frame along the first hinge.
 
     Raises:
         ArgumentError: there is no such limb, or an axis is neither x nor y.
@@ -99,7 +99,7 @@ def checked_axes(hinge_axes: Mapping[str, str], limbs: Iterable[str]) -> Mapping
 def _named(label: str, intensity: Array, axis: str) -> tuple[str, Array]:
     """Return label and intensity of a wrench in the limb frame whose ``axis``, "x" or "y", is along the limb's first hinge.
 
-    The given ones are those for y along the hinge. With x along the hinge, the new y axis is opposite to the old x axis.
+    The given label and intensity are those for y along the hinge. With x along the hinge, the new y axis is opposite to the old x axis.
     """
     if axis == "y":
         return label, intensity
@@ -176,7 +176,7 @@ def _joints(result: Result, noise: NoiseFloor) -> list[Block]:
 
 
 def _carry_alike(joints: Sequence[str], wrenches: Mapping[str, Array], noise: NoiseFloor) -> bool:
-    """Return whether concentric joints carry the same wrench; weight between them makes a difference."""
+    """Return whether concentric joints carry the same wrench, as they do if no weight acts between them."""
     if not all(name in wrenches for name in joints):
         return False
     gaps = np.abs(np.array([wrenches[name] - wrenches[joints[0]] for name in joints]))
@@ -222,7 +222,7 @@ BEAM_DATA = [item.name for item in dataclasses.fields(BeamResult) if item.name n
 
 
 def limb_report(limb: LimbResult) -> Report:
-    """Return the intensities of a limb's wrenches."""
+    """Return the report of a limb: the intensities of its wrenches."""
     rows = []
     noise = {"N": NOISE * largest([limb.wrench[..., :3]]), "N·m": NOISE * largest([limb.wrench[..., 3:]])}
     for labels, wrenches, values in (
@@ -237,7 +237,7 @@ def limb_report(limb: LimbResult) -> Report:
 
 
 def beam_report(beam: BeamResult) -> Report:
-    """Return length, forces, stress and deflection of a beam."""
+    """Return the report of a beam: length, axial force, stress, mass and deflection."""
     rows = [
         ("length", Number.range_of(beam.length, MILLIMETRES)),
         ("axial force", Number.range_of(beam.section_wrenches[..., 0], FORCES)),

@@ -107,7 +107,7 @@ def pose_facts(configuration: Configuration, gravity: Array, load: Array, *more:
 
 
 def configuration_report(configuration: Configuration) -> Report:
-    """Return the coordinates of a pose, or their ranges over a batch."""
+    """Return the report of a pose with its coordinates, or of a batch with the ranges of the coordinates."""
     both = {**platform_coordinates(configuration), **actuator_coordinates(configuration)}
     rows = [(name, Number.range_of(*item)) for name, item in both.items()]
     title = [f"Configuration of {configuration.robot.name!r}: ", *state_title(configuration)]

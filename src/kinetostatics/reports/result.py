@@ -177,7 +177,7 @@ def result_report(result: Result, hinge_axes: Mapping[str, str] | None = None) -
 
 
 def _motion(result: Result) -> Iterator[str]:
-    """Yield displacement and rotation of the platform, unless both are zero."""
+    """Yield a text with displacement and rotation of the platform, unless no pose has results."""
     noise = NoiseFloor.of([*result.contributions.values(), result.twist], [], result.robot.length)
     if np.any(np.isfinite(result.twist)):
         moves, turns = (

@@ -48,7 +48,7 @@ _TYPES = {Body: "body", JointStep: "joint", Branches: "branches"}
 
 
 def robot_report(robot: Robot) -> Report:
-    """Return the report of a robot; its loops may be such that they cannot be closed."""
+    """Return the report of a robot, even of one whose loops cannot be closed."""
     found = cache(robot_facts)
     parts: dict[str, Sized] = {
         "limb": robot.topology.limbs,

@@ -31,7 +31,7 @@ from kinetostatics.results.result import Result
 
 
 def component_table(linear: NumberFormat, angular: NumberFormat, columns: Mapping[str, ArrayLike]) -> Table:
-    """Return a table with a row for each component, of arrays (6,) by the titles of their columns."""
+    """Return a table of arrays (6,), given by the titles of their columns, with a row for each component."""
     formats = [linear] * 3 + [angular] * 3
     names = [f"{name} [{form.unit}]" for name, form in zip(COMPONENTS, formats, strict=True)]
     numbers = [Column.in_formats(title, np.asarray(values), formats) for title, values in columns.items()]
@@ -39,7 +39,7 @@ def component_table(linear: NumberFormat, angular: NumberFormat, columns: Mappin
 
 
 def stiffness_blocks(result: Result) -> list[Block]:
-    """Return a table of the stiffness along each axis, once with the other motions fixed and once free, and its extremes."""
+    """Return the stiffness along each axis, with the other motions fixed and with them free; the extreme stiffnesses as text."""
     constrained, free = np.diag(result.stiffness), _reciprocal(np.diag(result.compliance), result)
     linear = NumberFormat.of([constrained[:3], free[:3]], STIFFNESSES, digits=6)
     angular = NumberFormat.of([constrained[3:], free[3:]], TURNING_STIFFNESSES, digits=6)
@@ -61,7 +61,7 @@ def stiffness_extremes(result: Result) -> list[tuple[str, str]]:
 
 
 def _reciprocal(compliances: Array, result: Result) -> Array:
-    """Return 1/C; infinite where C is rounding noise, as with rigid limbs."""
+    """Return 1/c for each compliance c; infinite where c is a rounding error, as with rigid limbs."""
     C, length = np.abs(result.compliance), result.robot.length
     small = 1e-12 * max(float(C[:3, :3].max()), length**2 * float(C[3:, 3:].max()))
     return np.where(np.abs(compliances) > small, 1 / np.where(compliances == 0, 1.0, compliances), np.inf)
