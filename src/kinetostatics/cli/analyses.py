@@ -94,8 +94,8 @@ def _trajectory(robot: Robot, args: argparse.Namespace) -> Trajectory:
 def _rigid_advice(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) -> list[str]:
     """Return a warning if nothing of the robot is elastic.
 
-    The warning contains commands that make the robot elastic and repeat the analysis of ``args``. The commands are tested at the same
-    pose and under the same loads, without writing the file: the compliance must not be zero.
+    The warning contains commands that make the robot elastic and repeat the analysis of ``args``. The commands are tested at the
+    same pose and under the same loads, without writing the file: the compliance must not be zero.
     """
     if robot.description.beams or robot.description.joint_stiffness:
         return []

@@ -99,7 +99,8 @@ def checked_axes(hinge_axes: Mapping[str, str], limbs: Iterable[str]) -> Mapping
 def _named(label: str, intensity: Array, axis: str) -> tuple[str, Array]:
     """Return label and intensity of a wrench in the limb frame whose ``axis``, "x" or "y", is along the limb's first hinge.
 
-    The given label and intensity are those for y along the hinge. With x along the hinge, the new y axis is opposite to the old x axis.
+    The given label and intensity are those for y along the hinge. With x along the hinge, the new y axis is opposite to the old
+    x axis.
     """
     if axis == "y":
         return label, intensity
