@@ -69,18 +69,7 @@ def test_a_map_and_a_result_at_a_tools_tip_are_those_of_forces_there(tmp_path, c
         ks.indices.at_point(there, tip)
     pytest.importorskip("matplotlib")
     ds.to_netcdf(tmp_path / "map.nc")
-    command = [
-        "plot",
-        str(tmp_path / "map.nc"),
-        "--kind",
-        "line",
-        "--x",
-        "ry",
-        "--at",
-        "z=0.5",
-        "--out",
-        str(tmp_path / "tip.svg"),
-    ]
+    command = ["plot", str(tmp_path / "map.nc"), *"--kind line --x ry --at z=0.5 --out".split(), str(tmp_path / "tip.svg")]
     assert main([*command, "--tool", "5cm", "-2cm", "200mm"]) == 0 and "wrote" in capsys.readouterr().out
     assert main([*command, "--tool", "5kg", "0", "0"]) == 2 and "--tool" in capsys.readouterr().err
 

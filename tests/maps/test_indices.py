@@ -110,11 +110,7 @@ def test_what_depends_on_the_reference_point_and_what_does_not():
     C = random_compliances(3)
     ds, other = (map_of({"z": (np.arange(5.0), "m")}, compliance=c) for c in (C, moved(C, (0.3, -0.2, 0.5))))
     for extreme in ("least", "greatest"):
-        close(
-            indices.quantity(ds, f"{extreme}_rotational_stiffness"),
-            indices.quantity(other, f"{extreme}_rotational_stiffness"),
-            1e-10,
-        )
+        close(*(indices.quantity(item, f"{extreme}_rotational_stiffness") for item in (ds, other)), 1e-10)
         held = [indices.quantity(item, f"{extreme}_translational_stiffness_held") for item in (ds, other)]
         close(*held, 1e-7)
         free = [indices.quantity(item, f"{extreme}_translational_stiffness") for item in (ds, other)]
@@ -126,25 +122,11 @@ def test_what_depends_on_the_reference_point_and_what_does_not():
 def test_units_say_how_numbers_change_from_metres_to_millimetres(name):
     """In mm and N every index is the same quantity: no eigenvalue mixes metres and radians."""
     C, twist, L = random_compliances(6), np.random.default_rng(7).standard_normal((5, 6)) * 1e-5, 0.31
-    metres = map_of(
-        {"z": (np.arange(5.0), "m")},
-        compliance=C,
-        twist=twist,
-        length=L,
-        forces={"a": np.arange(5.0) + 1},
-        residual_error=twist,
-        frequencies=C[:, 0, :2],
-    )
+    grid, more = {"z": (np.arange(5.0), "m")}, {"forces": {"a": np.arange(5.0) + 1}, "frequencies": C[:, 0, :2]}
+    metres = map_of(grid, compliance=C, twist=twist, length=L, residual_error=twist, **more)
     s = np.array([1e3] * 3 + [1.0] * 3)
-    millimetres = map_of(
-        {"z": (np.arange(5.0), "m")},
-        compliance=C * s[:, None] * s / 1e3,  # moments are 1e3 times as many N·mm
-        twist=twist * s,
-        length=L * 1e3,
-        forces={"a": np.arange(5.0) + 1},
-        residual_error=twist * s,
-        frequencies=C[:, 0, :2],
-    )
+    softer = C * s[:, None] * s / 1e3  # moments are 1e3 times as many N·mm
+    millimetres = map_of(grid, compliance=softer, twist=twist * s, length=L * 1e3, residual_error=twist * s, **more)
     factor = {"m": 1e3, "rad": 1.0, "N/m": 1e-3, "N·m/rad": 1e3, "1": 1.0, "N": 1.0, "Hz": 1.0}[indices.INDICES[name].unit]
     close(indices.quantity(millimetres, name), factor * indices.quantity(metres, name), 1e-7)
 
