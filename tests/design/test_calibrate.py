@@ -307,15 +307,15 @@ WRONG = [
     ({"level": 95}, "it must be between 0 and 1"),
     ({"reference": "zero"}, "must be one of 'undeformed', 'unloaded'"),
     ({"reference": {"z": 0.1}}, "reference has the coordinates z"),
-    ({"gravity": np.zeros((2, 3))}, "a calibration takes one for all rows"),
-    ({"point": np.zeros((2, 3))}, "a calibration takes one for all rows"),
+    ({"gravity": np.zeros((2, 3))}, "one vector .* for all rows"),
+    ({"point": np.zeros((2, 3))}, "one point .* for all rows"),
     ({"payload": 2.0}, "it must be a ks.Payload"),
     ({"gauges": {"tip": 3}}, "it must be a gauge"),
     ({"gauges": {"tip": ks.Gauge((0, 0, 0))}}, "direction must not be zero"),
     ({"gauges": {"tip": ks.Gauge((0, 0, 1), frame="tool")}}, "'world', 'platform'"),
     ({"gauges": {"dz": ks.Gauge((0, 0, 1), sigma=0)}}, "the standard deviation of a reading"),
     ({"measurements": {"dz": [0.1], "dry": [0.1]}}, "has no sigma"),
-    ({"payload": ks.Payload(1.0, link="rod")}, "is one on the platform"),
+    ({"payload": ks.Payload(1.0, link="rod")}, "must be on the platform"),
     ({"robot": "cantilever"}, "calibrate needs a Robot"),
 ]
 
@@ -432,7 +432,7 @@ def test_the_row_that_cannot_be_reached_or_computed_is_named(tmp_path):
     rows = {"x": [0.0], "y": [0.0], "z": [-0.7], "dz": [-1e-6]}
     with pytest.raises(ks.AssemblyError, match=r"^reference: 'delta'"):
         ks.calibrate(robot, rows, ["arm_1"], reference={"x": 0.0, "y": 0.0, "z": -2.0})
-    with pytest.raises(ks.ArgumentError, match="it is one pose, with a number for each coordinate"):
+    with pytest.raises(ks.ArgumentError, match="it must be one pose, with a number for each coordinate"):
         ks.calibrate(robot, rows, ["arm_1"], reference={"x": 0.0, "y": 0.0, "z": [-0.7, -0.71]})
 
 

@@ -100,7 +100,7 @@ def test_numbers_of_one_pattern_are_alike():
         ),
         ({"rod_*.outer_diameter": "40kg:120kg"}, r"is given in kg, but it is in m"),
         ({"rod_*.poisson_ratio": "1mm:2mm"}, r"is given in mm, but it has no unit"),
-        ({"rod_*.*": "40mm:120mm"}, r"names numbers in several units, "),
+        ({"rod_*.*": "40mm:120mm"}, r"stands for numbers in several units, "),
         (
             {"rod_*.outer_diameter": "40mm:120mm", "rod_1.outer_diameter": "1mm:2mm"},
             r"vary: 'rod_1.outer_diameter' is named twice, the second time by 'rod_1.outer_diameter'",

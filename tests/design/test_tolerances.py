@@ -329,7 +329,9 @@ def test_forces_that_rigid_parts_leave_open_do_not_count():
     for name in ("bar_1b", "bar_2b", "bar_3a", "bar_3b"):
         description = description.without_beam(name)
     pose = ks.Robot(description).assemble()
-    with pytest.warns(UserWarning, match=r"rail_2\.error\.y contradicts rigid parts, which cannot deform, and is left out, as"):
+    with pytest.warns(
+        UserWarning, match=r"rail_2\.error\.y contradicts rigid parts, which cannot deform; it and \d+ other errors are"
+    ):
         found = ks.tolerances(pose, samples=2)
     assert all(np.all(np.isfinite([item.force, item.moment, *item.twist])) for item in found.effects.values())
     name, effect = next(iter(found.effects.items()))

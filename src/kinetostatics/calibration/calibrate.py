@@ -212,7 +212,9 @@ def check_robot(what: str, robot: object, payload: object) -> None:
         or finite_numbers("payload: mass", payload.mass).shape
         or finite_numbers("payload: center", payload.center).shape != (3,)
     ):
-        raise ArgumentError("the payload of a calibration is one on the platform; give others by loads={link: ks.LinkLoad(…)}")
+        raise ArgumentError(
+            "the payload of a calibration must be on the platform; give other payloads by loads={link: ks.LinkLoad(…)}"
+        )
 
 
 def check_point(point: ArrayLike | None, frame: object) -> Array | None:
@@ -224,7 +226,7 @@ def check_point(point: ArrayLike | None, frame: object) -> Array | None:
     check("frame", frame)
     array = None if point is None else finite_numbers("point", point)
     if array is not None and array.shape != (3,):
-        raise ArgumentError(f"point has the shape {array.shape}; a calibration takes one for all rows, (3,)")
+        raise ArgumentError(f"point has the shape {array.shape}; it must be one point (3,) for all rows")
     return array
 
 

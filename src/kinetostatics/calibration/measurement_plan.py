@@ -97,7 +97,7 @@ def plan_measurements(
         if name not in described:
             raise ArgumentError(f"readings: there is no gauge {name!r}: {near_names(name, described)}")
     if not names:
-        raise ArgumentError('readings are empty; name what is read: ["dz"]')
+        raise ArgumentError('readings are empty; name at least one: ["dz"]')
     coordinates, wrenches = _candidates(platform, actuators, load, robot.description.driven)
     every, each = len(wrenches), len(names)
     which = Readings(
@@ -176,7 +176,7 @@ def _candidates(
     given = actuators if platform is None else platform
     poses = math.prod(finite_numbers(name, values).size for name, values in given.items()) if isinstance(given, Mapping) else 1
     if not 0 < poses * len(wrenches) <= MOST:
-        raise ArgumentError(f"poses times loads are {poses * len(wrenches):,}; they must be from 1 to {MOST:,}")
+        raise ArgumentError(f"{poses * len(wrenches):,} combinations of pose and load are given; there must be 1 to {MOST:,}")
     coordinates, _ = grid_of(platform, actuators, driven)
     return {name: np.repeat(array, len(wrenches)) for name, array in coordinates.items()}, np.tile(wrenches, (poses, 1))
 

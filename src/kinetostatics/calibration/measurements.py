@@ -196,7 +196,7 @@ def read_measurements(robot: Robot, given: object, gauges: Mapping[str, Gauge]) 
     readings = {name: array for name, array in arrays.items() if name in gauges}
     if not any(np.any(np.isfinite(array)) for array in readings.values()):
         raise ArgumentError(
-            f"{where(None)}there are no readings: a column of a component of the twist, such as dz [um], or of a gauge"
+            f"{where(None)}there are no readings: add a column of a component of the twist, such as dz [um], or of a gauge"
         )
     coordinates = {name: array for name, array in arrays.items() if name not in readings and name not in WRENCH_COMPONENTS}
     load = np.stack([arrays.get(name, np.zeros(len(rows))) for name in WRENCH_COMPONENTS], axis=-1)

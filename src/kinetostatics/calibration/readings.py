@@ -95,7 +95,7 @@ class Model:
                 )
             end = {name: finite_numbers(f"reference: {name}", reference[name]) for name in given}
             if any(value.size != 1 for value in end.values()):
-                raise ArgumentError(f"reference is {reference!r}; it is one pose, with a number for each coordinate")
+                raise ArgumentError(f"reference is {reference!r}; it must be one pose, with a number for each coordinate")
             end = {name: value.reshape(1) for name, value in end.items()}
             given = {name: np.concatenate([given[name], end[name]]) for name in given}
         else:
@@ -117,7 +117,7 @@ class Model:
         self._load = load_at_o(unknowns.robot, self.pose.frames, wrench.T, arm, frame).T
         self.gravity = finite_numbers("gravity", self.analysis.pop("gravity", (0.0, 0.0, -9.81)))
         if self.gravity.shape != (3,):
-            raise ArgumentError(f"gravity has the shape {self.gravity.shape}; a calibration takes one for all rows, (3,)")
+            raise ArgumentError(f"gravity has the shape {self.gravity.shape}; it must be one vector (3,) for all rows")
         self._known: tuple[bytes, Result] | None = None
         self._derived: tuple[bytes, Array] | None = None
         self.refused = ""  # reason why the last invalid values yield no robot

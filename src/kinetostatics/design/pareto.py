@@ -108,7 +108,7 @@ def pareto(
         for item in (first, second):
             ends.append(item.optimum(item.problem, item.own, starts))
             if not ends[-1].feasible:
-                raise StaticsError("no parameters within the bounds meet all requirements: optimize lists the violated ones")
+                raise StaticsError("no parameters within the bounds meet all requirements: see the report of optimize")
         most, least = _second(limited(1e300), ends[0]), ends[1].objective
         problems = [limited(float(limit)) for limit in _limits(most, least, points)]
         found = [first.described(problems[0], dict(ends[0].parameters))]
@@ -145,7 +145,7 @@ def _best_of(problem: Problem, every: Sequence[dict[str, float]]) -> list[dict[s
     """Return the feasible designs that no other design dominates."""
     feasible = [item for item in every if problem.at(item).feasible]
     if not feasible:
-        raise StaticsError("none of the listed values meet all requirements: optimize lists the violated ones")
+        raise StaticsError("none of the listed values meet all requirements: see the report of optimize")
     both = np.array([[problem.at(item).objective, float(np.nanmax(problem.at(item).values[-1]))] for item in feasible])
     return [feasible[k] for k in _undominated(both)]
 

@@ -262,8 +262,9 @@ def _by_errors(
         bad = [item.name for item, possible in zip(errors, is_possible, strict=True) if not possible]
         reason = f"{bad[0]} contradicts rigid parts, which cannot deform"
         if not only_effective or not np.any(is_possible):
-            raise StaticsError(f"{reason}: give those parts some elasticity (<beam>, <joint_stiffness>)")
-        warn(f"{reason}, and is left out{f', as {len(bad) - 1} others are' if len(bad) > 1 else ''}")
+            raise StaticsError(f"{reason}: make these parts elastic (<beam>, <joint_stiffness>)")
+        left_out = "it is" if len(bad) == 1 else f"it and {len(bad) - 1} other errors are"
+        warn(f"{reason}; {left_out} left out")
     wrenches = np.stack([parts["assembly_errors"] for parts in result.joint_contributions.values()], axis=1)
     twists = np.where(is_possible[:, None], twists, 0.0)
     wrenches = np.where(is_possible[:, None, None], wrenches, 0.0)

@@ -124,7 +124,7 @@ def _values(what: str, value: object) -> Choice:
     except ArgumentError as error:
         raise ArgumentError(f"{error}; a range is written 20mm:120mm, values 20mm,25mm") from None
     if len(set(numbers)) < max(len(numbers), 2):
-        raise ArgumentError(f"vary: {what} is {value!r}; it takes two different values at least, or a range '20mm:120mm'")
+        raise ArgumentError(f"vary: {what} is {value!r}; give at least two different values, or a range '20mm:120mm'")
     units = tuple(typed_unit(str(part)) for part in parts)
     return Choice((what,), tuple((number,) for number in sorted(numbers)), (units,))
 
@@ -223,7 +223,9 @@ def varied_numbers(robots: ParametricRobot, names: Sequence[str], typed: Sequenc
     for name, several in alike.items():
         if len(units := {item.unit for item in several}) > 1:
             kinds = ", ".join(sorted(units))
-            raise ArgumentError(f"vary: {name} names numbers in several units, {kinds}; numbers of one pattern have one value")
+            raise ArgumentError(
+                f"vary: {name} stands for numbers in several units, {kinds}; all numbers of a pattern have the same value"
+            )
     for name, unit in typed:
         check_unit(alike[name][0], unit, "vary")
     return VariedNumbers(robots, alike)

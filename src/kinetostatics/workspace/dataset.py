@@ -193,8 +193,7 @@ def check_names(plan: SweepPlan, labels: Labels, named: Iterable[str] = ()) -> N
     for name in (*(axis.name for axis in plan.axes), *plan.held, *plan.constants):
         if name in taken:
             raise ArgumentError(
-                f"{name!r} cannot be the name of a dimension or coordinate: the Dataset has that name already, "
-                "or it is given twice"
+                f"{name!r} cannot be the name of a dimension or coordinate: the name is used in the Dataset, or given twice"
             )
         taken.add(name)
 
