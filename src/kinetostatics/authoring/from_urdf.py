@@ -307,9 +307,7 @@ def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | 
     if given == SUGGESTED:
         chosen = dict(suggested)
         if not chosen:
-            raise ArgumentError(
-                "joint_stiffness: no actuator of the file has an effort to estimate its stiffness from; give numbers"
-            )
+            raise ArgumentError("joint_stiffness: stiffnesses are estimated from efforts, which the file lacks; give numbers")
     elif isinstance(given, str):
         raise ArgumentError(f"joint_stiffness is {given!r}; it is {SUGGESTED!r}, or numbers by joint: {{'elbow': 3e4}}")
     else:

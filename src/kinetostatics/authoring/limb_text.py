@@ -198,7 +198,7 @@ def _joint_and_link(skeleton: Skeleton, options: LimbOptions, number: int, walk:
 
 
 def _tree_joint(skeleton: Skeleton, point: LimbPoint, child: str, pitch: str, roll: str, walk: _Walk) -> None:
-    """Write the joint at a point and record its name, as that of the joint at the inner end of the child."""
+    """Write the joint at a point, which is the joint at the inner end of the child."""
     at = f'parent="{walk.link}" child="{child}"' + ("" if walk.end == "0 0 0" else f' xyz="{walk.end}"')
     turn, tilt = _turn(pitch, walk.pitch), _turn(roll)
     name = {"R": "revolute", "C": "turn", "U": "universal", "S": "spherical", "": "mount"}[point.kind] + f"_${{i}}{point.letter}"
@@ -276,7 +276,7 @@ def _rod(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Walk) -> 
 
 
 def _inner_name(point: LimbPoint, *, in_tree: bool) -> str:
-    """Return the name of the joint at a point; of a compound joint, the one adjacent to the link on the inner side."""
+    """Return the name of the joint at a point; of several revolutes in the tree, that of the innermost."""
     kind = {"R": "revolute", "U": "universal", "S": "spherical", "C": "cylindrical", "": "flange"}[point.kind]
     name = f"{kind}_${{i}}{point.letter}"
     if in_tree and point.kind == "U":
@@ -303,7 +303,7 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
         walk.end = f"0 0 ${{{rest}}}"
     else:
         walk.write(
-            "<!-- massless: the beam below is the whole telescope, with the length that the slide gives it -->",
+            "<!-- massless: the beam below is the whole telescope, whose length depends on the slide -->",
             f'<link name="{walk.link}">',
             f'  <xacro:draw_cylinder diameter="${{1.3 * {width}}}" length="${{{length} / 2}}" material="blue"',
             f'                       xyz="0 0 ${{{length} / 4}}"/>',

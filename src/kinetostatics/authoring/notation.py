@@ -33,7 +33,7 @@ from kinetostatics.authoring.known_names import named
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import ArgumentError
 
-#: Joints by letter: name, and freedoms, those of (4S) without the spins of its rods.
+#: Joints by letter: name and number of freedoms; (4S) without the spins of its rods.
 JOINTS: dict[str, tuple[str, int]] = {
     **{
         JOINT_TYPES[name].symbol: (name, JOINT_TYPES[name].freedoms)
@@ -256,7 +256,7 @@ def _driven(text: str, joint: JointSymbol) -> JointSymbol:
 
 
 def _with_usual_actuators(found: Architecture) -> Architecture:
-    """Return an architecture without marks of actuators with the usual ones."""
+    """Return an architecture with the usual actuators."""
     full = sum(group.count for group in found.groups if group.freedoms >= 6)
     only_full = 0 < full == found.formula_freedoms
 

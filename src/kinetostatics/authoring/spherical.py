@@ -119,5 +119,5 @@ def spherical_limb(skeleton: Skeleton, prefixes: Mapping[str, str], flat: Mappin
 
 
 def _vector(name: str, form: str = "{}") -> str:
-    """Return three expressions, of the components of a vector."""
+    """Return the components of a vector as three expressions."""
     return " ".join("${" + form.replace("{}", f"{name}[{k}]") + "}" for k in range(3))

@@ -172,7 +172,7 @@ def chain_lines(start: str, chain: Chain, end: str, indent: str = "") -> list[st
 
 
 def _filled(words: list[str], last: str, indent: str) -> list[str]:
-    """Return words, with a text after the last one, as lines; continuation lines are indented further."""
+    """Return words as lines, with the text ``last`` after the last word; continuation lines are indented further."""
     space = "\xa0"  # textwrap does not break at it
     text = " ".join(word.replace(" ", space) for word in words) + last.replace(" ", space)
     wrapper = textwrap.TextWrapper(WIDTH, indent, f"{indent}    ", break_long_words=False, break_on_hyphens=False)

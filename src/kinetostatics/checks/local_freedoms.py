@@ -144,7 +144,7 @@ def coordinates_of(motions: Motions) -> tuple[str, ...]:
 
 
 def local_freedoms(motions: Motions) -> list[LocalFreedom]:
-    """Return the freedoms that do not move the platform, with independent ones separated."""
+    """Return the freedoms that do not move the platform; independent ones are separate entries."""
     local = motions.local()
     if not local.shape[1]:
         return []
@@ -209,7 +209,7 @@ def _kind(motions: Motions, links: tuple[str, ...], moving: list[int], table: Ar
 
 
 def _joint_along(motions: Motions, links: tuple[str, ...], axis: Array, foot: Array | None) -> str | None:
-    """Return the joint of some links along ``axis``: prismatic, or with a point ``foot`` of the axis, revolute; None without one.
+    """Return the prismatic joint of some links along ``axis`` or, with a point ``foot``, their revolute joint about this line.
 
     Revolutes inside universal or spherical joints are excluded.
     """

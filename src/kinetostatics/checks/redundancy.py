@@ -199,7 +199,7 @@ def _along(kind: str, how: str, aligned: Sequence[bool]) -> str:
 
 
 def _directions(kind: str, basis: Array, how: str) -> str:
-    """Return forces or couples whose directions span an orthonormal basis (3, 1 … 3) as text."""
+    """Return forces or couples as text, from an orthonormal basis (3, 1 … 3) of their directions."""
     if basis.shape[1] == 3:
         return f"{kind}s in all directions"
     one = basis[:, 0] if basis.shape[1] == 1 else np.cross(basis[:, 0], basis[:, 1])

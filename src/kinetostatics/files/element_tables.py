@@ -232,7 +232,9 @@ def _write_section(beam: Beam, label: str) -> XmlElement:
             same = True  # the reader will reject these sizes
         if not same:
             kind = type(section).__name__
-            raise beam.place.error(f"the section of {label} has other numbers than its sizes give; make it with {kind}.of(…)")
+            raise beam.place.error(
+                f"the numbers of the section of {label} do not agree with its sizes; make it with {kind}.of(…)"
+            )
     if type(section) is Tube and not section.inner_diameter:
         table = SECTIONS["circle"][1]
     return table.write(section, beam.place, label)

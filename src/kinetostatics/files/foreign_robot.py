@@ -204,19 +204,15 @@ def _turned(source: SourceRobot, loop: Loop) -> str | None:
     second = frames[loop.successor] @ loop.successor_origin.matrix
     between = first[:3, :3].T @ second[:3, :3]
     if kind.has_axis and kind.turns is not Axes.BOTH:
-        cosine, what, apart = (
-            float(np.dot(loop.axis, between @ loop.axis)),
-            "its axis in one frame and in the other are",
-            " apart",
-        )
+        cosine, what = float(np.dot(loop.axis, between @ loop.axis)), "its axes in the two frames"
     elif kind.is_fixed:
-        cosine, what, apart = float((np.trace(between) - 1) / 2), "its two frames are turned by", ""
+        cosine, what = float((np.trace(between) - 1) / 2), "its two frames"
     else:
         return None
     if cosine > -1e-9:
         return None
     angle = math.degrees(math.acos(max(cosine, -1.0)))
     return (
-        f"{loop.place}: at the zero of all joints the loop {loop.name!r} is far from closed: {what} {angle:.0f}°{apart}; "
-        "if the robot is assembled at zero, turn one frame with <origin rpy>."
+        f"{loop.place}: with all joints at zero the loop {loop.name!r} is far from closed: the angle between {what} is "
+        f"{angle:.0f}°; if the loop is meant to be closed there, turn one frame with <origin rpy>."
     )

@@ -139,7 +139,7 @@ def _beam(element: XmlElement, links: Collection[str], connections: Collection[s
     link = reference(element, "link", links, "link")
     if link in rigid:
         raise element.error(
-            f"the link {link!r} is the {rigid[link]} and stays rigid; give the beam a link of its own, joined to "
+            f"the link {link!r} is the {rigid[link]}, which is rigid; give the beam a link of its own, joined to "
             f"{link!r} by a fixed joint"
         )
     start, end = (_end(element, name, connections) for name in ("from", "to"))
@@ -175,8 +175,8 @@ def _check_against(beam: Beam, beams: Mapping[str, Beam], element: XmlElement) -
             continue
         if (other.start, other.end) == (beam.start, beam.end):
             raise element.error(
-                f"two beams on the same span: {element.label} lies where the beam {other.name!r} lies (see {other.place}); give "
-                "them different from and to"
+                f"two beams on the same span: {element.label} and the beam {other.name!r} (see {other.place}); give them "
+                "different from and to"
             )
         if (other.density is None) != (beam.density is None):
             raise element.error(
@@ -184,9 +184,7 @@ def _check_against(beam: Beam, beams: Mapping[str, Beam], element: XmlElement) -
                 "density replaces the link's <inertial>"
             )
     if beam.name in beams:
-        raise element.error(
-            f"the beam name {beam.name!r} is taken already, in {beams[beam.name].place}; give this one its own name"
-        )
+        raise element.error(f"the beam name {beam.name!r} is taken already, in {beams[beam.name].place}; rename one of them")
 
 
 def _end(element: XmlElement, name: str, connections: Collection[str]) -> BeamEnd | None:

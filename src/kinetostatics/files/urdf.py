@@ -212,7 +212,7 @@ def _check_joint(element: XmlElement, joint: Joint, warnings: list[str]) -> None
     if not 1 / LONGEST <= abs(multiplier) <= LONGEST:
         raise mimic.error(
             f"multiplier={multiplier:g} of <mimic> in {element.label} must be of a size between {1 / LONGEST:g} and "
-            f"{LONGEST:g}: the joint's coordinate is multiplier times the other's, in m and rad, plus offset"
+            f"{LONGEST:g}: the joint's coordinate is multiplier times that of the other joint plus offset, in m and rad"
         )
     if abs(offset) > LONGEST:
         raise mimic.error(f"offset={offset:g} of <mimic> in {element.label} is too large; it is in m or rad, at most {LONGEST:g}")

@@ -36,7 +36,7 @@ from kinetostatics.files.urdf import plain_transmission
 from kinetostatics.files.xml import XmlElement, parse, to_elements, to_text
 from kinetostatics.math.arrays import Array
 
-_COMMENT = "written by kinetostatics; the elements that are not URDF's are those of its docs/reference/robot_format.md"
+_COMMENT = "written by kinetostatics; docs/reference/robot_format.md describes the elements that are not URDF"
 #: Attributes with names of files, relative to the robot file.
 _FILE = re.compile(r'(<(?:mesh|texture)\b[^<>]*\bfilename=")([^"]+)(")')
 

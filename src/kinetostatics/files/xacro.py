@@ -85,7 +85,7 @@ def expand(
     if values is not None:
         values.update(arguments)
     return [
-        f"{path}: xacro says: {line.removeprefix('warning: ').rstrip('.')}."
+        f"{path}: xacro warns: {line.removeprefix('warning: ').rstrip('.')}."
         for line in output.getvalue().splitlines()
         if line.startswith("warning: ")
     ]
@@ -243,7 +243,7 @@ def include_path(source: str, root: XmlElement, uses_xacro: bool, additions: str
 
 
 def _in_package(source: str) -> str | None:
-    """Return ``$(find NAME)/…`` for a file of an installed package."""
+    """Return ``$(find NAME)/…`` for a file of an installed package; None for others."""
     path = Path(source).absolute()
     for folder in path.parents:
         if folder.parent.name == "share" and (folder.parents[1] / INDEX / folder.name).is_file():

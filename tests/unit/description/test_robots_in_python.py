@@ -260,7 +260,7 @@ def whole(**values: Any) -> Callable[[RobotDescription], RobotDescription]:
         (lambda d: d.changed("plate", mass="3 kg"), ["mass of link 'plate' is '3 kg'", "number"]),
         (lambda d: d.changed("plate", inertia=Inertia((1, 1))), ["2 moments", "ixx"]),  # type: ignore[arg-type]
         (beam(section=Tube(1, 1, 1, 1, outer_diameter=1, inner_diameter=2)), ["inner_diameter=2", "less than outer_diameter=1"]),
-        (beam(section=replace(Tube.of(0.02), outer_diameter=0.03)), ["other numbers than its sizes", "Tube.of(…)"]),
+        (beam(section=replace(Tube.of(0.02), outer_diameter=0.03)), ["do not agree with its sizes", "Tube.of(…)"]),
         (beam(section="thick"), ["'thick'", "kinetostatics.sections"]),
         # XML that is kept
         (lambda d: d.changed("plate", extra="<visual>"), ["extra of link 'plate'", "well-formed"]),

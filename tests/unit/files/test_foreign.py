@@ -333,7 +333,7 @@ def test_frames_that_face_each_other_are_warned_of(tmp_path):
     roll, pitch, yaw = map(float, rpy.split())
     text = text[:start] + text[start:].replace(f'rpy="{rpy}"', f'rpy="{roll + math.pi!r} {pitch!r} {yaw!r}"', 1)
     made = described(written(tmp_path, text, "robot.urdf"), **HINGE)
-    assert any("far from closed: its axis in one frame and in the other are 180° apart" in item for item in made.warnings)
+    assert any("far from closed: the angle between its axes in the two frames is 180°" in item for item in made.warnings)
     assert not any("far from closed" in item for item in described(FIVE_BAR, **HINGE).warnings)
 
 
