@@ -24,46 +24,37 @@ WRONG = (
 
 def calls(robot, pose, folder):
     """Return functions of one argument each: all arguments of the public functions."""
+    of_pose = {"configuration": pose}
+    table = [
+        (robot.assemble, {}, "platform actuators orientation near closure_tolerance on_failure"),
+        (robot.configuration, {"q": pose.q}, "q closure_tolerance on_failure"),
+        (ks.analyze, of_pose, "configuration load gravity point frame assembly_errors on_failure"),
+        (ks.compensate, of_pose, "configuration load gravity controlled orientation on_failure closure_tolerance"),
+        (ks.compile, {"robot": robot}, "platform actuators outputs"),
+        (
+            ks.calibrate,
+            {"robot": robot, "measurements": {"Fz": [-100.0], "dz": [-1e-6]}, "unknowns": ["rod_1"]},
+            "measurements unknowns reference payload point",
+        ),
+        (ks.plan_measurements, {"robot": robot, "unknowns": ["rod_1"], "n": 1}, "n platform actuators load"),
+        (
+            ks.tolerances,
+            {**of_pose, "tolerances": {"rod_1.density": "1%"}, "samples": 10},
+            "configuration tolerances rank_by samples distribution seed",
+        ),
+        (
+            ks.sweep,
+            {"robot": robot},
+            "robot platform actuators orientation load gravity point frame assembly_errors closure_tolerance chunks",
+        ),
+        (ks.sweep, {"robot": "3rps"}, "parameters"),
+    ]
     found = {
-        f"assemble({name}=)": lambda v, name=name: robot.assemble(**{name: v})
-        for name in ("platform", "actuators", "orientation", "near", "closure_tolerance", "on_failure")
+        f"{function.__name__}({name}=)": lambda v, function=function, given=given, name=name: function(**{**given, name: v})
+        for function, given, names in table
+        for name in names.split()
     }
-    found |= {
-        f"configuration({name}=)": lambda v, name=name: robot.configuration(**{"q": pose.q, name: v})
-        for name in ("q", "closure_tolerance", "on_failure")
-    }
-    found |= {
-        f"analyze({name}=)": lambda v, name=name: ks.analyze(**{"configuration": pose, name: v})
-        for name in ("configuration", "load", "gravity", "point", "frame", "assembly_errors", "on_failure")
-    }
-    found |= {
-        f"compensate({name}=)": lambda v, name=name: ks.compensate(**{"configuration": pose, name: v})
-        for name in ("configuration", "load", "gravity", "controlled", "orientation", "on_failure", "closure_tolerance")
-    }
-    for name in ("platform", "actuators", "outputs"):
-        found[f"compile({name}=)"] = lambda v, name=name: ks.compile(robot, **{name: v})
     found["sensitivities(by=)"] = lambda v: v is not None and ks.sensitivities(pose, v)  # None: all parameters, which takes long
-    rows = {"robot": robot, "measurements": {"Fz": [-100.0], "dz": [-1e-6]}, "unknowns": ["rod_1"]}
-    found |= {
-        f"calibrate({name}=)": lambda v, name=name: ks.calibrate(**{**rows, name: v})
-        for name in ("measurements", "unknowns", "reference", "payload", "point")
-    }
-    wanted = {"robot": robot, "unknowns": ["rod_1"], "n": 1}
-    found |= {
-        f"plan_measurements({name}=)": lambda v, name=name: ks.plan_measurements(**{**wanted, name: v})
-        for name in ("n", "platform", "actuators", "load")
-    }
-    found |= {
-        f"tolerances({name}=)": lambda v, name=name: ks.tolerances(
-            **{"configuration": pose, "tolerances": {"rod_1.density": "1%"}, "samples": 10, name: v}
-        )
-        for name in ("configuration", "tolerances", "rank_by", "samples", "distribution", "seed")
-    }
-    found |= {
-        f"sweep({name}=)": lambda v, name=name: ks.sweep(**{"robot": robot if name != "parameters" else "3rps", name: v})
-        for name in ("robot", "platform", "actuators", "orientation", "load", "gravity", "point", "frame", "assembly_errors",
-                     "parameters", "closure_tolerance", "chunks")
-    }  # fmt: skip
     return found | {
         "an assembly error of a beam": lambda v: ks.analyze(pose, assembly_errors={"rod_1": v}),
         "an assembly error of a joint": lambda v: ks.analyze(pose, assembly_errors={"prismatic_1": v}),

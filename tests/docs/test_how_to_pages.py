@@ -15,54 +15,16 @@ pytest.importorskip("scipy")
 
 #: Files that a reader has and we do not.
 OWN = ("poses.csv", "path.csv")
-#: Pages whose Python or commands are run by a test of their own, or cannot be here, and why.
+#: Pages whose Python or commands have tests of their own, or need windows or a file of the reader's.
 ELSEWHERE = {
-    "python": {
-        "balance_gravity": "below",
-        **dict.fromkeys(
-            (
-                "calibrate",
-                "correct_a_machine",
-                "feedforward",
-                "find_what_to_stiffen",
-                "motion",
-                "natural_frequencies",
-                "tolerances",
-            ),
-            "test_how_to_figures.py",
-        ),
-        "loads": "below",
-        "pinocchio": "tests/unit/mechanism/test_pinocchio.py",
-        "plain_urdf": "the reader's own URDF; tests/validation/test_example_robot_data.py",
-        "report": "tests/cli/test_report_command.py",
-        "robots_in_python": "test_python_api_docs.py",
-        "size_a_rod": "test_how_to_figures.py, with fewer poses",
-        "viewer": "opens windows; tests/browser",
-        "workspace": "tests/maps/test_sweep.py, on a coarser grid",
-        "workspace_figures": "test_workspace_figures.py",
-    },
-    "sh": {
-        "controller": "tests/functions/test_c_export.py",
-        "loads": "below",
-        "motion": "tests/design/test_trajectory.py",
-        "plain_urdf": "tests/validation/test_example_robot_data.py",
-        "report": "tests/cli/test_report_command.py",
-        "viewer": "opens windows; tests/browser",
-        "workspace_figures": "test_workspace_figures.py",
-    },
+    "python": "balance_gravity calibrate correct_a_machine feedforward find_what_to_stiffen loads motion natural_frequencies "
+    "pinocchio plain_urdf report robots_in_python size_a_rod tolerances viewer workspace workspace_figures".split(),
+    "sh": "controller loads motion plain_urdf report viewer workspace_figures".split(),
 }
 #: What takes more than a second or two.
 LONG = {
-    "python": ("compiled",),
-    "sh": (
-        "calibrate",
-        "correct_a_machine",
-        "find_what_to_stiffen",
-        "natural_frequencies",
-        "size_a_rod",
-        "tolerances",
-        "workspace",
-    ),
+    "python": ["compiled"],
+    "sh": "calibrate correct_a_machine find_what_to_stiffen natural_frequencies size_a_rod tolerances workspace".split(),
 }
 PAGES = sorted(path.stem for path in (DOCS / "how_to").glob("*.md"))
 
