@@ -43,17 +43,11 @@ def arguments_of(name):
 
 
 @pytest.mark.parametrize("name", COMPARED)
-def test_every_option_is_an_argument_of_the_function(name):
-    accepted, _ = arguments_of(name)
-    options = {OTHER_NAMES.get(option, option) for option in command(name).options if option not in COMMAND_ONLY}
-    assert options - accepted - BUILT == set()
-
-
-@pytest.mark.parametrize("name", COMPARED)
-def test_every_argument_of_the_function_is_an_option(name):
-    _, parameters = arguments_of(name)
-    options = {OTHER_NAMES.get(option, option) for option in command(name).options} | set(command(name).options)
-    assert set(parameters) - PYTHON_ONLY - options == set()
+def test_options_are_the_arguments_of_the_function(name):
+    accepted, parameters = arguments_of(name)
+    options = set(command(name).options)
+    assert {OTHER_NAMES.get(option, option) for option in options - COMMAND_ONLY} - accepted - BUILT == set()
+    assert set(parameters) - PYTHON_ONLY - options - {OTHER_NAMES.get(option, option) for option in options} == set()
 
 
 @pytest.mark.parametrize("name", COMPARED)

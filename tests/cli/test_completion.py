@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from places import CASES, ROBOTS
+from places import ROBOTS
 
 from kinetostatics.cli import main
 from kinetostatics.files.bundled import shipped_robots
@@ -36,49 +36,39 @@ def complete(finder, monkeypatch):
     return answer
 
 
-def test_commands_and_options(complete):
+@pytest.mark.parametrize(
+    ("line", "answers"),
+    [
+        ("analyze 3rps --ori", "--orientation"),
+        ("check spher", "spherical_3rrr spherical_3rrr.urdf.xacro"),
+        ("check ../tests/cases/four", ""),
+        ("check ../tests/cases/do", "../tests/cases/dog.urdf"),
+        ("robots --copy tri", "tricept tripteron"),
+        # coordinates that the pose can have
+        ("analyze 3rps --platform ", "x= y= z= rx= ry= rz="),
+        ("sweep 3rps --orientation tilt_torsion --platform z=0.5 t", "tilt= torsion="),
+        ("analyze 2pru_upr --actuators ", "prismatic_1= prismatic_2= prismatic_3="),
+        ("view 3rps --sweep pris", "prismatic_1= prismatic_2= prismatic_3="),
+        # names in the file
+        ("check 3rps --set rod_d", "rod_diameter="),
+        ("analyze 3rps --hinge-axis ", "limb_1=x limb_2=x limb_3=x"),
+        ("new --from ../tests/cases/parallelogram_plain.urdf --platform-link pl", "plate"),
+        ("new --from ../tests/cases/parallelogram_plain.urdf --base-link gr", "ground"),
+        ("calibrate 3rps mine.csv --unknowns rod_", "rod_1 rod_2 rod_3 rod_length_min rod_length_max rod_diameter"),
+        ("calibrate 3rps mine.csv --unknowns payload.m", "payload.mass"),
+        # files that are wrong
+        ("analyze nowhere.urdf --actuators ", ""),
+        ("analyze ../README.md --actuators ", ""),
+        ("analyze 3rpss --actuators ", ""),
+    ],
+)
+def test_what_is_completed(complete, line, answers):
+    assert complete(line) == answers.split()
+
+
+def test_commands_robots_and_orientations(complete):
     assert [name for name in complete("") if not name.startswith("-")] == list(main.COMMANDS)
-    assert complete("analyze 3rps --ori") == ["--orientation"]
-    assert "tilt_torsion" in complete("analyze 3rps --orientation ")
-
-
-def test_robots_by_name_and_by_file(complete):
-    assert complete("check spher") == ["spherical_3rrr", "spherical_3rrr.urdf.xacro"]
-    assert complete("check ../tests/cases/four") == [] and complete("check ../tests/cases/do") == ["../tests/cases/dog.urdf"]
-    assert set(shipped_robots()) <= set(complete("view "))
-    assert complete("robots --copy tri") == ["tricept", "tripteron"]
-
-
-def test_coordinates_are_those_that_the_pose_can_have(complete):
-    assert complete("analyze 3rps --platform ") == ["x=", "y=", "z=", "rx=", "ry=", "rz="]
-    assert complete("sweep 3rps --orientation tilt_torsion --platform z=0.5 t") == ["tilt=", "torsion="]
-    assert complete("analyze 2pru_upr --actuators ") == ["prismatic_1=", "prismatic_2=", "prismatic_3="]
-    assert "z=" in complete("view 3rps --sweep ") and "prismatic_2=" in complete("view 3rps --sweep ")
-
-
-def test_names_that_stand_in_the_file(complete):
-    assert complete("check 3rps --set rod_d") == ["rod_diameter="]
-    assert complete("analyze 3rps --hinge-axis ") == ["limb_1=x", "limb_2=x", "limb_3=x"]
-    source = CASES / "parallelogram_plain.urdf"
-    assert complete(f"new --from {source} --platform-link pl") == ["plate"]
-    assert complete(f"new --from {source} --base-link gr") == ["ground"]
-
-
-def test_unknowns_of_a_calibration(complete):
-    assert complete("calibrate 3rps mine.csv --unknowns rod_") == [
-        "rod_1",
-        "rod_2",
-        "rod_3",
-        "rod_length_min",
-        "rod_length_max",
-        "rod_diameter",
-    ]
-    assert complete("calibrate 3rps mine.csv --unknowns payload.m") == ["payload.mass"]
-
-
-@pytest.mark.parametrize("robot", ["nowhere.urdf", "../README.md", "3rpss"])
-def test_a_file_that_is_wrong_has_no_names(complete, robot):
-    assert complete(f"analyze {robot} --actuators ") == []
+    assert set(shipped_robots()) <= set(complete("view ")) and "tilt_torsion" in complete("analyze 3rps --orientation ")
 
 
 def test_a_shell_is_answered_by_the_program_itself():
