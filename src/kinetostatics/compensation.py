@@ -1,11 +1,11 @@
 """Compensation of gravity and loads: actuator positions at which the loaded platform is at its target.
 
-Broyden's method finds the coordinates u to be commanded to the unloaded robot. The pose of the loaded platform is that of u,
-displaced by the twist of :func:`kinetostatics.analyze`; it must have the target coordinates. The first step subtracts the sag at
-the target pose. The sag at the new pose differs slightly; Broyden's update corrects the Jacobian, initially the identity, by
-these differences (C. G. Broyden, A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19,
-1965). For a tool's tip, the initial Jacobian is that of the tip's coordinates with respect to the commanded ones. The search also
-takes recorded numbers, for exported C.
+Broyden's method finds the coordinates u to be commanded to the unloaded robot. The pose of the loaded platform is the pose at u,
+displaced by the twist of :func:`kinetostatics.analyze`; the coordinates of this pose must reach their targets. The first step
+subtracts the sag at the target pose. The sag at the new pose differs slightly; Broyden's update corrects the Jacobian, initially
+the identity, by these differences (C. G. Broyden, A class of methods for solving nonlinear simultaneous equations, Mathematics of
+Computation 19, 1965). For a tool's tip, the initial Jacobian is the derivative of the tip's coordinates by u. For exported C, the
+search is recorded.
 """
 
 from __future__ import annotations

@@ -204,7 +204,7 @@ def read_measurements(robot: Robot, given: object, gauges: Mapping[str, Gauge]) 
 
 
 def _table(given: object) -> tuple[Callable[[int | None], str], list[str], list[tuple[int, Sequence[object]]]]:
-    """Return the function that gives the place of a row for messages, the titles, and the rows, each after its number."""
+    """Return a function from the number of a row to its place in messages; the titles; and the rows with their numbers."""
     if isinstance(given, (str, os.PathLike)):
         path = os.fspath(given)
         what = "a table of measurements has a line of titles, such as z [mm],rx [deg],Fz [N],dz [um], and one of each row"

@@ -217,7 +217,7 @@ class Model:
         return np.stack(columns, axis=-1)
 
     def _by_argument(self, values: Array, k: int, result: Result) -> Array:
-        """Return the derivatives (n,) by an argument of the file; by central differences if the pose changes with it."""
+        """Return the derivatives (n,) by an argument of the file; by central differences if the argument changes the poses."""
         item = self.unknowns.items[k]
 
         def changed(by: float) -> RobotDescription:

@@ -286,8 +286,8 @@ def _multipliers(
 ) -> tuple[list[float], tuple[str, ...]]:
     """Return the objective saved by relaxing each requirement by 1 %, and the parameters at a bound.
 
-    At the optimum the gradient of the objective is a combination of the gradients of the active margins. The coefficients, which
-    are not negative, are the multipliers; they follow by least squares.
+    At the optimum, the gradient of the objective is a combination of the gradients of the active margins. Its coefficients ≥ 0
+    are the multipliers, found by least squares.
     """
     from scipy.optimize import nnls
 

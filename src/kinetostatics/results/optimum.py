@@ -70,7 +70,7 @@ class Optimum(Reported, builder="reports.optimum:optimum_report"):
 
     Attributes:
         feasible: whether all requirements are met at all poses.
-        parameters: optimal parameters by name, SI; if no design is feasible, those of the design nearest to feasibility.
+        parameters: optimal parameters by name, SI; if no design is feasible, parameters of the design nearest to feasibility.
         units: units of the parameters, empty if unknown.
         allowed: allowed values of each parameter, SI: the two ends of a range, or all values of a list or catalogue.
         objective: value of the objective, SI.
@@ -79,14 +79,14 @@ class Optimum(Reported, builder="reports.optimum:optimum_report"):
         before: the objective with the parameters of the file; NaN if these yield no robot.
         requirements: all requirements, evaluated.
         at_bounds: parameters at an end of their range, as text: "rod_diameter at its lower bound".
-        no_influence: names of ranges that affect neither objective nor requirements at the optimum.
+        no_influence: names of parameters whose ranges affect neither objective nor requirements at the optimum.
         starts: results of the searches from several starts; agreement suggests a global optimum. With lists of values: the best
             combinations instead, ten for each range, at least ten.
         alike: number of searches that end at the optimum; None with lists of values.
         searched: description of the search.
         evaluations: number of robots analysed.
         robot: the robot with the optimal parameters.
-        result: its analysis at all poses (P, …); the axes of several loads follow that of the poses.
+        result: the analysis of this robot at all poses (P, …); the axes of several loads follow the axis of poses.
         poses: number of poses.
         beyond_limits: number of these poses at which a joint limit is exceeded.
     """

@@ -88,7 +88,7 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
 
     @cached_property
     def compliance(self) -> Array:
-        """(…, n_c, n_c) C_ic, Eq. (1), displacement along one wrench per unit of another [m/N, rad/(N·m)]."""
+        """(…, n_c, n_c) C_ic, Eq. (1), displacement along one wrench per intensity of another [m/N, rad/(N·m)]."""
         return self._canonical(lambda s, k: s.statics[k].C, len(self.labels), len(self.labels))
 
     @cached_property
@@ -126,7 +126,7 @@ def _inverse(statics: LimbStatics) -> Array:
 
 
 def _intensities(solution: Solution, number: int) -> Array:
-    """Return W_ic due to each contribution (n_c, S, g, N) for a group of limbs, NaN where it is indeterminate."""
+    """Return W_ic due to each contribution (n_c, S, g, N) for a group of limbs, NaN where W_ic is indeterminate."""
     return np.where(solution.undetermined[number][:, None], np.nan, solution.intensities[number])
 
 

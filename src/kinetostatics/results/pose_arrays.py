@@ -166,7 +166,7 @@ class PoseArrays:
 
     Attributes:
         configuration: the pose or poses.
-        shape: batch shape, the configuration's broadcast against loads and gravity.
+        shape: batch shape of the configuration, broadcast against loads and gravity.
         chunks: the results of the poses, in chunks.
         point: (3,) the reference point of twists, stiffness and compliance, from o in the platform's axes [m]; None: o.
     """
@@ -293,5 +293,5 @@ def point_on_robot(what: str, point: ArrayLike, robot: Robot) -> Array:
 
 
 def tool_on_robot(tool: ArrayLike | None, robot: Robot) -> Array | None:
-    """Return the point given as ``tool``, as :func:`point_on_robot` does, or None."""
+    """Return ``tool`` as a point of the platform, see :func:`point_on_robot`; None without a tool."""
     return None if tool is None else point_on_robot("tool", tool, robot)

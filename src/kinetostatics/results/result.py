@@ -36,7 +36,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
     Attributes:
         configuration: the pose or poses.
         robot: the robot.
-        shape: batch shape of all results, the configuration's broadcast against loads and gravity.
+        shape: batch shape of all results: that of the configuration, broadcast against loads and gravity.
         payload: the payload, or None.
         point: (3,) the reference point of twists, stiffness and compliance, from o in the platform's axes [m]; None: o.
     """
@@ -247,8 +247,8 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
         """Forces of the limbs by the names of the paper: ``{"limb_1": {"f_11": …, "f_12": …, "f_1a": …}, …}``, (…) [N or N·m].
 
         f_ik is the intensity W_ick, Eq. (11). f_ia, Eq. (17), is the axial force at the base end of the limb's innermost beam,
-        tension positive. It equals the actuator force only if the actuator carries the whole rod. Networks are omitted, because
-        their intensities are coordinates only; so is f_ia of limbs without a beam.
+        tension positive; f_ia equals the actuator force only if the actuator carries the whole rod. Networks are omitted, because
+        their intensities are coordinates only; f_ia is omitted for limbs without a beam.
         """
         found = {}
         for number, (name, limb) in enumerate(self.limbs.items(), 1):

@@ -40,8 +40,8 @@ class Sensitivity(ShortRepr):
 
     Attributes:
         name: name of the parameter.
-        value: its value.
-        unit: its SI unit; empty if unknown.
+        value: value of the parameter.
+        unit: SI unit of the value; empty if unknown.
         derivatives: derivatives of all outputs by name, also available as attributes: ``twist`` (…, 6) [m, rad], ``stiffness``
             and ``compliance`` (…, 6, 6) at o, actuators locked, ``actuator_forces`` (…) by actuator [N or N·m], ``actuators``
             (…), coordinates [m, rad] of the actuators at the same coordinates of the platform, ``mass`` (…) [kg].

@@ -282,7 +282,7 @@ class _Front:
         return found.where(~np.isin(found.first * self.reached.size + found.second, self._sound))
 
     def examine(self, edges: Edges) -> tuple[Edges, Mask]:
-        """Follow edges, in small steps if necessary; return the edges that fail, and the mask of those that end elsewhere."""
+        """Follow edges, in small steps if necessary; return failed edges, and the mask of those that end at another pose."""
         elsewhere = np.zeros(0, dtype=bool)
         for steps in (1, FINE):
             if len(edges):

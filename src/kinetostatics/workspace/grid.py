@@ -154,7 +154,7 @@ def read_field(what: str, value: object, size: int) -> tuple[Field, list[Axis]]:
 
     Args:
         what: the argument's name, for messages.
-        value: a vector; or an ``xarray.DataArray`` whose dimension ``component`` is that of the vector.
+        value: a vector, or an ``xarray.DataArray`` of vectors with the dimension ``component``.
         size: number of components.
     """
     dims: tuple[str, ...] = ()
