@@ -142,7 +142,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
 
     @cached_property
     def residual(self) -> Array:
-        """Largest gap of a loop (…): the largest of all numbers in m and in rad."""
+        """(…) largest displacement or rotation between both sides of a loop [m, rad]."""
         worst = np.zeros(len(self.reached))
         for metres, radians in self.loop_gaps.values():
             worst = np.maximum(worst, np.maximum(metres, radians))
