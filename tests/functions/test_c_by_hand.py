@@ -11,7 +11,7 @@ from loop_robots import driven, frame, joint, robot
 from simple_machines import springs
 
 import kinetostatics as ks
-from kinetostatics.functions import c_export
+from kinetostatics.functions import c_source
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 
@@ -138,7 +138,7 @@ def test_corrections_are_those_by_hand(corrected, flags):
 
 def test_a_correction_that_is_not_finished_is_none(corrected, tmp_path, monkeypatch):
     """After one step 1e-10 rad are left, to which the actuators would lead: more than what counts as corrected."""
-    monkeypatch.setattr(c_export, "MOST", 1)
+    monkeypatch.setattr(c_source, "MOST", 1)
     program = c_programs.driver(corrected[0].export_c(tmp_path))
     poses = np.zeros((2, 11))
     poses[:, :2], poses[:, 3] = (HEIGHT, 0.5), np.array([1e-5, 1e-9]) * TURN / REACH  # turns of 1e-5 and 1e-9 rad

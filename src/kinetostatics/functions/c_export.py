@@ -11,18 +11,16 @@ from typing import Protocol
 import numpy as np
 
 from kinetostatics.arguments import check_choice, path_name
-from kinetostatics.compensation import MOST, error_tolerance
+from kinetostatics.compensation import error_tolerance
 from kinetostatics.engine.c_code import literal
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.functions.c_programs import Exported, Programs, identifier, requested_outputs
+from kinetostatics.functions.c_programs import Exported, Programs, identifier
 from kinetostatics.functions.c_source import c_array, valid
 from kinetostatics.functions.c_texts import files
-from kinetostatics.functions.inputs_outputs import LOADS, Facts, Quantity, Reference, Values
+from kinetostatics.functions.inputs_outputs import Reference, Values
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, SolverState
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.rotations import orientation_named
 from kinetostatics.status import WITHOUT_NUMBERS, Status
 
 #: Types of arguments and results.
@@ -103,57 +101,23 @@ def export_c(
         parts = Programs(function, begin, None if jacobian is None else (jacobian.of, jacobian.by))
     except NotRecordedError as error:
         raise ArgumentError(f"{function.robot.name!r} cannot be exported: {error}") from error
-    references = _references(function, jacobian, start, REFERENCES, SCALARS[scalar])
-    facts = _facts(function, parts, begin)
-    texts = files(own, scalar, facts, _test_program(own, scalar, facts, references))
+    references = _references(parts, jacobian, start, REFERENCES, SCALARS[scalar])
+    texts = files(own, scalar, parts, _test_program(own, scalar, parts, references))
     where.mkdir(parents=True, exist_ok=True)
     for file, text in texts.items():
         (where / file).write_text(text, encoding="utf-8")
     return CExport(where, tuple(texts), own, (parts.line.newton.operations, parts.pose.operations), 8 * parts.work)
 
 
-def _facts(function: Exported, parts: Programs, begin: SolverState) -> Facts:
-    """Return the data from which the files are written."""
-    connections = function.robot.mechanism.connections
-    coordinates = _coordinates(function)
-    limits = {name: (connections[name].lower, connections[name].upper) for name in function.robot.description.driven}
-    limits = {name: both for name, both in limits.items() if np.all(np.isfinite(both))}
-    return {
-        "robot": function.robot.name,
-        "parts": parts,
-        "coordinates": coordinates,
-        "names": [parts.c_names[item.name] for item in coordinates],
-        "order": [[item.name for item in coordinates].index(name) for name in function.names],
-        "start": {name: round(value, 9) or 0.0 for name, value in _coordinates_at(function, begin).items()},
-        "from_zero": begin is function.robot.zero_poses,
-        "limits": limits,  # those that are finite
-        "orientation": function.orientation or "rotation_vector",
-        "by_actuators": function.by_actuators,
-        "outputs": parts.outputs,
-        "unique_below": orientation_named(function.orientation).unique_below,
-        "compensates": function.compensates,
-        "controlled": function.names,
-        "searches": MOST,
-        "absolute": {"residual_error": error_tolerance(function.robot.length)},
-        "rough": function.robot.rough_residual,
-        # sines and cosines of given angles, which are not in the records
-        "functions": sum(line.count("= cos(") + line.count("= sin(") for line in parts.line.impose),
-        "corrections": MOST_CORRECTIONS,
-        "shrinking": SHRINKING,
-    }
-
-
 def _references(
-    function: Exported, jacobian: Differentiated | None, near: Configuration | None, poses: int, scalar: type[np.floating]
+    parts: Programs, jacobian: Differentiated | None, near: Configuration | None, poses: int, scalar: type[np.floating]
 ) -> list[Reference]:
     """Return poses around the initial pose, with loads and Python's results; every third pose is up to six times as far away.
 
     All numbers are representable in ``scalar``, so that C and Python compute the same poses.
     """
     rng = np.random.default_rng(0)
-    robot = function.robot
-    coordinates = _coordinates(function)
-    start = _coordinates_at(function, robot.zero_poses if near is None else near.poses)
+    function, robot, coordinates, start = parts.function, parts.function.robot, parts.coordinates, parts.at_start
     wide = np.where(np.arange(poses) % 3 == 2, 6.0, 1.0)
     steps = rng.uniform(-1, 1, (len(coordinates), poses)) * wide
     load = rng.uniform(-100, 100, (poses, 6)).astype(scalar).astype(float)
@@ -166,7 +130,7 @@ def _references(
         if np.mean(np.isin(values["status"], WITHOUT_NUMBERS)) < 0.5:
             break
     found = []
-    arrays = {item.name: values[item.name] for item in requested_outputs(function)}
+    arrays = {item.name: values[item.name] for item in parts.outputs}
     if jacobian is not None:
         for output, columns in jacobian(**at, load=load, gravity=gravity, near=near).items():
             arrays |= {f"{output} by {name}": array for name, array in columns.items()}
@@ -179,49 +143,41 @@ def _references(
     return found
 
 
-def _coordinates_at(function: Exported, pose: SolverState) -> dict[str, float]:
-    return dict(zip(function.names, function.robot.solver.values(function.prescribed, pose)[:, 0].tolist(), strict=True))
-
-
-def _coordinates(function: Exported) -> list[Quantity]:
-    return [item for name, item in function.inputs.items() if name not in LOADS]
-
-
 # ---- test program --------------------------------------------------------------------------------------------------
 
 
-def _test_program(name: str, scalar: str, facts: Facts, references: Sequence[Reference]) -> str:
+def _test_program(name: str, scalar: str, parts: Programs, references: Sequence[Reference]) -> str:
     """Return a program in C that compares results with Python's at the reference poses, and measures the time per call."""
-    outputs = facts["parts"].outputs
+    robot = parts.function.robot
     rows = []
     for at, load, gravity, expected, status in references:
-        inputs = [at[item.name] for item in facts["coordinates"]]
+        inputs = [at[item.name] for item in parts.coordinates]
         numbers = [value for values in expected.values() for value in values]
         rows.append(f"    {{{c_array([*inputs, *load, *gravity])}, {c_array(numbers)}, {status}}}")
-    count, size = len(facts["coordinates"]) + 9, len(numbers)
-    steps = dict(zip(facts["controlled"], 1e-3 * facts["parts"].line.strides, strict=True))
+    count, size = len(parts.coordinates) + 9, len(numbers)
+    steps = dict(zip(parts.function.names, 1e-3 * parts.line.strides, strict=True))
     fill = [
-        f"    input->{c_name} = ({scalar})(row->input[{k}] + beside * {literal(float(steps[item.name]))});"
-        for k, (c_name, item) in enumerate(zip(facts["names"], facts["coordinates"], strict=True))
+        f"    input->{parts.c_names[item.name]} = ({scalar})(row->input[{k}] + beside * {literal(float(steps[item.name]))});"
+        for k, item in enumerate(parts.coordinates)
     ]
-    first = len(facts["coordinates"])
+    first = len(parts.coordinates)
     checks, at_row = [], 0
-    for item in outputs:
+    for item in parts.outputs:
         n = int(np.prod(item.shape))
-        absolute = literal(facts["absolute"].get(item.name, 0.0))
+        absolute = literal(error_tolerance(robot.length) if item.name == "residual_error" else 0.0)
         checks.append(f'    failed |= differ("{item.name}", output.{item.name}, row->output + {at_row}, {n}, {absolute});')
         at_row += n
     jacobian, call = "", f"{name}_evaluate(&input, &state, &output)"
-    if facts["parts"].jacobian is not None:
+    if parts.jacobian is not None:
         jacobian, call = f"    {name}_jacobian jacobian;\n", f"{name}_differentiate(&input, &state, &output, &jacobian)"
-        for one, other, field in facts["parts"].jacobian.pairs:
+        for one, other, field in parts.jacobian.pairs:
             n = int(np.prod((*one.shape, *other.shape)))
             largest = max((abs(value) for row in references for value in row[3][one.name] if np.isfinite(value)), default=0.0)
             absolute = literal(1e-12 * float(largest))  # for inputs without influence, Python's derivatives are rounding errors
             checks.append(f'    failed |= differ("{field}", jacobian.{field}, row->output + {at_row}, {n}, {absolute});')
             at_row += n
     tolerance = "1e-9" if scalar == "double" else "1e-5"
-    return f"""/* {facts["robot"]}: compares {name}.c with results of Python at the same poses. Written by kinetostatics. */
+    return f"""/* {robot.name}: compares {name}.c with results of Python at the same poses. Written by kinetostatics. */
 #include "{name}.h"
 
 #include <math.h>
@@ -274,12 +230,12 @@ static int check(const struct reference *row)
         printf("status %d instead of %d\\n", status, row->status);
         return 1;
     }}
-    if (!({valid(name, facts, "status")})) return 0;
+    if (!({valid(name, parts, "status")})) return 0;
 {chr(10).join(checks)}
     return failed;
 }}
 
-{_measuring(name, facts, jacobian, call, len(rows))}
+{_measuring(name, parts, jacobian, call, len(rows))}
 int main(void)
 {{
     int failed = 0, k;
@@ -291,7 +247,7 @@ int main(void)
 """
 
 
-def _measuring(name: str, facts: Facts, jacobian: str, call: str, count: int) -> str:
+def _measuring(name: str, parts: Programs, jacobian: str, call: str, count: int) -> str:
     """Return the code that measures the time per call."""
     return f"""/* Counter of the processor, if available: cycles (DWT->CYCCNT) of a Cortex-M, time stamps of an x86. */
 #if defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))
@@ -323,7 +279,7 @@ static void measure(void)
         clock_t begin;
         unsigned first, before;
         double passed;
-        if (!({valid(name, facts, "status")})) continue;
+        if (!({valid(name, parts, "status")})) continue;
         {name}_start(&state);
         fill(&REFERENCES[k], 0.0, &input);
         (void){call};

@@ -66,11 +66,6 @@ class Exported(Protocol):
         """Return the outputs at given inputs."""
 
 
-def requested_outputs(function: Exported) -> list[Quantity]:
-    """Return the requested outputs that are not empty."""
-    return [item for name, item in function.outputs.items() if name not in ALWAYS and 0 not in item.shape]
-
-
 def identifier(name: str) -> str:
     """Return a name as a valid identifier in C."""
     found = re.sub(r"\W", "_", name, flags=re.ASCII)
@@ -323,7 +318,10 @@ class Programs:
     """All programs of a function.
 
     Attributes:
-        outputs: the requested outputs.
+        function: the function.
+        coordinates: its inputs besides load and gravity.
+        limits: finite limits of the actuators' coordinates [m, rad], by name.
+        outputs: the requested outputs that are not empty.
         c_names: names of the coordinates in C.
         line: programs for lines in the function's coordinates.
         drives: programs for lines in actuator coordinates, if compensation is requested.
@@ -333,14 +331,21 @@ class Programs:
         search: programs for compensation, if requested.
         order: for each actuator in the order of the file, its index among the coordinates of ``drives``.
         start: x, c and coordinates of the initial state.
+        at_start: coordinates of the initial state by name.
+        from_zero: whether the initial state is the zero pose.
     """
 
     def __init__(self, function: Exported, begin: SolverState, jacobian: tuple[Sequence[str], Sequence[str]] | None) -> None:
         robot, compensates = function.robot, function.compensates
         if compensates and {"azimuth", "tilt"} <= set(function.names):
             raise ArgumentError("azimuth and tilt cannot be exported together with compensation: use the orientation XYZ")
-        self.outputs = requested_outputs(function)
-        self.c_names = c_names(name for name in function.inputs if name not in LOADS)
+        self.function = function
+        self.outputs = [item for name, item in function.outputs.items() if name not in ALWAYS and 0 not in item.shape]
+        self.coordinates = [item for name, item in function.inputs.items() if name not in LOADS]
+        self.c_names = c_names(item.name for item in self.coordinates)
+        connections = ((name, robot.mechanism.connections[name]) for name in robot.description.driven)
+        limits = {name: (connection.lower, connection.upper) for name, connection in connections}
+        self.limits = {name: both for name, both in limits.items() if np.all(np.isfinite(both))}
         self.line = line_of(robot, function.prescribed)
         requested = [item.name for item in self.outputs if item.name != "residual_error"]
         more = ("twist", "actuators", "platform", "within") if compensates else ()
@@ -357,6 +362,9 @@ class Programs:
             self.jacobian = _jacobian(self.line, robot, record, numbers, _pairs(function, self.c_names, of, by))
         first, c = robot.solver.origin(self.line.prescribed, begin)
         self.start = begin.x[:, 0], c[:, 0], first[:, 0]
+        self.from_zero = begin is robot.zero_poses
+        values = robot.solver.values(function.prescribed, begin)[:, 0].tolist()
+        self.at_start = {name: round(value, 9) or 0.0 for name, value in zip(function.names, values, strict=True)}
         names = robot.actuator_names
         self.order = [names.index(name) for name in robot.description.driven]
         self.search = self.drives = None

@@ -6,10 +6,13 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from kinetostatics.compensation import MOST
 from kinetostatics.engine.c_code import literal
 from kinetostatics.functions.c_programs import CJacobian, Line, Programs
-from kinetostatics.functions.inputs_outputs import LOADS, Facts, Quantity
+from kinetostatics.functions.inputs_outputs import LOADS, Quantity
+from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.rotations import orientation_named
 
 
 def c_array(values: Sequence[float] | Array) -> str:
@@ -22,35 +25,35 @@ def size(item: Quantity) -> int:
     return int(np.prod(item.shape))
 
 
-def valid(name: str, facts: Facts, status: str) -> str:
+def valid(name: str, parts: Programs, status: str) -> str:
     """Return a C expression: whether the outputs are valid at a status."""
     found = f"{status} == {name.upper()}_OK"
-    return f"{found} || {status} == {name.upper()}_LIMIT_EXCEEDED" if facts["compensates"] else found
+    return f"{found} || {status} == {name.upper()}_LIMIT_EXCEEDED" if parts.function.compensates else found
 
 
-def source(name: str, scalar: str, facts: Facts) -> str:
+def source(name: str, scalar: str, parts: Programs) -> str:
     """Return the source file."""
-    parts: Programs = facts["parts"]
+    function = parts.function
     nx, nt = len(parts.start[0]), len(parts.start[2])
-    coordinates = [f"    target[{k}] = (double)input->{facts['names'][place]};" for k, place in enumerate(facts["order"])]
+    coordinates = [f"    target[{k}] = (double)input->{parts.c_names[name]};" for k, name in enumerate(function.names)]
     results, lost = [], []
     for item in parts.outputs:
         loop = f"    for (k = 0; k < {size(item)}; ++k) output->{item.name}[k] = ({scalar})"
-        if facts["compensates"] and item.name in ("actuators", "residual_error"):
+        if function.compensates and item.name in ("actuators", "residual_error"):
             results.append(f"{loop}{item.name}[k];")
         else:
             results.append(f"{loop}result[{parts.at[item.name]} + k];")
         lost.append(f"{loop}NAN;")
     lines = [parts.line, *([] if parts.drives is None else [parts.drives])]
-    more = f"    double residual_error[6], actuators[{max(len(parts.order), 1)}];\n" if facts["compensates"] else ""
-    return f"""/* {facts["robot"]}: written by kinetostatics; see {name}.h. */
+    more = f"    double residual_error[6], actuators[{max(len(parts.order), 1)}];\n" if function.compensates else ""
+    return f"""/* {function.robot.name}: written by kinetostatics; see {name}.h. */
 #include "{name}.h"
 
 #include <math.h>
 #include <string.h>
 
 enum {{ NX = {nx}, NT = {nt}, RESULTS = {parts.at["holds"] + 1}, WORK = {parts.work} }};
-enum {{ MOST_CORRECTIONS = {facts["corrections"]} }};
+enum {{ MOST_CORRECTIONS = {MOST_CORRECTIONS} }};
 #ifndef {name.upper()}_MOST_STEPS
 #define {name.upper()}_MOST_STEPS 200 /* of a line, including steps that are repeated with half the length */
 #endif
@@ -60,7 +63,7 @@ static const double START_C[3] = {c_array(parts.start[1])};
 static const double START_TARGET[{max(nt, 1)}] = {c_array(parts.start[2])};
 
 {chr(10).join(item.text for _, item in parts.all)}
-{chr(10).join(_following(name, facts, line) for line in lines)}{_compensated(name, facts) if facts["compensates"] else ""}
+{chr(10).join(_following(name, parts, line) for line in lines)}{_compensated(name, parts) if function.compensates else ""}
 static void lost({name}_output *output)
 {{
     int k;
@@ -73,7 +76,7 @@ void {name}_start({name}_state *state)
     memcpy(state->x, START_X, sizeof state->x);
     memcpy(state->c, START_C, sizeof state->c);
     memcpy(state->target, START_TARGET, sizeof state->target);
-    state->moved = {0.0 if facts["from_zero"] else 1.0};
+    state->moved = {0.0 if parts.from_zero else 1.0};
     state->corrections = 0;
 }}
 
@@ -95,19 +98,19 @@ int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_outpu
     status = analysed(&pose, pose.target, load, gravity, w, result);
     *state = pose;
     if (status != {name.upper()}_OK) return status;
-{_correction(name, parts) if facts["compensates"] else ""}{chr(10).join(results)}
+{_correction(name, parts) if function.compensates else ""}{chr(10).join(results)}
     output->residual = ({scalar})result[{parts.at["worst_equation"]}];
     return status;
 }}
-{"" if parts.jacobian is None else _differentiate(name, scalar, facts, parts.jacobian)}"""
+{"" if parts.jacobian is None else _differentiate(name, scalar, function.names, parts.jacobian)}"""
 
 
 # ---- lines of coordinates, and poses where they end ----------------------------------------------------------------------
 
 
-def _following(name: str, facts: Facts, line: Line) -> str:
+def _following(name: str, parts: Programs, line: Line) -> str:
     """Return the functions that follow a line of coordinates and analyse the pose at its end."""
-    pre, nt, at = line.prefix, line.prescribed.size, facts["parts"].at
+    pre, nt, at = line.prefix, line.prescribed.size, parts.at
     side = (
         f"    {pre}side(first->x, first->c, second->x, second->c, w, &sure);\n    return sure != 0.0;"
         if line.side is not None
@@ -132,7 +135,7 @@ static int {pre}corrected({name}_state *pose, const double *target, int passing,
     memcpy(state, pose->x, NX * sizeof(double));
     memcpy(state + NX, pose->c, 3 * sizeof(double));
     state[NX + 3] = (double)INFINITY;
-    state[NX + 4] = {literal(facts["shrinking"])};
+    state[NX + 4] = {literal(SHRINKING)};
     state[NX + 5] = 1.0;
     state[NX + 6] = 0.0;
     state[NX + 7] = 1.0;
@@ -160,7 +163,7 @@ static int {pre}followed({name}_state *pose, double *at, const double *target, d
     {name}_state moved;
     int steady = 1, k, steps;
     memcpy(first, at, {nt} * sizeof(double));
-{_line_start(facts, line)}    for (k = 0; k < {nt}; ++k) {{
+{_line_start(parts, line)}    for (k = 0; k < {nt}; ++k) {{
         const double part = fabs(target[k] - first[k]) / {pre}LONGEST[k];
         if (part > far) far = part;
     }}
@@ -195,7 +198,7 @@ static int {pre}analysed(
     {name}_state *pose, const double *at, const double *load, const double *gravity, double *w, double *result)
 {{
     analysis(pose->x, load, gravity, w, result);
-    if (result[{at["worst_equation"]}] > {literal(facts["rough"])}) {{
+    if (result[{at["worst_equation"]}] > {literal(parts.function.robot.rough_residual)}) {{
         (void){pre}corrected(pose, at, 0, w);
         analysis(pose->x, load, gravity, w, result);
     }}
@@ -206,11 +209,12 @@ static int {pre}analysed(
 """
 
 
-def _line_start(facts: Facts, line: Line) -> str:
+def _line_start(parts: Programs, line: Line) -> str:
     """Return C code that chooses, among equivalent coordinates at the start of a line, those nearest to the line's end."""
     if line.start is None:
         return ""
-    unsure = " || ".join(f"!(fabs(pose->c[{k}]) < {facts['unique_below']})" for k in range(3))
+    unique_below = orientation_named(parts.function.orientation).unique_below
+    unsure = " || ".join(f"!(fabs(pose->c[{k}]) < {unique_below})" for k in range(3))
     nt = line.prescribed.size
     return f"""    if ({unsure}) {{
         double begin[{nt + 4}];
@@ -226,9 +230,8 @@ def _line_start(facts: Facts, line: Line) -> str:
 # ---- compensation --------------------------------------------------------------------------------------------------------
 
 
-def _compensated(name: str, facts: Facts) -> str:
+def _compensated(name: str, parts: Programs) -> str:
     """Return the function that searches for the commanded pose of the unloaded robot."""
-    parts: Programs = facts["parts"]
     search, at, n = parts.search, parts.at, len(parts.order)
     assert search is not None
     numbers, first = search.numbers, at["actuators"]
@@ -252,7 +255,7 @@ static int compensated(
     memcpy(target_frame, frame, sizeof target_frame);
     begin(target_frame, twist, w, search);
     if (search[{numbers}] == 0.0) return {name.upper()}_NOT_COVERED;
-    for (k = 0; k < {facts["searches"]} && search[{search.going}] != 0.0; ++k) {{
+    for (k = 0; k < {MOST} && search[{search.going}] != 0.0; ++k) {{
         int status;
         if (!followed(pose, pose->target, search, w)) return {name.upper()}_UNREACHABLE;
         status = analysed(pose, pose->target, load, gravity, w, result);
@@ -293,13 +296,15 @@ def _correction(name: str, parts: Programs) -> str:
 # ---- derivatives ---------------------------------------------------------------------------------------------------------
 
 
-def _differentiate(name: str, scalar: str, facts: Facts, jacobian: CJacobian) -> str:
+def _differentiate(name: str, scalar: str, coordinates: Sequence[str], jacobian: CJacobian) -> str:
     """Return the function that computes derivatives."""
     lost = [
         f"    for (k = 0; k < {size(output) * size(value)}; ++k) jacobian->{field}[k] = ({scalar})NAN;"
         for output, value, field in jacobian.pairs
     ]
-    blocks = [row for value in dict.fromkeys(pair[1] for pair in jacobian.pairs) for row in _by(value, scalar, facts, jacobian)]
+    blocks = [
+        row for value in dict.fromkeys(pair[1] for pair in jacobian.pairs) for row in _by(value, scalar, coordinates, jacobian)
+    ]
     rows = sum(size(output) for output in dict.fromkeys(pair[0] for pair in jacobian.pairs))
     return f"""
 int {name}_differentiate(
@@ -323,10 +328,10 @@ int {name}_differentiate(
 """
 
 
-def _by(value: Quantity, scalar: str, facts: Facts, jacobian: CJacobian) -> Iterator[str]:
+def _by(value: Quantity, scalar: str, coordinates: Sequence[str], jacobian: CJacobian) -> Iterator[str]:
     """Yield lines of C for the derivatives with respect to one input."""
     columns, is_load = size(value), value.name in LOADS
-    moved = "none" if is_load else f"d_x + {facts['controlled'].index(value.name)} * NX"
+    moved = "none" if is_load else f"d_x + {coordinates.index(value.name)} * NX"
     yield f"    for (k = 0; k < {columns}; ++k) {{"
     if is_load:
         yield f"        d_{value.name}[k] = 1.0;"

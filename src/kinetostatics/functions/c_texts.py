@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from kinetostatics.compensation import MOST
 from kinetostatics.functions.c_programs import Programs
 from kinetostatics.functions.c_source import size, source, valid
-from kinetostatics.functions.inputs_outputs import Facts, Quantity
+from kinetostatics.functions.inputs_outputs import Quantity
+from kinetostatics.kinematics.solver import MOST_CORRECTIONS
 
 #: Statuses in C: name, number (as in Python) and meaning.
 STATUSES = (
@@ -35,24 +37,24 @@ _KINDS = {
 }
 
 
-def files(name: str, scalar: str, facts: Facts, test: str) -> dict[str, str]:
+def files(name: str, scalar: str, parts: Programs, test: str) -> dict[str, str]:
     """Return the text of all files by name; ``test`` is the text of the test program."""
     return {
-        f"{name}.h": _header(name, scalar, facts),
-        f"{name}.c": source(name, scalar, facts),
-        f"{name}.hpp": _wrapper(name, facts),
+        f"{name}.h": _header(name, scalar, parts),
+        f"{name}.c": source(name, scalar, parts),
+        f"{name}.hpp": _wrapper(name, parts),
         f"{name}_test.c": test,
         "CMakeLists.txt": _cmake(name),
-        "README.md": _readme(name, scalar, facts),
+        "README.md": _readme(name, scalar, parts),
     }
 
 
-def _statuses(facts: Facts) -> Sequence[tuple[str, int, str]]:
-    return STATUSES_OF_COMPENSATION if facts["compensates"] else STATUSES
+def _statuses(parts: Programs) -> Sequence[tuple[str, int, str]]:
+    return STATUSES_OF_COMPENSATION if parts.function.compensates else STATUSES
 
 
-def _about(facts: Facts) -> str:
-    if not facts["compensates"]:
+def _about(parts: Programs) -> str:
+    if not parts.function.compensates:
         return "sag and forces of one pose"
     return "actuator coordinates and feedforward forces with which the loaded platform has its target pose"
 
@@ -68,24 +70,24 @@ def _words(item: Quantity) -> str:
     return f"{'; '.join(part for part in parts if part)} [{units}]".replace("·", " ").replace("²", "2")
 
 
-def _header(name: str, scalar: str, facts: Facts) -> str:
-    parts, guard = facts["parts"], f"{name.upper()}_H"
+def _header(name: str, scalar: str, parts: Programs) -> str:
+    function, guard = parts.function, f"{name.upper()}_H"
     inputs = []
-    for c_name, item in zip(facts["names"], facts["coordinates"], strict=True):
-        limits = facts["limits"].get(item.name) if facts["by_actuators"] else None
+    for item in parts.coordinates:
+        limits = parts.limits.get(item.name) if function.by_actuators else None
         range_ = f"valid from {limits[0]:.6g} to {limits[1]:.6g}" if limits else "the status is UNREACHABLE outside the workspace"
-        zero = f"{facts['start'][item.name]:.6g} at the {'zero' if facts['from_zero'] else 'start'} pose"
-        inputs.append(f"    {scalar} {c_name}; /* {item.name}: {_words(item)}; {zero}; {range_} */")
+        zero = f"{parts.at_start[item.name]:.6g} at the {'zero' if parts.from_zero else 'start'} pose"
+        inputs.append(f"    {scalar} {parts.c_names[item.name]}; /* {item.name}: {_words(item)}; {zero}; {range_} */")
     outputs = [f"    {scalar} {item.name}[{size(item)}]; /* {_words(item)} */" for item in parts.outputs]
-    statuses = ",\n".join(f"    {name.upper()}_{key} = {value} /* {words} */" for key, value, words in _statuses(facts))
-    actuators = [f" *   {actuator}: {lower:.6g} to {upper:.6g}" for actuator, (lower, upper) in facts["limits"].items()]
-    checked = "checked by the status" if facts["compensates"] else "not checked"
+    statuses = ",\n".join(f"    {name.upper()}_{key} = {value} /* {words} */" for key, value, words in _statuses(parts))
+    actuators = [f" *   {actuator}: {lower:.6g} to {upper:.6g}" for actuator, (lower, upper) in parts.limits.items()]
+    checked = "checked by the status" if function.compensates else "not checked"
     ranges = "\n".join([f" * Ranges of the actuators' coordinates [m, rad], {checked}:", *actuators]) if actuators else " *"
-    return f"""/* {facts["robot"]}: {_about(facts)}.
+    return f"""/* {function.robot.name}: {_about(parts)}.
  * Written by kinetostatics.
  *
  * SI units, world axes (those of the base), reference point o of the platform. Angles are in radians;
- * orientation: {facts["orientation"]}. Nothing is allocated, and all state is in the argument "state":
+ * orientation: {function.orientation or "rotation_vector"}. Nothing is allocated, and all state is in the argument "state":
  * any number of threads may call, each with its own state.
 {ranges}
  */
@@ -122,10 +124,10 @@ typedef struct {{
     {scalar} residual; /* largest residual of the equations of the loops [m or rad] */
 }} {name}_output;
 
-/* Set the state to the robot's {"zero pose" if facts["from_zero"] else "start pose, given at the export"}. */
+/* Set the state to the robot's {"zero pose" if parts.from_zero else "start pose, given at the export"}. */
 void {name}_start({name}_state *state);
 
-{_evaluates(facts)}
+{_evaluates(parts)}
 int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_output *output);
 {"" if parts.jacobian is None else _declared(name, scalar, parts)}
 #ifdef __cplusplus
@@ -136,10 +138,10 @@ int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_outpu
 """
 
 
-def _evaluates(facts: Facts) -> str:
-    if not facts["compensates"]:
+def _evaluates(parts: Programs) -> str:
+    if not parts.function.compensates:
         return "/* Move to a pose and compute the outputs; returns the status. If it is UNREACHABLE, the state is unchanged. */"
-    names = ", ".join(facts["controlled"])
+    names = ", ".join(parts.function.names)
     return f"""/* Find the actuator coordinates at which the loaded platform has the given {names}, and compute
  * the outputs there; returns the status. The state moves to the target pose, or is unchanged if that is out of reach. */"""
 
@@ -163,13 +165,13 @@ int {name}_differentiate(
 """
 
 
-def _wrapper(name: str, facts: Facts) -> str:
+def _wrapper(name: str, parts: Programs) -> str:
     differentiate = f"""    int differentiate(const Input &input, Output &output, ::{name}_jacobian &jacobian)
     {{
         return ::{name}_differentiate(&input, &state_, &output, &jacobian);
     }}
 """
-    return f"""// {facts["robot"]}: a C++ wrapper of {name}.h, written by kinetostatics.
+    return f"""// {parts.function.robot.name}: a C++ wrapper of {name}.h, written by kinetostatics.
 #ifndef {name.upper()}_HPP
 #define {name.upper()}_HPP
 
@@ -187,7 +189,7 @@ public:
     void reset() {{ ::{name}_start(&state_); }}
     // Returns the status; see {name}_status.
     int evaluate(const Input &input, Output &output) {{ return ::{name}_evaluate(&input, &state_, &output); }}
-{differentiate if facts["parts"].jacobian else ""}    static bool valid(int status) {{ return {valid(name, facts, "status")}; }}
+{differentiate if parts.jacobian else ""}    static bool valid(int status) {{ return {valid(name, parts, "status")}; }}
 
 private:
     ::{name}_state state_;
@@ -219,17 +221,17 @@ add_test(NAME {name} COMMAND {name}_test)
 """
 
 
-def _readme(name: str, scalar: str, facts: Facts) -> str:
-    parts = facts["parts"]
-    inputs = "\n".join(f"- `{c}`: {_words(item)}" for c, item in zip(facts["names"], facts["coordinates"], strict=True))
+def _readme(name: str, scalar: str, parts: Programs) -> str:
+    function = parts.function
+    inputs = "\n".join(f"- `{parts.c_names[item.name]}`: {_words(item)}" for item in parts.coordinates)
     outputs = "\n".join(f"- `{item.name}[{size(item)}]`: {_words(item)}" for item in parts.outputs)
-    statuses = "\n".join(f"| `{name.upper()}_{key}` | {value} | {words} |" for key, value, words in _statuses(facts))
+    statuses = "\n".join(f"| `{name.upper()}_{key}` | {value} | {words} |" for key, value, words in _statuses(parts))
     example = "\n".join(
-        f"input.{c} = {facts['start'][item.name]:.6g}; /* {item.units[0]} */"
-        for c, item in zip(facts["names"], facts["coordinates"], strict=True)
+        f"input.{parts.c_names[item.name]} = {parts.at_start[item.name]:.6g}; /* {item.units[0]} */" for item in parts.coordinates
     )
-    where = " at the corrected pose" if facts["compensates"] else ""
-    count = facts["functions"]
+    where = " at the corrected pose" if function.compensates else ""
+    # sines and cosines of given angles are not in the records
+    count = sum(line.count("= cos(") + line.count("= sin(") for line in parts.line.impose)
     outside = f", nor are {count} sines and cosines of given angles in each step of a line" if count else ""
     floats = derivatives = ""
     if scalar == "float":
@@ -239,9 +241,9 @@ def _readme(name: str, scalar: str, facts: Facts) -> str:
 components first: {", ".join(f"`{field}`" for _, _, field in parts.jacobian.pairs)}.
 
 """
-    return f"""# {facts["robot"]} for a controller
+    return f"""# {function.robot.name} for a controller
 
-{_about(facts)[0].upper()}{_about(facts)[1:]}.
+{_about(parts)[0].upper()}{_about(parts)[1:]}.
 C99, written by `kinetostatics export`: no heap, no library but libm, bounded iterations, all state in an argument.
 {name}.hpp wraps it for C++.
 
@@ -274,11 +276,11 @@ Outputs{where}, besides `residual`, the largest residual of the equations of the
 
 {floats}A call follows the straight line of coordinates from the last pose to the new one, so that the robot remains in its
 assembly mode; one step is enough if both are close to each other, as in a controller. There are at most
-`{name.upper()}_MOST_STEPS` (200) steps, each with at most {facts["corrections"]} corrections of
+`{name.upper()}_MOST_STEPS` (200) steps, each with at most {MOST_CORRECTIONS} corrections of
 {parts.line.newton.operations:,} operations; the analysis takes {parts.pose.operations:,} operations.
 Close to a singular pose, some lines that Python can follow give UNREACHABLE.
 The work array takes {8 * parts.work:,} bytes of the stack.
-{_searching(facts)}
+{_searching(parts)}
 ```sh
 cmake -B build -DCMAKE_BUILD_TYPE=Release && cmake --build build && ctest --test-dir build
 ```
@@ -289,7 +291,7 @@ builds the library and a test program that compares it with Python's results at 
 
 Operations, counted:
 
-{_operations(facts)}
+{_operations(parts)}
 
 A call near the last pose is one step of a line. `state.corrections` counts the corrections of the loops. Operations that set up
 lines and copy states are not in the table{outside}.
@@ -301,30 +303,28 @@ there; on a Cortex-M without an operating system, printing needs semihosting, fo
 """
 
 
-def _searching(facts: Facts) -> str:
+def _searching(parts: Programs) -> str:
     """Return the paragraph on the search."""
-    parts = facts["parts"]
     if parts.search is None:
         return ""
     return f"""
 From the target pose, Broyden's method searches for the commanded pose of the unloaded robot, with the same operations as
-`kinetostatics.compensate`: at most {facts["searches"]} iterations, each with a line, an analysis and
+`kinetostatics.compensate`: at most {MOST} iterations, each with a line, an analysis and
 {parts.search.update.operations:,} further operations. Then the actuators follow a straight line from the target pose to the
 positions found; unless the loaded platform arrives at its target pose, the status is UNREACHABLE.
 """
 
 
-def _operations(facts: Facts) -> str:
+def _operations(parts: Programs) -> str:
     """Return a table of the functions: how often each is called, and its operations by kind."""
-    parts: Programs = facts["parts"]
-    steps = f": 1 to {facts['corrections']}"
+    steps = f": 1 to {MOST_CORRECTIONS}"
     often = {"start of a line": "a line, if its angles are not unique"}
     for what, line in (("", "step of the line"), (", actuators given", "step of the actuators' line")):
         often |= {f"correction of the loops{what}": f"{line}{steps}", f"test for singular poses{what}": line}
     if parts.search is not None:
         often |= {
             "frames, statics, actuators": "2, and each step of the search",
-            "step of the search": f"1 to {facts['searches'] + 1}",
+            "step of the search": f"1 to {MOST + 1}",
         }
     if parts.jacobian is not None:
         inputs = {value.name: size(value) for _, value, _ in parts.jacobian.pairs}

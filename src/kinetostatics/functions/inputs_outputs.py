@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +19,6 @@ from kinetostatics.math.rotations import orientation_named
 from kinetostatics.quantities import COMPUTED, QUANTITIES, axes_of, units_along
 from kinetostatics.robot import Robot
 
-Facts: TypeAlias = dict[str, Any]  # data from which the files of an export are written, by name
 #: A pose of the test program: coordinates, load, gravity, Python's outputs and status.
 Reference: TypeAlias = tuple[dict[str, float], Array, Array, dict[str, Array], int]
 #: Inputs of every function in addition to coordinates.
