@@ -54,8 +54,8 @@ def choices(robot: RobotKinematics, orientation: Orientation, given: Sequence[st
 def measured_choices(robot: RobotKinematics, orientation: Orientation, pose: SolverState) -> dict[tuple[str, ...], float]:
     """Return the measure of each set of :func:`choices` at one pose.
 
-    The measure is the smallest singular value, at most 1, of the map from the platform's motions, with translations relative to
-    the characteristic length, to the rates of the coordinates.
+    The measure is the smallest singular value (at most 1) of the map from the platform's motions to the rates of the coordinates,
+    with lengths relative to the characteristic length.
     """
     R, _ = robot.mechanism.platform_pose(robot.equations.forward(pose.x))
     rates = orientation.rates(orientation.coordinates(R))[:, :, 0]

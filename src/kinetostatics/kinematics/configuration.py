@@ -125,7 +125,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
         """Return the robot at this single pose as Pinocchio's tree and constraints, for all types of loops.
 
         Universal, cylindrical, prismatic and planar loops, for which Pinocchio has no constraint, become additional joints of the
-        tree; their last body takes half the mass of the successor and is welded to it.
+        tree; their last body gets half the inertia of the successor and is welded to it.
 
         Args:
             anchors: see :meth:`Robot.constraint_models`.

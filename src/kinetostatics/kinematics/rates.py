@@ -2,7 +2,7 @@
 
 Velocities follow from the gradients of the loop equations by the implicit function theorem. Accelerations are the sum of a part
 that is linear in the accelerations of the coordinates and a part that is quadratic in their velocities. The second part is the
-derivative of the velocities along a straight line of the coordinates, by central differences of eighth order of closed poses.
+derivative of the velocities along a straight line of the coordinates, computed by central differences of eighth order.
 """
 
 from __future__ import annotations

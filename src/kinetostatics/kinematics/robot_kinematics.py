@@ -110,7 +110,7 @@ class RobotKinematics:
 
     @cached_property
     def size(self) -> float:
-        """Diagonal [m] of the box around the zero pose."""
+        """Diagonal [m] of the box around the robot with all joints at zero."""
         return box_diagonal(self.mechanism)
 
     @cached_property

@@ -162,7 +162,7 @@ class SpanFinder:
         return not target.isdisjoint(found)
 
     def _ends(self, beam: Beam) -> tuple[BeamEnd, BeamEnd]:
-        """Return the ends of a beam from the file; by default, those of a link with two joints are at these joints."""
+        """Return the ends of a beam from the file; by default, a beam of a link with two joints ends at these joints."""
         here = self.mechanism.at_link[beam.link]
         if len(here) == 1 and (beam.start is None or beam.end is None):
             raise beam_error(

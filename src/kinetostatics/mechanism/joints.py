@@ -252,7 +252,7 @@ def compound_joints(
 
 @dataclass(frozen=True)
 class Element:
-    """A beam or a compound joint of a limb; equal limbs have equal elements.
+    """A beam or a joint of a limb; limbs of equal structure have corresponding elements.
 
     Attributes:
         edges: indices of its edges in the limb; the last is its outboard end.

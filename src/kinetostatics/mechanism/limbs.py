@@ -30,8 +30,8 @@ class Edge:
         parent: ``key`` of the edge on its inboard side, None for the base (for bodies attached to the platform: the platform).
         cut_joints: ``{number: sign}`` of cut joints: the wrench of its outboard side on its inboard side is the signed sum of
             their wrenches and of the weights outboard.
-        both_ways: whether paths from base to platform pass it in both directions; its wrench and deformation are then reported
-            from predecessor to successor, as in the file.
+        both_ways: whether paths from base to platform pass it in both directions; its results then refer to the direction of the
+            file, from predecessor to successor or from start to end.
     """
 
     joint: str | None

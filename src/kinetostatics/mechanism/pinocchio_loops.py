@@ -1,8 +1,8 @@
 """Loops of a robot as constraints of Pinocchio, for dynamics with closed loops.
 
-Pinocchio constrains a point or a whole frame of one body to another. A revolute joint is two such points. Any other joint becomes
-a series of revolute and prismatic joints in the tree; its last body takes half the mass of the successor and is welded to it, so
-that the total mass is unchanged and no body is massless.
+Pinocchio constrains a point or a whole frame of one body to another: a spherical loop is one point, a revolute loop two points, a
+fixed loop a frame. Any other loop becomes a series of revolute and prismatic joints in the tree. The last body of the series gets
+half the inertia of the successor and is welded to it, so that the total mass is unchanged and no body is massless.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class LoopModel:
     """A robot at one pose as Pinocchio's tree and constraints.
 
     Attributes:
-        model: ``pin.Model`` of the pose, followed by the joints that replace loops.
+        model: ``pin.Model`` with the inertias at the pose, and with added joints that replace loops.
         q: (nq,) coordinates of the pose [m, rad].
         constraints: one or two for each loop, each with the loop's name.
     """

@@ -108,7 +108,7 @@ class Frames(ShortRepr):
         return Frames(self.rotation[..., poses], self.position[..., poses])
 
     def are_finite(self) -> Mask:
-        """Return the mask (N,) of poses at which the positions of all bodies are finite."""
+        """Return the mask (N,) of poses at which the frames of all bodies are finite."""
         return np.all(np.isfinite(self.position), axis=(0, 1)) & np.all(np.isfinite(self.rotation), axis=(0, 1, 2))
 
     def put(self, poses: Index, others: Frames) -> None:
