@@ -321,7 +321,7 @@ def test_finite_elements(name):
     assert worst(found) == pytest.approx(expected, rel=1e-3)
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("seed", [2, 8, 9, 12, 37, 38, 40, 48, 49, 56, 57])
 def test_hybrids(seed):
     """Rings, passive telescopes, slides: K gives the platform's compliance, all forces balance, and finite elements agree.
@@ -362,7 +362,7 @@ def test_what_is_surely_stable_does_not_buckle(name):
     else:
         robot = package_robots.robot(name)
     rng = np.random.default_rng(1)
-    structure, directions = robot.members.structure, rng.standard_normal((12, 6)) * [1, 1, 1, 0.3, 0.3, 0.3]
+    structure, directions = robot.members.structure, rng.standard_normal((8, 6)) * [1, 1, 1, 0.3, 0.3, 0.3]
 
     def forces(loads):
         solutions = ks.analyze(robot.assemble(), loads, (0, 0, 0)).solutions
@@ -371,7 +371,7 @@ def test_what_is_surely_stable_does_not_buckle(name):
 
     ratios = stability(structure, forces(directions)).modes()[0].max(axis=1)
     directions, ratios = directions[ratios > 0], ratios[ratios > 0]
-    times = np.concatenate([[0.1, 0.99, 1.01], rng.uniform(0.5, 2, 7)])
+    times = np.concatenate([[0.1, 0.99, 1.01], rng.uniform(0.5, 2, 3)])
     loads = (times[:, None, None] * directions / ratios[:, None]).reshape(-1, 6)
     sure = surely_stable(structure, forces(loads)).reshape(len(times), -1)
     assert not np.any(sure[times > 1])
