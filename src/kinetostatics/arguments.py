@@ -7,6 +7,7 @@ An argument of a function and the corresponding option of a command have the sam
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import operator
 import os
 import sys
@@ -36,16 +37,15 @@ def warn(words: str) -> None:
     warnings.warn(words, stacklevel=level)
 
 
-def need_scipy(what: str) -> None:
-    """Check that SciPy is installed; ``what`` is the function that needs it, for the message.
+def need(what: str, extra: str, *packages: str) -> None:
+    """Check that the packages of an extra are installed; ``what`` is the task that needs them, for the message.
 
     Raises:
-        KinetostaticsError: SciPy is not installed.
+        KinetostaticsError: a package is not installed.
     """
-    try:
-        import scipy.optimize  # noqa: F401
-    except ModuleNotFoundError:
-        raise KinetostaticsError(f"{what} needs SciPy: pip install 'kinetostatics[optimize]'") from None
+    for name in packages:
+        if importlib.util.find_spec(name) is None:
+            raise KinetostaticsError(f"{what} needs {name}: pip install 'kinetostatics[{extra}]'")
 
 
 def check_mapping(what: str, value: object, example: str) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.arguments import Keyword, check, finite_numbers, need_scipy, warn
+from kinetostatics.arguments import Keyword, check, finite_numbers, need, warn
 from kinetostatics.calibration.fit import Fit, NoDerivativeError, fit, leave_one_out, outliers
 from kinetostatics.calibration.measurements import Measurements, read_gauges, read_measurements
 from kinetostatics.calibration.readings import Model, Readings
@@ -91,7 +91,7 @@ def calibrate(
         0.8
     """
     check_keywords(calibrate, analysis, without=("load", "on_failure"))
-    need_scipy("calibrate")
+    need("calibrate", "optimize", "scipy")
     if not isinstance(level, (int, float)) or not 0 < level < 1:
         raise ArgumentError(f"level is {level!r}; it must be between 0 and 1, such as 0.95")
     check_robot("calibrate", robot, payload)

@@ -77,9 +77,6 @@ def _sweep(args: argparse.Namespace) -> int:
 
 def _map(args: argparse.Namespace) -> xr.Dataset:
     """Return the workspace map of the command line."""
-    from kinetostatics.workspace.sweep_arguments import need
-
-    need("xarray")
     parameters = {name: _parameter(name, text) for name, text in parse_items("--set", args.parameters).items()}
     options: dict[str, Keyword] = {"parameters": parameters, "parameter_units": typed_units(args.parameters)}
     if args.platform or args.actuators:

@@ -207,9 +207,7 @@ def _map(configuration: Configuration, args: argparse.Namespace, loads: dict[str
     from kinetostatics.kinematics.alternatives import choices
     from kinetostatics.robot import robot_of
     from kinetostatics.workspace import sweep
-    from kinetostatics.workspace.sweep_arguments import need
 
-    need("xarray")
     robot = robot_of(configuration)
     option, swept, values = swept_coordinates(robot, args)
     if option == "--actuators":

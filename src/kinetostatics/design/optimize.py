@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.arguments import Keyword, need_scipy, warn, whole_number
+from kinetostatics.arguments import Keyword, need, warn, whole_number
 from kinetostatics.description.units import KINDS
 from kinetostatics.design.problem import (
     REQUIRABLE,
@@ -210,7 +210,7 @@ def prepare(
     analysis: Mapping[str, Keyword],
 ) -> Search:
     """Check the arguments of :func:`optimize`; ``workspace`` is platform and actuators, ``links`` are platform and base."""
-    need_scipy("optimize")
+    need("optimize", "optimize", "scipy")
     ranges, choices = read_variables(vary)
     if isinstance(subject_to, str) or not isinstance(subject_to, Sequence):
         raise ArgumentError(f'subject_to is {subject_to!r}; it must be a list of requirements, such as ["sag < 20um"]')

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinetostatics.arguments import path_name
-from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.arguments import need, path_name
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.writer import cells, write_table
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping
@@ -60,10 +60,9 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
             KinetostaticsError: xarray is not installed.
             ArgumentError: the sizes of the axes differ from those of the batch.
         """
-        try:
-            import xarray as xr
-        except ModuleNotFoundError:
-            raise KinetostaticsError("a Dataset needs xarray: pip install 'kinetostatics[sweep]'") from None
+        need("a Dataset", "sweep", "xarray")
+        import xarray as xr
+
         if axes is None:
             sizes = self.shape
             axes = {("pose" if len(sizes) == 1 else f"pose_{k + 1}"): np.arange(size) for k, size in enumerate(sizes)}

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.arguments import path_name, warn, whole_number
+from kinetostatics.arguments import need, path_name, warn, whole_number
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import in_threads, threads
@@ -22,7 +22,7 @@ from kinetostatics.workspace.continuity import continued
 from kinetostatics.workspace.dataset import REACHED, Labels, check_names, dataset, labels_of, shapes
 from kinetostatics.workspace.grid import Block, block_sizes, chunk_sizes, sizes_of
 from kinetostatics.workspace.store import Arrays, Store, check_memory, is_there, open_map, packages_of
-from kinetostatics.workspace.sweep_arguments import need, read_plan, try_plan, try_robots
+from kinetostatics.workspace.sweep_arguments import read_plan, try_plan, try_robots
 from kinetostatics.workspace.sweep_plan import Combination, SweepPlan, attributes_of_map
 
 if TYPE_CHECKING:
@@ -115,14 +115,14 @@ def sweep(
         RobotFileError: the robot's file is invalid.
         KinetostaticsError: a package is missing.
     """
-    need("xarray")
+    need("a sweep", "sweep", "xarray")
     if chunks is not None:
-        need("dask", extra="dask")
+        need("chunks=", "dask", "dask")
         if out is not None:
             raise ArgumentError("give out= or chunks=, not both: save a Dataset of dask arrays with to_netcdf or to_zarr")
     if out is not None:
         out = path_name("out", out).rstrip("/")
-        need(*packages_of(out))
+        need(out, "sweep", *packages_of(out))
     number = threads() if workers is None else whole_number("workers", workers, 1)
     shown = in_notebook() if progress is None else progress
     with waiting("planning the sweep", progress is not False, shown):

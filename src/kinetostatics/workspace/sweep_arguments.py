@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import itertools
 import math
 import os
@@ -18,7 +17,7 @@ from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.description.units import find_unit
 from kinetostatics.engine.programs import check_engine, engine_for
-from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_names
+from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.kinematics.alternatives import best_choice
 from kinetostatics.math.rotations import orientation_named
@@ -38,13 +37,6 @@ NO_LOAD: Mapping[str, tuple[ArrayLike | None, int]] = {
     "gravity": ((0, 0, -9.81), 3),
     "point": (None, 3),
 }
-
-
-def need(package: str, *more: str, extra: str = "sweep") -> None:
-    """Check that packages are installed."""
-    for name in (package, *more):
-        if importlib.util.find_spec(name) is None:
-            raise KinetostaticsError(f"this sweep needs {name}: pip install 'kinetostatics[{extra}]'")
 
 
 def read_plan(
