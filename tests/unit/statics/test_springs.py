@@ -2,17 +2,15 @@
 
 import re
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
-import package_robots
 import pytest
+from package_robots import generic_pose, rigid_links, robot
 
 import kinetostatics as ks
 from kinetostatics.checks.check import robot_facts
 from kinetostatics.description import Spring
 from kinetostatics.files.reader import parse_robot_text
-from kinetostatics.statics.link_loads import _joint_around
 from kinetostatics.statics.springs import placed_springs
 
 MASS, LENGTH, HEIGHT, ARM, G = 8.0, 0.4, 0.5, 0.3, 9.81
@@ -99,18 +97,12 @@ def test_what_an_error_does_is_told_without_the_springs_own_pull():
     assert abs(row.actuator_forces["hinge"]) == pytest.approx(stiffness * turn, rel=1e-9)
 
 
-@cache
-def robot(name):
-    return package_robots.robot(name)
-
-
 def pose(name, *springs):
     """A pose without symmetry of a robot with springs."""
-    one = robot(name)
-    description = one.description
+    description = robot(name).description
     for spring in springs:
         description = description.with_part(spring)
-    return ks.Robot(description).configuration(one.model_q(one.generic_poses)[:, 0], closure_tolerance=1e-9)
+    return generic_pose(name, description)
 
 
 BESIDE = Spring("beside", 4e6, "base", "platform", (0.3, 0.1, 0.0), (0.0, 0.05, 0.02), free_length=0.2, preload=40.0)
@@ -134,7 +126,7 @@ def test_a_relaxed_spring_between_base_and_platform_adds_its_stiffness_along_its
 
 def test_strain_and_springs_hold_the_work_of_a_load():
     """Clapeyron, with a spring that is relaxed at the pose; its work is ½ k (n·u)²."""
-    spring = replace(BESIDE, predecessor="base", successor=_inner("3rps")[-1], preload=0.0)
+    spring = replace(BESIDE, predecessor="base", successor=rigid_links(robot("3rps"))[-1], preload=0.0)
     length = float(placed_springs(pose("3rps", spring).robot.statics, pose("3rps", spring).frames)[0].length[0])
     at = pose("3rps", replace(spring, free_length=length))
     (placed,) = placed_springs(at.robot.statics, at.frames)
@@ -150,18 +142,11 @@ def test_strain_and_springs_hold_the_work_of_a_load():
     np.testing.assert_allclose(found.compliance, found.compliance.T, rtol=1e-12, atol=1e-20)
 
 
-def _inner(name):
-    one = robot(name)
-    elastic = {beam.link for beam in one.description.beams.values()}
-    inner = {link for limb in one.topology.limbs for link in limb.links}
-    return [link for link in one.description.links if link in inner - elastic and not _joint_around(one.statics, link)]
-
-
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["2pru_upr", "delta"])
 def test_contributions_of_springs_anywhere_add_up(name):
     """Between base and platform, base and a limb, a limb and the platform, two limbs; in networks and telescopes."""
-    links = _inner(name)
+    links = rigid_links(robot(name))
     ends = [("base", "platform"), ("base", links[-1]), (links[0], "platform"), (links[0], links[-1])]
     springs = [
         Spring(f"spring_{k}", 1e5 * (k + 1), *pair, (0.01, 0, 0.02), (0, 0.03, 0), free_length=0.1 * k, preload=5.0 * k)
