@@ -4,7 +4,7 @@ import kinetostatics as ks
 
 
 def test_the_page_opens_and_prints(browser, result, tmp_path, monkeypatch):
-    monkeypatch.setattr("kinetostatics.report_page.chapters.verification_html", lambda *_: "")
+    monkeypatch.setattr("kinetostatics.report_page.verification_html", lambda *_: "")
     file = tmp_path / "report.html"
     ks.save_report(result.configuration, file, result.load)
     context = browser.new_context(viewport={"width": 900, "height": 700}, offline=True)

@@ -110,8 +110,8 @@ def test_the_workspace_has_worst_cases_and_maps(html):
 def test_the_code_of_the_page_makes_the_same_file(html, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     drawn = {
-        "chapters._figures": r'<div class="maps">.*?</div>',
-        "chapters.scene_html": r'<div class="scene">.*?<img class="still".*?>',
+        "_figures": r'<div class="maps">.*?</div>',
+        "scene_html": r'<div class="scene">.*?<img class="still".*?>',
     }
     for name, pattern in drawn.items():  # what takes long to draw is not drawn again
         same = re.search(pattern, html, re.DOTALL)[0]
@@ -124,7 +124,7 @@ def test_the_code_of_the_page_makes_the_same_file(html, tmp_path, monkeypatch):
 def test_the_tip_of_a_tool(pose, monkeypatch, tmp_path):
     """Its motion, where that comes from, the map and what actuators correct; the verdict is about o."""
     for name in ("scene_html", "verification_html"):
-        monkeypatch.setattr(f"kinetostatics.report_page.chapters.{name}", lambda *_: "drawn elsewhere")
+        monkeypatch.setattr(f"kinetostatics.report_page.{name}", lambda *_: "drawn elsewhere")
     file, load, tool = tmp_path / "tip.html", ["--load", *map(str, LOAD)], ["--tool", "50mm", "0", "200mm"]
     at = ["--platform", "z=500mm", "rx=3deg", "ry=0", "--sweep", "rx=0:3deg:2"]
     assert main(["report", "3rps", *at, *load, *tool, "--controlled", "x", "y", "z", "--out", str(file)]) == 0

@@ -2,27 +2,51 @@
 
 from __future__ import annotations
 
+import base64
 import os
 import re
+import tempfile
+from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.arguments import Keyword
-from kinetostatics.exceptions import ArgumentError
+from kinetostatics.compensation import compensate
+from kinetostatics.exceptions import ArgumentError, CoordinatesError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.layout.numbers import ANGLES, LENGTHS, STIFFNESSES, NoiseFloor, NumberFormat, join_words, quantity
 from kinetostatics.layout.renderings import save_page
-from kinetostatics.report_page import chapters
+from kinetostatics.math.arrays import Array
+from kinetostatics.reports.map import coordinate_words, map_report
+from kinetostatics.reports.result import magnitudes
+from kinetostatics.reports.sources import parts_along, ranked, share, shown_and_rest, sources
 from kinetostatics.results.pose_arrays import tool_on_robot
+from kinetostatics.results.result import Result
+from kinetostatics.verification import verify
+from kinetostatics.viewer.page import iframe_html, page_html
+from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.workspace.sweep_plan import versions
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import xarray as xr
+
+#: Height of the scene [px].
+HEIGHT = 600
+
+#: Assumptions for every robot.
+ALWAYS = (
+    "Displacements are small: equilibrium is formulated at the unloaded pose, and displacements are proportional to the load.",
+    "Beams are straight and prismatic, of a linear elastic material, with bending, torsion, extension and shear (Timoshenko). "
+    "Axial forces do not change their stiffness; N/N_Euler shows how close they are to buckling.",
+    "Base, platform and all links that are not beams are rigid.",
+    "Actuators are locked at their positions. Joints have neither clearance nor friction, and all masses are at rest.",
+)
 
 
 def save_report(
@@ -85,17 +109,17 @@ def report_html(
     place = tool_on_robot(tool, result.robot)
     tip = result.seen_from(place)
     if workspace is not None:
-        workspace = chapters.checked_map(workspace, configuration, place)
+        workspace = checked_map(workspace, configuration, place)
     robot = result.robot
     heading = str(title or robot.name)
     parts = {
         "In short": tip.report().brief().html(),
-        "The robot at the pose": chapters.scene_html(result, heading),
-        "Where the sag comes from": chapters.sag_html(tip),
-        "Over the workspace": "" if workspace is None else chapters.workspace_html(workspace, configuration),
-        "Compensation": chapters.compensation_html(result, arguments, controlled, place),
-        "Checked by finite elements": chapters.verification_html(result, arguments),
-        "What is assumed": chapters.assumptions_html(result),
+        "The robot at the pose": scene_html(result, heading),
+        "Where the sag comes from": sag_html(tip),
+        "Over the workspace": "" if workspace is None else workspace_html(workspace, configuration),
+        "Compensation": compensation_html(result, arguments, controlled, place),
+        "Checked by finite elements": verification_html(result, arguments),
+        "What is assumed": assumptions_html(result),
         "The pose in numbers": tip.report().html(),
         "The robot": robot.report().html(),
     }
@@ -107,3 +131,184 @@ def report_html(
 
 def _asset(name: str) -> str:
     return (files("kinetostatics.report_page") / "assets" / name).read_text(encoding="utf-8")
+
+
+# ---- chapters ---------------------------------------------------------------------------------------------------------
+
+
+def assumptions_html(result: Result) -> str:
+    """Return a list of the assumptions of an analysis: elastic and rigid parts, linearity, weights."""
+    description = result.robot.description
+    beams, joints = list(description.beams), list(description.joint_stiffness)
+    kinds = {"beams": beams, "joints": joints, "springs": list(description.springs)}
+    texts = [f"Elastic {kind}: {join_words(names, 12)}." for kind, names in kinds.items() if names] or ["Nothing is elastic."]
+    if not joints:
+        texts.append("Joints, bearings and actuators are rigid: the file gives no stiffnesses for them.")
+    gravity = ", ".join(f"{value:.6g}" for value in result.gravity)
+    texts.append(f"Gravity is ({gravity}) m/s² in world axes; it acts on all masses, and on beams along their whole length.")
+    return "<ul>" + "".join(f"<li>{escape(text)}</li>" for text in (*texts, *ALWAYS)) + "</ul>"
+
+
+def sag_html(result: Result) -> str:
+    """Return bar charts of the contributions to the platform's displacement."""
+    noise = magnitudes(result)
+    names, twists = sources(result)
+    parts = {
+        "By weights and loads": _bars(list(result.contributions), list(result.contributions.values()), result, noise),
+        "By elastic parts": _bars([f"{name} ({kind})" for name, kind in names], list(twists), result, noise, sort=True),
+    }
+    found = [f"<h3>{title}</h3>\n{bars}" for title, bars in parts.items() if bars]
+    return "\n".join(found) or "<p>The platform does not move: no elastic part deforms.</p>"
+
+
+def compensation_html(
+    result: Result, arguments: dict[str, Keyword], controlled: Sequence[str] | None, tool: Array | None = None
+) -> str:
+    """Return the corrections of the actuators by which the loaded platform reaches the pose, or the reason why there are none."""
+    try:
+        return compensate(result.configuration, controlled=controlled, tool=tool, **arguments).report().html()
+    except KinetostaticsError as error:
+        if controlled is not None and isinstance(error, (ArgumentError, CoordinatesError)):
+            raise  # an invalid argument
+        return f"<p>No correction: {escape(str(error))}.</p>"
+
+
+def verification_html(result: Result, arguments: dict[str, Keyword]) -> str:
+    """Return the verification by finite elements, or the reason why there is none."""
+    known = {name: value for name, value in arguments.items() if name not in ("engine", "on_failure")}
+    try:
+        found = verify(result.configuration, **known)
+    except KinetostaticsError as error:
+        return f"<p>No verdict: {escape(str(error))}.</p>"
+    return found.report().html()
+
+
+def scene_html(result: Result, title: str) -> str:
+    """Return the scene of the viewer, and an image element that shows it in print."""
+    frame = iframe_html(page_html(describe_scene(result, title).plain()), HEIGHT)
+    return f'<div class="scene">{frame}</div>\n<img class="still" alt="{escape(title)}, deformation exaggerated">'
+
+
+#: Largest number of bars; the remaining contributions share one bar.
+MOST = 14
+#: Sizes [px]: width of the drawing, height of a row, width of the column of numbers, width of a letter.
+WIDTH, ROW, NUMBERS, LETTER = 680, 20, 90, 6.4
+
+#: Title of the bars: displacement, or rotation if the displacement is zero.
+WORDS = ("displacement of {}, each along the whole displacement", "rotation, each about the axis of the whole rotation")
+
+
+def _bars(names: list[str], twists: list[Array], result: Result, noise: NoiseFloor, sort: bool = False) -> str:
+    """Return a bar for each twist (6,): its part of the whole displacement; an empty text if the platform does not move."""
+    found = parts_along(np.reshape(twists, (-1, 6)), result.twist, noise)
+    if found is None:
+        return ""
+    parts, sizes, by = found
+    values = parts[:, by]
+    order = ranked(values) if sort else list(range(len(values)))
+    shown, rest = shown_and_rest(order, MOST)
+    rows = [(names[k], float(values[k])) for k in shown]
+    if rest:
+        rows.append((f"{len(rest)} others", float(values[rest].sum())))
+    form = NumberFormat.of(values, (LENGTHS, ANGLES)[by], (noise.displacement, noise.rotation)[by])
+    words = WORDS[by].format(result.point_name)
+    return _drawing(rows, form, float(sizes[by]), f"Parts of the {words}; together {form.with_unit(sizes[by])}")
+
+
+def _drawing(rows: Sequence[tuple[str, float]], form: NumberFormat, whole: float, title: str) -> str:
+    """Return a bar chart (SVG) of named values [SI]; beside each bar stand the value and its percentage of the whole."""
+    left = min(260.0, 12 + LETTER * max(len(name) for name, _ in rows))
+    low, high = min(0.0, *(value for _, value in rows)), max(0.0, *(value for _, value in rows))
+    per_unit = (WIDTH - left - 1.8 * NUMBERS) / (high - low)
+    zero = left - low * per_unit
+    height = ROW * len(rows) + 30
+    parts = [
+        f'<svg class="bars" viewBox="0 0 {WIDTH} {height}" role="img" aria-label="{escape(title)}">',
+        f'<text class="title" x="0" y="14">{escape(title)}</text>',
+    ]
+    for k, (name, value) in enumerate(rows):
+        y = 26 + ROW * k
+        begin, length = zero + min(0.0, value) * per_unit, abs(value) * per_unit
+        colour = "less" if value < 0 else "more"
+        parts += [
+            f'<text class="name" x="{left - 6:.1f}" y="{y + 13}" text-anchor="end">{escape(name)}</text>',
+            f'<rect class="{colour}" x="{begin:.2f}" y="{y + 3}" width="{length:.2f}" height="{ROW - 6}"/>',
+            f'<text x="{zero + max(0.0, value) * per_unit + 6:.1f}" y="{y + 13}">{escape(form.with_unit(value))}'
+            f" ({share(value, whole):.1f} %)</text>",
+        ]
+    parts.append(f'<line x1="{zero:.2f}" x2="{zero:.2f}" y1="24" y2="{height - 2}"/></svg>')
+    return "\n".join(parts)
+
+
+#: Quantities of the workspace chapter, if the map has them.
+SHOWN = ("linear_sag", "angular_sag", "least_translational_stiffness", "largest_actuator_force")
+
+
+def checked_map(workspace: xr.Dataset, configuration: Configuration, tool: Array | None) -> xr.Dataset:
+    """Check that a map is one of this robot, and return the map with the tool's tip as reference point."""
+    from kinetostatics.indices import at_point
+    from kinetostatics.indices.map_variables import variable
+
+    variable(workspace, "status")
+    name, of = configuration.robot.name, workspace.attrs.get("robot_name")
+    if of != name:
+        raise ArgumentError(f"the map is of {of!r}, but the pose of {name!r}: sweep the same robot")
+    own = workspace.attrs.get("point")
+    if own is None:
+        return workspace if tool is None else at_point(workspace, tool.tolist())
+    if tool is None or not np.array_equal(own, tool):
+        point = f"({' '.join(f'{value:g}' for value in own)})"
+        raise ArgumentError(f"the map refers to the point {point} m of the platform: give tool={point.replace(' ', ', ')} too")
+    return workspace
+
+
+def workspace_html(workspace: xr.Dataset, configuration: Configuration) -> str:
+    """Return the worst cases of a map, and figures of its slices near the pose."""
+    about = "<p>Sag and stiffness are those of the tool's tip.</p>" if "point" in workspace.attrs else ""
+    return "\n".join([map_report(workspace).html(), _softest(workspace), about, _figures(workspace, configuration)])
+
+
+def _softest(workspace: xr.Dataset) -> str:
+    """Return a sentence on the pose of least translational stiffness."""
+    from kinetostatics import indices
+
+    what = "least_translational_stiffness"
+    try:
+        found = indices.worst(workspace, what)
+    except ArgumentError:  # no valid pose
+        return ""
+    where = ", ".join(coordinate_words(workspace[name], value) for name, value in found.coordinates.items())
+    return f"<p>least translational stiffness {quantity(found.value, STIFFNESSES)} at {escape(where or 'the only pose')}</p>"
+
+
+def _figures(workspace: xr.Dataset, configuration: Configuration) -> str:
+    """Return figures of slices over the first two varying coordinates; if Matplotlib is missing, a sentence."""
+    try:
+        from kinetostatics import plot
+    except KinetostaticsError as error:
+        return f"<p>There are no maps here: {escape(str(error))}.</p>"
+    from kinetostatics import indices
+    from kinetostatics.plot.selection import free_names
+    from kinetostatics.plot.style import save_and_close
+
+    names = free_names(workspace, ())
+    if not names:
+        return ""
+    here = {**configuration.platform, **configuration.actuators}
+    at = {name: float(here[name]) for name in names[2:] if name in here}
+    found = []
+    for what in sorted(set(SHOWN) & set(indices.names(workspace)), key=SHOWN.index):
+        try:
+            if len(names) > 1:
+                axes = plot.slice(workspace, what, *names[:2], at=at)
+            else:
+                axes = plot.line(workspace, what, names[0])
+        except ArgumentError:  # no valid pose
+            continue
+        with tempfile.TemporaryDirectory(prefix="kinetostatics_") as folder:
+            file = Path(folder) / "map.svg"
+            save_and_close(axes, file)
+            data = base64.b64encode(file.read_bytes()).decode()
+        words = escape(f"{what} over {', '.join(names[:2])}")
+        found.append(f'<img class="map" alt="{words}" src="data:image/svg+xml;base64,{data}">')
+    return f'<div class="maps">{"".join(found)}</div>'

@@ -4,7 +4,7 @@ import pytest
 from package_robots import robot
 
 import kinetostatics as ks
-from kinetostatics.report_page import chapters
+import kinetostatics.report_page as page
 from kinetostatics.verification import OpenSeesError
 
 
@@ -12,26 +12,26 @@ def test_without_opensees_there_is_a_sentence(monkeypatch):
     def missing(*_more, **_options):
         raise OpenSeesError("the check by finite elements needs OpenSeesPy: pip install 'kinetostatics[verify]'")
 
-    monkeypatch.setattr(chapters, "verify", missing)
-    said = chapters.verification_html(ks.analyze(robot("five_bar").assemble()), {})
+    monkeypatch.setattr(page, "verify", missing)
+    said = page.verification_html(ks.analyze(robot("five_bar").assemble()), {})
     assert said.startswith("<p>No verdict: the check by finite elements needs OpenSeesPy: pip install")
 
 
 def test_a_rigid_robot_at_rest_has_no_bars_but_a_sentence():
     result = ks.analyze(robot("five_bar").assemble(), gravity=[0, 0, 0])
-    assert chapters.sag_html(result).startswith("<p>The platform does not move")
+    assert page.sag_html(result).startswith("<p>The platform does not move")
 
 
 def test_coordinates_to_correct_that_make_no_sense_are_an_error_and_missing_drives_a_sentence(monkeypatch):
     result = ks.analyze(robot("five_bar").assemble())
     with pytest.raises(ks.KinetostaticsError, match="x, y"):
-        chapters.compensation_html(result, {}, ("z", "rx"))
+        page.compensation_html(result, {}, ("z", "rx"))
 
     def undriven(*_more, **_options):
         raise ks.ArgumentError("'five_bar' has no actuators, so that nothing can be corrected")
 
-    monkeypatch.setattr(chapters, "compensate", undriven)
-    assert chapters.compensation_html(result, {}, None).startswith("<p>No correction: &#x27;five_bar&#x27; has no actuators")
+    monkeypatch.setattr(page, "compensate", undriven)
+    assert page.compensation_html(result, {}, None).startswith("<p>No correction: &#x27;five_bar&#x27; has no actuators")
 
 
 def test_arguments_that_make_no_sense(tmp_path):
