@@ -1,12 +1,12 @@
 """Joints that follow others: positions against closed forms and against Pinocchio."""
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from package_robots import rates
 from places import ROOT
 
 import kinetostatics as ks
@@ -244,17 +244,6 @@ def stiff(robot: ks.Robot, **drives: float) -> ks.Robot:
     for name, stiffness in drives.items():
         description = description.with_part(JointStiffness(name, drive=stiffness))
     return ks.Robot(description)
-
-
-def rates(robot: ks.Robot, at: dict[str, float], frame: Callable[[ks.Configuration], np.ndarray]) -> np.ndarray:
-    """Return how a frame moves per unit of each actuator (6, actuators), by differences of assembled poses."""
-    here, columns, h = robot.assemble(actuators=at), [], 1e-6
-    for name in at:
-        ends = [frame(robot.assemble(actuators={**at, name: at[name] + step}, near=here)) for step in (h, -h)]
-        moved = (ends[0] - ends[1]) / (2 * h)
-        spin = moved[:3, :3] @ frame(here)[:3, :3].T
-        columns.append([*moved[:3, 3], spin[2, 1], spin[0, 2], spin[1, 0]])
-    return np.array(columns).T
 
 
 @pytest.mark.few(2)

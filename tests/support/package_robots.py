@@ -2,6 +2,7 @@
 
 from functools import cache
 
+import numpy as np
 from places import ROBOTS
 
 import kinetostatics as ks
@@ -21,6 +22,17 @@ def generic_pose(name, description=None):
     one = robot(name)
     other = one if description is None else ks.Robot(description)
     return other.configuration(one.model_q(one.generic_poses)[:, 0], closure_tolerance=1e-9)
+
+
+def rates(one, at, frame):
+    """Return how a frame of a pose moves per unit of each actuator (6, actuators), by differences of assembled poses."""
+    here, columns, h = one.assemble(actuators=at), [], 1e-6
+    for name in at:
+        ends = [frame(one.assemble(actuators={**at, name: at[name] + step}, near=here)) for step in (h, -h)]
+        moved = (ends[0] - ends[1]) / (2 * h)
+        spin = moved[:3, :3] @ frame(here)[:3, :3].T
+        columns.append([*moved[:3, 3], spin[2, 1], spin[0, 2], spin[1, 0]])
+    return np.array(columns).T
 
 
 def rigid_links(one):

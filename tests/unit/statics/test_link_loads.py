@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import small_robots
 from package_robots import generic_pose as pose
-from package_robots import rigid_links, robot
+from package_robots import rates, rigid_links, robot
 
 import kinetostatics as ks
 from kinetostatics.cli.main import main
@@ -219,10 +219,9 @@ def test_a_massless_link_between_parallel_hinges_may_be_loaded(elastic):
     at = {name: value + 0.03 * k for k, (name, value) in enumerate(one.assemble().actuators.items(), 1)}
     load, here = ks.LinkLoad([30, -20, 50, 3, -2, 4], (0.1, 0.02, -0.03)), one.assemble(actuators=at)
     found = ks.analyze(here, gravity=NO_GRAVITY, loads={"upper_1": load}).actuator_forces
-    for name in at:
-        ends = [one.assemble(actuators={**at, name: at[name] + step}, near=here).frame("upper_1") for step in (1e-5, -1e-5)]
-        moved, spin = (ends[0] - ends[1]) / 2e-5, (ends[0] - ends[1])[:3, :3] @ here.frame("upper_1")[:3, :3].T / 2e-5
-        work = load.wrench @ np.array([*(moved @ [*load.point, 1])[:3], spin[2, 1], spin[0, 2], spin[1, 0]])
+    arm = here.frame("upper_1")[:3, :3] @ load.point
+    for name, moved in zip(at, rates(one, at, lambda pose: pose.frame("upper_1")).T, strict=True):
+        work = load.wrench @ np.concatenate([moved[:3] + np.cross(moved[3:], arm), moved[3:]])
         assert found[name] == pytest.approx(-work, rel=1e-6, abs=1e-6)
     pytest.importorskip("openseespy")
     assert max(ks.verify(here, loads={"upper_1": load}).differences.values()) < 1e-8
