@@ -79,7 +79,7 @@ def design_robot(
     name: str | None = None,
     **given: Keyword,
 ) -> Design:
-    """Return the design of a generated file of an architecture; the other arguments are those of :func:`new_robot`."""
+    """Return the design of a file for an architecture; the other arguments are those of :func:`new_robot`."""
     by_group = {group: skeleton_of(parsed, group) for group in parsed.groups}
     skeletons = tuple(by_group[group] for group in parsed.limbs)
     for what, word in (("guide", guide), ("axis", axis)):
@@ -253,7 +253,7 @@ def _limb_options(
 
 
 def _check_oblique(architecture: Architecture, k: int, skeleton: Skeleton, span: np.ndarray) -> None:
-    """Check that the platform point is in the plane of a limb whose axes are parallel."""
+    """Check that the last link of a limb can leave the plane normal to its revolute axes: between U and S joints."""
     ends = skeleton.points[-2:]
     if len(ends) < 2 or any(point.kind not in ("U", "S") for point in ends) or (ends[0].axes == "xn" or ends[1].axes == "nx"):
         raise ArgumentError(

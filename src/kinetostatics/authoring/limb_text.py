@@ -17,7 +17,7 @@ from kinetostatics.authoring.spherical import spherical_limb
 
 @dataclass(frozen=True)
 class LimbOptions:
-    """Options of a limb's text.
+    """Options of the text of a limb's macro.
 
     Attributes:
         macro: name of its macro.

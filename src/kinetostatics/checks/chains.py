@@ -190,7 +190,7 @@ class GraphReader:
         compounds = compound_joints(self.mechanism, limb)
         return _Reducer(self, [*limb.edges, *limb.branches], compounds).through(self.graph.base, self.graph.platform)
 
-    def dead_weight(self, topology: Topology, role: str) -> Graph:
+    def attached(self, topology: Topology, role: str) -> Graph:
         """Return the open branches and rings attached to the ``base`` or to the ``platform``."""
         edges = list((topology.base if role == "base" else topology.platform).edges)
         compounds: list[CompoundJoint] = []

@@ -105,7 +105,7 @@ def _coordinate(robot: Robot, joint: str, value: float) -> str:
 
 
 def zero_loop_gaps(facts: RobotFacts) -> str:
-    """Return a text with the gaps of the loops with all joints at zero; loops with equal gaps are grouped."""
+    """Return the gaps of the loops, with all joints at zero, as text; loops with equal gaps are grouped."""
     alike: dict[str, list[str]] = {}
     for name, item in facts.zero.loop_gaps.items():
         sizes = [quantity(float(f"{item['m']:.6g}"), LENGTHS, digits=4)] if item["m"] > 1e-9 else []

@@ -66,7 +66,10 @@ class Motions:
         self.platform = self.at_o(solver.platform_signs)
 
     def at_o(self, signs: Array) -> Array:
-        """Return the scaled map (6, nv) from velocities to the twist at o of a body; ``signs`` (nv,): effects of joints on it."""
+        """Return the scaled map (6, nv) from velocities to the twist at o of a body relative to the base.
+
+        ``signs`` (nv,): 1 for freedoms that move only the body, −1 for those that move only the base, else 0.
+        """
         return move_twist(self.twists * signs, self.o[:, None]) / np.repeat([self.robot.length, 1.0], 3)[:, None]
 
     @property
@@ -230,9 +233,10 @@ def _joint_along(motions: Motions, links: tuple[str, ...], axis: Array, foot: Ar
 
 
 def eliminated(matrix: Array) -> Array:
-    """Return a basis of the column space of a matrix (m, n) of unit size: r combinations of its columns, as coefficients (n, r).
+    """Return the coefficients (n, r) of combinations of a matrix's columns (m, n) that form a basis of its column space.
 
-    By Gauss-Jordan elimination. If the column space is a direct sum of spaces without common rows, each vector is in one of them.
+    The matrix has entries of unit magnitude. The method is Gauss-Jordan elimination: if the column space is a direct sum of
+    spaces without common rows, each combination is in one of them.
     """
     work, columns = np.array(matrix), np.eye(matrix.shape[1])
     pivots: list[int] = []

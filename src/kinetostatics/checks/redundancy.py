@@ -31,7 +31,7 @@ class Redundancy:
         count: number of constraints.
         limbs: names of the limbs between which they act, or of the limb that contains them.
         joints, beams: joints and beams loaded by the self-stress inside a limb; else empty.
-        wrenches: descriptions of the wrenches between these limbs at the zero pose; None if this pose has other self-stresses.
+        wrenches: descriptions of the wrenches between these limbs at the zero pose; None if their number differs there.
     """
 
     count: int

@@ -108,7 +108,7 @@ def _shipped(name: str) -> Path:
 
 
 def shown_path(path: str) -> str:
-    """Return a robot file's path for messages: relative to the working folder, if below it; of a bundled robot, the file name."""
+    """Return a robot file's path for messages: relative to the working folder if below it, for bundled robots the file name."""
     if not os.path.isabs(path):
         return path
     if any(os.path.dirname(path) == os.fspath(folder) for folder in OWN_FOLDERS):

@@ -33,7 +33,7 @@ class Actuators:
 def foreign_robot(
     path: str, root: XmlElement, yaml: str | os.PathLike[str] | None
 ) -> tuple[SourceRobot, list[ForeignLoop], Actuators, list[str]]:
-    """Return the source, with joint types by its YAML file, its loops, its actuators and warnings."""
+    """Return the source (with the joint types of its YAML file), its loops, its actuators and warnings."""
     source = _source(path, root)
     entries = [entry for element in root.named("transmission") for entry in element.named("joint")]
     transmissions = tuple(dict.fromkeys(entry.attributes.get("name", "") for entry in entries))

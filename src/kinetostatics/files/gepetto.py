@@ -91,7 +91,7 @@ class Node:
         return self.value
 
     def text(self, what: str) -> str:
-        """Return a text that is not empty and is in one line."""
+        """Return the text of this node, which must be one line and not blank."""
         if not isinstance(self.value, str) or not self.value.strip() or not self.value.isprintable():
             found = repr(self.value) if isinstance(self.value, str) else "a mapping" if self.value is None else "a list"
             raise self.error(f"{what} must be text in one line, not {found}")
@@ -134,7 +134,7 @@ def _read_yaml(path: str | os.PathLike[str]) -> dict[str, Node]:
 
 
 def beside(path: str) -> str | None:
-    """Return the path of the YAML file that is named as a URDF and lies beside it, if it has ``closed_loop``; else None."""
+    """Return the path of the YAML file with the name and folder of a URDF, if it has ``closed_loop``; else None."""
     file = f"{os.path.splitext(path)[0]}.yaml"
     try:
         return file if re.search(rb"^closed_loop\s*:", read_file(file), re.MULTILINE) else None

@@ -199,7 +199,7 @@ def _check_robot_level(root: XmlElement) -> None:
 
 
 def _only(root: XmlElement, table: ElementTable, links: Mapping[str, Link]) -> XmlElement | None:
-    """Return the one element of a table that names a link, or None."""
+    """Return the only element of a table, which names a link; None if there is none."""
     found = root.named(table.tag)
     if len(found) > 1:
         raise found[1].error(f"there are two <{table.tag}>; a robot has one")

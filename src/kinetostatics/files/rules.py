@@ -27,7 +27,7 @@ SINGLE = ", ".join(names_of("is_single"))
 
 
 def lacks_axis(element: XmlElement) -> bool:
-    """Whether the ``<axis>`` of a joint or loop is missing; the axes of a universal joint have sensible defaults."""
+    """Whether the ``<axis>`` of a joint or loop is missing; universal joints need none, because their default axes are usual."""
     kind = JOINT_TYPES.get(element.attributes.get("type", ""))
     return kind is not None and kind.has_axis and kind.turns is not Axes.BOTH and element.child("axis") is None
 

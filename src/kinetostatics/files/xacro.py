@@ -272,6 +272,6 @@ def whole_text(root: XmlElement, additions: str) -> str:
 
 
 def quoted(value: str) -> str:
-    """Return a value as a quoted attribute value."""
+    """Return the value of an attribute as XML text, in quotes."""
     # without xml.sax.saxutils, whose import takes 50 ms
     return '"' + html.escape(value, quote=False).replace('"', "&quot;") + '"'
