@@ -106,12 +106,6 @@ class SpanFinder:
         self.beams_of: dict[str, list[Beam]] = {}
         for beam in description.beams.values():
             self.beams_of.setdefault(beam.link, []).append(beam)
-        for role, link in (("base", description.base), ("platform", description.platform)):
-            if link in self.beams_of:
-                raise self.beams_of[link][0].place.error(
-                    f"the {role} link {link!r} is rigid and cannot carry a beam; give the beam a link of its own and join "
-                    "it by a fixed joint"
-                )
         self.base_links = self._rigid_with(description.base)
         self.platform_links = self._rigid_with(description.platform)
         if self.base_links & self.platform_links:
@@ -122,22 +116,9 @@ class SpanFinder:
         """Return all beams by name.
 
         Raises:
-            RobotFileError: the ends of a beam are invalid, or its mass is specified twice.
+            RobotFileError: the ends of a beam are invalid.
         """
-        spans = {name: self._span(beam) for name, beam in self.description.beams.items()}
-        self._check_densities()
-        return spans
-
-    def _check_densities(self) -> None:
-        """Check that all beams of a link have a density, or none."""
-        for link, beams in self.beams_of.items():
-            given = [beam.density is not None for beam in beams]
-            if any(given) and not all(given):
-                raise beam_error(
-                    beams[given.index(False)],
-                    f"another beam of link {link!r} has a density, which replaces the link's <inertial>; give this "
-                    "one a density too (0 for a massless beam)",
-                )
+        return {name: self._span(beam) for name, beam in self.description.beams.items()}
 
     def _rigid_with(self, link: str) -> set[str]:
         """Return the links without beams that are joined to ``link`` by rigid fixed joints."""

@@ -248,3 +248,48 @@ def test_mass_of_a_telescope_without_density():
         machine = mast(f'<beam link="rod" from="foot" to="head" {density} {BEAM}>{CIRCLE}</beam>', mass=2.0)
         result = ks.analyze(machine.assemble(actuators={"slide": stroke}), gravity=(-10, 0, 0))
         np.testing.assert_allclose(result.base_wrench[:, 4], 10 * mass * centre, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("parts", "words"),
+    [
+        (
+            [link("bob", 1.0), joint("hook", "fixed", "rod", "bob", "0 0 0.2")],
+            "'hook' carries load at a point of link 'rod' that is",
+        ),
+        (
+            [
+                *(link("strut"), link("end", 1.0), joint("side", "prismatic", "rod", "strut", "0 0 0.2", "1 0 0")),
+                *(joint("tip", "fixed", "strut", "end", "0.3 0 0"), beam("strut", 'from="side:parent" to="tip"')),
+            ],
+            "<beam 'strut'>: it ends in the middle of another beam",
+        ),
+        (
+            [
+                *(
+                    link("inner"),
+                    link("strut", 1.0),
+                    joint("foot_2", "fixed", "base", "inner"),
+                    beam("strut", 'from="foot_2" to="tip"'),
+                ),
+                *(
+                    joint("slide", "prismatic", "inner", "strut", "0 0 0.1", "1 0 0"),
+                    link("end"),
+                    joint("tip", "fixed", "strut", "end", "0 0 1"),
+                ),
+            ],
+            "the axis of the prismatic joint 'slide' inside its span does not lie along the beam",
+        ),
+    ],
+)
+def test_what_beams_cannot_carry(parts, words):
+    column = link("base"), link("rod"), link("platform"), joint("foot", "fixed", "base", "rod")
+    head = joint("head", "fixed", "rod", "platform", "0 0 0.5"), beam("rod", 'from="foot" to="head"')
+    with pytest.raises(ks.RobotFileError, match=words):
+        robot(*column, *head, *parts).beams  # noqa: B018
+
+
+def test_a_beam_that_is_written_backwards_is_a_warning():
+    column = link("base"), link("rod"), link("platform"), joint("foot", "fixed", "base", "rod")
+    machine = robot(*column, joint("head", "fixed", "rod", "platform", "0 0 0.5"), beam("rod", 'from="head" to="foot"'))
+    assert "'rod' runs from its end towards the platform to the one towards the base" in machine.topology.warnings[0]
