@@ -252,6 +252,9 @@ def test_what_a_looser_limit_saves_where_a_parameter_is_at_its_bound(cantilever,
     ("changes", "said"),
     [
         ({"vary": {"diameter": "9mm:2mm"}}, "from a smaller to a larger"),
+        ({"vary": 3}, "must be a mapping"),
+        ({"vary": {3: "9mm,12mm"}}, "vary has the key 3"),
+        ({"minimize": "weight"}, "no quantity 'weight'"),
         ({"vary": {"diameter": "9mm"}}, "two different values"),
         (
             {"vary": {"diameter": [*range(1, 51)], "length": [*range(1, 52)]}},

@@ -99,6 +99,7 @@ def test_table_json_file_and_picture(front, tmp_path):
 def test_mistakes(cantilever):
     for given, message in [
         ({"minimize": "mass"}, "a front has two quantities"),
+        ({"minimize": ("mass", "mass")}, "two different quantities"),
         ({"points": 1}, "points is 1; it must be a whole number from 2 to"),
         ({"minimize": ("mass", "least_translational_stiffness")}, "is not to be minimized"),
     ]:

@@ -73,6 +73,7 @@ def test_what_no_candidate_tells():
         ({"readings": ["dzz"]}, "there is no gauge 'dzz'"),
         ({"load": [1, 2]}, "its last axis must have 6 entries"),
         ({"platform": 3}, "it must be a mapping"),
+        ({"platform": SOME, "actuators": {"prismatic_1": 0.0}}, "either platform or actuators"),
         ({"platform": {"z": np.linspace(0.4, 0.5, 20001), "rx": 0, "ry": 0}}, "there must be 1 to 20,000"),
         ({"platform": {"z": 0.5, "rx": 0}}, "mobility"),
     ],

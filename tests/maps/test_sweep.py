@@ -245,6 +245,10 @@ def test_what_is_not_reached_is_nan_and_says_so():
         ({"platform": {"z": [0.5], "rx": 0, "r": 0}}, "no platform coordinate 'r'"),
         ({"load": np.zeros((2, 6))}, "give it as an xarray.DataArray"),
         ({"load": [1, 2]}, "must have 6 entries"),
+        ({"load": None}, "load is None"),
+        ({"gravity": [0, 0, np.nan]}, "gravity has entries that are not finite"),
+        ({"loads": {"platform": np.zeros((2, 6))}}, "are constant in a sweep"),
+        ({"actuators": {"prismatic_1": 0.0}, "platform": {"z": 0.5}}, "give either platform= or actuators="),
         ({"load": xr.DataArray(np.zeros((2, 6)), dims=("a", "b"))}, "one of them must be 'component'"),
         ({"load": xr.DataArray(np.zeros((2, 6)), dims=("twist", "component"))}, "'twist' cannot be the name of a dimension"),
         (
