@@ -10,6 +10,7 @@ import numpy as np
 import package_robots
 import pinocchio as pin
 import pytest
+import simple_machines as sm
 import small_robots as sr
 from hypothesis import given
 from hypothesis import strategies as st
@@ -476,33 +477,21 @@ def test_only_what_the_rigid_limbs_leave_open_is_nan():
 
 # ---- unusual robots ------------------------------------------------------------------------------------------------------
 
-BEAM = 'youngs_modulus="200e9" poisson_ratio="0.3" density="7850"><circle diameter="0.05"/></beam>'
-LIMIT = '<limit lower="-3" upper="3" effort="0" velocity="0"/>'
-MASS = '<inertial><origin xyz="{}"/><mass value="{}"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
-
 
 def test_a_limb_without_links():
     """A hinge directly between base and platform, and a column beside it."""
-    text = f"""<robot name="flap">
-      <link name="base"/><link name="column"/>
-      <link name="platform">{MASS.format("0.5 0 0", 4)}</link>
-      <joint name="hinge" type="revolute"><parent link="base"/><child link="platform"/><origin xyz="0 0 1"/>
-        <axis xyz="0 1 0"/>{LIMIT}</joint>
-      <joint name="foot" type="revolute"><parent link="base"/><child link="column"/><origin xyz="1 0 0"/>
-        <axis xyz="0 1 0"/>{LIMIT}</joint>
-      <platform link="platform"><origin xyz="1 0 0"/></platform>
-      <loop name="head" type="revolute"><predecessor link="column"><origin xyz="0 0 1"/></predecessor>
-        <successor link="platform"><origin xyz="1 0 0"/></successor><axis xyz="0 1 0"/></loop>
-      <beam link="column" {BEAM}
-    </robot>"""
-    one = robot_of_text(text)
+    one = sm.robot(
+        sm.link("base"), sm.link("column"), sm.link("platform", 4.0, "0.5 0 0"),
+        sm.joint("hinge", "revolute", "base", "platform", "0 0 1"), sm.joint("foot", "revolute", "base", "column", "1 0 0"),
+        sm.loop("head", "revolute", "column", "platform", "0 0 1", "1 0 0", "0 1 0"),
+        sm.bar("column", "foot", "head", sm.RHO, sm.CIRCLE),
+    )  # fmt: skip
     assert [limb.links for limb in one.topology.limbs] == [("column",), ()]
-    found = ks.analyze(one.assemble(), load=(0, 0, -100, 0, 0, 0))
+    found = ks.analyze(one.assemble(), load=(0, 0, -100, 0, 0, 0), point=(1, 0, 1))
     assert found.status == ks.Status.OK
     A = np.pi * 0.05**2 / 4
-    q = 7850 * A * 9.81
-    assert found.twist[2] == pytest.approx(-(100 + 2 * 9.81 + q / 2) / (200e9 * A), rel=1e-9)
-    assert found.twist[4] == pytest.approx(-found.twist[2], rel=1e-9)
+    q = sm.RHO * A * 9.81
+    np.testing.assert_allclose(found.twist, [0, 0, 0, 0, (100 + 2 * 9.81 + q / 2) / (sm.E * A), 0], rtol=1e-9, atol=1e-18)
     assert found.joint_wrenches["hinge"][2] == pytest.approx(2 * 9.81, rel=1e-9)
     np.testing.assert_allclose(found.joint_wrenches["hinge"][4], 0, atol=1e-9)
 
@@ -512,12 +501,8 @@ def portal_text(extra="", loops=""):
     return text.replace("</robot>", extra + loops + "</robot>")
 
 
-def hang(name, parent, xyz, mass, kind="fixed", axis="0 1 0", com="0 0 -0.2"):
-    limit = LIMIT if kind != "fixed" else ""
-    return (
-        f'<link name="{name}">{MASS.format(com, mass)}</link><joint name="{name}_joint" type="{kind}"><parent link="{parent}"/>'
-        f'<child link="{name}"/><origin xyz="{xyz}"/><axis xyz="{axis}"/>{limit}</joint>'
-    )
+def hang(name, parent, xyz, mass, kind="fixed", com="0 0 -0.2"):
+    return sm.link(name, mass, com) + sm.joint(f"{name}_joint", kind, parent, name, xyz)
 
 
 def test_dead_weight_on_base_platform_and_limb():
@@ -582,57 +567,35 @@ def test_a_limb_whose_twists_are_nearly_dependent_has_a_basis():
     assert ks.analyze(one.configuration(pin.neutral(one.model))).status == ks.Status.OK
 
 
-STAGES = """<robot name="stages"><link name="base"/><link name="cylinder"/>
-<link name="middle"><inertial><mass value="3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
-<link name="rod"/><link name="tip"/><platform link="tip"/>
-<joint name="root" type="fixed"><parent link="base"/><child link="cylinder"/></joint>
-<joint name="p1" type="prismatic"><parent link="cylinder"/><child link="middle"/><origin xyz="0 0 0.4"/><axis xyz="0 0 1"/>
-<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
-<joint name="p2" type="prismatic"><parent link="middle"/><child link="rod"/><origin xyz="0 0 0.4"/><axis xyz="0 0 1"/>
-<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
-<joint name="head" type="fixed"><parent link="rod"/><child link="tip"/><origin xyz="0 0 0.4"/></joint>
-<transmission name="t"><joint name="p1"/><joint name="p2"/></transmission>
-<beam link="CARRIER" from="root" to="head" youngs_modulus="2e11" poisson_ratio="0.3" density="7850">
-<circle diameter="0.04"/></beam></robot>"""
-
-
-@pytest.mark.parametrize(("carrier", "above_p1", "above_p2"), [("rod", 3, 0), ("middle", 0, 0), ("cylinder", 3, 0)])
-def test_drives_of_a_telescope_carry_the_links_beyond_them(carrier, above_p1, above_p2):
+@pytest.mark.parametrize("carrier", ["rod", "middle", "cylinder"])
+def test_drives_of_a_telescope_carry_the_links_beyond_them(carrier):
     """Each actuator holds the links outboard of it, and the beam if that is carried by one of them."""
-    text = STAGES.replace("CARRIER", carrier)
-    if carrier == "middle":  # its own mass is replaced by the beam's
-        above_p1 = 0
-    robot = ks.Robot(parse_robot_text(text))
-    result = ks.analyze(robot.assemble(), gravity=(0, 0, -10))
-    beam = 7850 * np.pi * 0.02**2 * 1.2
-    on_p1 = above_p1 + (beam if carrier in ("middle", "rod") else 0)
-    on_p2 = above_p2 + (beam if carrier == "rod" else 0)
-    assert float(result.actuator_forces["p1"]) == pytest.approx(10 * on_p1)
-    assert float(result.actuator_forces["p2"]) == pytest.approx(10 * on_p2, abs=1e-9)
-    assert result.base_wrench[2] == pytest.approx(10 * (beam + (0 if carrier == "middle" else 3)))
+    one = sm.robot(
+        sm.link("base"), sm.link("cylinder"), sm.link("middle", 3.0), sm.link("rod"), sm.link("platform"),
+        sm.joint("root", "fixed", "base", "cylinder"), sm.joint("p1", "prismatic", "cylinder", "middle", "0 0 0.4", "0 0 1"),
+        sm.joint("p2", "prismatic", "middle", "rod", "0 0 0.4", "0 0 1"),
+        sm.joint("head", "fixed", "rod", "platform", "0 0 0.4"),
+        '<transmission name="t"><joint name="p1"/><joint name="p2"/></transmission>',
+        sm.bar(carrier, "root", "head", sm.RHO, sm.CIRCLE),
+    )  # fmt: skip
+    result = ks.analyze(one.assemble(), gravity=(0, 0, -10))
+    beam, link = sm.RHO * np.pi * 0.025**2 * 1.2, 0 if carrier == "middle" else 3  # whose own mass is replaced by the beam's
+    assert float(result.actuator_forces["p1"]) == pytest.approx(10 * (link + beam * (carrier in ("middle", "rod"))))
+    assert float(result.actuator_forces["p2"]) == pytest.approx(10 * beam * (carrier == "rod"), abs=1e-9)
+    assert result.base_wrench[2] == pytest.approx(10 * (beam + link))
 
 
 def test_local_freedoms_that_are_driven_are_not_free():
     """A passive pendulum hangs on a fixed rod, and a driven arm on the base: neither moves the platform."""
-    mass = (
-        '<inertial><origin xyz="0 0 -0.1"/><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
-    )
-    text = f"""<robot name="local"><link name="base"/><link name="rod"/><link name="tip"/><platform link="tip"/>
-    <link name="pendulum">{mass}</link><link name="arm">{mass}</link>
-    <joint name="foot" type="fixed"><parent link="base"/><child link="rod"/></joint>
-    <joint name="head" type="fixed"><parent link="rod"/><child link="tip"/><origin xyz="0 0 0.5"/></joint>
-    <joint name="swing" type="continuous"><parent link="rod"/><child link="pendulum"/><origin xyz="0 0 0.5"/>
-    <axis xyz="0 1 0"/></joint>
-    <joint name="turn" type="continuous"><parent link="base"/><child link="arm"/><origin xyz="1 0 0"/><axis xyz="0 1 0"/></joint>
-    <transmission name="t"><joint name="turn"/></transmission>
-    <beam link="rod" from="foot" to="head" youngs_modulus="2e11" poisson_ratio="0.3" density="7850"><circle diameter="0.04"/>
-    </beam></robot>"""
-    robot = ks.Robot(parse_robot_text(text))
-    pose = robot.assemble(actuators={"turn": 0.7})
-    assert pose.status == ks.Status.OK
-    assert float(pose.actuators["turn"]) == pytest.approx(0.7)
-    result = ks.analyze(pose)
-    assert float(result.actuator_forces["turn"]) == pytest.approx(9.81 * 0.1 * np.sin(0.7))
+    one = sm.robot(
+        sm.link("base"), sm.link("rod"), sm.link("platform"), sm.joint("foot", "fixed", "base", "rod"),
+        sm.joint("head", "fixed", "rod", "platform", "0 0 0.5"), sm.bar("rod", "foot", "head", sm.RHO, sm.CIRCLE),
+        hang("pendulum", "rod", "0 0 0.5", 1.0, "continuous"), hang("arm", "base", "1 0 0", 1.0, "continuous"),
+        '<transmission name="t"><joint name="arm_joint"/></transmission>',
+    )  # fmt: skip
+    pose = one.assemble(actuators={"arm_joint": 0.7})
+    assert pose.status == ks.Status.OK and float(pose.actuators["arm_joint"]) == pytest.approx(0.7)
+    assert float(ks.analyze(pose).actuator_forces["arm_joint"]) == pytest.approx(9.81 * 0.2 * np.sin(0.7))
 
 
 @pytest.mark.few(1)
@@ -655,18 +618,14 @@ def test_rounding_does_not_change_the_assembly_mode(rounded):
 
 def test_beams_of_dead_branches_bend_under_their_own_weight():
     """A bracket that only hangs on the base is a cantilever: q L²/2 at its root, q L⁴/8EI at its tip."""
-    text = """<robot name="bracket"><link name="base"/><link name="rod"/><link name="tip"/><platform link="tip"/>
-    <link name="arm"/><link name="end"/>
-    <joint name="foot" type="fixed"><parent link="base"/><child link="rod"/></joint>
-    <joint name="head" type="fixed"><parent link="rod"/><child link="tip"/><origin xyz="0 0 0.5"/></joint>
-    <joint name="inner" type="fixed"><parent link="base"/><child link="arm"/></joint>
-    <joint name="outer" type="fixed"><parent link="arm"/><child link="end"/><origin xyz="0.4 0 0"/></joint>
-    <beam link="rod" from="foot" to="head" youngs_modulus="2e11" poisson_ratio="0.3" density="0"><circle diameter="0.05"/></beam>
-    <beam link="arm" from="inner" to="outer" youngs_modulus="2e11" poisson_ratio="0.3" density="7850" shear_coefficient="inf">
-    <circle diameter="0.02"/></beam></robot>"""
-    result = ks.analyze(ks.Robot(parse_robot_text(text)).assemble(), gravity=(0, 0, -10))
-    q, length, EI = 7850 * np.pi * 0.01**2 * 10, 0.4, 2e11 * np.pi * 0.01**4 / 4
-    beam = result.beams["arm"]
+    one = sm.robot(
+        sm.link("base"), sm.link("rod"), sm.link("platform"), sm.link("arm"), sm.link("end"),
+        sm.joint("foot", "fixed", "base", "rod"), sm.joint("head", "fixed", "rod", "platform", "0 0 0.5"),
+        sm.joint("inner", "fixed", "base", "arm"), sm.joint("outer", "fixed", "arm", "end", "0.4 0 0"),
+        sm.bar("rod", "foot", "head", 0.0, sm.CIRCLE), sm.bar("arm", "inner", "outer", sm.RHO, sm.CIRCLE),
+    )  # fmt: skip
+    beam = ks.analyze(one.assemble(), gravity=(0, 0, -10)).beams["arm"]
+    q, length, EI = sm.RHO * np.pi * 0.025**2 * 10, 0.4, sm.E * np.pi * 0.025**4 / 4
     assert np.hypot(*beam.section_wrenches[0, 4:]) == pytest.approx(q * length**2 / 2)
     assert beam.deflections[-1, 2] == pytest.approx(-q * length**4 / (8 * EI))
     assert beam.strain_energy == pytest.approx(q**2 * length**5 / (40 * EI))
