@@ -218,12 +218,15 @@ ARGUMENTS: Mapping[str, Argument] = {
         group="pose",
     ),
     "actuators": Argument(
-        "items", "coordinates of all actuators; those in no limb, as a gripper's, may be left out", "JOINT=VALUE", group="pose"
+        "items",
+        "coordinates of all actuators; those outside the limbs, as of a gripper, may be omitted",
+        "JOINT=VALUE",
+        group="pose",
     ),
     "near": Argument(
         "items",
-        "pose from which the straight line to this one starts; it decides the assembly mode (default: the closed zero pose); or "
-        "joints, also passive ones: the closed pose nearest to their values",
+        "start of the straight line to the pose, which decides the assembly mode (default: the closed zero pose): coordinates, or "
+        "values of joints, passive ones too, for the closed pose nearest to them",
         "NAME=VALUE",
         group="pose",
     ),
@@ -246,7 +249,7 @@ ARGUMENTS: Mapping[str, Argument] = {
     "point": Argument("length", "point of application of the force (default: o)", XYZ, 3, group="load"),
     "frame": Argument(
         "text",
-        "axes of load and point; a point in the platform's frame is relative to o (default: world)",
+        "axes of load and point (default: world); with platform, the point is relative to o",
         choices=("world", "platform"),
         group="load",
     ),

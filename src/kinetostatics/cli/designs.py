@@ -103,8 +103,8 @@ SENSITIVITIES = Command(
     _sensitivities,
     help="rank parameters and parts by their effect on sag, forces and mass",
     description=(
-        "Differentiate sag, forces and mass at one pose with respect to the arguments of the robot's file, or to\n"
-        "dimensions of its parts, and to the stiffness of every elastic part, and rank them by their effect on the platform."
+        "Differentiate sag, forces and mass at one pose with respect to arguments of the robot's file or dimensions of parts,\n"
+        "and to the stiffness of every elastic part, and rank all of these by their effect on the platform."
     ),
     arguments=(*ROBOT, *POSE, *LOADS, "tool", "by", "outputs", "json"),
     own={"out": Argument("texts", "write a bar chart (.svg, .pdf, .png)", "FILE")},

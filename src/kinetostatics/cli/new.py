@@ -145,8 +145,8 @@ NEW = Command(
     _new,
     help="make a robot file from a name such as Delta or 3-R[P]S, or from a URDF",
     description=(
-        "Make a robot file from a name of the field, its notation of limbs and joints, or a URDF, which it includes as it is,\n"
-        "with loops of onshape-to-robot, Gepetto or Isaac Sim; it is commented and ready to be edited."
+        "Make a robot file, commented and ready to be edited, from a known name, a notation of limbs and joints, or a URDF.\n"
+        "The URDF is included unchanged; loops may be those of onshape-to-robot, Gepetto or Isaac Sim."
     ),
     arguments=("parameters", "platform_link", "base_link"),
     own={

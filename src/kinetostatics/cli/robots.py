@@ -99,9 +99,9 @@ EXPORT = Command(
     _export,
     help="write C for a controller: pose, sag and actuator forces from coordinates, load and gravity",
     description=(
-        "Write C99 for a controller, with header, C++ wrapper, test program, CMakeLists.txt and README: from coordinates of\n"
-        "the platform or of the actuators, load and gravity to quantities of the pose. It needs no heap and no library except\n"
-        "libm, and closes the loops by bounded iterations from the last pose."
+        "Write C99 code for a controller, with header, C++ wrapper, test program, CMakeLists.txt and README. The code computes\n"
+        "quantities of the pose from load, gravity, and coordinates of the platform or of the actuators. It needs no heap and no\n"
+        "library except libm, and closes the loops by a bounded number of iterations from the last pose."
     ),
     arguments=(*ROBOT, "near", "orientation"),
     own={
