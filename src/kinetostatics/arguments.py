@@ -225,8 +225,8 @@ ARGUMENTS: Mapping[str, Argument] = {
     ),
     "near": Argument(
         "items",
-        "start of the straight line to the pose, which decides the assembly mode (default: the closed zero pose): coordinates, or "
-        "values of joints, passive ones too, for the closed pose nearest to them",
+        "start of the straight line to the pose, which decides the assembly mode (default: the closed zero pose): coordinates, "
+        "or values of joints, passive ones too, for the closed pose nearest to them",
         "NAME=VALUE",
         group="pose",
     ),

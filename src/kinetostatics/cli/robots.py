@@ -100,8 +100,8 @@ EXPORT = Command(
     help="write C for a controller: pose, sag and actuator forces from coordinates, load and gravity",
     description=(
         "Write C99 code for a controller, with header, C++ wrapper, test program, CMakeLists.txt and README. The code computes\n"
-        "quantities of the pose from load, gravity, and coordinates of the platform or of the actuators. It needs no heap and no\n"
-        "library except libm, and closes the loops by a bounded number of iterations from the last pose."
+        "quantities of the pose from load, gravity, and coordinates of the platform or of the actuators. It needs no heap and\n"
+        "no library except libm, and closes the loops by a bounded number of iterations from the last pose."
     ),
     arguments=(*ROBOT, "near", "orientation"),
     own={

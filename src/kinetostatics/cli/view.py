@@ -240,8 +240,8 @@ VIEW = Command(
         "live": Argument("flag", "handles and sliders move platform, actuators and load; ends with Ctrl+C"),
         "meshcat": Argument(
             "optional text",
-            "draw into the scene of a meshcat-server, below kinetostatics/ROBOT; URL is the zmq_url of a running server (default: "
-            "a new server, until Ctrl+C)",
+            "draw into the scene of a meshcat-server, below kinetostatics/ROBOT; URL is the zmq_url of a running server "
+            "(default: a new server, until Ctrl+C)",
             "URL",
         ),
         "sweep": Argument(
