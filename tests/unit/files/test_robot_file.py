@@ -77,6 +77,8 @@ BAD: list[tuple[str, str, list[str]]] = [
     ('<link name="ground"/>', '<link name="ground"/>\n<link name="ground"/><!--!-->', ["ground", ":4"]),
     ('<mass value="2"/>', '<mass value="-2"/><!--!-->', ["value='-2'", "zero or greater"]),
     ('<mass value="2"/>', '<mass value="heavy"/><!--!-->', ["'heavy'", "not a number"]),
+    ('<mass value="2"/>', '<mass value="4 cm"/><!--!-->', ["'4 cm'", "without the unit: 0.04"]),
+    ('<mass value="2"/>', '<mass value="30deg"/><!--!-->', ["not a number", "without the unit: 0.523598775598"]),
     ('<mass value="2"/>', '<mass value="1e999"/><!--!-->', ["'1e999'", "finite"]),
     (PLATE, '<link name="plate"><collision><origin rpy="0 0 nan"/><!--!--></collision></link>', ["nan"]),
     (PLATE, '<link name="plate"><beam/><!--!--></link>', ["directly inside <robot>"]),

@@ -293,3 +293,15 @@ def test_a_beam_that_is_written_backwards_is_a_warning():
     column = link("base"), link("rod"), link("platform"), joint("foot", "fixed", "base", "rod")
     machine = robot(*column, joint("head", "fixed", "rod", "platform", "0 0 0.5"), beam("rod", 'from="head" to="foot"'))
     assert "'rod' runs from its end towards the platform to the one towards the base" in machine.topology.warnings[0]
+
+
+def test_a_telescope_of_no_length_is_told_where_it_begins():
+    text = f"""<robot name="r">{link("a")}{link("b")}{link("c")}{link("p", 1.0)}
+{joint("foot", "continuous", "a", "b")}{joint("slide", "prismatic", "b", "c", "0 0 1", "0 0 1")}
+{joint("tip", "fixed", "c", "p")}<platform link="p"/>
+<transmission name="d"><joint name="slide"/></transmission><transmission name="e"><joint name="foot"/></transmission>
+<beam link="c" youngs_modulus="210e9" poisson_ratio="0.3" density="0"><circle diameter="0.04"/></beam></robot>"""
+    with pytest.raises(ks.RobotFileError, match="of a telescope that is one beam, from= is the joint behind 'slide'"):
+        dict(ks.Robot(parse_robot_text(text)).beams)
+    long = text.replace('<beam link="c"', '<beam link="c" from="foot"')
+    assert ks.analyze(ks.Robot(parse_robot_text(long)).assemble()).beams["c"].length == pytest.approx(1.0)
