@@ -14,6 +14,7 @@ import energy
 import numpy as np
 import package_robots
 import pytest
+import simple_machines as sm
 import small_robots as sr
 import sprung_robots
 from hypothesis import assume, given, settings
@@ -21,7 +22,6 @@ from hypothesis import strategies as st
 from places import ROOT
 
 import kinetostatics as ks
-from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.verification.frame_model import build
 
 COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "2"))
@@ -117,14 +117,12 @@ def test_every_part_of_a_stiff_robot_is_in_equilibrium(name):
 
 def arm(drive):
     """A massless arm on a driven hinge along y, hung up by a spring of no free length."""
-    return ks.Robot(
-        parse_robot_text(f"""<robot name="arm"><link name="ground"/><link name="arm"/>
-<joint name="hinge" type="continuous"><parent link="ground"/><child link="arm"/><axis xyz="0 1 0"/></joint>
-<platform link="arm"/><transmission name="drive"><joint name="hinge"/></transmission>
-<joint_stiffness joint="hinge" drive="{drive}"/><spring name="spring" stiffness="300" free_length="0">
-<predecessor link="ground"><origin xyz="0 0 0.4"/></predecessor>
-<successor link="arm"><origin xyz="0.25 0 0"/></successor></spring></robot>""")
-    )
+    return sm.robot(
+        sm.link("ground"), sm.link("platform"), sm.joint("hinge", "continuous", "ground", "platform"),
+        '<transmission name="drive"><joint name="hinge"/></transmission>', sm.springs("hinge", drive=drive),
+        '<spring name="spring" stiffness="300" free_length="0"><predecessor link="ground"><origin xyz="0 0 0.4"/></predecessor>',
+        '<successor link="platform"><origin xyz="0.25 0 0"/></successor></spring>',
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("drive", [1e-3, 1e-6])
@@ -139,18 +137,13 @@ def test_a_spring_that_holds_what_is_almost_free(drive):
 
 def leg(tension):
     """A driven hinge with 1,000 N·m/rad, a driven slide of 0.5 m, a spring between the leg's two parts."""
-    spring = f"""<spring name="inside" stiffness="0" free_length="0" preload="{tension}">
-<predecessor link="cylinder"/><successor link="rod"/></spring>"""
-    return ks.Robot(
-        parse_robot_text(f"""<robot name="leg"><link name="ground"/><link name="cylinder"/><link name="rod"/>
-<joint name="hinge" type="revolute"><parent link="ground"/><child link="cylinder"/><axis xyz="0 1 0"/>
-<limit lower="-1" upper="1" effort="0" velocity="0"/></joint>
-<joint name="slide" type="prismatic"><parent link="cylinder"/><child link="rod"/><axis xyz="0 0 1"/>
-<limit lower="0" upper="1" effort="0" velocity="0"/></joint>
-<platform link="rod"/><transmission name="a"><joint name="hinge"/></transmission>
-<transmission name="b"><joint name="slide"/></transmission>
-<joint_stiffness joint="hinge" drive="1000"/>{spring if tension else ""}</robot>""")
-    )
+    spring = f'<spring name="inside" stiffness="0" free_length="0" preload="{tension}"><predecessor link="cylinder"/>'
+    return sm.robot(
+        sm.link("ground"), sm.link("cylinder"), sm.link("platform"), sm.joint("hinge", "revolute", "ground", "cylinder"),
+        sm.joint("slide", "prismatic", "cylinder", "platform", axis="0 0 1"), sm.springs("hinge", drive=1000),
+        '<transmission name="a"><joint name="hinge"/></transmission><transmission name="b"><joint name="slide"/></transmission>',
+        f'{spring}<successor link="platform"/></spring>' if tension else "",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("tension", [0, 500, 2000, -2000])

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import simple_machines as sm
 from package_robots import generic_pose, rigid_links, robot
 
 import kinetostatics as ks
@@ -203,18 +204,15 @@ def test_springs_that_look_like_slips_are_told():
 def test_a_jib_that_sags_by_its_own_weight_slackens_the_spring_that_hangs_on_it():
     """t (1/k + c + 1/d) = m g / d − δ, with δ = q L⁴/8EI and c = L³/3EI of the jib, d of the actuator; the spring is relaxed."""
     L, d, k, mass = 0.9, 3e4, 2e4, 6.0
-    text = f"""<robot name="crane"><link name="mast"/><link name="jib"/><link name="cage">
-<inertial><mass value="{mass}"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link><link name="tip"/>
-<joint name="root" type="fixed"><parent link="mast"/><child link="jib"/></joint>
-<joint name="end" type="fixed"><parent link="jib"/><child link="tip"/><origin xyz="{L} 0 0"/></joint>
-<joint name="lift" type="prismatic"><parent link="mast"/><child link="cage"/><origin xyz="{L} 0 -0.5"/><axis xyz="0 0 1"/>
-<limit lower="-1" upper="1" effort="0" velocity="0"/></joint>
-<beam link="jib" from="root" to="end" youngs_modulus="210e9" poisson_ratio="0.3" density="7850" shear_coefficient="inf">
-<circle diameter="0.02"/></beam>
-<platform link="cage"/><transmission name="d"><joint name="lift"/></transmission><joint_stiffness joint="lift" drive="{d}"/>
-<spring name="rope" stiffness="{k}" free_length="0.5"><predecessor link="tip"/><successor link="cage"/></spring></robot>"""
-    found = ks.analyze(loaded(text).assemble())
-    EI, q = 210e9 * np.pi * 0.02**4 / 64, 7850 * np.pi * 0.02**2 / 4 * G
+    one = sm.robot(
+        sm.link("mast"), sm.link("jib"), sm.link("cage", mass), sm.link("tip"), sm.joint("root", "fixed", "mast", "jib"),
+        sm.joint("end", "fixed", "jib", "tip", f"{L} 0 0"), sm.bar("jib", "root", "end", sm.RHO, '<circle diameter="0.02"/>'),
+        sm.joint("lift", "prismatic", "mast", "cage", f"{L} 0 -0.5", "0 0 1"), sm.springs("lift", drive=d),
+        '<transmission name="d"><joint name="lift"/></transmission>', f'<spring name="rope" stiffness="{k}" free_length="0.5">',
+        '<predecessor link="tip"/><successor link="cage"/></spring>', platform="cage",
+    )  # fmt: skip
+    found = ks.analyze(one.assemble())
+    EI, q = sm.E * np.pi * 0.02**4 / 64, sm.RHO * np.pi * 0.02**2 / 4 * G
     tension = (mass * G / d - q * L**4 / (8 * EI)) / (1 / k + L**3 / (3 * EI) + 1 / d)
     assert float(found.twist[2]) == pytest.approx(-(mass * G - tension) / d, rel=1e-9)
     assert float(found.actuator_forces["lift"]) == pytest.approx(mass * G - tension, rel=1e-9)
@@ -259,11 +257,11 @@ def test_what_the_arms_of_weights_would_do_without_springs_is_told(angle, words)
 
 def test_a_spring_without_length_spoils_its_own_pose_alone():
     """A spring along a driven slide: pushed together, its force has no direction."""
-    one = loaded("""<robot name="slider"><link name="ground"/><link name="arm"/>
-<joint name="slide" type="prismatic"><parent link="ground"/><child link="arm"/><axis xyz="1 0 0"/>
-<limit lower="-3" upper="3" effort="0" velocity="0"/></joint><platform link="arm"/>
-<transmission name="d"><joint name="slide"/></transmission><spring name="s" stiffness="100" free_length="0.1">
-<predecessor link="ground"/><successor link="arm"/></spring></robot>""")
+    one = sm.robot(
+        sm.link("ground"), sm.link("platform"), sm.joint("slide", "prismatic", "ground", "platform", axis="1 0 0"),
+        '<transmission name="d"><joint name="slide"/></transmission><spring name="s" stiffness="100" free_length="0.1">',
+        '<predecessor link="ground"/><successor link="platform"/></spring>',
+    )  # fmt: skip
     with pytest.raises(ks.StaticsError, match="'s' has no length at this pose"):
         ks.analyze(one.assemble(actuators={"slide": 0.0}))
     found = ks.analyze(one.assemble(actuators={"slide": np.array([0.0, 0.5])}))
