@@ -159,7 +159,7 @@ def test_a_wrong_parent_is_named(name, joint, wrong, also):
     assert found[0] == f"joint {joint!r} on link {parent!r} instead of {wrong!r}"
     assert [item.partition(" instead")[0] for item in found[1:]] == also
     [hint] = [text for text in robot_facts(robot).warnings if "a frame in the file is wrong" in text]
-    assert f"Or a link is wrong: all would close with {', or '.join(found)}, its numbers as they are" in hint
+    assert f"Or a link is wrong: all loops would close with {', or '.join(found)}, with unchanged numbers" in hint
 
 
 @pytest.mark.parametrize("side", [0, 1])
@@ -233,7 +233,7 @@ def test_two_mistakes_have_no_single_remedy():
         wrong = moved(wrong, name, link, (0.0, 0.0, 0.01 * (number + 1)))
     robot = ks.Robot(wrong)
     assert frame_corrections(robot.mechanism, robot.size) == ()
-    with pytest.raises(ks.AssemblyError, match="No single one, moved or turned, would close all loops at zero"):
+    with pytest.raises(ks.AssemblyError, match="No correction of a single frame would close all loops at zero"):
         robot.assemble()
 
 

@@ -243,7 +243,7 @@ def _unreachable_error(
     text = f"{robot.name!r} (mobility {mobility}) cannot reach {as_text(target[:, 0])}: "
     if gone == 0 and is_too_far(robot.solver, prescribed, pose, target)[0]:
         text += f"lines are followed up to {FARTHEST:.0e} times the robot's reach and {LONGEST_TURN * MOST_TURNED:.0f} rad, "
-        text += "and the one to there is longer"
+        text += "and the line to this target is longer"
         return AssemblyError("; ".join([text, *hints]), {}, mobility, gone)
     nearest, _ = close(robot.solver, pose, prescribed, target, weight=1e3)
     gaps = gaps_at(robot.equations, nearest)
@@ -253,7 +253,7 @@ def _unreachable_error(
         others = "" if convention is None else f"; {choices_text(robot, convention, names, pose)}"
         advice = tried_start(robot, prescribed, target)
         return CoordinatesError(
-            f"{robot.name!r} moves to a target from its zero pose, or from that of near=, and there the coordinates "
+            f"{robot.name!r} moves to targets from its zero pose or the pose of near=, and at this start the coordinates "
             f"{', '.join(names)} do not determine the pose: it is a singular pose for them{others}{'; ' * bool(advice)}{advice}",
             mobility,
         )
@@ -267,7 +267,7 @@ def _unreachable_error(
         else:
             text += f"at the target {worst_gaps_text(robot.equations, gaps)}"
     else:
-        text += f"the nearest that was found is {as_text(found)}, where {worst_gaps_text(robot.equations, gaps)}"
+        text += f"the nearest pose found has {as_text(found)}, and there {worst_gaps_text(robot.equations, gaps)}"
     return AssemblyError("; ".join([text, *hints]), gaps, mobility, gone)
 
 
@@ -288,7 +288,7 @@ def _open_error(robot: RobotKinematics, loop_gaps: dict[str, tuple[float, float]
         if robot.zero_is_near:
             text += f"or accept the gap with a tolerance of {10 ** np.ceil(np.log10(worst)):.0e}"
         else:
-            text += f"and look at the frames, as where all joints are at zero, {gaps_text(robot.zero_loop_gaps)}"
+            text += f"and check the frames: where all joints are at zero, {gaps_text(robot.zero_loop_gaps)}"
     return AssemblyError(text, loop_gaps, robot.mobility.platform)
 
 

@@ -144,7 +144,7 @@ def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]
         text += ", or an angle or a length is rounded (write them with full precision, as ${pi/2} in xacro)"
     corrections = frame_corrections(mechanism, size)
     if not corrections:
-        text += ". No single one, moved or turned, would close all loops at zero: more than one is wrong"
+        text += ". No correction of a single frame would close all loops at zero: more than one is wrong"
     else:
         which = "Any one of these" if corrections[1:] else "This"
         text += f". {which} would close all loops at zero: {_listed(mechanism, corrections)}"
@@ -208,7 +208,7 @@ def _other_links_text(mechanism: Mechanism, size: float) -> str:
     """Return, as text, the joints and loops that would close all loops at zero if they were attached to another link."""
     found = other_links(mechanism, size)
     shown = ", or ".join(map(str, found[:_SHOWN]))
-    return f". Or a link is wrong: all would close with {shown}, its numbers as they are" if found else ""
+    return f". Or a link is wrong: all loops would close with {shown}, with unchanged numbers" if found else ""
 
 
 def _listed(mechanism: Mechanism, corrections: tuple[FrameCorrection, ...]) -> str:
@@ -220,7 +220,7 @@ def _listed(mechanism: Mechanism, corrections: tuple[FrameCorrection, ...]) -> s
     if not joints:
         return text
     child = mechanism.description.joints[joints[-1]].child  # the joint may be right, and the frames on its child wrong
-    return f"{text}. If such a joint is right, the bodies on its child (as {child!r}) are to be moved the opposite way"
+    return f"{text}. If such a joint is right, the frames on its child link (such as {child!r}) must be moved the opposite way"
 
 
 def with_wrong_parent(error: RobotFileError, mechanism: Mechanism) -> RobotFileError:
