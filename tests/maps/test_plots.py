@@ -174,7 +174,7 @@ RX_RY = {"x": "rx", "y": "ry"}
 @pytest.mark.parametrize(
     "kind, options, message",
     [
-        ("slice", RX_RY, r"z has 4 values, from z = 0.3 m to z = 0.6 m: say at which, at=\{'z': …\} \(--at z=0\.5m\)$"),
+        ("slice", RX_RY, r"z has 4 values, from z = 0.3 m to z = 0.6 m: choose by at=\{'z': …\} \(--at z=0\.5m\)$"),
         ("slice", {"x": "rx", "y": "rx", "at": {"z": 0.5}}, "must be different"),
         ("slice", {"x": "rx", "y": "rz", "at": {"z": 0.5}}, "'rz' is not swept: did you mean"),
         ("slice", {**RX_RY, "at": {"z": 0.8}}, "z = 0.8 m is outside the map, which ranges from 0.3 to 0.6 m"),
@@ -223,7 +223,7 @@ def test_all_that_is_not_fixed_is_said_at_once_and_what_is_said_can_be_typed(tmp
     command = ["plot", str(tmp_path / "m.nc"), "--what", "twist:z", "--x", "z", "--y", "y", "--out", str(tmp_path / "m.png")]
     assert main(command) == 2
     message = capsys.readouterr().err
-    assert "d has 2 values" in message and "rx has 3 values" in message and "say at which, at={'d': …, 'rx': …}" in message
+    assert "d has 2 values" in message and "rx has 3 values" in message and "choose by at={'d': …, 'rx': …}" in message
     assert main([*command, "--at", *re.search(r"\(--at (.*)\)", message)[1].split()]) == 0
     plt.close("all")
 
@@ -964,7 +964,7 @@ def test_the_examples_of_sweep_and_plot_run_as_they_are_printed(capsys, tmp_path
         assert main(command) == 0, capsys.readouterr().err
         assert "--list" in command or (tmp_path / command[command.index("--out") + 1]).exists()
     # nothing goes wrong; a map of many heights has more surfaces than a figure shows
-    assert all("the figure shows surfaces of 5 of the" in line for line in capsys.readouterr().err.splitlines())
+    assert all("the figure shows 5 of the" in line for line in capsys.readouterr().err.splitlines())
 
 
 @pytest.mark.few(2)

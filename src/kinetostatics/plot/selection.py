@@ -109,7 +109,7 @@ def _missing_at(axes: Sequence[ShownAxis]) -> str:
         f"{axis.name}={axis.ticks[k] if axis.ticks else f'{axis.values[k]:.4g}{units.get(axis.unit, axis.unit)}'}"
         for axis, k in middles
     )
-    return f"{several}: say at which, at={{{named}}} (--at {written})"
+    return f"{several}: choose by at={{{named}}} (--at {written})"
 
 
 def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, float], beyond_limits: bool) -> Selection:

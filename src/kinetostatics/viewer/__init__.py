@@ -90,7 +90,7 @@ def show(
         if by_mechanism:
             raise ArgumentError("by_mechanism= adds sliders to a page; a visualizer has none: leave it out")
         if isinstance(result, Modes):
-            raise ArgumentError("modes are shown by a page, and a visualizer shows results: leave it out")
+            raise ArgumentError("a visualizer shows results, and modes are shown by a page: leave visualizer= out")
         drawn = _drawable(result)
         if isinstance(drawn, Result) and pose is None and drawn.twist.size != 6:
             raise ArgumentError(f"a visualizer shows one pose, and the result has the shape {drawn.shape}: choose one by pose=")
@@ -177,7 +177,7 @@ def _page(
         raise ArgumentError(f"compare= needs a Result, got {compare!r}: ks.analyze(robot.assemble())")
     drawn = _drawable(result, pose)
     if isinstance(drawn, SinglePose) and (compare is not None or by_mechanism):
-        raise ArgumentError("compare= and by_mechanism= are of a result, and the pose is drawn without loads: leave them out")
+        raise ArgumentError("compare= and by_mechanism= need a result, and this pose is drawn without loads: leave them out")
     count = len(drawn.sources) if isinstance(drawn, ModePoses) else 1
     if mode not in range(1, count + 1):
         raise ArgumentError(f"mode is {mode!r}; it must be the number of a mode that is shown, 1 to {count}")
