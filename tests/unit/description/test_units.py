@@ -54,16 +54,12 @@ def test_decimal_units_are_as_exact_as_decimal_numbers(decimals):
     assert parse_quantity(f"{decimals}GPa") == float(f"{decimals}e9")
 
 
-def test_every_unit_takes_every_prefix():
+def test_every_unit_takes_every_prefix_and_every_kind_has_its_si_unit():
     for name, (_, dimension) in BASIC.items():
         for prefix, ten in PREFIXES.items():
             found = unit(f"{prefix}{name}")
             assert found.dimension == dimension and found.size == pytest.approx(10.0**ten * unit(name).size, rel=1e-15)
-
-
-def test_kinds_are_told_apart():
-    assert [unit(name).kind for name in KINDS.values()] == list(KINDS)
-    assert all(unit(name).size == 1 for name in KINDS.values())
+    assert [(unit(name).kind, unit(name).size) for name in KINDS.values()] == [(kind, 1) for kind in KINDS]
 
 
 @pytest.mark.parametrize(
@@ -76,8 +72,6 @@ def test_what_is_no_unit(text):
 def test_an_unknown_unit_is_answered_by_those_there_are():
     with pytest.raises(ks.ArgumentError) as caught:
         parse_quantity("3furlong")
-    for name in ("m", "g", "s", "K", "rad", "deg", "N", "J", "Pa", "bar", "mm", "cm", "kN", "MPa", "N·m", "kg/m³"):
-        assert f" {name}" in str(caught.value) or f"({name}" in str(caught.value)
     assert all(f" {name}" in str(caught.value) for name in BASIC if name != "°")
 
 

@@ -19,7 +19,7 @@ def test_gaps_that_are_alike_are_told_together():
         "loops 'a', 'b' are 0.1 m open, loop 'd' is 0.2 rad open, loop 'e' is 1.1e-09 m and 0.2 rad open (2 others closed)"
     )
     assert gaps_text({"a": (0.1, 0.0), "c": (0.0, 0.0)}) == "loop 'a' is 0.1 m open (1 other closed)"
-    assert gaps_text({"a": (0.1, 1.2)}) == "loop 'a' is 0.1 m and 1.2 rad open" and gaps_text({"c": (0.0, 0.0)}) == ""
+    assert gaps_text({"c": (0.0, 0.0)}) == ""
 
 
 def test_the_widest_gaps_are_told_first():
@@ -27,9 +27,6 @@ def test_the_widest_gaps_are_told_first():
     assert worst_gaps_text(EQUATIONS, gaps) == (
         "joint 'belt' is 0.3 m away from the position by its <mimic>, loop 'b' stays 0.2 m and 0.1 rad open, "
         "loop 'd' stays 0.015 m open"
-    )
-    assert worst_gaps_text(EQUATIONS, {"gear": (0.0, 0.3), "c": (2.9e-3, 0.0), "d": (0.0, 3.1e-3)}) == (
-        "joint 'gear' is 0.3 rad away from the position by its <mimic>, loop 'd' stays 0 m and 0.0031 rad open"
     )
     assert worst_gaps_text(EQUATIONS, {"a": (0.5, 0.4e-9)}) == "loop 'a' stays 0.5 m open"
     assert worst_gaps_text(EQUATIONS, {"a": (0.9e-9, 0.5e-9)}) == "no loop stays open"  # rounding

@@ -38,16 +38,11 @@ def test_no_other_motion_through_the_points_has_less_jerk():
         assert abs(np.trapezoid(jerk * change, at)) < 1e-5 * np.trapezoid(np.abs(jerk * change), at)
 
 
-def test_times_of_trapezoids_and_triangles():
+def test_trapezoids_take_the_known_times_and_keep_their_limits():
     """A way d takes d/v + v/a; if the speed is not reached 2 √(d/a); the slowest coordinate decides."""
-    points = np.array([[0.0, 3.0, 3.0], [0.0, 0.3, 0.1]])
-    times, _, _ = trapezoid_times(points, np.array([2.0, 1.0]), np.array([4.0, 2.0]))
-    assert times == pytest.approx([0, 3 / 2 + 2 / 4, 2 + 2 * np.sqrt(0.2 / 2)], rel=1e-14)
-
-
-def test_trapezoids_keep_their_limits():
     points, speed, acceleration = np.array([[0.0, 3.0, 3.0], [0.0, 0.3, 0.1]]), np.array([2.0, 1.0]), np.array([4.0, 2.0])
     times, _, _ = trapezoid_times(points, speed, acceleration)
+    assert times == pytest.approx([0, 3 / 2 + 2 / 4, 2 + 2 * np.sqrt(0.2 / 2)], rel=1e-14)
     at = np.linspace(0, times[-1], 4001)
     x, v, a = trapezoids(points, speed, acceleration, at)
     assert trapezoids(points, speed, acceleration, times)[0] == pytest.approx(points, abs=1e-14)
