@@ -24,11 +24,11 @@ from kinetostatics.engine.programs import loops_for
 from kinetostatics.engine.record_derivatives import values
 from kinetostatics.engine.scalars import needed_by
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
-from kinetostatics.functions.derivatives import Derivatives, varied
+from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import least_squares
-from kinetostatics.parametric.parametric_robot import ParametricRobot, same_pose
+from kinetostatics.parametric.parametric_robot import ParametricRobot, same_pose, varied
 from kinetostatics.parametric.robot_numbers import ErrorParameter, RobotNumber, together
 from kinetostatics.progress import waiting
 from kinetostatics.results.result import Result

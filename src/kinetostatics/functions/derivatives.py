@@ -10,7 +10,6 @@ respect to a number of the description, are central differences, with relative e
 from __future__ import annotations
 
 import contextlib
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -22,17 +21,12 @@ from kinetostatics.engine.pose_record import PoseModel, PoseRecord, example_of, 
 from kinetostatics.engine.record_derivatives import gradients, values
 from kinetostatics.engine.scalars import NotRecordedError, needed_by
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
-from kinetostatics.files.reader import known_valid
 from kinetostatics.kinematics.alternatives import prescribed_platform
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.kinematics.rates import freedom_rates, with_given
-from kinetostatics.kinematics.solver import Solver
-from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array, Index, Mask
-from kinetostatics.mechanism.beam_model import make_beam_models
-from kinetostatics.mechanism.weights import Weights
-from kinetostatics.parametric.parametric_robot import alike
+from kinetostatics.parametric.parametric_robot import alike, varied
 from kinetostatics.parametric.robot_numbers import RobotNumber
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
@@ -362,51 +356,3 @@ def _swept(record: PoseRecord, inputs: Sequence[Array], numbers: Array) -> tuple
             for number, slopes in gradients(tape, results, rows[some], leaves, part.stop - part.start).items():
                 found[some, places[number], part] = slopes
     return np.array(list(leaves.values()), dtype=np.intp).reshape(-1, 2), found, holds
-
-
-# ---- constants of a changed robot ------------------------------------------------------------------------------------
-
-
-def varied(robot: Robot, description: RobotDescription, own: PoseModel) -> tuple[PoseModel, Array]:
-    """Return the model and the constants (P,) of a slightly changed robot.
-
-    Ranks and wrench bases are those of ``own``, the model of the original robot.
-
-    Raises:
-        KinetostaticsError: the description is invalid, or has other coordinates, loops or limbs than the original robot.
-    """
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        other = Robot(_with_beam_axes(robot, description))
-        if (other.equations.tree.nq, other.equations.count) == (robot.equations.tree.nq, robot.equations.count):
-            zero = other.frames_at(robot.model_q(robot.zero_poses))
-            beams = make_beam_models(other.mechanism, other.topology.beams, zero)
-            weights = Weights(other.mechanism, other.topology, beams)
-            model = StaticModel(
-                other.mechanism,
-                other.topology,
-                beams,
-                weights,
-                zero,
-                robot.length,
-                robot.rank_tolerance,
-                robot.closing_error,
-            )
-            statics = statics_on(own.statics, model)
-            solver = Solver(other.equations, robot.solver.length, robot.solver.reach, robot.solver.slack)
-            found = PoseModel.of(solver, statics, own.prescribed)
-            parts = found.structure(all_vary=True)
-            if parts.key == own.structure(all_vary=True).key:
-                return found, parts.values
-    raise ArgumentError("the robot would become another mechanism, because concurrent axes would no longer meet")
-
-
-def _with_beam_axes(robot: Robot, description: RobotDescription) -> RobotDescription:
-    """Return a description in which all beams have the y axes of ``robot``; default axes could change."""
-    beams = {}
-    for name, beam in description.beams.items():
-        rotation = robot.mechanism.body_of[beam.link][1][:3, :3]
-        y_axis = tuple((rotation.T @ robot.beams[name].axes[:, 1]).tolist())
-        beams[name] = beam if beam.y_axis is not None else replace(beam, y_axis=y_axis)
-    found = replace(description, beams=beams)
-    return known_valid(found) if description.is_valid else found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from functools import cached_property
@@ -13,13 +14,20 @@ import numpy as np
 
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.description.units import unit
+from kinetostatics.engine.pose_record import PoseModel
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.parameter_units import parameter_unit
-from kinetostatics.files.reader import parameter_values, read_robot_file
+from kinetostatics.files.reader import known_valid, parameter_values, read_robot_file
 from kinetostatics.kinematics.assembly import SolverChoice, assemble
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.solver import Solver
+from kinetostatics.limbs.static_model import StaticModel
+from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.beam_model import make_beam_models
+from kinetostatics.mechanism.weights import Weights
 from kinetostatics.parametric.robot_numbers import STEP, ErrorParameter, RobotNumber, errors_of, numbers_of_parts
 from kinetostatics.robot import Robot
+from kinetostatics.statics.robot_statics import statics_on
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -242,6 +250,51 @@ def same_pose(configuration: Configuration, robot: Robot, loops: SolverChoice) -
         return assemble(robot, None, given, configuration.orientation.name, near, near.closure_tolerance, "nan", loops)
     given = {name: np.array(value) for name, value in configuration.actuators.items()}
     return assemble(robot, given, None, None, near, near.closure_tolerance, "nan", loops)
+
+
+def varied(robot: Robot, description: RobotDescription, own: PoseModel) -> tuple[PoseModel, Array]:
+    """Return the model and the constants (P,) of a slightly changed robot.
+
+    Ranks and wrench bases are those of ``own``, the model of the original robot.
+
+    Raises:
+        KinetostaticsError: the description is invalid, or has other coordinates, loops or limbs than the original robot.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        other = Robot(_with_beam_axes(robot, description))
+        if (other.equations.tree.nq, other.equations.count) == (robot.equations.tree.nq, robot.equations.count):
+            zero = other.frames_at(robot.model_q(robot.zero_poses))
+            beams = make_beam_models(other.mechanism, other.topology.beams, zero)
+            weights = Weights(other.mechanism, other.topology, beams)
+            model = StaticModel(
+                other.mechanism,
+                other.topology,
+                beams,
+                weights,
+                zero,
+                robot.length,
+                robot.rank_tolerance,
+                robot.closing_error,
+            )
+            statics = statics_on(own.statics, model)
+            solver = Solver(other.equations, robot.solver.length, robot.solver.reach, robot.solver.slack)
+            found = PoseModel.of(solver, statics, own.prescribed)
+            parts = found.structure(all_vary=True)
+            if parts.key == own.structure(all_vary=True).key:
+                return found, parts.values
+    raise ArgumentError("the robot would become another mechanism, because concurrent axes would no longer meet")
+
+
+def _with_beam_axes(robot: Robot, description: RobotDescription) -> RobotDescription:
+    """Return a description in which all beams have the y axes of ``robot``; default axes could change."""
+    beams = {}
+    for name, beam in description.beams.items():
+        rotation = robot.mechanism.body_of[beam.link][1][:3, :3]
+        y_axis = tuple((rotation.T @ robot.beams[name].axes[:, 1]).tolist())
+        beams[name] = beam if beam.y_axis is not None else replace(beam, y_axis=y_axis)
+    found = replace(description, beams=beams)
+    return known_valid(found) if description.is_valid else found
 
 
 def opens_loops(name: str) -> ArgumentError:
