@@ -158,7 +158,7 @@ class Couplings:
             return value
         led = [item for item in self.items if item.leader.first_v == joint.first_v]
         counting = [item for item in led if not item.follower.type.endless]
-        if counting:  # the follower with the smallest motion per turn determines the number of turns best
+        if counting:  # the follower with the largest motion per turn determines the number of turns best
             one = max(counting, key=lambda item: abs(item.multiplier))
             near = (one.follower.coordinate(x) - one.offset) / one.multiplier
         value = value + 2 * np.pi * np.round((near - value) / (2 * np.pi))

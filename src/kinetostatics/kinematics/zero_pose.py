@@ -29,15 +29,15 @@ from kinetostatics.mechanism.mechanism import Mechanism
 
 #: Gap at zero, relative to the robot's size or [rad], up to which unclosable loops count as rounded; a larger one is an error.
 ROUNDING = 1e-4
-#: Largest gap at zero for which a given tolerance is accepted: angles of three digits.
+#: Largest gap at zero, relative to the robot's size or [rad], for which a tolerance is accepted, as of angles with three digits.
 ACCEPTED = 1e-3
-#: Closing error [scaled m, rad] of a file with six digits and another zero.
+#: Largest closing error [scaled m, rad] by which numbers of six digits may leave loops open.
 SIX_DIGITS = 1e-5
 #: Residual [scaled m, rad] above which loops count as not closed at all.
 OPEN = 1e-2
 #: Number of random starts for the closed zero pose if the loops do not close near zero.
 _STARTS = 20
-#: Number of corrections in a message.
+#: Largest number of corrections in a message.
 _SHOWN = 6
 
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 Array: TypeAlias = NDArray[np.float64]
 #: Arrays of numbers, truth values or strings, as stored in maps.
 Values: TypeAlias = NDArray[np.generic]
-#: Positions in an axis.
+#: Indices along an axis.
 Index: TypeAlias = NDArray[np.intp]
 #: Truth values.
 Mask: TypeAlias = NDArray[np.bool_]
