@@ -273,7 +273,8 @@ def test_telescope_of_three_stages(carrier, masses):
     assert_agrees(configuration, load=LOAD, gravity=SIDEWAYS)
 
 
-def test_a_drive_that_other_joints_follow():
+@pytest.mark.parametrize("elastic", ["", '<joint_stiffness joint="motor" drive="1e5"/>'], ids=["rigid", "elastic"])
+def test_a_drive_that_other_joints_follow(elastic):
     """Its force moves them too."""
     right = joint("follower", "prismatic", "base", "right", "0.8 0 0", "0 0 1")
     right = right.replace("</joint>", '<mimic joint="motor" multiplier="-0.5"/></joint>')
@@ -283,7 +284,7 @@ def test_a_drive_that_other_joints_follow():
             joint("motor", "prismatic", "base", "left", axis="0 0 1"), right,
             joint("foot", "revolute", "left", "rod", axis="0 1 0"), joint("head", "fixed", "rod", "platform", "0 0 0.5"),
             '<loop name="ball" type="spherical"><predecessor link="right"/><successor link="platform"><origin xyz="0.8 0 -0.5"/>'
-            "</successor></loop>", beam("rod", "foot", "head"), drives=("motor",),
+            "</successor></loop>", beam("rod", "foot", "head"), elastic, drives=("motor",),
         ), load=LOAD, gravity=SIDEWAYS,
     )  # fmt: skip
     wrenches = found.finite_elements.joint_wrenches
