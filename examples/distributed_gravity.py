@@ -1,12 +1,12 @@
-"""Why the weight of a rod is spread along it: the same robots with their rods' weight lumped, as in simpler models.
+"""Effect of lumping the weights of rods, as simpler models do, on the sag of the paper's robots.
 
     python examples/distributed_gravity.py             print the table
     python examples/distributed_gravity.py --write     put table and figure into docs/
 
 Eq. (12) is solved with other W_ig, Δ_igc and platform loads; everything else stays as it is:
 
-- *at the platform*: the platform's point o carries the weight of all rods, and the rods weigh nothing;
-- *at the rods' ends*: half of it hangs on the joint to the platform, the other half stands on the base or on a slider;
+- *at the platform*: the weights of all rods act at the platform's point o, and the rods are massless;
+- *at the rods' ends*: half of the weight acts on the joint to the platform, the other half on the base or on a slider;
 - *at the rods' middles*: a point mass, with the same attached wrenches as the spread weight.
 """
 
@@ -58,14 +58,14 @@ def gravity_displacement(item: Limb, places: np.ndarray, shares: np.ndarray) -> 
 
 
 def nodes(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return places and shares of the weight where a rod is cut into ``count`` springs and its weight lumped at their nodes."""
+    """Return places and shares of the weight of a rod that is divided into ``count`` springs, lumped at their nodes."""
     shares = np.full(count + 1, 1.0 / count)
     shares[[0, -1]] /= 2
     return np.linspace(0, 1, count + 1), shares
 
 
 def twist_of(name: str, number: int, model: str | int) -> np.ndarray:
-    """Return the twist (6,) of o [m, rad] in one of the paper's configurations, with the rods' weight as a model has it.
+    """Return the twist (6,) of o [m, rad] in one of the paper's configurations, with the rods' weight as in a model.
 
     A number as the model: the rods are cut into so many springs, with the weight at their nodes.
     """
@@ -87,7 +87,7 @@ def twist_of(name: str, number: int, model: str | int) -> np.ndarray:
 
 
 def springs() -> str:
-    """Return how far Δ_dy of the 2PRU-UPR's configuration 2 is off where each rod is cut into springs, as Markdown."""
+    """Return the error of Δ_dy of the 2PRU-UPR in configuration 2 if each rod is divided into springs, as Markdown."""
     exact = twist_of("2pru_upr", 2, SPREAD)[1]
     counts = (1, 2, 4, 8, 16)
     off = (100 * (twist_of("2pru_upr", 2, count)[1] / exact - 1) for count in counts)

@@ -1,10 +1,10 @@
-"""Inverse dynamics of a closed-loop robot with Pinocchio: what the actuators of the 3PRS must hold while its platform circles.
+"""Inverse dynamics of a closed-loop robot with Pinocchio: actuator forces of the 3PRS while the normal of its platform circles.
 
     python examples/dynamics_with_pinocchio.py [PICTURE]
 
-`kinetostatics` closes the loops and gives the model that weighs what the robot weighs; Pinocchio's recursive Newton–Euler
-algorithm gives the generalized forces of the tree, its loop constraints share them between actuators and loops. At rest that is
-the gravity feedforward that `kinetostatics` finds by itself; in motion the inertia of platform and rods comes on top.
+`kinetostatics` closes the loops, and provides the model with all masses. Pinocchio's recursive Newton–Euler algorithm computes
+the generalized forces of the tree, and its loop constraints distribute them between actuators and loops. At rest these are the
+forces computed by `kinetostatics`; in motion they include the inertia of platform and rods.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ class Motion:
     Attributes:
         time: (N,) [s].
         actuators: their names.
-        forces: (N, actuators) what they must hold in motion [N or N·m].
-        holding: (N, actuators) what they must hold at rest in the same poses [N or N·m].
-        power: (N,) what they put into the robot [W].
+        forces: (N, actuators) their forces in motion [N or N·m].
+        holding: (N, actuators) their forces at rest in the same poses [N or N·m].
+        power: (N,) their total power [W].
         energy: (N,) kinetic and potential energy of the robot [J].
     """
 

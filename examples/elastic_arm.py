@@ -1,4 +1,4 @@
-"""How far a UR10 sags along a path, what its actuators must hold, and how to command it so that the tool goes where it should.
+"""Sag and actuator torques of a UR10 along a path, and the corrected joint positions at which the tool reaches the path.
 
     python examples/elastic_arm.py
 
@@ -50,7 +50,7 @@ def analyze(poses: ks.Configuration) -> ks.Result:
 
 
 def compensated(poses: ks.Configuration, rounds: int = 2) -> ks.Configuration:
-    """Return the poses to command, so that the tool sags into the given ones: the joints undo the tool's twist."""
+    """Return corrected poses, from which the tool sags to the given poses: the joints undo the tool's twist."""
     model, data = ARM.model, ARM.model.createData()
     tool = model.getFrameId("tool0")
     commanded = poses

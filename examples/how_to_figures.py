@@ -14,7 +14,7 @@ ROOT = Path(__file__).parent.parent
 
 
 def page_names(page: str, **swaps: str) -> dict[str, Any]:
-    """Run the code of a how-to page, but for what it prints and writes, and return its names; ``swaps`` make it shorter."""
+    """Run the code of a how-to page without its output, and return its names; ``swaps`` replace text to make it faster."""
     text = (ROOT / "docs" / "how_to" / f"{page}.md").read_text(encoding="utf-8")
     code = "".join(part.split("```")[0] for part in text.split("```python\n")[1:])
     for old, new in swaps.items():
@@ -59,7 +59,7 @@ def draw_correction(path: Path) -> None:
 
 
 def draw_motion(path: Path) -> None:
-    """Draw the sag of the gripper over time, and what the motors do."""
+    """Draw the sag of the gripper over time, and torque and speed of the motors."""
     from matplotlib import pyplot as plt
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3.0), layout="constrained")

@@ -1,4 +1,4 @@
-"""Draw kinematic sketches: joints as the field draws them, links as lines, the base hatched, actuators in red.
+"""Draw kinematic sketches: joints as usual symbols, links as lines, the base hatched, actuators in red.
 
 python examples/kinematic_sketches.py delta my_robot.urdf     # delta.svg and my_robot.svg in this folder
 python examples/kinematic_sketches.py --docs                  # those of the gallery
@@ -25,14 +25,14 @@ from kinetostatics.description.joint_types import JOINT_TYPES
 Array = NDArray[np.float64]
 
 DOCS = Path(__file__).resolve().parents[1] / "docs" / "pictures" / "sketches"
-#: Where one looks from: turned about Z, then tilted down [rad].
+#: View: rotation about Z, then tilt downwards [rad].
 TURNED, TILTED = np.radians(-52), np.radians(24)
 INK, ACTUATOR, PLATFORM, BASE = "#26323f", "#c62828", "#2a9d8f", "#8a94a0"
 
 
 @dataclass
 class Symbol:
-    """Joints at one point: how often they turn and slide there, along what, between which bodies."""
+    """Joints at one point: numbers of rotations and translations, direction, and bodies."""
 
     point: Array
     axis: Array

@@ -1,7 +1,7 @@
 """Draws the pictures of the README and of docs/ from exported pages: ``python examples/make_pictures.py [FOLDER]``.
 
-Needs Chromium and ``pip install 'kinetostatics[test]'``. The pages are those of ``kinetostatics view --html``; the script only
-chooses what is switched on and where the camera stands.
+Needs Chromium and ``pip install 'kinetostatics[test]'``. The pages are those of ``kinetostatics view --html``; this script
+chooses their options and the camera.
 """
 
 import io
@@ -25,7 +25,7 @@ FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader
 
 @dataclass
 class Picture:
-    """One picture: which robot where, and what of the page is seen."""
+    """A picture: robot, pose, and options of the page."""
 
     robot: str
     platform: dict[str, float]
@@ -97,7 +97,7 @@ PICTURES = {
 
 
 def result_of(picture: Picture) -> ks.Result:
-    """Analyze what a picture shows."""
+    """Analyze the robot of a picture."""
     robot = ks.load_robot(ROOT / "robots" / f"{picture.robot}.urdf.xacro")
     pose = robot.assemble(platform=picture.platform, orientation=picture.orientation)
     return ks.analyze(pose, load=picture.load, gravity=picture.gravity)

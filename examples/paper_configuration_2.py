@@ -1,4 +1,4 @@
-"""Configuration 2 of the 2PRU-UPR: the paper's numbers against one another and against ours."""
+"""Configuration 2 of the 2PRU-UPR: consistency of the paper's numbers, and comparison with ours."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Second:
-    """Configuration 2 of the 2PRU-UPR, what the paper prints of it, and how the two may differ."""
+    """Configuration 2 of the 2PRU-UPR: our result, and the paper's analytical and finite element numbers."""
 
     result: ks.Result
     analytical: dict[str, Array]
@@ -45,7 +45,7 @@ class Second:
         return np.max(np.abs(free), axis=0) < 1e-9
 
     def unbalanced(self) -> tuple[float, float]:
-        """Return the force [N] and moment [N·m] that the paper's FEA f_11, f_21, f_31, f_32 leave, whatever the others."""
+        """Return the force [N] and moment [N·m] left unbalanced by the paper's FEA f_11, f_21, f_31, f_32."""
         known = np.flatnonzero(self.determinate())
         found = np.concatenate([limb.intensities for limb in self.limbs])
         given = np.sign(found[known]) * np.r_[self.elements["f1"], self.elements["f2"][2]]
@@ -56,7 +56,7 @@ class Second:
         return float(norm(left[:3])), float(norm(left[3:]))
 
     def compatible(self, forces: dict[str, Array], given: Array, component: int) -> Array:
-        """Return the twist (6,) whose rods move, Eq. (9), as the forces f_i1, f_12 and f_22 deform them, Eq. (11).
+        """Return the twist (6,) whose displacements of the rods, Eq. (9), are those due to f_i1, f_12 and f_22, Eq. (11).
 
         Along the three rods, and across rods 1 and 2 with f_13 and f_23 eliminated, these are five equations for six components:
         the twist is fixed up to one parameter, for which a component of ``given`` (6,) is taken.
@@ -96,7 +96,7 @@ def literal() -> Array:
 
 
 def rotation_vector() -> float:
-    """Return Δ_dy [m] where the two angles are taken for a rotation vector."""
+    """Return Δ_dy [m] if the two angles are components of a rotation vector."""
     robot = reproduce_paper.analyze("2pru_upr", 2).robot
     pose = robot.assemble(platform={"z": 0.6, "rx": np.radians(-5), "ry": np.radians(-6)})
     return float(ks.analyze(pose, gravity=(0, 0, 9.8)).twist[1])

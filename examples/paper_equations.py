@@ -1,4 +1,4 @@
-"""The paper's equations (2) to (24) at configuration 2 of both its robots: its formulas beside what the package computes.
+"""The paper's equations (2) to (24) at configuration 2 of both its robots, compared with the results of the package.
 
 Every formula is evaluated here from the pose alone (points, axes, sections, weights), in the paper's limb axes; the other number
 is read from the result.
@@ -20,7 +20,7 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Row:
-    """One line: what, the paper's equation, the paper's formula in numbers, what the package has, and their difference."""
+    """A line: a quantity, the paper's equation, the value of the paper's formula, and that of the package."""
 
     what: str
     equation: str
@@ -30,7 +30,7 @@ class Row:
 
     @property
     def difference(self) -> float:
-        """The largest difference, as part of the largest number (or of the scale that is given)."""
+        """Largest difference relative to the largest number, or to the given scale."""
         size = max(float(np.max(np.abs(self.ours), initial=0.0)), self.scale, 1e-300)
         return float(np.max(np.abs(self.formula - self.ours), initial=0.0)) / size
 
@@ -89,7 +89,7 @@ class Limb:
 
 
 def limb(result: ks.Result, number: int, revolute: str, y: bool) -> Limb:
-    """Return a limb; ``y`` tells whether the paper's y_i lies along the revolute axis, or x_i."""
+    """Return a limb; with ``y`` the paper's y_i is along the revolute axis, else x_i."""
     pose = result.configuration
     beam = result.beams[f"rod_{number}"]
     B, A = beam.points[0], beam.points[-1]
@@ -110,7 +110,7 @@ def _in_link(robot: ks.Robot, joint) -> Array:
 
 @dataclass(frozen=True)
 class Basis:
-    """The paper's wrenches of a limb beside ours: for each of the paper's which of our columns it is, and with which sign."""
+    """For each wrench of a limb in the paper: the number of the corresponding column of ours, and its sign."""
 
     columns: list[int]
     signs: Array
@@ -132,7 +132,7 @@ class Basis:
 
 
 def steps(item: Limb, J_c: Array, J_g: Array, C: Array, W_g: Array, sag: Array, names: dict[str, str]) -> Iterator[Row]:
-    """Yield the rows that all limbs have, given the paper's formulas in its own limb axes."""
+    """Yield the rows common to all limbs, from the paper's formulas in its limb axes."""
     mine, i = item.mine, item.number
     c, g = Basis.of(mine.constraint_wrenches, J_c), Basis.of(mine.attached_wrenches, J_g)
     yield Row(f"J_{i}c", "(2)", J_c, c.wrenches(mine.constraint_wrenches))

@@ -2,7 +2,7 @@
 
     python examples/paper_workspace.py                    print the table
     python examples/paper_workspace.py --figures FOLDER   draw the figures, as PNG, SVG and PDF
-    python examples/paper_workspace.py --search           look for limits of the 3RPS's workspace that give the paper's maxima
+    python examples/paper_workspace.py --search           search for limits of the 3RPS's workspace with the paper's maxima
     python examples/paper_workspace.py --write-docs       put table and pictures into docs/
 
 Needs pip install 'kinetostatics[plot]'.
@@ -27,14 +27,14 @@ import kinetostatics as ks
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "how_to" / "workspace_figures.md"
 
-#: What the text says: linear sag [µm], angular sag [°], force [N].
+#: Maxima in the text: linear sag [µm], angular sag [°], force [N].
 PAPER = {"2pru_upr": (26.0, 0.0075, 496.0), "3rps": (16.0, 0.002, 600.0)}
 TITLES = {"2pru_upr": "2PRU-UPR", "3rps": "3RPS"}
 
 
 @dataclass(frozen=True)
 class Workspace:
-    """A region, and how many steps it is cut into.
+    """A region of poses, and its grid.
 
     Attributes:
         robot: its name.
@@ -130,7 +130,7 @@ def map_of(robot: str, z: tuple[float, float], angles: float, tilted: bool, coar
 
 
 def maxima(workspace: Workspace, coarse: bool = False) -> tuple[float, float, float, float]:
-    """Return the largest linear sag [µm], angular sag [°], force [N], and which part of the poses counts."""
+    """Return the largest linear sag [µm], angular sag [°], force [N], and the share of valid poses."""
     ds = map_of(workspace.robot, workspace.z, workspace.angles, workspace.tilted, coarse)
     if workspace.left_out:
         twist, force = left_out(ds)
@@ -167,7 +167,7 @@ def table() -> str:
 
 
 def search() -> str:
-    """Return the workspaces of the 3RPS whose maxima come nearest to the paper's, by kind and by what the limits do."""
+    """Return the workspaces of the 3RPS with maxima nearest to the paper's, by shape and by use of the limits."""
     lines = []
     heights = np.arange(0.2, 0.951, 0.025)
     for tilted in (True, False):
@@ -222,7 +222,7 @@ def symbol(what: str) -> str:
 
 @cache
 def map_of_figures(steps: int = 33) -> xr.Dataset:
-    """Return the map of the 3RPS that Figs 6 and 7 show here; the paper does not say which region its own show."""
+    """Return the map of the 3RPS for Figs 6 and 7, whose region the paper does not state."""
     return sweep("3rps", np.array([0.5, 0.65, 0.8]), np.linspace(-45, 45, steps))
 
 

@@ -28,7 +28,7 @@ LOAD = [0, 0, -500, 0, 0, 0]
 
 
 def at_height(robot: str, **others: Any) -> dict[str, Any]:
-    """Return coordinates of the platform at a height of its workspace, all others but those given 0."""
+    """Return coordinates of the platform at a height of its workspace; those not given are 0."""
     right, up, held = AXES[robot]
     return {right: 0.0, up: 0.0, held: HEIGHT[robot], **others}
 
@@ -45,7 +45,7 @@ def body(robot: str) -> xr.Dataset:
 
 @cache
 def tilts(robot: str) -> xr.Dataset:
-    """Return a map over azimuth and tilt; of the Delta, which does not tilt, over other planes."""
+    """Return a map over azimuth and tilt; for the Delta, which does not tilt, over other planes."""
     if robot == "delta":
         reach, heights = np.linspace(-0.8, 0.8, 49), np.linspace(-1.1, -0.3, 25)
         return ks.sweep(robot, platform={"x": reach, "y": 0.0, "z": heights}, progress=False)
@@ -115,12 +115,12 @@ def series(robot: str) -> Axes:
 
 
 def sensitivities(robot: str) -> Axes:
-    """Draw what changes the sag."""
+    """Draw sensitivities of the sag."""
     return ks.plot.sensitivities(ks.sensitivities(ks.load_robot(robot).assemble(platform=at_height(robot)), load=LOAD))
 
 
 def tolerances(robot: str) -> Axes:
-    """Draw how far samples are off."""
+    """Draw the displacements of random samples."""
     pose = ks.load_robot(robot).assemble(platform=at_height(robot))
     return ks.plot.tolerances(ks.tolerances(pose, parameters(robot), load=LOAD))
 
@@ -183,7 +183,7 @@ def draw(folder: Path, kinds: list[str]) -> None:
 
 
 def join(folder: Path) -> None:
-    """Put the figures of each kind beside one another, or what is wide below one another."""
+    """Combine the figures of each kind side by side, or wide figures one below the other."""
     DOCS.mkdir(exist_ok=True)
     for kind in KINDS:
         found = [Image.open(folder / f"{kind.__name__}_{robot}.png").convert("RGB") for robot in ROBOTS]

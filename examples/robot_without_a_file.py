@@ -1,9 +1,9 @@
-"""A tripod made in Python alone: a 3-RPS with telescopic legs, a payload, thicker legs, and the file it becomes.
+"""A robot described in Python: a 3-RPS with telescopic legs, with a payload, with thicker legs, and saved as a file.
 
     python examples/robot_without_a_file.py [tripod.urdf]
 
-Each leg stands on a hinge, is driven where it telescopes, and carries the table on a ball. All sizes are made up. What the
-classes mean is described in ``docs/how_to/robots_in_python.md``.
+Each leg has a hinge at the base, a driven telescope, and a ball joint at the table. All dimensions are invented. See
+``docs/how_to/robots_in_python.md`` for the classes.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def with_legs(description: RobotDescription, diameter: float, wall: float = 0.00
 
 
 def main(path: str | None = None) -> None:
-    """Print what the camera and thicker legs change, and the whole result of the last tripod."""
+    """Print the effects of the camera and of thicker legs, and the whole result of the last tripod."""
     variants = {"bare": tripod(), "with a camera": with_camera(tripod())}
     variants["on thicker legs"] = with_legs(variants["with a camera"], diameter=0.05)
     print("                  table sags  and tilts     actuators push")

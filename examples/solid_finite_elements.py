@@ -7,7 +7,7 @@
     python examples/solid_finite_elements.py --configuration 2 --picture solid.png
 
 Needs ``ccx``, the solver of CalculiX (Debian and Ubuntu: ``apt install calculix-ccx``); ``--picture`` needs matplotlib too.
-What is modelled, and what the numbers mean, is described in ``docs/explanation/solid_finite_elements.md``.
+``docs/explanation/solid_finite_elements.md`` describes model and results.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ KINDS = ("revolute", "continuous", "prismatic", "cylindrical", "universal", "sph
 
 
 class NotSolidError(Exception):
-    """The robot is not one of straight round rods, one a limb."""
+    """A limb of the robot is not a single straight round rod."""
 
 
 @dataclass(frozen=True)
@@ -179,7 +179,7 @@ def rods_of(configuration: ks.Configuration) -> list[Rod]:
 
 
 def platform_weight(configuration: ks.Configuration, gravity: Array) -> Array:
-    """Return the wrench (6,) about o of all that is rigidly part of the platform and weighs something."""
+    """Return the wrench (6,) about o of the weights of all bodies fixed to the platform."""
     robot = configuration.robot
     total, o = np.zeros(6), configuration.platform_frame[:3, 3]
     for name in robot.topology.platform.weights:
@@ -263,7 +263,7 @@ def section_mesh(outer: float, inner: float, core: int, ring: int) -> tuple[Arra
 
 
 def rod_mesh(rod: Rod, fineness: Fineness) -> Mesh:
-    """Mesh a rod: its cross-section drawn out along its axis, in shorter steps towards the ends, where stress changes fast."""
+    """Mesh a rod: its cross-section is extruded along the axis, in shorter steps near the ends, where stresses vary rapidly."""
     points, quads = section_mesh(rod.outer_diameter, rod.inner_diameter, fineness.core, fineness.ring)
     steps = max(4, round(min(rod.length / rod.outer_diameter, 12) * fineness.per_diameter))
     t = np.linspace(0, 1, steps + 1)
@@ -314,7 +314,7 @@ def _brick20(at: Array) -> tuple[Array, Array]:
 
 
 def nodal_volumes(mesh: Mesh) -> Array:
-    """Return ∫N dV (n,) of every node: with the density, the weight that a node carries; they sum to the rod's volume.
+    """Return ∫N dV (n,) of every node, whose sum is the rod's volume; times the density, the mass at the node.
 
     The 2 × 2 × 2 points are those with which CalculiX integrates a C3D20R element.
     """
@@ -478,7 +478,7 @@ Body = tuple[int, int] | None  # the platform's two nodes, or the base, which do
 
 
 def _attach_rigidly(deck: Deck, mesh: Mesh, first: int, face: Numbers, centre: Array, body: Body, freedoms: Array) -> None:
-    """Let every node of a face move as the body does, but for what the joint leaves free: one more dof each."""
+    """Constrain every node of a face to the motion of the body, except for one more dof for each freedom of the joint."""
     which = np.unique(face)
     basis = _split(freedoms, float(np.ptp(mesh.nodes[which], axis=0).max()))[0]
     extra = [deck.add_node(centre) for _ in range(-(-basis.shape[1] // 3))]
@@ -493,7 +493,7 @@ def _attach_rigidly(deck: Deck, mesh: Mesh, first: int, face: Numbers, centre: A
 
 
 def _attach_mean(deck: Deck, mesh: Mesh, first: int, face: Numbers, centre: Array, body: Body, freedoms: Array) -> None:
-    """Let the mean motion of a face be that of the body along every wrench that the joint carries.
+    """Constrain the mean motion of a face to that of the body along every wrench that the joint transmits.
 
     CalculiX has *DISTRIBUTING couplings, but they only spread loads; they do not tie a face to another body.
     """
@@ -522,7 +522,7 @@ def _attach_mean(deck: Deck, mesh: Mesh, first: int, face: Numbers, centre: Arra
 
 
 def _split(freedoms: Array, size: float) -> tuple[Array, Array]:
-    """Return bases of the twists that a joint leaves free and of the wrenches that it carries, (6, f) and (6, 6 - f)."""
+    """Return bases of a joint's freedoms, twists (6, f), and of its constraints, wrenches (6, 6 - f)."""
     scale = np.repeat([1 / size, 1.0], 3)[:, None]  # metres and radians compared by the size of the face
     U, values, _ = np.linalg.svd(scale * freedoms, full_matrices=True)
     rank = int(np.sum(values > 1e-9))
@@ -553,13 +553,13 @@ class SolidResult:
 
     @property
     def weights(self) -> dict[str, Array]:
-        """(3,) what each rod weighs as it is meshed, its circumference made of parabolas."""
+        """(3,) weight of each meshed rod, whose circumference consists of parabolas."""
         pairs = zip(self.deck.rods, self.deck.meshes, strict=True)
         return {rod.name: rod.density * float(nodal_volumes(mesh).sum()) * self.deck.gravity for rod, mesh in pairs}
 
     @property
     def unbalanced(self) -> float:
-        """Largest force that is missing for the equilibrium of a rod or of the platform, as a part of all weights and loads."""
+        """Largest unbalanced force of a rod or of the platform, relative to all weights and loads."""
         missing = [self.deck.load[:3] - sum(wrench[:3] for wrench in self.platform_wrenches.values())]
         for rod in self.deck.rods:
             ends = self.base_wrenches[rod.name] + self.platform_wrenches[rod.name]
@@ -632,13 +632,13 @@ def read_dat(text: str) -> dict[tuple[str, str], dict[int, Array]]:
 
 
 def scaled_difference(twist: Array, reference: Array, length: float) -> float:
-    """Return the difference of two twists as a part of the second, rotations times a length."""
+    """Return the difference of two twists relative to the second, with rotations times a length."""
     scale = np.repeat([1.0, length], 3)
     return float(np.linalg.norm(scale * (twist - reference)) / np.linalg.norm(scale * reference))
 
 
 def intensities(result: ks.Result, wrenches: dict[str, Array]) -> dict[str, Array]:
-    """Express what the platform puts on each limb, by the name of its rod, in the limb's readable wrenches."""
+    """Return the platform's wrench on each limb, by the name of its rod, as intensities of the limb's wrenches."""
     found: dict[str, Array] = {}
     for limb, rod in zip(result.limbs.values(), wrenches, strict=True):
         basis = np.hstack([limb.constraint_wrenches, limb.attached_wrenches])
@@ -648,7 +648,7 @@ def intensities(result: ks.Result, wrenches: dict[str, Array]) -> dict[str, Arra
 
 
 def quantities(result: ks.Result, solid: SolidResult | None) -> dict[str, float]:
-    """Return what the table compares, of the solid model or, without one, of the beams; forces as magnitudes."""
+    """Return the quantities of the table, of the solid model or, without one, of the beams; forces as magnitudes."""
     found = dict(zip(TWIST, (result.twist if solid is None else solid.twist).tolist(), strict=True))
     if solid is None:
         forces = {name: limb.intensities for name, limb in result.limbs.items()}
@@ -675,7 +675,7 @@ def printed_fea(robot: str, number: int) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Case:
-    """One pose to compare at.
+    """A pose for the comparison.
 
     Attributes:
         title: for the table.
@@ -698,7 +698,7 @@ def make_case(
     parameters: dict[str, float] | None = None,
     printed: dict[str, float] | None = None,
 ) -> Case:
-    """Analyze a robot's beams at one pose, also with Cowper's κ: solids deform in shear as they do, whatever the file says."""
+    """Analyze a robot's beams at one pose, with the κ of the file and with Cowper's κ."""
     robot = ks.load_robot(path, parameters)
     beams = {}
     for name, beam in robot.description.beams.items():
@@ -709,7 +709,7 @@ def make_case(
 
 
 def paper_case(robot: str, number: int, parameters: dict[str, float] | None = None) -> Case:
-    """Return one of the paper's configurations; with other ``parameters`` the paper's numbers are not shown beside it."""
+    """Return one of the paper's configurations; with other ``parameters`` it has no numbers of the paper."""
     path = ROOT / "robots" / f"{robot}.urdf.xacro"
     printed = None if parameters else printed_fea(robot, number)
     title = f"{robot}, configuration {number}"
@@ -717,7 +717,7 @@ def paper_case(robot: str, number: int, parameters: dict[str, float] | None = No
 
 
 def table(case: Case, solids: dict[str, SolidResult]) -> str:
-    """Return one case as Markdown; differences are those of the solid elements to the beams."""
+    """Return one case as Markdown; differences are those between solid elements and beams."""
     columns = {"beams": quantities(case.result, None), "beams, Cowper's κ": quantities(case.cowper, None)}
     columns.update({f"solid, {grip}": quantities(case.result, solid) for grip, solid in solids.items()})
     if case.printed:
@@ -761,7 +761,7 @@ SIDES = ((0, 1, 5, 4, 8, 17, 12, 16), (1, 2, 6, 5, 9, 18, 13, 17), (2, 3, 7, 6, 
 
 
 def draw(solid: SolidResult, configuration: ks.Configuration, path: Path, title: str) -> None:
-    """Draw the deformed rods, exaggerated and coloured by displacement, next to where they were."""
+    """Draw the deformed rods, exaggerated and coloured by displacement, and the undeformed rods."""
     try:
         import matplotlib
 

@@ -1,11 +1,11 @@
-"""How an ANYmal on four feet sags, and how its feet share its weight as the trunk shifts, a foot steps out, or one lifts.
+"""Sag of an ANYmal on four feet, and the forces of its feet if the trunk moves, a foot is placed outwards, or a foot is lifted.
 
     python examples/standing_quadruped.py
 
 The quadruped is the file of ``example-robot-data``, included unedited by ``robots/anymal_standing.urdf.xacro``: the trunk is the
 platform, each foot a ball joint on the ground; see ``docs/how_to/plain_urdf.md``.
 Twelve locked actuators hold six freedoms, so
-only elasticity decides who carries what. The feet push outwards too: ground and friction hold them there.
+that the elasticity of the legs determines the forces of the feet. The feet also push outwards, which friction must prevent.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ FILE = Path(__file__).resolve().parent.parent / "robots" / "anymal_standing.urdf
 FEET = ("LF", "RF", "LH", "RH")  # left and right, fore and hind
 HEIGHT = 0.48  # of the trunk's hip axes above ground [m]
 
-SPRINGS = 300.0  # N·m/rad in every actuator, of our own: series elastic actuators are about as soft
+SPRINGS = 300.0  # N·m/rad in every actuator, our choice: typical of series elastic actuators
 STANDING = ks.load_robot(FILE)
 
 
@@ -31,7 +31,7 @@ def stand(robot: ks.Robot = STANDING, **where: object) -> ks.Configuration:
 
 
 def foot_forces(result: ks.Result) -> dict[str, np.ndarray]:
-    """Return what the ground puts on each foot that stands, (…, 3) [N]."""
+    """Return the forces (…, 3) [N] of the ground on each standing foot."""
     names = {foot: f"{foot}_contact" for foot in FEET}
     return {foot: result.joint_wrenches[name][..., :3] for foot, name in names.items() if name in result.joint_wrenches}
 

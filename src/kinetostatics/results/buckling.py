@@ -102,7 +102,7 @@ class SecondOrder(ShortRepr):
 
     The change due to the forces is added to the results of first order; the effect of assembly errors is that of first order. NaN
     where the robot buckles or has no results. For robots with springs, ``Result.second_order`` raises a :class:`StaticsError`,
-    because their stiffness of first order already includes the loads.
+    because their stiffness already includes the effects of springs and weights.
 
     Attributes:
         twist: (…, 6) [m, rad].
@@ -137,7 +137,8 @@ def second_order_of(
     """
     if robot.description.springs:
         raise StaticsError(
-            f"{robot.name!r} has springs: its stiffness already includes the loads; second_order is for robots without springs"
+            f"{robot.name!r} has springs: its stiffness already includes the effects of springs and weights; second_order is for "
+            "robots without springs"
         )
     found = zip(*map(robot.members.second_order, solutions), strict=True)
     twist, compliance, changes, _ = (batch.public(parts) for parts in found)
