@@ -203,7 +203,7 @@ class PlacedMotions:
         return found
 
     def stretched(self, spring: PlacedSpring) -> tuple[tuple[int, ...], Array]:
-        """Return k coordinates that move the ends of a spring, and the relative displacement (3, k, N) of these per unit."""
+        """Return the k coordinates that move the ends of a spring, and the displacement (3, k, N) between its ends per unit."""
         bodies = [self.structure.body_at[place] for place in spring.places]
         columns = self.structure.columns_of(*bodies)
         start, end = (self.moved(columns, body, point)[1] for body, point in zip(bodies, spring.points, strict=True))
