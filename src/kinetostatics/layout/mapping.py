@@ -40,20 +40,15 @@ class ResultMapping(dict[Key, Item]):
         return ResultMapping, (dict(self),)
 
     def __repr__(self) -> str:
-        return mapping_words(self)
+        lines = [f"{key!r}: {words}" if words else str(key) for key, words in items_words(self)]
+        together = "{" + ", ".join(lines) + "}"
+        return together if len(together) <= 100 else "{" + ",\n ".join(lines) + "}"
 
     def _repr_html_(self) -> str:
         from kinetostatics.layout.blocks import Table
         from kinetostatics.layout.renderings import block_html
 
         return block_html(Table.of_rows(("", ""), [(str(key), words) for key, words in items_words(self)]))
-
-
-def mapping_words(mapping: Mapping[Key, object]) -> str:
-    """Return the ``repr`` of a mapping: its first items, abbreviated, and their number."""
-    lines = [f"{key!r}: {words}" if words else str(key) for key, words in items_words(mapping)]
-    together = "{" + ", ".join(lines) + "}"
-    return together if len(together) <= 100 else "{" + ",\n ".join(lines) + "}"
 
 
 def items_words(mapping: Mapping[Key, object]) -> list[tuple[object, str]]:

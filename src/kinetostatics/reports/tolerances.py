@@ -37,7 +37,8 @@ UNITS = {
     "actuator_forces": "[N, N·m]",
     "effects": "of the tolerance of each parameter alone, to first order; force, at and moment: largest joint force, its joint "
     "and the largest joint moment, by self-stress due to an assembly error",
-    "random": "[mean, standard deviation, 2.5 %, 97.5 %] of the samples; of distances, the root mean square is the deviation",
+    "random": "[mean, standard deviation, 2.5 %, 97.5 %] of the samples; for distances, the root mean square in "
+    "place of the standard deviation",
 }
 
 

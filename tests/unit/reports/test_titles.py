@@ -14,7 +14,7 @@ import pytest
 import kinetostatics as ks
 from kinetostatics.description import Beam, Link, Material, Origin, RobotDescription
 from kinetostatics.layout.blocks import Table
-from kinetostatics.layout.mapping import FEW, MOST_ITEMS, ResultMapping, abbreviated, mapping_words
+from kinetostatics.layout.mapping import FEW, MOST_ITEMS, ResultMapping, abbreviated
 from kinetostatics.layout.renderings import block_html
 from kinetostatics.sections import Tube
 from kinetostatics.status import Status
@@ -215,8 +215,8 @@ def test_values_in_short():
         and abbreviated((1, np.array(2.0))) == "(1, 2)"
     )
     assert len(abbreviated("x" * 1000)) == 150
-    assert mapping_words({"a": 1}) == "{'a': 1}" and mapping_words({}) == "{}"
-    many = mapping_words({f"name_{k}": np.zeros((9, 9)) for k in range(20)})
+    assert repr(ResultMapping({"a": 1})) == "{'a': 1}" and repr(ResultMapping()) == "{}"
+    many = repr(ResultMapping({f"name_{k}": np.zeros((9, 9)) for k in range(20)}))
     assert many.count("\n") == MOST_ITEMS and many.endswith("… 8 more}")
 
 
