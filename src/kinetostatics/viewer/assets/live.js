@@ -115,14 +115,13 @@ async function moveLive(name, value) {
   try {
     while (waiting.size || stale) {
       if (!waiting.size) await pause();
-      const [request] = waiting.size ? waiting.values() : [{ kind: "details" }], start = performance.now();
+      const [request] = waiting.size ? waiting.values() : [{ kind: "details" }];
       waiting.delete(request.kind);
       stale = request.kind !== "details" && !request.details;
       const body = await answerTo(request);
       if (request.kind !== "details") page.error = body.error || body.rim || null;
       if (body.error) refresh(); else showAnswer(body);
       if (request.kind === "details" && !waiting.size && stillFits() && !isInPicture()) fit();
-      page.answerTime = performance.now() - start;
     }
   } catch (error) {
     page.error = `no answer: has the program ended? (${error.message})`;

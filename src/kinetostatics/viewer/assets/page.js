@@ -2,12 +2,11 @@
 
 /** Draw the robots and write the panel for the present state. */
 function refresh() {
-  const start = performance.now(), scale = colourScale();
+  const scale = colourScale();
   for (const robot of page.robots) robot.draw(scale);
   placeHandles();
   writePanel(scale);
   viewer.set_dirty();
-  page.refreshTime = performance.now() - start;
 }
 
 /** Set the light, and hide grid, axes and hidden groups of arrows. */
@@ -25,10 +24,11 @@ function hideGroups({ root, scene }) {
   for (const path of scene.hidden) viewer.set_property((root + path).split("/"), "visible", false);
 }
 
+/** State of the page, and its functions for other scripts. */
 const page = window.robot_page = {
-  state, labels, robots: [], answers: 0, answerTime: 0, error: null, stop: null, refreshTime: 0, ready: false, dark: false,
-  look, fit, showView, pick, selectPath, picture, handles, facts: () => page.robots.map(facts), readout: (k) => readout(page.robots[0].scene, k),
-  get busy() { return busy; }, pointed: () => pointed && pointed.path,
+  state, labels, robots: [], answers: 0, error: null, stop: null, ready: false, dark: false,
+  look, pick, selectPath, picture, handles, facts: () => page.robots.map(facts), readout: (k) => readout(page.robots[0].scene, k),
+  get busy() { return busy; },
   get solids() { return page.robots[0].solids; }, get arrows() { return page.robots[0].arrows; },
   get stations() { return page.robots[0].now; }, get scene() { return page.robots[0].scene; },
 };
