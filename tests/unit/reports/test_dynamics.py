@@ -49,3 +49,21 @@ def test_responses(poses):
             assert float(row[2]) == found.frequencies[np.argmax(peaks)]
     assert "Damping: ratio 0.03." in str(found) and repr(found).endswith("; 1 to 20 Hz, 3 frequencies>")
     assert np.shape(found.to_dict()["compliance_phase"]) == (2, 3, 6, 6)
+
+
+def test_buckling():
+    """Of the tripod's upright pose the first factors are equal, so that they share a row."""
+    machine = robot("3rps")
+    poses = machine.assemble(platform={"z": np.array([0.5, 0.55]), "rx": 0.0, "ry": 0.0})
+    found = [ks.analyze(pose, [0, 0, -5e4, 0, 0, 0]).buckling(3) for pose in (machine.assemble(), poses)]
+    rows = cells(found[0].report(), "Load factors")[1:]
+    assert [float(row[1]) for row in rows] == pytest.approx(np.unique(found[0].load_factors.round(3)), rel=1e-3)
+    assert rows[0][2].startswith("rod_") and len(", ".join(row[0] for row in rows).split(", ")) == 3
+    assert cells(found[1].report(), "Least over")[0][1] == f"{found[1].load_factors.min():.4g}"
+
+
+def test_a_rigid_robot_has_no_frequency():
+    machine = robot("five_bar")
+    for name in machine.description.beams:
+        machine = ks.Robot(machine.description.without_beam(name))
+    assert repr(ks.modes(machine.assemble())).endswith("no natural frequency: no elastic part carries a mass>")
