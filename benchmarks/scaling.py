@@ -80,7 +80,7 @@ def sizes(page: Page, sizes: tuple[tuple[int, int], ...]) -> None:
     dropped, stored = found[0]
     once = (stored["cpu"] - dropped["cpu"]) * dropped["poses"]
     head = ("poses", "dropped", "by the clock", "stored", "by the clock", "memory", "file")
-    page.add("sizes", table(head, rows), f"Making and opening a file takes {once:.2f} s in any case.")
+    page.add("sizes", table(head, rows), f"Creating and opening a file takes {once:.2f} s at any size.")
 
 
 def _alone(function: Callable[..., dict[str, float]], *arguments: object) -> dict[str, float]:

@@ -132,9 +132,10 @@ def opensees(page: Page, effort: Effort) -> None:
     head = ("robot", "poses", "map", "loops + statics + arrays", "`ks.sweep`", "A", "B", "C")
     ranges = (sorted(item[way] for item in ratios.values()) for way, _ in WAYS)
     spans = (
-        f"beside {letter} {times(values[0])} … {times(values[-1])} times" for letter, values in zip("ABC", ranges, strict=True)
+        f"{times(values[0])} … {times(values[-1])} times as fast as {letter}"
+        for letter, values in zip("ABC", ranges, strict=True)
     )
-    text = f"OpenSees solved {effort.frames} poses of each grid. A map is faster: {', '.join(spans)}."
+    text = f"OpenSees solved {effort.frames} poses of each grid. A map is {', '.join(spans)}."
     page.add("opensees", table((*head, "A : map", "B : map", "C : map", "difference"), rows), text)
 
 
