@@ -136,6 +136,72 @@ def test_torques_of_the_arm_are_pinocchios(number, gravity):
         np.testing.assert_allclose([ours[name] for name in ARM], expected, atol=1e-11 * np.abs(expected).max())
 
 
+#: The elastic tubes as the robot file's comments give them: link, its ends in the link's frame, diameter, wall, kilograms.
+TUBES = (
+    ("upper_arm_link", (0, 0, 0), (0, 0, 0.612), 0.108, 0.005, 12.93),
+    ("upper_arm_link", (0, 0, 0.612), (0, -0.1719, 0.612), 0.12, 0.006, 0.0),
+    ("forearm_link", (0, 0, 0), (0, 0, 0.5723), 0.086, 0.004, 3.87),
+)
+YOUNG, POISSON = 70e9, 0.33
+RIGID = ("shoulder_link", "wrist_1_link", "wrist_2_link", "wrist_3_link")
+
+
+def tube_stiffnesses(diameter, wall):
+    """EA, kGA, GJ, EI of a tube; the shear coefficient is Cowper's (1966)."""
+    inner = diameter - 2 * wall
+    area, inertia = np.pi / 4 * (diameter**2 - inner**2), np.pi / 64 * (diameter**4 - inner**4)
+    m = (inner / diameter) ** 2
+    kappa = 6 * (1 + POISSON) * (1 + m) ** 2 / ((7 + 6 * POISSON) * (1 + m) ** 2 + (20 + 12 * POISSON) * m)
+    G = YOUNG / 2 / (1 + POISSON)
+    return YOUNG * area, kappa * G * area, G * 2 * inertia, YOUNG * inertia
+
+
+def sag_by_summed_strains(q, load, gravity):
+    """Twist of the tool: every slice of every tube strains under what hangs beyond it, and carries the rest along rigidly.
+
+    Frames are Pinocchio's, of the package's file; integrals are Gauss's with five stations, exact for these polynomials.
+    """
+    model, data = original("ur10")
+    pin.framesForwardKinematics(model, data, q)
+    frame = {item.name: data.oMf[k] for k, item in enumerate(model.frames) if item.type == pin.FrameType.BODY}
+    tool = frame["tool0"].translation
+    order = ["shoulder_link", "upper_arm_link", "forearm_link", *RIGID[1:]]  # outwards; masses of rigid links at their origin
+    masses = {"shoulder_link": 7.778, "wrist_1_link": 1.96, "wrist_2_link": 1.96, "wrist_3_link": 0.202}
+    nodes, weights = np.polynomial.legendre.leggauss(5)
+    fractions, weights = (nodes + 1) / 2, weights / 2
+    twist = np.zeros(6)
+    for number, (link, start, end, diameter, wall, mass) in enumerate(TUBES):
+        EA, kGA, GJ, EI = tube_stiffnesses(diameter, wall)
+        a, b = frame[link].act(np.array(start, float)), frame[link].act(np.array(end, float))
+        length = np.linalg.norm(b - a)
+        x = (b - a) / length
+        for fraction, weight in zip(fractions, weights, strict=True):
+            p = a + fraction * (b - a)
+            loads = [(load[:3], tool), (mass * (1 - fraction) * gravity, (p + b) / 2)]
+            loads += [
+                (other[5] * gravity, frame[other[0]].act((np.array(other[1]) + other[2]) / 2)) for other in TUBES[number + 1 :]
+            ]
+            beyond = order[order.index(link) + 1 :]
+            loads += [(masses[name] * gravity, frame[name].translation) for name in beyond if name in masses]
+            force = sum(f for f, _ in loads)
+            moment = load[3:] + sum(np.cross(at - p, f) for f, at in loads)
+            along, turn = x * (x @ force), x * (x @ moment)
+            strain = along / EA + (force - along) / kGA
+            curvature = turn / GJ + (moment - turn) / EI
+            ds = weight * length
+            twist[:3] += ds * (strain + np.cross(curvature, tool - p))
+            twist[3:] += ds * curvature
+    return twist
+
+
+@pytest.mark.parametrize("number", range(3))
+@pytest.mark.parametrize(("load", "gravity"), [(np.zeros(6), GRAVITY), (LOAD, np.zeros(3)), (LOAD, SIDEWAYS)])
+def test_sag_of_the_arm_is_the_sum_of_its_slices_strains(number, load, gravity):
+    pose, q = arm_pose(number)
+    expected = sag_by_summed_strains(q, load, gravity)
+    np.testing.assert_allclose(ks.analyze(pose, load=load, gravity=gravity).twist, expected, atol=1e-11 * np.abs(expected).max())
+
+
 # ---- the quadruped ------------------------------------------------------------------------------------------------------------
 
 

@@ -14,6 +14,7 @@ from package_robots import robot
 from places import ROBOTS
 
 import kinetostatics as ks
+from kinetostatics.sections import RectangularTube
 
 X, Y, Z = np.eye(3)
 G = 9.81
@@ -125,6 +126,68 @@ def turn(axis, angle):
     return pin.AngleAxis(angle, unit(np.asarray(axis, dtype=float))).toRotationMatrix()
 
 
+# ---- elementary beams ----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Bar:
+    """Stiffnesses of a straight beam: I is that of bending across the plane of a limb, I_in of bending within it."""
+
+    E: float
+    G: float
+    area: float
+    I: float  # noqa: E741
+    J: float
+    kappa: float = 1.0
+    I_in: float = 0.0
+
+
+def rectangle(E, nu, height, width):
+    """Return a flat bar: height across the plane of motion. Torsion: Saint-Venant's series as Roark prints its sum."""
+    a, b = max(height, width) / 2, min(height, width) / 2
+    odd = np.arange(1.0, 2000, 2)
+    series = np.sum(np.tanh(odd * np.pi * a / (2 * b)) / odd**5)
+    J = a * b**3 * (16 / 3 - 1024 / np.pi**5 * b / a * series)
+    kappa = 10 * (1 + nu) / (12 + 11 * nu)
+    return Bar(E, E / 2 / (1 + nu), height * width, width * height**3 / 12, J, kappa, height * width**3 / 12)
+
+
+def across(bar, start, end, tip, axis):
+    """Return how a cantilever bends out of its limb's plane under loads at a tip beyond its end.
+
+    The plane is normal to ``axis``. Loads at the tip: a force along the axis, moments about the limb's two directions in the
+    plane; the same for the displacements. Worked out by integrating moments by hand.
+    """
+    L, along = np.linalg.norm(end - start), unit(end - start)
+    side = np.cross(axis, along)
+    a, b = along @ (tip - end), side @ (tip - end)
+    EI, GJ, GA = bar.E * bar.I, bar.G * bar.J, bar.kappa * bar.G * bar.area
+    local = np.array([
+        [((L + a) ** 3 - a**3) / 3 / EI + L / GA + b**2 * L / GJ, b * L / GJ, -((L + a) ** 2 - a**2) / 2 / EI],
+        [b * L / GJ, L / GJ, 0], [-((L + a) ** 2 - a**2) / 2 / EI, 0, L / EI],
+    ])  # fmt: skip
+    # a load (force along the axis, moment) in world axes → force, moment about the bar, moment about its side
+    loads = np.zeros((3, 6))
+    loads[0, :3], loads[1, 3:], loads[2, 3:] = axis, along, side
+    return loads.T @ local @ loads
+
+
+def limb_across(points, bars, axis, o, drive=np.inf):
+    """Return the stiffness (6, 6) at o of a limb whose joints are all parallel to ``axis``, its actuator locked.
+
+    It resists a displacement along the axis and rotations across it, and nothing else.
+    """
+    compliance = sum(across(bar, points[k], points[k + 1], points[-1], axis) for k, bar in enumerate(bars))
+    first = unit(np.cross(axis, X + 0.3 * Y + 0.1 * Z))
+    basis = np.zeros((6, 3))
+    basis[:3, 0], basis[3:, 1], basis[3:, 2] = axis, first, np.cross(axis, first)
+    small = basis.T @ compliance @ basis
+    small[0, 0] += 1 / drive
+    about_o = basis.copy()
+    about_o[3:] += np.cross(points[-1] - o, basis[:3], axis=0)
+    return about_o @ np.linalg.inv(small) @ about_o.T
+
+
 # ---- what holds for all of them ----------------------------------------------------------------------------------------------
 
 
@@ -175,6 +238,8 @@ def test_other_sizes_close_too(name):
 
 CORNERS = np.radians([210.0, 330.0, 90.0])
 BASE_RADIUS, PLATFORM_RADIUS, BAR = 0.9 / np.sqrt(3), 0.08 / np.sqrt(3), 0.4
+CRANK = rectangle(71.705e9, 0.33, 0.023, 0.006)
+COUPLER = rectangle(207e9, 0.3, 0.023, 0.002)
 
 
 def planar_points(x, y, rz):
@@ -229,6 +294,25 @@ def test_planar_statics(pose):
     torques = [push * lever for push, (_, _, lever) in zip(pushes, limbs, strict=True)]
     close(forces("planar_3rrr", ks.analyze(configuration, load=load)), torques, 1e-11)
     np.testing.assert_allclose(forces("planar_3rrr", ks.analyze(configuration)), 0, atol=1e-11)
+
+
+@pytest.mark.parametrize("pose", CLAIMS["planar_3rrr"].poses)
+def test_planar_stiffness(pose):
+    """In the plane cranks bend and couplers are struts; across it, every limb is a bent cantilever."""
+    o, limbs = planar_screws(pose)
+    K = np.zeros((6, 6))
+    for (B, E, C), screw, lever in limbs:
+        sine = lever / BAR
+        bend = BAR**3 / (3 * CRANK.E * CRANK.I_in) + BAR / (CRANK.kappa * CRANK.G * CRANK.area)
+        stretch = BAR / (CRANK.E * CRANK.area)
+        compliance = BAR / (COUPLER.E * COUPLER.area) + sine**2 * bend + (1 - sine**2) * stretch
+        K += np.outer(screw, screw) / compliance + limb_across((B, E, C), (CRANK, COUPLER), Z, o)
+    found = ks.analyze(robot("planar_3rrr").assemble(platform=pose)).stiffness
+    plane, out = [0, 1, 5], [2, 3, 4]
+    assert np.abs(found[np.ix_(plane, out)]).max() < 1e-9 * np.abs(K).max()
+    for block, tolerance in ((plane, 1e-12), (out, 1e-9)):  # the package cuts the series of the torsion constant short
+        size = np.sqrt(np.diag(K)[block])
+        np.testing.assert_allclose((found - K)[np.ix_(block, block)] / np.outer(size, size), 0, atol=tolerance)
 
 
 # ---- spherical 3-RRR -------------------------------------------------------------------------------------------------------
@@ -300,6 +384,25 @@ def test_spherical_zero_pose_is_isotropic():
 # ---- Tripteron -------------------------------------------------------------------------------------------------------------
 
 
+def box(E, nu, depth, width, wall):
+    """Return a rectangular tube, deep across the limb's plane; torsion and shear as test_section_shear.py has them checked."""
+    second = (width * depth**3 - (width - 2 * wall) * (depth - 2 * wall) ** 3) / 12
+    tube = RectangularTube.of(width, depth, wall)
+    area = width * depth - (width - 2 * wall) * (depth - 2 * wall)
+    return Bar(E, E / 2 / (1 + nu), area, second, tube.J, tube.shear_coefficients(nu)[1])
+
+
+def tripteron_limbs(o):
+    """Yield the axis and the points of shoulder, elbow and wrist of every limb; the three are turned cyclically."""
+    for i in range(3):
+        axis, across_, up = (np.eye(3)[(i + k) % 3] for k in range(3))
+        shoulder, wrist = -0.45 * across_ + (o @ axis) * axis, o - 0.05 * across_
+        span = wrist - shoulder
+        rise = turn(axis, np.arccos(np.linalg.norm(span) / 0.6)) @ unit(span)
+        yield axis, (shoulder, shoulder + 0.3 * rise, wrist)
+        assert rise @ up > 0
+
+
 def test_tripteron_drives_are_the_platforms_coordinates():
     rng = np.random.default_rng(3)
     values = rng.uniform(-0.15, 0.15, (3, 30))
@@ -314,6 +417,17 @@ def test_tripteron_drives_feel_one_component_of_the_load_each(which):
     found = ks.analyze(assembled("tripteron", which, density=0, slider_mass=2), load=load, point=(0.03, 0.02, 0.01))
     # the third actuator lifts the platform and its own slider, which the file draws horizontally beside its rail
     close(forces("tripteron", found), -load[:3] + [0, 0, (5 + 2) * G], 1e-11)
+
+
+@pytest.mark.parametrize("which", [0, 1, 2])
+@pytest.mark.parametrize("drive", [5e7, np.inf])
+def test_tripteron_stiffness(which, drive):
+    """Arms are bent cantilevers on elastic actuators; three of their nine constraints are redundant."""
+    configuration = assembled("tripteron", which, **({} if drive == 5e7 else {"actuator_stiffness": drive}))
+    o = configuration.platform_frame[:3, 3]
+    tube = box(70e9, 0.33, 0.08, 0.05, 0.004)
+    K = sum(limb_across(points, (tube, tube), axis, o, drive) for axis, points in tripteron_limbs(o))
+    blocks_close(ks.analyze(configuration).stiffness, K, 1e-11)
 
 
 # ---- linear Delta, 3-PUU -----------------------------------------------------------------------------------------------------
