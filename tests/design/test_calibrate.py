@@ -1,4 +1,4 @@
-"""Calibration of robots whose deviations from their files are known, and what it says where readings do not tell."""
+"""Calibration of robots whose deviations from their files are known, and messages where readings do not determine them."""
 
 import json
 import warnings
@@ -71,7 +71,7 @@ def values(found):
     return {name: estimate.value for name, estimate in found.estimates.items()}
 
 
-def test_everything_is_found_again(table):
+def test_stiffness_payload_and_offsets_are_recovered(table):
     unknowns = [*TRUE, "payload.mass", "payload.x", "payload.y", "payload.z", "offsets"]
     given = columns(table, table["loaded"], front=3e-6, level=-2e-5)
     found = ks.calibrate(package_robots.robot("3rps"), given, unknowns, gauges=GAUGES)
@@ -89,7 +89,7 @@ def test_everything_is_found_again(table):
         assert found.root_mean_square(errors, kind) == pytest.approx(np.sqrt(np.mean(errors[mine] ** 2)))
 
 
-def test_differences_to_the_unloaded_state_and_to_a_pose(table):
+def test_calibration_with_unloaded_state_or_pose_as_reference(table):
     robot = package_robots.robot("3rps")
     found = ks.calibrate(
         robot, columns(table, table["loaded"] - table["unloaded"]), list(TRUE), gauges=GAUGES, reference="unloaded"
@@ -107,7 +107,7 @@ def test_differences_to_the_unloaded_state_and_to_a_pose(table):
     assert values(found) == pytest.approx(TRUE, rel=1e-8)
 
 
-def test_a_common_factor_and_intervals_of_a_stiffness(table):
+def test_common_stiffness_factor_and_interval_have_closed_form(table):
     """E of all rods by one factor; its interval is that of the compliance."""
     pose = package_robots.robot("3rps").assemble(platform=table["poses"])
     load = np.stack([*table["loads"].values(), *([np.zeros(14)] * 3)], axis=-1)
@@ -128,8 +128,8 @@ def test_a_common_factor_and_intervals_of_a_stiffness(table):
     assert found.sigma[0] == pytest.approx(np.sqrt(np.sum((y - c * a) ** 2) / 13), rel=1e-6)
 
 
-def test_arguments_of_the_file(tmp_path):
-    """Of a cantilever: the diameter, whose sag is −4 in the power, and its length, which moves the tip."""
+def test_file_arguments_of_a_cantilever_are_recovered(tmp_path):
+    """The sag goes as the diameter to the power of −4; the length moves the tip."""
     path = parametric_machines.cantilever(tmp_path)
     true = ks.load_robot(path, {"diameter": 0.042, "length": 0.81})
     loads = [[0, 0, -300, 0, 0, 0], [0, 200, 0, 0, 0, 0], [0, 0, 0, 0, 30, 0], [4e5, 0, 0, 0, 0, 0]]
@@ -146,8 +146,8 @@ def test_arguments_of_the_file(tmp_path):
     np.testing.assert_allclose(again, twists, rtol=1e-8, atol=1e-15)
 
 
-def test_two_rods_in_series(tmp_path):
-    """Pulled along both, their compliances add up as their lengths; bending tells them apart."""
+def test_rods_in_series_are_distinguished_only_by_bending(tmp_path):
+    """Pulled along both, their compliances add up as their lengths; bending distinguishes them."""
     spec = small_robots.locked_chain([(0, 0, 0), (0, 0, 1.0), (0, 0, 1.5)], [(1, 0, 0), (0, 1, 0)])
     robot = small_robots.robot_of(spec)
     factors = {"arm_1": 0.5, "arm_2": 2.0}
@@ -163,9 +163,9 @@ def test_two_rods_in_series(tmp_path):
     for estimate in found.estimates.values():
         assert not estimate.identified and estimate.interval == (0, np.inf)
     seen = [1 / found.estimates[name].value for name in factors]
-    assert seen[0] + 0.5 * seen[1] == pytest.approx(1 / 0.5 + 0.5 / 2.0, rel=1e-9)  # what is seen is found
+    assert seen[0] + 0.5 * seen[1] == pytest.approx(1 / 0.5 + 0.5 / 2.0, rel=1e-9)  # the identifiable combination is found
     assert "cannot be distinguished" in str(found) and "1 not determined" in repr(found)
-    # a payload does not change what differs with the load alone
+    # a payload does not change differences to the unloaded state
     found = ks.calibrate(robot, {"Fz": loads[:, 2], "dz": dz}, ["arm_1", "payload.mass"], reference="unloaded")
     assert found.unidentifiable[0].words.startswith("no reading depends on payload.mass")
     assert found.estimates["arm_1"].identified
@@ -178,8 +178,8 @@ def test_two_rods_in_series(tmp_path):
 
 
 @pytest.mark.slow
-def test_elastic_drives_and_joints():
-    """Of an arm on an elastic actuator: both deform, and the actuator turns by moment over stiffness."""
+def test_actuator_and_beam_stiffness_are_recovered_together():
+    """An arm on an elastic actuator: both deform, and the actuator turns by moment over stiffness."""
     spec = small_robots.locked_chain([(0, 0, 0), (0.8, 0, 0)], [(0, 1, 0)])
     description = small_robots.robot_of(spec).description
     description = description.with_part(ks.description.JointStiffness("turn_1", drive=4e4))
@@ -201,8 +201,8 @@ def test_elastic_drives_and_joints():
 
 
 @pytest.mark.parametrize("sigma_known", [True, False])
-def test_intervals_cover_at_their_rate(table, sigma_known):
-    """Of linear readings with noise; three binomial standard deviations about 90 %, of every unknown."""
+def test_confidence_intervals_cover_at_their_level(table, sigma_known):
+    """Linear readings with noise: each unknown is covered in 90 % of trials, within three binomial standard deviations."""
     from scipy import stats
 
     rng, trials = np.random.default_rng(11), 400
@@ -221,7 +221,7 @@ def test_intervals_cover_at_their_rate(table, sigma_known):
     assert np.all(np.abs(inside / trials - 0.9) <= 3 * np.sqrt(0.9 * 0.1 / trials)), inside
 
 
-def test_an_outlier_is_found_and_left_out(table):
+def test_outliers_are_found_and_left_out_on_request(table):
     given = columns(table, table["loaded"])
     rng = np.random.default_rng(4)
     for name, gauge in GAUGES.items():
@@ -242,7 +242,7 @@ def test_an_outlier_is_found_and_left_out(table):
     assert abs(without.estimates["rod_1"].value - 0.8) < abs(kept.estimates["rod_1"].value - 0.8)
 
 
-def test_what_is_foretold_from_the_others_is_what_another_fit_foretells():
+def test_leave_one_out_errors_equal_those_of_refits():
     rng = np.random.default_rng(8)
     J, groups = rng.standard_normal((12, 3)), np.repeat(np.arange(6), 2)
     y = J @ [1.0, 2.0, 3.0] + 0.1 * rng.standard_normal(12)
@@ -252,13 +252,13 @@ def test_what_is_foretold_from_the_others_is_what_another_fit_foretells():
         rest = groups != group
         other = np.linalg.lstsq(J[rest], y[rest], rcond=None)[0]
         np.testing.assert_allclose(errors[~rest], y[~rest] - J[~rest] @ other, rtol=1e-10)
-    # a reading that alone determines something is foretold by nothing
+    # nothing predicts a reading that alone determines an unknown
     J = np.array([[1.0, 0], [1, 0], [0, 1]])
     errors = leave_one_out(solution(np.zeros(2), J, np.zeros(3), False), np.arange(3))
     assert np.isnan(errors[2]) and np.isfinite(errors[:2]).all()
 
 
-def test_files_datasets_and_words(table, tmp_path):
+def test_csv_files_datasets_and_columns_give_equal_estimates(table, tmp_path):
     """The same readings from a CSV in millimetres, an xarray Dataset and columns."""
     xr = pytest.importorskip("xarray")
     robot, given = package_robots.robot("3rps"), columns(table, table["loaded"])
@@ -326,7 +326,7 @@ def cantilever(tmp_path_factory):
 
 
 @pytest.mark.parametrize(("changes", "said"), WRONG)
-def test_mistakes_in_python(cantilever, changes, said):
+def test_invalid_arguments_are_refused(cantilever, changes, said):
     options = {"robot": cantilever, "measurements": {"Fz": [-10.0, -20.0], "dz": [-1e-6, -2e-6]}, "unknowns": ["diameter"]}
     with pytest.raises(ks.KinetostaticsError, match=said):
         ks.calibrate(**{**options, **changes})
@@ -344,7 +344,7 @@ WRONG_FILES = [
 
 
 @pytest.mark.parametrize(("text", "said"), WRONG_FILES)
-def test_mistakes_in_a_file(cantilever, tmp_path, text, said):
+def test_invalid_measurement_files_are_refused(cantilever, tmp_path, text, said):
     (tmp_path / "mine.csv").write_text(text, encoding="utf-8")
     with pytest.raises(ks.ArgumentError, match=said):
         ks.calibrate(cantilever, tmp_path / "mine.csv", ["diameter"])
@@ -362,15 +362,15 @@ def test_mistakes_in_a_file(cantilever, tmp_path, text, said):
         ("name,ux,uy,uz,sigma [kg]\na,0,0,1,1\n", r":2: sigma: '1kg' is not a length"),
     ],
 )
-def test_mistakes_in_a_file_of_gauges(cantilever, tmp_path, text, said):
+def test_invalid_gauge_files_are_refused(cantilever, tmp_path, text, said):
     (tmp_path / "gauges.csv").write_text(text, encoding="utf-8")
     with pytest.raises(ks.ArgumentError, match=said):
         ks.calibrate(cantilever, {"dz": [0.0]}, ["diameter"], gauges=tmp_path / "gauges.csv")
 
 
 @pytest.mark.parametrize("mass", [["payload.mass"], []])
-def test_the_jacobian_is_what_readings_change_by(mass):
-    """Of an overconstrained robot, whose forces depend on stiffness, by central differences of the readings."""
+def test_jacobian_equals_central_differences_of_readings(mass):
+    """An overconstrained robot, whose forces depend on stiffness."""
     robot = package_robots.robot("2pru_upr")
     load = np.array([[200.0, 0, -500, 0, 0, 30], [0, 300, 100, 20, 0, 0]])
     gauges = {"dx": ks.Gauge((1, 0, 0)), **GAUGES}
@@ -387,7 +387,7 @@ def test_the_jacobian_is_what_readings_change_by(mass):
 
 
 @pytest.mark.parametrize(("name", "determinate"), [("3rps", True), ("2pru_upr", False)])
-def test_readings_are_linear_in_a_compliance_where_the_robot_is_determinate(name, determinate):
+def test_readings_of_determinate_robots_are_linear_in_compliance(name, determinate):
     robot = package_robots.robot(name)
     unknowns = Unknowns(robot, ["rod_3"], {"dz": ks.Gauge((0, 0, 1)), "dy": ks.Gauge((0, 1, 0))}, None, {})
     pose = {"z": np.array([0.6]), "rx": np.array([-0.1]), "ry": np.array([0.2])}
@@ -398,8 +398,8 @@ def test_readings_are_linear_in_a_compliance_where_the_robot_is_determinate(name
     assert np.allclose(ratios, 1, atol=1e-7) if determinate else np.all(np.abs(ratios - 1) > 0.05)
 
 
-def test_rows_that_are_given_twice_are_told(cantilever, tmp_path):
-    """A hundred copies of three readings are no hundred measurements; the same pose and load read once more is one."""
+def test_repeated_rows_cause_a_warning(cantilever, tmp_path):
+    """Copied readings are no further measurements; other readings at the same pose and load are."""
     text = "Fz,dz [um],dx [um]\n-10,-5,\n-20,-11,0\n-30,-15,\n-10,-5.1,\n"
     (tmp_path / "once.csv").write_text(text, encoding="utf-8")
     (tmp_path / "twice.csv").write_text(f"{text}-20,-11,0\n-10.0,-5,\n", encoding="utf-8")
@@ -413,8 +413,8 @@ def test_rows_that_are_given_twice_are_told(cantilever, tmp_path):
         ks.calibrate(cantilever, {"Fz": [-10, -10, -20], "dz": [-5e-6, -5e-6, -1e-5]}, ["rod"])
 
 
-def test_drives_tell_poses_too(table):
-    """The same robot by its actuators' coordinates, in a pandas DataFrame."""
+def test_poses_may_be_given_by_actuator_coordinates(table):
+    """In a pandas DataFrame."""
     pandas = pytest.importorskip("pandas")
     pose = table["pose"]
     rows = pandas.DataFrame({**pose.actuators, **table["loads"], "dz [mm]": 1e3 * table["loaded"][:, 2]})
@@ -422,7 +422,7 @@ def test_drives_tell_poses_too(table):
     assert values(found) == pytest.approx(TRUE, rel=1e-6)
 
 
-def test_the_row_that_cannot_be_reached_or_computed_is_named(tmp_path):
+def test_unreachable_rows_are_named_in_errors(tmp_path):
     robot, table = package_robots.robot("delta"), tmp_path / "mine.csv"
     table.write_text("x,y,z [mm],dz [um]\n0,0,-700,-1\n\n0,0,-710,-1\n0,0,-2000,-1\n", encoding="utf-8")
     for reference in ("undeformed", "unloaded"):
@@ -436,7 +436,7 @@ def test_the_row_that_cannot_be_reached_or_computed_is_named(tmp_path):
         ks.calibrate(robot, rows, ["arm_1"], reference={"x": 0.0, "y": 0.0, "z": [-0.7, -0.71]})
 
 
-def test_the_singular_pose_is_named():
+def test_singular_rows_are_named_in_errors():
     """A hexapod turned by a quarter about the vertical (Fichter, 1986)."""
     robot = package_robots.robot("gough_stewart")
     height = float(robot.assemble().platform["z"])
@@ -457,7 +457,7 @@ def test_the_singular_pose_is_named():
         ks.calibrate(robot, regular, ["rod_1"], reference=singular)
 
 
-def test_wrong_signs_and_units_are_told(cantilever):
+def test_wrong_signs_and_units_are_reported(cantilever):
     """F L³ / 3 E I of the rod, with its weight left out: read well, with the wrong sign, and a thousand times too large."""
     diameter, loads = 0.04, np.array([-10.0, -20.0, -30.0])
     sag = loads * 0.8**3 / (3 * 2e11 * np.pi * diameter**4 / 64) * np.array([1.01, 0.99, 1.0])
@@ -483,8 +483,8 @@ def test_impossible_estimates_are_reported(cantilever):
         assert ks.calibrate(cantilever, {"dz": [-1e-3]}, ["payload.mass"]).estimates["payload.mass"].impossible == ""
 
 
-def test_assembly_errors_are_found_beside_stiffnesses():
-    """Of a robot whose hinge is turned and whose rod is too long, with a rod that is softer than the file says."""
+def test_assembly_errors_are_recovered_beside_stiffness():
+    """A hinge is turned, one rod too long, and another softer than in the file."""
     robot = package_robots.robot("2pru_upr")
     poses = {"z": [0.55, 0.6, 0.65], "rx": [0.0, 0.1, -0.1], "ry": [0.0, -0.2, 0.1]}
     modulus = robot.description.beams["rod_1"].youngs_modulus

@@ -1,4 +1,4 @@
-"""Corrected actuator positions: what they do is looked at once more, by other ways than those that found them."""
+"""Corrected actuator positions, checked by other methods than the one that finds them."""
 
 import csv
 import json
@@ -36,8 +36,8 @@ def stands_at(configuration, twist):
 
 @pytest.mark.few(3)
 @pytest.mark.parametrize("name", package_robots.NAMES)
-def test_driven_to_the_corrected_positions_the_loaded_platform_stands_where_it_was_asked_to(name):
-    """All robots, at a pose without symmetry; the actuators alone lead there, and rotations are SciPy's."""
+def test_corrected_actuators_bring_the_loaded_platform_to_target(name):
+    """All robots, at poses without symmetry; actuators alone are prescribed, and rotations are SciPy's."""
     robot = package_robots.robot(name)
     pose = robot.configuration(robot.model_q(robot.generic_poses)[:, 0])
     load = LOAD * SOFT.get(name, 1.0)
@@ -52,12 +52,12 @@ def test_driven_to_the_corrected_positions_the_loaded_platform_stands_where_it_w
     wanted_turn = Rotation.from_matrix(wanted[:3, :3]).as_rotvec()
     off = dict(zip(("x", "y", "z", "rx", "ry", "rz"), [*(o - wanted[:3, 3]), *(turn - wanted_turn)], strict=True))
     assert max(abs(off[coordinate]) for coordinate in found.controlled) < 1e-12
-    # what the correction itself moves the unloaded platform by has no part in directions that no actuator moves
+    # the motion of the unloaded platform by the correction has no part in uncorrectable directions
     scale = np.repeat([robot.length, 1.0], 3)
     moved = pose_error(target_frame(pose, None), target_frame(driven, None))[:, 0] / scale
     parts = (found.uncorrectable_directions / scale[:, None]).T @ moved
     np.testing.assert_allclose(parts, 0, atol=10 * np.linalg.norm(moved) ** 2 + 1e-12)
-    # what is told to remain is what is left, and without correction it was not so
+    # the residual error is that of the corrected pose, and differs from the uncorrected one
     np.testing.assert_allclose(found.residual_error[:3], o - wanted[:3, 3], atol=1e-12)
     left = (R * Rotation.from_matrix(wanted[:3, :3]).inv()).as_rotvec()
     np.testing.assert_allclose(found.residual_error[3:], left, atol=1e-12)
@@ -70,7 +70,7 @@ def test_driven_to_the_corrected_positions_the_loaded_platform_stands_where_it_w
 
 
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr"])
-def test_finite_elements_stand_there_too(name):
+def test_finite_elements_confirm_the_corrected_pose(name):
     """OpenSees at the corrected actuators: the controlled coordinates are those wanted, within its own scatter."""
     pytest.importorskip("openseespy", reason="needs OpenSeesPy: pip install 'kinetostatics[verify]'")
     robot = package_robots.robot(name)
@@ -92,8 +92,8 @@ def tip_of(configuration, twist, tool):
 
 
 @pytest.mark.parametrize(("name", "given"), [("3rps", ("x", "y", "z")), ("3rps", None), ("linear_delta", None)])
-def test_the_tip_of_a_tool_stands_where_it_was_asked_to(name, given):
-    """Three freedoms: the tip's place, or its height and two angles; actuators alone lead there."""
+def test_corrected_actuators_bring_the_tool_tip_to_target(name, given):
+    """Three freedoms: the tip's position, or its height and two angles; actuators alone are prescribed."""
     robot, tool, load = package_robots.robot(name), np.array([0.05, -0.04, 0.2]), LOAD * SOFT.get(name, 1.0)
     pose = tripod() if name == "3rps" else robot.configuration(robot.model_q(robot.generic_poses)[:, 0])
     found = ks.compensate(pose, load, controlled=given, tool=tool)
@@ -115,7 +115,7 @@ def test_the_tip_of_a_tool_stands_where_it_was_asked_to(name, given):
     assert ("of the tool's tip. Not corrected" in str(found)) and found.to_dict()["units"]["residual_error"]
 
 
-def test_a_tool_changes_nothing_where_all_six_freedoms_are_corrected():
+def test_tool_is_irrelevant_when_all_six_freedoms_are_corrected():
     robot = package_robots.robot("gough_stewart")
     pose = robot.assemble(
         platform={"x": 0.02, "y": 0.0, "z": float(robot.assemble().platform["z"]), "rx": 0.1, "ry": 0.0, "rz": 0.05}
@@ -126,7 +126,7 @@ def test_a_tool_changes_nothing_where_all_six_freedoms_are_corrected():
     assert np.max(np.abs(of_tip.residual_error)) < 1e-11 < 1e-8 < np.max(np.abs(of_tip.uncorrected_error))
 
 
-def test_tips_of_tools_in_a_batch_and_those_that_no_drive_moves():
+def test_tool_tips_in_batches_and_uncontrollable_tool_tips():
     robot = package_robots.robot("3rps")
     path = robot.assemble(platform={"z": 0.5, "azimuth": 0.3, "tilt": [0.0, 0.1, 0.2]}, orientation="tilt_torsion")
     found = ks.compensate(path, LOAD, tool=(0, 0, 0.2))
@@ -145,8 +145,8 @@ def test_tips_of_tools_in_a_batch_and_those_that_no_drive_moves():
         ks.compensate(tripod(), LOAD, controlled=("x", "y", "u"), tool=(0, 0, 0.2))
 
 
-def test_a_correction_is_more_than_minus_the_twist():
-    """A soft tripod sags differently where it is commanded: a first step alone would miss."""
+def test_correction_is_not_just_the_negative_twist():
+    """A soft tripod sags differently at the commanded pose: a first step alone would miss."""
     robot = package_robots.robot("3rps", rod_diameter=0.004)
     pose = robot.assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.1})
     found = ks.compensate(pose, LOAD)
@@ -157,7 +157,7 @@ def test_a_correction_is_more_than_minus_the_twist():
     assert abs(missed) > 1e-9 > 1e-12 > abs(first["z"] - 0.5)
 
 
-def test_batches_of_poses_and_loads():
+def test_batch_corrections_equal_single_corrections():
     robot = package_robots.robot("five_bar")
     poses = robot.assemble(platform={"x": 0.01, "y": [0.28, 0.3, 3.0, 0.32]})
     loads = np.stack([LOAD, 2 * LOAD])[:, None] / 10
@@ -173,7 +173,7 @@ def test_batches_of_poses_and_loads():
     assert "2 poses" not in str(found) and "UNREACHABLE" in str(found) and "batch shape (2, 4)" in repr(found)
 
 
-def test_a_drive_that_would_leave_its_limit_goes_there_and_the_status_says_so():
+def test_corrections_beyond_actuator_limits_set_the_status():
     robot = package_robots.robot("3rps", rod_diameter=0.002)
     upper = robot.mechanism.connections["prismatic_1"].upper
     start = robot.assemble(actuators=dict.fromkeys(robot.description.driven, upper - 1e-6))
@@ -183,7 +183,7 @@ def test_a_drive_that_would_leave_its_limit_goes_there_and_the_status_says_so():
     assert "beyond" in str(found) and "prismatic_1 is beyond its limits" in str(found)
 
 
-def test_few_steps_correct_what_hardly_bends(monkeypatch):
+def test_stiff_robots_are_corrected_in_few_steps(monkeypatch):
     """The sag of a stiff robot is nearly the same beside a pose: the second step leaves nothing to do."""
     calls, learnt = [], BroydenSearch.updated
     monkeypatch.setattr(BroydenSearch, "updated", lambda self, *args: calls.append(1) or learnt(self, *args))
@@ -192,7 +192,7 @@ def test_few_steps_correct_what_hardly_bends(monkeypatch):
 
 
 def off_by(found, load, gravity=(0, 0, -9.81)):
-    """Return by how much (N,) the controlled coordinates are off where the actuators lead from the wanted poses."""
+    """Return by how much (N,) the controlled coordinates are off where the actuators lead from the target poses."""
     driven = found.target.robot.assemble(actuators=found.actuators, near=found.target)
     result = ks.analyze(driven, load, gravity, on_failure="nan")
     orientation, angles = found.target.orientation, found.target.orientation.coordinates(target_frame(found.target, None)[0])
@@ -202,7 +202,7 @@ def off_by(found, load, gravity=(0, 0, -9.81)):
     return np.max([np.abs(off[name]) for name in found.controlled], axis=0)
 
 
-def test_actuators_that_lead_beyond_a_singular_pose_are_no_correction():
+def test_corrections_into_another_assembly_mode_are_rejected():
     """Two drives of 1 kN·m/rad and 100 N, over all poses of a grid: the search ends in another assembly mode at one of them."""
     robot = package_robots.soft_five_bar()
     first, second = np.meshgrid(*[np.linspace(-0.8, 0.8, 16)] * 2, indexing="ij")
@@ -210,12 +210,12 @@ def test_actuators_that_lead_beyond_a_singular_pose_are_no_correction():
     found = ks.compensate(robot.assemble(actuators={"shoulder_1": first, "shoulder_2": second}), load)
     good = found.status == ks.Status.OK
     assert 100 < good.sum() and np.max(off_by(found, load).reshape(good.shape)[good]) < 1e-9
-    # what the search finds there: the platform's coordinates lead to it, and the actuators elsewhere
+    # the platform's coordinates lead to the pose found there, its actuators to another
     lost = robot.assemble(actuators={"shoulder_1": first[12, 10], "shoulder_2": second[12, 10]})
     assert found.status[12, 10] == ks.Status.UNREACHABLE and lost.status == ks.Status.OK
     with pytest.raises(ks.StaticsError, match="into another assembly mode, beyond a singular pose"):
         ks.compensate(lost, load)
-    # large motions are told, whatever is asked
+    # large motions cause a warning in all results
     pose = robot.assemble(actuators={"shoulder_1": 0.1, "shoulder_2": 0.2})
     load[0] = -800
     some = ks.compensate(pose, load)
@@ -228,8 +228,8 @@ def test_actuators_that_lead_beyond_a_singular_pose_are_no_correction():
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize(("kinds", "seed"), BEYOND)
-def test_so_it_is_with_random_robots(kinds, seed):
-    """Loads that would move them by up to 0.6 of their size: what the search finds is wrong at some of them."""
+def test_random_robots_get_no_corrections_beyond_singular_poses(kinds, seed):
+    """Loads that would move them by up to 0.6 of their size: the search leads into other modes at some."""
     robot = sr.write(sr.random_spec(kinds, seed), twirl=seed).robot()
     pose = robot.configuration(robot.model_q(robot.generic_poses)[:, 0])
     wrench = np.random.default_rng(seed).standard_normal(6) * np.repeat([1, robot.length], 3)
@@ -242,7 +242,7 @@ def test_so_it_is_with_random_robots(kinds, seed):
     assert np.max(off_by(found, loads, (0, 0, 0))[good]) < 1e-9 * max(1, robot.length)
 
 
-def test_out_of_reach():
+def test_targets_out_of_reach_are_refused():
     """The arms of the five-bar are stretched: to be commanded farther out, against the load, they would have to be longer."""
     robot = package_robots.robot("five_bar")
     far = robot.assemble(platform={"x": 0.0, "y": np.array([0.3, *np.linspace(0.4, 0.8, 81)])}, on_failure="nan")
@@ -258,13 +258,13 @@ def test_out_of_reach():
     assert ks.compensate(inside, [0, -40, 0, 0, 0, 0]).status == ks.Status.OK
 
 
-def test_coordinates_are_those_of_the_pose_or_those_that_tell_most():
+def test_default_controlled_coordinates_are_prescribed_or_best_conditioned():
     robot = package_robots.robot("3rps")
     assert ks.compensate(tripod()).controlled == ("z", "rx", "ry")
     tilted = robot.assemble(platform={"z": 0.5, "azimuth": 0.4, "tilt": 0.0}, orientation="tilt_torsion")
     found = ks.compensate(tilted, LOAD)
     assert found.controlled == ("z", "azimuth", "tilt")
-    # tilt 0 has no azimuth; what is meant is where the platform's normal points
+    # tilt 0 has no azimuth; the target is the direction of the platform's normal
     normal = (stands_at(found.configuration, found.result.twist)[1]).apply([0, 0, 1])
     np.testing.assert_allclose(normal, [0, 0, 1], atol=1e-12)
     drives = robot.assemble(actuators={"prismatic_1": 0.0, "prismatic_2": 0.01, "prismatic_3": -0.01})
@@ -276,8 +276,8 @@ def test_coordinates_are_those_of_the_pose_or_those_that_tell_most():
     assert ks.compensate(tripod(), orientation="tilt_torsion").controlled == ("z", "azimuth", "tilt")
 
 
-def test_where_nothing_is_reached_nothing_is_corrected():
-    """Arms that point apart: no loop closes, and no pose tells which coordinates are best there."""
+def test_unreached_poses_are_not_corrected():
+    """Arms that point apart: no loop closes, and no pose determines the best coordinates."""
     robot = package_robots.robot("five_bar")
     apart = robot.assemble(actuators={"shoulder_1": [0.9, 1.0], "shoulder_2": [-0.9, -1.0]}, on_failure="nan")
     found = ks.compensate(apart)
@@ -285,7 +285,7 @@ def test_where_nothing_is_reached_nothing_is_corrected():
     assert np.all(found.status == ks.Status.UNREACHABLE) and np.isnan(found.residual_error).all()
 
 
-def test_loops_may_stay_open_as_far_as_those_of_the_pose_or_as_it_is_said():
+def test_closure_tolerance_is_that_of_the_pose_by_default():
     pose = odd_robots.rounded_angles().assemble(closure_tolerance=1e-3)
     found = ks.compensate(pose, [5, 0, -10, 0, 0, 0])
     assert 1e-10 < found.configuration.residual < 1e-3 and found.status == ks.Status.OK
@@ -293,7 +293,7 @@ def test_loops_may_stay_open_as_far_as_those_of_the_pose_or_as_it_is_said():
         ks.compensate(pose, [5, 0, -10, 0, 0, 0], closure_tolerance=1e-12)
 
 
-def test_more_arguments_of_analyze_are_passed_on():
+def test_further_arguments_are_passed_to_analyze():
     pose = tripod()
     at_tool = ks.compensate(pose, [50, 0, 0, 0, 0, 0], point=(0, 0, 0.2), frame="platform", gravity=(0, 0, 0))
     expected = ks.analyze(at_tool.configuration, [50, 0, 0, 0, 0, 0], point=(0, 0, 0.2), frame="platform", gravity=(0, 0, 0))
@@ -313,12 +313,12 @@ def test_more_arguments_of_analyze_are_passed_on():
         ({"controlled": ("x", "rx", "rz"), "gravity": (0, 0, 0)}, "x, rx, rz do not determine the pose"),
     ],
 )
-def test_mistakes(options, message):
+def test_invalid_controlled_coordinates_are_refused(options, message):
     with pytest.raises((ks.ArgumentError, ks.exceptions.CoordinatesError), match=message):
         ks.compensate(tripod(), **options)
 
 
-def test_robots_and_files_that_do_not_fit(tmp_path):
+def test_invalid_robots_and_files_are_refused(tmp_path):
     pose = tripod()
     with pytest.raises(ks.ArgumentError, match="needs a Configuration"):
         ks.compensate(pose.robot)
@@ -333,7 +333,7 @@ def test_robots_and_files_that_do_not_fit(tmp_path):
         found.to_dataset({"z": [1, 2]})
 
 
-def test_files(tmp_path):
+def test_saved_tables_and_datasets_have_all_corrections(tmp_path):
     pytest.importorskip("h5netcdf")
     import xarray as xr
 
@@ -361,11 +361,11 @@ def test_files(tmp_path):
     assert single.to_dataset().status.dims == () and json.loads(json.dumps(single.to_dict()))["status"] == "OK"
 
 
-# ---- what no actuator corrects ------------------------------------------------------------------------------------------------
+# ---- uncorrectable directions -------------------------------------------------------------------------------------------------
 
 
 def motions_of_drives(pose, tool):
-    """The platform's twists (6, n) at the tool per actuator, by moving one actuator after another."""
+    """Return the platform's twists (6, n) at the tool per actuator, by differences of poses."""
     step, columns = 1e-5, []
     for name in pose.actuators:
         ends = []
@@ -379,7 +379,7 @@ def motions_of_drives(pose, tool):
 
 
 @pytest.mark.parametrize("tool", [None, (0.03, 0.0, 0.2)])
-def test_no_drive_moves_the_platform_in_its_uncorrectable_directions(tool):
+def test_no_actuator_moves_along_uncorrectable_directions(tool):
     found = ks.compensate(tripod(), LOAD, tool=tool)
     directions, scale = found.uncorrectable_directions, np.repeat([found.target.robot.length, 1.0], 3)
     assert directions.shape == (6, 3) and found.uncorrectable_parts.shape == (3,)
@@ -388,13 +388,14 @@ def test_no_drive_moves_the_platform_in_its_uncorrectable_directions(tool):
     moves = motions_of_drives(found.configuration, np.array(tool or (0, 0, 0))) / scale[:, None]
     assert np.linalg.matrix_rank(moves, 1e-3) == 3
     np.testing.assert_allclose(unit.T @ (moves / np.linalg.norm(moves, axis=0)), 0, atol=1e-8)
-    # what is left besides, the actuators could move: which part of it they do is the choice of coordinates
+    # the actuators could move the rest: which part of it they correct depends on the controlled coordinates
     rest = (found.residual_error - directions @ found.uncorrectable_parts) / scale
     fit = moves @ np.linalg.lstsq(moves, rest, rcond=None)[0]
     np.testing.assert_allclose(fit, rest, atol=1e-8 * np.linalg.norm(found.residual_error / scale))
 
 
-def test_what_remains_in_uncorrectable_directions_was_there_before_and_is_whatever_is_corrected():
+def test_uncorrectable_parts_do_not_depend_on_controlled_coordinates():
+    """They are those of the uncorrected error."""
     pose = tripod()
     scale = np.repeat([pose.robot.length, 1.0], 3)
     both = [ks.compensate(pose, LOAD, controlled=names) for names in (("z", "rx", "ry"), ("z", "y", "ry"))]
@@ -405,7 +406,7 @@ def test_what_remains_in_uncorrectable_directions_was_there_before_and_is_whatev
     np.testing.assert_allclose(both[0].uncorrectable_parts, before, atol=1e-3 * size)
 
 
-def test_directions_of_batches_and_of_six_freedoms():
+def test_uncorrectable_directions_of_batches_and_hexapods():
     five_bar = package_robots.robot("five_bar")
     far = ks.compensate(five_bar.assemble(platform={"x": 0.0, "y": np.array([0.3, 0.9])}, on_failure="nan"), [0, -4, 0, 0, 0, 0])
     assert far.status[1] == ks.Status.UNREACHABLE and far.uncorrectable_directions.shape == (2, 6, 4)

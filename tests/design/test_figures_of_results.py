@@ -1,4 +1,4 @@
-"""A compensation's Dataset is drawn like a map."""
+"""Figures of the Dataset of a compensation."""
 
 import numpy as np
 import package_robots
@@ -16,7 +16,7 @@ LOAD = [0, 100, -500, 0, 0, 0]
 TURN = np.linspace(0, 2 * np.pi, 9)
 
 
-def test_paths_are_lines_in_the_units_of_maps():
+def test_errors_and_corrections_along_a_path_are_plotted():
     cone = {"z": 0.5, "azimuth": TURN, "tilt": 0.1}
     found = ks.compensate(package_robots.robot("3rps").assemble(platform=cone, orientation="tilt_torsion"), LOAD)
     for what, values, ylabel in (
@@ -32,7 +32,7 @@ def test_paths_are_lines_in_the_units_of_maps():
         assert (ax.get_xlabel(), ax.get_ylabel()) == ("azimuth [°]", ylabel)
 
 
-def test_the_command_draws_what_another_wrote(tmp_path, capsys):
+def test_plot_command_draws_files_of_the_compensate_command(tmp_path, capsys):
     pytest.importorskip("h5netcdf")
     table, figure = tmp_path / "path.nc", tmp_path / "missed.svg"
     command = ["compensate", "3rps", "--platform", "z=0.5", "rx=0,0.1,0.2", "ry=0", "--load", *map(str, LOAD)]

@@ -1,4 +1,4 @@
-"""Optima against closed forms, brute force and what cannot be met; catalogues; mistakes."""
+"""Optima against closed forms and brute force; catalogues, infeasible requirements, invalid arguments."""
 
 import json
 import warnings
@@ -28,7 +28,7 @@ def cantilever(folder):
     return parametric_machines.cantilever(folder)
 
 
-def test_the_lightest_cantilever(cantilever, tmp_path):
+def test_lightest_cantilever_has_closed_form(cantilever, tmp_path):
     """d⁴ = 64 F L³ / (3 π E w), and the multiplier: the mass goes as w^(-1/2)."""
     best = ks.optimize(
         cantilever, {"diameter": "20mm:120mm"}, "mass", ["sag < 0.1 mm"], load=[0, 0, -500, 0, 0, 0], starts=2, **STILL
@@ -48,8 +48,8 @@ def test_the_lightest_cantilever(cantilever, tmp_path):
     assert -ks.analyze(saved.assemble(), [0, 0, -500, 0, 0, 0], **STILL).twist[2] == pytest.approx(1e-4, rel=1e-6)
 
 
-def test_a_plain_urdf_is_sized_by_numbers_of_its_parts(cantilever, folder, tmp_path):
-    """The rod's own diameter has the closed form of the file's argument; a file of it has the new number."""
+def test_plain_urdf_is_sized_by_part_dimensions(cantilever, folder, tmp_path):
+    """The rod's own diameter has the closed form of the file's argument, also in the saved file."""
     plain = folder / "plain.urdf"
     ks.save_robot(ks.load_robot(cantilever), plain)
     loaded = {"load": [0, 0, -500, 0, 0, 0], "starts": 1, **STILL}
@@ -66,7 +66,7 @@ def test_a_plain_urdf_is_sized_by_numbers_of_its_parts(cantilever, folder, tmp_p
         ks.optimize(plain, {both: "standard_tubes"}, "mass", ["sag < 0.1 mm"], **loaded)
 
 
-def test_a_tube_out_of_a_catalogue_for_a_part(cantilever, folder):
+def test_lightest_feasible_catalogue_tube_is_chosen_for_a_part(cantilever, folder):
     """Its hole follows from its wall; beside it an argument of the file varies."""
     text = cantilever.read_text(encoding="utf-8").replace("<circle diameter=", '<tube inner_diameter="0.03" outer_diameter=')
     (folder / "tube.urdf.xacro").write_text(text, encoding="utf-8")
@@ -84,8 +84,8 @@ def test_a_tube_out_of_a_catalogue_for_a_part(cantilever, folder):
 
 
 @pytest.mark.slow
-def test_numbers_of_one_pattern_are_alike():
-    """All three rods of the tripod are one size, and so it weighs what the file's argument makes it weigh."""
+def test_dimensions_of_one_pattern_stay_equal():
+    """All three rods of the tripod keep one size, and its mass is that for the file's argument."""
     over, limit = {"z": 0.55, "rx": 0.0, "ry": 0.0}, ["deflection_any_direction(500 N) < 20um"]
     alike = ks.optimize("3rps", {"rod_*.outer_diameter": "80mm:120mm"}, "mass", limit, over, starts=1)
     robot = package_robots.robot("3rps", rod_diameter=alike.parameters["rod_*.outer_diameter"])
@@ -111,7 +111,7 @@ def test_numbers_of_one_pattern_are_alike():
 
 
 @pytest.mark.slow
-def test_the_two_bar_truss(folder):
+def test_two_bar_truss_has_closed_form(folder):
     """Stress σ: A = F √(r² + h²) / (2 h σ), mass 2 ρ A √(r² + h²) is least at h = r: 2 ρ F r / σ."""
     path = parametric_machines.pinned_truss(folder, [(1, 0), (-1, 0)])
     best = ks.optimize(
@@ -129,7 +129,7 @@ def test_the_two_bar_truss(folder):
     assert best.active[0].saving == pytest.approx(0.01 * best.objective, rel=1e-3)
 
 
-def test_what_cannot_be_met_is_told(cantilever):
+def test_infeasible_requirements_are_reported(cantilever):
     best = ks.optimize(
         cantilever,
         {"diameter": "20mm:60mm"},
@@ -140,7 +140,7 @@ def test_what_cannot_be_met_is_told(cantilever):
         **STILL,
     )
     assert not best.feasible and "NOT feasible" in str(best) and "is violated" in str(best)
-    assert best.parameters["diameter"] == pytest.approx(0.06, rel=1e-3)  # what comes nearest
+    assert best.parameters["diameter"] == pytest.approx(0.06, rel=1e-3)  # the least violation
     assert min(item.margin for item in best.requirements) < -1
 
 
@@ -157,8 +157,8 @@ ARM = """<robot name="arm"><link name="base"/><link name="upper"/><link name="fo
 <joint_stiffness joint="shoulder" drive="2e4"/><joint_stiffness joint="elbow" drive="1e4"/></robot>"""
 
 
-def test_what_comes_nearest_is_not_worse_than_where_the_search_began(tmp_path):
-    """A thin wall bends, a thick one is too heavy for the actuators; and where the range begins there is hardly a wall at all."""
+def test_best_infeasible_design_is_not_worse_than_the_start(tmp_path):
+    """A thin wall bends, a thick one is too heavy for the actuators; at the lower bound there is hardly a wall."""
     file = tmp_path / "arm.urdf"
     file.write_text(ARM, encoding="utf-8")
     robot = ks.load_robot(file)
@@ -171,7 +171,7 @@ def test_what_comes_nearest_is_not_worse_than_where_the_search_began(tmp_path):
         ks.optimize(file, {"fore.outer_diameter": "55mm:90mm"}, "mass", ["actuator_force < 1kN"], starts=1)
 
 
-def test_lists_and_catalogues(cantilever, tmp_path):
+def test_best_value_of_lists_and_catalogues_is_chosen(cantilever, tmp_path):
     load = {"load": [0, 0, -500, 0, 0, 0], **STILL}
     exact = (64 * 500 * 0.8**3 / (3 * np.pi * E * 1e-4)) ** 0.25
     assert 0.095 < exact < 0.1
@@ -199,7 +199,7 @@ def test_lists_and_catalogues(cantilever, tmp_path):
         ("rod_diameter [mm],tube_diameter [mm],wall [mm]", "do not determine the column of 'outer_diameter'"),
     ],
 )
-def test_columns_of_a_catalogue_go_by_their_titles(tmp_path, titles, said):
+def test_catalogue_columns_are_assigned_by_their_titles(tmp_path, titles, said):
     """A tube of 40 × 2 mm has a bore of 36 mm: the wall is never taken for it."""
     cells = [40 if "OD" in title or ("diameter" in title and "inner" not in title) else 2 for title in titles.split(",")]
     cells = [36 if "inner" in title else cell for title, cell in zip(titles.split(","), cells, strict=True)]
@@ -215,7 +215,7 @@ def test_columns_of_a_catalogue_go_by_their_titles(tmp_path, titles, said):
 
 
 def test_every_load_acts_at_every_pose():
-    """Of two poses and two loads each pair: the worst is the second load at the first pose, and analyses one by one say so."""
+    """All pairs of two poses and three loads: the worst values are those of single analyses."""
     over = {"z": [0.5, 0.6], "rx": 0.1, "ry": 0.0}
     loads = [[0, 0, -100, 0, 0, 0], [300, 0, 0, 0, 20, 0], [0, 50, 0, 0, 0, 0]]
     limits = ["sag < 1mm", "mass < 300kg", "actuator_force < 1MN", "stress < 1GPa"]
@@ -240,8 +240,8 @@ def test_every_load_acts_at_every_pose():
 @pytest.mark.parametrize(
     ("vary", "bound"), [({"length": "0.7:1.0"}, "length at its lower bound"), ({"E": "1e11:2.2e11"}, "E at its upper bound")]
 )
-def test_what_a_looser_limit_saves_where_a_parameter_is_at_its_bound(cantilever, vary, bound):
-    """The rod's mass goes as w^(-1/2) whatever its length and modulus, which their bounds hold where they are."""
+def test_saving_by_a_looser_limit_with_parameters_at_bounds(cantilever, vary, bound):
+    """The rod's mass goes as w^(-1/2) for any length and modulus, which are at a bound."""
     load = {"load": [0, 0, -500, 0, 0, 0], **STILL}
     best = ks.optimize(cantilever, {"diameter": "20mm:120mm", **vary}, "mass", ["sag < 0.1 mm"], starts=1, **load)
     assert best.at_bounds == (bound,)
@@ -274,13 +274,13 @@ def test_what_a_looser_limit_saves_where_a_parameter_is_at_its_bound(cantilever,
         ({"minimize": ["sag < 1mm"]}, "requirements are given by subject_to"),
     ],
 )
-def test_mistakes(cantilever, changes, said):
+def test_invalid_arguments_are_refused(cantilever, changes, said):
     given = {"vary": {"diameter": "20mm:60mm"}, "minimize": "mass", "subject_to": ["sag < 1mm"], **changes}
     with pytest.raises(ks.ArgumentError, match=said):
         ks.optimize(cantilever, **given)
 
 
-def test_loops_may_stay_open_by_the_tolerance(tmp_path):
+def test_closure_tolerance_admits_small_loop_gaps(tmp_path):
     """Two parallel tubes that miss one another by a micrometre: 3 constraints too many hold the gap open."""
     text = (
         (ROOT / "docs" / "start" / "your_own_robot.md").read_text(encoding="utf-8").partition("```xml\n")[2].partition("```")[0]
@@ -294,8 +294,8 @@ def test_loops_may_stay_open_by_the_tolerance(tmp_path):
     assert best.feasible and best.parameters["diameter"] == 0.08
 
 
-def test_lengths_that_look_like_millimetres(cantilever):
-    """Far from the file's own, and no unit with them; neither moduli nor lengths with a unit are told."""
+def test_lengths_in_millimetres_cause_a_warning(cantilever):
+    """Lengths far from the file's own and without a unit; moduli and lengths with a unit cause none."""
     from kinetostatics.design.optimize import prepare
 
     def prepared(vary, subject_to=(), robot=cantilever):
@@ -319,7 +319,7 @@ def test_lengths_that_look_like_millimetres(cantilever):
             prepared(vary)
 
 
-def test_what_changes_nothing_is_told():
+def test_parameters_without_influence_are_reported():
     """Limits of joints play no part in mass and sag."""
     best = ks.optimize(ROBOTS / "3rps.urdf.xacro", {"rod_length_max": "0.9m:1.2m"}, "mass", ["sag < 1mm"], starts=1)
     assert best.no_influence == ("rod_length_max",) and best.at_bounds == () and best.evaluations < 10

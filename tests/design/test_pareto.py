@@ -31,7 +31,7 @@ def mass(sag):
     return RHO * L * np.pi / 4 * np.sqrt(64 * F * L**3 / (3 * np.pi * E * sag)) + 5
 
 
-def test_the_front_of_the_cantilever(front):
+def test_front_of_the_cantilever_has_closed_form(front):
     masses, sags = front.objectives.T
     np.testing.assert_allclose(masses, mass(sags), rtol=1e-6)
     diameters = front.parameters["diameter"]
@@ -44,7 +44,7 @@ def test_the_front_of_the_cantilever(front):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("vary", [{"diameter": "40mm:60mm"}, {"diameter": "40mm,50mm,60mm"}])
-def test_all_robots_that_were_analysed_are_counted(cantilever, monkeypatch, vary):
+def test_all_analysed_robots_are_counted(cantilever, monkeypatch, vary):
     calls, own = [], Problem._evaluate
     monkeypatch.setattr(Problem, "_evaluate", lambda self, values: (calls.append(values), own(self, values))[1])
     assert ks.pareto(cantilever, vary, points=3, starts=1).evaluations == len(calls)
@@ -63,14 +63,14 @@ def test_other_requirements_hold_on_the_front(cantilever):
 
 
 @pytest.mark.slow
-def test_what_does_nothing_for_the_second_quantity_is_least_for_the_first(cantilever):
-    """Nothing weighs here, so that the tip's mass does nothing for the sag: it is at its lower bound at both ends."""
+def test_parameters_without_effect_on_sag_minimize_mass(cantilever):
+    """Without gravity the tip's mass has no effect on the sag: it is at its lower bound on the whole front."""
     front = ks.pareto(cantilever, {"diameter": "20mm:120mm", "tip_mass": (2.0, 8.0)}, points=2, starts=1, **LOADED)
     np.testing.assert_allclose(front.objectives[:, 0], mass(front.objectives[:, 1]) - 3, rtol=1e-6)
     np.testing.assert_allclose(front.parameters["tip_mass"], 2, rtol=1e-6)
 
 
-def test_lists_are_tried_completely(cantilever):
+def test_all_combinations_of_lists_are_tried(cantilever):
     front = ks.pareto(cantilever, {"diameter": "30mm,20mm,50mm", "E": "70GPa,200GPa"}, **LOADED)
     assert front.parameters["diameter"].tolist() == [0.02, 0.03, 0.05] and set(front.parameters["E"]) == {2e11}
     np.testing.assert_allclose(front.objectives[:, 0], mass(front.objectives[:, 1]), rtol=1e-9)
@@ -78,7 +78,7 @@ def test_lists_are_tried_completely(cantilever):
         ks.pareto(cantilever, {"diameter": "20mm,30mm"}, subject_to=["sag < 1um"], **LOADED)
 
 
-def test_table_json_file_and_picture(front, tmp_path):
+def test_table_json_csv_and_figure_show_the_front(front, tmp_path):
     text = str(front)
     assert "diameter at its lower bound" in text and "120" in text and "3 designs" in repr(front)
     assert "sag" in front._repr_html_()
@@ -96,7 +96,7 @@ def test_table_json_file_and_picture(front, tmp_path):
         ks.plot.pareto(1)
 
 
-def test_mistakes(cantilever):
+def test_invalid_arguments_are_refused(cantilever):
     for given, message in [
         ({"minimize": "mass"}, "a front has two quantities"),
         ({"minimize": ("mass", "mass")}, "two different quantities"),
@@ -107,7 +107,7 @@ def test_mistakes(cantilever):
             ks.pareto(cantilever, {"diameter": "20mm:30mm"}, **given)
 
 
-def test_a_parameter_with_the_name_of_a_minimized_quantity_has_its_own_column(front, tmp_path):
+def test_parameter_named_like_an_objective_has_its_own_column(front, tmp_path):
     points = tuple(replace(point, parameters={"mass": 1.0}, units={"mass": "kg"}) for point in front)
     replace(front, points=points).save(tmp_path / "front.csv")
     assert (tmp_path / "front.csv").read_text().splitlines()[0] == "mass [kg],sag [m],parameter mass [kg]"

@@ -1,4 +1,4 @@
-"""Plans of measurements: against every subset of a few, against random ones, and what calibrations make of them."""
+"""Plans of measurements, against random plans and the standard errors of calibrations."""
 
 import json
 
@@ -15,13 +15,13 @@ SOME = {"z": 0.5, "rx": [-0.1, 0.1], "ry": 0.1}
 LOADS = [[0, 0, -2000, 0, 0, 0], [1000, 0, 0, 0, 0, 0]]
 
 
-def test_a_plan_beats_random_ones():
+def test_plan_beats_random_plans():
     robot = package_robots.robot("3rps")
     over = {"z": 0.5, "rx": [-0.2, 0.0, 0.2], "ry": [-0.2, 0.0, 0.2]}
     plan = ks.plan_measurements(robot, [*RODS, "offset.dz"], 5, over, load=LOADS, readings=["dz"])
     assert plan.candidates == 18 and len(set(plan.chosen.tolist())) == 5 and plan.gain > 1.3
     assert all(plan.standard_errors[name] < error for name, error in plan.random_standard_errors.items())
-    # the same by calibrations: what their intervals are
+    # standard errors are those of a calibration
     pose = robot.assemble(platform=dict(plan.coordinates))
     dz = ks.analyze(pose, plan.load).twist[:, 2]
     rows = {**plan.coordinates, "Fx": plan.load[:, 0], "Fz": plan.load[:, 2], "dz": dz}
@@ -31,7 +31,7 @@ def test_a_plan_beats_random_ones():
         assert found.estimates[name].standard_error == pytest.approx(error, rel=1e-6), name
 
 
-def test_the_gain_is_the_ratio_of_the_standard_errors_of_one_unknown():
+def test_gain_for_one_unknown_is_the_standard_error_ratio():
     first, again, other = (
         ks.plan_measurements(package_robots.robot("3rps"), ["rod_1"], 2, SOME, load=LOADS, readings=["dz"], seed=seed)
         for seed in (0, 0, 1)
@@ -40,7 +40,7 @@ def test_the_gain_is_the_ratio_of_the_standard_errors_of_one_unknown():
     assert first.gain == pytest.approx(first.random_standard_errors["rod_1"] / first.standard_errors["rod_1"], rel=1e-9)
 
 
-def test_a_plan_is_saved_and_filled_in(tmp_path):
+def test_saved_plan_can_be_filled_in_and_calibrated(tmp_path):
     robot = package_robots.robot("3rps")
     plan = ks.plan_measurements(robot, RODS, 3, SOME, load=LOADS, reference="unloaded")
     (tmp_path / "plan.csv").write_text("before", encoding="utf-8")
@@ -58,7 +58,7 @@ def test_a_plan_is_saved_and_filled_in(tmp_path):
         plan.save(tmp_path)
 
 
-def test_what_no_candidate_tells():
+def test_unknowns_without_informative_candidates_are_reported():
     plan = ks.plan_measurements(package_robots.robot("3rps"), ["rod_1", "payload.mass"], 2, load=LOADS, reference="unloaded")
     assert plan.unidentifiable[0].words.startswith("no reading depends on payload") and list(plan.standard_errors) == ["rod_1"]
 
@@ -78,7 +78,7 @@ def test_what_no_candidate_tells():
         ({"platform": {"z": 0.5, "rx": 0}}, "mobility"),
     ],
 )
-def test_mistakes(changes, said):
+def test_invalid_arguments_are_refused(changes, said):
     options = {"unknowns": ["rod_1"], "n": 1, "load": LOADS}
     with pytest.raises(ks.KinetostaticsError, match=said):
         ks.plan_measurements(package_robots.robot("3rps"), **{**options, **changes})

@@ -18,7 +18,7 @@ ANGLES = np.array([-0.2, 0.0, 0.3])
 FORCE, MOMENT = 500.0, 20.0
 
 
-def asked(name):
+def satisfied(name):
     """Return a requirement that holds."""
     sizes = {"force": f"({FORCE:g} N)", "moment": f"({MOMENT:g} N·m)", None: ""}
     return f"{name}{sizes[REQUIRABLE[name].argument]} {'> 1e-9' if name.startswith('least') else '< 1e12'}"
@@ -31,7 +31,7 @@ def worst(name, values):
 
 @pytest.fixture(scope="module")
 def crane(tmp_path_factory):
-    """What is asked of a lift, on which a motor turns a round rod up and down: of the rod's end, and of a tool's tip beyond."""
+    """All quantities of a lift on which a motor turns a round rod: at the rod's end, and at a tool's tip beyond."""
     text = f"""\
         {HEAD.format("crane")}
           <xacro:arg name="diameter" default="0.05"/>
@@ -53,7 +53,7 @@ def crane(tmp_path_factory):
     found = {}
     for where, tool in (("end", None), ("tip", (BEYOND, 0, 0))):
         best = ks.optimize(
-            path, {"diameter": [D, 2 * D]}, "mass", [asked(name) for name in REQUIRABLE], actuators=over, tool=tool, **given
+            path, {"diameter": [D, 2 * D]}, "mass", [satisfied(name) for name in REQUIRABLE], actuators=over, tool=tool, **given
         )
         assert best.feasible and best.parameters["diameter"] == D
         found[where] = {item.name: item.worst for item in best.requirements}
@@ -83,7 +83,7 @@ def closed_forms(beyond):
 
 @pytest.mark.parametrize("name", REQUIRABLE)
 def test_every_quantity_has_its_closed_form(name, crane):
-    """A new one needs its row in ``closed_forms``."""
+    """A new quantity needs its row in ``closed_forms``."""
     for where, beyond in (("end", 0.0), ("tip", BEYOND)):
         assert crane[where][name] == pytest.approx(worst(name, closed_forms(beyond)[name]), rel=1e-9), where
 
@@ -92,14 +92,14 @@ def test_every_quantity_has_its_closed_form(name, crane):
     ("stress < 200MPa", [100e6, 200e6, 300e6, np.nan], [0.5, 0, -0.5, -1]),
     ("least_translational_stiffness > 2N/um", [1e6, 2e6, 3e6, np.inf, np.nan], [-0.5, 0, 0.5, 1e3, -1]),
 ])  # fmt: skip
-def test_a_number_that_is_missing_is_a_requirement_broken(text, values, margins):
+def test_missing_values_violate_requirements(text, values, margins):
     np.testing.assert_allclose(parse_requirement(text).margins(np.array(values)), margins, atol=1e-15)
 
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("minimize, subject_to", [("mass", ["sag < 1mm", "stress < 1e12Pa"]), ("stress", ["sag < 1mm"])])
-def test_what_has_no_number_at_a_pose_is_not_feasible(monkeypatch, minimize, subject_to):
-    """Forces may be indeterminate at a pose whose displacement is known: neither required nor minimized are they met then."""
+def test_designs_with_missing_values_are_infeasible(monkeypatch, minimize, subject_to):
+    """Forces may be indeterminate at a pose whose displacement is known, whether they are limited or minimized."""
     own = REQUIRABLE["stress"].function
 
     def lost(result, tip, argument):

@@ -23,7 +23,7 @@ def cantilever(tmp_path_factory):
     return ks.sensitivities(ks.load_robot(path).assemble(), load=[10, 0, -300, 0, 0, 0])
 
 
-def test_closed_forms_of_the_cantilever(cantilever):
+def test_cantilever_derivatives_have_closed_form(cantilever):
     """w = F L³/3EI + q L⁴/8EI, with the tip's weight in F; m = ρAL + m_tip."""
     L, d, E, rho, m, g = 0.8, 0.04, 2e11, 7850, 5.0, 9.81
     A, inertia = np.pi * d**2 / 4, np.pi * d**4 / 64
@@ -45,15 +45,15 @@ def test_closed_forms_of_the_cantilever(cantilever):
     assert [cantilever[name].unit for name in ("diameter", "E", "tip_mass")] == ["m", "Pa", "kg"]
 
 
-def test_a_mass_that_is_zero_has_a_derivative(cantilever, tmp_path):
-    """Less than nothing is wrong with the file: the difference is to one side. A kilogram does the same beside any other."""
+def test_zero_mass_has_a_one_sided_derivative(cantilever, tmp_path):
+    """Negative masses are refused: the difference is one-sided. Effects are linear in the mass."""
     robot = ks.load_robot(parametric_machines.cantilever(tmp_path), {"tip_mass": 0})
     found = ks.sensitivities(robot.assemble(), ["tip_mass"], load=[10, 0, -300, 0, 0, 0])["tip_mass"]
     assert found.value == 0 and not found.exact and found.mass == pytest.approx(1, rel=1e-9)
     np.testing.assert_allclose(found.twist, cantilever["tip_mass"].twist, rtol=1e-6, atol=1e-6 * np.abs(found.twist).max())
 
 
-def test_the_part_of_the_twist_is_the_derivative_by_stiffness(cantilever):
+def test_twist_parts_of_beams_are_derivatives_by_stiffness(cantilever):
     np.testing.assert_allclose(cantilever.sources["rod"], -cantilever["E"].twist * cantilever["E"].value, rtol=1e-6, atol=1e-16)
     pose = package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.05})
     s = ks.sensitivities(pose, ["youngs_modulus", "density"], load=LOAD)
@@ -67,7 +67,7 @@ def test_the_part_of_the_twist_is_the_derivative_by_stiffness(cantilever):
     assert s["density"].mass * s["density"].value == pytest.approx(float(s.result.base_wrench[2] - 300) / 9.81, rel=1e-6)
 
 
-def test_the_tip_of_a_tool_beyond_the_cantilever(tmp_path):
+def test_tool_tip_derivatives_of_the_cantilever_have_closed_form(tmp_path):
     """w = (F/EI) (L³/3 + a L²/2 + a (L²/2 + a L)) of a force at the end of a tool that is a longer than the rod."""
     L, d, E, F, a = 0.8, 0.04, 2e11, 300.0, 0.2
     inertia = np.pi * d**4 / 64
@@ -92,7 +92,7 @@ def test_the_tip_of_a_tool_beyond_the_cantilever(tmp_path):
 
 
 @pytest.mark.slow
-def test_the_tip_of_a_tool_turns_with_the_platform():
+def test_tool_tip_derivatives_include_platform_rotation():
     """With its actuators held the leaning tripod turns when its base grows, and the tool with it: against whole analyses."""
     pose = package_robots.robot("3rps").assemble(actuators={"prismatic_1": 0.05, "prismatic_2": -0.05, "prismatic_3": 0.0})
     options = {"load": LOAD, "tool": (0.3, 0.2, -0.1)}
@@ -105,8 +105,8 @@ def test_the_tip_of_a_tool_turns_with_the_platform():
 
 
 @pytest.mark.slow
-def test_the_tip_of_a_tool_on_rigid_limbs():
-    """Their stiffness is infinite, which takes nothing from the derivatives of the twist."""
+def test_tool_tip_derivatives_with_rigid_limbs():
+    """Infinite stiffness does not affect the derivatives of the twist."""
     robot = package_robots.robot("3rps")
     robot = ks.Robot(robot.description.without_beam("rod_2").without_beam("rod_3"))
     pose, tool = robot.assemble(platform={"z": 0.5, "rx": 0.1, "ry": 0.05}), (0.05, -0.04, 0.1)
@@ -119,8 +119,8 @@ def test_the_tip_of_a_tool_on_rigid_limbs():
     np.testing.assert_allclose(off.twist, 1e-4 * np.append(wanted, one[3:]), rtol=1e-9)
 
 
-def test_numbers_of_parts_have_the_closed_forms_of_the_files_arguments(cantilever):
-    """The rod's own diameter, modulus and density do what the file's arguments do, and its end's place what its length does."""
+def test_part_derivatives_equal_those_of_file_arguments(cantilever):
+    """The rod's own diameter, modulus and density against the file's arguments, its end's placement against the length."""
     own = {"diameter": "rod.outer_diameter", "E": "rod.youngs_modulus", "density": "rod.density", "tip_mass": "tip.mass"}
     own["length"] = "end.placement.x"
     found = ks.sensitivities(cantilever.result.configuration, list(own.values()), load=[10, 0, -300, 0, 0, 0])
@@ -135,8 +135,8 @@ def test_numbers_of_parts_have_the_closed_forms_of_the_files_arguments(cantileve
     )
 
 
-def test_a_file_without_arguments_has_the_numbers_of_its_parts(cantilever, tmp_path):
-    """Also a robot that is no longer what its file says; where things are is asked for by name."""
+def test_file_without_arguments_has_part_parameters(cantilever, tmp_path):
+    """Also a robot changed after loading; placements are included by name only."""
     path = tmp_path / "plain.urdf"
     ks.save_robot(cantilever.result.robot, path)
     found = ks.sensitivities(ks.load_robot(path).assemble(), load=[10, 0, -300, 0, 0, 0])
@@ -147,7 +147,7 @@ def test_a_file_without_arguments_has_the_numbers_of_its_parts(cantilever, tmp_p
     assert "rod.outer_diameter" in ks.sensitivities(changed.assemble())
 
 
-def test_numbers_of_parts_are_differences_of_analyses():
+def test_part_derivatives_equal_differences_of_analyses():
     """One rod's sizes and one joint's place and turn, against central differences of robots made anew, by halved steps."""
     robot = package_robots.robot("3rps")
     where = {"z": 0.5, "rx": 0.1, "ry": -0.05}
@@ -175,8 +175,8 @@ def test_numbers_of_parts_are_differences_of_analyses():
         np.testing.assert_allclose(item.actuators["prismatic_2"], exact[43], rtol=1e-6, atol=1e-9)
 
 
-def test_patterns_name_several_and_leave_out_what_opens_loops():
-    """What moves one actuator's base moves the other's alike, the other way; loops of a planar robot have one height."""
+def test_patterns_skip_parameters_that_open_loops():
+    """Shifts of the two actuators' bases have opposite effects; heights within a planar loop cannot differ."""
     pose = package_robots.robot("five_bar").assemble()
     s = ks.sensitivities(pose, ["shoulder_?.placement.y", "*.predecessor_placement.z"], load=[1, 0, 0, 0, 0, 0])
     assert set(s) == {"shoulder_1.placement.y", "shoulder_2.placement.y"} and list(s.skipped) == ["wrist.predecessor_placement.z"]
@@ -190,7 +190,7 @@ def test_patterns_name_several_and_leave_out_what_opens_loops():
 
 
 @pytest.mark.slow
-def test_the_mass_of_a_telescope_follows_the_pose():
+def test_mass_derivative_includes_rods_of_variable_length():
     """The base's radius moves the actuators of the 2PRU-UPR, and one of its rods grows: against poses assembled anew."""
     at = {"z": 0.6, "rx": -0.1, "ry": 0.2}
     pose = package_robots.robot("2pru_upr").assemble(platform=at)
@@ -203,8 +203,8 @@ def test_the_mass_of_a_telescope_follows_the_pose():
     assert found.mass == pytest.approx((masses[1] - masses[0]) / 2e-4, rel=1e-6)
 
 
-def test_the_file_is_read_no_more_than_four_times_for_a_parameter(tmp_path, monkeypatch):
-    """Derivatives, mass and unit share what was read; what statics do not depend on is seen at two values."""
+def test_file_is_read_at_most_four_times_per_parameter(tmp_path, monkeypatch):
+    """Derivatives, mass and unit share these readings; two suffice for a parameter without effect on statics."""
     reads = []
 
     def counted(path, parameters, **links):
@@ -219,15 +219,15 @@ def test_the_file_is_read_no_more_than_four_times_for_a_parameter(tmp_path, monk
     pose = ks.load_robot(path).assemble()
     monkeypatch.setattr("kinetostatics.parametric.parametric_robot.read_robot_file", counted)
     found = ks.sensitivities(pose, ["diameter", "holes"])
-    assert len(reads) == 1 + 4 + 2 + 1  # whose file it is; the diameter; what is drawn, and its unit
+    assert len(reads) == 1 + 4 + 2 + 1  # the robot's own; the diameter; the parameter of a drawn shape, and its unit
     assert not np.any(found["holes"].twist) and found["holes"].mass == 0 and found["holes"].exact
     assert len({tuple(item.items()) for item in reads}) == len(reads)
 
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("exactly", [True, False])
-def test_only_what_is_asked_for_is_differentiated(cantilever, monkeypatch, exactly):
-    """It is the same as beside all else; the rest is neither recorded nor in tables, and told to be missing."""
+def test_only_requested_outputs_are_differentiated(cantilever, monkeypatch, exactly):
+    """Values equal those among all outputs; the others are neither recorded nor in tables, and refused by name."""
     recorded, plain = [], derivatives.Derivatives
     monkeypatch.setattr(derivatives, "Derivatives", lambda *given: recorded.append(given[5]) or plain(*given))
     pose, options = (
@@ -256,7 +256,7 @@ def test_only_what_is_asked_for_is_differentiated(cantilever, monkeypatch, exact
     assert bool(recorded) == exactly
 
 
-def test_what_changes_nothing_of_what_is_asked_for_is_left_out(cantilever):
+def test_parameters_without_effect_on_outputs_are_left_out(cantilever):
     s = ks.sensitivities(cantilever.result.configuration, outputs=["mass"])
     # of a rod of 7.9 kg twice one per cent, one and one, and of a tip of 5 kg one
     assert next(iter(s)) == "diameter" and set(s) == {"diameter", "density", "length", "tip_mass"} and list(s)[-1] == "tip_mass"
@@ -265,7 +265,7 @@ def test_what_changes_nothing_of_what_is_asked_for_is_left_out(cantilever):
     assert set(ks.sensitivities(cantilever.result.configuration, outputs=["compliance"])) == {"diameter", "length", "E"}
 
 
-def test_a_batch_tells_of_the_pose_that_moves_most(cantilever):
+def test_batch_effects_are_those_of_the_most_displaced_pose(cantilever):
     robot = package_robots.robot("3rps")
     pose = robot.assemble(platform={"z": [0.45, 0.6], "rx": 0.0, "ry": 0.0})
     s = ks.sensitivities(pose, ["rod_diameter"], load=LOAD)
@@ -278,7 +278,7 @@ def test_a_batch_tells_of_the_pose_that_moves_most(cantilever):
     assert len(cantilever) == 5 and "diameter" in cantilever._repr_html_()
 
 
-def test_bars(cantilever):
+def test_bar_chart_shows_relative_effects(cantilever):
     pytest.importorskip("matplotlib").use("Agg")
     ax = ks.plot.sensitivities(cantilever)
     labels = [label.get_text() for label in ax.get_yticklabels()]
@@ -300,12 +300,12 @@ def test_bars(cantilever):
         ({"outputs": []}, "outputs is empty"),
     ],
 )
-def test_mistakes(given, message):
+def test_invalid_arguments_are_refused(given, message):
     with pytest.raises(ks.ArgumentError, match=message):
         ks.sensitivities(package_robots.robot("3rps").assemble(), **{"by": ["rod_diameter"], **given})
 
 
-def test_changed_robots_and_missing_results(cantilever):
+def test_changed_robots_and_uncomputed_results_are_refused(cantilever):
     pose = cantilever.result.configuration
     with pytest.raises(ks.ArgumentError, match="needs a Configuration"):
         ks.sensitivities(pose.robot)
@@ -319,7 +319,7 @@ def test_changed_robots_and_missing_results(cantilever):
         ks.plot.sensitivities(ks.sensitivities(pose, ["E"], ["mass"]))
 
 
-def test_a_rigid_robot_without_parameters_says_that_there_is_nothing(tmp_path):
+def test_rigid_robot_without_parameters_reports_no_sensitivities(tmp_path):
     (tmp_path / "post.urdf").write_text(
         '<robot name="post"><link name="base"/><link name="tip"/><joint name="turn" type="continuous"><parent link="base"/>'
         '<child link="tip"/></joint><platform link="tip"/><transmission name="motor"><joint name="turn"/></transmission></robot>',
@@ -329,8 +329,8 @@ def test_a_rigid_robot_without_parameters_says_that_there_is_nothing(tmp_path):
     assert "No part is elastic, and the file has no numbers" in str(found)
 
 
-def test_what_an_analysis_takes_besides_load_and_gravity_is_differenced():
-    """A load in the platform's frame turns with it, whatever moves the platform; the default frame is no such argument."""
+def test_loads_in_the_platform_frame_use_differences_of_analyses():
+    """Such a load turns with the platform; in the default frame derivatives are exact."""
     pose = package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.1, "ry": 0.0})
     for frame in ("world", "platform"):
         found = ks.sensitivities(pose, ["youngs_modulus"], ["twist"], load=[0, 300, 0, 0, 0, 0], gravity=(0, 0, 0), frame=frame)
@@ -339,8 +339,8 @@ def test_what_an_analysis_takes_besides_load_and_gravity_is_differenced():
         np.testing.assert_allclose(item.twist * item.value, -found.result.twist, rtol=1e-6, atol=1e-14)
 
 
-def test_what_makes_no_robot_a_little_off_is_skipped():
-    """A rod that leaves the line of its slide is none; other parameters that are named have their derivatives all the same."""
+def test_parameters_whose_change_yields_no_robot_are_skipped():
+    """A rod must stay on the line of its slide; other named parameters keep their derivatives."""
     pose = package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.05, "ry": -0.1})
     found = ks.sensitivities(pose, by=["prismatic_1.placement.y", "revolute_1.placement.x"], load=LOAD)
     assert list(found) == ["revolute_1.placement.x"] and "inside its span" in found.skipped["prismatic_1.placement.y"]

@@ -39,8 +39,8 @@ def sag(d=D, e=E_MODULUS):
     return F * L**3 / (3 * e * np.pi * d**4 / 64)
 
 
-def test_closed_forms_of_the_cantilever(cantilever):
-    """The sag is that of d⁻⁴ E⁻¹: 4 % more for each per cent less of the diameter."""
+def test_cantilever_tolerances_have_closed_form(cantilever):
+    """The sag goes as d⁻⁴ E⁻¹: 4 % more for each per cent less of the diameter."""
     no_weight = {"load": [0, 0, -F, 0, 0, 0], "gravity": STILL}
     found = ks.tolerances(cantilever, {"diameter": "0.2mm", "E": "3%"}, **no_weight)
     w, by_d, by_e = sag(), 4 * 0.2e-3 / D, 0.03
@@ -61,7 +61,7 @@ def test_closed_forms_of_the_cantilever(cantilever):
     np.testing.assert_allclose(found.samples.displacement, np.abs(made - w), atol=1e-8 * w)
 
 
-def test_seeds_and_distributions(cantilever):
+def test_samples_follow_seed_and_distribution(cantilever):
     def errors(seed, distribution):
         found = ks.tolerances(cantilever, {"rod.youngs_modulus": "10%"}, samples=1000, seed=seed, distribution=distribution)
         return found.values["rod.youngs_modulus"] / E_MODULUS - 1
@@ -131,7 +131,7 @@ def test_first_order_and_random_samples_agree(case):
     agrees(ks.tolerances(package_robots.robot(name).assemble(platform=platform), off, samples=500, load=load))
 
 
-def test_the_longest_sum_of_vectors_with_signs_is_that_of_all_signs():
+def test_longest_signed_sum_equals_brute_force():
     rng = np.random.default_rng(4)
     flat = rng.normal(size=(6, 3)) * [1, 1, 0]
     for vectors in (rng.normal(size=(7, 3)), flat, flat * [1, 0, 0], np.eye(3)[:1], np.zeros((4, 3)), np.repeat(flat, 2, axis=0)):
@@ -139,7 +139,7 @@ def test_the_longest_sum_of_vectors_with_signs_is_that_of_all_signs():
         assert longest_sum(1e-9 * vectors) == pytest.approx(1e-9 * np.linalg.norm(every, axis=1).max(), rel=1e-7)
 
 
-def test_samples_are_robots_with_their_parameters(legs):
+def test_samples_equal_robots_built_from_their_parameters(legs):
     """Robots built by hand from a sample's parameters, placements by turning back to the file's frames."""
     agrees(legs)
     assert len(legs.parameters) == 5
@@ -165,8 +165,8 @@ def test_samples_are_robots_with_their_parameters(legs):
         np.testing.assert_allclose(legs.samples.stiffness[k], result.stiffness, rtol=1e-6, atol=1e-6 * result.stiffness.max())
 
 
-def test_samples_of_sizes_and_assembly_errors_are_robots_with_both():
-    """A robot with the sample's modulus and the sample's errors, in one analysis, in full; one by one with a payload too."""
+def test_samples_with_sizes_and_assembly_errors_equal_single_analyses():
+    """A robot with the sample's modulus and errors in one analysis; with a payload, samples are analysed one by one."""
     where = {"z": 0.6, "rx": -0.1, "ry": 0.2}
     off = {"rod_1.youngs_modulus": "5%", "revolute_1.error.ry": "0.01mrad", "rod_2.error.length": "1um"}
     robot = package_robots.robot("2pru_upr")
@@ -190,8 +190,8 @@ def test_samples_of_sizes_and_assembly_errors_are_robots_with_both():
             np.testing.assert_allclose(forces, list(result.actuator_forces.values()), rtol=1e-3, atol=1e-6)
 
 
-def test_constants_that_are_products_of_powers_and_sums_are_interpolated():
-    """Of 1/(E d⁴) and of a + b with two changes: both come out at other places than the nodes."""
+def test_constants_as_products_or_sums_are_interpolated_accurately():
+    """1/(E d⁴) and a + b with two changes, at other values than the nodes."""
 
     def made(a, b):
         return np.array([3.0, 1 / ((1 + a) * (1 + b) ** 4), a + b, 0.0 + a])
@@ -204,8 +204,8 @@ def test_constants_that_are_products_of_powers_and_sums_are_interpolated():
         np.testing.assert_allclose([found[1][k], found[2][k], found[3][k]], made(a, b)[1:], rtol=1e-6)
 
 
-def test_rigid_limbs_that_overconstrain_one_another_are_analysed_robot_by_robot():
-    """The twist is affine in the platform's mass: a tolerance of it is what so much more weight does, in every robot."""
+def test_overconstrained_rigid_limbs_are_sampled_robot_by_robot():
+    """The twist is affine in the platform's mass, and so are its tolerance and every sample."""
     description = package_robots.robot("2pru_upr").description.without_beam("rod_1").without_beam("rod_2")
     description, where = replace(description, joint_stiffness={}), {"z": 0.55, "rx": 0.1, "ry": 0.05}
     pose = ks.Robot(description).assemble(platform=where)
@@ -219,8 +219,8 @@ def test_rigid_limbs_that_overconstrain_one_another_are_analysed_robot_by_robot(
     assert not found.at_once and np.abs(more).max() > 1e-9
 
 
-def test_robots_that_cannot_be_made_do_not_count():
-    """A modulus below zero makes no robot: its numbers are missing, and are no zeros."""
+def test_impossible_samples_are_not_counted():
+    """With a modulus below zero all values of a sample are NaN, not zero."""
     pose = package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.0})
     found = ks.tolerances(pose, {"rod_1.youngs_modulus": "600%"}, samples=5, payload=ks.Payload(1.0), load=LOAD)
     none = found.values["rod_1.youngs_modulus"] <= 0
@@ -230,7 +230,7 @@ def test_robots_that_cannot_be_made_do_not_count():
     assert f"{none.sum()} samples cannot reach this pose and do not count" in " ".join(str(found).split())
 
 
-def test_robots_whose_loops_do_not_close_do_not_count():
+def test_samples_with_open_loops_are_not_counted():
     """Near the edge of its workspace an arm of a five-bar may be too short: l1 + l2 < distance, in a plane."""
     pose = package_robots.robot("five_bar").assemble(platform={"x": 0.0, "y": 0.435})
     found = ks.tolerances(pose, {"distal_length": "10mm"}, samples=6, seed=4, load=[1, 0, 0, 0, 0, 0])
@@ -239,7 +239,7 @@ def test_robots_whose_loops_do_not_close_do_not_count():
     np.testing.assert_array_equal(np.isnan(found.samples.displacement), short)
 
 
-def test_the_tip_of_a_tool(cantilever):
+def test_tool_tip_tolerances_have_closed_form(cantilever):
     """w = F/3E (L³ + 3 a L² + 3 a² L)/I of a force at a tip that is a beyond the rod; as one batch, and robot by robot."""
     a, off, tool = 0.2, {"diameter": "0.1mm"}, (0.2, 0, 0)
     w = sag() * ((L + a) ** 3 - a**3) / L**3
@@ -268,7 +268,7 @@ def alone(pose, found, name, **options):
     return ks.analyze(pose, gravity=STILL, assembly_errors={part: given}, **options)
 
 
-def test_assembly_errors_one_by_one():
+def test_effects_of_assembly_errors_equal_single_analyses():
     """A column between two clamps bends; force and moment are those of the joints that have the largest."""
     pose = two_columns().assemble()
     amounts = {"*.error.[xyz]": 2e-4, "*.error.length": 2e-4, "*.error.r?": 1e-3, "*.error.temperature": "30K"}
@@ -294,8 +294,8 @@ def test_assembly_errors_one_by_one():
     assert told == {("m", 1e-4), ("rad", 1e-3), ("K", 1.0)}
 
 
-def test_assembly_errors_at_the_tip_of_a_tool():
-    """The tip moves by what o does and by the turn on its arm; the forces are the same."""
+def test_tool_tip_effects_follow_from_those_of_o():
+    """The tip moves by the displacement of o and the rotation times its arm."""
     pose, tool = package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.05}), (0.05, 0, 0.2)
     of_o, of_tip = (ks.tolerances(pose, rank_by="rotation", tool=place).effects for place in (None, tool))
     arm = pose.platform_frame[:3, :3] @ tool
@@ -306,7 +306,7 @@ def test_assembly_errors_at_the_tip_of_a_tool():
 
 
 @pytest.mark.parametrize("platform", [None, {"z": 0.5, "rx": 0.1, "ry": -0.05}])
-def test_a_determinate_robot_locks_in_no_force(platform):
+def test_assembly_errors_of_determinate_robots_cause_no_forces(platform):
     found = ks.tolerances(package_robots.robot("3rps").assemble(platform=platform), load=LOAD)
     assert found.ranked_by == "displacement" and all(item.force == 0 == item.moment for item in found.effects.values())
     assert "The assembly errors cause no self-stress." in str(found)
@@ -314,17 +314,17 @@ def test_a_determinate_robot_locks_in_no_force(platform):
     # errors along a joint's own freedoms do nothing: a spherical joint's rotations are not among the effects
     assert {name.rpartition(".")[2] for name in found.effects if name.startswith("spherical")} <= {"x", "y", "z"}
     named = ks.tolerances(found.result.configuration, {"spherical_1.error.rx": "1mrad"}, samples=2)
-    assert named.effects["spherical_1.error.rx"].rotation < 1e-12  # named, it is told
+    assert named.effects["spherical_1.error.rx"].rotation < 1e-12  # but listed when named
 
 
-def test_an_error_without_effect_is_left_out():
-    """A joint that is springs everywhere: every error moves the platform; beside turns shifts of 1e-12 m are nothing."""
+def test_all_errors_of_an_elastic_joint_are_listed():
+    """Every error moves the platform; shifts of 1e-12 m from rounding do not change the order."""
     pose = mount(springs("mount", linear="1e5 1e5 1e5", angular="1e4 1e4 1e4")).assemble()
     assert [name[-2:] for name in ks.tolerances(pose, samples=2).effects] == [".x", ".y", ".z", "rx", "ry", "rz"]
 
 
-def test_forces_that_rigid_parts_leave_open_do_not_count():
-    """Two rigid bars of a parallelogram share in a way that nobody knows; what errors lock into the other bars is told."""
+def test_indeterminate_forces_are_left_out_of_effects():
+    """Rigid bars of a parallelogram share forces indeterminately; the largest force is that of the other bars."""
     description = package_robots.robot("orthoglide").description
     for name in ("bar_1b", "bar_2b", "bar_3a", "bar_3b"):
         description = description.without_beam(name)
@@ -339,8 +339,8 @@ def test_forces_that_rigid_parts_leave_open_do_not_count():
     assert np.any(np.isnan(forces)) and name.endswith(".x") and effect.force == pytest.approx(np.nanmax(forces), rel=1e-6)
 
 
-def test_which_forces_are_rounding_does_not_depend_on_how_large_errors_are():
-    """All is linear: errors that lock in moments alone do so whatever their size, beside moments of any size."""
+def test_rounding_of_forces_is_judged_independently_of_error_size():
+    """Effects are linear: errors that cause self-stress in moments alone do so at any size."""
     pose = package_robots.robot("tripteron").assemble()
 
     def told(size):
@@ -355,7 +355,7 @@ def test_which_forces_are_rounding_does_not_depend_on_how_large_errors_are():
             assert (force, moment) == pytest.approx(own[name], rel=1e-6) and (force == 0) == (own[name][0] == 0)
 
 
-def test_errors_that_rigid_parts_contradict_are_named():
+def test_errors_incompatible_with_rigid_parts_are_named():
     rigid = package_robots.robot("2pru_upr").description
     for name in list(rigid.beams):
         rigid = rigid.without_beam(name)
@@ -363,10 +363,10 @@ def test_errors_that_rigid_parts_contradict_are_named():
         ks.tolerances(ks.Robot(replace(rigid, joint_stiffness={})).assemble(), {"revolute_1.error.*": 1e-5})
 
 
-# ---- words -----------------------------------------------------------------------------------------------------------------
+# ---- tables and figures ----------------------------------------------------------------------------------------------------
 
 
-def test_tables_and_json(legs):
+def test_tables_and_json_show_tolerances_and_samples(legs):
     text = str(legs)
     rows = {line.split()[0]: line for line in text.splitlines() if line.startswith("  ")}
     assert "0.0002 m" in rows["rod_1.outer_diameter"] and "4e+09 Pa" in rows["youngs_modulus"]
@@ -379,12 +379,12 @@ def test_tables_and_json(legs):
         legs.sampled("sag")
 
 
-def test_components_that_are_rounding_are_zero_in_the_table():
+def test_rounding_noise_is_zero_in_the_table():
     """Beside a deflection of micrometres one of 1e-16 m is rounding, which differs between processors."""
     assert not re.search(r"e-\d\d", str(ks.tolerances(check_texts.robot("rigid_limbs").assemble()).report().only("variation")))
 
 
-def test_histogram(legs):
+def test_histogram_shows_samples_and_first_order_outline(legs):
     pytest.importorskip("matplotlib").use("Agg")
     ax = ks.plot.tolerances(legs, "prismatic_2")
     assert ax.get_xlabel() == "force of prismatic_2 [N]" and sum(bar.get_height() for bar in ax.patches[:60]) == 500
@@ -398,7 +398,7 @@ def test_histogram(legs):
         ks.plot.tolerances(1)
 
 
-def test_mistakes(cantilever):
+def test_invalid_tolerances_are_refused(cantilever):
     mistakes = {
         "tolerances is empty": {},
         "did you mean 'diameter'": {"diametre": "1mm"},

@@ -1,4 +1,4 @@
-"""Trajectories: what is analyzed along them, peaks, files, figures and the command."""
+"""Trajectories: poses, velocities, statics along the path, peaks, files, figures and the command."""
 
 import csv
 
@@ -50,7 +50,7 @@ def test_actuator_velocities_are_derivatives_of_their_coordinates(name):
         assert t.actuator_velocities[n][4] == pytest.approx(15 / 8 * np.diff(values)[0], rel=1e-9)
 
 
-def test_actuator_velocities_follow_the_platform(delta):
+def test_actuator_velocities_equal_differences_along_the_path(delta):
     t = ks.trajectory(delta, TIMES, platform=WAY, samples=2001)
     for name, value in t.configuration.actuators.items():
         step = t.times[1]
@@ -58,15 +58,15 @@ def test_actuator_velocities_follow_the_platform(delta):
         assert t.actuator_velocities[name][2:-2] == pytest.approx(fine, rel=1e-7, abs=1e-6)
 
 
-def test_the_power_of_the_actuators_is_the_work_on_the_robot(delta):
-    """From rest to rest without gravity it is zero."""
+def test_actuator_work_from_rest_to_rest_is_zero(delta):
+    """Without gravity."""
     found = ks.trajectory(delta, TIMES, platform=WAY).analyze(gravity=(0, 0, 0), payload=PAYLOAD)
     powers = found.over_time("actuator_power")
     work = [np.trapezoid(power, found.times) for power in powers.values()]
     assert abs(sum(work)) < 1e-8 * sum(map(abs, work))
 
 
-def test_results_are_those_of_the_poses(delta, path):
+def test_path_results_equal_those_of_single_poses(delta, path):
     t = ks.trajectory(delta, TIMES, platform=WAY, samples=41)
     one = ks.analyze(
         delta.assemble(platform={n: v[7] for n, v in t.configuration.platform.items() if n in WAY}),
@@ -79,13 +79,13 @@ def test_results_are_those_of_the_poses(delta, path):
         assert sum(parts.values()) == pytest.approx(path.result.beams[name].section_wrenches[:, -1, 0], rel=1e-9)
 
 
-def test_twice_as_fast_is_four_times_the_inertia(delta, path):
+def test_inertia_effects_grow_with_the_square_of_speed(delta, path):
     fast = ks.trajectory(delta, np.array(TIMES) / 2, platform=WAY, samples=41).analyze(payload=PAYLOAD)
     scale = np.abs(fast.result.contributions["inertia"]).max()
     assert fast.result.contributions["inertia"] == pytest.approx(4 * path.result.contributions["inertia"], abs=1e-8 * scale)
 
 
-def test_peaks(path):
+def test_peaks_have_the_extreme_value_and_its_time(path):
     force = path.result.actuator_forces["motor_1"]
     k = int(np.argmax(np.abs(force)))
     peak = path.peaks("actuator_torque")["motor_1"]
@@ -103,7 +103,7 @@ def test_peaks(path):
     assert path.to_dict()["peaks"]["actuator_torque"]["motor_1"] == {"value": peak.value, "time": peak.time}
 
 
-def test_a_table_has_a_row_for_each_instant(path, tmp_path):
+def test_table_has_a_row_for_each_instant(path, tmp_path):
     path.save(tmp_path / "path.csv")
     rows = list(csv.DictReader((tmp_path / "path.csv").read_text(encoding="utf-8").splitlines()))
     assert len(rows) == 41 and {row["status"] for row in rows} == {"OK"}
@@ -129,12 +129,12 @@ def test_a_table_has_a_row_for_each_instant(path, tmp_path):
         ({"platform": {**WAY, "x": [0, 0, 1], "z": -0.7}, "speed": 1.0, "acceleration": 1.0}, "are the same"),
     ],
 )
-def test_invalid_trajectories(delta, given, words):
+def test_invalid_trajectories_are_refused(delta, given, words):
     with pytest.raises(ks.ArgumentError, match=words):
         ks.trajectory(delta, given.pop("times", None), **given)
 
 
-def test_invalid_paths(delta, path):
+def test_invalid_path_arguments_are_refused(delta, path):
     t = ks.trajectory(delta, TIMES, platform=WAY, samples=3)
     with pytest.raises(ks.AssemblyError, match="cannot reach"):
         ks.trajectory(delta, TIMES, platform={**WAY, "x": [0.0, 0.0, 2.0]}, samples=5)
@@ -152,7 +152,7 @@ def test_invalid_paths(delta, path):
 
 
 @pytest.mark.usefixtures("no_figures_left")
-def test_figures(path, capsys):
+def test_figures_show_forces_speeds_and_stresses(path, capsys):
     pytest.importorskip("matplotlib").use("Agg")
     ax = ks.plot.path(path, "actuator_torque")
     assert [line.get_label() for line in ax.get_lines()] == ["motor_1", "motor_2", "motor_3"]
@@ -169,7 +169,7 @@ def test_figures(path, capsys):
         ks.plot.path(path.result)
 
 
-def test_the_command(capsys, tmp_path, path):
+def test_analyze_command_with_a_table_of_waypoints(capsys, tmp_path, path):
     table, out = tmp_path / "waypoints.csv", tmp_path / "path.csv"
     table.write_text("time [ms],x [mm],y,z [mm]\n0,-150,0,-750\n100,0,0,-700\n200,150,0,-750\n", encoding="utf-8")
     figure = tmp_path / "torque.svg"

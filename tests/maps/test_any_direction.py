@@ -1,4 +1,4 @@
-"""The largest deflection under a force from any direction, against forces that are tried one by one."""
+"""The largest deflection under a force from any direction, against random directions one by one."""
 
 import numpy as np
 import package_robots
@@ -13,7 +13,7 @@ pytest.importorskip("xarray")
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("orientation", ["tilt_torsion", "XYZ"])
-def test_no_direction_does_more_and_one_does_as_much(orientation):
+def test_deflection_any_direction_is_the_maximum_over_sampled_directions(orientation):
     robot, tip = package_robots.robot("3rps"), np.array([0.05, -0.02, 0.2])
     angles = {"azimuth": 0.7, "tilt": [0.1, 0.3]} if orientation == "tilt_torsion" else {"rx": 0.2, "ry": [0.1, -0.3]}
     ds = ks.sweep(robot, platform={"z": 0.5, **angles}, orientation=orientation)
@@ -29,7 +29,7 @@ def test_no_direction_does_more_and_one_does_as_much(orientation):
     assert np.all(tried <= at_o * (1 + 1e-12)) and np.all(tried > 0.995 * at_o)
     arm = np.einsum("nij,j->ni", pose.platform_frame[:, :3, :3], tip)
     result = ks.analyze(pose, force, gravity=(0, 0, 0), point=tip + np.zeros((2, 3)), frame="platform")
-    # a load in the platform's frame turns with it; all directions are tried all the same
+    # a load in the platform's frame turns with it: the set of all directions is the same
     moved = result.twist[..., :3] + np.cross(result.twist[..., 3:], arm)
     tried = np.linalg.norm(moved, axis=-1).max(axis=0)
     assert np.all(tried <= at_tip * (1 + 1e-12)) and np.all(tried > 0.995 * at_tip) and np.all(at_tip != at_o)
@@ -42,7 +42,7 @@ def test_no_direction_does_more_and_one_does_as_much(orientation):
     assert ks.indices.worst(ds, "rotation_any_direction:20").value == pytest.approx(float(turned.max()))
 
 
-def test_a_map_and_a_result_at_a_tools_tip_are_those_of_forces_there(tmp_path, capsys):
+def test_maps_and_results_at_point_match_forces_at_tool_tip(tmp_path, capsys):
     robot, tip = package_robots.robot("3rps"), np.array([0.05, -0.02, 0.2])
     over = {"z": [0.5, 0.6], "rx": 0.2, "ry": [0.1, -0.3, 0.0]}
     ds = ks.sweep(robot, platform=over, orientation="XYZ", load=[10, 20, -300, 4, 5, 6])
@@ -76,8 +76,8 @@ def test_a_map_and_a_result_at_a_tools_tip_are_those_of_forces_there(tmp_path, c
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("written", ["{}({} {})", "{}:{}{}", " {} ( {}{} ) ", "{}: {} {}"])
-def test_one_spelling_for_maps_and_requirements(written):
-    """Both take both; names of a map tell how it is written, and each of these is one."""
+def test_maps_and_requirements_accept_the_same_spellings(written):
+    """With a colon or brackets, with spaces or without; names listed for a map are accepted as well."""
     ds = ks.sweep(package_robots.robot("3rps"), platform={"z": [0.5], "rx": 0.0, "ry": 0.0})
     for name, size, unit in (("deflection_any_direction", 0.5, "kN"), ("rotation_any_direction", 20, "Nm")):
         text = written.format(name, size, unit)
@@ -93,7 +93,7 @@ def test_one_spelling_for_maps_and_requirements(written):
     assert all(np.isfinite(ks.indices.quantity(ds, name)).all() for name in shown)
 
 
-def test_mistakes():
+def test_invalid_sizes_and_points_are_refused():
     ds = ks.sweep(package_robots.robot("3rps"), platform={"z": [0.5], "rx": 0.0, "ry": 0.0})
     for what in ("deflection_any_direction:5mm", "rotation_any_direction(5N)", "deflection_any_direction:much"):
         with pytest.raises(ks.ArgumentError, match=r"is not a size in .*, such as .*_any_direction\((500 N|20 N·m)\)"):

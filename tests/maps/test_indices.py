@@ -67,7 +67,7 @@ def close(found, expected, rtol=1e-12):
 
 
 @pytest.mark.parametrize("seed", [None, 1, 2])
-def test_stiffness_of_cantilevers_however_they_are_turned(seed):
+def test_cantilever_stiffness_has_closed_form_in_any_orientation(seed):
     C = cantilevers() if seed is None else turned(cantilevers(), seed)
     ds = beams(C)
     shear = 12 * EI / (GA * LENGTHS**2)
@@ -83,7 +83,7 @@ def test_stiffness_of_cantilevers_however_they_are_turned(seed):
     close(indices.quantity(ds, "greatest_rotational_stiffness_held"), (4 + shear) / (1 + shear) * EI / LENGTHS, 1e-10)
 
 
-def test_stiffness_along_directions():
+def test_cantilever_stiffness_along_directions_has_closed_form():
     ds = beams()
     close(indices.stiffness_along(ds, "x"), EA / LENGTHS)
     close(indices.stiffness_along(ds, "z"), 1 / TIP)
@@ -101,12 +101,13 @@ def test_stiffness_along_directions():
 
 
 @pytest.mark.parametrize("direction", ["w", (0, 0, 0), (1, 2), (1, np.nan, 0), xr.DataArray([1.0, 0, 0], dims="axis")])
-def test_directions_that_make_no_sense(direction):
+def test_invalid_directions_are_refused(direction):
     with pytest.raises(ks.ArgumentError, match="direction"):
         indices.stiffness_along(beams(), direction)
 
 
-def test_what_depends_on_the_reference_point_and_what_does_not():
+def test_dependence_of_stiffness_on_the_reference_point():
+    """Free rotational and held translational stiffness do not depend on it, free translational stiffness does."""
     C = random_compliances(3)
     ds, other = (map_of({"z": (np.arange(5.0), "m")}, compliance=c) for c in (C, moved(C, (0.3, -0.2, 0.5))))
     for extreme in ("least", "greatest"):
@@ -119,7 +120,7 @@ def test_what_depends_on_the_reference_point_and_what_does_not():
 
 @pytest.mark.few(8)
 @pytest.mark.parametrize("name", sorted(indices.INDICES))
-def test_units_say_how_numbers_change_from_metres_to_millimetres(name):
+def test_indices_scale_with_their_units_from_metres_to_millimetres(name):
     """In mm and N every index is the same quantity: no eigenvalue mixes metres and radians."""
     C, twist, L = random_compliances(6), np.random.default_rng(7).standard_normal((5, 6)) * 1e-5, 0.31
     grid, more = {"z": (np.arange(5.0), "m")}, {"forces": {"a": np.arange(5.0) + 1}, "frequencies": C[:, 0, :2]}
@@ -144,7 +145,7 @@ def gough(height, spread):
     return np.concatenate([u, np.cross(a.T, u.T).T])
 
 
-def test_conditioning_of_struts_is_that_of_their_unit_wrenches():
+def test_conditioning_of_struts_equals_that_of_unit_wrenches():
     k, L = 3e7, 0.25
     J = np.stack([gough(height, 0.5) for height in (0.2, 0.4, 0.8, 1.6)])
     ds = map_of({"z": ([0.2, 0.4, 0.8, 1.6], "m")}, compliance=np.linalg.inv(k * J @ np.swapaxes(J, 1, 2)), length=L)
@@ -168,7 +169,7 @@ def test_rigid_directions_are_infinitely_stiff():
 # ---- sag and actuators ----------------------------------------------------------------------------------------------------
 
 
-def test_sag_is_the_length_of_displacement_and_rotation():
+def test_sag_is_the_norm_of_displacement_and_rotation():
     parts = {"load": [3e-6, 0, 0, 0, 1e-6, 0], "platform_weight": [0, 0, -4e-6, 2e-6, 1e-6, -1e-6]}
     ds = map_of({"z": ([0.4, 0.5], "m")}, twist=np.sum(list(parts.values()), axis=0), contribution=parts)
     close(indices.quantity(ds, "linear_sag"), [5e-6] * 2)
@@ -182,7 +183,7 @@ def test_sag_is_the_length_of_displacement_and_rotation():
         indices.quantity(ds, "linear_sag:loads")
 
 
-def test_largest_actuator_forces():
+def test_largest_actuator_force_needs_actuators_of_one_unit():
     forces = {"p1": [1.0, -7.0, 2.0], "p2": [-3.0, 4.0, 2.5]}
     ds = map_of({"z": ([0.4, 0.5, 0.6], "m")}, forces=forces, status=[0, 0, 1])
     np.testing.assert_array_equal(indices.quantity(ds, "largest_actuator_force"), [3, 7, np.nan])
@@ -238,7 +239,7 @@ def full_map():
     return ds.assign_coords(wrench=wrenches).assign(intensity=(("z", "rx", "wrench"), rng.standard_normal((3, 4, 2))))
 
 
-def test_every_name_is_a_number_per_pose_with_a_unit():
+def test_every_quantity_name_gives_values_per_pose_with_units():
     ds = full_map()
     known = indices.names(ds)
     assert {"linear_sag", "stiffness_along:ry", "twist:rx", "contribution:limb_1:z", "actuator_force:p2"} <= set(known)
@@ -273,7 +274,7 @@ def test_every_name_is_a_number_per_pose_with_a_unit():
         ("characteristic_length:x", "not of the form characteristic_length"),
     ],
 )
-def test_names_that_do_not_exist(what, message):
+def test_unknown_quantity_names_are_refused(what, message):
     with pytest.raises(ks.ArgumentError, match=message):
         indices.quantity(full_map(), what)
 
@@ -284,7 +285,7 @@ def test_other_datasets_are_refused():
             function(xr.Dataset({"a": 1}))
 
 
-def test_best_and_worst_pose():
+def test_best_and_worst_pose_by_magnitude_among_valid_poses():
     twist = np.zeros((2, 3, 6))
     twist[..., 2] = [[-3e-6, -1e-6, 2e-6], [4e-6, -9e-6, np.nan]]
     ds = map_of(
@@ -314,7 +315,7 @@ def test_best_and_worst_pose():
 
 
 @pytest.mark.slow
-def test_lazy_maps_give_lazy_indices_and_the_same_numbers():
+def test_lazy_maps_give_lazy_indices_with_equal_values():
     dask = pytest.importorskip("dask")
     ds = full_map()
     lazy = ds.chunk({"z": 2, "rx": 3, "component": 2, "component_2": 4}).assign_coords(
@@ -351,7 +352,7 @@ def swept():
     )
 
 
-def test_indices_of_a_sweep_are_over_all_that_was_swept(swept):
+def test_indices_have_all_swept_dimensions(swept):
     dims = indices.swept(swept)
     assert set(dims) == {"rod_diameter", "case", "z", "ry"}
     for name in indices.names(swept):
@@ -362,7 +363,7 @@ def test_indices_of_a_sweep_are_over_all_that_was_swept(swept):
     assert worst.coordinates["case"] == 2 and worst.coordinates["rod_diameter"] == 0.08
 
 
-def test_indices_of_a_sweep_are_those_of_the_poses_one_by_one(swept):
+def test_sweep_indices_equal_those_of_single_poses(swept):
     """Against the wrenches and compliances of the limbs, by another way than the Dataset's compliance."""
     rng = np.random.default_rng(11)
     for z, ry, diameter in ((0.4, -0.3, 0.08), (0.6, 0.2, 0.1)):
@@ -383,13 +384,13 @@ def test_indices_of_a_sweep_are_those_of_the_poses_one_by_one(swept):
         low, *_, high = np.linalg.eigvalsh(K)
         close(indices.quantity(here, "singularity_distance"), low, 1e-8)
         close(indices.quantity(here, "conditioning"), low / high, 1e-8)
-        # a small force more, and the platform moves by as much as the stiffness along it says
+        # a small additional force moves the platform by force over stiffness along it
         u = rng.standard_normal(3)
         more = ks.analyze(pose, load=result.load + np.array([*(10 * u), 0, 0, 0])).twist - result.twist
         close(indices.stiffness_along(here, u), 10 * (u @ u) / (u @ more[:3]), 1e-6)
 
 
-def test_a_sag_with_an_unknown_component_is_unknown():
+def test_sag_with_a_nan_component_is_nan():
     twist = np.array([[3.0, 4, 0, 0, 0, 0], [np.nan, 4, 0, 0, 3, 4], [0, 0, 0, np.nan, 0, 1]])
     ds = map_of({"x": ([0.0, 1, 2], "m")}, twist=twist, forces={"a": [1.0, -3, 2], "b": [2.0, np.nan, -5]})
     np.testing.assert_equal(ks.indices.quantity(ds, "linear_sag").values, [5, np.nan, 0])

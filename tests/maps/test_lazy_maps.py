@@ -1,4 +1,4 @@
-"""Lazy maps: chunks are computed when they are needed, wherever, and a worker that dies costs nothing but time."""
+"""Lazy maps: chunks are computed on demand, here or on a cluster, also when one of its workers is killed."""
 
 import os
 import signal
@@ -28,7 +28,7 @@ def computed(monkeypatch):
     return places
 
 
-def test_only_the_chunks_that_are_needed_are_computed(computed):
+def test_only_needed_chunks_are_computed(computed):
     ds = ks.sweep("3rps", GRID, chunks={"z": 3, "ry": 2})
     assert (
         not computed
@@ -43,7 +43,7 @@ def test_only_the_chunks_that_are_needed_are_computed(computed):
     np.testing.assert_allclose(piece.isel(z=1), wanted["twist"].isel(z=7, ry=0), rtol=1e-9, atol=1e-18)
 
 
-def test_chunks_are_chosen_if_they_may_be():
+def test_auto_chunks_split_a_million_poses_into_fifty():
     grid = {"z": np.linspace(0.45, 0.65, 100), "rx": np.linspace(-0.1, 0.1, 100), "ry": np.linspace(-0.1, 0.1, 100)}
     ds = ks.sweep("3rps", grid, chunks="auto")  # a million poses, of which none is computed
     sizes = [len(pieces) for pieces in ds["status"].chunks]
@@ -54,13 +54,13 @@ def test_chunks_are_chosen_if_they_may_be():
     "chunks, message",
     [({"x": 2}, "'x' is no dimension"), ({"z": 0}, "must be a number"), ({"z": 2.5}, "must be a number"), ("all", "'auto'")],
 )
-def test_chunks_that_make_no_sense_are_refused(chunks, message):
+def test_invalid_chunks_are_refused(chunks, message):
     with pytest.raises(ks.ArgumentError, match=message):
         ks.sweep("3rps", GRID, chunks=chunks)
 
 
 @pytest.mark.slow
-def test_a_cluster_loses_a_worker_and_nothing_else():
+def test_killed_cluster_worker_does_not_change_the_map():
     """Two processes, of which one is killed in mid-sweep."""
     distributed = pytest.importorskip("distributed")
     grid = {"z": np.linspace(0.45, 0.65, 24), "rx": np.linspace(-0.15, 0.15, 8), "ry": np.linspace(-0.1, 0.1, 10)}

@@ -1,4 +1,4 @@
-"""Everything that is true of a pose is said of it: no fact hides another, and maps are masked by facts."""
+"""Facts of poses (beyond limits, indeterminate, …): each is flagged whatever the others are, and maps are masked by them."""
 
 import importlib
 
@@ -24,14 +24,14 @@ def two_rigid():
 
 @pytest.fixture(scope="module")
 def far():
-    """It swept to three times its limits."""
+    """The slide swept to three times its limits."""
     return ks.sweep(two_rigid(), actuators={"s": S})
 
 
 # ---- results ---------------------------------------------------------------------------------------------------------
 
 
-def test_a_pose_beyond_its_limits_is_said_to_be_so_whatever_else_is_true():
+def test_limit_exceeded_is_flagged_beside_indeterminate_forces():
     result = ks.analyze(two_rigid().assemble(actuators={"s": S}))
     assert np.all(result.status == ks.Status.INDETERMINATE) and np.all(result.indeterminate)
     assert np.all(np.isnan(result.limbs["limb_1"].stiffness))
@@ -61,7 +61,7 @@ def test_reports_name_every_fact():
     assert "OK" not in rows
 
 
-def test_a_singular_pose_beyond_a_limit_is_both():
+def test_singular_pose_beyond_a_limit_has_both_flags():
     """An actuator that does not hold what it carries: the platform swings freely about the other joint."""
     text = (CASES / "two_rigid.urdf").read_text()
     text = text[: text.index("<loop")] + text[text.index("</loop>") + 7 :]
@@ -76,7 +76,7 @@ def test_a_singular_pose_beyond_a_limit_is_both():
     assert not one.indeterminate.any()
 
 
-def test_nothing_is_true_of_a_pose_that_is_not_reached():
+def test_unreached_pose_has_no_facts():
     robot = package_robots.robot("orthoglide")
     result = ks.analyze(robot.assemble(platform={"x": [0.0, 9.0], "y": 0.0, "z": 0.0}))
     assert result.status.tolist() == [ks.Status.OK, ks.Status.UNREACHABLE]
@@ -86,7 +86,7 @@ def test_nothing_is_true_of_a_pose_that_is_not_reached():
 # ---- maps ------------------------------------------------------------------------------------------------------------
 
 
-def test_a_map_beyond_the_limits_is_not_valid_there(far):
+def test_map_poses_beyond_limits_are_invalid(far):
     assert far["limit_exceeded"].dtype == bool
     np.testing.assert_array_equal(far["limit_exceeded"], BEYOND)
     np.testing.assert_array_equal(far["indeterminate"], True)
@@ -106,7 +106,7 @@ def test_a_summary_counts_every_fact(far):
     assert "no pose is within the joints' limits" in str(map_report(far.isel(s=[0, 6])))
 
 
-def test_figures_say_that_poses_are_beyond_the_limits(far):
+def test_figures_mask_poses_beyond_limits(far):
     pytest.importorskip("matplotlib")
     from kinetostatics.plot.masks import masks_of
     from kinetostatics.plot.selection import select
@@ -126,7 +126,7 @@ def test_figures_say_that_poses_are_beyond_the_limits(far):
 # ---- check -----------------------------------------------------------------------------------------------------------
 
 
-def test_a_fact_without_a_status_is_true_of_no_pose_of_an_older_map(monkeypatch):
+def test_older_maps_lack_facts_without_a_status(monkeypatch):
     facts = importlib.import_module("kinetostatics.status")
     older = xr.Dataset({"status": ("s", np.array([0, 1, 2], dtype=np.int8))})
     assert facts.in_map(older, "limit_exceeded").values.tolist() == [False, True, False]

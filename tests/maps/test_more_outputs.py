@@ -15,7 +15,7 @@ def ds():
     return ks.sweep("3rps", GRID, parameters={"rod_diameter": [0.06, 0.08]}, payload=ks.Payload(5.0), outputs=(), modes=3)
 
 
-def test_numbers_are_those_of_single_poses(ds):
+def test_map_frequencies_equal_those_of_single_poses(ds):
     assert ds.frequency.dims == ("rod_diameter", "z", "rx", "natural_mode") and ds.frequency.attrs["units"] == "Hz"
     assert list(ds.natural_mode.values) == ["1", "2", "3"] and not ds.zero_frequencies.any()
     pose = ks.load_robot("3rps", {"rod_diameter": 0.06}).assemble(platform={"z": 0.55, "rx": GRID["rx"][2], "ry": 0.1})
@@ -28,13 +28,13 @@ def test_numbers_are_those_of_single_poses(ds):
     assert ks.indices.best(ds, "frequency:2").value == ds.frequency[..., 1].max()
 
 
-def test_spins_are_counted_and_poses_out_of_reach_have_no_numbers():
+def test_zero_frequencies_are_counted_and_unreached_poses_are_nan():
     z = float(package_robots.robot("delta").assemble().platform["z"])
     ds = ks.sweep("delta", {"x": [0.0, 5.0], "y": 0.0, "z": z}, modes=1)
     assert ds.zero_frequencies[0] == 6 and np.isfinite(ds.frequency[0]) and np.isnan(ds.frequency[1])
 
 
-def test_a_map_without_them_says_how_to_get_them():
+def test_error_on_missing_frequencies_names_the_modes_argument():
     with pytest.raises(ks.ArgumentError, match=r"needs modes=, the number"):
         ks.sweep("3rps", GRID, outputs=["frequency"])
     with pytest.raises(ks.ArgumentError, match=r"sweep with modes=3"):
@@ -44,7 +44,7 @@ def test_a_map_without_them_says_how_to_get_them():
 # ---- corrections of the actuators ----------------------------------------------------------------------------------
 
 
-def test_every_pose_of_a_map_is_corrected_as_alone():
+def test_map_corrections_equal_those_of_single_poses():
     robot = package_robots.robot("3rps")
     loads = xr.DataArray(
         [[0, 0, 0, 0, 0, 0], [50, 0, -300, 0, 0, 0]], dims=("case", "component"), coords={"case": ["idle", "cut"]}
@@ -74,7 +74,7 @@ def test_every_pose_of_a_map_is_corrected_as_alone():
     assert ds.residual_error.sel(component="z").max() < 1e-12
 
 
-def test_maps_over_drives_and_maps_without_corrections():
+def test_corrections_over_actuator_grids_and_maps_without_corrections():
     """On a grid of actuators, the best conditioned platform coordinates are corrected."""
     robot, drives = package_robots.robot("3rps"), {"prismatic_1": [-0.01, 0.01], "prismatic_2": 0.0, "prismatic_3": 0.0}
     ds = ks.sweep(robot, actuators=drives, outputs=["compensation"])

@@ -1,4 +1,4 @@
-"""Units of a file's parameters: told by what changes with them, by what was typed, or not at all."""
+"""Units of a file's parameters: inferred from the dimensions they change, taken from typed values, or unknown."""
 
 from __future__ import annotations
 
@@ -50,20 +50,20 @@ def file(tmp_path):
         ("${p if p == 0 else 1/0} 0 0", "1", ""),  # any other value is refused
     ],
 )
-def test_a_parameter_has_the_unit_of_what_changes_one_for_one(file, expression, mass, unit):
+def test_parameter_has_the_unit_of_dimensions_changing_one_for_one(file, expression, mass, unit):
     assert unit_of(file(expression, mass), {"p": 0.0 if "sin" in expression or "if" in expression else 0.1}, "p") == unit
 
 
-def test_a_value_at_its_largest_is_changed_downwards(file):
+def test_unit_is_inferred_downwards_where_larger_values_fail(file):
     assert unit_of(file("${1/0 if p > 0.1 else p} 0 0"), {"p": 0.1}, "p") == "m"
 
 
-def test_words_have_no_unit(file):
+def test_text_and_boolean_parameters_have_no_unit(file):
     assert unit_of(file("0 0 0"), {"p": "steel"}, "p") == unit_of(file("0 0 0"), {"p": True}, "p") == ""
 
 
 @pytest.mark.slow
-def test_maps_and_figures_say_the_units_of_parameters(tmp_path):
+def test_maps_and_figures_show_parameter_units(tmp_path):
     ds = ks.sweep("3rps", parameters={"rod_diameter": [0.06, 0.08], "density": [7000.0, 7850.0], "poisson_ratio": [0.3]})
     assert ds.rod_diameter.units == "m" and ds.density.units == "kg/m³" and "units" not in ds.poisson_ratio.attrs
     ax = ks.plot.slice(ds, x="rod_diameter", y="density", at={"poisson_ratio": 0.3})
@@ -75,7 +75,7 @@ def test_maps_and_figures_say_the_units_of_parameters(tmp_path):
 
 
 @pytest.mark.slow
-def test_units_that_are_typed_count_where_the_file_does_not_tell_them(file, tmp_path, monkeypatch, capsys):
+def test_typed_units_apply_where_none_can_be_inferred(file, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     path = file("${2 * p} 0 0")
     command = ["sweep", path, "--platform", "x=0", "y=0.3", "--out", "m.nc", "--set"]
@@ -98,7 +98,7 @@ def test_a_length_for_an_angle_is_refused(values, tmp_path, monkeypatch, capsys)
     assert main(["check", "3prs", "--set", "guide_tilt=1deg", "link_width=95mm"]) == 0
 
 
-def test_units_in_python_are_si_units_of_parameters():
+def test_parameter_units_must_be_si_units_of_swept_parameters():
     options = {"parameters": {"rod_diameter": [0.06, 0.08]}}
     for units in ({"rod_diameter": "mm"}, {"rod_diameter": 3}, {"rod": "m"}):
         with pytest.raises(ks.ArgumentError, match="is not the SI unit of one of parameters="):

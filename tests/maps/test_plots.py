@@ -1,4 +1,4 @@
-"""Figures of workspace maps: they show the numbers of the map, name units, say what is missing, and read in grey."""
+"""Figures of workspace maps: values and units of the map, hatches where values are missing, distinct in grey."""
 
 import itertools
 import re
@@ -112,7 +112,7 @@ def overlaps(figure):
 # ---- slices ------------------------------------------------------------------------------------------------------------
 
 
-def test_slice_shows_the_maps_numbers_and_units(ds):
+def test_slice_shows_map_values_and_units(ds):
     ax = ks.plot.slice(ds, "twist:x", x="rx", y="ry", at={"z": 0.5})
     mesh = ax.collections[0]
     expected = ks.indices.quantity(ds, "twist:x").sel(z=0.5).values * 1e6
@@ -125,7 +125,7 @@ def test_slice_shows_the_maps_numbers_and_units(ds):
     assert not overlaps(ax.figure)
 
 
-def test_slice_hatches_what_has_no_number_and_says_why(ds):
+def test_slice_hatches_poses_without_values_by_reason(ds):
     ax = coloured(ds, "linear_sag", x="rx", y="ry", at={"z": 0.4})
     hatched = regions(ax)
     here = ds.sel(z=0.4)
@@ -153,13 +153,13 @@ def test_slice_hatches_what_has_no_number_and_says_why(ds):
     assert "beyond joint limits" not in texts_of(ax.figure) and np.isfinite(colours_of(ax)[0, 2])
 
 
-def test_slice_takes_the_nearest_pose_and_says_which(ds):
+def test_slice_title_names_the_nearest_pose_taken(ds):
     assert coloured(ds, "twist:x", x="rx", y="z", at={"ry": np.radians(6)}).get_title() == "ry = 5°"
     ax = coloured(ds, "twist:x", at={"rx": 0.0})
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == ("z [m]", "ry [°]", "rx = 0°")
 
 
-def test_slice_in_other_units_with_limits_of_colours(ds):
+def test_slice_with_requested_unit_and_value_range(ds):
     ax = coloured(ds, "twist:ry", x="rx", y="ry", at={"z": 0.5}, unit="deg", value_range=(2e-5, 3e-5))
     np.testing.assert_allclose(colours_of(ax), np.degrees(ks.indices.quantity(ds, "twist:ry").sel(z=0.5).values))
     assert ax.collections[0].get_clim() == (2e-5, 3e-5)
@@ -202,12 +202,12 @@ RX_RY = {"x": "rx", "y": "ry"}
         ("workspace", {"at": {"z": 0.5}}, "a workspace needs three coordinates"),
     ],
 )
-def test_figures_that_make_no_sense(ds, kind, options, message):
+def test_invalid_figure_arguments_are_refused(ds, kind, options, message):
     with pytest.raises(ks.ArgumentError, match=message):
         getattr(ks.plot, kind)(ds, **options)
 
 
-def test_axes_and_numbers_that_a_figure_needs(ds):
+def test_figures_need_3d_axes_and_finite_values(ds):
     for kind in ("surface", "workspace"):
         with pytest.raises(ks.ArgumentError, match="projection='3d'"):
             getattr(ks.plot, kind)(ds, "twist:x", ax=plt.figure().add_subplot())
@@ -217,7 +217,7 @@ def test_axes_and_numbers_that_a_figure_needs(ds):
             getattr(ks.plot, kind)(gone, **options)
 
 
-def test_all_that_is_not_fixed_is_said_at_once_and_what_is_said_can_be_typed(tmp_path, capsys):
+def test_error_lists_all_free_coordinates_with_a_valid_option(tmp_path, capsys):
     ds = map_of({"d": ([0.04, 0.05], "m"), "rx": ([-0.1, 0.0, 0.1], "rad"), "z": ([0.1, 0.2, 0.3], "m"), "y": ([0.0, 0.1], "m")})
     ds.to_netcdf(tmp_path / "m.nc")
     command = ["plot", str(tmp_path / "m.nc"), "--what", "twist:z", "--x", "z", "--y", "y", "--out", str(tmp_path / "m.png")]
@@ -228,7 +228,7 @@ def test_all_that_is_not_fixed_is_said_at_once_and_what_is_said_can_be_typed(tmp
     plt.close("all")
 
 
-def test_long_titles_take_more_lines_and_do_not_make_the_figure_wider():
+def test_long_titles_are_wrapped_to_the_figure_width():
     names = [f"a_parameter_of_the_file_{k}" for k in range(6)]
     ds = map_of({**{name: ([0.1, 0.2], "m") for name in names}, "z": ([0.1, 0.2], "m"), "y": ([0.0, 0.1], "m")})
     ax = ks.plot.slice(ds, "twist:z", x="z", y="y", at=dict.fromkeys(names, 0.1))
@@ -240,7 +240,7 @@ def test_long_titles_take_more_lines_and_do_not_make_the_figure_wider():
     plt.close("all")
 
 
-def test_slice_over_names(ds):
+def test_slice_over_a_text_coordinate_labels_its_axis(ds):
     named = ds.isel(ry=3, drop=True).rename(z="material").assign_coords(material=["steel", "brass", "oak", "ash"])
     ax = coloured(named, "twist:x", x="rx", y="material")
     assert [text.get_text() for text in ax.get_yticklabels()] == ["steel", "brass", "oak", "ash"]
@@ -249,7 +249,7 @@ def test_slice_over_names(ds):
         ks.plot.line(named, "twist:x", at={"material": "gold"})
 
 
-def test_a_lazy_map_is_computed_only_where_it_is_shown(ds):
+def test_lazy_map_is_computed_only_where_shown(ds):
     array = pytest.importorskip("dask.array")
     seen = []
 
@@ -312,7 +312,7 @@ def cell_at(ax, azimuth, tilt):
     if column < 0:
         column = np.searchsorted(x, np.radians(azimuth + 360)) - 1
     value = mesh.get_array().filled(np.nan)[np.searchsorted(y, tilt) - 1, column % (len(x) - 1)]
-    # what lies over one another on the page, wherever the turn is cut
+    # compared on the page, since hatches and cells may be cut at different azimuths
     page = ax.transData.transform((np.radians(azimuth), tilt))
     areas = regions(ax).values()
     return value, any(within(item.get_transform().transform_path(path), page) for item in areas for path in item.get_paths())
@@ -320,7 +320,7 @@ def cell_at(ax, azimuth, tilt):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("names", [("azimuth", "tilt"), ("tilt", "azimuth"), (None, None)])
-def test_azimuth_goes_round_and_tilt_outwards(tilts, names):
+def test_polar_slice_has_azimuth_as_angle_and_tilt_as_radius(tilts, names):
     ax = coloured(tilts, "twist:x", *names, at={"z": 0.5})
     assert ax.name == "polar"
     expected = ks.indices.quantity(tilts, "twist:x").sel(z=0.5).values * 1e6
@@ -351,7 +351,7 @@ def test_azimuth_goes_round_and_tilt_outwards(tilts, names):
     assert np.degrees(np.abs(np.diff(np.sort(on_the_rim[:, 0])))).min() <= 2 + 1e-9
 
 
-def test_lines_of_equal_value_go_all_the_way_round(tilts):
+def test_polar_contours_close_over_the_full_turn(tilts):
     level = tilts.assign(twist=tilts.twist * 0 + 1e-6 * tilts.tilt).where(tilts.tilt < 0.6)
     ax = ks.plot.slice(level.assign(status=tilts.status), "twist:x", at={"z": 0.5}, contours=3)
     (lines,) = (item for item in ax.collections if type(item).__name__ == "QuadContourSet" and len(item.levels) > 1)
@@ -359,7 +359,7 @@ def test_lines_of_equal_value_go_all_the_way_round(tilts):
         assert np.ptp(path.vertices[:, 0]) == pytest.approx(2 * np.pi)
 
 
-def test_a_sector_is_a_sector_and_a_turn_that_ends_where_it_begins_is_one(tilts):
+def test_polar_slices_of_a_sector_and_a_closed_turn(tilts):
     part = tilts.isel(azimuth=slice(6, 10))  # 0 to 90°
     ax = coloured(part, "twist:x", at={"z": 0.5})
     assert (ax.get_thetamin(), ax.get_thetamax()) == pytest.approx((-15, 105))
@@ -374,7 +374,7 @@ def test_a_sector_is_a_sector_and_a_turn_that_ends_where_it_begins_is_one(tilts)
     np.testing.assert_allclose(np.degrees(x[[0, -1]]), [-195, 165])
 
 
-def test_what_does_not_go_round_is_rectangular(tilts):
+def test_slice_over_non_polar_coordinates_is_rectangular(tilts):
     for other in (
         tilts.assign_coords(tilt=("tilt", TILT - 0.2, {"units": "rad"})),
         tilts.assign_coords(azimuth=("azimuth", AZIMUTH * 1.5, {"units": "rad"})),
@@ -389,7 +389,7 @@ def test_what_does_not_go_round_is_rectangular(tilts):
         coloured(tilts, "twist:x", x="azimuth", y="z", at={"tilt": 0.2}, polar=True)
 
 
-def test_the_axes_that_are_given_decide(tilts):
+def test_given_axes_decide_whether_a_slice_is_polar(tilts):
     figure = plt.figure(layout="constrained")
     flat, round_ = figure.add_subplot(1, 2, 1), figure.add_subplot(1, 2, 2, projection="polar")
     for ax in (flat, round_):
@@ -405,7 +405,7 @@ def test_the_axes_that_are_given_decide(tilts):
 # ---- lines -------------------------------------------------------------------------------------------------------------
 
 
-def test_lines_show_the_maps_numbers(ds):
+def test_lines_show_map_values(ds):
     ax = ks.plot.line(ds, ["twist:x", "twist:y", "twist:z"], x="rx", at={"z": 0.5, "ry": 0.0})
     for line, name in zip(ax.get_lines(), ["twist:x", "twist:y", "twist:z"], strict=True):
         np.testing.assert_allclose(line.get_xdata(), np.degrees(RX), rtol=1e-14)
@@ -424,8 +424,8 @@ def test_lines_show_the_maps_numbers(ds):
     assert not overlaps(ax.figure)
 
 
-def test_the_ways_of_gravity_are_drawn():
-    """At a tilt of 10° platform −22.0, attached −2.2, deformation −49.9 nm, see test_mechanism_contributions.py."""
+def test_lines_of_gravity_mechanisms_have_the_paper_values():
+    """At a tilt of 10° platform −22.0, attached −2.2, deformation −49.9 nm, see unit/results/test_contributions.py."""
     platform = {"z": 0.5, "azimuth": np.radians(-170), "tilt": np.radians([0, 10, 20])}
     ds = ks.sweep("3rps", platform, orientation="tilt_torsion", gravity=(0, 0, -9.8), outputs=["default", "gravity_mechanisms"])
     ways = [f"gravity_mechanism:{way}:z" for way in ("platform_weight", "attached", "deformation")]
@@ -447,7 +447,7 @@ def test_the_ways_of_gravity_are_drawn():
         ks.plot.line(ds.drop_dims("mechanism"), "gravity_mechanism:attached:z")
 
 
-def test_ranges_without_numbers_are_hatched(ds):
+def test_line_hatches_ranges_without_values(ds):
     ax = ks.plot.line(ds, "linear_sag", x="rx", at={"z": 0.5, "ry": RY[0]})
     spans = [item for item in ax.patches if item.get_label() == "unreachable"]
     inside = [any(item.get_x() < x < item.get_x() + item.get_width() for item in spans) for x in np.degrees(RX)]
@@ -482,7 +482,7 @@ def faces(ax):
     return corners_of(collection)
 
 
-def test_surfaces_have_the_maps_numbers_at_their_corners(ds):
+def test_surface_corners_have_map_values(ds):
     ax = ks.plot.surface(ds, "twist:x", x="rx", y="ry", series={"z": [0.3, 0.6]})
     values = ks.indices.quantity(ds, "twist:x")
     there = {tuple(np.round(corner, 9)) for corner in faces(ax).reshape(-1, 3)}
@@ -500,8 +500,8 @@ def test_surfaces_have_the_maps_numbers_at_their_corners(ds):
     assert {"unreachable", "beyond joint limits"} <= set(texts_of(ax.figure))
 
 
-def test_surfaces_are_named_by_what_tells_them_apart(ds):
-    """And not by what is the same for all of them."""
+def test_surface_legend_names_only_differing_coordinates(ds):
+    """Coordinates that all surfaces share are in the title."""
     held = ds.assign_coords(x=((), 0.25, {"units": "m"})).expand_dims(y=[0.1])
     held["y"].attrs["units"] = "m"
     ax = ks.plot.surface(held.transpose("y", ...), "twist:x", x="rx", y="ry", series={"z": [0.3, 0.58]})
@@ -528,7 +528,7 @@ def test_one_surface_has_a_colour_bar_and_several_a_legend(ds):
         assert np.isclose(holes, [np.degrees(RX[i]), np.degrees(RY[j])]).all(axis=1).any()
 
 
-def test_surfaces_that_hide_one_another_stand_side_by_side(ds):
+def test_overlapping_surfaces_are_drawn_side_by_side(ds):
     same = ds.assign(twist=ds.twist.isel(z=[1] * 4).assign_coords(z=ds.z) * (1 + 1e-3 * ds.z))
     ax = ks.plot.surface(same, "twist:x", x="rx", y="ry", series="z")
     *panels, bar = ax.figure.axes
@@ -549,7 +549,7 @@ def disc(count, size=0.8, dims=2):
     return along, far, far < size
 
 
-def test_rims_pass_between_poses_and_are_smooth():
+def test_workspace_rims_are_smooth_and_pass_between_poses():
     along, _, inside = disc(25)
     field = level_of(inside)
     np.testing.assert_array_equal(field > 0, inside)
@@ -567,14 +567,14 @@ def test_rims_pass_between_poses_and_are_smooth():
     np.testing.assert_allclose(np.roll(turned, -4, axis=0), level_of(thin, closed=True), atol=1e-15)
 
 
-def test_values_go_on_beyond_the_rim():
+def test_values_are_extrapolated_linearly_beyond_the_rim():
     x, y = np.meshgrid(np.arange(6.0), np.arange(5.0), indexing="ij")
     there = (x > 1) & (y > 1)
     found = continued(np.where(there, 3 * x - 2 * y, np.nan))
     np.testing.assert_allclose(found[1:, 1:], (3 * x - 2 * y)[1:, 1:])
 
 
-def test_cells_are_cut_where_a_field_is_zero():
+def test_surface_cells_are_cut_where_a_field_is_zero():
     x, y = np.meshgrid(np.linspace(0, 1, 8), np.linspace(0, 1, 6), indexing="ij")
     found = cut_cells(np.dstack([x, y, x]), 0.9 - x - 0.7 * y)
     one, two = found, np.roll(found, -1, axis=1)
@@ -618,7 +618,7 @@ def test_workspace_is_the_body_of_valid_poses(ds):
     assert note.startswith("not drawn: ") and f"beyond joint limits {part:.2g} %" in note and "unreachable" in note
 
 
-def test_workspace_cut_open(ds):
+def test_cut_workspace_lacks_the_octant_towards_the_viewer(ds):
     whole, cut = (ks.plot.workspace(ds, "linear_sag", cut=cut) for cut in (False, True))
     shown = ks.plot.workspace(ds, "linear_sag", value_range=(0, 1e-9))
     assert shown.figure.axes[1].get_ylim() == (0, 1e-9)
@@ -626,7 +626,7 @@ def test_workspace_cut_open(ds):
     assert octant == [True, False]
 
 
-def test_workspace_of_drives_is_shown_where_o_is(ds):
+def test_workspace_over_actuators_is_drawn_in_platform_positions(ds):
     driven = ds.rename(z="p_1", rx="p_2", ry="p_3")
     ax = ks.plot.workspace(driven, "linear_sag", cut=False)
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_zlabel()) == ("x [m]", "y [m]", "z [m]")
@@ -641,7 +641,7 @@ def test_workspace_of_drives_is_shown_where_o_is(ds):
 # ---- little to show ----------------------------------------------------------------------------------------------------
 
 
-def test_one_row_has_one_name(ds, tilts):
+def test_axis_with_one_value_has_one_tick_label(ds, tilts):
     row = ds.isel(z=[2], ry=[1])
     ax = coloured(row, "twist:x", x="rx", y="z")
     assert [text.get_text() for text in ax.get_yticklabels()] == ["0.5"] and ax.get_title() == "ry = −10°"
@@ -653,13 +653,13 @@ def test_one_row_has_one_name(ds, tilts):
     assert [text.get_text() for text in ax.get_yticklabels()] == ["20°"]
 
 
-def test_one_pose_is_a_number(ds):
+def test_slice_of_one_pose_has_one_colour_bar_tick(ds):
     ax = coloured(ds.isel(z=[2], rx=[4], ry=[3]), "twist:x", x="rx", y="z")
     bar = ax.figure.axes[1]
     assert bar.get_yticks() == pytest.approx([500.0]) and bar.get_ylabel() == "displacement along x [nm]"
 
 
-def test_what_rounding_leaves_of_0_is_0(ds):
+def test_rounding_noise_is_drawn_as_zero(ds):
     noise = ds.twist.copy(deep=True)
     noise[..., 5] = 1e-22 * np.random.default_rng(2).normal(size=noise.shape[:-1])
     noise[..., 1] *= 1e-9
@@ -673,7 +673,7 @@ def test_what_rounding_leaves_of_0_is_0(ds):
     )
 
 
-def test_a_flat_body_is_drawn(ds, recwarn):
+def test_flat_workspace_is_drawn_without_warnings(ds, recwarn):
     flat = ds.assign(platform_pose=ds.platform_pose * (ds.platform_coordinate != "x")).rename(z="p_1", rx="p_2", ry="p_3")
     ax = ks.plot.workspace(flat, "linear_sag", cut=False)
     assert np.ptp(faces(ax)[..., 0]) == 0 and np.ptp(ax.get_xlim()) > 0 and not recwarn.list
@@ -690,7 +690,7 @@ def spike(ds):
     return ds.assign(twist=twist)
 
 
-def test_one_pose_beside_a_singularity_does_not_take_all_colours(ds, spike):
+def test_near_singular_pose_does_not_stretch_the_colour_range(ds, spike):
     ax = coloured(spike, "twist:x", x="rx", y="ry", at={"z": 0.5})
     others = ks.indices.quantity(ds, "twist:x").sel(z=0.5).values * 1e6
     low, high = ax.collections[0].get_clim()
@@ -702,7 +702,7 @@ def test_one_pose_beside_a_singularity_does_not_take_all_colours(ds, spike):
     assert ax.collections[0].get_clim() == (0, 500) and ax.figure.axes[1].get_ylabel() == "displacement along x [mm]"
 
 
-def test_one_pose_beside_a_singularity_does_not_flatten_surfaces(ds, spike):
+def test_near_singular_pose_does_not_flatten_surfaces(ds, spike):
     ax = ks.plot.surface(spike, "twist:x", x="rx", y="ry", at={"z": 0.5})
     most = np.nanmax(ks.indices.quantity(ds, "twist:x").sel(z=0.5).values) * 1e6
     assert faces(ax)[..., 2].max() < 1.2 * most
@@ -714,13 +714,13 @@ def test_one_pose_beside_a_singularity_does_not_flatten_surfaces(ds, spike):
 
 
 @pytest.mark.parametrize("kind", ["slice", "surface", "workspace"])
-def test_limits_that_are_no_range(ds, kind):
+def test_invalid_value_ranges_are_refused(ds, kind):
     for limits in [(2, 1), (1, 1), (0, np.inf), (1,), "ab"]:
         with pytest.raises(ks.ArgumentError, match="must be two numbers, the smaller one first"):
             getattr(ks.plot, kind)(ds, "twist:x", value_range=limits)
 
 
-def test_ranges():
+def test_main_range_leaves_out_only_rare_extremes():
     rng = np.random.default_rng(1)
     smooth = rng.normal(size=1000)
     assert main_range(smooth) == (smooth.min(), smooth.max())
@@ -742,7 +742,7 @@ def test_grids_in_any_order_are_drawn_sorted(ds):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("names", [("azimuth", "tilt"), "xy"])
-def test_numbers_of_lines_touch_nothing(names):
+def test_contour_labels_do_not_overlap(names):
     ends = (-0.5, 0.5) if names == "xy" else (-np.pi, np.pi)
     grid = {names[0]: (np.linspace(*ends, 41)[:40], "m" if names == "xy" else "rad"), names[1]: (np.linspace(0, 1, 31), "rad")}
     twist = np.zeros((40, 31, 6))
@@ -761,7 +761,7 @@ def test_numbers_of_lines_touch_nothing(names):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("names, height, same", [("xy", 0.5, True), ("zx", 2.0, True), ("xy", 9.0, False), ("xq", 0.5, False)])
-def test_positions_in_space_are_drawn_as_they_are(names, height, same):
+def test_position_axes_have_equal_scales_unless_too_elongated(names, height, same):
     grid = {names[0]: (np.linspace(0, 1, 11), "m"), names[1]: (np.linspace(0, height, 11), "m")}
     twist = 1e-6 * np.arange(121.0).reshape(11, 11, 1)
     ax = coloured(map_of(grid, twist=twist, compliance=np.eye(6)), "twist:x")
@@ -772,7 +772,7 @@ def test_positions_in_space_are_drawn_as_they_are(names, height, same):
     assert not overlaps(ax.figure)
 
 
-def test_a_body_in_space_is_drawn_as_it_is(ds):
+def test_workspace_in_positions_has_equal_axis_scales(ds):
     driven = ds.rename(z="p_1", rx="p_2", ry="p_3")
     ax = ks.plot.workspace(driven, "linear_sag", cut=False)
     size = np.ptp(faces(ax).reshape(-1, 3), axis=0)
@@ -797,17 +797,17 @@ def test_a_body_in_space_is_drawn_as_it_is(ds):
         ("m", 0.0, (1.0, "m")),
     ],
 )
-def test_display_units(units, largest, expected):
+def test_display_unit_suits_the_largest_value(units, largest, expected):
     assert display_unit(units, [-largest, np.nan, largest / 3]) == expected
 
 
-def test_requested_units_and_units_of_coordinates():
+def test_display_unit_as_requested_and_for_coordinates():
     assert display_unit("rad", [1e-5], "deg") == (pytest.approx(np.pi / 180), "°")
     assert display_unit("N/m", [1e7], "N/um") == (1e6, "N/µm")
     assert [coordinate_unit("m", [most]) for most in (0.6, 0.08)] == [(1.0, "m"), (1e-3, "mm")]
 
 
-def test_coordinates_are_in_degrees_and_metres(ds):
+def test_platform_poses_are_drawn_in_degrees_and_metres(ds):
     ax = ks.plot.line(ds, "platform_pose:rx", x="rx", at={"z": 0.5, "ry": 0.0})
     assert ax.get_ylabel() == "platform pose rx [°]"
     np.testing.assert_allclose(ax.get_lines()[0].get_ydata()[1:-1], np.degrees(RX)[1:-1], atol=1e-12)
@@ -820,7 +820,7 @@ def test_coordinates_are_in_degrees_and_metres(ds):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("kind", ["slice", "line", "surface", "workspace"])
-def test_figures_are_written(ds, kind, tmp_path):
+def test_saved_figures_are_reproducible_vector_graphics(ds, kind, tmp_path):
     options = {"slice": {"x": "rx", "y": "ry", "at": {"z": 0.5}}, "line": {"x": "rx", "at": {"z": 0.5, "ry": 0.1}}}.get(kind, {})
     first, ax = (getattr(ks.plot, kind)(ds, "linear_sag", **options) for _ in range(2))
     for name in ("one.svg", "one.pdf", "one.png") if kind == "slice" else ("one.svg",):
@@ -839,13 +839,13 @@ def test_figures_are_written(ds, kind, tmp_path):
         ks.plot.save(ax, tmp_path / "one.jpg")
 
 
-def test_figures_leave_matplotlibs_settings_alone(ds):
+def test_figures_leave_matplotlib_settings_unchanged(ds):
     before = dict(matplotlib.rcParams)
     ks.plot.slice(ds, x="rx", y="ry", at={"z": 0.5})
     assert dict(matplotlib.rcParams) == before
 
 
-def test_panels_share_a_figure(ds):
+def test_panels_of_one_figure_share_legend_entries(ds):
     figure, panels = plt.subplots(1, 2, layout="constrained", figsize=(7, 3))
     for ax, z in zip(panels, (0.4, 0.5), strict=True):
         assert ks.plot.slice(ds, x="rx", y="ry", at={"z": z}, ax=ax) is ax
@@ -861,7 +861,7 @@ def test_panels_share_a_figure(ds):
         ("xarray", "indices", "workspace maps need xarray: pip install 'kinetostatics[sweep]'"),
     ],
 )
-def test_what_is_not_installed_is_named(missing, wanted, message):
+def test_missing_packages_are_named_with_their_extra(missing, wanted, message):
     code = f"""
         import sys
         sys.modules[{missing!r}] = None
@@ -911,7 +911,7 @@ def test_command_writes_figures(capsys, stored, tmp_path, options):
     assert plt.get_fignums() == []
 
 
-def test_command_lists_what_there_is(capsys, stored):
+def test_command_lists_coordinates_and_quantities(capsys, stored):
     code, out, err = run(capsys, stored, "--list")
     assert (code, err) == (0, "")
     assert "  z: 4 values, 0.3 to 0.6 m\n" in out
@@ -933,14 +933,14 @@ def test_command_lists_what_there_is(capsys, stored):
         ("--what twist:x twist:y --out a.svg", "a slice shows one quantity, not 2"),
     ],
 )
-def test_command_says_what_is_wrong_in_one_line(capsys, stored, options, message, tmp_path, monkeypatch):
+def test_command_refuses_invalid_options_in_one_line(capsys, stored, options, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     code, out, err = run(capsys, stored, *options.split())
     assert (code, out) == (2, "") and message in err and err.count("\n") == 1
     assert not list(tmp_path.iterdir())
 
 
-def test_command_refuses_other_files(capsys, tmp_path):
+def test_command_refuses_files_that_are_no_maps(capsys, tmp_path):
     text = tmp_path / "text.nc"
     text.write_text("no map")
     for path, message in ((text, "not a netCDF file or zarr folder"), (tmp_path / "none.nc", "No such file or directory")):
@@ -949,7 +949,7 @@ def test_command_refuses_other_files(capsys, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_examples_of_sweep_and_plot_run_as_they_are_printed(capsys, tmp_path, monkeypatch):
+def test_help_examples_of_sweep_and_plot_run(capsys, tmp_path, monkeypatch):
     for package in ("h5netcdf", "zarr"):
         pytest.importorskip(package)
     monkeypatch.chdir(tmp_path)
@@ -969,7 +969,7 @@ def test_the_examples_of_sweep_and_plot_run_as_they_are_printed(capsys, tmp_path
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize(("kind", "most", "count"), [("surface", 5, 6), ("surface", 5, 5), ("line", 6, 6), ("line", 6, 9)])
-def test_a_series_shows_all_of_few_values_and_says_how_many_of_many(ds, kind, most, count):
+def test_series_of_many_values_is_thinned_with_a_warning(ds, kind, most, count):
     values = np.linspace(-0.2, 0.2, count)
     many = (ds.isel(z=0, drop=True) if kind == "surface" else ds.isel(z=0, ry=3, drop=True)).expand_dims(rz=values)
     many.rz.attrs["units"] = "rad"

@@ -1,4 +1,4 @@
-"""The table of quantities: results, JSON, maps, functions and exported C call a quantity alike, with the same unit and axes."""
+"""The table of quantities: results, JSON, maps, functions and exported C have its names, units and axes."""
 
 import inspect
 import re
@@ -39,7 +39,7 @@ def ds(robot):
     return ks.sweep(robot, platform=grid, load=[0, 0, -500, 0, 0, 0], outputs=groups, modes=2)
 
 
-def test_every_result_is_in_the_table():
+def test_every_result_property_is_in_the_table():
     left = {"configuration", "robot", "shape", "payload", "facts", "by_mechanism", "limbs", "beams", "warnings", "centre_lines"}
     left |= {"payload_coefficients", "joint_contributions", "axial_contributions", "second_order"}  # of which people get sums
     mine = {name for name, item in vars(ks.Result).items() if isinstance(item, cached_property) and not name.startswith("_")}
@@ -47,7 +47,7 @@ def test_every_result_is_in_the_table():
 
 
 @pytest.mark.parametrize("path", IN_RESULTS)
-def test_results_have_its_axes_and_units(path, result, robot):
+def test_results_have_axes_and_units_of_the_table(path, result, robot):
     entry, value, (owner, _, name) = IN_RESULTS[path], value_at(result, path), path.rpartition(".")
     dims = (*(["limb"] if owner == "limbs" else []), *entry.dims)
     labels = {dim: names for dim, names in axes_of(robot.statics).items() if dim != "source"}
@@ -65,7 +65,7 @@ def test_results_have_its_axes_and_units(path, result, robot):
         assert {*entry.units.split(", ")} <= told or {*entry.units.split(", ")} == {"1"}, doc
 
 
-def test_json_has_its_names_and_units(result):
+def test_json_has_names_and_units_of_the_table(result):
     found = result.to_dict()
     limb, beam = found["limbs"]["limb_1"], found["beams"]["rod_1"]
     for path, entry in IN_RESULTS.items():
@@ -77,7 +77,7 @@ def test_json_has_its_names_and_units(result):
 
 
 @pytest.mark.parametrize("name", VARIABLES)
-def test_maps_have_its_axes_units_and_words(name, ds, robot):
+def test_maps_have_axes_units_and_words_of_the_table(name, ds, robot):
     entry, item = VARIABLES[name], ds[name]
     assert item.dims == (*(["rx"] if "coordinate" in entry.varies else []), *entry.dims)
     assert item.attrs["long_name"] == entry.words and item.dtype == entry.dtype
@@ -91,7 +91,7 @@ def test_maps_have_its_axes_units_and_words(name, ds, robot):
 
 
 @pytest.mark.parametrize("name", [name for name in PATHS if name != "residual_error"])
-def test_functions_and_exported_c_have_its_axes_units_and_words(name, robot):
+def test_functions_and_c_have_axes_and_units_of_the_table(name, robot):
     output = ks.compile(robot, tuple(POSE), outputs=name, engine="numpy").outputs[name]
     entry = QUANTITIES[PATHS[name]]
     assert output.name == name and tuple(output.axes) == entry.dims and output.meaning.startswith(entry.words)
@@ -100,7 +100,7 @@ def test_functions_and_exported_c_have_its_axes_units_and_words(name, robot):
     assert _words(output).startswith(entry.words)
 
 
-def test_what_computes_it_is_what_results_and_maps_have(result, ds, robot):
+def test_computed_quantities_equal_those_of_results_and_maps(result, ds, robot):
     solution, labels = result.solutions[0], {**axes_of(robot.statics), "source": tuple(result.contributions)}
     for name, of in COMPUTED.items():
         np.testing.assert_array_equal(

@@ -1,4 +1,4 @@
-"""Maps on disk: the same as in memory, also where the sweep was killed; never overwritten unasked; errors of one line."""
+"""Maps on disk equal those in memory, also after the sweep was killed; they are overwritten on request only."""
 
 import json
 import random
@@ -42,7 +42,7 @@ def small_blocks(monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["map.nc", "map.zarr"])
-def test_a_map_on_disk_is_that_in_memory(robot, wanted, small_blocks, tmp_path, name):
+def test_map_on_disk_equals_map_in_memory(robot, wanted, small_blocks, tmp_path, name):
     path = tmp_path / name
     with ks.sweep(robot, GRID, out=path, workers=2) as found:
         near(found, wanted)
@@ -54,7 +54,7 @@ def test_a_map_on_disk_is_that_in_memory(robot, wanted, small_blocks, tmp_path, 
     assert path.stat().st_mtime_ns == before
 
 
-def test_another_map_is_not_overwritten(robot, tmp_path):
+def test_other_maps_and_files_are_not_overwritten(robot, tmp_path):
     path = tmp_path / "map.zarr"
     z = {"z": [0.5, 0.6], "rx": 0.0, "ry": 0.0}
     ks.sweep(robot, z, out=path).close()
@@ -75,7 +75,7 @@ def test_another_map_is_not_overwritten(robot, tmp_path):
 
 
 def stopped_after(count, monkeypatch):
-    """Let a sweep raise KeyboardInterrupt in place of its block after so many; return which are computed."""
+    """Make a sweep raise KeyboardInterrupt after ``count`` blocks; return the list of computed blocks."""
     blocks, compute = [], run.compute_block
 
     def counted(plan, labels, block, q=None):
@@ -88,7 +88,7 @@ def stopped_after(count, monkeypatch):
     return blocks
 
 
-def test_an_interrupted_sweep_computes_what_is_missing(wanted, small_blocks, monkeypatch, tmp_path):
+def test_interrupted_sweep_resumes_with_the_missing_blocks(wanted, small_blocks, monkeypatch, tmp_path):
     path, part = tmp_path / "map.zarr", tmp_path / "map.zarr.part"
     robot = tmp_path / "robot.urdf.xacro"
     robot.write_bytes(robot_path("3rps").read_bytes())
@@ -111,8 +111,8 @@ def test_an_interrupted_sweep_computes_what_is_missing(wanted, small_blocks, mon
 
 
 @pytest.mark.slow
-def test_changes_by_continuity_that_are_interrupted_are_made_in_the_end(small_blocks, monkeypatch, tmp_path):
-    """What continuity has found is kept before it is applied, and counts once."""
+def test_interrupted_continuity_corrections_are_completed_on_resume(small_blocks, monkeypatch, tmp_path):
+    """Corrections are stored before they are applied, and counted once."""
     robot = ks.load_robot("five_bar", {"proximal_length": 0.28, "distal_length": 0.12})
     grid = {"x": np.linspace(-0.3, 0.3, 16), "y": np.linspace(-0.4, 0.4, 21)}
     wanted = ks.sweep(robot, grid)
@@ -127,7 +127,7 @@ def test_changes_by_continuity_that_are_interrupted_are_made_in_the_end(small_bl
         assert {**found.attrs, "date": 0, "history": 0} == {**wanted.attrs, "date": 0, "history": 0}
 
 
-def test_a_store_that_has_just_begun_is_begun_anew_and_a_broken_one_is_told(robot, small_blocks, monkeypatch, tmp_path):
+def test_broken_stores_are_refused_and_empty_ones_restarted(robot, small_blocks, monkeypatch, tmp_path):
     path, part = tmp_path / "map.zarr", tmp_path / "map.zarr.part"
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
         stopped_after(2, patch)
@@ -170,8 +170,8 @@ ks.sweep(robot, {"x": np.linspace(-0.3, 0.3, 31), "y": np.linspace(-0.4, 0.4, 41
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["map.nc", "map.zarr"])
-def test_a_sweep_that_is_killed_twenty_times_loses_and_repeats_nothing(tmp_path, name):
-    """But for the two blocks that are at work each time."""
+def test_sweep_killed_twenty_times_neither_loses_nor_repeats_blocks(tmp_path, name):
+    """Except the two blocks in progress at each kill."""
     path, log, chance = tmp_path / name, tmp_path / "run.log", random.Random(1)
     command = [sys.executable, "-c", KILLED, str(path), str(tmp_path / "run")]
     kills = 0
@@ -213,7 +213,7 @@ def test_a_sweep_that_is_killed_twenty_times_loses_and_repeats_nothing(tmp_path,
         ({"out": "map.zarr"}, 10**3, "has 1 kB free: use a coarser grid or another disk"),
     ],
 )
-def test_maps_for_which_there_is_no_room(robot, tmp_path, monkeypatch, arguments, free, message):
+def test_maps_too_large_for_memory_or_disk_are_refused(robot, tmp_path, monkeypatch, arguments, free, message):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(store.shutil, "disk_usage", lambda path: namedtuple("usage", "total used free")(10**13, 0, free))
     many = np.linspace(-0.1, 0.1, 10_000)
@@ -224,9 +224,7 @@ def test_maps_for_which_there_is_no_room(robot, tmp_path, monkeypatch, arguments
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["map.nc", "map.zarr"])
-def test_a_disk_that_is_full_is_one_error_and_costs_nothing_that_is_done(
-    robot, wanted, small_blocks, monkeypatch, tmp_path, name
-):
+def test_full_disk_is_one_error_and_keeps_finished_blocks(robot, wanted, small_blocks, monkeypatch, tmp_path, name):
     from zarr.storage import LocalStore
 
     path, left = tmp_path / name, [80]
@@ -249,7 +247,7 @@ def test_a_disk_that_is_full_is_one_error_and_costs_nothing_that_is_done(
     assert len(blocks) < 7 + 7
 
 
-def test_a_folder_that_cannot_be_written_is_one_error(robot, tmp_path, monkeypatch):
+def test_unwritable_folder_is_one_error(robot, tmp_path, monkeypatch):
     def refused(*arguments, **options):
         raise PermissionError(13, "Permission denied", str(tmp_path / "map.nc.part"))
 
@@ -258,7 +256,7 @@ def test_a_folder_that_cannot_be_written_is_one_error(robot, tmp_path, monkeypat
         ks.sweep(robot, GRID, out=tmp_path / "map.nc")
 
 
-def test_the_size_of_a_map_is_known_before(robot, wanted, monkeypatch):
+def test_map_size_is_computed_before_the_sweep(robot, wanted, monkeypatch):
     sizes = []
     monkeypatch.setattr(run, "check_memory", lambda plan, labels: sizes.append(store.size_of(plan, labels)) or 1 / 0)
     with pytest.raises(ZeroDivisionError):

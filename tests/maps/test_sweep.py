@@ -1,4 +1,4 @@
-"""Workspace maps: what is in them, that they say what single analyses say, and that nothing is lost on the way to disk."""
+"""Workspace maps: layout, agreement with single analyses, invalid arguments, the command and its documentation."""
 
 import hashlib
 import json
@@ -42,11 +42,11 @@ def small(robot):
     return ks.sweep(robot, GRID, load=LOAD, outputs=["default", "beams"])
 
 
-# ---- what is in it -----------------------------------------------------------------------------------------------------
+# ---- contents ----------------------------------------------------------------------------------------------------------
 
 
 def check_pose(ds, at, result):
-    """Assert that a map says at one place what an analysis of that pose says."""
+    """Assert that a map at one place equals the analysis of that pose."""
     here = ds.sel(at)
 
     def close(name, values):
@@ -69,7 +69,7 @@ def check_pose(ds, at, result):
     assert float(here["characteristic_length"]) == pytest.approx(result.robot.length, rel=1e-12)
 
 
-def test_every_number_is_that_of_the_single_analysis(robot, small):
+def test_map_values_equal_those_of_single_analyses(robot, small):
     for z, rx, ry in ((0, 0, 0), (4, 3, 2), (2, 1, 0)):
         at = {"z": GRID["z"][z], "rx": GRID["rx"][rx], "ry": GRID["ry"][ry]}
         result = ks.analyze(robot.assemble(platform=at), load=LOAD)
@@ -84,7 +84,7 @@ def test_every_number_is_that_of_the_single_analysis(robot, small):
             assert float(mine["beam_deflection"]) == pytest.approx(np.linalg.norm(beam.deflections, axis=-1).max(), rel=1e-9)
 
 
-def test_maps_say_how_gravity_acts(robot, small):
+def test_gravity_mechanisms_of_maps_equal_single_analyses(robot, small):
     assert not {"mechanism", "gravity_mechanism", "actuator_gravity_mechanism", "actuator_contribution"} & {
         *small.variables,
         *small.dims,
@@ -111,7 +111,7 @@ def test_maps_say_how_gravity_acts(robot, small):
     np.testing.assert_allclose(load + ds["gravity_mechanism"].sum("mechanism"), ds["twist"], rtol=0, atol=1e-12 * scale)
 
 
-def test_layout_and_units(small):
+def test_dimensions_labels_and_units_of_a_map(small):
     grid = ("z", "rx", "ry")
     assert {name: small[name].dims[:3] for name in ("status", "mode", "twist", "stiffness", "q")} == dict.fromkeys(
         ("status", "mode", "twist", "stiffness", "q"), grid
@@ -133,7 +133,7 @@ def test_layout_and_units(small):
     assert len(status.attrs["flag_meanings"].split()) == len(status.attrs["flag_values"]) == len(ks.Status)
 
 
-def test_it_says_where_it_comes_from(small):
+def test_map_attributes_record_file_version_and_arguments(small):
     path = robot_path("3rps")
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     assert small.attrs["robot_sha256"] == digest and json.loads(small.attrs["robot_files"]) == {str(path): digest}
@@ -144,7 +144,7 @@ def test_it_says_where_it_comes_from(small):
     assert small.attrs["mode_jumps"] == 0
 
 
-def test_files_that_an_xacro_includes_are_told(tmp_path):
+def test_map_attributes_list_included_xacro_files(tmp_path):
     robot = ks.sweep("anymal_standing")
     files = json.loads(robot.attrs["robot_files"])
     assert len(files) == 2 and any(name.endswith("anymal.urdf") for name in files)
@@ -156,7 +156,7 @@ def test_files_that_an_xacro_includes_are_told(tmp_path):
 # ---- other grids -------------------------------------------------------------------------------------------------------
 
 
-def test_numbers_are_held_and_drives_can_be_swept(robot):
+def test_actuators_are_swept_and_scalars_held_constant(robot):
     ds = ks.sweep(robot, actuators={"prismatic_2": [0.0, 0.02, 0.03], "prismatic_1": 0.01, "prismatic_3": -0.01})
     assert ds["status"].dims == ("prismatic_2",)
     assert float(ds["prismatic_1"]) == 0.01 and ds["prismatic_1"].attrs["units"] == "m"
@@ -164,7 +164,7 @@ def test_numbers_are_held_and_drives_can_be_swept(robot):
     check_pose(ds, {"prismatic_2": 0.03}, result)
 
 
-def test_other_arguments_of_analyze_and_other_conventions(robot):
+def test_sweep_with_assembly_errors_and_tilt_torsion(robot):
     errors = {"rod_1": {"length": 1e-4}}
     grid = {"z": 0.5, "azimuth": np.radians([-170, 30]), "tilt": np.radians([5.0, 10.0])}
     ds = ks.sweep(robot, grid, orientation="tilt_torsion", assembly_errors=errors)
@@ -176,7 +176,7 @@ def test_other_arguments_of_analyze_and_other_conventions(robot):
     assert float(ds["platform_pose"].sel(at).sel(platform_coordinate="tilt")) == pytest.approx(at["tilt"])
 
 
-def test_cases_of_loads_are_dimensions_with_names(robot):
+def test_load_cases_and_gravities_are_named_dimensions(robot):
     z = [0.5, 0.6]
     load = xr.DataArray(
         np.random.default_rng(0).uniform(-100, 100, (3, 2, 6)),
@@ -193,7 +193,7 @@ def test_cases_of_loads_are_dimensions_with_names(robot):
     check_pose(ds, {"case": "b", "way": 1, "z": 0.6, "rx": 0.1}, result)
 
 
-def test_parameters_of_the_file_are_dimensions():
+def test_file_parameters_are_map_dimensions():
     ds = ks.sweep(
         "3rps",
         {"z": [0.5, 0.55, 0.6], "rx": 0.1, "ry": 0.0},
@@ -208,8 +208,8 @@ def test_parameters_of_the_file_are_dimensions():
     assert json.loads(ds.attrs["parameters"])["density"] == 7000
 
 
-def test_wrenches_that_a_parameter_changes_are_not_mixed_up(tmp_path):
-    """A rail that lies otherwise gives the wrench basis other labels: intensities are NaN there, not those of other wrenches."""
+def test_intensities_are_nan_where_a_parameter_changes_wrench_labels(tmp_path):
+    """Joints with other names give the wrenches of the basis other labels."""
     path = tripod(tmp_path / "other.urdf.xacro", "hinge", "revolute", r"revolute_\$\{i\}", "$(arg hinge)_${i}")
     ds = ks.sweep(path, {"z": [0.5], "rx": 0.0, "ry": 0.0}, parameters={"hinge": ["revolute", "pin"]})
     assert np.all(np.isfinite(ds["intensity"].sel(hinge="revolute")))
@@ -219,7 +219,7 @@ def test_wrenches_that_a_parameter_changes_are_not_mixed_up(tmp_path):
     np.testing.assert_allclose(ds["twist"].sel(hinge="pin"), ds["twist"].sel(hinge="revolute"), rtol=1e-13, atol=1e-20)
 
 
-def test_what_is_not_reached_is_nan_and_says_so():
+def test_unreached_poses_are_nan_and_flagged():
     ds = ks.sweep("2pru_upr", {"z": [0.6, 0.9, 5.0], "rx": [0.0, 0.1], "ry": 0.0}, orientation="XYZ")
     status = ds["status"].values
     assert np.all(status[2] == ks.Status.UNREACHABLE) and np.all(status[0] != ks.Status.UNREACHABLE)
@@ -230,7 +230,7 @@ def test_what_is_not_reached_is_nan_and_says_so():
     assert np.all(gone["mode"] == -1) and np.all(ds["mode"].isel(z=0) == 0)
 
 
-# ---- what is asked for -------------------------------------------------------------------------------------------------
+# ---- arguments ---------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -265,27 +265,27 @@ def test_what_is_not_reached_is_nan_and_says_so():
         ({"outputs": "twist"}, r"outputs is 'twist'; it must be a sequence of names, such as \["),
     ],
 )
-def test_what_makes_no_sense_is_refused(robot, tmp_path, monkeypatch, arguments, message):
+def test_invalid_arguments_are_refused(robot, tmp_path, monkeypatch, arguments, message):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ks.ArgumentError, match=message):
         ks.sweep(robot, **arguments)
     assert not list(tmp_path.iterdir())
 
 
-def test_parameters_that_make_another_robot_are_refused(tmp_path):
+def test_parameters_changing_limbs_or_actuators_are_refused(tmp_path):
     path = tripod(tmp_path / "other.urdf.xacro", "drive", "prismatic", r"prismatic_(\$\{i\}|\d)", r"$(arg drive)_\1")
     with pytest.raises(ks.ArgumentError, match="with drive = motor the robot has other limbs or actuators"):
         ks.sweep(path, {"z": [0.5], "rx": 0.0, "ry": 0.0}, parameters={"drive": ["prismatic", "motor"]})
 
 
-def test_a_file_that_is_wrong_with_later_parameters_is_refused_at_once(tmp_path, monkeypatch):
+def test_invalid_later_parameters_are_refused_before_computing(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ks.RobotFileError, match=r"must be greater than zero \(with rod_diameter = -0.1\)"):
         ks.sweep("3rps", GRID, parameters={"rod_diameter": [0.1, 0.08, -0.1], "density": 7850}, out="map.nc")
     assert not list(tmp_path.iterdir())  # nothing has been computed
 
 
-def test_outputs_are_all_that_is_computed_and_stored(small, robot, tmp_path, monkeypatch):
+def test_only_requested_outputs_are_computed_and_stored(small, robot, tmp_path, monkeypatch):
     options = {"platform": GRID, "load": LOAD, "outputs": ["twist", "beam_stress"]}
     path = tmp_path / "few.nc"
     with ks.sweep(robot, **options, out=path) as few:
@@ -309,7 +309,7 @@ def test_outputs_are_all_that_is_computed_and_stored(small, robot, tmp_path, mon
         ks.indices.quantity(few, "stiffness:x:x")
 
 
-def test_the_extra_is_named_when_it_is_missing(robot, monkeypatch):
+def test_missing_packages_are_named_with_their_extra(robot, monkeypatch):
     import importlib.util
 
     find = importlib.util.find_spec
@@ -330,7 +330,7 @@ def command(*arguments, code=0):
     assert main(["sweep", *arguments]) == code
 
 
-def test_the_command_writes_what_the_function_returns(tmp_path, capsys, monkeypatch):
+def test_command_writes_the_map_of_the_function(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     line = "3rps --platform z=450mm:650mm:5 rx=-5deg:5deg:3 ry=0 --load 0 0 -500 0 0 0 --set rod_diameter=60mm,100mm --out m.nc"
     command(*line.split())
@@ -351,8 +351,8 @@ def test_the_command_writes_what_the_function_returns(tmp_path, capsys, monkeypa
     assert f"largest actuator force {float(abs(wanted['actuator_force']).max()):.4g} N, prismatic_" in said
 
 
-def test_the_summary_counts_what_is_within_limits():
-    """Beyond the limits there may be singular poses, at which numbers are as large as one likes."""
+def test_summary_counts_only_poses_within_limits():
+    """Beyond the limits there may be singular poses, at which values grow without bound."""
     from kinetostatics.reports.map import map_report
 
     grid = {"z": [0.4], "azimuth": np.radians([-120.0, 0.0]), "tilt": np.radians([0.0, 20.0, 50.0])}
@@ -369,7 +369,7 @@ def test_the_summary_counts_what_is_within_limits():
     assert "linear theory does not apply: the pose is nearly singular" in outside
 
 
-def test_words_and_warnings_of_the_command(tmp_path, monkeypatch, capsys):
+def test_command_sweeps_text_parameters_and_prints_warnings(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     modulus = """youngs_modulus="${dict(steel=210e9, brass=100e9)['$(arg material)']}\""""
     path = tripod(Path("mixed.urdf.xacro"), "material", "steel", r'youngs_modulus="[^"]*"', modulus)
@@ -383,7 +383,7 @@ def test_words_and_warnings_of_the_command(tmp_path, monkeypatch, capsys):
         assert list(found["material"].values) == ["steel", "brass"]
 
 
-def test_the_command_says_when_it_is_interrupted_and_when_there_is_nothing_to_do(tmp_path, monkeypatch, capsys):
+def test_command_reports_interruption_and_existing_maps(tmp_path, monkeypatch, capsys):
     from kinetostatics.workspace import run
 
     monkeypatch.chdir(tmp_path)
@@ -414,7 +414,7 @@ def test_the_command_says_when_it_is_interrupted_and_when_there_is_nothing_to_do
         ("3rps --platform z=0.5 rx=0 ry=0 --set rod_diameter=0.1,0 --out m.nc", "greater than zero (with rod_diameter = 0"),
     ],
 )
-def test_the_command_refuses_in_one_line(tmp_path, monkeypatch, capsys, line, message):
+def test_command_refuses_invalid_arguments_in_one_line(tmp_path, monkeypatch, capsys, line, message):
     monkeypatch.chdir(tmp_path)
     command(*line.split(), code=2)
     said = capsys.readouterr().err
@@ -422,12 +422,12 @@ def test_the_command_refuses_in_one_line(tmp_path, monkeypatch, capsys, line, me
     assert not list(tmp_path.iterdir())
 
 
-# ---- the page ----------------------------------------------------------------------------------------------------------
+# ---- documentation -----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.slow
-def test_the_page_is_true(tmp_path, monkeypatch, capsys):
-    """Every block of Python in docs/how_to/workspace.md runs, and what it prints is there."""
+def test_code_of_the_workspace_page_runs(tmp_path, monkeypatch, capsys):
+    """Every Python block of docs/how_to/workspace.md; its table lists all variables of a map."""
     page = text_of("how_to/workspace")
     monkeypatch.chdir(tmp_path)
     names = run_python("how_to/workspace", {", 21)": ", 5)"})  # on a coarser grid
@@ -440,8 +440,8 @@ def test_the_page_is_true(tmp_path, monkeypatch, capsys):
     assert set(names["ds"].data_vars) | wanted == described | {"frequency", "zero_frequencies"}  # on a page of their own
 
 
-def test_maps_of_robots_with_springs_have_their_forces():
-    """Tension by the law of each spring, at every pose, whatever the load; without springs there is no such variable."""
+def test_spring_forces_of_a_map_follow_the_spring_law():
+    """Tension is stiffness times elongation at every pose, for every load."""
     angles = np.array([-0.5, 0.4, 1.1])
     springs = "".join(
         f'<spring name="{name}" stiffness="{k}" free_length="0.4"><predecessor link="ground">'
@@ -463,7 +463,7 @@ def test_maps_of_robots_with_springs_have_their_forces():
             np.testing.assert_array_equal(drawn, ds["spring_force"].sel(spring=name))
 
 
-def test_both_engines_make_the_same_map(tmp_path, monkeypatch):
+def test_both_engines_compute_equal_maps(tmp_path, monkeypatch):
     monkeypatch.setenv("KINETOSTATICS_CACHE", str(tmp_path / "code"))
     robot = robot_of(four_bar())
     [drive] = robot.description.driven

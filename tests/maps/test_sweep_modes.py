@@ -1,4 +1,4 @@
-"""Assembly modes along a grid: the five-bar, whose modes a formula tells, and grids that are spoilt on purpose."""
+"""Assembly modes along a grid: of the five-bar by closed form, and of grids with poses in wrong modes."""
 
 import numpy as np
 import package_robots
@@ -28,7 +28,7 @@ def five_bar(**parameters):
 
 
 @pytest.mark.slow
-def test_a_five_bar_keeps_its_elbows_and_reaches_all_that_its_arms_reach():
+def test_five_bar_keeps_its_elbows_over_its_whole_workspace():
     """Gosselin's workspace: both arms reach a disc; with the elbows as at zero each point of both discs is one pose."""
     robot = five_bar()
     x, y = np.linspace(-0.6, 0.6, 61), np.linspace(-0.3, 0.6, 46)
@@ -42,13 +42,13 @@ def test_a_five_bar_keeps_its_elbows_and_reaches_all_that_its_arms_reach():
     zero, found = bends(robot, robot.assemble().q), bends(robot, ds["q"].values[reached])
     for k in (0, 1):
         assert np.all(np.sign(found[k]) == np.sign(zero[k])), f"{np.sum(np.sign(found[k]) != np.sign(zero[k]))} elbows of arm {k}"
-    # and the numbers are those of these poses
+    # and values are those of these poses
     near = robot.configuration(ds["q"].values[30, 35])
     result = ks.analyze(near)
     np.testing.assert_allclose(ds["twist"].values[30, 35], result.twist, rtol=1e-9, atol=1e-18)
 
 
-def test_a_five_bar_by_its_drives_keeps_its_wrist():
+def test_five_bar_over_actuators_keeps_its_wrist():
     robot = five_bar()
     angles = np.linspace(-3, 3, 25)
     ds = ks.sweep(robot, actuators={"shoulder_1": angles, "shoulder_2": angles})
@@ -60,8 +60,8 @@ def test_a_five_bar_by_its_drives_keeps_its_wrist():
 
 
 @pytest.mark.slow
-def test_what_only_another_mode_reaches_is_out_of_reach():
-    """Arms too unequal to reach the line between the motors: what lies below it is beyond no way from above."""
+def test_poses_of_other_assembly_modes_are_unreachable():
+    """Arms too unequal to reach the line between the motors: no path leads from above it to below."""
     robot = five_bar(proximal_length=0.28, distal_length=0.12)
     x, y = np.linspace(-0.3, 0.3, 31), np.linspace(-0.4, 0.4, 41)
     ds = ks.sweep(robot, {"x": x, "y": y})
@@ -75,12 +75,12 @@ def test_what_only_another_mode_reaches_is_out_of_reach():
     assert np.all(np.isnan(ds["twist"].values[mode != REACHED]))
 
 
-# ---- grids that are spoilt on purpose ----------------------------------------------------------------------------------
+# ---- grids with wrong or missing poses ---------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
-def looked_at():
-    """Return a five-bar's plan, labels and map in the middle of its workspace, where all is well."""
+def valid_map():
+    """Return a five-bar's plan, labels and map in the middle of its workspace, all in one mode."""
     robot = five_bar()
     grid = {"x": np.linspace(-0.1, 0.1, 15), "y": np.linspace(0.2, 0.35, 12)}
     ds = ks.sweep(robot, grid)
@@ -89,10 +89,10 @@ def looked_at():
     return robot, plan, labels_of(plan, robot), ds
 
 
-def look(looked_at, q, reached):
-    robot, plan, labels, _ = looked_at
+def checked(valid_map, q, reached):
+    robot, plan, labels, _ = valid_map
     region = tuple(slice(0, axis.size) for axis in plan.axes)
-    o = np.zeros((*reached.shape, 3))  # which tells nothing where no rod is loose
+    o = np.zeros((*reached.shape, 3))  # not used where no rod is loose
     return continuity.continued(plan, labels, robot, region, q, o, reached)
 
 
@@ -119,8 +119,8 @@ def other_elbow(robot, ds, which):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("kind", ["one", "corner", "half", "checkered"])
-def test_poses_in_another_mode_are_found_and_put_right(looked_at, kind):
-    robot, _, _, ds = looked_at
+def test_poses_in_a_wrong_mode_are_found_and_corrected(valid_map, kind):
+    robot, _, _, ds = valid_map
     which = np.zeros(ds["mode"].shape, dtype=bool)
     if kind == "one":
         which[7, 6] = True
@@ -132,27 +132,27 @@ def test_poses_in_another_mode_are_found_and_put_right(looked_at, kind):
         which[3:9:2, 3:9:2] = which[4:9:2, 4:9:2] = True
     q = ds["q"].values.copy()
     q[which] = other_elbow(robot, ds, which)
-    found = look(looked_at, q, np.ones(which.shape, dtype=bool))
+    found = checked(valid_map, q, np.ones(which.shape, dtype=bool))
     assert found.jumps == 0 and found.retracted >= which.sum()
     np.testing.assert_allclose(found.q, ds["q"].values.reshape(-1, q.shape[-1])[found.which], atol=1e-9)
     assert set(np.flatnonzero(which)) <= set(found.which)
 
 
-def test_what_is_not_reached_on_the_line_is_reached_from_its_neighbours(looked_at):
-    _, _, _, ds = looked_at
+def test_poses_unreached_along_a_line_are_reached_from_neighbours(valid_map):
+    _, _, _, ds = valid_map
     reached = np.ones(ds["mode"].shape, dtype=bool)
     reached[5:, 4:11] = False
     q = np.where(reached[..., None], ds["q"].values, np.nan)
-    found = look(looked_at, q, reached)
+    found = checked(valid_map, q, reached)
     assert found.gained == np.sum(~reached)
     np.testing.assert_array_equal(found.which, np.flatnonzero(~reached))
     np.testing.assert_allclose(found.q, ds["q"].values[~reached], rtol=1e-6, atol=1e-9)
 
 
 @pytest.mark.parametrize("side", [(1, 0), (-1, 0), (0, 1), (0, -1)])
-def test_a_pose_between_reached_ones_is_tried_from_all_of_them(looked_at, monkeypatch, side):
-    """It is reached from one of its neighbours only, whichever that is, and one of its failures does not settle it."""
-    _, _, _, ds = looked_at
+def test_pose_between_reached_neighbours_is_tried_from_each(valid_map, monkeypatch, side):
+    """It can be reached from one neighbour only; failures from the others do not settle it."""
+    _, _, _, ds = valid_map
     reached = np.ones(ds["mode"].shape, dtype=bool)
     reached[6, 5] = False
     q = np.where(reached[..., None], ds["q"].values, np.nan)
@@ -167,17 +167,17 @@ def test_a_pose_between_reached_ones_is_tried_from_all_of_them(looked_at, monkey
         return ends, arrived & (~here | from_there)
 
     monkeypatch.setattr(continuity._Front, "follow", follow)
-    found = look(looked_at, q, reached)
+    found = checked(valid_map, q, reached)
     assert found.gained == 1
     np.testing.assert_allclose(found.q[0], ds["q"].values[6, 5], atol=1e-9)
 
 
 @pytest.mark.slow
-def test_rods_that_spin_are_no_modes():
+def test_spinning_rods_do_not_separate_assembly_modes():
     """The Delta's rods spin as their paths leave them; its workspace is where Clavel's inverse kinematics has solutions.
 
     At a height of −0.5 m each arm folds back upon its rods in one point of the map, where the elbow's two ways meet: so near to
-    it that they differ by less than 0.15 rad a grid of 50 mm does not tell them apart.
+    it that they differ by less than 0.15 rad a grid of 50 mm does not separate them.
     """
     robot, z = package_robots.robot("delta"), -0.5
     x, y = np.linspace(-1.1, 1.1, 23), np.linspace(-1.1, 1.1, 22)
@@ -201,7 +201,7 @@ def test_rods_that_spin_are_no_modes():
     np.testing.assert_allclose(ds["q"].values[reached & told][:, motors], expected[reached & told], atol=1e-9)
 
 
-def test_which_coordinates_are_loose():
+def test_only_spins_of_delta_rods_are_loose_coordinates():
     loose = {}
     for name in ("delta", "five_bar", "gough_stewart"):
         robot = package_robots.robot(name)
@@ -217,14 +217,14 @@ def test_which_coordinates_are_loose():
     assert loose["delta"] & spins == spins & set(ks.sweep("delta", {"x": [0.0], "y": 0.0, "z": -0.6})["joint_coordinate"].values)
 
 
-def test_nothing_is_reached_where_nothing_can_be():
+def test_grid_out_of_reach_is_entirely_unreachable():
     ds = ks.sweep("five_bar", {"x": np.linspace(2, 3, 5), "y": np.linspace(0, 1, 4)})
     assert np.all(ds["mode"] == NOT_REACHED) and np.all(ds["status"] == ks.Status.UNREACHABLE) and np.all(np.isnan(ds["twist"]))
 
 
 @pytest.mark.slow
-def test_a_large_map_is_looked_at_in_pieces(monkeypatch):
-    """A piece knows less, so that a pose beside a singular one may be given up; none is in the wrong mode."""
+def test_large_map_checked_in_pieces_stays_in_one_mode(monkeypatch):
+    """A piece has fewer neighbours: poses beside singular ones may be given up; none is in the wrong mode."""
     robot = five_bar()
     x, y = np.linspace(-0.6, 0.6, 41), np.linspace(-0.3, 0.6, 31)
     monkeypatch.setattr("kinetostatics.workspace.run.REGION", 7 * len(y) * 4)

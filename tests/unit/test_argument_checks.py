@@ -1,4 +1,4 @@
-"""Arguments that make no sense, in the same words everywhere."""
+"""Invalid counts and seeds are refused in the same words everywhere."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ RPS, VARY, OVER = ROBOTS / "3rps.urdf.xacro", {"rod_diameter": "5cm:6cm"}, {"z":
 
 
 @pytest.mark.parametrize("value", [3, np.int8(3), np.uint64(3), np.array(3)])
-def test_whole_numbers_of_any_kind(value):
+def test_whole_number_accepts_any_integer_type(value):
     found = whole_number("n", value, 3, 3)
     assert found == 3 and type(found) is int
 
@@ -32,14 +32,14 @@ def test_whole_numbers_of_any_kind(value):
         ("workers", lambda value: ks.sweep(robot("3rps"), OVER, workers=value, progress=False)),
     ],
 )
-def test_counts_are_refused_in_the_same_words(name, call, value):
+def test_invalid_counts_are_refused_in_the_same_words(name, call, value):
     if value is None and name in ("samples", "workers"):
         return
     with pytest.raises(ks.ArgumentError, match=rf"^{name} is .*; it must be a whole number from [12] (on|to \d+)"):
         call(value)
 
 
-def test_seeds_are_whole_numbers_too():
+def test_negative_seeds_are_refused():
     for call in (
         lambda: ks.tolerances(robot("3rps").assemble(), {"rod_1.outer_diameter": 1e-4}, seed=-1),
         lambda: ks.plan_measurements(robot("3rps"), ["rod_1"], 1, OVER, load=[0, 0, -9, 0, 0, 0], readings=["dz"], seed=-1),

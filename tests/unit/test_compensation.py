@@ -119,7 +119,7 @@ def test_singular_slopes_have_no_inverse(first_inverse):
 
 
 @pytest.mark.parametrize(("cosine", "is_upright"), [(0.11, True), (0.09, False)])
-def test_azimuth_and_tilt_are_commanded_as_two_rotations_of_upright_poses(cosine, is_upright):
+def test_azimuth_and_tilt_become_rotations_at_upright_poses(cosine, is_upright):
     orientation = orientation_named("tilt_torsion")
     target = SimpleNamespace(platform={"tilt": np.arccos([0.9, cosine])}, orientation=orientation)
     other = ("z", "rx", "ry"), orientation_named("XYZ")

@@ -1,4 +1,4 @@
-"""What the robot itself adds to its kinematics: hints where a person called, and whose pose it is."""
+"""Unit hints of a robot's methods at the caller's line, and the robot of a pose."""
 
 import warnings
 
@@ -10,7 +10,7 @@ from kinetostatics.robot import robot_of
 
 
 @pytest.mark.parametrize("given", [{"actuators": {"shoulder": 100.0, "elbow": 0.1}}, {"platform": {"x": 0.3, "z": 90.0}}])
-def test_numbers_that_look_like_other_units_are_warned_of_where_they_are_written(given):
+def test_unit_warnings_point_to_the_calling_line(given):
     machine = arm(kind="continuous")
     with pytest.warns(UserWarning, match="100 rad is|90 m is") as caught:
         machine.assemble(**given, on_failure="nan")
@@ -21,7 +21,7 @@ def test_numbers_that_look_like_other_units_are_warned_of_where_they_are_written
         machine.assemble()
 
 
-def test_a_pose_belongs_to_a_robot_that_has_statics():
+def test_robot_of_a_pose_must_have_statics():
     machine = arm()
     pose = machine.assemble()
     assert robot_of(pose) is machine

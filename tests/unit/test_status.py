@@ -1,4 +1,4 @@
-"""What is true of poses: the worst of it is their status, also in maps that store nothing else."""
+"""Facts of poses: their status is the worst of them, and maps without facts derive them from it."""
 
 import numpy as np
 from small_maps import map_of
@@ -6,7 +6,7 @@ from small_maps import map_of
 from kinetostatics.status import FACTS, Status, in_map, status_of
 
 
-def test_the_worst_fact_is_the_status_but_for_poses_without_numbers():
+def test_status_is_the_worst_fact_except_at_failed_poses():
     base = np.array([Status.OK, Status.OK, Status.UNREACHABLE, Status.SINGULAR], dtype=np.int8)
     everywhere, nowhere = np.ones(4, dtype=bool), np.zeros(4, dtype=bool)
     known = {name: fact.status for name, fact in FACTS.items() if fact.status is not None}
@@ -17,7 +17,7 @@ def test_the_worst_fact_is_the_status_but_for_poses_without_numbers():
     assert status_of(base, dict.fromkeys(FACTS, everywhere))[0] == list(known.values())[-1]
 
 
-def test_maps_without_facts_tell_them_by_the_status():
+def test_maps_without_facts_derive_them_from_status():
     ds = map_of({"x": (np.arange(len(Status)), "m")}, status=list(Status))
     for name, fact in FACTS.items():
         expected = [fact.status is not None and status == fact.status for status in Status]

@@ -1,4 +1,4 @@
-"""Numbers that look as if they were in degrees, mm or GPa are told, wherever they are given."""
+"""Hints at numbers that seem to be in degrees, mm or GPa, wherever they are given."""
 
 import re
 import warnings
@@ -37,7 +37,7 @@ def said_of(robot):
         ({"actuators": {"prismatic_1": 100, "prismatic_2": 0, "prismatic_3": 0}}, "prismatic_1 = 100 m is 114 times the"),
     ],
 )
-def test_errors_name_the_unit_that_may_be_meant(robot, given, hint):
+def test_errors_of_assemble_suggest_other_units(robot, given, hint):
     with warnings.catch_warnings(), pytest.raises(ks.AssemblyError) as caught:
         warnings.simplefilter("error")
         robot.assemble(**given)
@@ -46,7 +46,7 @@ def test_errors_name_the_unit_that_may_be_meant(robot, given, hint):
 
 @pytest.mark.few(3)
 @pytest.mark.parametrize("name", sorted(shipped_robots()))
-def test_ordinary_coordinates_are_not(name):
+def test_ordinary_coordinates_cause_no_unit_warnings(name):
     robot = package_robots.robot(name)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -57,7 +57,7 @@ def test_ordinary_coordinates_are_not(name):
             robot.assemble(platform=pose.platform_coordinates("XYZ"), orientation="XYZ", on_failure="nan")
 
 
-def test_a_tip_of_a_tool_in_millimetres(robot):
+def test_tool_tips_in_millimetres_cause_a_warning(robot):
     pose = robot.assemble()
     result = ks.analyze(pose)
     with pytest.warns(UserWarning, match=r"point lies 200 m from o, 229 times .* write 0\.2 for 200 mm, or 200mm on"):
@@ -75,7 +75,7 @@ def test_a_tip_of_a_tool_in_millimetres(robot):
         result.at_point((0, 0, 8))
 
 
-def test_the_command_line_warns_in_one_line(capsys):
+def test_command_prints_unit_warnings_in_one_line(capsys):
     assert main("analyze 3rps --tool 0 0 200".split()) == 0
     assert capsys.readouterr().err.count("kinetostatics: warning: point lies 200 m from o") == 1
     assert main("analyze delta --platform x=0 y=0 z=-90".split()) == 2
@@ -91,7 +91,7 @@ def changed(old, new, text=RPS, count=1):
     return ks.Robot(parse_robot_text(text.replace(old, new, count)))
 
 
-def test_an_rpy_in_degrees():
+def test_rpy_in_degrees_causes_a_warning():
     text = odd_robots.four_bar()
     found = re.search(r'<joint name="head".*?rpy="([^"]*)"', text, re.DOTALL)
     text = text[: found.start(1)] + "0 90 0" + text[found.end(1) :]
@@ -102,7 +102,7 @@ def test_an_rpy_in_degrees():
     assert "Angles in degrees would explain this" in said_of(robot)[0]
 
 
-def test_limits_in_degrees_and_mm():
+def test_limits_in_degrees_and_mm_cause_warnings():
     angles = changed('lower="-10" upper="10"', 'lower="-60" upper="60"', odd_robots.four_bar())
     lengths = changed('name="rod_length_max" default="1.0"', 'name="rod_length_max" default="1000"')
     for said in said_of(angles):
@@ -118,14 +118,14 @@ def test_limits_in_degrees_and_mm():
         ({"density": 7.8e-9}, "7.8e-09 kg/m³; densities are in kg/m³ (steel: 7850): 7.8e-09 t/mm³ is 7800, and lengths are in m"),
     ],
 )
-def test_moduli_and_densities_in_other_units(parameters, words):
+def test_moduli_and_densities_in_other_units_cause_warnings(parameters, words):
     for said in said_of(ks.load_robot("3rps", parameters)):
         assert (
             f"beams rod_1, rod_2 and rod_3 have a {'density' if 'density' in parameters else 'Young'}" in said and words in said
         )
 
 
-def test_a_motor_of_a_screw_may_turn_often():
+def test_wide_limits_of_screw_motors_cause_no_warning():
     limit = '<limit lower="-100" upper="100" effort="1" velocity="1"/>'
     motor = f'<joint name="motor" type="revolute"><parent link="base"/><child link="cap"/>{limit}</joint><link name="cap"/>'
     nut = motor.replace("motor", "nut").replace("cap", "cup").replace("</joint>", '<mimic joint="motor"/></joint>')
@@ -135,8 +135,8 @@ def test_a_motor_of_a_screw_may_turn_often():
 
 
 @pytest.mark.slow
-def test_tolerances_in_millimetres(robot):
-    """0.1 without a unit is a whole length of the robot; a part of it, or a unit, says what is meant."""
+def test_tolerances_in_millimetres_cause_a_warning(robot):
+    """Numbers without a unit near the robot's size; smaller ones or those with a unit cause none."""
     pose = robot.assemble()
     with pytest.warns(UserWarning, match=r"rod_1.outer_diameter = 0.03 m is 0.3 times the length itself of 0.1 m") as told:
         ks.tolerances(pose, {"rod_1.outer_diameter": 0.03}, samples=2)
@@ -156,7 +156,7 @@ def test_tolerances_in_millimetres(robot):
         )
 
 
-def test_parameters_of_a_file_in_millimetres():
+def test_file_parameters_in_millimetres_cause_a_warning():
     with pytest.warns(UserWarning, match=r"^rod_diameter = 80 m is 800 times the file's own 0.1 m: ") as told:
         ks.load_robot("3rps", {"rod_diameter": 80})
     assert len(told) == 1 and told[0].filename == __file__ and "write 0.08 for 80 mm" in str(told[0].message)

@@ -1,4 +1,4 @@
-"""The statistics of calibration on straight lines and small tables, against what leaving readings out gives."""
+"""The statistics of calibration on straight lines and small tables, against fits that leave readings out."""
 
 import itertools
 
@@ -26,7 +26,7 @@ def line_fit(J, readings, sigma_known=False):
 
 
 def studentized_by_leaving_out(J, readings, k, sigma_known=False):
-    """Return the error of a reading foretold by the others, over its standard deviation."""
+    """Return the error of predicting a reading from the others, over its standard deviation."""
     rest = np.delete(np.arange(len(readings)), k)
     x, squares = np.linalg.lstsq(J[rest], readings[rest], rcond=None)[:2]
     variance = 1.0 if sigma_known else float(squares[0]) / (len(rest) - J.shape[1])
@@ -35,7 +35,7 @@ def studentized_by_leaving_out(J, readings, k, sigma_known=False):
 
 
 @pytest.mark.parametrize("sigma_known", [False, True])
-def test_an_outlier_is_one_from_the_bound_on(sigma_known):
+def test_outliers_begin_at_the_bonferroni_bound(sigma_known):
     """Bonferroni's bound on the largest of eight, with the degrees of freedom of a fit without the reading."""
     scale = 1e3 if sigma_known else 1.0
     beyond = FALSE_ALARM / 2 / 8
@@ -57,20 +57,20 @@ def test_an_outlier_is_one_from_the_bound_on(sigma_known):
     np.testing.assert_allclose(studentized, found, rtol=1e-8)
 
 
-def test_outliers_are_sought_while_two_readings_are_left_over():
+def test_outliers_are_found_with_two_surplus_readings():
     readings = np.array([1e-3, -1e-3, 0.7e-3, 1e3, -0.4e-3])
     J = np.vander(np.arange(5.0), 3)
     assert outliers(line_fit(J, readings), 1.0)[1].tolist() == [False, False, False, True, False]
 
 
-def test_a_reading_that_alone_tells_an_unknown_is_no_outlier():
-    """Whatever it is, the fit goes through it."""
+def test_reading_that_alone_determines_an_unknown_is_no_outlier():
+    """The fit passes through any value of it."""
     J = np.column_stack([LINE, np.arange(8) == 2])
     studentized, bad = outliers(line_fit(J, NOISE), 1.0)
     assert studentized[2] == 0 and not bad.any() and np.all(studentized[np.arange(8) != 2] != 0)
 
 
-def test_rounding_has_no_outliers():
+def test_rounding_errors_are_no_outliers():
     """Beside readings of a thousand, a residual of 1e-6 is rounding, however far it is from the others."""
     readings = 1e3 + 1e-9 * np.sign(NOISE)
     readings[3] += 9e-7
@@ -78,8 +78,8 @@ def test_rounding_has_no_outliers():
     assert not bad.any() and not studentized.any()
 
 
-def test_what_readings_see_only_after_a_while_is_found():
-    """A factor of something that is zero at the start: no reading depends on it before that has been found."""
+def test_unknowns_without_initial_influence_are_found():
+    """A factor of a quantity that is zero at the start of the search."""
     found = fit(
         lambda x: np.array([x[0], x[0] * x[1], x[0] + x[0] * x[1]]),
         lambda x: np.array([[1, 0], [x[1], x[0]], [1 + x[1], x[0]]]),
@@ -102,22 +102,22 @@ def test_what_readings_see_only_after_a_while_is_found():
         ((1.0, -4.0, 2.0), "a, b and c cannot be distinguished: a change of all in a fixed ratio"),
     ],
 )
-def test_the_identifiable_combination_of_indistinguishable_unknowns(direction, seen):
+def test_identifiable_combination_of_indistinguishable_unknowns_is_named(direction, seen):
     """It does not change along the unidentifiable direction."""
     unknowns = [Unknown(name, "argument", "", 1.0, 1.0) for name in "abc"[: len(direction)]]
     (found,) = unidentifiable(unknowns, np.array([direction]).T / np.linalg.norm(direction))
     assert seen in str(found)
 
 
-def test_directions_that_are_not_seen_have_few_unknowns():
-    """Of mixed bases of a space, that is chosen in which most unknowns have no part."""
+def test_unidentifiable_directions_have_few_unknowns():
+    """A mixed basis of the directions is replaced by the sparsest one."""
     unknowns = [Unknown(name, "argument", "", 1.0, 1.0) for name in "abcde"]
     space = np.array([[1.0, -1.0, 0, 0, 0], [0, 0, 1.0, 2.0, 0]]).T @ np.array([[0.6, 0.8], [-0.8, 0.6]])
     found = unidentifiable(unknowns, space)
     assert sorted(tuple(sorted(item.direction)) for item in found) == [("a", "b"), ("c", "d")]
 
 
-def test_no_exchange_makes_a_plan_better():
+def test_no_exchange_improves_a_measurement_plan():
     rng = np.random.default_rng(4)
     for _ in range(5):
         blocks = rng.standard_normal((9, 1, 3)) * rng.uniform(0.1, 3.0, (9, 1, 1))
@@ -133,14 +133,14 @@ def test_no_exchange_makes_a_plan_better():
 
 
 @pytest.mark.parametrize(("size", "rank"), [(3e-6, 2), (0.3e-6, 1)])
-def test_columns_below_a_millionth_are_not_seen(size, rank):
+def test_jacobian_columns_below_a_millionth_are_unidentifiable(size, rank):
     """One that is small by itself, and one that is nearly a multiple of another."""
     assert determined(np.array([[1.0, 0.0], [0.0, size]]))[1].shape[1] == rank
     assert determined(np.array([[1.0, 1.0], [0.0, 2 * size]]))[1].shape[1] == rank
 
 
 @pytest.mark.parametrize(("part", "is_determined"), [(2e-5, False), (0.5e-5, True)])
-def test_an_unknown_with_next_to_no_part_in_what_is_not_seen_is_determined(part, is_determined):
+def test_unknowns_hardly_in_unidentifiable_directions_are_determined(part, is_determined):
     found = determined_ones(np.array([[2.0, 0.0], [2 * part, 0.0], [0.0, 1.0]]))
     assert found.tolist() == [False, is_determined, False] and determined_ones(np.zeros((2, 0))).tolist() == [True, True]
     unknowns = [Unknown(name, "argument", "", 1.0, 1.0) for name in "ab"]
@@ -148,14 +148,14 @@ def test_an_unknown_with_next_to_no_part_in_what_is_not_seen_is_determined(part,
     assert list(only.direction) == (["a"] if is_determined else ["a", "b"])
 
 
-def test_an_unknown_that_no_reading_sees_is_scaled_as_the_others():
+def test_unknowns_without_influence_are_scaled_like_the_others():
     scale, seen, null = determined(np.array([[4.0, 0.0], [3.0, 0.0]]))
     np.testing.assert_allclose(scale, [0.2, 0.2])
     np.testing.assert_allclose(np.abs(np.hstack([seen, null])), np.eye(2), atol=1e-12)
 
 
-def test_unknowns_of_a_payload_are_moments():
-    """Mass and first moments are varied, of which centres are told with their derivatives."""
+def test_payload_centres_are_varied_as_first_moments():
+    """Centres and their derivatives follow from mass and first moments."""
     robot = package_robots.robot("3rps")
     names = ["payload.mass", "payload.x", "payload.z", "rod_1"]
     found = Unknowns(robot, names, {}, ks.Payload(2.0, (0.1, 0.2, 0.3)), {})
@@ -168,8 +168,8 @@ def test_unknowns_of_a_payload_are_moments():
     np.testing.assert_allclose(factors, np.transpose(differences), atol=1e-9)
 
 
-def test_a_search_may_come_to_a_payload_without_mass():
-    """Its first moment is what weighs then, a couple, and its centre is not a number."""
+def test_payload_model_is_defined_at_zero_mass():
+    """The first moment acts as a couple then, and the centre is NaN."""
     robot = package_robots.robot("3rps")
     gauges = {"dz": ks.Gauge((0, 0, 1)), "drx": ks.Gauge((1, 0, 0), measures="rotation")}
     unknowns = Unknowns(robot, ["payload.mass", "payload.y"], gauges, None, {})

@@ -35,7 +35,7 @@ def search_with(choice):
 
 
 def test_all_rows_of_a_catalogue_are_tried_beside_a_range(tried):
-    """Nothing lies between tubes of which diameter and wall are told together."""
+    """Rows of a diameter and a wall cannot be interpolated."""
     ends, how = search_with(Choice(("diameter", "wall"), ROWS))
     assert tried == [{"diameter": a, "wall": b} for a, b in ROWS] and "5 of 5" in how
     assert ends == [{"length": 0.3, **one} for one in tried]
@@ -43,14 +43,14 @@ def test_all_rows_of_a_catalogue_are_tried_beside_a_range(tried):
         search_with(Choice(("diameter", "wall"), 9 * ROWS))
 
 
-def test_of_a_list_the_values_around_the_best_one_are_tried_beside_a_range(tried):
+def test_list_values_around_the_continuous_optimum_are_tried(tried):
     ends, how = search_with(Choice(("diameter",), tuple(row[:1] for row in ROWS)))
     assert sorted(one["diameter"] for one in tried) == [0.03, 0.04, 0.05] and "3 of 5" in how
     assert ends == [{"length": 0.3, **one} for one in tried]
 
 
 @pytest.mark.parametrize(("values", "own"), [([0.02, 0.02], True), ([0.02, 0.03], False)])
-def test_numbers_that_are_to_be_alike_may_not_be_so_in_the_file(values, own):
+def test_tied_dimensions_may_differ_in_the_file(values, own):
     alike = {"rod_*.diameter": [SimpleNamespace(value=value) for value in values], "length": [SimpleNamespace(value=0.5)]}
     sizes = VariedNumbers(None, alike)
     assert sizes.are_own == own and sizes.own("rod_*.diameter") == pytest.approx(sum(values) / 2)

@@ -18,7 +18,7 @@ def result(name):
     return ks.analyze(package_robots.robot(name).assemble(), LOAD, gravity=(0.4, -0.9, -9.7))
 
 
-def test_the_paper_s_3rps():
+def test_gravity_mechanisms_of_the_3rps_equal_the_paper():
     """Configuration 2, Δ_dz: platform −22.0, attached −2.2, deformation −49.9 nm; together −74.1, as in Table 1."""
     robot = package_robots.robot("3rps")
     pose = robot.assemble(platform={"z": 0.5, "azimuth": np.radians(-170), "tilt": np.radians(10)}, orientation="tilt_torsion")
@@ -31,7 +31,7 @@ def test_the_paper_s_3rps():
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", NAMES)
-def test_both_ways_are_those_of_equation_12(name):
+def test_gravity_mechanisms_follow_equation_12(name):
     found = result(name)
     scale = max(np.abs(twist).max() for twist in found.contributions.values())
     for limb, ways in found.mechanism_contributions.items():
@@ -46,7 +46,7 @@ def test_both_ways_are_those_of_equation_12(name):
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", NAMES)
-def test_forces_of_drives_are_split_alike(name):
+def test_actuator_gravity_mechanisms_add_up_to_contributions(name):
     found = result(name)
     scale = max(np.abs(force) for force in found.actuator_forces.values())
     for drive, limbs in found.actuator_mechanism_contributions.items():
@@ -57,13 +57,13 @@ def test_forces_of_drives_are_split_alike(name):
                 assert abs(ways["deformation"]) < 1e-9 * scale
 
 
-def test_redundant_drives_share_what_deformation_makes():
+def test_deformation_under_gravity_loads_redundant_actuators():
     found = result("anymal_standing")
     forces = [ways["deformation"] for limbs in found.actuator_mechanism_contributions.values() for ways in limbs.values()]
     assert np.abs(forces).max() > 0.1
 
 
-def test_assembly_errors_and_batches_keep_their_places():
+def test_gravity_mechanisms_do_not_depend_on_assembly_errors():
     robot = package_robots.robot("2pru_upr")
     assembly_errors = {"prismatic_1": [1e-4, 0, 0, 0, 0, 0]}
     poses = robot.assemble(platform={"z": [0.55, 0.6], "rx": 0.05, "ry": -0.1}, orientation="XYZ")
@@ -74,7 +74,7 @@ def test_assembly_errors_and_batches_keep_their_places():
             np.testing.assert_allclose(twist, plain.mechanism_contributions[limb][which], rtol=1e-10, atol=1e-16)
 
 
-# ---- the same in everything that moves and carries -----------------------------------------------------------------------
+# ---- all contributions split by mechanism ---------------------------------------------------------------------------------
 
 
 def sums(contributions, limbs):
@@ -86,7 +86,7 @@ def sums(contributions, limbs):
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", NAMES)
-def test_every_contribution_is_split_alike(name):
+def test_split_contributions_add_up_to_the_whole(name):
     whole, split = result(name), result(name).by_mechanism
     assert split.by_mechanism.contributions.keys() == split.contributions.keys()
     np.testing.assert_allclose(split.twist, whole.twist, rtol=0, atol=1e-12 * np.abs(whole.twist).max())
@@ -108,8 +108,8 @@ def test_every_contribution_is_split_alike(name):
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", NAMES)
-def test_limbs_hold_together_in_each_way(name):
-    """Each contribution by itself leaves limbs and platform together: the way along a limb ends where the platform is."""
+def test_limb_ends_move_with_the_platform_per_contribution(name):
+    """For each contribution by itself, the motion at the end of a limb is that of the platform."""
     split = result(name).by_mechanism
     (solution,), (deformation,) = split.solutions, split._deformations
     ends = [
@@ -142,7 +142,7 @@ def joints_at_ends(found):
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", NAMES)
-def test_axial_forces_are_split_as_those_of_joints(name):
+def test_split_axial_forces_equal_split_joint_forces(name):
     split = result(name).by_mechanism
     scale = max(np.abs(beam.section_wrenches[..., 0]).max() for beam in split.beams.values())
     pairs = list(joints_at_ends(split))
@@ -153,7 +153,7 @@ def test_axial_forces_are_split_as_those_of_joints(name):
             assert force == pytest.approx(sign * along, abs=1e-9 * scale), (beam, joint, source)
 
 
-def test_parts_due_to_gravity_are_summed_over_the_limbs_and_the_platforms_weight_stands_alone():
+def test_gravity_mechanisms_are_summed_over_limbs():
     platform = np.array([1.0, 2.0])
     limbs = {"limb_1": {"attached": platform * 10, "deformation": platform * 100}}
     limbs["limb_2"] = {"attached": platform * 20, "deformation": platform * 300}

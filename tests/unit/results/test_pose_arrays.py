@@ -1,4 +1,4 @@
-"""A pose that cannot be reached has no numbers: every public array is NaN there."""
+"""Every public array is NaN at a pose that cannot be reached."""
 
 from collections.abc import Mapping
 
@@ -10,13 +10,13 @@ import kinetostatics as ks
 from kinetostatics.results.parts import BeamResult, LimbResult
 
 PUBLIC = (ks.Result, ks.Configuration, LimbResult, BeamResult)
-#: What belongs to the robot or to how a batch is kept, not to its poses.
+#: Attributes of the robot or of a batch's storage, not of its poses.
 INNER = {
     *("solutions", "robot", "poses", "frames", "model_q", "loop_residual", "loop_gaps", "beam", "stations", "model", "data"),
     "by_mechanism",
 }
-#: What actuators were asked for, and by how much joints miss their limits, is told of failed poses too.
-ASKED = ("configuration.actuators", "configuration.limits_exceeded")
+#: Prescribed actuator coordinates and excesses over limits, which failed poses have as well.
+PRESCRIBED = ("configuration.actuators", "configuration.limits_exceeded")
 
 
 def arrays(found, name=""):
@@ -46,13 +46,13 @@ def far(name):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["orthoglide", "delta", "tripteron", "linear_delta"])
-def test_every_array_is_nan_where_a_pose_is_not_reached(name):
+def test_every_array_is_nan_at_unreached_poses(name):
     poses = far(name)
     result = ks.analyze(poses, load=(0, 0, -5, 0, 0, 0))
     assert result.status.tolist() == [ks.Status.OK, ks.Status.UNREACHABLE]
     seen = set()
     for what, array in arrays(result):
-        if what.startswith(ASKED):
+        if what.startswith(PRESCRIBED):
             continue
         assert array.shape[0] == 2, what
         if array.dtype.kind == "f":
@@ -63,7 +63,7 @@ def test_every_array_is_nan_where_a_pose_is_not_reached(name):
     assert ("part_contributions" in seen) == any(len(limb.parts) > 1 for limb in poses.robot.topology.limbs)
 
 
-def test_every_array_of_one_pose_is_nan_where_it_is_not_reached():
+def test_every_array_of_a_single_unreached_pose_is_nan():
     robot = package_robots.robot("five_bar")
     values = np.linspace(-2.5, 2.5, 41)
     drives = list(robot.description.driven)
@@ -73,12 +73,12 @@ def test_every_array_of_one_pose_is_nan_where_it_is_not_reached():
     at = tuple(np.argwhere(status == ks.Status.UNREACHABLE)[0])
     one = robot.configuration(poses.q[at], on_failure="nan")
     for what, array in arrays(ks.analyze(one, on_failure="nan")):
-        if array.dtype.kind == "f" and not what.startswith(ASKED):
+        if array.dtype.kind == "f" and not what.startswith(PRESCRIBED):
             assert np.all(np.isnan(array)), what
 
 
 @pytest.mark.parametrize("engine", ["numpy", "compiled"])
-def test_joint_coordinates_that_are_no_numbers_give_none_whichever_limb_they_are_of(engine):
+def test_nan_joint_coordinates_make_a_pose_unreachable(engine):
     robot = package_robots.robot("five_bar")
     here = robot.assemble().q
     for k in range(here.size):
@@ -90,7 +90,7 @@ def test_joint_coordinates_that_are_no_numbers_give_none_whichever_limb_they_are
             assert np.array_equal(np.isnan(found.twist[..., 0]), found.status == ks.Status.UNREACHABLE)
 
 
-def test_drives_of_poses_that_are_not_reached_have_no_position():
+def test_actuator_positions_of_unreached_poses_are_nan():
     machine = package_robots.robot("orthoglide")
     pose = machine.assemble(platform={"x": [0.0, 9.0], "y": 0.0, "z": 0.0})
     assert pose.status.tolist() == [ks.Status.OK, ks.Status.UNREACHABLE]

@@ -8,8 +8,8 @@ import kinetostatics as ks
 from kinetostatics.results.compensation import shift_of, uncorrectable_directions
 
 
-def test_axes_that_tell_little_are_chosen_anew():
-    """A plate that moves along a circle: with upright rods along x, so that y and z tell what is left; with flat ones along z."""
+def test_basis_of_uncorrectable_twists_changes_with_the_pose():
+    """A plate on a circular path moves along x with upright rods, so that y and z are left, and along z with flat ones."""
     robot = ks.Robot(parallelogram())
     angles = np.array([0.0, 1.5, 1.52])
     batch = uncorrectable_directions(robot.assemble(actuators={"a": angles}), None)
@@ -24,6 +24,6 @@ def test_axes_that_tell_little_are_chosen_anew():
     ("wanted", "corrected", "turn"),
     [(3.1, -3.1, 2 * np.pi - 6.2), (-3.1, 3.1, 6.2 - 2 * np.pi), (0.1, 0.3, 0.2), (0.0, 12.6, 12.6 - 4 * np.pi)],
 )
-def test_shifts(wanted, corrected, turn):
+def test_hinge_corrections_are_taken_within_half_a_turn(wanted, corrected, turn):
     assert shift_of(np.array([wanted]), np.array([corrected]), False) == pytest.approx(turn, abs=1e-12)
     assert shift_of(np.array([wanted]), np.array([corrected]), True) == corrected - wanted

@@ -45,13 +45,13 @@ def warnings_of(description):
 # ---- bearings --------------------------------------------------------------------------------------------------------
 
 
-def test_rigid_bearings_are_an_assumption_that_check_tells():
+def test_check_states_the_assumption_of_rigid_bearings():
     plain = parallelogram()
     assert RIGID in str(ks.Robot(plain)) and warnings_of(plain) == []
     assert RIGID not in str(ks.Robot(plain.with_part(JointStiffness("a", drive=1e5))))
 
 
-def test_a_welded_frame_has_no_bearings():
+def test_welded_frame_needs_no_bearing_assumption():
     welded = RobotDescription.of(
         "mast",
         links=[Link("ground"), Link("mast"), Link("top", 2.0)],
@@ -65,7 +65,7 @@ def test_a_welded_frame_has_no_bearings():
 # ---- masses ----------------------------------------------------------------------------------------------------------
 
 
-def test_a_platform_without_mass():
+def test_platform_without_mass_causes_one_warning():
     text = "the platform has no mass: give its link an <inertial>"
     assert text not in warnings_of(parallelogram()) and text in warnings_of(parallelogram(plate=0.0))
     meant = parallelogram(plate=0.0)
@@ -73,10 +73,10 @@ def test_a_platform_without_mass():
     assert text not in warnings_of(meant)
     assert text not in warnings_of(parallelogram(plate=0.0).with_payload("tool", "plate", 1.0))
     drawn = parallelogram(plate=0.0).changed("plate", extra=SHAPE)
-    assert sum("mass" in warning for warning in warnings_of(drawn)) == 1  # one word of one thing
+    assert sum("mass" in warning for warning in warnings_of(drawn)) == 1  # one warning only
 
 
-def test_limbs_that_weigh_nothing():
+def test_limbs_without_mass_cause_a_warning():
     bare = parallelogram().without_beam("right")
     assert "limb_2 weighs nothing: its links have no <inertial>" in warnings_of(bare)
     both = bare.without_beam("left")
@@ -89,8 +89,8 @@ def test_limbs_that_weigh_nothing():
     assert "nothing in the file has a mass" in nothing and not any("<inertial>" in text for text in nothing)
 
 
-def test_drawn_links_without_mass():
-    """A motor on a beam's joint, drawn and not weighed; not so where it is welded to what weighs, or says that it weighs 0."""
+def test_drawn_links_without_mass_cause_a_warning():
+    """A motor on a beam's joint has a shape only; no warning where it is welded to a mass, or given the mass 0."""
     text = "motor has a shape but no mass: add an <inertial>, with the mass 0 if it is massless"
     plain = parallelogram()
 
@@ -109,7 +109,7 @@ def test_drawn_links_without_mass():
     assert any(warning.startswith("motor and flag have shapes but no mass") for warning in warnings_of(two))
 
 
-def test_no_false_alarms_for_the_shipped_robots():
+def test_shipped_robots_cause_no_false_warnings():
     texts = [(Path("tests/golden") / f"{name}.txt").read_text(encoding="utf-8") for name in ks.robots()]
     assert len(texts) == 16
     for text in texts:
@@ -127,7 +127,7 @@ def gough_at(degrees):
     return ks.analyze(robot.assemble(platform={"x": 0, "y": 0, "z": z, "rx": 0, "ry": 0, "rz": np.radians(degrees)}))
 
 
-def test_the_constraint_index_is_the_smallest_singular_value_of_the_legs_lines():
+def test_constraint_index_is_smallest_singular_value_of_leg_lines():
     """Each leg can only push and pull along itself; moments are divided by the robot's length. All poses in one batch."""
     result = gough_at(np.array([0, 40, 88.5]))
     indices = near_singularity(result).constraint_index
@@ -140,7 +140,7 @@ def test_the_constraint_index_is_the_smallest_singular_value_of_the_legs_lines()
         assert indices[k] == pytest.approx(np.linalg.svd(lines, compute_uv=False)[-1], rel=1e-9)
 
 
-def test_poses_near_a_singular_one_are_warned_of():
+def test_nearly_singular_poses_cause_a_warning():
     """The index falls with the angle to the quarter turn; the warning begins where it is 1/50."""
     low, high = 85.0, 89.0
     for _ in range(2):  # the index is nearly linear in the angle
@@ -158,7 +158,7 @@ def test_poses_near_a_singular_one_are_warned_of():
     assert float(value) == pytest.approx(1 / after.compliance[5, 5], rel=0.01)  # of a moment about the vertical alone
 
 
-def test_poses_of_a_batch_near_a_singular_one_are_counted():
+def test_nearly_singular_poses_of_a_batch_are_counted():
     (text,) = [text for text in gough_at(np.array([0.0, 60.0, 88.5, 89.5])).warnings if "singular" in text]
     assert text.startswith("2 of 4 poses are nearly singular, at the worst: the platform is almost free in a rotation about")
     drives = {"prismatic_1": [50.0], "prismatic_2": 0.0, "prismatic_3": 0.0}
@@ -167,7 +167,7 @@ def test_poses_of_a_batch_near_a_singular_one_are_counted():
         assert not np.any(near_singularity(none).where) and not any("singular" in text for text in none.warnings)
 
 
-def test_a_zero_pose_beside_a_singular_one_is_said_by_check():
+def test_check_reports_a_nearly_singular_zero_pose():
     """Rods that lie nearly along the plate let it turn about the left rod's end."""
     for lean, near in ((0.0, False), (1.45, False), (1.56, True)):
         found = [text for text in warnings_of(parallelogram(lean)) if "nearly singular" in text]
@@ -175,7 +175,7 @@ def test_a_zero_pose_beside_a_singular_one_is_said_by_check():
     assert found[0].startswith("the zero pose is nearly singular: the platform is almost free in a rotation about")
 
 
-def test_rigid_robots_are_judged_too():
+def test_rigid_robots_get_singularity_warnings_without_stiffness():
     rigid = parallelogram(1.56).without_beam("left").without_beam("right")
     robot = ks.Robot(rigid.changed("left", mass=1.0).changed("right", mass=1.0))
     (text,) = [text for text in ks.analyze(robot.assemble()).warnings if "singular" in text]
@@ -193,7 +193,7 @@ def tilting(lean):
 
 
 @pytest.mark.slow
-def test_networks_that_nearly_collapse_are_said():
+def test_nearly_singular_networks_cause_a_warning():
     """The rods' forces under a moment grow with the inverse of the sine of the angle between rods and plate."""
     upright = near_singularity(tilting(0.0))
     assert upright.constraint_index == pytest.approx([1.0], rel=1e-9) and upright.force_amplification == pytest.approx(
@@ -215,7 +215,7 @@ def warned(residual=0.0, twist=(0.0,) * 6, length=2.0):
     )
 
 
-def test_open_loops_and_large_motions_are_warned_of():
+def test_open_loops_and_large_motions_cause_warnings():
     assert _open_loops(warned(0.9e-9)) == [] and _open_loops(warned([0, np.nan])) == []
     assert "open by up to 1.1e-09" in _open_loops(warned([1.1e-9, 0]))[0]
     assert _large_motions(warned(twist=[0.11, 0.16, 0, 0.09, 0, 0])) == []
@@ -227,7 +227,8 @@ def test_open_loops_and_large_motions_are_warned_of():
 
 
 @pytest.mark.parametrize(("ratio", "words"), [(0.049, ""), (0.051, "linear theory"), (0.999, "linear theory"), (1, "no result")])
-def test_members_that_buckle_together_share_one_warning_from_a_twentieth_of_their_buckling_load_on(ratio, words, monkeypatch):
+def test_buckling_warnings_begin_at_a_twentieth_of_the_load(ratio, words, monkeypatch):
+    """Beams with equal ratios to their buckling loads share a warning."""
     monkeypatch.setattr(warnings, "_changed_stiffness", lambda result: "")
     ratios = {"a": [0.2, 1.5], "b": [0.2, 1.5], "c": ratio, "d": [np.nan, 0.0]}
     beams = {name: SimpleNamespace(name=name, euler_ratio=np.array(ratio)) for name, ratio in ratios.items()}
@@ -237,7 +238,7 @@ def test_members_that_buckle_together_share_one_warning_from_a_twentieth_of_thei
 
 
 @pytest.mark.parametrize(("part", "joints"), [(0.9e-9, "a, c"), (1.1e-9, "a, b, c"), (-1.1e-9, "a, b, c")])
-def test_joints_that_rounding_alone_loads_have_no_part_in_a_self_stress(part, joints):
+def test_joints_loaded_only_by_rounding_have_no_self_stress(part, joints):
     """Two cut joints that carry opposite forces of 2 N but for ``part`` of them: b carries their sum, a and c one each."""
     loose = np.zeros((2, 6, 1, 1, 1))
     loose[0, 0], loose[1, 0] = 2.0, -2.0 * (1 + part)
@@ -265,19 +266,19 @@ def network(**changes):
     return SimpleNamespace(J_c=J_c, cut_wrenches=cut_wrenches, **changes)
 
 
-def test_forces_in_the_joints_of_a_network_leave_moments_out():
+def test_joint_forces_of_a_network_exclude_moments():
     sizes, wrenches = _joint_forces(network(), 2.0)
     assert sizes == pytest.approx(5.0, rel=1e-12)
     np.testing.assert_allclose(np.abs(wrenches[0, 0]), [1, 0, 0, 0, 0, 0], atol=1e-12)
 
 
-def test_moments_count_by_the_characteristic_length():
+def test_moments_are_scaled_by_the_characteristic_length():
     Q, R = _bases(network(), 4.0)
     np.testing.assert_allclose(np.abs(R[0, 0]), [[1, 0], [0, 0.5]], atol=1e-15)
     np.testing.assert_allclose(np.abs(Q[0, 0]), np.eye(6)[:, [0, 5]], atol=1e-15)
 
 
-def test_which_poses_are_nearly_singular():
+def test_thresholds_and_worst_pose_of_near_singularity():
     found = NearSingularity(np.array([0.021, 0.019, 1.0, 1.0, np.nan]), np.array([0.0, 0, 49, 51, np.nan]))
     assert found.where.tolist() == [False, True, False, True, False]
     assert NearSingularity(np.array([0.5, 0.1, 0.3]), np.array([1.0, 2, 11])).worst == 2
@@ -285,13 +286,13 @@ def test_which_poses_are_nearly_singular():
 
 
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr", "delta"])
-def test_joints_are_not_called_dependent_at_ordinary_poses(name):
-    """Which would cost a decision about every pose by itself, and where they are dependent there would be none."""
+def test_joint_dependence_is_not_doubtful_at_ordinary_poses(name):
+    """Doubtful poses are decided one by one, which is slow."""
     found = ks.analyze(package_robots.robot(name).assemble())
     assert not any(item.doubtful.any() for item in found.solutions[0].statics)
 
 
-# ---- one list, which no number waits for -----------------------------------------------------------------------------
+# ---- one list, computed only on request ------------------------------------------------------------------------------
 
 
 CASE = TESTS / "cases" / "wrong_motor_axis.urdf.xacro"
@@ -303,7 +304,7 @@ def told(text):
     return " ".join(text.replace("! ", " ").split())
 
 
-def test_what_check_warns_of_every_result_warns_of():
+def test_warnings_of_check_are_in_every_result():
     robot = ks.load_robot(CASE)
     result, batch = ks.analyze(robot.assemble()), ks.analyze(robot.configuration([robot.assemble().q] * 2))
     (warning,) = robot.warnings
@@ -316,7 +317,7 @@ def test_what_check_warns_of_every_result_warns_of():
     assert told(str(result)).endswith(f"Warnings {warning}")
 
 
-def test_the_command_says_it_where_the_result_stands_and_once(capsys):
+def test_command_prints_warnings_once_in_the_result(capsys):
     assert main(["analyze", "3rps", "--set", "rod_diameter=80"]) == 0
     out, err = capsys.readouterr()
     warning = "beams rod_1, rod_2 and rod_3: thicker (80.00 m) than long (550.0 mm); sizes are in m"
@@ -324,13 +325,13 @@ def test_the_command_says_it_where_the_result_stands_and_once(capsys):
     assert "thicker" not in err
 
 
-def test_numbers_do_not_wait_for_it(monkeypatch):
+def test_warnings_are_computed_only_when_read(monkeypatch):
     monkeypatch.setattr(check, "robot_facts", lambda robot: pytest.fail("asked for before anybody reads it"))
     result = ks.analyze(ks.load_robot("3rps").assemble())
     assert result.twist.shape == (6,) and result.beams and result.status == ks.Status.OK
 
 
-def test_what_is_true_of_the_zero_pose_alone_is_not_said_of_others():
+def test_zero_pose_warnings_are_not_repeated_at_other_poses():
     robot = beyond_limits()
     (warning,) = check.robot_facts(robot).warnings
     assert warning == "at the zero pose foot (0°) is beyond its limits" and robot.warnings == ()

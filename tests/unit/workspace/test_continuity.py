@@ -1,4 +1,4 @@
-"""Which steps between poses of a map are too large for one assembly mode, and where ways to other poses start."""
+"""Steps between poses of a map that are too large for one assembly mode, and neighbours from which poses are tried."""
 
 from types import SimpleNamespace
 
@@ -14,7 +14,7 @@ def steps(*sizes):
     return suspect_edges(q, np.ones(len(q), dtype=bool), JointScale(np.ones(1), np.array([True]))).first.tolist()
 
 
-def test_steps_that_are_too_large():
+def test_steps_larger_than_their_neighbours_are_suspect():
     assert steps(1e-2, 1.1e-2, 1e-2, 1.1e-2) == []
     assert steps(1e-2, 1e-2, 1.0, 1e-2, 1e-2) == [2]
     assert steps(1e-9, 1e-9, 9e-7, 1e-9, 1e-9) == [] and steps(1e-9, 1e-9, 2e-6, 1e-9, 1e-9) == [2]  # all but the same
@@ -24,14 +24,14 @@ def test_steps_that_are_too_large():
 
 
 @pytest.mark.parametrize(("size", "suspect"), [(0.039, False), (0.041, True)])
-def test_a_step_without_neighbours_may_be_four_times_the_usual(size, suspect):
+def test_steps_without_neighbours_are_suspect_above_four_times_usual(size, suspect):
     lower = 0.01 * np.arange(5.0)
     q = np.stack([lower, lower + np.array([0.01, 0.01, size, 0.01, 0.01])])[:, :, None]
     found = suspect_edges(q, np.ones((2, 5), dtype=bool), JointScale(np.ones(1), np.array([True])))
     assert ((2, 7) in zip(found.first, found.second, strict=True)) == suspect
 
 
-def test_half_turns_are_short():
+def test_steps_across_half_a_turn_are_wrapped():
     q = np.array([3.12, 3.13, 3.14, -3.1331853, -3.1231853, -3.1131853])[:, None]
     for row in (q, -q):
         assert len(suspect_edges(row, np.ones(6, dtype=bool), JointScale(np.ones(1), np.array([True])))) == 0
@@ -60,8 +60,8 @@ def beside(number, shape):
 
 @pytest.mark.parametrize("shape", [(7,), (4, 5), (3, 1, 4)])
 @pytest.mark.parametrize("everywhere", [True, False])
-def test_which_neighbours_are_looked_at(shape, everywhere):
-    """Grids of random poses, reached and not, against what is said, pose by pose."""
+def test_neighbours_tried_equal_a_pose_by_pose_search(shape, everywhere):
+    """Grids of poses that are reached at random."""
     random, size = np.random.default_rng(1), int(np.prod(shape))
     for _ in range(20):
         front = SimpleNamespace(shape=shape, reached=random.random(size) < 0.5)
