@@ -1,4 +1,4 @@
-"""Tests of compiled code: it is kept in a folder of the test's own."""
+"""Tests of compiled code, which store it in a temporary folder."""
 
 import pytest
 

@@ -1,10 +1,10 @@
-"""Compiled code against NumPy on every robot of the package and on random ones: numbers, statuses, what is not reached.
+"""Compiled code against NumPy on every robot of the package and on random ones: numbers, statuses, poses out of reach.
 
-Each run has some of them, ``-m slow`` all robots of the package and 300 random ones, thirty of each of :data:`KINDS`;
+Each run takes some of them, ``-m slow`` all robots of the package and 300 random ones, thirty of each of :data:`KINDS`;
 
     KINETOSTATICS_FIRST_ROBOT=1000 python -m pytest -m slow tests/engine/test_both_engines.py
 
-tries the random ones from that number on.
+takes the random ones from that number on.
 """
 
 import os
@@ -33,17 +33,17 @@ from kinetostatics.statics.springs import solve_with_springs
 FILES = ["properties/test_continuation.py", "maps/test_sweep_modes.py", "unit/statics/test_singularity.py"]
 
 COUNT, FIRST = 300, int(os.environ.get("KINETOSTATICS_FIRST_ROBOT", "0"))
-#: Of what kind a random robot is, by the last digit of its number: three serial limbs, springs, loads on links and a payload,
+#: Kinds of random robots, by the last digit of their number: three serial limbs, springs, loads on links and a payload,
 #: a rigid limb with a spring, limbs elastic in their actuators alone, elastic joints, axes along x, y and z with all joints on a
 #: coarse grid, so that many poses are singular or degenerate, and limbs of any shape.
 KINDS = ("plain",) * 3 + ("springs", "loads", "rigid limb", "drives", "joints", "grid", "hybrid")
-#: Their numbers; two of each kind are tried in CI, the others only with all that is slow.
+#: Numbers of random robots; all but two of each kind are slow.
 SEEDS = [
     *range(FIRST, FIRST + 2 * len(KINDS)),
     *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(FIRST + 2 * len(KINDS), FIRST + COUNT)),
 ]
-#: Closed poses, poses near them, whose loops are a little open, joints anywhere, and turned by right angles; one that is not
-#: reached comes last.
+#: Numbers of closed poses, of poses near them with slightly open loops, of poses with random joint coordinates, and of poses with
+#: joints turned by right angles. An unreached pose comes last.
 CLOSED, NEAR, ANYWHERE, QUARTERS = 3, 4, 4, 4
 
 
@@ -137,10 +137,10 @@ def conditions(solution, length):
 
 
 def assert_same(robot, compiled, poses, applied=()):
-    """All outputs where the record holds, each to 1e-11 of its largest entry at that pose, and what its condition leaves.
+    """Compare all outputs where the record holds, to 1e-11 of the largest entry at each pose and an allowance for rounding.
 
-    That is told by the stiffness, and by what NumPy makes of positions that are off by some units of the last place. Elsewhere,
-    and where a limb may not be what it is elsewhere, NumPy computes.
+    The allowance follows from the condition number of the stiffness, and from NumPy's results at positions changed by rounding.
+    Where the record does not hold, or a limb may be degenerate, NumPy computes.
     """
     x, *loads = poses
     frames, reached = robot.equations.forward(x), np.all(np.isfinite(x), axis=0)
@@ -152,16 +152,16 @@ def assert_same(robot, compiled, poses, applied=()):
     ]
     solved, holds = computed(compiled, *poses, *wrenches_of(applied))
     np.testing.assert_array_equal(solved["singular"][holds], wanted.singular[holds])
-    # nothing is told of what is not reached, or is singular
-    told = reached & holds & ~wanted.doubtful & ~wanted.singular & axes_apart(robot, frames, wanted.o)
+    # unreached and singular poses are not compared
+    compared = reached & holds & ~wanted.doubtful & ~wanted.singular & axes_apart(robot, frames, wanted.o)
     assert not (holds & wanted.doubtful & ~solved["doubtful"]).any()
-    found = {name: array[..., told] for name, array in solved.items()}
+    found = {name: array[..., compared] for name, array in solved.items()}
     expected, *shaken = (
-        {name: np.broadcast_to(OF_EQUILIBRIUM[name](robot.statics, item), solved[name].shape)[..., told] for name in solved}
+        {name: np.broadcast_to(OF_EQUILIBRIUM[name](robot.statics, item), solved[name].shape)[..., compared] for name in solved}
         for item in (wanted, *jittered)
     )
     assert CLOSED <= reached.sum() < reached.size and not holds[~reached].any()
-    allowed = 1e-11 + 1e-15 * conditions(wanted, robot.length)[told]
+    allowed = 1e-11 + 1e-15 * conditions(wanted, robot.length)[compared]
     for path, array in expected.items():
         if array.dtype == bool:
             np.testing.assert_array_equal(found[path], array, err_msg=path)
@@ -179,15 +179,15 @@ def assert_same(robot, compiled, poses, applied=()):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", package_robots.NAMES)
-def test_compiled_statics_of_all_robots(name):
+def test_compiled_statics_equals_numpy_for_package_robots(name):
     robot = package_robots.robot(name)
     assert_same(robot, PoseCode(robot, robot.statics, ANALYSIS), some_poses(robot, 1))
 
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("seed", SEEDS)
-def test_compiled_statics_of_random_robots(seed):
-    """Those that cannot be recorded are NumPy's for both engines."""
+def test_compiled_statics_equals_numpy_for_random_robots(seed):
+    """Robots that cannot be recorded are computed by NumPy with either engine."""
     robot = random_robot(seed)
     poses = some_poses(robot, seed)
     loaded = KINDS[seed % len(KINDS)] == "loads"
@@ -229,24 +229,24 @@ def assert_same_results(robot, seed):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", package_robots.NAMES)
-def test_both_engines_say_the_same_of_poses_near_and_out_of_reach(name):
+def test_engines_agree_in_and_out_of_reach_for_package_robots(name):
     assert_same_results(package_robots.robot(name), 3)
 
 
 #: The last one is elastic along an actuator that one limb hardly loads, which rounding took for two elastic directions.
 @pytest.mark.few(1)
 @pytest.mark.parametrize("seed", [*SEEDS, 1016])
-def test_both_engines_say_the_same_of_random_robots_near_and_out_of_reach(seed):
+def test_engines_agree_in_and_out_of_reach_for_random_robots(seed):
     assert_same_results(random_robot(seed), seed)
 
 
 @pytest.mark.slow
-def test_tests_of_loops_and_of_degenerate_poses_pass_with_compiled_code(cache):
-    """But for those that are about NumPy's own way, which have the fixture ``by_numpy``."""
+def test_tests_of_loops_and_degenerate_poses_pass_compiled(cache):
+    """Except for tests with the fixture ``by_numpy``, which are valid for NumPy only."""
     command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-p", "no:xdist", *(f"tests/{name}" for name in FILES)]
     environment = {**os.environ, "KINETOSTATICS_ENGINE": "compiled", "KINETOSTATICS_CACHE": str(cache), "CI": "true"}
     environment = {name: value for name, value in environment.items() if not name.startswith("PYTEST")}
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
-    # and compiled code was what computed
+    # compiled code was used
     assert len(list(cache.glob("*.code"))) > 50

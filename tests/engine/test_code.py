@@ -38,7 +38,7 @@ def test_damaged_files_are_removed(folder, damage):
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="Windows has no such permissions")
-def test_a_folder_in_which_others_may_write_is_not_used(folder):
+def test_cache_folder_writable_by_others_is_not_used(folder):
     store(KEY, b"some code")
     for mode in (0o777, 0o770, 0o702):
         folder.chmod(mode)
@@ -48,14 +48,14 @@ def test_a_folder_in_which_others_may_write_is_not_used(folder):
         assert read_stored(KEY) == b"some code" and read_stored("b" * 64) is None
 
 
-def test_without_a_folder_nothing_is_stored(folder):
+def test_store_without_usable_folder_stores_nothing(folder):
     folder.parent.mkdir(parents=True)
     folder.write_text("not a folder")
     store(KEY, b"some code")
     assert read_stored(KEY) is None
 
 
-def test_folders_of_the_systems(monkeypatch):
+def test_cache_folder_of_each_operating_system(monkeypatch):
     monkeypatch.delenv("KINETOSTATICS_CACHE", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", "/x")
     monkeypatch.setenv("LOCALAPPDATA", "/l")
@@ -71,7 +71,7 @@ def _store_repeatedly(letter):
         assert read_stored(KEY) is not None
 
 
-def test_several_processes_store_at_once(folder):
+def test_processes_store_the_same_key_concurrently(folder):
     context = multiprocessing.get_context("fork")
     processes = [context.Process(target=_store_repeatedly, args=(letter,)) for letter in (b"a", b"b")]
     for process in processes:
@@ -84,7 +84,7 @@ def test_several_processes_store_at_once(folder):
 
 
 @pytest.mark.slow
-def test_the_key_depends_on_all_recorded_source(monkeypatch):
+def test_code_key_depends_on_all_recorded_source(monkeypatch):
     robot, folders = package_robots.robot("five_bar"), set()
     root = Path(code.__file__).parent.parent
     example, ready = robot.generic_poses.take(np.zeros(1, dtype=int)), robot.statics

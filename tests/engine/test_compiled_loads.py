@@ -1,4 +1,4 @@
-"""Loads on links and payloads by compiled code: they are inputs of it, and places that are loaded belong to its structure."""
+"""Loads on links and payloads in compiled code: loads are inputs, loaded places belong to the structure."""
 
 from functools import partial
 
@@ -22,7 +22,7 @@ def robot():
 
 
 @pytest.mark.parametrize("poses", [1, 700])
-def test_both_engines_say_the_same_of_loads_and_payload(robot, poses):
+def test_engines_agree_on_link_loads_and_payload(robot, poses):
     """A payload whose mass differs from pose to pose, and two loads on links; poses in reach and out of it."""
     x = np.linspace(-0.6, 0.6, poses) if poses > 1 else np.array([0.05])
     at = robot.assemble(platform={"x": x, "y": 0.1, "z": float(robot.assemble().platform["z"])}, on_failure="nan")
@@ -40,7 +40,7 @@ def test_both_engines_say_the_same_of_loads_and_payload(robot, poses):
     assert len(places) == 1 and [name for name, _ in places[0].loads] == ["load on carriage_1", "load on platform", "payload"]
 
 
-def test_places_that_are_loaded_belong_to_the_structure_and_loads_do_not(robot):
+def test_structure_key_depends_on_loaded_places(robot):
     keys = {
         pose_model(robot, robot.statics, ANALYSIS, places)[0].structure().key
         for places in (
@@ -54,7 +54,7 @@ def test_places_that_are_loaded_belong_to_the_structure_and_loads_do_not(robot):
     assert LoadedPlaces.of(()) is None
 
 
-def test_where_a_loaded_limb_is_special_numpy_computes(robot):
+def test_degenerate_loaded_limb_falls_back_to_numpy(robot):
     q = np.repeat(robot.assemble().model_q, 3, axis=1)
     q[1, 1] += np.pi / 2
     poses, wrench = robot.configuration(q.T, closure_tolerance=np.inf), np.random.default_rng(1).standard_normal((3, 6))

@@ -11,7 +11,7 @@ from kinetostatics.engine import code, loops, programs
 from kinetostatics.engine.loop_record import Program
 from kinetostatics.engine.loops import CompiledSolver
 
-#: Coordinates from within to far beyond reach and limits, and what is given.
+#: Robot, kind of the given coordinates, orientation, and ranges of the coordinates, far beyond reach and limits.
 CASES = [
     ("five_bar", "platform", None, {"x": (-0.5, 0.5), "y": (-0.4, 0.9)}),
     ("planar_3rrr", "actuators", None, {f"motor_{k}": (-1.0, 1.0) for k in (1, 2, 3)}),
@@ -44,7 +44,7 @@ def test_both_engines_reach_the_same_poses(name, kind, orientation, box, monkeyp
     near = robot.assemble(**{kind: {key: value[inside[0]] for key, value in given.items()}}, orientation=orientation)
     aim = {key: value[inside[1:4]] for key, value in given.items()}
     assert_same(*both(robot, **{kind: aim}, orientation=orientation, near=near))
-    # and it was compiled code that found them
+    # compiled code found them
     used = []
 
     def nowhere(solver, poses, target, before, passing):
@@ -61,8 +61,8 @@ def solver_of(robot):
     return CompiledSolver(robot.solver, prescribed, example), prescribed
 
 
-def test_frames_of_many_poses_are_computed_when_they_are_asked_for(monkeypatch):
-    """Statics take them block by block; where the record does not hold, they are NumPy's."""
+def test_frames_of_many_poses_are_computed_on_demand(monkeypatch):
+    """Statics take frames block by block; where the record does not hold, NumPy computes them."""
     robot, random = robot_named("five_bar"), np.random.default_rng(4)
     zero = robot.assemble().platform
     found, wanted = both(robot, platform={name: zero[name] + random.uniform(-0.03, 0.03, 700) for name in "xy"})
@@ -91,7 +91,7 @@ def test_frames_of_many_poses_are_computed_when_they_are_asked_for(monkeypatch):
         np.testing.assert_allclose(frames.position, others.position, rtol=0, atol=1e-12)
 
 
-def test_one_pose_is_found_in_one_go_or_its_line_is_followed(monkeypatch):
+def test_near_pose_is_found_directly_far_pose_along_line(monkeypatch):
     robot, goes = robot_named("five_bar"), []
     known = CompiledSolver.in_one_go
     monkeypatch.setattr(CompiledSolver, "in_one_go", lambda *given: goes.append(known(*given)) or goes[-1])
@@ -102,8 +102,8 @@ def test_one_pose_is_found_in_one_go_or_its_line_is_followed(monkeypatch):
         assert [item is not None for item in goes] == [quickly] * len(goes) and bool(goes) == (shift < 1)
 
 
-def test_code_that_is_wrong_or_of_another_robot_is_not_used(monkeypatch):
-    """A wrong operation is noticed when the code is made, another robot's code by its sizes or the example."""
+def test_wrong_loop_code_and_other_robots_code_are_rejected(monkeypatch):
+    """A wrong operation is detected when the code is compiled, another robot's code by its sizes or an example."""
     robot = robot_named("five_bar")
     functions = loops._FUNCTIONS
     name, right, *sizes = functions[0]
@@ -128,7 +128,7 @@ def test_code_that_is_wrong_or_of_another_robot_is_not_used(monkeypatch):
     assert not CompiledSolver(other.solver, given, other.generic_poses.take(np.array([0])), anew=False).is_there
 
 
-def test_auto_takes_compiled_loops_by_the_poses_of_the_call(monkeypatch):
+def test_auto_compiles_loops_by_number_of_poses(monkeypatch):
     robot = robot_named("five_bar")
     made = []
 
@@ -148,7 +148,7 @@ def test_auto_takes_compiled_loops_by_the_poses_of_the_call(monkeypatch):
     assert programs.compiled_loops("numpy")(robot, given, 10**9) is robot.solver
 
 
-def test_without_code_of_single_steps_and_starts_of_lines_other_code_and_numpy_compute(monkeypatch):
+def test_missing_step_and_line_start_code_has_fallbacks(monkeypatch):
     robot = robot_named("five_bar")
     (solver, prescribed), start = solver_of(robot), robot.generic_poses.take(np.array([0]))
     target = robot.solver.values(prescribed, start) + 0.01

@@ -1,4 +1,4 @@
-"""Rigid and partly rigid limbs by compiled code; elimination gives what singular values and eigenvectors give."""
+"""Rigid and partly rigid limbs in compiled code; elimination against singular values and eigenvectors."""
 
 from functools import cache
 
@@ -44,15 +44,15 @@ ROBOTS = {
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("kind", ROBOTS)
-def test_rigid_limbs_are_recorded_as_numpy_computes_them(kind):
+def test_record_of_rigid_limbs_equals_numpy(kind):
     robot = ROBOTS[kind]()
     assert any(group.rigid_directions for group in robot.statics.groups)
     _, wanted = assert_recorded(robot)
     assert not wanted["singular"].any() and not wanted["indeterminate"].any()
 
 
-def test_rings_whose_self_stress_is_hardly_elastic_and_frames_without_joints_are_recorded(monkeypatch):
-    """A random network whose compliances along self-stresses differ by 10⁴: a Cholesky factor is as good as eigenvectors."""
+def test_record_of_ring_with_stiff_self_stress_equals_numpy(monkeypatch):
+    """A random network, with frames without joints, whose compliances along self-stresses differ by 10⁴."""
     mechanism = hybrid_robots.random_hybrid(202)
     robot = ks.Robot(parse_robot_text(hybrid_robots.write_randomly(mechanism, 202)[1].text))
     poses = some_poses(robot)
@@ -72,7 +72,7 @@ def test_rings_whose_self_stress_is_hardly_elastic_and_frames_without_joints_are
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("kind", [kind for kind in ROBOTS if kind != "arm"])
-def test_elimination_gives_what_singular_values_and_eigenvectors_give(kind, monkeypatch):
+def test_elimination_equals_singular_values_and_eigenvectors(kind, monkeypatch):
     robot = ROBOTS[kind]()
     x, *loads = some_poses(robot)
     poses = robot.equations.forward(x), *loads
@@ -92,7 +92,7 @@ def test_elimination_gives_what_singular_values_and_eigenvectors_give(kind, monk
     np.testing.assert_array_equal(found.singular, careful.singular)
 
 
-def test_what_gives_way_is_split_from_what_does_not():
+def test_split_rigid_equals_split_by_eigenvectors():
     """A compliance of rank 2 of 4, in units that differ: C give C = C, and C rigid = 0, as by eigenvectors."""
     rng = np.random.default_rng(4)
     units = np.array([1.0, 1e3, 1e-2, 10.0])
@@ -111,7 +111,7 @@ def test_what_gives_way_is_split_from_what_does_not():
     assert split_rigid(np.zeros((2, 2, 1, 1)), ())[2].all()
 
 
-def test_both_engines_say_the_same_of_elastic_drives():
+def test_engines_agree_on_elastic_drives_of_rigid_limbs():
     """In reach and out of it; the stiffness is NaN, as the limbs are rigid across their actuators."""
     robot = stiffened("3rps")
     ry = np.linspace(-1.5, 1.5, 15)
@@ -122,8 +122,8 @@ def test_both_engines_say_the_same_of_elastic_drives():
     assert engine_report(robot).is_compiled
 
 
-def test_where_drives_move_an_arm_in_fewer_directions_numpy_computes():
-    """An arm of rigid links on elastic actuators, stretched and beside that: it is rigid in one direction more."""
+def test_stretched_rigid_arm_falls_back_to_numpy():
+    """An arm of rigid links on elastic actuators, bent and stretched: stretched, it is rigid in one more direction."""
     robot = stiffened("ur10")
     drives = robot.description.driven
     q = np.repeat([[0.2], [-0.8], [0.9], [0.3], [0.5], [0.1]], 4, axis=1)
@@ -140,7 +140,7 @@ def test_where_drives_move_an_arm_in_fewer_directions_numpy_computes():
     close(values["twist"], wanted.twist, 1e-10)
 
 
-def test_functions_and_derivatives_of_rigid_limbs_on_elastic_drives():
+def test_jacobian_with_elastic_drives_equals_central_differences():
     robot = stiffened("3rps")
     at = {"z": 0.52, "rx": 0.1, "ry": -0.15}
     f = ks.compile(robot, at, outputs=("twist", "actuator_forces"), engine="numpy")
@@ -155,7 +155,7 @@ def test_functions_and_derivatives_of_rigid_limbs_on_elastic_drives():
         np.testing.assert_allclose(derivatives["load"][:, 2], wanted, rtol=0, atol=1e-8 * np.max(np.abs(wanted)))
 
 
-def test_limbs_that_overconstrain_one_another_are_left_to_numpy():
+def test_overconstrained_rigid_limbs_are_left_to_numpy():
     robot = ks.load_robot(CASES / "two_rigid.urdf")
     report = engine_report(robot)
     assert not report.is_compiled and report.reason.startswith("rigid limbs or rings overconstrain one another")

@@ -1,4 +1,4 @@
-"""Robots with springs by compiled code: what is recorded is what NumPy computes, and functions and derivatives follow."""
+"""Robots with springs: compiled code against NumPy, derivatives against central differences."""
 
 from dataclasses import replace
 from functools import cache
@@ -42,7 +42,7 @@ def sprung(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SPRINGS)
-def test_what_is_recorded_of_springs_is_what_numpy_computes(name):
+def test_record_of_robots_with_springs_equals_numpy(name):
     robot = sprung(name)
     found, _ = assert_recorded(robot)
     without = solved(package_robots.robot(name), *some_poses(robot))
@@ -53,7 +53,7 @@ def test_what_is_recorded_of_springs_is_what_numpy_computes(name):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("stiffness", [JointStiffness("hook", drive=2e3), JointStiffness("hook", angular=(1e3, np.inf, 2e3))])
-def test_elastic_actuators_and_elastic_joints_of_open_branches_are_recorded_with_springs(stiffness):
+def test_record_of_springs_and_elastic_open_branch_equals_numpy(stiffness):
     """A hook on the crank of a five-bar with elastic actuators, driven too or elastic across its axis."""
     description = package_robots.soft_five_bar().description.with_part(Link("hook", mass=2.0, center_of_mass=(0.1, 0, 0.05)))
     hook = Joint("hook", "revolute", "proximal_1", "hook", axis=(0, 1, 0), lower=-1, upper=1)
@@ -83,8 +83,8 @@ def test_both_engines_agree_on_springs():
 
 
 @pytest.mark.slow
-def test_functions_and_derivatives_of_sprung_robots():
-    """The free length of a spring is a parameter; derivatives are those of central differences."""
+def test_jacobian_with_springs_equals_central_differences():
+    """By a coordinate and by the free length of a spring."""
     robot = sprung("3rps")
     at = {"z": 0.52, "rx": 0.1, "ry": -0.15}
     f = ks.compile(robot, at, outputs=("twist", "contributions", "actuator_forces"), engine="numpy")

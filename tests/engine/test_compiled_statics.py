@@ -1,4 +1,4 @@
-"""Compiled code gives what NumPy gives, for any number of poses, also where poses are not reached, singular or special."""
+"""Compiled statics against NumPy for any number of poses, including unreached, singular and degenerate ones."""
 
 import pickle
 
@@ -36,7 +36,7 @@ def example(robot):
     return robot.generic_poses.x[:, :1], np.ones((6, 1)), np.ones((3, 1))
 
 
-def test_any_number_of_poses_reached_or_not_special_or_not(compiled):
+def test_compiled_statics_equals_numpy_for_any_number_of_poses(compiled):
     """Generic poses, one whose canonical wrenches degenerate, one whose passive joints become dependent, one not reached."""
     robot = package_robots.robot(NAME)
     home = robot.assemble()
@@ -64,8 +64,8 @@ def test_any_number_of_poses_reached_or_not_special_or_not(compiled):
             np.testing.assert_array_equal(found[name], array[..., some])
 
 
-def test_guards_that_nobody_heeds_are_noticed(monkeypatch):
-    """What the record says where it does not hold, at a limb that degenerates, is wrong: so NumPy computes there."""
+def test_ignored_guards_give_wrong_results(monkeypatch):
+    """The record is wrong where a limb degenerates; its guards leave such poses to NumPy."""
     robot = package_robots.robot(NAME)
     q = np.repeat(robot.assemble().model_q, 2, axis=1)
     q[1, 1] += np.pi / 2
@@ -82,8 +82,8 @@ def test_guards_that_nobody_heeds_are_noticed(monkeypatch):
     assert ks.analyze(pose, engine="compiled").basis_degenerate.tolist() == [False, False]
 
 
-def test_both_engines_say_the_same_of_a_batch(compiled, monkeypatch):
-    """Statuses, facts, joint wrenches, beams: of poses some of which are not reached."""
+def test_engines_agree_on_a_batch(compiled, monkeypatch):
+    """Statuses, facts, joint wrenches and beams at poses in and out of reach."""
     robot = package_robots.robot(NAME)
     x = np.linspace(-0.6, 0.6, 24)
     poses = robot.assemble(platform={"x": x, "y": 0.1, "z": float(robot.assemble().platform["z"])}, on_failure="nan")
@@ -95,8 +95,8 @@ def test_both_engines_say_the_same_of_a_batch(compiled, monkeypatch):
         close(found.beams[name].stress, beam.stress, 1e-10)
 
 
-def test_of_many_poses_most_is_computed_when_it_is_asked_for(cache):
-    """Nothing but the twist first; then all the rest, also of a copy and of one that was sent elsewhere."""
+def test_results_of_many_poses_are_computed_on_demand(cache):
+    """First the twist alone, then all other results, also of a pickled copy."""
     robot = robot_of(cantilever())
     poses = robot.configuration(np.repeat(robot.assemble().q[None], 700, axis=0))
     load = 100 * np.random.default_rng(4).standard_normal((700, 6))
@@ -110,7 +110,7 @@ def test_of_many_poses_most_is_computed_when_it_is_asked_for(cache):
     assert part._stage == 1 and found.solutions == part.solutions
 
 
-def test_a_changed_diameter_or_mass_takes_the_same_code(cache):
+def test_robots_of_different_diameters_share_code(cache):
     thin, thick = robot_of(cantilever()), robot_of(cantilever(section=circle(0.08)))
     first = code_of(thin)
     kept = sorted(cache.iterdir())
@@ -121,8 +121,8 @@ def test_a_changed_diameter_or_mass_takes_the_same_code(cache):
     assert np.max(np.abs(twists[1])) < 0.5 * np.max(np.abs(twists[0]))
 
 
-def test_code_of_another_robot_is_not_taken(cache, monkeypatch):
-    """A stale cache, whatever made it so: the code is tried on an example, and its sizes are looked at before."""
+def test_cached_code_of_another_robot_is_rejected(cache, monkeypatch):
+    """Code in the cache under a wrong key: its sizes are checked, then its results at an example."""
     one, other = (robot_of(spec) for spec in (cantilever(), cantilever(direction=(0.6, 0.0, 0.8))))
     more = robot_of(stepped_beam())
     monkeypatch.setattr(pose_code, "code_key", lambda structure: "0" * 64)
@@ -144,8 +144,8 @@ def wrong_record(*given):
 right_record = pose_code.pose_record
 
 
-def test_code_of_another_version_or_processor_is_not_taken(cache, monkeypatch):
-    """It has another name; and whatever stands under the right one is tried: wrong code is made anew."""
+def test_cached_code_of_another_version_or_processor_is_rejected(cache, monkeypatch):
+    """Its key differs; wrong code under the right key is detected by an example, and compiled anew."""
     robot = robot_of(cantilever())
     sound = code_of(robot)
     for name in ("kinetostatics.engine.code._versions", "kinetostatics.engine.llvm.processor"):
@@ -163,8 +163,8 @@ def test_code_of_another_version_or_processor_is_not_taken(cache, monkeypatch):
     assert path.read_bytes() == right
 
 
-def test_code_that_is_wrong_is_not_used(monkeypatch):
-    """A wrong operation is noticed when the code is made: NumPy computes then."""
+def test_wrongly_compiled_code_is_replaced_by_numpy(monkeypatch):
+    """A wrong operation is detected when the code is compiled."""
     robot = robot_of(cantilever())
     monkeypatch.setattr(pose_code, "pose_record", wrong_record)
     monkeypatch.setattr(pose_code, "code_key", lambda structure: "1" * 64)

@@ -1,4 +1,4 @@
-"""Every rule of differentiation against central differences."""
+"""Rules of differentiation of recorded operations against central differences."""
 
 import numpy as np
 import pytest
@@ -66,24 +66,24 @@ def worst_error(name):
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_every_operation_is_differentiated(name):
+def test_derivative_of_operation_equals_central_differences(name):
     assert worst_error(name) < 1e-8
 
 
 @pytest.mark.parametrize("name", [name for name in FUNCTIONS if name in record_derivatives.PARTIALS])
-def test_a_wrong_rule_is_seen(name, monkeypatch):
+def test_central_differences_detect_a_wrong_rule(name, monkeypatch):
     right = record_derivatives.PARTIALS[name]
     monkeypatch.setitem(record_derivatives.PARTIALS, name, lambda *numbers: tuple(1.001 * part for part in right(*numbers)))
     assert worst_error(name) > 1e-5
 
 
 def test_all_operations_have_a_rule_or_no_derivative():
-    """Comparisons and rounding change by steps; what is not known to the list is not forgotten by the rules."""
+    """Comparisons and rounding are step functions; every other operation needs a rule."""
     steps = {"and", "or", "not", ">", ">=", "<", "<=", "==", "!=", "whole", "choose"}
     assert set(record_derivatives.PARTIALS) | steps == set(record_derivatives._FUNCTIONS)
 
 
-def test_what_is_not_chosen_brings_no_nan():
+def test_derivative_of_choose_ignores_the_branch_not_chosen():
     """√(x − 1) is chosen beyond x = 2 alone; at x = 1 its slope is infinite, and not taken, backwards or forwards."""
     tape = Tape()
     x = tape.write(("input", 0, 0), 5.0)

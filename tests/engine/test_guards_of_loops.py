@@ -1,6 +1,6 @@
-"""The guards in the records of the loops matter: without them a platform half a turn off or a hinge turned over counts as right.
+"""Guards of loop records: without them a platform half a turn off or a hinge turned over counts as closed.
 
-Sines vanish at half a turn as they do at none. NumPy takes another way there; the record's own way finds no error at all.
+Sines vanish at half a turn as at zero. NumPy takes another branch there; the recorded branch finds no error.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 
 @pytest.fixture(autouse=True)
 def own_folder(monkeypatch, tmp_path):
-    """What is made here without guards has the names of right code."""
+    """Code without guards has the same keys as correct code."""
     monkeypatch.setenv("KINETOSTATICS_CACHE", str(tmp_path))
 
 
@@ -25,14 +25,14 @@ def compiled(robot, convention):
 
 
 def drop_guards(monkeypatch, folder):
-    """Let records say that they hold everywhere."""
+    """Make records hold everywhere."""
     monkeypatch.setenv("KINETOSTATICS_CACHE", str(folder))
     monkeypatch.setattr(Tape, "holds", lambda tape: True)
 
 
-def test_a_platform_half_a_turn_from_where_it_is_wanted_has_not_arrived(monkeypatch, tmp_path):
-    """The rotation that is left is π about z: its sine is 0, as if nothing were left. Such poses, and one without numbers, lie
-    among others that the same instructions correct."""
+def test_platform_half_a_turn_off_has_not_converged(monkeypatch, tmp_path):
+    """The remaining rotation is π about z, whose sine is 0. Such poses, and one that is NaN, lie among others that the same
+    instructions correct."""
     robot = robot_named("planar_3rrr")
     solver = compiled(robot, "rotation_vector")
     start = robot.zero_poses.take(np.zeros(9, dtype=np.intp))
@@ -54,10 +54,10 @@ def test_a_platform_half_a_turn_from_where_it_is_wanted_has_not_arrived(monkeypa
     found, reached = heedless.newton(heedless._own, start, target)
     assert reached.tolist() == [True, True, True, True, True, True, False, False, True]
     off = robot.solver.values(heedless._own, found) - target
-    np.testing.assert_allclose(np.abs(off[-1, [2, 4]]), np.pi)  # where it says that it has arrived
+    np.testing.assert_allclose(np.abs(off[-1, [2, 4]]), np.pi)  # though they count as reached
 
 
-def test_on_which_side_of_a_singular_pose_two_poses_are():
+def test_side_of_a_singular_pose_equals_numpy():
     """Random pairs, some of them in doubt, against NumPy's determinants."""
     robot = robot_named("planar_3rrr")
     solver, random = compiled(robot, "rotation_vector"), np.random.default_rng(0)
@@ -76,7 +76,7 @@ def test_on_which_side_of_a_singular_pose_two_poses_are():
     np.testing.assert_array_equal(solver.on_one_side(robot.actuator_coordinates, first, second, target), driven)
 
 
-def test_a_hinge_that_is_turned_over_is_not_closed(monkeypatch, tmp_path):
+def test_hinge_turned_over_is_not_closed(monkeypatch, tmp_path):
     """A platform that floats and is held by one hinge: turned by π about x its axis z lies in the hinge's, but points down."""
     robot = floating("revolute", frame(p=(0.1, 0.2, 0.3)), frame(p=(0.0, 0.1, 0.0)), axis=(0, 0, 1))
     centre = np.array([0.1, 0.2, 0.3])
@@ -96,8 +96,8 @@ def test_a_hinge_that_is_turned_over_is_not_closed(monkeypatch, tmp_path):
 
 
 @pytest.mark.parametrize("given", [2, 1])
-def test_one_pose_is_found_in_one_go_where_newton_arrives_without_doubt(given):
-    """From open loops, from where Newton's method passes singular poses; with one actuator the other is a local freedom."""
+def test_in_one_go_succeeds_where_newton_surely_converges(given):
+    """From open loops, some across singular poses; with one actuator given the other is a local freedom."""
     robot, random, N = robot_named("five_bar"), np.random.default_rng(0), 300
     prescribed = PrescribedCoordinates(robot.actuator_coordinates.columns[:given], local_dofs=2 - given)
     solver = CompiledSolver(robot.solver, prescribed, robot.generic_poses.take(np.array([0])))
@@ -115,8 +115,8 @@ def test_one_pose_is_found_in_one_go_where_newton_arrives_without_doubt(given):
 
 
 @pytest.mark.parametrize("N", [0, 1, 20])
-def test_lines_from_one_pose_to_many_start_where_numpy_starts_them(N):
-    """Or each from a pose of its own."""
+def test_line_starts_equal_numpy(N):
+    """Lines from one pose to many, and each from its own pose."""
     robot, random = robot_named("five_bar"), np.random.default_rng(2)
     solver, poses = compiled(robot, None), robot.zero_poses.take(np.zeros(N, dtype=np.intp))
     poses.x[:] += random.uniform(-0.5, 0.5, poses.x.shape)

@@ -1,4 +1,4 @@
-"""Each operation in machine code, of eight poses or of one, of inputs and of parameters, is NumPy's."""
+"""Operations in machine code against NumPy, of eight poses or of one, of inputs and of parameters."""
 
 import numpy as np
 import pytest
@@ -33,8 +33,8 @@ def recorded(kind):
 
 @pytest.mark.parametrize("lanes", [llvm.LANES, 1])
 @pytest.mark.parametrize("kind", ["input", "parameter"])
-def test_operations_in_machine_code(kind, lanes):
-    """Numbers are the same but for the last digits, and 1e-20 at multiples of half a turn; zeros have one sign, but sines."""
+def test_machine_code_of_operations_equals_numpy(kind, lanes):
+    """Up to rounding, and 1e-20 at multiples of half a turn; zeros have the same sign, except sines."""
     tape, numbers, truths = recorded(kind)
     code = Code(packed({}, llvm.module_of(tape, numbers, truths, 1, lanes=lanes), lanes))
     given, N = np.array([FIRST, SECOND]), FIRST.size

@@ -1,4 +1,4 @@
-"""What is recorded of the loops is what NumPy computes, of every robot of the package."""
+"""Records of loop closure against NumPy, for every robot of the package."""
 
 from dataclasses import replace
 
@@ -23,8 +23,7 @@ def beside(robot, prescribed, poses):
     return state, target
 
 
-#: By the actuators and one convention every robot; by both conventions one of three coordinates, one of six, one of rotations
-#: only.
+#: Every robot by its actuators and by one convention; one of three coordinates, one of six and one of rotations only by both.
 CASES = [
     (name, convention)
     for k, name in enumerate(package_robots.NAMES)
@@ -35,7 +34,7 @@ CASES = [
 
 @pytest.mark.few(5)
 @pytest.mark.parametrize(("name", "convention"), CASES)
-def test_all_robots_loops_are_recorded_as_numpy_computes_them(name, convention):
+def test_loop_record_equals_numpy_for_package_robots(name, convention):
     robot = package_robots.robot(name)
     prescribed = prescribed_of(robot, convention)
     state, target = beside(robot, prescribed, robot.generic_poses)
@@ -62,7 +61,7 @@ def test_all_robots_loops_are_recorded_as_numpy_computes_them(name, convention):
     numbers = np.concatenate([q, residual, frames.rotation.reshape(-1, N), frames.position.reshape(-1, N), np.ones((1, N))])
     assert np.max(np.abs(found - numbers)) < 1e-13
 
-    record = start_record(robot.solver, prescribed, example)  # also where turns farther than half a turn are wanted
+    record = start_record(robot.solver, prescribed, example)  # also for turns of more than half a turn
     for turned, shorter in ((0.0, True), (4.0, True), *([(4.0, False)] if prescribed.angles else [])):
         first, c = robot.solver.line(prescribed, state, target + turned, shorter)
         inputs = [state.x, state.c, target + turned, np.full((1, N), float(shorter))]
@@ -70,7 +69,7 @@ def test_all_robots_loops_are_recorded_as_numpy_computes_them(name, convention):
         assert np.max(np.abs(found - np.concatenate([first, c, np.ones((1, N))]))) < 1e-13
 
 
-def test_placements_are_parameters_of_the_loops():
+def test_placements_are_parameters_of_loop_records():
     """A record made of one robot holds for another of the same structure: other placements."""
     one, other = (package_robots.robot("3rps", home_length=a) for a in (0.55, 0.6))
     prescribed = prescribed_of(one, "XYZ")
@@ -87,8 +86,8 @@ def test_placements_are_parameters_of_the_loops():
     assert np.max(np.abs(wrong - wanted)) > 1e-3
 
 
-def test_code_on_disk_is_found_whatever_was_asked_of_the_coordinates_before():
-    """Their hash is remembered, and another one in each process."""
+def test_structure_key_ignores_a_remembered_hash():
+    """Prescribed coordinates remember their hash, which differs between processes."""
     robot = package_robots.robot("3rps")
     prescribed = prescribed_of(robot, "XYZ")
     plain = Structure((robot.solver, replace(prescribed))).key

@@ -32,7 +32,7 @@ def test_numbers_depend_neither_on_threads_nor_on_chunks(monkeypatch):
             np.testing.assert_array_equal(one, other)
 
 
-def test_threads_are_as_many_as_are_asked_for(monkeypatch):
+def test_number_of_threads_follows_omp_num_threads(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
     assert threads() == 3
     monkeypatch.setenv("OMP_NUM_THREADS", "many")
@@ -46,7 +46,7 @@ def test_threads_are_as_many_as_are_asked_for(monkeypatch):
     assert all(idents == 2 * [outer] for outer, idents in inner)  # threads start no further ones
 
 
-def test_threads_take_short_turns_and_leave_the_interval_as_it_was(monkeypatch):
+def test_threads_shorten_the_switch_interval_and_restore_it(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "2")
     usual = sys.getswitchinterval()
     assert in_threads(lambda part: sys.getswitchinterval(), range(2)) == pytest.approx(2 * [TURN])

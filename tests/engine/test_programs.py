@@ -1,4 +1,4 @@
-"""Which engine answers: that depends on the call alone."""
+"""Choice of the engine, which depends on the call alone."""
 
 import gc
 import sys
@@ -20,7 +20,7 @@ OVER, READ = {"x": [0.01, 0.02], "y": [0.3, 0.3]}, {"Fy": [-50, -60], "dx": [-1e
 
 @pytest.fixture
 def made(monkeypatch):
-    """Robots whose code was made or found, in turn; none is ever found on disk."""
+    """Robots whose code was compiled, and "looked" for each search on disk, which finds nothing."""
     found = []
 
     class Made:
@@ -38,11 +38,11 @@ def code(robot, engine, poses):
     return programs.pose_code(robot, robot.statics, engine, poses)
 
 
-def test_auto_goes_by_the_poses_of_the_call(made):
+def test_auto_compiles_by_number_of_poses(made):
     robots = [robot_of(cantilever(section=circle(d))) for d in (0.03, 0.04, 0.05)]
     for _ in range(20):
         assert code(robots[0], "auto", 999) is None and made == []
-    for robot in robots:  # whatever was computed of others of the same structure
+    for robot in robots:  # independent of other robots of the same structure
         assert code(robot, "auto", 9_999) is None
     assert made == ["looked"] * 3
     code(robots[0], "auto", 10_000)
@@ -50,7 +50,7 @@ def test_auto_goes_by_the_poses_of_the_call(made):
     assert made == ["looked"] * 3 + [robots[0]]
 
 
-def test_who_waits_for_code_is_told_for_what(made, monkeypatch):
+def test_compilation_shows_a_waiting_message(made, monkeypatch):
     told, robot = [], robot_of(cantilever())
     monkeypatch.setattr(programs, "waiting", lambda what: told.append(what) or nullcontext())
     for poses in (999, 10_000, 10_000):
@@ -58,7 +58,7 @@ def test_who_waits_for_code_is_told_for_what(made, monkeypatch):
     assert told == [f"compiling code for {robot.name}, once on this computer"]
 
 
-def test_single_poses_never_wait_while_code_is_made(made):
+def test_single_pose_never_waits_for_compilation(made):
     """As behind a live page."""
     robot = robot_of(cantilever())
     code(robot, "auto", 1)
@@ -67,7 +67,7 @@ def test_single_poses_never_wait_while_code_is_made(made):
 
 
 @pytest.mark.slow
-def test_a_robot_is_forgotten_with_its_code():
+def test_robot_and_code_are_garbage_collected():
     robot = robot_of(cantilever())
     ks.analyze(robot.assemble(), engine="compiled")
     there = weakref.ref(robot)
@@ -77,7 +77,7 @@ def test_a_robot_is_forgotten_with_its_code():
     assert there() is None
 
 
-def test_compiled_compiles_at_once_and_numpy_never(made):
+def test_engine_compiled_always_compiles_and_numpy_never(made):
     robot = robot_of(cantilever())
     code(robot, "numpy", 10**9)
     assert made == []
@@ -85,7 +85,7 @@ def test_compiled_compiles_at_once_and_numpy_never(made):
     assert made == [robot]
 
 
-def test_the_environment_says_what_auto_means(monkeypatch):
+def test_environment_variable_sets_the_engine_of_auto(monkeypatch):
     assert programs.check_engine("auto") == "auto"
     monkeypatch.setenv("KINETOSTATICS_ENGINE", "numpy")
     assert programs.check_engine("auto") == "numpy"
@@ -94,12 +94,12 @@ def test_the_environment_says_what_auto_means(monkeypatch):
         programs.check_engine("auto")
 
 
-def test_many_calls_together_take_the_engine_of_all_their_poses():
+def test_engine_for_many_calls_counts_all_poses():
     found = {engine: [programs.engine_for(engine, poses) for poses in (9_999, 10_000)] for engine in programs.ENGINES}
     assert found == {"auto": ["auto", "compiled"], "compiled": ["compiled"] * 2, "numpy": ["numpy"] * 2}
 
 
-def test_a_report_says_what_is_compiled():
+def test_engine_report_states_compiled_operations():
     robot = robot_of(cantilever())
     report = engine_report(robot)
     assert report.is_compiled and report.reason is None and 50 < report.operations < 5000
@@ -118,7 +118,7 @@ def test_assembly_errors_are_left_to_numpy(made):
 
 
 class Asked(Exception):
-    """The engine with which loops are to be closed is known."""
+    """Raised with the engine that is asked to close the loops."""
 
 
 @pytest.mark.parametrize(
@@ -131,8 +131,8 @@ class Asked(Exception):
         lambda pose: ks.tolerances(pose, {"tool_mass": "1%"}, samples=10, engine="numpy", point=(0, 0, 0)),
     ],
 )
-def test_whatever_analyses_closes_its_loops_by_the_same_engine(analysed, monkeypatch):
-    """Each closes loops anew: corrected poses, robots of an optimization, and others of the same file."""
+def test_analyses_close_loops_by_the_given_engine(analysed, monkeypatch):
+    """Analyses that close loops themselves: of corrected poses, of robots of an optimization, of changed robots."""
     pose = package_robots.robot("five_bar").assemble(platform={"x": 0.01, "y": 0.3})
 
     def asked(engine):

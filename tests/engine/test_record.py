@@ -1,4 +1,4 @@
-"""What is recorded is what NumPy computes, of every robot of the package; where it does not hold the record says so."""
+"""Records of poses against NumPy, for every robot of the package; guards tell where a record does not hold."""
 
 import numpy as np
 import package_robots
@@ -15,13 +15,13 @@ from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", package_robots.NAMES)
-def test_all_robots_are_recorded_as_numpy_computes_them(name):
+def test_pose_record_equals_numpy_for_package_robots(name):
     robot = package_robots.robot(name)
     found, _ = assert_recorded(robot)
     assert {"contributions", "compliance", "stiffness", "intensities", "actuator_forces"} <= set(found)
 
 
-def test_sections_and_masses_are_inputs():
+def test_sections_and_masses_are_parameters_of_records():
     """A record made for one robot holds for another of the same structure."""
     thin, thick = (package_robots.robot("3rps", rod_diameter=d) for d in (0.07, 0.09))
     assert Structure(thin.statics).key == Structure(thick.statics).key
@@ -33,7 +33,7 @@ def test_sections_and_masses_are_inputs():
     assert np.max(np.abs(twists[0] - twists[1])) > 0.1 * np.max(np.abs(twists[0]))
 
 
-def test_what_the_structure_leaves_out_cannot_be_recorded(monkeypatch):
+def test_values_outside_the_structure_cannot_be_recorded(monkeypatch):
     robot = package_robots.robot("3rps")
     for broken in (lambda pose: pose.statics.example, lambda pose: float(pose.statics.length)):
         monkeypatch.setattr(Pose, "solution", property(broken))
@@ -43,7 +43,7 @@ def test_what_the_structure_leaves_out_cannot_be_recorded(monkeypatch):
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", package_robots.NAMES)
-def test_where_poses_surely_do_not_buckle_is_recorded_as_numpy_computes_it(name):
+def test_stability_record_equals_numpy(name):
     """Under loads that grow until every robot buckles."""
     robot = package_robots.robot(name)
     if not robot.members.names:
@@ -60,8 +60,8 @@ def test_where_poses_surely_do_not_buckle_is_recorded_as_numpy_computes_it(name)
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("seed", range(len(RANDOM)))
-def test_random_robots_are_recorded_as_numpy_computes_them(seed):
-    """Where the record holds, to what the condition of the stiffness leaves."""
+def test_pose_record_equals_numpy_for_random_robots(seed):
+    """Where the record holds, within a tolerance that grows with the condition number of the stiffness."""
     robot = small_robots.robot_of(small_robots.random_spec(RANDOM[seed], seed))
     poses = some_poses(robot)
     found, holds = evaluated(robot, record_of(robot), *poses)
@@ -79,8 +79,8 @@ def test_random_robots_are_recorded_as_numpy_computes_them(seed):
         assert max(worst.values()) < 1e-11 + 1e-15 * np.max(np.linalg.cond(K)), max(worst, key=worst.get)
 
 
-def test_what_is_plain_but_for_rounding_belongs_to_the_structure():
-    """0, 1 and −1 save operations; a part in 10¹⁴ beside them is rounding, more is a number, and zeros go by the largest."""
+def test_values_within_rounding_of_constants_belong_to_structure():
+    """0, 1 and −1 save operations; a difference of 1e-14 from them is rounding, for zeros relative to the largest entry."""
     plain = np.array([1.0, 0.0, -1.0, 1 + 5e-15, -1 - 5e-15, 5e-15])
     assert Structure([plain]).values.size == 0 and Structure([1.0, -1.0, 0.0]).values.size == 0
     others = np.array([1 + 2e-14, -1 + 2e-14, 2e-14, 0.5])
@@ -95,8 +95,8 @@ def rows(robot):
     return {name: of_bodies[body] for name, body in robot.mechanism.body_of_joint.items() if body in of_bodies}
 
 
-def test_limits_of_all_joints_are_those_of_the_file():
-    """The wrist, a loop, turns by what the arms do together; full turns more or less are the same angle."""
+def test_recorded_joint_limits_equal_the_file():
+    """The wrist, a loop joint, turns by the sum of the arms' angles, up to full turns."""
     robot, random, N = package_robots.robot("five_bar"), np.random.default_rng(1), 400
     x = random.uniform(-1.8, 1.8, (4, N))
     turned = {name: x[row] for name, row in rows(robot).items()}

@@ -1,4 +1,4 @@
-"""Recorded arrays do what arrays of floats do, whatever the numbers, and branches are guarded."""
+"""Functions of recorded arrays against NumPy's of floats, and guards of branches."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def recorded(tape, values):
 
 @pytest.mark.parametrize("name", FUNCTIONS)
 @pytest.mark.parametrize("example", range(4))
-def test_functions_are_recorded_as_numpy_computes_them(name, example):
+def test_recorded_function_equals_numpy(name, example):
     """Recorded with one column of the values, and evaluated with all of them."""
     tape = Tape()
     a, b = recorded(tape, VALUES[:, example])[:, None]
@@ -51,7 +51,7 @@ def test_functions_are_recorded_as_numpy_computes_them(name, example):
     assert not tape.guards
 
 
-def test_a_branch_goes_the_example_s_way_and_is_guarded():
+def test_branch_follows_the_example_and_is_guarded():
     tape = Tape()
     a = recorded(tape, np.array([1.0, -1.0]))
     assert np.any(a > 0) and list(tape.guards.values()) == [True]
@@ -59,7 +59,7 @@ def test_a_branch_goes_the_example_s_way_and_is_guarded():
     assert list(tape.guards.values()) == [True, False, False]
 
 
-def test_what_is_no_operation_on_scalars_says_so():
+def test_unsupported_numpy_functions_raise_not_recorded_error():
     a = recorded(Tape(), np.array([1.0, 2.0]))
     for attempt in (
         lambda: np.linalg.svd(a[:, None]),
@@ -72,8 +72,8 @@ def test_what_is_no_operation_on_scalars_says_so():
             attempt()
 
 
-def test_a_parameter_takes_the_way_of_its_value():
-    """Where all numbers vary one may be 0, and robots in which it is not take the other way: a guard tells."""
+def test_truth_of_a_parameter_is_guarded():
+    """A parameter that is 0 for one robot may differ for another of the same structure."""
     tape = Tape()
     assert not tape.write(("parameter", 0), 0.0) and tape.write(("parameter", 1), 2.0)
     assert len(tape.guards) == 2 and sorted(tape.guards.values()) == [False, True]

@@ -1,4 +1,4 @@
-"""Every operation on recorded numbers and plain ones, whichever of the two an operand is, does what Python does."""
+"""Operations on recorded and plain numbers, in any combination of operands, against Python's."""
 
 import math
 import operator
@@ -12,7 +12,7 @@ from kinetostatics.engine import scalars
 from kinetostatics.engine.scalars import Scalar, Tape, value_of
 
 NUMBERS = (0.0, 1.0, -1.0, 2.5, -0.5, math.nan, math.inf)
-#: What each function of two numbers is in Python.
+#: Equivalents of the functions of two numbers in Python.
 OF_TWO = {
     "add": operator.add,
     "subtract": operator.sub,
@@ -36,7 +36,7 @@ OF_ONE = {
     "is_finite": math.isfinite,
     "without_nan": lambda a: 0.0 if math.isnan(a) else a,
 }
-#: Examples of which Python knows no function, or where a plain zero stays one whatever it multiplies or what divides it.
+#: Operands for which Python has no value, or for which products and quotients of a plain zero stay zero.
 WITHOUT = {
     "sine": (math.inf,),
     "cosine": (math.inf,),
@@ -68,25 +68,25 @@ def check(function, wanted, examples, numbers):
 
 
 @pytest.mark.parametrize("name", OF_TWO)
-def test_functions_of_two_numbers(name):
+def test_binary_functions_equal_python(name):
     for a, b in product(numbers_for(name, *NUMBERS), repeat=2):
         check(getattr(scalars, name), OF_TWO[name], (a, b), numbers_for(name, 3.0, -0.7, 0.0, b))
 
 
 @pytest.mark.parametrize("name", OF_ONE)
-def test_functions_of_one_number(name):
+def test_unary_functions_equal_python(name):
     for a in numbers_for(name, *NUMBERS):
         check(getattr(scalars, name), OF_ONE[name], (a,), numbers_for(name, 3.0, -0.7, 0.0, math.nan, math.inf))
 
 
 @pytest.mark.parametrize("how", scalars._COMPARISONS)
-def test_comparisons(how):
+def test_comparisons_equal_python(how):
     for a, b in product(NUMBERS, repeat=2):
         check(lambda a, b: scalars.compare(how, a, b), scalars._COMPARISONS[how], (a, b), [3.0, -0.7, b])
 
 
 @pytest.mark.parametrize("condition", [True, False])
-def test_choices(condition):
+def test_choose_returns_the_chosen_operand(condition):
     for a, b in ((2.0, 3.0), (2.0, 2.0), (True, False), (False, True), (True, True)):
         for recorded in product((True, False), repeat=3):
             tape = Tape()
@@ -99,7 +99,7 @@ def test_choices(condition):
                 assert evaluate(tape, [columns.astype(float)], [], [found.number])[0][0] == (a if columns[0, 0] else b)
 
 
-def test_what_changes_nothing_is_not_written():
+def test_neutral_operations_are_not_recorded():
     tape = Tape()
     a, b = (tape.write(("input", 0, k), value) for k, value in enumerate((2.0, 3.0)))
     less, truth = -a, tape.write(("input", 0, 2), True)
@@ -126,7 +126,7 @@ def test_what_changes_nothing_is_not_written():
 
 
 @pytest.mark.parametrize("example", [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)])
-def test_a_record_holds_where_all_branches_are_the_example_s(example):
+def test_record_holds_where_all_branches_match_the_example(example):
     tape = Tape()
     a, b = (tape.write(("input", 0, k), value) for k, value in enumerate(example))
     for one in (a, b):

@@ -1,4 +1,4 @@
-"""Exported C of a turntable with a lift, whose statics, derivatives and corrections are known by hand; and what is told of it."""
+"""Exported C of a turntable with a lift against statics, derivatives and corrections by hand; texts of the export."""
 
 import shutil
 import subprocess
@@ -87,7 +87,7 @@ def corrected(tmp_path_factory):
     return f, f.export_c(tmp_path_factory.mktemp("corrected"), name="5 tables")
 
 
-def test_results_and_derivatives_are_those_by_hand(derived):
+def test_c_results_and_derivatives_equal_hand_calculation(derived):
     f, _, exported = derived
     at, load, gravity = some(40, 1)
     status, found = run(c_programs.driver(exported, derivatives=True), rows(f, at, load, gravity))
@@ -104,8 +104,7 @@ def test_results_and_derivatives_are_those_by_hand(derived):
         np.testing.assert_allclose(row[11:], np.concatenate([np.ravel(a) for part in parts for a in part]), rtol=1e-8, atol=1e-9)
 
 
-def test_without_a_place_nothing_is_done(derived):
-    """A null pointer is a bad argument, and nothing behind it is looked at."""
+def test_c_null_pointers_are_bad_arguments(derived):
     folder = derived[2].folder
     calls = ["(0, &s, &o)", "(&i, 0, &o)", "(&i, &s, 0)"]
     calls = [f"table_evaluate{call}" for call in calls] + [f"table_differentiate{call[:-1]}, &j)" for call in calls]
@@ -119,8 +118,8 @@ def test_without_a_place_nothing_is_done(derived):
 
 
 @pytest.mark.parametrize("flags", [(), pytest.param(SANITIZED, marks=pytest.mark.slow)], ids=["strict", "sanitized"])
-def test_corrections_are_those_by_hand(corrected, flags):
-    """Also across half a turn, and beyond limits, which the status tells; no array is too small."""
+def test_c_corrections_equal_hand_calculation(corrected, flags):
+    """Also across half a turn, and beyond limits with status 1; sanitizers check the sizes of arrays."""
     f, exported = corrected
     at, load, gravity = some(200, 2)
     status, found = run(c_programs.driver(exported, flags), rows(f, at, load, gravity))
@@ -136,8 +135,8 @@ def test_corrections_are_those_by_hand(corrected, flags):
     assert np.array_equal(back["status"], status) and np.max(np.abs(back["actuators"] - drives)) < 1e-11
 
 
-def test_a_correction_that_is_not_finished_is_none(corrected, tmp_path, monkeypatch):
-    """After one step 1e-10 rad are left, to which the actuators would lead: more than what counts as corrected."""
+def test_c_unfinished_correction_is_unreachable(corrected, tmp_path, monkeypatch):
+    """One step leaves 1e-10 rad of a turn of 1e-5 rad, which exceeds the tolerance of corrections."""
     monkeypatch.setattr(c_source, "MOST", 1)
     program = c_programs.driver(corrected[0].export_c(tmp_path))
     poses = np.zeros((2, 11))
@@ -145,8 +144,8 @@ def test_a_correction_that_is_not_finished_is_none(corrected, tmp_path, monkeypa
     assert run(program, poses)[0].tolist() == [2, 0]
 
 
-def test_actuators_are_taken_where_followers_are_given(tmp_path):
-    """An endless turn that another one follows: o goes where both lead, and C is told of sines."""
+def test_c_statics_with_mimic_joint_equals_hand_calculation(tmp_path):
+    """A continuous joint and its mimic move o; header and README give units, limits and the number of sines."""
     table = robot(
         joint("turn", "continuous", "base", "table", np.eye(4), (0, 0, 1)),
         joint("lift", "prismatic", "table", "sledge", frame(p=(REACH, 0, HEIGHT)), (0, 0, 1), f'lower="{LOWER}" upper="{UPPER}"'),
@@ -176,14 +175,14 @@ def test_actuators_are_taken_where_followers_are_given(tmp_path):
     assert ", nor are 4 sines and cosines of given angles in each step of a line." in readme
 
 
-# ---- what is told, and what compares ----------------------------------------------------------------------------------------
+# ---- exported test programs --------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.slow
 @pytest.mark.few(1)
 @pytest.mark.parametrize("case", ["derivatives", "corrections"])
 def test_test_programs_detect_errors_of_1e_7(case, derived, corrected):
-    """They pass with the exported files, and fail where derivatives are of loads larger by 1e-7, or corrections are."""
+    """The programs pass with the exported files, and fail if loads of derivatives or corrections are larger by 1e-7."""
     exported, item = (derived[2], "twist_by_rz") if case == "derivatives" else (corrected[1], "actuators")
     folder, name = exported.folder, exported.name
     code, printed = answer(folder, f"{name}_test.c", f"{name}.c")
@@ -198,7 +197,7 @@ def test_test_programs_detect_errors_of_1e_7(case, derived, corrected):
     assert code == 1 and printed.startswith(f"{item} differs by")
 
 
-def test_programs_of_floats_compare_what_floats_have(derived, tmp_path):
+def test_c_float_export_passes_its_test_program(derived, tmp_path):
     derived[0].export_c(tmp_path, "float", name="small")
     code, told = answer(tmp_path, "small_test.c", "small.c")
     assert code == 0 and told.startswith("0 of 40 poses differ\n")

@@ -1,4 +1,4 @@
-"""Exported C against a closed form, which knows nothing of Python's records; and what it refuses."""
+"""Exported C of a five-bar against a closed form; invalid arguments, poses that are not covered, turns."""
 
 import shutil
 import subprocess
@@ -66,7 +66,7 @@ def _elbow(x, y, side):
     return np.array([c * way[0] - s * way[1], s * way[0] + c * way[1]]) / reach
 
 
-def test_the_five_bar_in_c_is_the_five_bar_by_hand(five_bar):
+def test_c_five_bar_equals_closed_form(five_bar):
     f, program = five_bar
     rng = np.random.default_rng(3)
     N = 200
@@ -82,8 +82,8 @@ def test_the_five_bar_in_c_is_the_five_bar_by_hand(five_bar):
 
 
 @pytest.mark.parametrize("nothing", [np.nan, np.inf, -np.inf])
-def test_what_is_no_number_is_refused_and_leaves_the_state(five_bar, nothing):
-    """Each coordinate, component of the load and of gravity by itself; the pose behind it follows from the one before."""
+def test_c_rejects_nan_and_inf_and_keeps_the_state(five_bar, nothing):
+    """Each coordinate and each component of load and gravity by itself; the next pose follows from the last valid one."""
     _, program = five_bar
     wrong = np.tile([0.01, 0.3, *[1.0] * 9], (11, 1))
     np.fill_diagonal(wrong, nothing)
@@ -95,8 +95,8 @@ def test_what_is_no_number_is_refused_and_leaves_the_state(five_bar, nothing):
 
 
 @pytest.mark.slow
-def test_where_a_limb_is_not_what_it_is_elsewhere_c_says_so(tmp_path):
-    """A stretched leg between balls resists one wrench more: Python looks closer, and C has no numbers that could be wrong."""
+def test_c_status_of_a_degenerate_limb_is_not_covered(tmp_path):
+    """A stretched leg between spherical joints resists one more wrench: Python computes it, C returns NaN."""
     mechanism = DEPENDENT["a stretched leg between balls"]
     leg = write_mechanism(mechanism, cuts=cuts_of(mechanism)).robot()
     f = ks.compile(leg, outputs=("twist",))
@@ -107,8 +107,8 @@ def test_where_a_limb_is_not_what_it_is_elsewhere_c_says_so(tmp_path):
 
 
 @pytest.mark.parametrize("piece", [3, 8000])
-def test_actuators_go_the_shorter_way_round_in_c(tmp_path, monkeypatch, piece):
-    """A correction across half a turn is a small one; a slide has no turns. In one function and in several."""
+def test_c_correction_takes_the_shorter_turn(tmp_path, monkeypatch, piece):
+    """Corrections across half a turn are small; those of a slide are not. In one C function and in several."""
     monkeypatch.setattr(c_code, "_PIECE", piece)
     robot = package_robots.robot("five_bar")
     programs = search_programs(robot, ("x", "y"), orientation_named(None))

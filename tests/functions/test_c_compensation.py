@@ -1,4 +1,4 @@
-"""Compensation in C: it finds the actuator positions that Python finds, or says why there are none."""
+"""Compensation in C against Python: actuator positions and statuses."""
 
 import shutil
 
@@ -36,7 +36,7 @@ def function(name, coordinates, orientation=None, **parameters):
 
 
 @pytest.mark.parametrize(("name", "coordinates", "orientation", "far", "N", "flags"), ROBOTS)
-def test_it_finds_what_python_finds_in_and_out_of_reach(name, coordinates, orientation, far, N, flags, tmp_path):
+def test_c_compensation_equals_python_in_and_out_of_reach(name, coordinates, orientation, far, N, flags, tmp_path):
     f = function(name, coordinates, orientation)
     at, load, gravity = around(f, N, far * np.where(np.arange(N) % 3 == 0, 6, 1), 7)
     gravity = np.array([0, 0, -9.81]) + gravity / 10
@@ -49,15 +49,15 @@ def test_it_finds_what_python_finds_in_and_out_of_reach(name, coordinates, orien
     for item, part in zip(OUTPUTS, np.split(found[valid], ends, axis=1), strict=False):
         expected = wanted[item][valid]
         allowed = 1e-9 * np.max(np.abs(expected), axis=1)
-        if item == "residual_error":  # differences of coordinates: what counts as corrected cannot be told from nothing
+        if item == "residual_error":  # differences of coordinates, which are zero to the tolerance of corrections
             allowed = allowed + error_tolerance(f.robot.length)
         assert np.all(np.max(np.abs(part - expected), axis=1) <= allowed), item
     assert np.all(np.isnan(found[~valid]))
 
 
 @pytest.mark.slow
-def test_it_looks_where_the_actuators_lead(tmp_path):
-    """Python and C: what leads into another assembly mode is no correction."""
+def test_c_compensation_rejects_other_assembly_modes(tmp_path):
+    """Actuator positions that lead to another assembly mode are no correction, in Python and C."""
     f = ks.compile(package_robots.soft_five_bar(), ("x", "y"), outputs=OUTPUTS, compensate=True)
     drives = np.array([[0.6, 0.4], [-0.8 + 1.6 * 12 / 15, -0.8 + 1.6 * 10 / 15], [0.1, 0.2]]).T
     pose = f.robot.assemble(actuators=dict(zip(f.robot.description.driven, drives, strict=True)))
@@ -67,7 +67,7 @@ def test_it_looks_where_the_actuators_lead(tmp_path):
     assert np.isnan(found[:2]).all() and np.isfinite(found[2]).all()
 
 
-def test_the_function_is_compensate():
+def test_function_with_compensation_equals_ks_compensate():
     f = function("3rps", TRIPOD)
     at, load = {"z": [0.5, 2.0], "rx": 0.1, "ry": -0.05}, [20, 0, -500, 3, 0, 0]
     values = f(**at, load=load)
@@ -80,7 +80,7 @@ def test_the_function_is_compensate():
     assert values.pose.platform["z"][0] == pytest.approx(0.5)
 
 
-def test_what_does_not_go_with_compensation_is_told(tmp_path):
+def test_invalid_options_with_compensation_raise_argument_error(tmp_path):
     robot = package_robots.robot("3rps")
     with pytest.raises(ks.ArgumentError, match=r"compensate=True \(--compensate\) needs platform= \(--platform\), the names"):
         ks.compile(robot, compensate=True)

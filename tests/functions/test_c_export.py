@@ -1,4 +1,4 @@
-"""C for controllers: compiled strictly and with sanitizers, it says of poses in and out of reach what Python says."""
+"""C for controllers, compiled strictly and with sanitizers: states, starts, exported files and their texts."""
 
 import re
 import shutil
@@ -34,7 +34,7 @@ def driver(exported, request):
     return c_programs.driver(exported, request.param)
 
 
-def test_a_state_goes_on_and_stays_where_a_pose_is_out_of_reach(five_bar, driver):
+def test_c_state_is_kept_where_a_pose_is_unreachable(five_bar, driver):
     zero = five_bar.robot.assemble().platform
     x = float(zero["x"]) + np.array([0.02, 0.04, 9.0, 0.04, np.nan, 0.05])
     inputs = np.zeros((len(x), 11))
@@ -44,8 +44,8 @@ def test_a_state_goes_on_and_stays_where_a_pose_is_out_of_reach(five_bar, driver
     np.testing.assert_allclose(found[1, :-1], found[3, :-1], rtol=1e-9, atol=1e-18)
 
 
-def test_a_state_may_start_at_another_pose_where_the_zero_pose_is_singular(tmp_path):
-    """An arm that is stretched at zero: from a bent pose C finds what Python finds from there, and from zero nothing."""
+def test_c_state_may_start_at_a_given_pose(tmp_path):
+    """An arm with a singular zero pose: from a bent pose C equals Python; from zero some poses are unreachable."""
     robot = package_robots.robot("ur10")
     bent = robot.assemble(actuators=dict(zip(robot.description.driven, (0.3, -1.0, 1.2, -0.9, -1.2, 0.4), strict=True)))
     f = ks.compile(robot, ("x", "y", "z", "rx", "ry", "rz"), outputs=("twist", "actuators"), engine="numpy")
@@ -71,8 +71,8 @@ def test_a_state_may_start_at_another_pose_where_the_zero_pose_is_singular(tmp_p
         f.export_c(tmp_path, near=package_robots.robot("five_bar").assemble())
 
 
-def test_azimuth_and_tilt_also_upright(tmp_path):
-    """At tilt 0 the azimuth means nothing: lines begin and end there as in Python, and azimuths go the shorter way."""
+def test_c_azimuth_and_tilt_equal_python_also_upright(tmp_path):
+    """At tilt 0 the azimuth is undefined: lines begin and end there as in Python, and azimuths take the shorter way."""
     f = ks.compile(package_robots.robot("3rps"), ("z", "azimuth", "tilt"), orientation="tilt_torsion", outputs="twist")
     N, rng = 24, np.random.default_rng(4)
     tilt = np.where(np.arange(N) % 3 == 0, 0.0, np.where(np.arange(N) % 3 == 1, 1e-10, rng.uniform(-0.1, 0.5, N)))
@@ -91,7 +91,7 @@ def test_azimuth_and_tilt_also_upright(tmp_path):
             assert np.max(np.abs(found[k, :6] - wanted)) < 1e-9 * np.max(np.abs(wanted))
 
 
-def test_the_readme_counts_what_the_source_computes(exported):
+def test_readme_counts_the_operations_of_the_source(exported):
     """Every operation of the source is in one column of the table, by a count of the text."""
     source, readme = ((exported.folder / name).read_text() for name in ("five_bar.c", "README.md"))
     lines = [line.partition(" = ")[2] for line in source.splitlines() if re.match(r"    const (double|int) v\d+ = ", line)]
@@ -113,7 +113,7 @@ def test_the_readme_counts_what_the_source_computes(exported):
     assert f"WORK = {exported.work // 8} " in source and f"takes {exported.work:,} bytes" in readme
 
 
-def test_the_test_program_measures(exported):
+def test_c_test_program_reports_corrections_and_times(exported):
     program = compiled(exported.folder, "five_bar_test.c", "five_bar.c")
     first, *rest = subprocess.run([program], capture_output=True, text=True, check=True).stdout.splitlines()
     assert first == "0 of 40 poses differ"
@@ -123,7 +123,7 @@ def test_the_test_program_measures(exported):
     )
 
 
-def test_what_is_written(exported):
+def test_exported_files_and_their_texts(exported):
     assert exported.files == ("five_bar.h", "five_bar.c", "five_bar.hpp", "five_bar_test.c", "CMakeLists.txt", "README.md")
     text = (exported.folder / "five_bar.c").read_text()
     assert not any(word in text for word in ("malloc", "static double", "printf", "alloca"))
@@ -140,8 +140,8 @@ def test_what_is_written(exported):
     assert c_array([0.1, -2.0]) == "{0.1, (-2.0)}" and c_array([]) == "{0.0}"
 
 
-def test_the_readme_of_the_code_shows_what_works(exported):
-    """Its example, at the zero pose, compiles strictly and is valid."""
+def test_readme_example_compiles_and_returns_numbers(exported):
+    """Compiled strictly, at the zero pose."""
     example = (exported.folder / "README.md").read_text().partition("```c\n")[2].partition("```")[0]
     include, body = example.split("\n", 1)
     body = body.replace("/* use output */", "return output.twist[0] == output.twist[0] ? 0 : 2;")
@@ -150,12 +150,12 @@ def test_the_readme_of_the_code_shows_what_works(exported):
 
 
 @pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not installed")
-def test_the_wrapper_is_cpp(exported):
+def test_cpp_wrapper_compiles(exported):
     subprocess.run(["g++", "-std=c++11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-x", "c++", "five_bar.hpp"],
                    cwd=exported.folder, check=True)  # fmt: skip
 
 
-def test_what_cannot_be_exported_is_told(tmp_path):
+def test_invalid_exports_raise_argument_error(tmp_path):
     upright = {"platform": ("z", "azimuth", "tilt"), "orientation": "tilt_torsion", "outputs": "actuators"}
     with pytest.raises(ks.ArgumentError, match="azimuth and tilt cannot be exported together with compensation"):
         ks.compile(package_robots.robot("3rps"), **upright, compensate=True).export_c(tmp_path)
@@ -170,12 +170,12 @@ def test_what_cannot_be_exported_is_told(tmp_path):
     ("name", "alone", "member"),
     [("5 bars", "robot_5_bars", "robot_5_bars"), ("2", "robot_2", "robot_2"), ("a1-b", "a1_b", "a1_b"), ("a b", "a_b", "a_b")],
 )
-def test_names_in_c(name, alone, member):
+def test_c_identifiers_of_names(name, alone, member):
     assert identifier(name) == alone and c_names([name]) == {name: member}
     assert identifier("") == "robot_"
 
 
-def test_members_of_structs_are_no_keywords_and_all_different():
+def test_struct_members_are_unique_and_no_keywords():
     assert c_names(["a_b", "a-b", "a b", "int", "class"]) == {
         "a_b": "a_b", "a-b": "a_b_", "a b": "a_b__", "int": "int_", "class": "class_",
     }  # fmt: skip

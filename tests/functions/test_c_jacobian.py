@@ -1,4 +1,4 @@
-"""Derivatives in C are those of Python, by coordinates, load and gravity."""
+"""Derivatives in C by coordinates, load and gravity, against Python."""
 
 import shutil
 import subprocess
@@ -29,7 +29,7 @@ ROBOTS = [
 
 
 @pytest.mark.parametrize(("name", "platform", "orientation", "flags"), ROBOTS)
-def test_they_are_those_of_python(name, platform, orientation, flags, tmp_path):
+def test_c_jacobian_equals_python(name, platform, orientation, flags, tmp_path):
     robot, N = package_robots.robot(name), 60
     f = ks.compile(robot, platform, orientation=orientation, outputs=OF)
     coordinates = [item for item in f.inputs if item not in ("load", "gravity")]
@@ -43,7 +43,7 @@ def test_they_are_those_of_python(name, platform, orientation, flags, tmp_path):
     assert np.mean(valid) > 0.8 and (name == "6rus" or not valid[0])
     at_column = sum(int(np.prod(f.outputs[item].shape)) for item in OF) + 1
     for output in OF:
-        rounding = 1e-12 * np.max(np.abs(values[output][valid]))  # in what does not depend on an input
+        rounding = 1e-12 * np.max(np.abs(values[output][valid]))  # of outputs that do not depend on an input
         for item in J.by:
             expected = wanted[output][item].reshape(N, -1)
             part = found[:, at_column : at_column + expected.shape[1]]
@@ -60,14 +60,14 @@ def test_they_are_those_of_python(name, platform, orientation, flags, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scalar", ["double", "float"])
-def test_derivatives_of_drives_alone_need_no_statics(scalar, tmp_path):
+def test_c_jacobian_of_actuators_needs_no_statics(scalar, tmp_path):
     f = ks.compile(package_robots.robot("five_bar"), ("x", "y"), outputs="actuators")
     f.jacobian("actuators", ("y", "load")).export_c(tmp_path, scalar, name="bars")
     program = c_programs.compiled(tmp_path, "bars_test.c", "bars.c", flags=SANITIZED)
     assert subprocess.run([program], capture_output=True, text=True, check=True).stdout.startswith("0 of 40 poses differ\n")
 
 
-def test_only_inputs_are_what_derivatives_are_by(tmp_path):
+def test_c_jacobian_by_parameters_is_refused(tmp_path):
     f = ks.compile(package_robots.robot("3rps"), ("z", "rx", "ry"))
     with pytest.raises(
         ks.ArgumentError, match=r"derivatives by 'platform.mass' cannot be exported, only those by inputs: z, rx, ry"

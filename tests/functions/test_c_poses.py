@@ -1,4 +1,4 @@
-"""C for controllers at many poses of robots of every kind, its rarer statuses, and what it takes on a controller."""
+"""C for controllers at many poses of various robots, its rarer statuses, and its memory on a controller."""
 
 import math
 import shutil
@@ -57,7 +57,7 @@ def compare(f, program, at, load, gravity):
         ),
     ],
 )
-def test_many_poses_in_and_out_of_reach(name, coordinates, poses, tmp_path):
+def test_c_equals_python_at_many_poses(name, coordinates, poses, tmp_path):
     """Overconstrained and other robots, three to six freedoms: the same status everywhere, the same numbers to 1e-9."""
     f = function(name, coordinates)
     inputs = around(f, poses, np.where(np.arange(poses) % 5 == 0, 0.8, 0.15), 11, load=200.0)
@@ -65,8 +65,8 @@ def test_many_poses_in_and_out_of_reach(name, coordinates, poses, tmp_path):
     assert reached > poses / 2 and (not_reached > poses / 500) == (name in ("five_bar", "2pru_upr"))  # the others reach all
 
 
-def test_poses_that_are_not_covered_and_telescopes_turned_inside_out(tmp_path):
-    """Singular poses are left to Python, which says so; a telescope beyond its start is told as Python tells it."""
+def test_c_statuses_of_singular_poses_and_inverted_telescopes(tmp_path):
+    """C does not cover singular poses (6), Python finds them singular (3); telescopes beyond their start are singular in both."""
     five_bar, tripod, telescope = function("five_bar", ("x", "y")), function("3rps", TRIPOD), ks.compile(mast(names="a"), "z")
     height = math.sqrt(0.23**2 - (0.23 - 0.1375) ** 2)  # of the elbows, 2 × 0.23 m apart: the distal links are one line
     zero = float(tripod.robot.assemble().platform["z"])
@@ -86,8 +86,8 @@ def test_poses_that_are_not_covered_and_telescopes_turned_inside_out(tmp_path):
 
 @pytest.mark.slow
 @NEEDS_ARM
-def test_a_cortex_m7_takes_it(tmp_path):
-    """No warning, no memory but the stack, and nothing called but libm and what copies and clears memory."""
+def test_c_for_cortex_m7_uses_no_static_memory(tmp_path):
+    """It compiles without warnings, and calls only libm, memcpy and memset."""
     exported = function("five_bar", ("x", "y")).export_c(tmp_path)
     text, data, bss = on_cortex_m7(tmp_path, f"{exported.name}.c")
     assert 10_000 < text < 200_000 and data == bss == 0

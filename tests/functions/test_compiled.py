@@ -1,4 +1,4 @@
-"""Functions by compiled code say of poses in and out of reach, one by one and in batches, what assembly and analysis say."""
+"""Functions in compiled code against NumPy at poses in and out of reach, one by one and in batches."""
 
 import copy
 import pickle
@@ -68,7 +68,7 @@ def assert_alike(found, wanted):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", NAMES)
-def test_a_batch_is_what_the_analysis_says(name):
+def test_compiled_batch_equals_numpy(name):
     f, g, at, load, gravity = functions(name)
     wanted = g(**at, load=load, gravity=gravity)
     assert f._compiled is not None and len(set(wanted["status"].tolist())) > 1
@@ -77,7 +77,7 @@ def test_a_batch_is_what_the_analysis_says(name):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", NAMES)
-def test_poses_one_by_one_are_what_the_analysis_says(name, monkeypatch):
+def test_compiled_single_poses_equal_numpy(name, monkeypatch):
     f, g, at, load, gravity = functions(name)
     wanted = g(**at, load=load, gravity=gravity)
     at_once, whole = [], CompiledFunction.single
@@ -96,8 +96,8 @@ def test_poses_one_by_one_are_what_the_analysis_says(name, monkeypatch):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", NAMES)
-def test_a_path_from_pose_to_pose(name):
-    """Each pose begins where the last one was, as a controller goes on."""
+def test_compiled_path_equals_numpy(name):
+    """Each pose starts from the previous one, as on a controller."""
     f, g, at, *_ = functions(name)
     zero = {key: float(value[0]) for key, value in at.items()}
     values = careful = None
@@ -112,7 +112,7 @@ def test_a_path_from_pose_to_pose(name):
             values = careful = None
 
 
-def test_poses_and_functions_can_be_kept():
+def test_values_and_functions_can_be_pickled_and_copied():
     f, _, at, *_ = functions("five_bar")
     values = f(**{key: float(value[1]) for key, value in at.items()})
     again = pickle.loads(pickle.dumps(values))
@@ -122,7 +122,7 @@ def test_poses_and_functions_can_be_kept():
     assert np.array_equal(other(**{key: float(value[1]) for key, value in at.items()})["twist"], values["twist"])
 
 
-def test_mistakes_are_told_as_ever():
+def test_invalid_arguments_of_compiled_functions_raise():
     f, _, at, *_ = functions("five_bar")
     one = {key: float(value[1]) for key, value in at.items()}
     with pytest.raises(ks.ArgumentError, match="its last axis must have 6 entries"):
@@ -140,8 +140,8 @@ def test_mistakes_are_told_as_ever():
         f(**{**one, next(iter(one)): [0.1, 0.2]}, load=np.zeros((3, 6)))
 
 
-def test_what_has_no_numbers_or_is_beyond_limits_is_told():
-    """A telescope pushed together beyond its start, one within its limits, and one beyond them, each one by one and together."""
+def test_statuses_of_singular_telescopes_and_exceeded_limits():
+    """A telescope beyond its start, within its limits and beyond them, one by one and in a batch."""
     robot = mast()
     f, g = (ks.compile(robot, outputs=OUTPUTS, engine=engine) for engine in ("compiled", "numpy"))
     statuses = []
@@ -159,8 +159,8 @@ def test_what_has_no_numbers_or_is_beyond_limits_is_told():
 
 
 @pytest.mark.parametrize(("rough", "tolerance"), [(1e-4, 1e-3), (1e-3, 1e-4)])
-def test_a_pose_counts_where_its_loops_are_closed(rough, tolerance, monkeypatch):
-    """A distal link turned by an angle takes the wrist apart by the chord; the lesser of both limits counts."""
+def test_poses_with_open_loops_are_left_to_numpy(rough, tolerance, monkeypatch):
+    """A turned distal link opens the wrist by the chord; the smaller of both tolerances counts."""
     f = functions("five_bar")[0]
     monkeypatch.setattr(f._compiled, "_most", rough)
     monkeypatch.setattr("kinetostatics.functions.compiled.TOLERANCE", tolerance)
@@ -179,7 +179,7 @@ def test_a_pose_counts_where_its_loops_are_closed(rough, tolerance, monkeypatch)
     assert len(doubted) == 3 and set(found["status"].tolist()) == {ks.Status.OK}
 
 
-def test_a_line_that_may_pass_a_singular_pose_is_followed_with_care(monkeypatch):
+def test_line_near_a_singular_pose_is_left_to_numpy(monkeypatch):
     f, _, at, *_ = functions("five_bar")
     one = {key: float(value[1]) for key, value in at.items()}
 
@@ -205,7 +205,7 @@ def test_a_line_that_may_pass_a_singular_pose_is_followed_with_care(monkeypatch)
     assert_alike(other(**one, load=LOAD), f(**one, load=LOAD))
 
 
-def test_after_a_far_pose_the_next_begins_there():
+def test_single_pose_may_start_from_a_previous_pose():
     f, *_ = functions("ur10")
     far = {key: 1.5 for key in f.inputs if key not in ("load", "gravity")}
     assert f._compiled.single(far, None, LOAD, (0, 0, -9.81)) is None
@@ -217,8 +217,8 @@ def test_after_a_far_pose_the_next_begins_there():
 
 
 @pytest.mark.parametrize("holds", [True, False])
-def test_lines_whose_start_has_several_coordinates_go_the_short_way(holds, monkeypatch):
-    """As with large angles, or azimuth, tilt and torsion; where the record of the start does not hold, NumPy finds it."""
+def test_lines_of_ambiguous_angles_take_the_shorter_way(holds, monkeypatch):
+    """Large angles, or azimuth, tilt and torsion; where the record of the start does not hold, NumPy computes it."""
     f, g, at, *_ = functions("2pru_upr")
     monkeypatch.setattr(Orientation, "unique_below", 0.0)
     monkeypatch.setattr(f._compiled, "unique_below", 0.0)

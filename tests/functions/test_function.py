@@ -1,4 +1,4 @@
-"""Functions of a robot give what the analysis gives; their derivatives are those of central differences, loops closed anew."""
+"""Functions of a robot against the analysis; their derivatives against central differences with loops closed anew."""
 
 from types import SimpleNamespace
 
@@ -58,12 +58,12 @@ def differences(f, at, by):
 
 
 def assert_alike(found, wanted, size, tolerance):
-    """Compare derivatives beside the largest of them, and what rounding of the differenced function leaves."""
+    """Compare derivatives relative to the largest of them, with an allowance for rounding of the differenced function."""
     rounding = 1e-10 * np.max(np.abs(size))
     np.testing.assert_allclose(found, wanted, rtol=0, atol=tolerance * np.max(np.abs(wanted)) + rounding)
 
 
-def test_without_load_and_gravity_it_is_the_analysis_without_arguments():
+def test_function_defaults_equal_the_analysis_defaults():
     f, at = function_of("2pru_upr")
     found, result = f(**at), ks.analyze(package_robots.robot("2pru_upr").assemble(platform=at))
     np.testing.assert_allclose(found["twist"], result.twist, rtol=1e-11)
@@ -74,7 +74,7 @@ def test_without_load_and_gravity_it_is_the_analysis_without_arguments():
     np.testing.assert_array_equal(jacobian(**at)["twist"]["z"], slope)
 
 
-def test_angles_are_those_of_the_orientation():
+def test_function_angles_follow_the_orientation_convention():
     robot, at = package_robots.robot("2pru_upr"), {"z": 0.6, "rx": 0.2, "ry": -0.25}
     found = {name: ks.compile(robot, at, orientation=name, outputs="twist")(**at)["twist"] for name in ("XYZ", "xyz")}
     for name, twist in found.items():
@@ -85,7 +85,7 @@ def test_angles_are_those_of_the_orientation():
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", POSES)
-def test_derivatives_by_coordinates_load_and_gravity(name):
+def test_jacobian_by_inputs_equals_central_differences(name):
     f, at = function_of(name)
     by = (*at, "load", "gravity")
     J = f.jacobian(OUTPUTS, by)(load=LOAD, gravity=GRAVITY, **at)
@@ -120,7 +120,7 @@ def by_other_robots(f, at, name, k):
         ("tripteron", "rail_1.actuator_stiffness", 0),
     ],
 )
-def test_derivatives_by_the_robots_numbers(name, parameter, k):
+def test_jacobian_by_parameters_equals_changed_robots(name, parameter, k):
     f, at = function_of(name)
     J = f.jacobian(OUTPUTS, parameter)(load=LOAD, gravity=GRAVITY, **at)
     wanted, h = by_other_robots(f, at, parameter, k)
@@ -135,8 +135,8 @@ def test_derivatives_by_the_robots_numbers(name, parameter, k):
 @pytest.mark.slow
 @pytest.mark.few(1)
 @pytest.mark.parametrize("k", range(3))
-def test_derivatives_where_axes_would_not_meet_any_more(k):
-    """The second axis of a universal joint, shifted: its loops close, and the joint becomes two hinges, or one elsewhere."""
+def test_jacobian_by_shift_of_a_universal_joint_axis(k):
+    """The shifted axes do not meet, or meet elsewhere: the joint becomes two hinges or moves, and the loops still close."""
     name = "universal_3_y.placement"
     f, at = function_of("2pru_upr")
     J, values = f.jacobian(OUTPUTS, name)(load=LOAD, gravity=GRAVITY, **at), f(load=LOAD, gravity=GRAVITY, **at)
@@ -148,8 +148,8 @@ def test_derivatives_where_axes_would_not_meet_any_more(k):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize(("links", "sign"), [(("base", "platform"), 1), (("platform", "base"), -1)])
-def test_a_drive_at_a_loop_reads_from_where_its_frames_lie(links, sign):
-    """A platform on a soft slide, beside it the slide that is driven: shifts of its own frames are read."""
+def test_jacobian_of_a_driven_loop_joint_by_its_placements(links, sign):
+    """A platform on a soft slide, with a driven slide beside it, whose coordinate changes with shifts of its own frames."""
     still, up = np.eye(4), (0, 0, 1)
     soft = springs("guide", linear="1e6 1e6 1e6", angular="1e5 1e5 1e5")
     parts = [joint("guide", "prismatic", "base", "platform", still, up), soft, driven("drive")]
@@ -161,7 +161,7 @@ def test_a_drive_at_a_loop_reads_from_where_its_frames_lie(links, sign):
     assert [float(J[place][0, 2]) for place in places] == pytest.approx([-1.0, 1.0])
 
 
-def test_derivatives_where_a_hinge_inside_a_spherical_joint_is_elastic():
+def test_jacobian_with_elastic_hinge_inside_a_spherical_joint():
     """The bodies between its hinges, which the solver passes over, have frames of their own."""
     soft = JointStiffness("spherical_1_y", linear=(1e6, 2e6, 1.5e6))
     machine = ks.Robot(package_robots.robot("3prs").description.with_part(soft))
@@ -175,7 +175,7 @@ def test_derivatives_where_a_hinge_inside_a_spherical_joint_is_elastic():
 
 
 @pytest.mark.parametrize(("size", "gain"), [(1.0, 1.0), (4e-9, 2.5e8), (3e-10, 0.0)])
-def test_motions_that_hardly_close_loops_are_free(size, gain):
+def test_loop_gradient_rank_tolerance_is_1e_9(size, gain):
     """Singular values of the loops' gradient on both sides of a part in 10⁹ of the largest."""
     solver = SimpleNamespace(rates=lambda *_: (np.diag([1.0, size])[:, :, None], np.zeros((2, 1, 1))))
     found = object.__new__(Derivatives)
@@ -185,7 +185,7 @@ def test_motions_that_hardly_close_loops_are_free(size, gain):
 
 
 @pytest.mark.parametrize("compensate", [False, True])
-def test_quantities_have_the_shapes_units_and_components_of_numbers(compensate):
+def test_outputs_have_declared_shapes_units_and_components(compensate):
     outputs = ("twist", "contributions", "stiffness", "compliance", "actuator_forces", "actuators")
     f = ks.compile(
         package_robots.robot("five_bar"), ("x", "y"), outputs=(*outputs, *["residual_error"] * compensate), compensate=compensate
@@ -199,8 +199,8 @@ def test_quantities_have_the_shapes_units_and_components_of_numbers(compensate):
     assert "gravity (3,) [m/s²]: gravity, world axes" in str(f) and "x [m]: coordinate of o, world axes" in str(f)
 
 
-def test_derivatives_of_batches_of_loads_and_gravity_are_those_of_each():
-    """Poses, loads and gravity along axes of their own; of so many poses that they are not differentiated all at once."""
+def test_jacobian_of_batches_equals_single_poses():
+    """Poses, loads and gravity along separate axes; more poses than are differentiated at once."""
     f = ks.compile(package_robots.robot("five_bar"), outputs=(*OUTPUTS, "compliance"))
     J = f.jacobian((*OUTPUTS, "compliance"), ("shoulder_1", "load", "gravity"))
     turn = np.linspace(-0.1, 0.1, 6)
@@ -215,7 +215,7 @@ def test_derivatives_of_batches_of_loads_and_gravity_are_those_of_each():
                 np.testing.assert_allclose(array[a, b, c], one[output][name], rtol=1e-9, atol=1e-9 * size)
 
 
-def test_where_no_pose_is_reached_there_are_no_derivatives():
+def test_jacobian_is_nan_where_no_pose_is_reached():
     f, at = function_of("delta")
     parameters = ("platform.mass", next(name for name in f.parameters if name.endswith("diameter")))
     found = f.jacobian(OUTPUTS, ("z", "load", *parameters))(**{**at, "z": [-9.0]}, load=LOAD)
@@ -225,7 +225,7 @@ def test_where_no_pose_is_reached_there_are_no_derivatives():
             assert array.shape == (1, *f.outputs[output].shape, *shape) and np.isnan(array).all()
 
 
-def test_numbers_that_cannot_be_changed_change_nothing():
+def test_jacobian_by_infinite_stiffness_is_zero():
     """A joint that is rigid across its axis: its stiffness there is infinite."""
     stiff = JointStiffness("prismatic_1", linear=(1e8, np.inf, 1e9))
     f = ks.compile(ks.Robot(package_robots.robot("3rps").description.with_part(stiff)), ("z", "rx", "ry"), outputs=OUTPUTS)
@@ -236,8 +236,8 @@ def test_numbers_that_cannot_be_changed_change_nothing():
 
 
 @pytest.mark.parametrize("k", range(6))
-def test_a_placement_goes_along_and_about_the_joint_s_own_axes(k):
-    """The joint's frame, made a little different, beside SciPy's."""
+def test_placement_changes_are_in_the_joints_own_axes(k):
+    """The changed frame of the joint against SciPy's rotation."""
     number = numbers_of_parts(package_robots.robot("2pru_upr"))["universal_3_y.placement"][k]
     before = number.description.joints["universal_3_y"].origin.matrix
     after = number.changed(0.01).joints["universal_3_y"].origin.matrix
@@ -249,14 +249,14 @@ def test_a_placement_goes_along_and_about_the_joint_s_own_axes(k):
 
 @pytest.mark.parametrize("engine", ["numpy", pytest.param("compiled", marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("off", "status"), [(3e-11, ks.Status.OK), (1e-9, ks.Status.UNREACHABLE)])
-def test_loops_may_stay_open_by_a_little(off, status, engine):
-    """The first axis of one limb of an overconstrained robot, turned: its loops close but to about half of that."""
+def test_loops_may_stay_open_within_the_tolerance(off, status, engine):
+    """An axis of one limb of an overconstrained robot is turned; its loops stay open by about half the angle."""
     turned = numbers_of_parts(package_robots.robot("2pru_upr"))["universal_3_y.placement"][5].changed(off)
     at = {"z": 0.55, "rx": 0.1, "ry": 0.05}
     assert ks.compile(ks.Robot(turned), tuple(at), engine=engine)(**at)["status"] == status
 
 
-def test_derivatives_are_of_the_engine_of_their_function(monkeypatch):
+def test_jacobian_uses_the_engine_of_the_function(monkeypatch):
     engines = []
     monkeypatch.setattr(function, "analyze", lambda *args, **how: engines.append(how["engine"]) or ks.analyze(*args, **how))
     for engine in ("numpy", "compiled"):
@@ -265,13 +265,13 @@ def test_derivatives_are_of_the_engine_of_their_function(monkeypatch):
     assert engines == ["numpy", "compiled"]
 
 
-def test_what_overconstrained_loops_cannot_follow_is_nan():
+def test_jacobian_is_nan_where_overconstrained_loops_cannot_close():
     f, at = function_of("2pru_upr")
     rates = f.jacobian("twist", "revolute_1.placement")(**at)["twist"]["revolute_1.placement"]
     assert np.any(np.isnan(rates))
 
 
-def test_rigid_limbs_that_overconstrain_one_another_have_no_derivatives():
+def test_overconstrained_rigid_limbs_have_no_jacobian():
     robot = ks.load_robot(CASES / "two_rigid.urdf")
     f = ks.compile(robot)
     at = dict.fromkeys(robot.description.driven, 0.0)
@@ -280,7 +280,7 @@ def test_rigid_limbs_that_overconstrain_one_another_have_no_derivatives():
         f.jacobian("twist", "load")(**at)
 
 
-def test_robots_without_drives_have_functions_of_the_load(tmp_path):
+def test_robot_without_actuators_is_a_function_of_load(tmp_path):
     """A cantilever's tip goes down by F L³ / (3 E I)."""
     f = ks.compile(ks.load_robot(parametric_machines.cantilever(tmp_path)), outputs=("twist", "actuator_forces", "actuators"))
     values = f(load=[0, 0, -500, 0, 0, 0], gravity=(0, 0, 0))
@@ -307,6 +307,6 @@ def test_robots_without_drives_have_functions_of_the_load(tmp_path):
         (lambda f, at: ks.compile(f.robot, ("z", "rx")), "give exactly 3 of"),
     ],
 )
-def test_mistakes_are_told(call, words):
+def test_invalid_arguments_of_functions_raise(call, words):
     with pytest.raises((ks.ArgumentError, ks.exceptions.UnknownNameError), match=words):
         call(*function_of("3rps"))

@@ -20,7 +20,7 @@ def beam(request):
 
 
 @pytest.mark.parametrize("fraction", [0.0, 0.3, 1.0])
-def test_section_wrenches_are_in_equilibrium_with_what_is_outboard(beam, fraction):
+def test_section_wrench_balances_outboard_loads(beam, fraction):
     _, L, wrench, load = beam
     s = fraction * L
     found = beams.section_wrench(L, wrench, load, s)
@@ -31,8 +31,8 @@ def test_section_wrenches_are_in_equilibrium_with_what_is_outboard(beam, fractio
 
 
 @pytest.mark.parametrize("fraction", [0.0, 0.3, 0.8, 1.0])
-def test_bent_lines_sum_what_the_sections_give(beam, fraction):
-    """Every slice stretches, shears, twists and bends by c w, and its turning carries along what is outboard of it."""
+def test_bent_line_integrates_section_deformations(beam, fraction):
+    """Every slice stretches, shears, twists and bends by c w, and its rotation moves everything outboard of it."""
     c, L, wrench, load = beam
     end = fraction * L
 
@@ -43,13 +43,13 @@ def test_bent_lines_sum_what_the_sections_give(beam, fraction):
     np.testing.assert_allclose(beams.bent_line(c, L, wrench, load, end), integral(given, end), rtol=1e-11, atol=1e-13)
 
 
-def test_the_end_is_that_of_the_line(beam):
+def test_end_displacement_equals_end_of_bent_line(beam):
     c, L, wrench, load = beam
     line = beams.bent_line(c, L, wrench, load, L)
     np.testing.assert_allclose(beams.end_displacement(c, L, wrench[:, None])[:, 0] + beams.sag(c, L, load), line, rtol=1e-12)
 
 
-def test_strain_energy_is_that_of_all_slices(beam):
+def test_strain_energy_equals_integral_over_sections(beam):
     c, L, wrench, load = beam
     slices = integral(lambda s: float(c @ beams.section_wrench(L, wrench, load, s) ** 2) / 2, L)
     assert beams.strain_energy(c, L, lambda s: beams.section_wrench(L, wrench[:, None], load[:, None], s)) == pytest.approx(

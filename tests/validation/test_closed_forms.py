@@ -1,4 +1,4 @@
-"""Cases with a formula: cantilevers, struts, portals, rods; and bent lines against integration."""
+"""Closed forms of cantilevers, struts, portals and rods; bent lines against integration."""
 
 from dataclasses import replace
 
@@ -77,7 +77,7 @@ def test_weight_beside_the_middle_of_a_cantilever():
     close(found.twist, [0, 0, -down, -q * beside * L**2 / (2 * G * s.J), tilt, 0])
     weight = np.array([0, 0, -m * 9.81])
     close(found.base_wrench, [*-weight, *-np.cross(arm.com, weight)])
-    # and of the whole line: the work of the weight on what each of its points moves by is twice the strain energy
+    # the work of the weight along the bent line is twice the strain energy
     beam, x = found.beams["arm"], np.linspace(0, 1, len(found.beams["arm"].stations))
     moved = beam.deflections + np.cross(beam.rotations, [beyond, beside, 0.11])
     work = np.polynomial.Polynomial.fit(x, moved @ weight, 6, domain=[0, 1], window=[0, 1]).integ()(1)
@@ -96,7 +96,7 @@ def test_cantilever_in_any_direction(seed):
     close(found.twist, R6 @ tip_compliance(L, RECTANGLE, kappa) @ R6.T @ load)
 
 
-def test_hanging_rod():
+def test_hanging_rod_under_its_own_weight():
     L, s = 2.0, sr.tube(0.05, 0.03)
     found = analyze(sr.cantilever(L, (0, 0, -1), s), gravity=(0, 0, -9.81))
     close(found.twist, [0, 0, -RHO * 9.81 * L**2 / (2 * E), 0, 0, 0])
@@ -109,7 +109,7 @@ def test_hanging_rod():
     assert beam.mass == pytest.approx(RHO * s.area * L, rel=1e-14)
 
 
-def test_stepped_beam():
+def test_stepped_beam_under_tip_load_and_weight():
     a, b = 0.6, 0.4
     one, two = sr.circle(0.06), sr.circle(0.04)
     spec = sr.stepped_beam((a, b), (one, two), kappa=np.inf)
@@ -157,7 +157,7 @@ def test_two_locked_links_under_every_load():
 # ---- portals -------------------------------------------------------------------------------------------------------------
 
 
-def test_portal_sways():
+def test_portal_stiffness():
     h, w, s = 1.1, 0.8, sr.circle(0.05)
     found = analyze(sr.portal(h, w, s, kappa=np.inf), (100, 0, 0, 0, 0, 0))
     # columns clamped at both ends as long as the beam does not turn; K about the head's centre
@@ -283,6 +283,6 @@ def test_stress_of_round_sections(section):
     assert both.stress == pytest.approx(np.hypot(normal, np.sqrt(3) * shear), rel=1e-12)
 
 
-def test_stress_of_a_section_given_by_numbers_is_not_known():
+def test_stress_of_a_section_given_by_numbers_is_nan():
     found = analyze(sr.cantilever(section=RECTANGLE, y_axis=(0, 1, 0)), (1, 2, 3, 4, 5, 6))
     assert np.isnan(found.beams["arm"].stress)

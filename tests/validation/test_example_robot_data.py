@@ -1,6 +1,6 @@
-"""Robots of the package example-robot-data: included unedited, and right by computations that share nothing with ours.
+"""Robots of the package example-robot-data: included unedited, and compared with independent computations.
 
-What is theirs is read here with Pinocchio from the package's own files.
+Pinocchio reads the package's own files here.
 """
 
 import os
@@ -57,7 +57,7 @@ def stand(one=None, **where):
 UNEVEN = {"x": 0.04, "y": -0.03, "z": 0.47, "rx": 0.05, "ry": -0.07, "rz": 0.09}
 
 
-# ---- they are the package's, and load at once ---------------------------------------------------------------------------------
+# ---- files of the package ------------------------------------------------------------------------------------------------------
 
 
 def attributes(element):
@@ -74,7 +74,7 @@ def expanded(name):
 
 
 @pytest.mark.parametrize("name", ORIGINALS)
-def test_the_packages_file_is_included_unedited(name):
+def test_urdf_of_the_package_is_included_unedited(name):
     root = ET.parse(package_folder("example-robot-data") / ORIGINALS[name]).getroot()
     theirs, ours = [attributes(element) for element in root], [attributes(element) for element in ET.fromstring(expanded(name))]
     for element in theirs:
@@ -86,7 +86,7 @@ def test_the_packages_file_is_included_unedited(name):
 
 
 @pytest.mark.parametrize("name", ORIGINALS)
-def test_plain_xacro_and_pinocchio_open_them_too(name, capfd):
+def test_plain_xacro_and_pinocchio_load_the_robots(name, capfd):
     expanded.cache_clear()
     model, theirs = pin.buildModelFromXML(expanded(name)), original(name, name != "ur10")[0]
     assert (model.nq, model.nv) == (theirs.nq, theirs.nv)
@@ -97,8 +97,8 @@ def test_plain_xacro_and_pinocchio_open_them_too(name, capfd):
 
 @pytest.mark.parametrize("name", ORIGINALS)
 @pytest.mark.parametrize("gravity", [GRAVITY, SIDEWAYS])
-def test_the_ground_carries_the_packages_masses_where_they_are(name, gravity):
-    """Total weight and its moment: beams may move no mass."""
+def test_base_wrench_equals_weight_of_the_original_masses(name, gravity):
+    """Force and moment: beams must not move masses."""
     if name == "ur10":
         pose, q = arm_pose(1)
         model, data = original(name)
@@ -121,8 +121,8 @@ def test_the_ground_carries_the_packages_masses_where_they_are(name, gravity):
 
 @pytest.mark.parametrize("number", range(3))
 @pytest.mark.parametrize("gravity", [GRAVITY, SIDEWAYS])
-def test_torques_of_the_arm_are_pinocchios(number, gravity):
-    """Of the package's own inertials, which the beams must not have moved; and of a load at the tool, by its Jacobian."""
+def test_arm_torques_equal_pinocchio(number, gravity):
+    """Gravity torques of the package's own inertials, and torques of a load at the tool by its Jacobian."""
     pose, q = arm_pose(number)
     model, data = original("ur10")
     model = model.copy()
@@ -196,7 +196,7 @@ def sag_by_summed_strains(q, load, gravity):
 
 @pytest.mark.parametrize("number", range(3))
 @pytest.mark.parametrize(("load", "gravity"), [(np.zeros(6), GRAVITY), (LOAD, np.zeros(3)), (LOAD, SIDEWAYS)])
-def test_sag_of_the_arm_is_the_sum_of_its_slices_strains(number, load, gravity):
+def test_arm_sag_equals_sum_of_slice_strains(number, load, gravity):
     pose, q = arm_pose(number)
     expected = sag_by_summed_strains(q, load, gravity)
     np.testing.assert_allclose(ks.analyze(pose, load=load, gravity=gravity).twist, expected, atol=1e-11 * np.abs(expected).max())
@@ -222,7 +222,7 @@ def foot_forces(result):
     return np.array([result.joint_wrenches[f"{leg}_contact"][:3] for leg in LEGS])
 
 
-def test_feet_stand_where_the_file_says_and_carry_the_weight():
+def test_feet_are_at_their_positions_and_carry_the_weight():
     pose = stand(**UNEVEN)
     model, data = original("anymal_standing", True)
     pin.framesForwardKinematics(model, data, floating_coordinates(pose))
@@ -241,8 +241,8 @@ def test_feet_stand_where_the_file_says_and_carry_the_weight():
 
 
 @pytest.mark.parametrize("gravity", [GRAVITY, SIDEWAYS])
-def test_torques_of_the_legs_are_pinocchios_under_the_feet_s_forces(gravity):
-    """Virtual work of the package's own masses, the actuators and the ground: both for the legs and for the trunk."""
+def test_leg_torques_equal_pinocchio(gravity):
+    """Virtual work of the package's own masses, the actuators and the forces at the feet, for legs and trunk."""
     pose = stand(**UNEVEN)
     result = ks.analyze(pose, load=LOAD, gravity=gravity)
     model = original("anymal_standing", True)[0].copy()
@@ -262,7 +262,7 @@ def test_torques_of_the_legs_are_pinocchios_under_the_feet_s_forces(gravity):
     np.testing.assert_allclose(missing, expected, atol=1e-9 * np.abs(expected).max())  # their shanks are 1 nm off
 
 
-def test_a_foot_may_lift():
+def test_three_standing_feet_carry_the_weight():
     one = robot("anymal_standing", standing="RF LH RH")
     assert len(one.topology.limbs) == 3
     result = ks.analyze(stand(one, x=-0.05, y=-0.05))
@@ -274,8 +274,8 @@ def test_a_foot_may_lift():
     assert result.warnings == one.warnings
 
 
-def test_soft_drives_let_the_trunk_down_as_their_torques_say():
-    """Clapeyron: lowering the trunk releases what the springs and the legs take up."""
+def test_trunk_sag_on_elastic_drives_equals_stored_energy():
+    """Clapeyron: the work of the load is twice the energy of elastic drives and legs."""
     pose = stand(robot("anymal_standing", actuator_stiffness=300.0), **UNEVEN)
     load = np.array([20.0, -10.0, -50.0, 1.0, 2.0, -3.0])
     result = ks.analyze(pose, load=load, gravity=np.zeros(3))
@@ -285,7 +285,7 @@ def test_soft_drives_let_the_trunk_down_as_their_torques_say():
     assert springs > 50 * legs
 
 
-def test_feet_stand_elsewhere():
+def test_foot_positions_are_parameters():
     pose = stand(robot("anymal_standing", RF_foot="0.5 -0.3 0.05", LH_foot="-0.4 0.25 -0.02"))
     for leg, where in (("RF", [0.5, -0.3, 0.05]), ("LH", [-0.4, 0.25, -0.02])):
         np.testing.assert_allclose(pose.frame(f"{leg}_FOOT")[:3, 3], where, atol=1e-10)
@@ -322,7 +322,7 @@ def elastic_robots(file):
     "file", sorted(path for path in package_folder("example-robot-data").glob("robots/**/*.urdf") if path.stem != "ur3"),
     ids=lambda path: path.stem,
 )  # fmt: skip
-def test_links_that_become_elastic_keep_mass_and_centre_of_mass(file):
+def test_elastic_links_keep_mass_and_centre_of_mass(file):
     model = pin.buildModelFromUrdf(str(file))
     model.gravity.linear = SIDEWAYS
     for one in elastic_robots(file):
@@ -341,7 +341,7 @@ def test_links_that_become_elastic_keep_mass_and_centre_of_mass(file):
 # ---- the page and the examples -------------------------------------------------------------------------------------------------
 
 
-def test_the_pages_small_example_is_what_it_says(tmp_path):
+def test_example_of_the_page_agrees_with_ur10(tmp_path):
     page = (ROOT / "docs" / "how_to" / "plain_urdf.md").read_text(encoding="utf-8")
     file = tmp_path / "my_ur10.urdf.xacro"
     file.write_text(re.findall(r"```xml\n(.*?)```", page, re.DOTALL)[0], encoding="utf-8")
@@ -361,7 +361,7 @@ def printed_by(example):
 
 
 @pytest.mark.slow
-def test_example_elastic_arm():
+def test_example_elastic_arm_prints_consistent_tables():
     text = printed_by("elastic_arm")
     rows = [[float(item) for item in line.split()] for line in text.splitlines() if re.match(r" +\d+ +-\d", line)]
     assert len(rows) == 14
@@ -377,7 +377,7 @@ def test_example_elastic_arm():
 
 
 @pytest.mark.slow
-def test_example_standing_quadruped():
+def test_example_standing_quadruped_balances_the_weight():
     text = printed_by("standing_quadruped")
     feet = [float(line.split()[1]) for line in text.splitlines() if re.match(r"   (LF|RF|LH|RH) ", line)]
     assert len(feet) == 4 + 4 + 4 + 3
@@ -386,7 +386,7 @@ def test_example_standing_quadruped():
     assert text.count("would tip") == 2 and text.count("stands\n") == 3
 
 
-# ---- where packages are -------------------------------------------------------------------------------------------------------
+# ---- search for packages ------------------------------------------------------------------------------------------------------
 
 
 def install(prefix, name):
@@ -396,7 +396,7 @@ def install(prefix, name):
     return prefix / "share" / name
 
 
-def test_packages_are_found_in_ros_then_beside_those_of_pip(tmp_path, monkeypatch):
+def test_package_folder_searches_ros_then_pip(tmp_path, monkeypatch):
     pip = install(tmp_path / "site" / "cmeel.prefix", "my_robots")
     monkeypatch.syspath_prepend(str(tmp_path / "site"))
     assert package_folder("my_robots") == pip
@@ -407,7 +407,7 @@ def test_packages_are_found_in_ros_then_beside_those_of_pip(tmp_path, monkeypatc
     assert package_folder("my_robots") == second
 
 
-def test_a_missing_example_robot_data_says_how_to_install_it(monkeypatch):
+def test_missing_example_robot_data_error_names_pip_install(monkeypatch):
     monkeypatch.setattr(sys, "path", [])
     monkeypatch.setattr(sys, "prefix", os.devnull)
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
@@ -418,7 +418,7 @@ def test_a_missing_example_robot_data_says_how_to_install_it(monkeypatch):
     assert str(caught.value).startswith(f"{path}:{line}: ")
 
 
-def test_names_of_no_package_are_refused():
+def test_invalid_package_names_are_refused():
     with pytest.raises(PackageNotFound, match="did you mean 'example-robot-data'") as caught:
         package_folder("example_robot_data")
     assert "pip" not in str(caught.value)

@@ -1,4 +1,4 @@
-"""Hexapods, tripods and the five-bar of ``robots/``: what kind of mechanism each is, and formulas for how it moves and bends.
+"""Hexapods, tripods and the five-bar of ``robots/``: mobility, and closed forms of kinematics, stiffness and forces.
 
 The formulas are written out here, from the dimensions that the files give; of the package's own numbers they use the shear areas
 alone. Wrenches and screws are about o, in world axes.
@@ -114,7 +114,7 @@ def forces_of(result):
 
 @pytest.mark.few(3)
 @pytest.mark.parametrize("name", KINDS)
-def test_kind_of_mechanism(name):
+def test_mobility_constraints_and_actuators(name):
     one = robot(name)
     mobility = one.mobility
     assert (mobility.platform, mobility.redundant_constraints, len(one.description.driven)) == KINDS[name]
@@ -122,7 +122,7 @@ def test_kind_of_mechanism(name):
 
 
 @pytest.mark.parametrize("name", KINDS)
-def test_zero_closes_the_loops_within_all_limits_and_without_warnings(name):
+def test_zero_pose_is_closed_within_limits_without_warnings(name):
     zero = robot(name).configuration(pin.neutral(robot(name).model), closure_tolerance=1e-12)
     assert not zero.limits_exceeded
     np.testing.assert_allclose(zero.platform_frame[:3, :3], np.eye(3), atol=1e-14)
@@ -151,10 +151,10 @@ GOUGH_LENGTH = np.linalg.norm(GOUGH_TOP[0] + 0.244 * Z - GOUGH_BASE[0])
 
 
 @at_poses("gough_stewart")
-def test_gough_struts_are_as_long_as_the_joints_are_apart(coordinates):
+def test_gough_strut_lengths(coordinates):
     pose, R, o = pose_at("gough_stewart", coordinates)
     close(coordinates_of(pose) + GOUGH_LENGTH, np.linalg.norm(o + GOUGH_TOP @ R.T - GOUGH_BASE, axis=1), 1e-13)
-    again = robot("gough_stewart").assemble(actuators=pose.actuators)  # and the other way round
+    again = robot("gough_stewart").assemble(actuators=pose.actuators)  # forward kinematics
     np.testing.assert_allclose(again.platform_frame, pose.platform_frame, atol=1e-12)
 
 
@@ -239,7 +239,7 @@ def test_3prs_parasitic_motion(coordinates):
 @pytest.mark.few(4)
 @pytest.mark.parametrize("guide_tilt", [0.0, 0.3, -0.2])
 @at_poses("3prs")
-def test_3prs_carriages(coordinates, guide_tilt):
+def test_3prs_carriage_positions(coordinates, guide_tilt):
     pose, R, o = pose_at("3prs", coordinates, guide_tilt=guide_tilt)
     guides = np.cos(guide_tilt) * Z + np.sin(guide_tilt) * PRS_BASE / 0.35
     d = o + PRS_TOP @ R.T - PRS_BASE
@@ -303,7 +303,7 @@ def test_tricept_stiffness(coordinates):
     C[2, 2] = length * ((c @ along) ** 2 / GJ + (1 - (c @ along) ** 2) / EI)
     C[:2, 2] = C[2, :2] = [length**2 / (2 * EI) * np.cross(force, along) @ c for force in across]
     close(found.stiffness, K + J @ np.linalg.solve(C, J.T))
-    # what the package says of the passive limb: the same three wrenches
+    # the constraint wrenches of the passive limb span the same space
     limb = found.limbs["limb_4"].constraint_wrenches
     assert limb.shape == (6, 3)
     assert np.linalg.matrix_rank(np.hstack([limb / np.linalg.norm(limb, axis=0), J]), tol=1e-10) == 3

@@ -1,4 +1,4 @@
-"""Planar, spherical and translational robots of ``robots/``: what their files claim, against formulas and finite elements.
+"""Planar, spherical and translational robots of ``robots/``: mobility, workspaces, kinematics and statics against formulas.
 
 Every formula is written out here from the mechanism's geometry and elementary beams; nothing is taken from the package but what
 is under test.
@@ -22,7 +22,7 @@ G = 9.81
 
 @dataclass(frozen=True)
 class Claim:
-    """What the file and the docs say: freedoms, constraints, actuators, the workspace as a grid of poses, and two poses in it."""
+    """Statements of file and docs: freedoms, constraints, actuators, the workspace as a grid of poses, and two poses in it."""
 
     mobility: int
     local: int
@@ -188,12 +188,12 @@ def limb_across(points, bars, axis, o, drive=np.inf):
     return about_o @ np.linalg.inv(small) @ about_o.T
 
 
-# ---- what holds for all of them ----------------------------------------------------------------------------------------------
+# ---- all of them -------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.few(3)
 @names
-def test_what_the_file_describes(name):
+def test_mobility_actuators_and_mass(name):
     one, claim = robot(name), CLAIMS[name]
     found = one.mobility
     assert (found.platform, found.local, found.redundant_constraints) == (claim.mobility, claim.local, claim.redundant)
@@ -210,7 +210,7 @@ def test_what_the_file_describes(name):
 
 
 @names
-def test_reaches_all_of_the_workspace(name):
+def test_workspace_is_reached(name):
     claim = CLAIMS[name]
     configuration = robot(name).assemble(platform=claim.workspace, orientation=claim.orientation)
     assert configuration.status.size >= 27
@@ -220,7 +220,7 @@ def test_reaches_all_of_the_workspace(name):
 
 @pytest.mark.few(1)
 @names
-def test_other_sizes_close_too(name):
+def test_loops_close_with_other_dimensions(name):
     """The example in the file's head, and every length a little different."""
     text = (ROBOTS / f"{name}.urdf.xacro").read_text()
     example = re.search(rf"xacro {name}\.urdf\.xacro (.+)", text).group(1)
@@ -403,7 +403,7 @@ def tripteron_limbs(o):
         assert rise @ up > 0
 
 
-def test_tripteron_drives_are_the_platforms_coordinates():
+def test_tripteron_actuators_equal_platform_coordinates():
     rng = np.random.default_rng(3)
     values = rng.uniform(-0.15, 0.15, (3, 30))
     configuration = robot("tripteron").assemble(actuators=dict(zip(CLAIMS["tripteron"].drives, values, strict=True)))
@@ -412,7 +412,7 @@ def test_tripteron_drives_are_the_platforms_coordinates():
 
 
 @pytest.mark.parametrize("which", [0, 1, 2])
-def test_tripteron_drives_feel_one_component_of_the_load_each(which):
+def test_tripteron_actuators_carry_one_load_component_each(which):
     load = np.array([300.0, -200.0, 500.0, 20.0, -30.0, 10.0])
     found = ks.analyze(assembled("tripteron", which, density=0, slider_mass=2), load=load, point=(0.03, 0.02, 0.01))
     # the third actuator lifts the platform and its own slider, which the file draws horizontally beside its rail
@@ -446,7 +446,7 @@ def linear_delta_rods(o):
 
 
 def test_linear_delta_inverse_kinematics():
-    """As the firmware of such printers has it."""
+    """By the formula in the firmware of such printers."""
     rng = np.random.default_rng(4)
     x, y, z = rng.uniform(-0.085, 0.085, 20), rng.uniform(-0.085, 0.085, 20), rng.uniform(0, 0.277, 20)
     configuration = robot("linear_delta").assemble(platform={"x": x, "y": y, "z": z})

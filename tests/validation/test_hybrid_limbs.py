@@ -1,4 +1,4 @@
-"""Limbs that branch or contain rings, and rings that hang, against closed forms and against the same robot written otherwise."""
+"""Limbs with branches or rings, and hanging rings, against closed forms and other descriptions of the same robot."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ from kinetostatics.checks.check import robot_facts
 G = 10.0
 
 
-def test_a_truss_of_three_bars_in_one_limb():
+def test_truss_of_three_bars_equals_closed_form():
     """K of a statically indeterminate truss: Σ EA/L e eᵀ over its bars (S. Timoshenko, Strength of Materials, part I)."""
     machine = truss()
     (limb,) = machine.topology.limbs
@@ -33,7 +33,7 @@ def test_a_truss_of_three_bars_in_one_limb():
 
 
 @pytest.mark.parametrize("q", [0.0, 0.3, -0.8])
-def test_a_driven_parallelogram_holds_its_weight(q):
+def test_parallelogram_torque_equals_virtual_work(q):
     machine = parallelogram()
     assert str(machine.mobility) == "1"
     pose = machine.assemble(actuators={"foot_0": q})
@@ -45,10 +45,10 @@ def test_a_driven_parallelogram_holds_its_weight(q):
     np.testing.assert_allclose(found.base_wrench[:3], [-7, 0, 11 + (4 + 2 * crank) * G], atol=1e-10)
 
 
-def test_the_same_robot_with_and_without_an_inner_ring():
-    """A parallelogram that ends in a coupler, to which the platform is welded, is the same as one whose coupler it is."""
+def test_inner_ring_does_not_change_the_results():
+    """A parallelogram with a platform welded to its coupler against one whose coupler is the platform."""
     plain = parallelogram()
-    # the platform of its own hangs on a revolute joint that a second one, beside it, does not let turn
+    # two parallel revolute joints lock the separate platform to the coupler
     more = [
         link("plate"),
         joint("hinge", "continuous", "platform", "plate"),
@@ -66,8 +66,8 @@ def test_the_same_robot_with_and_without_an_inner_ring():
     assert results[1].limbs["limb_1"].constraint_wrenches.shape == (6, 6)
 
 
-def test_a_limb_that_splits_is_told_in_parts():
-    """A serial wrist above a parallelogram: two parts, whose yielding adds up to the twist."""
+def test_part_contributions_add_up_to_the_twist():
+    """A serial wrist on a parallelogram: two parts, the wrist a cantilever."""
     circle = '<circle diameter="0.05"/>'
     more = [link("wrist"), joint("flange", "fixed", "platform", "wrist", "0.25 0 0"), link("hand", 1.0)]
     more += [joint("grip", "fixed", "wrist", "hand", "0 0 0.4"), bar("wrist", "flange", "grip", RHO, circle)]
@@ -88,8 +88,8 @@ def test_a_limb_that_splits_is_told_in_parts():
     assert bent[5] == pytest.approx(-2 * 0.4 / (E / 2.6 * 2 * I), rel=1e-9)
 
 
-def test_rings_that_hang_on_base_and_platform():
-    """A four-bar that hangs on the platform weighs there and is held by itself; one on the base does not matter."""
+def test_hanging_rings_equal_closed_forms():
+    """A ring on the platform adds its weight; one on the base does not load the platform; both carry their own thrust."""
     circle = '<circle diameter="0.02"/>'
 
     def ring(on, name, at):
@@ -149,8 +149,8 @@ def rigid_cranks(mass):
     return parts
 
 
-def test_rigid_rings_leave_their_inner_forces_open():
-    """A rigid parallelogram of hinges is threefold overconstrained in itself; twist and torque do not depend on how."""
+def test_inner_forces_of_rigid_rings_are_indeterminate():
+    """A rigid parallelogram of hinges has three redundant constraints, on which the twist does not depend."""
     parts = rigid_cranks(4.0)
     parts += [link("coupler"), joint("head_0", "continuous", "crank_0", "coupler", "0 0 1")]
     parts += [loop("head_1", "revolute", "crank_1", "coupler", "0 0 1", "0.5 0 0", "0 1 0")]
@@ -173,8 +173,8 @@ def test_rigid_rings_leave_their_inner_forces_open():
 
 
 @pytest.mark.parametrize("q", [0.0, 0.4, -0.9])
-def test_drives_of_rigid_overconstrained_robots_are_known(q):
-    """What virtual work determines is told, however the rigid parts share their bearings' forces."""
+def test_actuator_forces_of_rigid_overconstrained_robots_are_determinate(q):
+    """Virtual work determines the torque; the forces in the bearings are indeterminate."""
     parts = rigid_cranks(2.0)
     parts += [joint("head_0", "continuous", "crank_0", "platform", "0 0 1")]
     parts += [loop("head_1", "revolute", "crank_1", "platform", "0 0 1", "0.5 0 0", "0 1 0")]
@@ -186,7 +186,7 @@ def test_drives_of_rigid_overconstrained_robots_are_known(q):
 
 
 def test_a_beam_between_welded_points_is_refused():
-    """A later piece of a polyline that starts at its first joint leaves those between without anything to bend against."""
+    """The last piece of a polyline starts at its first joint, so that a piece between lies within one rigid piece."""
     description = package_robots.robot("spherical_3rrr").description
     last = description.beams["proximal_2_3"]
     with pytest.raises(ks.RobotFileError, match=r"proximal_2_2.*fixed to the same rigid piece"):

@@ -60,7 +60,7 @@ def random_motion(robot):
 
 @pytest.mark.few(3)
 @pytest.mark.parametrize("name", ["3rps", "five_bar", "delta", "2pru_upr", "orthoglide"])
-def test_actuator_forces_are_those_of_inverse_dynamics(name):
+def test_actuator_forces_in_motion_equal_inverse_dynamics(name):
     robot = package_robots.robot(name)
     at, v, a = random_motion(robot)
     found = ks.analyze(robot.assemble(actuators=at(0.0)), motion=ks.Motion(v, a)).actuator_forces
@@ -130,7 +130,7 @@ FURTHER = ("five_bar", "6rus", "gough_stewart", "planar_3rrr", "tripteron", "ort
         pytest.param("delta", 1e-6, marks=pytest.mark.slow),  # its rods are free to spin
     ],
 )
-def test_sag_in_motion_is_that_of_finite_elements(name, rounding):
+def test_sag_in_motion_equals_finite_elements(name, rounding):
     """Twists are extrapolated to segments without length; forces do not depend on it."""
     pytest.importorskip("openseespy")
     robot = package_robots.robot(name)
@@ -183,7 +183,7 @@ def turning_rod(**beam):
     return sr.locked_chain([(0, 0, 0), (0.8, 0, 0)], [(0, 0, 1)], **beam)
 
 
-def test_a_turning_rod():
+def test_turning_rod_equals_closed_form():
     """Tension μω²(L² − s²)/2; under angular acceleration the load −μαs per length, and the moment −ρIα."""
     L, d, w, alpha = 0.8, 0.05, 12.0, 40.0
     robot = sr.write(turning_rod(kappa=np.inf)).robot()
@@ -209,7 +209,7 @@ def _energy(beam, s, EA, EI):
     return float(weights @ density) * (s[1] - s[0]) / 3
 
 
-def test_splitting_beams_changes_nothing():
+def test_splitting_beams_does_not_change_results():
     spec = turning_rod(mass=2.0)
     motion = ks.Motion({"turn_1": 5.0}, {"turn_1": -20.0})
     whole, parts = (ks.analyze(sr.write(item).robot().assemble(), motion=motion) for item in (spec, sr.split(spec, 4)))
@@ -222,7 +222,7 @@ def test_splitting_beams_changes_nothing():
 
 
 @pytest.mark.parametrize("own_masses", [False, True])
-def test_uniform_acceleration_is_gravity(own_masses):
+def test_uniform_acceleration_equals_opposite_gravity(own_masses):
     """A frame of beams on a driven slide: an acceleration a is gravity −a, for every result."""
     points = [(0, 0, 0), (0.5, 0.1, 0), (0.6, 0.5, 0.2)]
     chain = sr.locked_chain(points, [(0, 0, 1), (0, 1, 0)], mass=3.0)
@@ -245,7 +245,7 @@ def test_uniform_acceleration_is_gravity(own_masses):
         assert moved.joint_wrenches[name] == pytest.approx(wrench, abs=1e-9 * np.abs(wrench).max() + 1e-9)
 
 
-def test_payload_is_a_heavier_platform():
+def test_payload_equals_a_heavier_platform():
     spec = turning_rod()
     motion = ks.Motion({"turn_1": 5.0}, {"turn_1": -20.0})
     inertia = ks.description.Inertia((1.0, 0, 0, 1.0, 0, 1.0))
@@ -283,7 +283,7 @@ def test_batches_and_engines_agree():
         (ks.Motion({"z": "fast"}), "rate of z"),
     ],
 )
-def test_invalid_motions(motion, words):
+def test_invalid_motions_raise_argument_error(motion, words):
     pose = package_robots.robot("3rps").assemble(platform={"z": [0.5, 0.55], "rx": 0.1, "ry": 0.0})
     with pytest.raises(ks.ArgumentError, match=words):
         ks.analyze(pose, motion=motion)

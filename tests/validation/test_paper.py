@@ -63,7 +63,7 @@ CASES = [("3rps", 1), ("3rps", 2), ("2pru_upr", 1)]
 
 
 @pytest.mark.parametrize(("robot", "number"), CASES)
-def test_every_printed_digit_of_the_twist(robot, number):
+def test_twist_equals_every_printed_digit(robot, number):
     for value, printed in zip(
         result(robot, number).twist, TABLES[robot][f"configuration_{number}"]["analytical"]["twist"], strict=True
     ):
@@ -72,7 +72,7 @@ def test_every_printed_digit_of_the_twist(robot, number):
 
 @pytest.mark.parametrize(("robot", "number"), CASES)
 @pytest.mark.parametrize("which", ["f1", "f2", "fa"])
-def test_every_printed_digit_of_the_forces(robot, number, which):
+def test_forces_equal_every_printed_digit(robot, number, which):
     printed = TABLES[robot][f"configuration_{number}"]["analytical"][which]
     if len(printed) == 1:  # of the symmetric configuration the paper prints limb 1 alone
         printed = printed * 3
@@ -80,7 +80,7 @@ def test_every_printed_digit_of_the_forces(robot, number, which):
         assert_printed(value, digits, NO_FORCE)
 
 
-def test_forces_of_configuration_2_of_the_2pru_upr_against_the_papers_finite_elements():
+def test_2pru_upr_forces_equal_finite_elements_of_the_paper():
     table = TABLES["2pru_upr"]["configuration_2"]["FEA"]
     found = forces(result("2pru_upr", 2))
     for which in ("f1", "f2", "fa"):
@@ -90,7 +90,7 @@ def test_forces_of_configuration_2_of_the_2pru_upr_against_the_papers_finite_ele
 
 
 @pytest.mark.parametrize(("robot", "number"), [*CASES, ("2pru_upr", 2)])
-def test_recovered_values(robot, number):
+def test_twist_and_forces_equal_recovered_values(robot, number):
     found, recovered = result(robot, number), TABLES[robot][f"configuration_{number}"]["recovered"]
     np.testing.assert_allclose(found.twist, recovered["twist"], rtol=1e-5, atol=NO_TWIST)
     for which, values in forces(found).items():
@@ -99,7 +99,7 @@ def test_recovered_values(robot, number):
             assert abs(value - expected) <= max(1e-5 * abs(expected), 0.5001e-4)
 
 
-def test_contributions_of_rods_and_platform():
+def test_contributions_equal_recovered_values():
     found = result("3rps", 1)
     recovered = TABLES["3rps"]["configuration_1"]["recovered"]
     rods = sum(found.contributions[f"limb_{k}"] for k in (1, 2, 3))
@@ -110,7 +110,7 @@ def test_contributions_of_rods_and_platform():
 
 
 @pytest.mark.parametrize("number", [1, 2])
-def test_axial_force_of_a_telescopic_rod_is_its_actuators_force(number):
+def test_actuator_force_equals_axial_force_of_telescopic_rod(number):
     for robot, limbs in (("3rps", (1, 2, 3)), ("2pru_upr", (3,))):
         found = result(robot, number)
         for k in limbs:
@@ -120,14 +120,14 @@ def test_axial_force_of_a_telescopic_rod_is_its_actuators_force(number):
 
 
 @pytest.mark.parametrize("number", [1, 2])
-def test_rail_forces(number):
+def test_rail_forces_equal_recovered_values(number):
     recovered = TABLES["2pru_upr"][f"configuration_{number}"]["recovered"]["rail_force"]
     forces = result("2pru_upr", number).actuator_forces
     for k, expected in enumerate(recovered, 1):
         assert abs(forces[f"prismatic_{k}"]) == pytest.approx(expected, rel=1e-6)
 
 
-def test_poses_of_the_paper():
+def test_poses_equal_those_of_the_paper():
     pose = result("3rps", 2).configuration
     np.testing.assert_allclose([pose.platform[k] for k in "xyz"], [-0.0014276042, 0.0005196054, 0.5], atol=5e-11)
     assert pose.platform["torsion"] == pytest.approx(0, abs=1e-12)
@@ -141,7 +141,7 @@ def test_poses_of_the_paper():
     assert pose.platform["rz"] == pytest.approx(0, abs=1e-12)
 
 
-def test_the_paper_s_drive_force_is_that_at_the_base_end():
+def test_paper_drive_force_is_at_the_base_end():
     found = ks.analyze(package_robots.robot("3rps").assemble())
     for number in (1, 2, 3):
         beam = found.beams[found.limbs[f"limb_{number}"].beams[0]]

@@ -1,4 +1,4 @@
-"""URDFs of the package example-robot-data as they are: they load, pass ``check`` and sag as their actuators let them.
+"""Unedited URDFs of the package example-robot-data load, pass ``check``, and sag by the stiffness of their actuators.
 
 A few of them here; all of them with ``KINETOSTATICS_ALL_URDFS=1``, which takes a minute.
 """
@@ -46,7 +46,7 @@ def platform_of(file: str) -> str:
 
 
 @pytest.mark.slow
-def test_three_files_are_no_robots() -> None:
+def test_three_urdf_files_are_refused() -> None:
     refused = []
     for file in FILES:
         try:
@@ -56,7 +56,7 @@ def test_three_files_are_no_robots() -> None:
     assert set(refused) == set(NO_ROBOTS) and len(FILES) >= 69
 
 
-def test_the_file_in_the_page_is_the_one_that_is_written() -> None:
+def test_page_shows_the_written_extension_file() -> None:
     text = (ROOT / "docs" / "how_to" / "plain_urdf.md").read_text(encoding="utf-8")
     elastic = {"upper_arm_link": "tube 108mm 98mm aluminium", "forearm_link": "tube 86mm 78mm aluminium"}
     written = extension(str(FOLDER / "ur_description" / "urdf" / "ur10_robot.urdf"), "", "tool0", elastic=elastic)[0]
@@ -65,8 +65,8 @@ def test_the_file_in_the_page_is_the_one_that_is_written() -> None:
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("file", [file for file in CHOSEN if file not in NO_ROBOTS])
-def test_commands_that_are_offered_and_advised_work(file, tmp_path, monkeypatch, capsys) -> None:
-    """First those that name a platform, if there is more than one; then those that make the robot elastic."""
+def test_suggested_commands_succeed(file, tmp_path, monkeypatch, capsys) -> None:
+    """First commands that name a platform, if there is more than one; then commands that make the robot elastic."""
     monkeypatch.chdir(tmp_path)
 
     def said(command: list[str]) -> list[list[str]]:
@@ -90,7 +90,7 @@ def test_commands_that_are_offered_and_advised_work(file, tmp_path, monkeypatch,
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("file", [file for file in CHOSEN if file not in NO_ROBOTS])
-def test_it_passes_check_and_sags_as_pinocchio_says(file, tmp_path, capsys) -> None:
+def test_extended_urdf_passes_check_and_sag_equals_pinocchio(file, tmp_path, capsys) -> None:
     """Δ = J k⁻¹ (−g): the platform's Jacobian and the gravity torques of the unedited file, the actuators' stiffnesses."""
     path, platform = tmp_path / "mine.urdf.xacro", platform_of(file)
     plain = ks.files.read_robot_file(FOLDER / file, platform_link=platform)

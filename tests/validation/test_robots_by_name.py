@@ -1,4 +1,4 @@
-"""Robots of the package come out of their architecture in the field's notation, with their dimensions, sections and masses."""
+"""Robots built from architecture, dimensions, sections and masses against the same robots of the package."""
 
 from math import acos, asin, cos, pi, radians, sin, sqrt
 
@@ -88,7 +88,7 @@ def tricept():
     )
 
 
-#: The robots of the package that come out of a string, with a pose beside the zero pose: values of the actuators.
+#: Robots of the package that an architecture describes, with actuator values of a pose beside the zero pose.
 ROBOTS = {
     "3rps": (rps, 0.03),
     "2pru_upr": (pru_upr, 0.03),
@@ -110,7 +110,7 @@ def numbers(result):
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", ROBOTS)
-def test_a_robot_of_the_package_comes_out_of_its_architecture(name):
+def test_robot_from_architecture_equals_package_robot(name):
     make, step = ROBOTS[name]
     architecture, *parts = make()
     robot = ks.new_robot(architecture, **{key: value for part in parts for key, value in part.items()})

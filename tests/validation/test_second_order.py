@@ -1,4 +1,4 @@
-"""Results of second order and load factors: closed forms, finite elements, what turns and what vanishes."""
+"""Results of second order and load factors against closed forms, finite elements and OpenSees."""
 
 import json
 import subprocess
@@ -34,7 +34,7 @@ def change(result):
 
 
 @pytest.mark.parametrize("part", [1e-6, 0.3, 0.9, 0.999, -0.5, -3.0])
-def test_a_column_under_a_side_load(part):
+def test_column_under_side_load_equals_closed_form(part):
     """Timoshenko and Gere, section 1.11: 3 (tan kL − kL) / (kL)³ times the deflection, 2 (1 / cos kL − 1) / (kL)² the slope."""
     pressure, side = part * np.pi**2 * EI / (2 * L) ** 2, 10.0
     found, kl = analyzed(MAST, (side, 0, -pressure, 0, 0, 0)), np.sqrt(complex(pressure / EI)) * L
@@ -49,7 +49,7 @@ def test_a_column_under_a_side_load(part):
     assert loaded.change == pytest.approx(-part, rel=0.05, abs=1e-9)  # the stiffness against the mode: 1 − P / P_Euler
 
 
-def test_a_column_under_an_even_side_load_and_its_mode():
+def test_column_under_uniform_load_equals_closed_form():
     """EI w″ = P (δ − w) + q (L − x)² / 2 with w(0) = w′(0) = 0 and w(L) = δ; the mode is 1 − cos."""
     density, pressure = 7850.0, 0.5 * np.pi**2 * EI / (2 * L) ** 2
     found = analyzed(sr.with_beams(MAST, density=density), (0, 0, -pressure, 0, 0, 0), gravity=(9.81, 0, 0))
@@ -74,7 +74,7 @@ def two_bars(rise):
 
 
 @pytest.mark.parametrize("load", [-2e4, 3e4])
-def test_a_shallow_frame_of_two_bars_that_is_loaded(load):
+def test_shallow_frame_of_two_bars_equals_closed_form(load):
     """Against motions along z: 2 EA sin² / L + 2 N cos² / L, with N = P / (2 sin): it snaps where this vanishes."""
     rise = 0.05
     found, length = analyzed(two_bars(rise), (0, 0, load, 0, 0, 0)), np.hypot(1, rise)
@@ -100,7 +100,7 @@ ROBOTS = {
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", ROBOTS)
-def test_finite_elements(name):
+def test_second_order_equals_finite_elements(name):
     """Half the forces at which the robot buckles, or pulls of that size, against (K + K_G) u = f of finite elements."""
     spec, gravity = sr.with_beams(ROBOTS[name], kappa=np.inf), (0, 0, -9.81)
     for sign in (1, -1):
@@ -136,7 +136,7 @@ FRAMES = {  # nodes, beams (from, to, stiff), tip, load
 @pytest.mark.few(1)
 @pytest.mark.parametrize("transformation", ["PDelta", "Corotational"])
 @pytest.mark.parametrize("name", FRAMES)
-def test_opensees(name, transformation):
+def test_second_order_equals_opensees(name, transformation):
     """Elements that follow their chords, 16 to a beam, loads in 10 steps with equilibrium in the displaced state."""
     pytest.importorskip("openseespy")
     spec, nodes, beams, tip, load = FRAMES[name]
@@ -158,7 +158,7 @@ def test_opensees(name, transformation):
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr", "delta", "6rus"])
-def test_all_modes_together_are_the_linear_result(name, monkeypatch):
+def test_sum_over_all_modes_equals_linear_twist(name, monkeypatch):
     """K⁻¹ f = Σ φ (φ · f) of loads, weights, payload and inertia along beams, without shear: so f is what acts."""
     monkeypatch.setattr(beam_model, "beam_compliance_coefficients", lambda *given: [1, 0, 0, 1, 1, 1] * coefficients(*given))
     robot = ks.load_robot(name)  # of its own: robots without shear are not to be shared
@@ -175,7 +175,7 @@ def test_all_modes_together_are_the_linear_result(name, monkeypatch):
     assert np.abs((twist - found.twist) * size).max() < 1e-9 * np.abs(found.twist * size).max()
 
 
-def test_frames_batches_and_points():
+def test_second_order_of_rotated_robots_batches_and_points():
     """The whole robot turned with its gravity and load; a batch is its poses; about a tool's tip the twist is that of the tip."""
     spec, load = sr.puu3(), np.array([30.0, -20.0, -400.0, 2.0, -3.0, 5.0])
     R = sr.random_rotation(np.random.default_rng(1))
@@ -197,7 +197,7 @@ def test_frames_batches_and_points():
     np.testing.assert_allclose(moved.twist[:3], twist[:3] + np.cross(twist[3:], arm), rtol=1e-9)
 
 
-def test_the_mode_of_a_portal_is_sway_of_both_columns():
+def test_portal_mode_is_sway_of_both_columns():
     """Without rotation of its ends each column is a half wave; both have half of the energy."""
     spec = sr.with_beams(sr.portal(section=SECTION), kappa=np.inf, density=0.0, y_axis=(0, 1, 0))
     found = analyzed(spec, (0, 0, -1e3, 0, 0, 0))
@@ -210,12 +210,12 @@ def test_the_mode_of_a_portal_is_sway_of_both_columns():
     assert "394.8  column_1                          50.0" in str(modes) and "394.8" in str(found.report().only("buckling"))
 
 
-def test_forces_without_pressure_have_no_load_factor():
+def test_load_factor_without_compression_is_infinite():
     """A planar robot across gravity: what is left of its geometric stiffness is rounding."""
     assert np.all(ks.analyze(package_robots.robot("five_bar").assemble()).buckling(3).load_factors == np.inf)
 
 
-def test_what_has_no_results_of_second_order():
+def test_springs_and_mode_count_zero_are_refused():
     with pytest.raises(ks.StaticsError, match="has springs"):
         _ = ks.analyze(ks.load_robot(CASES / "unstable_inside_a_limb.urdf").assemble()).second_order
     with pytest.raises(ks.ArgumentError, match="count is 0; it must be a whole number from 1 on"):

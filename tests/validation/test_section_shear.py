@@ -1,4 +1,4 @@
-"""Torsion and transverse shear of all sections against closed forms, other programs and other ways of computing."""
+"""Torsion and transverse shear of all sections against closed forms, sectionproperties and elements."""
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ def unit(k, size=1.0):
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize(("size", "expected"), SECTION_PROPERTIES.items())
-def test_tubes_against_sectionproperties(size, expected):
+def test_rectangular_tube_equals_sectionproperties(size, expected):
     b, h, t = size
     J, web, faces = expected
     section = RectangularTube.of(*(1e-3 * x for x in size))
@@ -57,7 +57,7 @@ def test_tubes_against_sectionproperties(size, expected):
 
 
 @pytest.mark.slow
-def test_walls_from_thin_to_full():
+def test_rectangular_tube_limits_of_thin_and_full_walls():
     """Bredt's J and modulus, Cowper's thin-walled box; the full square's J and κ; a rise without a step between."""
     kappa = 10 * 1.3 * 16 / (324 + 0.3 * 302 + 10 * (3.3 + 3))
 
@@ -81,7 +81,7 @@ def test_walls_from_thin_to_full():
 
 @pytest.mark.parametrize("size", [(1, 1), (2, 1), (1, 30)])
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.5])
-def test_rectangles_by_elements(size, nu):
+def test_elements_of_full_rectangle_equal_series(size, nu):
     """The elements' J and κ of a full rectangle are the series' and Cowper's."""
     shear = shear_functions(*size, min(size) / 2)
     section = Rectangle.of(*size)
@@ -89,7 +89,7 @@ def test_rectangles_by_elements(size, nu):
     assert_allclose(shear.shear_coefficients(nu), section.shear_coefficients(nu), rtol=1e-9)
 
 
-def test_cowpers_coefficient_between_thin_and_full():
+def test_shear_coefficient_of_thick_tube_equals_bilinear_elements():
     """κ of a 30 × 50 tube with walls of 10 by bilinear elements, whose errors fall with the square of their size."""
     found = [_kappa_by_squares(15, 25, 10, step, NU) for step in (1, 0.5)]
     found = (4 * found[1] - found[0]) / 3
@@ -142,8 +142,8 @@ def test_shear_stress_of_rectangles():
 
 
 @pytest.mark.parametrize("section", ALL, ids=str)
-def test_each_force_alone(section):
-    """Axial force, bending and torsion by elementary formulas."""
+def test_stress_under_single_forces_equals_elementary_formulas(section):
+    """Axial force, bending, and torsion of round sections."""
     y, z = section.extent
     assert section.stress(unit(0, -7.0)[:, None], NU)[0] == pytest.approx(7 / section.area, rel=1e-12)
     assert section.stress(unit(4, 3.0)[:, None], NU)[0] == pytest.approx(3 * z / section.I_y, rel=1e-12)
@@ -154,7 +154,7 @@ def test_each_force_alone(section):
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("section", ALL, ids=str)
-def test_largest_stress_is_the_largest(section):
+def test_stress_equals_maximum_over_the_section(section):
     """Against points all over the section, for forces of all kinds mixed; mirrored wrenches give the same."""
     rng = np.random.default_rng(3)
     rows = _round_rows(section) if isinstance(section, Tube) else _square_rows(section)
@@ -168,7 +168,7 @@ def test_largest_stress_is_the_largest(section):
     assert ratio.max() < 1 + 2e-3
     for signs in ((1, -1, 1, -1, 1, -1), (1, 1, -1, -1, -1, 1), (-1, -1, -1, 1, 1, 1)):
         assert_allclose(section.stress(np.array(signs)[:, None] * wrenches, NU), found, rtol=1e-12)
-    if isinstance(section, Tube):  # a round section does not know where its y axis is
+    if isinstance(section, Tube):  # the stress of a round section does not depend on its y axis
         turn = np.array([[np.cos(1.1), -np.sin(1.1)], [np.sin(1.1), np.cos(1.1)]])
         turned = wrenches.copy()
         turned[1:3], turned[4:] = turn @ wrenches[1:3], turn @ wrenches[4:]
@@ -203,8 +203,8 @@ def _square_rows(section):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("sides", [(0.06, 0.04, 0.01), (0.05, 0.05, 0.01)])
-def test_the_largest_stress_around_an_inner_corner_is_found(sides):
-    """Against every degree of the arc at the distance from the corner at which stresses are told."""
+def test_stress_includes_the_arc_around_an_inner_corner(sides):
+    """Against every degree of the arc at the distance from the corner at which stresses are evaluated."""
     section, rng = RectangularTube.of(*sides), np.random.default_rng(0)
     hole, angle = np.array(sides[:2]) / 2 - sides[2], np.radians(np.arange(-90, 181))
     near = min(sides[2], *(hole / 2))
@@ -248,7 +248,7 @@ def _round_rows(tube):
     return rows
 
 
-def test_stresses_balance_their_forces():
+def test_shear_flow_balances_the_shear_force():
     """Through every cut z = const. of a wall the shear flow of V_z is V S / I, and signs suit M_y' = V_z."""
     b, h, t = 0.06, 0.04, 0.004
     section = RectangularTube.of(b, h, t)
@@ -261,11 +261,11 @@ def test_stresses_balance_their_forces():
         assert flow == pytest.approx(outside / section.I_y, rel=1e-3)
 
 
-def test_unknown_outlines_have_no_stress():
+def test_stress_of_unknown_outline_is_nan():
     assert np.isnan(Section(1e-3, 1e-7, 2e-7, 1e-7).stress(np.ones((6, 2)))).all()
 
 
-def test_many_sections_are_kept():
+def test_shear_functions_are_cached():
     _rectangle_forms.cache_clear()
     shear_functions.cache_clear()
     for _ in range(3):

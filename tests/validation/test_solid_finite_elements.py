@@ -36,7 +36,7 @@ def configuration():
 # ---- rods and mesh -------------------------------------------------------------------------------------------------------
 
 
-def test_rods_are_those_of_the_pose(configuration):
+def test_rods_equal_the_beams_of_the_pose(configuration):
     rods = solid.rods_of(configuration)
     result = ks.analyze(configuration)
     assert [rod.name for rod in rods] == ["rod_1", "rod_2", "rod_3"]
@@ -55,7 +55,7 @@ def test_rods_are_those_of_the_pose(configuration):
 # ---- the deck ------------------------------------------------------------------------------------------------------------
 
 
-def test_platform_weighs_where_its_centre_of_mass_is():
+def test_platform_weight_acts_at_its_centre_of_mass():
     configuration = pose("2pru_upr")
     result = ks.analyze(configuration, gravity=GRAVITY["2pru_upr"])
     weight = solid.platform_weight(configuration, np.array(GRAVITY["2pru_upr"], float))
@@ -72,7 +72,7 @@ def test_square_rods_are_refused(tmp_path):
         solid.rods_of(configuration)
 
 
-def test_what_hangs_on_a_rod_is_refused(tmp_path):
+def test_links_attached_to_a_rod_are_refused(tmp_path):
     clamp = '<joint name="clamp" type="fixed"><parent link="rod_1"/><child link="lamp"/></joint>'
     lamp = f'{clamp}<link name="lamp"><inertial><mass value="1"/></inertial></link></robot>'
     configuration = rewritten(tmp_path, "</robot>", lamp)
@@ -80,7 +80,7 @@ def test_what_hangs_on_a_rod_is_refused(tmp_path):
         solid.rods_of(configuration)
 
 
-def test_without_calculix_there_is_one_clear_message(monkeypatch, capsys):
+def test_missing_calculix_prints_one_message(monkeypatch, capsys):
     monkeypatch.setattr(shutil, "which", lambda name: None)
     with pytest.raises(SystemExit) as stopped:
         solid.main(["--configuration", "1"])
@@ -102,7 +102,7 @@ def test_solids_agree_with_beams(robot, number):
     weight = np.linalg.norm(result.base_wrench[:3])
     for grip, each in found.items():
         assert solid.scaled_difference(each.twist, result.twist, length) < 0.015, grip
-        assert each.unbalanced < 1e-6, grip  # so the weight that CalculiX puts on each node is the one we take off again
+        assert each.unbalanced < 1e-6, grip  # the weight that CalculiX puts on each node is subtracted again
         for limb, rod in zip(result.limbs.values(), each.deck.rods, strict=True):
             assert np.abs(each.platform_wrenches[rod.name][:3] - limb.wrench[:3]).max() < 5e-4 * weight, grip
     # a rigid grip stiffens the rods, a mean one does not, and the beams lie between
@@ -112,8 +112,8 @@ def test_solids_agree_with_beams(robot, number):
 
 @pytest.mark.slow
 @needs_ccx
-def test_without_poissons_effect_the_grip_does_not_matter():
-    """The 1 % of the rigid grip is lateral contraction held back, and the rest Cowper's shear coefficient (6/7 at ν = 0)."""
+def test_rigid_grip_has_no_effect_without_poisson_contraction():
+    """The 1 % of the rigid grip is restrained lateral contraction, the rest Cowper's shear coefficient (6/7 at ν = 0)."""
     configuration = pose(poisson_ratio=0, shear_coefficient=6 / 7)
     result = ks.analyze(configuration, gravity=GRAVITY["3rps"])
     deck = solid.make_deck(configuration, GRAVITY["3rps"], grip="rigid", fineness=SKETCH)
@@ -122,7 +122,7 @@ def test_without_poissons_effect_the_grip_does_not_matter():
 
 @pytest.mark.slow
 @needs_ccx
-def test_load_on_the_platform():
+def test_twist_under_platform_load_agrees_with_beams():
     configuration, load = pose(), (2000.0, -3000.0, 1000.0, 400.0, 500.0, -600.0)
     result = ks.analyze(configuration, load, (0, 0, 0))
     found = solid.solve(solid.make_deck(configuration, (0, 0, 0), load, fineness=SKETCH))

@@ -1,4 +1,4 @@
-"""The check by finite elements: every robot agrees with it, it is right by itself, and it notices what is wrong.
+"""Verification by finite elements: robots agree, the finite elements equal closed forms, and errors are detected.
 
 Skipped with a reason where OpenSeesPy is missing, unless KINETOSTATICS_REQUIRE_OPENSEES is set.
 """
@@ -40,7 +40,7 @@ from kinetostatics.verification.pieces import Directions
 from kinetostatics.verification.solve import _constrained, solve
 
 ROBOTS = sorted(path.name.removesuffix(".urdf.xacro") for path in (ROOT / "robots").glob("*.urdf.xacro"))
-#: Those that may be held by nothing but springs once their beams are gone, since rods spin in them.
+#: Robots with spinning rods: without their beams, springs alone may hold them.
 SPINNING = ("anymal_standing", "delta")
 LOAD, POINT, SIDEWAYS = (120.0, -40.0, -500.0, 7.0, -3.0, 11.0), (0.13, -0.07, 0.05), (3.0, -4.0, 8.0)
 
@@ -90,7 +90,7 @@ def pose(name, which):
 
 @pytest.mark.few(4)
 @pytest.mark.parametrize("name", ROBOTS)
-def test_every_robot(name):
+def test_package_robots_agree_with_finite_elements(name):
     """With forces on all links at a pose without symmetry, and in one of four other ways."""
     at = pose(name, 3)
     assert_agrees(at, load=LOAD, gravity=(0, 0, 1), payload=ks.Payload(300.0, (0.1, 0.05, -0.2)), loads=forces_on_all_links(at))
@@ -146,7 +146,7 @@ def inside_a_joint(at, name):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", [*ROBOTS, "gough_sps", "four_bar"])
-def test_natural_frequencies_of_every_robot(name):
+def test_frequencies_of_package_robots_agree_with_finite_elements(name):
     payload = ks.Payload(30.0, (0.1, 0.05, -0.2), Inertia((0.4, 0.05, -0.03, 0.5, 0.02, 0.6)))
     at = pose(name, 1) if name in ROBOTS else sr.robot_of(SPECS[name], twirl=3).assemble()
     found = ks.verify(at, payload=payload, modes=3)
@@ -156,7 +156,7 @@ def test_natural_frequencies_of_every_robot(name):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("seed", range(200))
-def test_natural_frequencies_of_random_robots(seed):
+def test_frequencies_of_random_robots_agree_with_finite_elements(seed):
     """Rings, overconstraint, elastic joints, telescopes, spins, masses beside beams; soft ones leave OpenSees fewer digits."""
     mechanism, written = write_randomly(random_hybrid(seed), seed)
     try:
@@ -176,7 +176,7 @@ def test_natural_frequencies_of_random_robots(seed):
 
 
 def test_a_rigid_robot_has_no_natural_frequencies():
-    """One on an elastic actuator has one."""
+    """With an elastic actuator it has one."""
     rigid = made_of(PLATFORM, joint("motor", "revolute", "base", "platform", axis="1 0 0"), drives=("motor",))
     found = ks.verify(rigid, modes=2)
     assert found.verified and np.all(np.isinf(found.frequencies))
@@ -188,7 +188,7 @@ def test_a_rigid_robot_has_no_natural_frequencies():
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize(("factor", "spins"), [(1 + 2e-5, 0), (1, 1)])
-def test_frequencies_that_differ_are_noticed(monkeypatch, factor, spins):
+def test_wrong_frequencies_are_detected(monkeypatch, factor, spins):
     at = sr.robot_of(sr.cantilever()).assemble()
     wrong = SimpleNamespace(frequencies=ks.modes(at, 2).frequencies * factor, zero_frequencies=spins)
     monkeypatch.setattr(compare, "modes_of", lambda *_, **__: wrong)
@@ -212,8 +212,8 @@ SPECS = {
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", SPECS)
-def test_small_robots(name):
-    """Every second one in frames that are turned, with other cuts."""
+def test_small_robots_agree_with_finite_elements(name):
+    """Every second robot in turned frames, with other cuts."""
     spec = SPECS[name]
     odd = {"twirl": 3, "whole": False, "flip": True, "cuts": [0] * len(spec.limbs)}
     options = odd if list(SPECS).index(name) % 2 else {}
@@ -253,7 +253,7 @@ def telescope(start, *, drives, mass=2.0):
 @pytest.mark.few(2)
 @pytest.mark.parametrize("start", ["fixed", "revolute"])
 @pytest.mark.parametrize("drives", [(), ("slide",)])
-def test_telescopes_driven_and_passive(start, drives):
+def test_driven_and_passive_telescopes_agree_with_finite_elements(start, drives):
     found = assert_agrees(telescope(start, drives=drives), load=LOAD, gravity=SIDEWAYS)
     if not drives:  # nothing holds a passive telescope along its axis, not even its own weight
         assert abs(found.finite_elements.joint_wrenches["slide"][2]) < 1e-9
@@ -261,7 +261,7 @@ def test_telescopes_driven_and_passive(start, drives):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize(("carrier", "masses"), [("cylinder", 0.0), ("middle", 3.0), ("rod", 0.0)])
-def test_telescope_of_three_stages(carrier, masses):
+def test_three_stage_telescope_agrees_with_finite_elements(carrier, masses):
     middle = 0.0 if carrier == "middle" else masses
     configuration = made_of(
         link("cylinder", masses, "0 0 0.1"), link("middle", middle), link("rod", masses), PLATFORM,
@@ -274,8 +274,7 @@ def test_telescope_of_three_stages(carrier, masses):
 
 
 @pytest.mark.parametrize("elastic", ["", '<joint_stiffness joint="motor" drive="1e5"/>'], ids=["rigid", "elastic"])
-def test_a_drive_that_other_joints_follow(elastic):
-    """Its force moves them too."""
+def test_actuator_force_includes_mimic_joints(elastic):
     right = joint("follower", "prismatic", "base", "right", "0.8 0 0", "0 0 1")
     right = right.replace("</joint>", '<mimic joint="motor" multiplier="-0.5"/></joint>')
     found = assert_agrees(
@@ -291,7 +290,7 @@ def test_a_drive_that_other_joints_follow(elastic):
     assert found.finite_elements.actuator_forces["motor"] == pytest.approx(wrenches["motor"][2] - 0.5 * wrenches["follower"][2])
 
 
-def test_dead_weight():
+def test_hanging_links_agree_with_finite_elements():
     """A pendulum at rest and a driven arm hang on the platform."""
     pendulum = link("pendulum", 2.0, "0 0 -0.3") + joint("hinge", "continuous", "platform", "pendulum", axis="0 1 0")
     arm = link("arm") + link("hand", 1.0, "0.1 0 0") + joint("shoulder", "revolute", "platform", "arm", "0 0.1 0", "1 0 0")
@@ -301,16 +300,16 @@ def test_dead_weight():
     assert abs(found.finite_elements.actuator_forces["shoulder"]) < 1e-9  # along the arm
 
 
-def test_rigid_robot():
+def test_rigid_robot_is_verified_without_stiffness():
     arm = link("arm", 3.0, "0.5 0.5 0.5") + joint("motor", "revolute", "base", "arm", axis="1 0 0")
     found = assert_agrees(made_of(arm, PLATFORM, joint("tip", "fixed", "arm", "platform", "1 0 1"), drives=("motor",)), load=LOAD)
     assert "stiffness" in found.not_compared and "stiffness" not in found.differences
 
 
-# ---- the judge by itself -----------------------------------------------------------------------------------------------------
+# ---- the finite elements by themselves ---------------------------------------------------------------------------------------
 
 
-def test_finite_elements_against_a_formula():
+def test_finite_elements_equal_cantilever_formula():
     L, d, E, nu = 1.3, 0.05, sr.E, sr.NU
     A, inertia = np.pi * d**2 / 4, np.pi * d**4 / 64
     model = build(sr.robot_of(sr.cantilever(L)).assemble(), np.array([0, 0, -20.0, 0, 0, 0]), np.array([0, 0, -9.81]))
@@ -328,14 +327,14 @@ def test_finite_elements_against_a_formula():
 # ---- assembly errors -----------------------------------------------------------------------------------------------------------
 
 
-def test_assembly_errors_of_columns():
+def test_assembly_errors_agree_with_finite_elements():
     """Of joints and beams, in world axes and in those of a joint; tests/unit/statics/test_assembly_errors.py has closed forms."""
     turned = {"twist": [1e-4, -2e-4, 3e-4, 1e-3, 2e-3, -1e-3], "frame": "joint"}
     errors = {"a": {"length": -1e-4, "temperature": 20}, "foot_b": [1e-4, 2e-4, 3e-4, 4e-4, 5e-4, 6e-4], "head_a": turned}
     assert_agrees(two_columns().assemble(), load=LOAD, assembly_errors=errors)
 
 
-def test_platform_on_six_springs():
+def test_platform_on_six_springs_equals_closed_form():
     """An assembly error displaces the platform by as much."""
     k, error = np.array([1e5, 2e5, 3e5, 400.0, 500.0, 600.0]), 1e-4 * np.arange(1.0, 7.0)
     at = mount(springs("mount", linear="1e5 2e5 3e5", angular="400 500 600")).assemble()
@@ -350,7 +349,7 @@ def test_platform_on_six_springs():
 @pytest.mark.few(1)
 @pytest.mark.parametrize("rigid", [True, False], ids=["rigid", "elastic"])
 @pytest.mark.parametrize("name", [name for name in ROBOTS if name not in SPINNING])
-def test_springs_on_every_robot(name, rigid):
+def test_package_robots_with_springs_agree_with_finite_elements(name, rigid):
     """One to three springs between any links, weights, stiff drives, with beams and without."""
     at = sprung_robots.bundled(name, 1, rigid=rigid)
     # some are unstable, or nearly so, and rounding counts
@@ -368,20 +367,20 @@ def test_springs_on_every_robot(name, rigid):
         pytest.param(21823, id="closed chain that ends inside a ball of three hinges"),
     ],
 )
-def test_springs_on_hybrid_robots(seed):
+def test_hybrid_robots_with_springs_agree_with_finite_elements(seed):
     assert_agrees(sprung_robots.hybrid(seed), load=LOAD)
 
 
 @pytest.mark.slow
-def test_joint_wrenches_beside_spinning_rods():
-    """What a ball carries follows the mean of its sides, without the rods' spins, which nothing holds."""
+def test_joint_wrenches_beside_spinning_rods_agree():
+    """The wrench of a spherical joint follows the mean of its sides, without the free spins of the rods."""
     found = ks.verify(sprung_robots.bundled("delta", 1, rigid=False), LOAD)
     assert found.differences["joint_wrenches"] < 1e-8
 
 
 @without_opensees
 def test_motions_of_the_platform_are_no_spins():
-    """Of two motions that the ground alone holds, and on which no force at the pose acts, one moves the platform."""
+    """Of two motions without stiffness one moves the platform: only the other is excluded as a spin."""
     moving, spin = np.zeros(12), np.zeros(12)
     moving[[0, 7]] = 0.01, 1
     spin[11] = 1
@@ -390,15 +389,15 @@ def test_motions_of_the_platform_are_no_spins():
 
 
 @pytest.mark.slow
-def test_a_strut_that_may_almost_spin():
-    """A universal joint holds it, 2e9 times as soft as the stiffest beam: taken for a spin, it costs 4e-6 of joint wrenches."""
+def test_strut_on_a_soft_joint_is_not_a_spin():
+    """A universal joint holds it, 2e9 times as soft as the stiffest beam; taken for a spin, joint wrenches differ by 4e-6."""
     at = sprung_robots.serial(["CpU", "RRpU", "p", "UpR", "RpS", "rUS"], 10064, 1, rigid=False)
     rigid_drives = replace(at.robot.description, joint_stiffness={})
     assert_agrees(ks.Robot(rigid_drives).configuration(at.q, closure_tolerance=1e-9), load=LOAD)
 
 
 @pytest.mark.slow
-def test_forces_where_the_geometric_stiffness_is_large():
+def test_actuator_forces_with_large_geometric_stiffness_agree():
     """A spring holds an arm a million times as stiffly as its drive: loads that follow a first guess leave 2e-6 of the force."""
     spring = """<spring name="spring" stiffness="3e4" free_length="0"><predecessor link="base"><origin xyz="0 0.1 0.4"/>
 </predecessor><successor link="platform"/></spring>"""
@@ -421,8 +420,8 @@ def hung_up(phi, stiffness=300.0):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("phi", [0.0, 0.8, np.pi / 2, -0.3, -np.pi / 2])
-def test_finite_elements_of_an_arm_in_a_spring(monkeypatch, phi):
-    """10 + k a b sin φ; stretching and turning of the spring alone, 10 + k b² wherever it stands, is not verified."""
+def test_finite_elements_of_arm_with_spring_equal_formula(monkeypatch, phi):
+    """10 + k a b sin φ; the stiffness 10 + k b² of stretching and turning of the spring alone is not verified."""
     at, stiffness = hung_up(phi), 10 + 30 * np.sin(phi)
     solution, _ = solve(build(at, np.zeros(6), np.zeros(3)))
     assert 1 / solution.compliance[4, 4] == pytest.approx(stiffness, rel=1e-9)
@@ -436,7 +435,7 @@ def test_finite_elements_of_an_arm_in_a_spring(monkeypatch, phi):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("tension", [1e-2, 1.0, -1.0])
-def test_finite_elements_of_a_beam_beside_a_spring(tension):
+def test_finite_elements_of_beam_with_pulling_spring_equal_formula(tension):
     """A constant pull T along a cantilever, which turns with its chord: 3EI/L³ − (6/5 − 1) T/L."""
     length, EI = 0.5, sr.E * np.pi * 0.01**4 / 64
     pull = f'''<spring name="pull" stiffness="0" free_length="0" preload="{tension}"><predecessor link="base"/>
@@ -451,8 +450,8 @@ def test_finite_elements_of_a_beam_beside_a_spring(tension):
     assert softer == pytest.approx(tension / length / 5, rel=1e-4)
 
 
-def test_a_ball_that_a_spring_holds_about_one_axis_is_no_universal_joint():
-    """Its moment turns with the mean of its sides, not across two axes of which one is fixed in either."""
+def test_spherical_joint_with_spring_about_one_axis_agrees():
+    """Its moment turns with the mean of its sides, unlike that of a universal joint, with one axis fixed in either side."""
     ends = '<origin xyz="0.1 0.2 {}" rpy="0.4 0.3 0.2"/>'
     ball = f"""<loop name="ball" type="spherical"><predecessor link="base">{ends.format(0.1)}</predecessor>
 <successor link="strut">{ends.format(-0.6)}</successor></loop><joint_stiffness joint="ball" angular="inf 2000 0"/>"""
@@ -466,8 +465,8 @@ def test_a_ball_that_a_spring_holds_about_one_axis_is_no_universal_joint():
 
 
 @without_opensees
-def test_directions():
-    """Base 0, platform 9."""
+def test_directions_of_edges_from_base_to_platform():
+    """From base 0 to platform 9; edges passed in both directions stay as written."""
     brace = Directions({"a": (0, 1), "b": (2, 0), "c": (1, 9), "d": (2, 9), "bridge": (2, 1), "other": (1, 2)}, 0, 9)
     assert [brace.inner_first(edge) for edge in ("a", "b", "c", "d")] == [True, False, True, True]
     assert brace.inner_first("bridge") and brace.inner_first("other")  # passed both ways: as written
@@ -479,7 +478,7 @@ def test_directions():
 
 
 @without_opensees
-def test_the_frame_is_built_without_the_statics():
+def test_finite_elements_do_not_import_the_statics():
     allowed = re.compile(
         r"kinetostatics\.(verification|description|exceptions|math\.(arrays|graphs|linalg)|layout\.mapping|arguments)\b"
         r"|kinetostatics\.(kinematics\.configuration|mechanism\.beam_geometry)$"
@@ -491,7 +490,7 @@ def test_the_frame_is_built_without_the_statics():
                 assert allowed.match(node.module), (name, node.module)
 
 
-# ---- what is wrong is noticed ------------------------------------------------------------------------------------------------
+# ---- detection of errors -----------------------------------------------------------------------------------------------------
 
 
 def too_soft(monkeypatch):
@@ -514,7 +513,7 @@ def wrong_sign(monkeypatch):
     ("mistake", "wrong"),
     [(too_soft, {"twist", "stiffness"}), (too_heavy, {"joint_wrenches", "actuator_forces"}), (wrong_sign, {"actuator_forces"})],
 )
-def test_mistakes_are_noticed(monkeypatch, mistake, wrong):
+def test_wrong_results_are_detected(monkeypatch, mistake, wrong):
     mistake(monkeypatch)
     one = ks.load_robot(ROOT / "robots" / "3rps.urdf.xacro")
     found = ks.verify(one.assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.1}), load=LOAD)
@@ -532,7 +531,7 @@ def without(numbers, name):
     return {key: value for key, value in numbers.items() if key != name}
 
 
-#: What a result may have wrong, and which of the differences is then infinite.
+#: Results with a loss, and the difference that is then infinite.
 LOSSES = {
     "twist": ("twist", lambda right: right * np.nan, "twist"),
     "stiffness": ("stiffness", lambda right: right * np.nan, "stiffness"),
@@ -545,7 +544,7 @@ LOSSES = {
 
 @pytest.mark.few(3)
 @pytest.mark.parametrize("loss", LOSSES)
-def test_missing_numbers_are_noticed(monkeypatch, loss):
+def test_missing_results_are_detected(monkeypatch, loss):
     name, change, wrong = LOSSES[loss]
     changed = change(getattr(right_result(), name))
     monkeypatch.setattr(ks.Result, name, property(lambda self: changed))
@@ -572,7 +571,7 @@ def test_both_ends_of_a_beam_are_compared(monkeypatch, end):
 
 
 @pytest.mark.parametrize("options", [{"load": np.zeros((3, 6))}, {"within": 0.0}, {"frame": "moon"}, {"point": (1, 2)}])
-def test_arguments_that_make_no_sense(options):
+def test_invalid_arguments_raise_argument_error(options):
     with pytest.raises(ks.ArgumentError):
         ks.verify(pose("3rps", 0), **options)
 
@@ -580,14 +579,14 @@ def test_arguments_that_make_no_sense(options):
 # ---- the command ---------------------------------------------------------------------------------------------------------------
 
 
-def test_command_prints_both_sides(capsys):
+def test_command_prints_statics_and_finite_elements(capsys):
     assert cli.main(["verify", "3rps", "--load", "100", "0", "-500", "0", "0", "0"]) == 0
     printed = capsys.readouterr()
     assert printed.err == "" and printed.out.startswith("Check of '3rps'") and "\nVerified: " in printed.out
     assert "finite elements" in printed.out and "prismatic_3 [N]" in printed.out
 
 
-def test_command_tells_by_its_exit_code(capsys, monkeypatch):
+def test_command_exits_with_1_where_results_differ(capsys, monkeypatch):
     too_soft(monkeypatch)
     assert cli.main(["verify", "3rps", "--json", "--platform", "z=500mm", "rx=2deg", "ry=0"]) == 1
     found = json.loads(capsys.readouterr().out)
@@ -601,7 +600,7 @@ def test_command_tells_by_its_exit_code(capsys, monkeypatch):
 
 
 @without_opensees
-def test_missing_opensees(capsys, monkeypatch):
+def test_missing_opensees_error_names_pip_install(capsys, monkeypatch):
     monkeypatch.setattr(runner.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(OpenSeesError, match=r"pip install 'kinetostatics\[verify\]'"):
         ks.verify(pose("3rps", 0))
@@ -618,7 +617,7 @@ def test_missing_opensees(capsys, monkeypatch):
         ("logFile = 1", "OpenSees failed: AttributeError"),
     ],
 )
-def test_broken_opensees(tmp_path, monkeypatch, code, message):
+def test_broken_opensees_raises_opensees_error(tmp_path, monkeypatch, code, message):
     package = tmp_path / "openseespy" / "opensees"
     package.mkdir(parents=True)
     (package.parent / "__init__.py").write_text("")
@@ -631,7 +630,7 @@ def test_broken_opensees(tmp_path, monkeypatch, code, message):
 
 
 @without_opensees
-def test_opensees_that_hangs(monkeypatch):
+def test_hanging_opensees_raises_opensees_error(monkeypatch):
     def hang(*args, **options):
         raise subprocess.TimeoutExpired("opensees", options["timeout"])
 

@@ -24,7 +24,7 @@ def lowest(spec, count=6, **options):
     return ks.modes(sr.write(spec).robot().assemble(), count, **options)
 
 
-def test_deep_simply_supported_beam():
+def test_deep_simply_supported_beam_equals_nafems_fv5():
     """FV5; shear coefficient 10(1 + ν)/(12 + 11ν). The first frequency of the exact equation of such beams is 42.645 Hz."""
     end, section = (10.0, 0.0, 0.0), sr.Section(4.0, 4 / 3, 4 / 3, 0.1406 * 16)
     rod = Limb((Joint("a", "U", (0, 0, 0), (0, 1, 0), (0, 0, 1)), Joint("b", "F", end)), (Link("beam"),))
@@ -74,7 +74,7 @@ ROBOTS = {
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", ROBOTS)
-def test_finite_elements(name):
+def test_frequencies_equal_finite_elements(name):
     spec = ROBOTS[name]
     written = sr.write(spec)
     found = ks.modes(written.robot().assemble(), 5)
@@ -85,7 +85,7 @@ def test_finite_elements(name):
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("seed", range(60))
-def test_random_robots(seed):
+def test_frequencies_of_random_robots_equal_finite_elements(seed):
     """Rings, overconstraint, elastic joints, telescopes, massless parts, masses beside the beams, joints that close loops."""
     mechanism, written = hybrid_robots.write_randomly(hybrid_robots.random_hybrid(seed), seed)
     robot = written.robot()
@@ -97,8 +97,8 @@ def test_random_robots(seed):
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", ["gough", "pru2_upr", "four_bar", "portal"])
-def test_limbs_without_mass_are_the_stiffness_of_the_statics(name):
-    """A rigid platform on them: K u = ω² M u with the stiffness of the analysis."""
+def test_massless_limbs_vibrate_with_the_static_stiffness(name):
+    """K u = ω² M u of a rigid platform with the stiffness of the analysis."""
     spec = sr.with_beams(ROBOTS[name], density=0.0)
     configuration = sr.write(spec).robot().assemble()
     found = ks.modes(configuration, 6)
@@ -114,7 +114,7 @@ def test_limbs_without_mass_are_the_stiffness_of_the_statics(name):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["gough", "four_bar", "puu3"])
-def test_payload_is_a_heavier_platform(name):
+def test_payload_equals_a_heavier_platform(name):
     spec, more = ROBOTS[name], 7.0
     heavy = replace(spec, mass=spec.mass + more)
     payload = ks.Payload(more, center=np.subtract(spec.com, spec.o))
@@ -125,7 +125,7 @@ def test_payload_is_a_heavier_platform(name):
     )
 
 
-def test_payload_of_a_robot_with_a_link_of_this_name():
+def test_payload_beside_a_link_named_payload():
     """Two equal masses at the same place move alike, whatever carries them."""
     at = package_robots.robot("delta").assemble()
     link = at.robot.description.links["payload"]
@@ -136,7 +136,7 @@ def test_payload_of_a_robot_with_a_link_of_this_name():
 
 @pytest.mark.few(3)
 @pytest.mark.parametrize("name", package_robots.NAMES)
-def test_modes_of_the_package(name):
+def test_modes_of_package_robots_are_complete_and_orthogonal(name):
     """No mode is missed, modes are orthogonal, energies are equal, and the motions of parts fit together."""
     robot = package_robots.robot(name)
     found = ks.modes(robot.assemble(), 5)
@@ -172,7 +172,7 @@ def test_modes_of_the_package(name):
             assert np.abs(line - expected).max() < 1e-7 * np.abs(found.twists).max()
 
 
-def test_open_brakes_free_the_mobility():
+def test_free_drives_add_one_zero_frequency_per_freedom():
     for name in ("3rps", "five_bar", "ur10", "tripteron"):
         robot = package_robots.robot(name)
         locked, free = (ks.modes(robot.assemble(), 3, drives=drives) for drives in ("locked", "free"))
@@ -190,7 +190,7 @@ def test_elastic_drives_are_softer_than_locked_ones():
     assert np.all(stiff.frequencies[:2] < locked.frequencies[:2])
 
 
-def test_batches_are_their_poses_and_say_which_have_no_numbers():
+def test_modes_of_batches_equal_single_poses():
     robot = package_robots.robot("linear_delta")
     z = float(robot.assemble().platform["z"])
     pose = robot.assemble(platform={"x": [0.0, 0.02, 5.0], "y": 0.01, "z": z})
@@ -209,7 +209,7 @@ def test_batches_are_their_poses_and_say_which_have_no_numbers():
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", ["3rps", "delta", "ur10", "five_bar"])
-def test_response_at_rest_is_the_statics(name):
+def test_response_near_zero_frequency_equals_statics(name):
     pose = package_robots.robot(name).assemble()
     found = ks.frequency_response(pose, [1e-3], tool=(0.1, 0, 0.2), damping=0.03)
     C = ks.analyze(pose).at_point((0.1, 0, 0.2)).compliance
@@ -223,7 +223,7 @@ def test_response_at_rest_is_the_statics(name):
 @pytest.mark.few(1)
 @pytest.mark.parametrize("damping", [0.02, {"mass": 3.0, "stiffness": 2e-5}])
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr"])
-def test_response_is_a_sum_over_modes(name, damping):
+def test_response_equals_sum_over_modes(name, damping):
     """φ φᵀ / (ω_k² s − ω² c) of forty modes, and for the others their static compliance."""
     pose = package_robots.robot(name).assemble()
     modes, frequencies = ks.modes(pose, 40), np.array([20.0, 90.0, 150.0, 400.0])
@@ -240,7 +240,7 @@ def test_response_is_a_sum_over_modes(name, damping):
         assert np.abs(found.transmissibility[k] - moved).max() < 0.02 * np.abs(moved).max()
 
 
-def test_response_of_one_mass():
+def test_response_of_one_mass_equals_closed_form():
     """1 / (k (1 + 2iζ) − ω² m), and k (1 + 2iζ) times that from the floor, of limbs without mass."""
     spec = sr.with_beams(ROBOTS["portal"], density=0.0)
     pose = sr.write(spec).robot().assemble()
@@ -278,7 +278,7 @@ def test_response_is_drawn_and_saved(tmp_path):
         (ks.frequency_response, {"frequencies": [1.0], "tool": (0.1, 0.2)}, "three numbers"),
     ],
 )
-def test_invalid_arguments(function, arguments, words):
+def test_invalid_arguments_raise_argument_error(function, arguments, words):
     with pytest.raises(ks.ArgumentError, match=words):
         function(package_robots.robot("3rps").assemble(), **arguments)
 
@@ -287,7 +287,7 @@ def test_invalid_arguments(function, arguments, words):
     ("name", "expected"),
     [("two_rigid", np.inf), ("screw_continuous", np.inf), ("mast_on_a_rod", np.inf), ("unstable_inside_a_limb", np.nan)],
 )
-def test_robots_without_modes(name, expected):
+def test_rigid_and_unstable_robots_have_no_frequencies(name, expected):
     """Rigid or massless robots have no frequency; where a spring pushes a motion away, none has a number."""
     pose = ks.load_robot(FILES / f"{name}.urdf").assemble()
     for drives in ("locked", "free"):
@@ -300,7 +300,7 @@ def test_robots_without_modes(name, expected):
 # ---- closed forms and invariances ----------------------------------------------------------------------------------------
 
 
-def test_two_masses_on_a_shaft():
+def test_two_masses_on_a_shaft_equal_closed_form():
     """√(k (1/J₁ + 1/J₂)) of a rotor with open brakes, a shaft without mass and a disc; k if the brakes hold."""
     L, d = 0.5, 0.02
     joints = (
@@ -319,7 +319,7 @@ def test_two_masses_on_a_shaft():
         assert found.frequencies[turning] == pytest.approx(np.sqrt(stiffness) / (2 * np.pi), rel=1e-9)
 
 
-def test_a_symmetric_hexapod_on_springs():
+def test_hexapod_on_springs_equals_closed_form():
     """ω² = 6 k n_z²/m along z, 3 k (1 − n_z²)/m across, and 6 k r_z²/J about z: eigenvalues of k Σ $ $ᵀ in closed form."""
     k, m, radius, lean = 4e5, 3.0, 0.3, 0.4
     limbs = []

@@ -1,4 +1,4 @@
-"""The numbers of a description: which there are, by how much they are changed where they are differenced, and what changes."""
+"""Parameters of a robot: names, units, values, steps of central differences, and changed descriptions."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ METAL = 'y_axis="0 1 0" youngs_modulus="2e11" density="7850"'
 
 
 def machine(*more):
-    """An arm of a hinge and a slide that has everything that can be changed."""
+    """An arm of a hinge and a slide with every kind of parameter."""
     return robot(
         *(link("base"), link("upper", 2.0, "0.2 0 0"), link("fore"), link("platform", 0.5, "0 0.01 0")),
         joint("hinge", "revolute", "base", "upper"),
@@ -33,7 +33,7 @@ def machine(*more):
     )
 
 
-#: Of each parameter: its unit, and the number in a description.
+#: Unit of each parameter, and its value in a description.
 SINGLE = {
     "upper.mass": ("kg", lambda d: d.links["upper"].mass),
     "platform.mass": ("kg", lambda d: d.links["platform"].mass),
@@ -58,7 +58,7 @@ SINGLE = {
     "rope.free_length": ("m", lambda d: d.springs["rope"].free_length),
     "rope.preload": ("N", lambda d: d.springs["rope"].preload),
 }
-#: Of those with three components also by how much they are changed.
+#: The same of parameters with three components, and their steps.
 LENGTH = 0.175  # of the machine [m]
 TRIPLE = {
     "upper.center_of_mass": ("m", lambda d: d.links["upper"].center_of_mass, [1e-3 * LENGTH] * 3),
@@ -68,7 +68,7 @@ TRIPLE = {
 }
 
 
-def test_every_number_can_be_made_larger_by_itself():
+def test_each_number_changes_alone():
     known = numbers_of_parts(machine())
     assert set(known) == {*SINGLE, *TRIPLE, *(f"{name}.placement" for name in ("hinge", "slide", "wrist"))}
     for name, (unit, number) in SINGLE.items():
@@ -92,8 +92,8 @@ def test_every_number_can_be_made_larger_by_itself():
     assert machine().length == pytest.approx(LENGTH)
 
 
-def test_what_is_nothing_or_infinite_is_no_parameter():
-    """Changed are numbers that are there: no shear coefficient that is infinite, no density of 0, no slack of a spring."""
+def test_zero_and_infinite_numbers_are_no_parameters():
+    """An infinite shear coefficient, a density of 0 and a free length of 0 are no parameters; steps are relative to values."""
     description = machine().description
     upper, rope = description.beams["upper"], description.springs["rope"]
     rigid = replace(upper, shear_coefficient=np.inf, material=replace(upper.material, density=0.0))
