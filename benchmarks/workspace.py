@@ -38,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     facts = [
         *clocks.machine(),
         f"command: `{command}`, {(time.time() - started) / 60:.1f} minutes, {clocks.today()}",
-        f"load average of the machine at the end, with all that others did on it: {os.getloadavg()[0]:.1f}",
+        f"load average of the machine at the end: {os.getloadavg()[0]:.1f}",
     ]
     found = {"machine": "\n".join(f"- {line}" for line in facts), **page.topics}
     if args.write:

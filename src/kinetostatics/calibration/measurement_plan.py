@@ -190,9 +190,10 @@ def log_det(blocks: Array) -> float:
 
 
 def best_subset(blocks: Array, n: int, rng: np.random.Generator) -> Index:
-    """Return the indices (n,) of the measurements whose information matrix has the largest determinant.
+    """Return the indices (n,) of measurements whose information matrix has the largest determinant found.
 
-    ``blocks`` (N, k, r): Jacobians of the k readings of each of N candidates; ``rng`` draws the random starts of the exchange.
+    ``blocks`` (N, k, r): Jacobians of the k readings of each of N candidates; ``rng`` draws subsets at random, each of
+    which is improved by exchanges.
     """
     r, every = blocks.shape[2], np.einsum("nki,nkj->nij", blocks, blocks)
     starts: list[Index] = [_greedy(every, n)] + [rng.choice(len(every), n, replace=False) for _ in range(STARTS)]

@@ -38,7 +38,7 @@ T = TypeVar("T")
 
 
 def robot_facts(robot: Robot) -> RobotFacts:
-    """Return the properties of a robot; errors are listed in ``problems``, and the remaining properties are computed."""
+    """Return the properties of a robot; those that cannot be computed are None, and ``problems`` lists the errors."""
     description = robot.description
     facts = RobotFacts(robot.name, description.path, description.base, description.platform, drives=description.driven)
     facts.warnings += [*description.warnings, *robot.topology.warnings]

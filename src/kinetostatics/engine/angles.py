@@ -98,7 +98,7 @@ class Instructions:
 
 
 def sine_or_cosine(lines: Instructions, angle: str, of_cosine: bool) -> None:
-    """Write the sine or cosine of an angle."""
+    """Add the instructions that compute the sine or cosine of an angle."""
     shifted = lines.call("fmuladd", angle, 2 / math.pi, _ROUNDER)
     quarters = lines.of("fsub", shifted, _ROUNDER)
     rest = angle
@@ -119,7 +119,7 @@ def sine_or_cosine(lines: Instructions, angle: str, of_cosine: bool) -> None:
 
 
 def angle_of_point(lines: Instructions, y: str, x: str) -> None:
-    """Write the angle atan2(y, x) of the point (x, y)."""
+    """Add the instructions that compute the angle atan2(y, x) of the point (x, y)."""
     across, along = lines.call("fabs", y), lines.call("fabs", x)
     steep = lines.add(f"fcmp ogt {lines.real} {across}, {along}")
     large, small = lines.choose(steep, across, along), lines.choose(steep, along, across)

@@ -96,7 +96,7 @@ class ShortRepr:
 
 
 def _is_default(item: Field[object], value: object) -> bool:
-    """Return whether a field has its default value; a field with a default that is not compared counts as such."""
+    """Return whether a field has its default value; a field with a default and ``compare=False`` always counts as default."""
     default = item.default_factory() if item.default_factory is not MISSING else item.default
     if isinstance(value, np.ndarray):
         return default is not MISSING and np.array_equal(value, np.asarray(default))

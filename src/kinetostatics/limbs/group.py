@@ -29,7 +29,7 @@ class LimbGroup:
         limbs: the limbs.
         numbers: their indices among the robot's limbs.
         compounds: for every limb, its joints.
-        elements: for every limb, its beams and joints; a joint may consist of several edges, whose number may differ.
+        elements: for every limb, its beams and joints; a joint may consist of several edges, not equally many in every limb.
         beams, springs: for every limb, the beams and springs on its edges, inboard ones first.
         drives: the elastic actuators of the limbs.
         spring_elements: index of the element of each spring.
@@ -132,7 +132,7 @@ class LimbGroup:
 
     @property
     def is_attached(self) -> bool:
-        """Whether these are closed chains attached to the base or the platform alone."""
+        """Whether these are closed chains attached only to the base, or only to the platform."""
         return not np.any(self.to_platform)
 
     def spring(self, number: int) -> tuple[Array, Array]:

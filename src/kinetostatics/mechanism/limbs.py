@@ -113,7 +113,7 @@ class Limb(ShortRepr):
 
 @dataclass(frozen=True)
 class AttachedBodies:
-    """Bodies attached to the base or to the platform alone, including the base or platform.
+    """The base and the bodies attached only to it, or the platform and the bodies attached only to it.
 
     ``edges`` are those of open branches only; ``places`` are the places at which loads may act, as in :class:`Limb`.
     """
@@ -128,10 +128,10 @@ class AttachedBodies:
 class Topology(ShortRepr):
     """The robot's limbs, beams and attached bodies.
 
-    ``hanging``: closed chains attached to base or platform alone, as limbs. ``carried_by``: for every place for loads on a limb
-    or open branch, the ``key`` of the edge with this place on its outer side. ``beam_ends``: the places at the ends of every beam
-    of ``beams``. ``without_support``: places at which no load can act, since a joint attaches them to a beam between its ends,
-    each with this joint.
+    ``hanging``: closed chains attached only to the base or only to the platform, as limbs. ``carried_by``: for every place for
+    loads on a limb or open branch, the ``key`` of the edge with this place on its outer side. ``beam_ends``: the places at the
+    ends of every beam of ``beams``. ``without_support``: places at which no load can act, since a joint attaches them to a beam
+    between its ends, each with this joint.
     """
 
     NOT_RECORDED: ClassVar = ("warnings",)
@@ -153,7 +153,7 @@ class Topology(ShortRepr):
 
     @property
     def all_limbs(self) -> tuple[Limb, ...]:
-        """The limbs, followed by the closed chains attached to the base or the platform alone."""
+        """The limbs, followed by the closed chains attached only to the base or only to the platform."""
         return (*self.limbs, *self.hanging)
 
     @property

@@ -73,7 +73,10 @@ class Connection:
         return self.successor if link == self.predecessor else self.predecessor
 
     def axis_on(self, predecessor_side: bool) -> Array:
-        """Return the axis (3,) in the body of one side; revolute and prismatic joints have one axis in both bodies."""
+        """Return ``axis`` (3,) in the coordinates of the body on one side.
+
+        On the successor's side only for joints whose axis is fixed in both bodies, such as revolute and prismatic joints.
+        """
         frame = self.predecessor_frame if predecessor_side else self.successor_frame
         return np.asarray(frame[:3, :3] @ self.axis)
 

@@ -34,8 +34,8 @@ class _Axis:
     Attributes:
         nodes: number n of nodes.
         edges: borders of the elements.
-        stiffness, mass: (2, n, n) integrals of f'g' and fg over the range of the hole (0) and of the wall (1).
-        moments, slopes: (2, 3, n) integrals of s^k f and s^k f', k = 0, 1, 2, over these ranges.
+        stiffness, mass: (2, n, n) integrals of f'g' and fg: from the middle to the wall (0), through the wall (1).
+        moments, slopes: (2, 3, n) integrals of s^k f and s^k f', k = 0, 1, 2, over the same ranges.
     """
 
     def __init__(self, half: float, wall: float, smallest: float) -> None:
@@ -65,7 +65,7 @@ class _Axis:
             self.slopes[beyond][:, at] += powers @ g
 
     def nodes_of(self, beyond: int) -> slice:
-        """Return the nodes in the range of the hole (0) or of the wall (1)."""
+        """Return the nodes from the middle to the wall (0), or those of the wall (1)."""
         nodes = np.flatnonzero(self.mass[beyond].diagonal())
         return slice(nodes[0], nodes[-1] + 1) if len(nodes) else slice(0, 0)
 

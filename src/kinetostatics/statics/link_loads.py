@@ -37,7 +37,8 @@ class AppliedLoad:
         points: (3, N) points of application of forces [m], by place, for drawings.
         kind: "load"; "spring": the force of a spring at the pose; "change": a load that represents geometric stiffness.
         lines: (12, N) loads along beams, by name: force and moment per length at the start, then at the end, world axes
-            [N/m, N]. Their resultants at the beams' ends are part of ``wrenches``.
+            [N/m, N]. Their resultants at the beams' ends are part of ``wrenches``, see
+            :func:`kinetostatics.statics.inertia.line_resultants`.
     """
 
     name: str

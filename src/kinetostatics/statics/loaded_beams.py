@@ -29,10 +29,12 @@ class LoadedBeams:
         load: (6, S, g, N) own weight, force and moment per length [N/m, N].
         inner: (6, S, g, N) motion of the base end as a rigid body, about o, world axes.
         stretch: (S, g, N) excess length by error or temperature [m].
-        elsewhere: (S, g, N) axial force [N] of each contribution whose strains are counted in another contribution; see
+        elsewhere: (S, g, N) axial force [N] due to own weight, added in the contribution of the forces and subtracted in that of
+            the strains, to which ``wrench`` assigns it; 0 if both are the same contribution, see
             :func:`kinetostatics.statics.solution.by_mechanism`.
         line: (12, S, g, N) linearly varying load, force and moment per length at the base end, then at the platform end
-            [N/m, N]; its resultants at the ends are part of ``wrench``. None: no such load.
+            [N/m, N]; None: no such load. Its resultants at the ends are part of ``wrench``, see
+            :func:`kinetostatics.statics.inertia.line_resultants`.
     """
 
     models: tuple[BeamModel, ...]

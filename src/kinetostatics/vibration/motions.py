@@ -87,7 +87,7 @@ class ModeShapes:
         return _shares(found)
 
     def _energy_of(self, name: str, matrix: Array) -> Array:
-        """Return u · A u (N, m) of all pieces of a beam."""
+        """Return the sum (N, m) of u · A u over all pieces of a beam."""
         parts = [_energy(u, matrix) for u in self._pieces(self.pairs.model.beams[name], name)]
         return np.sum(parts, axis=0)
 

@@ -70,10 +70,11 @@ class Mesh:
     """A surface in the scene tree.
 
     Attributes:
-        path: path of its nodes below ``roots``.
+        path: path of its nodes below each of ``roots``.
         surface: triangles in the axes of their stations.
         station: index of its station, or (n,) indices for all vertices.
-        roots: ``Rest`` (pale, undeformed), ``Deformed`` (solid, deformed), ``Base`` (solid, undeformed).
+        roots: nodes of the scene tree that show it: ``Rest`` (pale, undeformed), ``Deformed`` (solid, deformed), ``Base`` (solid,
+            undeformed).
         colour: "deflection", "#rrggbb", or (n, 3) colours of the vertices, 0 to 1.
     """
 

@@ -101,7 +101,7 @@ class Still:
         return self.scene.stations.moved(0, part * self.scene.exaggeration, self.scene.shares)
 
     def vertices(self, mesh: Mesh, root: str) -> Array:
-        """Return the vertices (n, 3) of a mesh at one of its roots, world axes [m]."""
+        """Return the vertices (n, 3) of a mesh under ``root``, one of its roots, world axes [m]."""
         at = (self.deformed if root == "Deformed" else self.rest)[np.broadcast_to(mesh.station, len(mesh.surface.vertices))]
         return np.asarray(np.einsum("nij,nj->ni", at[:, :3, :3], mesh.surface.vertices) + at[:, :3, 3])
 
@@ -113,7 +113,7 @@ class Still:
         return np.asarray(np.linalg.norm(twists[:, :3] + np.cross(twists[:, 3:], arms), axis=-1))
 
     def look(self, mesh: Mesh, root: str) -> str | Array:
-        """Return the colour of a mesh at one of its roots: "#rrggbb", or (n, 3) one for every vertex, 0 to 1."""
+        """Return the colour of a mesh under ``root``, one of its roots: "#rrggbb", or (n, 3) one for every vertex, 0 to 1."""
         if root == "Rest":
             return RESTING[0]
         if not mesh.by_deflection:

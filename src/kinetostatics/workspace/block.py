@@ -142,7 +142,7 @@ def _extract(
 
 
 def _wrenches(result: Result, kind: str) -> list[str]:
-    """Return limb and label of each constraint wrench of a robot, or of each attached wrench with ``kind`` "attached_"."""
+    """Return "limb: label" of each constraint wrench (``kind`` "") or attached wrench (``kind`` "attached_") of a robot."""
     return [f"{name}: {label}" for name, limb in result.limbs.items() for label in numbered(getattr(limb, f"{kind}labels"))]
 
 

@@ -38,8 +38,8 @@ class Labels:
     Attributes:
         robot: the robot's name.
         axes: labels by dimension, including unused dimensions.
-        auxiliary: dimensions and entries of auxiliary coordinates: units, limbs and their labels.
-        loose: mask of the model coordinates changed by local freedoms; such coordinates do not show the assembly mode.
+        auxiliary: by name, dimensions and values of the auxiliary coordinates: units, limbs, and labels of wrenches.
+        loose: mask of the model coordinates that local freedoms change; they are ignored when assembly modes are compared.
         outputs: names of the variables.
     """
 
