@@ -1,4 +1,4 @@
-"""One Chromium for all tests of the browser."""
+"""Chromium, and the page of one result, shared by the browser tests."""
 
 import os
 import shutil
@@ -49,14 +49,14 @@ def root(request):
 
 @pytest.fixture(scope="session")
 def result(root):
-    """One result for all tests that look at a page of their own kind."""
+    """One result for the tests that need no robot of their own."""
     robot = ks.load_robot(root / "robots" / "2pru_upr.urdf.xacro")
     return ks.analyze(robot.assemble(platform=POSES["2pru_upr"]), load=LOAD)
 
 
 @pytest.fixture(scope="session")
 def page(browser, result, tmp_path_factory):
-    """Its page, which tests that operate it leave as it was."""
+    """The page of this result; tests restore what they change."""
     file = tmp_path_factory.mktemp("page") / "shared.html"
     ks.save_html(result, file)
     with visits(browser) as open_page:
@@ -65,7 +65,7 @@ def page(browser, result, tmp_path_factory):
 
 @pytest.fixture
 def operated(page):
-    """The same page; its sliders are set back after the test."""
+    """The same page, whose sliders are set back after the test."""
     values = page.evaluate("[...document.querySelectorAll('input[type=range]')].map(input => [input.name, input.value])")
     yield page
     for name, value in values:

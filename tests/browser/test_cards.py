@@ -1,4 +1,4 @@
-"""What a click tells and what colours show, against the result and its report; the tests share a page."""
+"""Cards and colours of the page against the result and its report; the tests share a page."""
 
 import re
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from browser_pages import settle, vertices
 
-#: Place in the window of vertex ``v`` of the deformed solid, or of the middle of the arrow, at a path.
+#: Place in the window of a point of the solid or arrow at a path; the part, 0 to 1, chooses the vertex or the point of the arrow.
 PLACE = """([path, part]) => { viewer.scene.updateMatrixWorld(true);
   const box = document.getElementById("meshcat-pane").getBoundingClientRect(), at = new MeshCat.THREE.Vector3();
   const solid = robot_page.solids.get(path), arrow = robot_page.arrows.get(path);
@@ -29,8 +29,8 @@ def row_of(report, name, title):
     return next(line.split()[1:] for line in lines if line.split()[:1] == [name])
 
 
-def nearest_seen(page, path, parts):
-    """A part of a thing that nothing hides."""
+def visible_part(page, path, parts):
+    """Return the first of some parts of the solid or arrow at a path that nothing hides."""
     for part in parts:
         x, y = page.evaluate(PLACE, [path, part])
         if page.evaluate("([x, y]) => robot_page.pick(x, y)?.path", [x, y]) == path.removeprefix("Deformed/"):
@@ -38,8 +38,8 @@ def nearest_seen(page, path, parts):
     raise AssertionError(f"{path} cannot be seen")
 
 
-def test_a_click_on_a_beam_tells_what_the_report_does(page, result):
-    text = click(page, "Deformed/beams/rod_2", nearest_seen(page, "Deformed/beams/rod_2", np.linspace(0.2, 0.7, 40)))
+def test_beam_card_equals_the_report(page, result):
+    text = click(page, "Deformed/beams/rod_2", visible_part(page, "Deformed/beams/rod_2", np.linspace(0.2, 0.7, 40)))
     assert text.startswith("rod_2") and page.is_visible("#robot-card")
     for number in row_of(str(result.report()), "rod_2", "Beams"):
         assert re.search(rf"(?<![\d.]){re.escape(number)}0? ", text), number
@@ -59,9 +59,9 @@ def test_a_click_on_a_beam_tells_what_the_report_does(page, result):
     assert page.is_hidden("#robot-card")
 
 
-def test_a_click_on_a_joint_tells_its_wrench_and_where_it_goes(page, result):
+def test_joint_card_shows_wrench_and_displacement(page, result):
     path = "Deformed/joints/universal_2"
-    text = click(page, path, nearest_seen(page, path, np.linspace(0, 0.99, 60)))
+    text = click(page, path, visible_part(page, path, np.linspace(0, 0.99, 60)))
     force, moment = row_of(str(result.report()), "universal_2", "Joints")[-2:]
     assert f"force\t{force} N\n" in text and f"moment\t{moment} N·m\n" in text
     components = [float(x) for x in re.search(r"force: x, y, z\t\((.*?)\)", text)[1].split(", ")]
@@ -70,9 +70,9 @@ def test_a_click_on_a_joint_tells_its_wrench_and_where_it_goes(page, result):
     assert shift == pytest.approx(1e6 * np.linalg.norm(result.beams["rod_2"].deflections[-1]), abs=0.006)
 
 
-def test_a_click_on_an_arrow_tells_its_contributions(page, result):
+def test_arrow_card_shows_force_and_contributions(page, result):
     text = click(
-        page, "Arrows/actuator forces/prismatic_3", nearest_seen(page, "Arrows/actuator forces/prismatic_3", [0.5, 0.4, 0.6])
+        page, "Arrows/actuator forces/prismatic_3", visible_part(page, "Arrows/actuator forces/prismatic_3", [0.5, 0.4, 0.6])
     )
     assert text.startswith("prismatic_3\n") and "positive along its joint" in text
     assert float(re.search(r"force\t(\S+) N", text)[1]) == pytest.approx(float(result.actuator_forces["prismatic_3"]), abs=0.6)
@@ -88,7 +88,7 @@ def ramp(page, key):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("key", ["stress", "axial", "euler"])
-def test_colours_of_beams_are_those_of_the_legend(page, result, key):
+def test_beam_colours_match_the_legend(page, result, key):
     page.select_option("select[name='colour by']", key)
     settle(page)
     values = {}
@@ -120,7 +120,7 @@ def test_colours_of_beams_are_those_of_the_legend(page, result, key):
     page.select_option("select[name='colour by']", "deflection")
 
 
-def test_the_largest_deflection_is_marked_in_the_unit_of_the_table(page, result):
+def test_largest_deflection_is_marked_with_its_value_and_unit(page, result):
     settle(page)
     text = page.evaluate("robot_page.robots[0].mark.text")
     assert text.endswith(" µm") and "[µm]" in page.inner_text("#robot-legend") and "µm" in page.inner_text("#robot-total")

@@ -29,7 +29,7 @@ def compared(browser, pair, tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_a_ghost_stands_where_the_second_result_is(compared, pair):
+def test_ghost_has_the_deflections_of_the_second_result(compared, pair):
     e = compared.evaluate("robot_page.state.exaggeration")
     for root, result in zip(("", "Compared/"), pair, strict=True):
         for name, beam in result.beams.items():
@@ -45,7 +45,7 @@ def test_a_ghost_stands_where_the_second_result_is(compared, pair):
 
 
 @pytest.mark.slow
-def test_side_by_side_each_has_half_of_the_picture_and_the_same_camera(compared, pair):
+def test_side_by_side_results_share_one_camera(compared, pair):
     compared.select_option("select[name=compare]", "beside")
     settle(compared)
     assert all(compared.evaluate("robot_page.robots[1].nodes().map(node => node.visible)"))
@@ -66,7 +66,7 @@ def test_side_by_side_each_has_half_of_the_picture_and_the_same_camera(compared,
         assert value == pytest.approx(float(result.actuator_forces["prismatic_3"]), rel=1e-5)
     scales = compared.evaluate("path => robot_page.robots.map(robot => robot.arrows.get(path).spec.metres_per_unit)", path)
     assert scales[0] == scales[1]
-    # a click in the right half means the second result
+    # a click in the right half picks from the second result
     place = """() => { const box = document.getElementById("meshcat-pane").getBoundingClientRect(), [first] = robot_page.robots;
       const at = first.solids.get("Base/base").mesh.position.clone(); viewer.scene.updateMatrixWorld(true);
       const p = first.solids.get("Base/base").mesh.geometry.attributes.position, out = [];
@@ -83,7 +83,7 @@ def test_side_by_side_each_has_half_of_the_picture_and_the_same_camera(compared,
 
 
 @pytest.mark.slow
-def test_an_address_opens_the_page_side_by_side(compared):
+def test_url_fragment_sets_comparison_and_colour(compared):
     address = compared.url
     compared.goto(f"{address}#beside&colour=stress&view=top")
     compared.reload()
@@ -95,7 +95,7 @@ def test_an_address_opens_the_page_side_by_side(compared):
 
 
 @pytest.mark.slow
-def test_the_command_compares_poses_and_robots(tmp_path, capsys, monkeypatch, request):
+def test_view_command_compares_poses_and_robots(tmp_path, capsys, monkeypatch, request):
     from kinetostatics.cli import main as cli
 
     monkeypatch.chdir(request.config.rootpath)

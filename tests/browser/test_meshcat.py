@@ -1,4 +1,4 @@
-"""The robot in a running meshcat: below a path of its own, beside other things, moved by meshcat's usual calls."""
+"""The robot in a running meshcat: geometry, arrows and texts below a path of its own, beside other objects."""
 
 import base64
 import re
@@ -40,10 +40,10 @@ def in_root(monkeypatch, request):
     monkeypatch.chdir(request.config.rootpath)
 
 
-# ---- what is drawn, and where --------------------------------------------------------------------------------------
+# ---- geometry, camera and texts ------------------------------------------------------------------------------------
 
 
-def test_platform_and_beams_stand_where_the_result_says(result):
+def test_platform_and_beam_displacements_equal_the_result(result):
     factor = 700.0
     window, node = drawn(result, exaggeration=factor)
     root = node.path.lower()
@@ -62,7 +62,7 @@ def test_platform_and_beams_stand_where_the_result_says(result):
             np.testing.assert_allclose(ring.mean(axis=0), line[station - mesh.station.min()], rtol=0, atol=1e-6)
 
 
-def test_the_robot_at_rest_is_where_it_is_and_pale(result):
+def test_resting_robot_is_transparent_and_at_the_pose(result):
     window, node = drawn(result)
     root = node.path.lower()
     seen = 0
@@ -76,7 +76,7 @@ def test_the_robot_at_rest_is_where_it_is_and_pale(result):
     assert seen > 3
 
 
-def test_displacements_are_shown_by_the_pages_colours_and_exaggeration(result):
+def test_deflection_colours_and_exaggeration_are_those_of_the_page(result):
     scene, (window, node) = describe_scene(result), drawn(result)
     platform = next(mesh for mesh in scene.meshes if mesh.path == result.robot.description.platform)
     item = window.objects[f"{node.path.lower()}/deformed/{platform.path}"]
@@ -92,7 +92,7 @@ def test_displacements_are_shown_by_the_pages_colours_and_exaggeration(result):
     np.testing.assert_allclose(moved, scene.exaggeration * twist[:3], rtol=1e-9)
 
 
-def test_arrows_point_as_the_forces_do_and_tell_their_numbers(result):
+def test_arrows_have_direction_and_value_of_the_forces(result):
     window, node = drawn(result)
     forces = f"{node.path.lower()}/forces"
     loads = np.array(LOAD[:3])
@@ -111,7 +111,7 @@ def test_arrows_point_as_the_forces_do_and_tell_their_numbers(result):
     assert hidden == groups & set(HIDDEN) and "constraint forces" in hidden and "external load" in groups - hidden
 
 
-def test_nothing_outside_the_path_is_touched_whatever_the_names():
+def test_drawing_stays_below_its_path_with_slashes_in_names():
     text = package_robots.robot("3rps").description.urdf
     robot = ks.Robot(parse_robot_text(text.replace('"platform"', '"//platform//plate"'), "slashes.urdf"))
     assert robot.description.platform == "//platform//plate"
@@ -128,7 +128,7 @@ def test_nothing_outside_the_path_is_touched_whatever_the_names():
     assert any(path.endswith("deformed/platform/plate") for path in window.objects)
 
 
-def test_the_camera_holds_the_whole_robot_before_white_and_stands_where_one_has_turned_it(result):
+def test_camera_frames_the_robot_and_is_kept_on_redrawing(result):
     window, node = drawn(result)
     eye, turned = window.properties[CAMERA], window.transforms["/"]
     target = window.transforms["/Cameras/default"][:3, 3]
@@ -152,7 +152,7 @@ def test_the_camera_holds_the_whole_robot_before_white_and_stands_where_one_has_
     assert not any(path.startswith(("/Cameras", "/Background")) for path in window.properties) and before
 
 
-def test_heading_and_legend_tell_pose_load_scale_and_forces(result):
+def test_heading_and_legend_show_pose_load_scale_and_forces(result):
     window, _ = drawn(result, exaggeration=1200.0, title="a < b")
     heading = " ".join(window.words(f"{CAMERA}/kinetostatics/heading").split())
     z = 1e3 * float(result.configuration.platform_coordinates()["z"])
@@ -165,7 +165,7 @@ def test_heading_and_legend_tell_pose_load_scale_and_forces(result):
     assert "constraint" not in legend  # not seen at first
 
 
-def test_it_swings_between_rest_and_deformed(result):
+def test_animation_swings_between_rest_and_deformed(result):
     window, node = drawn(result)
     root, scene = node.path.lower(), describe_scene(result)
     sent = window.animations[f"{root}/animation"]
@@ -186,8 +186,8 @@ def test_it_swings_between_rest_and_deformed(result):
 
 
 @pytest.mark.slow
-def test_a_browser_shows_the_colours_and_arrows_of_the_page(result, visit, browser, tmp_path):
-    """Of the same scene, as meshcat draws it from its commands and the page from its description."""
+def test_meshcat_in_a_browser_equals_the_page(result, visit, browser, tmp_path):
+    """Colours, vertices and arrows of one scene, drawn by meshcat from its commands and by the page from its description."""
     ks.save_html(result, tmp_path / "page.html")
     page = visit((tmp_path / "page.html").as_uri())
     with connected(None) as visualizer:
@@ -230,7 +230,7 @@ def test_a_browser_shows_the_colours_and_arrows_of_the_page(result, visit, brows
     other.close()
 
 
-def test_drawing_again_replaces_what_stood_there(result):
+def test_drawing_again_replaces_the_former_robot_only(result):
     vis = meshcat.Visualizer(window=Window())
     vis["box"].set_object(meshcat.geometry.Box([1, 1, 1]))
     window, node = drawn(result, vis)
@@ -277,25 +277,25 @@ def test_one_pose_of_a_batch_is_drawn_like_the_pose_alone():
         ({"exaggeration": "much"}, "positive number"),
     ],
 )
-def test_arguments_that_make_no_sense(options, words, result):
+def test_invalid_arguments_of_show_are_errors(options, words, result):
     window = Window()
     with pytest.raises(ks.ArgumentError, match=words):
         ks.show(result, **{"visualizer": meshcat.Visualizer(window=window), **options})
     assert window.paths == []
 
 
-def test_exaggeration_and_pose_are_those_of_pages_too(tmp_path):
+def test_save_html_takes_pose_and_exaggeration(tmp_path):
     batch = ks.analyze(package_robots.robot("3rps").assemble(platform={"z": [0.5, 0.6], "rx": 0.0, "ry": 0.0}))
     ks.save_html(batch, tmp_path / "one.html", pose=1, exaggeration=321)
     scene = packed_in((tmp_path / "one.html").read_text(encoding="utf-8"))
     assert scene["exaggeration"]["value"] == 321.0 and scene["stations"]["frames"] == 1
 
 
-# ---- beside others -------------------------------------------------------------------------------------------------
+# ---- other objects, servers and the command ------------------------------------------------------------------------
 
 
 def test_pinocchios_visualizer_shows_the_same_robot_in_the_same_scene():
-    """The block of the page runs, and Pinocchio puts every visual where ours is at rest."""
+    """The code of the documentation runs, and Pinocchio's visuals are where those of the resting robot are."""
     window = Window()
     page = PAGE.read_text(encoding="utf-8").partition("## In a running meshcat")[2]
     first, second = re.findall(r"```python\n(.*?)```", page, re.DOTALL)[:2]
@@ -332,7 +332,7 @@ def server():
     vis.window.server_proc.wait()
 
 
-def test_a_real_server_holds_it_and_a_notebook_shows_it(server, result):
+def test_real_server_stores_shows_and_deletes_the_robot(server, result):
     server["box"].set_object(meshcat.geometry.Box([1, 1, 1]))
     node = ks.show(result, visualizer=server)
     ks.show(result, visualizer=server, node="again")
@@ -354,7 +354,7 @@ def test_command_draws_into_a_running_server(server, capsys):
 
 
 @pytest.mark.slow
-def test_command_starts_a_server_and_ends_it(tmp_path):
+def test_command_starts_and_stops_a_server(tmp_path):
     code = (
         "import sys, webbrowser; webbrowser.open = lambda address: True;"
         "from kinetostatics.cli.main import main; sys.exit(main(['view', 'robots/3rps.urdf.xacro', '--meshcat']))"
@@ -367,8 +367,8 @@ def test_command_starts_a_server_and_ends_it(tmp_path):
     assert process.returncode == 0 and rest == ""
 
 
-def test_the_server_of_the_command_listens_on_this_machine_only():
-    """As whatever reaches the first of its addresses alone; meshcat's own server would answer at all of 127.0.0.0/8, too."""
+def test_server_of_the_command_listens_on_loopback_only():
+    """At 127.0.0.1; meshcat's own server would answer at all addresses of 127.0.0.0/8."""
     with connected(None) as visualizer:
         port = int(visualizer.url().split(":")[2].partition("/")[0])
         with socket.create_connection(("127.0.0.1", port), timeout=5):
@@ -390,7 +390,7 @@ def test_the_server_of_the_command_listens_on_this_machine_only():
         (["--exaggeration", "0"], "positive number"),
     ],
 )
-def test_command_complains(arguments, words, capsys, monkeypatch):
+def test_invalid_meshcat_and_exaggeration_options_are_errors(arguments, words, capsys, monkeypatch):
     monkeypatch.setattr("kinetostatics.viewer.running_meshcat.PATIENCE", 300)
     assert cli.main(["view", "robots/3rps.urdf.xacro", *arguments]) == 2
     assert words in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Modes of vibration on the page: chosen, played, and told in numbers."""
+"""Modes of vibration on the page: choice, animation and numbers."""
 
 import meshcat
 import numpy as np
@@ -16,8 +16,8 @@ def found(root):
     return ks.modes(robot.assemble(platform={"z": [0.55, 0.6], "rx": 0.1, "ry": 0.1}), count=3)
 
 
-def test_the_chosen_mode_swings_to_both_sides_of_the_pose(found, visit, tmp_path):
-    """Beams and platform move as the mode says, times one factor that makes the largest displacement a tenth of the robot."""
+def test_mode_animation_swings_to_both_sides_of_the_pose(found, visit, tmp_path):
+    """Beams and platform move by the mode shape times one factor: the largest displacement is a tenth of the robot."""
     ks.save_html(found, tmp_path / "modes.html", pose=1)
     page = visit((tmp_path / "modes.html").as_uri())
     start = page.evaluate("robot_page.state.time")
@@ -66,12 +66,12 @@ def test_the_chosen_mode_swings_to_both_sides_of_the_pose(found, visit, tmp_path
         ({"visualizer": meshcat.Visualizer.__new__(meshcat.Visualizer)}, "shown by a page"),
     ],
 )
-def test_what_modes_do_not_have_is_an_error(found, result, options, words):
+def test_options_that_modes_do_not_support_are_errors(found, result, options, words):
     with pytest.raises(ArgumentError, match=words):
         ks.show(found, **{name: result if value == "result" else value for name, value in options.items()})
 
 
-def test_images_show_the_mode_that_is_asked_for(found, tmp_path, monkeypatch):
+def test_save_image_shows_the_chosen_mode(found, tmp_path, monkeypatch):
     drawn = []
     monkeypatch.setattr("kinetostatics.viewer.save_screenshot", lambda html, *_: drawn.append(packed_in(html)["shares"]))
     ks.save_image(found, tmp_path / "x.png", pose=0, mode=3)
@@ -80,7 +80,7 @@ def test_images_show_the_mode_that_is_asked_for(found, tmp_path, monkeypatch):
         ks.save_image(found, tmp_path / "x.png", pose=0, mode=4)
 
 
-def test_the_command_writes_a_page_of_modes(tmp_path, capsys):
+def test_view_command_writes_a_page_of_modes(tmp_path, capsys):
     page = tmp_path / "modes.html"
     assert cli.main(["view", "delta", "--modes", "2", "--html", str(page)]) == 0
     scene = packed_in(page.read_text(encoding="utf-8"))

@@ -1,10 +1,10 @@
-"""The panel, the views and the keys of a page, operated as people do: all tests share a page and leave it as it was."""
+"""Panel, views and keys of a page, operated by mouse and keyboard; all tests share a page and restore it."""
 
 import numpy as np
 import pytest
 from browser_pages import STAGE, settle
 
-#: Windows of a desk, a laptop, a notebook's cell, and a phone upright and on its side.
+#: Window sizes of a desktop, a laptop, a notebook's cell, and a phone upright and on its side.
 WINDOWS = [(1400, 850), (1024, 600), (760, 640), (390, 780), (740, 360)]
 #: Least and greatest place of anything drawn of the robot, in pixels of its part of the page.
 EXTENT = """() => { const box = [Infinity, Infinity, -Infinity, -Infinity], pane = document.getElementById("meshcat-pane");
@@ -24,7 +24,7 @@ FROM = """() => { const d = viewer.camera.position.clone().sub(viewer.controls.t
 
 
 @pytest.mark.slow
-def test_the_robot_is_clear_of_everything_in_every_window(page):
+def test_robot_and_panels_do_not_overlap_in_any_window(page):
     for width, height in WINDOWS:
         page.set_viewport_size({"width": width, "height": height})
         page.wait_for_function(
@@ -56,7 +56,7 @@ def test_the_robot_is_clear_of_everything_in_every_window(page):
     page.set_viewport_size({"width": 1000, "height": 640})
 
 
-def test_views_look_from_where_they_say_and_fit(page):
+def test_views_have_their_direction_and_show_the_whole_robot(page):
     home = page.evaluate(FROM)
     for name, direction in (("top", [0, 0, 1]), ("front", [0, -1, 0]), ("side", [1, 0, 0])):
         page.click(f"#robot-tools button:text-is('{name}')")
@@ -74,7 +74,7 @@ def test_views_look_from_where_they_say_and_fit(page):
     np.testing.assert_allclose(page.evaluate(FROM), home, atol=1e-6)
 
 
-def test_keys_do_what_their_list_says(page):
+def test_keyboard_shortcuts_work_as_listed_in_the_help(page):
     page.keyboard.press("?")
     assert "these keys" in page.inner_text("#robot-help")
     page.keyboard.press("Escape")
@@ -96,12 +96,12 @@ def test_keys_do_what_their_list_says(page):
     assert page.is_visible("#robot-panel")
     page.locator("summary", has_text="Contributions").click()
     page.focus("input[name='share: load']")
-    page.keyboard.press("1")  # who writes into a field means no view
+    page.keyboard.press("1")  # a digit typed into a field chooses no view
     assert page.evaluate(FROM)[0] != 0
     page.locator("summary", has_text="Contributions").click()
 
 
-def test_dark_pages_are_dark_by_preference_and_by_key(page):
+def test_dark_mode_follows_preference_and_key(page):
     def ground():
         return page.evaluate("getComputedStyle(document.body).backgroundColor")
 

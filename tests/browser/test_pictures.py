@@ -1,4 +1,4 @@
-"""Images of the page: what they show, and that they are written as files."""
+"""Images of the page: their content, and the files that are written."""
 
 import base64
 import io
@@ -17,7 +17,7 @@ def pixels(data):
 
 
 @pytest.mark.slow
-def test_an_image_of_the_page_has_robot_names_and_legend(page):
+def test_page_image_has_header_robot_labels_and_legend(page):
     settle(page)
     found = pixels(base64.b64decode(page.evaluate("robot_page.picture()").partition(",")[2]))
     width, height = page.evaluate("(e => [e.offsetWidth, e.offsetHeight])(document.getElementById('robot-stage'))")
@@ -35,7 +35,7 @@ def test_an_image_of_the_page_has_robot_names_and_legend(page):
           return [e.textContent, r.left - f.left, r.top - f.top, r.right - f.left, r.bottom - f.top]; })"""
     ):
         patch = robot[round(2 * top_of) : round(2 * bottom), round(2 * left) : round(2 * right)]
-        assert np.ptp(patch) > 80, text  # words on a light ground
+        assert np.ptp(patch) > 80, text  # text on a light background
     settle(page)
     with page.expect_download() as download:
         page.click("#robot-tools button:text-is('image')")
@@ -43,7 +43,7 @@ def test_an_image_of_the_page_has_robot_names_and_legend(page):
 
 
 @pytest.mark.slow
-def test_the_command_writes_an_image(browser, tmp_path, capsys, monkeypatch, request):
+def test_view_command_writes_an_image(browser, tmp_path, capsys, monkeypatch, request):
     monkeypatch.chdir(request.config.rootpath)
     file = tmp_path / "stress.png"
     assert cli.main(["view", "2pru_upr", "--screenshot", str(file), "--colour", "axial", "--from", "top"]) == 0

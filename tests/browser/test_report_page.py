@@ -1,9 +1,9 @@
-"""The report in headless Chromium: no errors, the scene moves, and paper gets a picture of it."""
+"""The report in headless Chromium: no errors, the scene on screen, a picture of it in print."""
 
 import kinetostatics as ks
 
 
-def test_the_page_opens_and_prints(browser, result, tmp_path, monkeypatch):
+def test_report_opens_without_errors_and_prints_a_still_image(browser, result, tmp_path, monkeypatch):
     monkeypatch.setattr("kinetostatics.report_page.verification_html", lambda *_: "")
     file = tmp_path / "report.html"
     ks.save_report(result.configuration, file, result.load)

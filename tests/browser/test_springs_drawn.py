@@ -1,4 +1,4 @@
-"""Springs and masses at points in the scene, in meshcat and on the page; what acts on links in the line of facts."""
+"""Springs and point masses in the scene, in meshcat and on the page; loads of links and payload in the line of facts."""
 
 import re
 
@@ -47,7 +47,7 @@ def mesh_at(scene, path):
     return next(mesh for mesh in scene.meshes if mesh.path == path)
 
 
-def test_a_spring_is_a_coil_between_its_points_and_moves_with_them(result, scene):
+def test_spring_coil_follows_its_end_points(result, scene):
     mesh, (ground, arm) = mesh_at(scene, "springs/gas"), ends()
     assert mesh.roots == ("Rest", "Deformed")
     first, last = mesh.station.min(), mesh.station.max()
@@ -66,7 +66,7 @@ def test_a_spring_is_a_coil_between_its_points_and_moves_with_them(result, scene
     np.testing.assert_allclose(middle[:, :3], twist[:, :3] / 2, atol=1e-15)
 
 
-def test_the_coil_has_its_turns_and_is_closed():
+def test_coil_has_the_given_turns_and_radii():
     surface, at = coil(0.5, 0.02, 0.002, 10, 7)
     count = len(places_along_coil(10, 7))
     rings = surface.vertices[: 6 * count].reshape(count, 6, 3)
@@ -78,7 +78,7 @@ def test_the_coil_has_its_turns_and_is_closed():
     np.testing.assert_allclose(np.linalg.norm(rings - middles[:, None], axis=-1), 0.002, rtol=1e-9)
 
 
-def test_a_springs_force_is_an_arrow_at_each_end_outside_of_it(result, scene):
+def test_spring_force_is_an_arrow_at_each_end(result, scene):
     ground, arm = ends()
     length = np.linalg.norm(arm - ground, axis=-1)
     tension = -5 + 200 * (length - 0.7)
@@ -97,7 +97,7 @@ def test_a_springs_force_is_an_arrow_at_each_end_outside_of_it(result, scene):
     }  # fmt: skip
 
 
-def test_cards_tell_force_length_and_stiffness(result, scene):
+def test_spring_card_shows_force_length_and_stiffness(result, scene):
     rows = {row.words: row for row in scene.cards["springs/gas"].rows}
     np.testing.assert_array_equal(rows["force, tension positive"].values, result.spring_forces["gas"])
     np.testing.assert_allclose(rows["length"].values, np.linalg.norm(ends()[1] - ends()[0], axis=-1))
@@ -106,18 +106,18 @@ def test_cards_tell_force_length_and_stiffness(result, scene):
     assert scene.cards["springs/gas"].kind == "spring between ground and arm"
 
 
-def test_a_counterweight_is_a_ball_of_its_mass_in_steel_where_it_is(scene):
+def test_counterweight_is_a_steel_ball_of_its_mass(scene):
     mesh = mesh_at(scene, "masses/lead")
     centre = np.stack([-0.1 * np.cos(ANGLES), 0 * ANGLES, 0.1 * np.sin(ANGLES)], axis=-1)
     np.testing.assert_allclose(scene.stations.rest[mesh.station][:, :3, 3], centre, atol=1e-15)
     radius = np.linalg.norm(mesh.surface.vertices, axis=1)
     np.testing.assert_allclose(4 / 3 * np.pi * radius**3 * 7850, 3.0, rtol=1e-6)
     assert scene.cards["masses/lead"].rows[0].values[0] == 3.0
-    assert not any(mesh.path == "masses/tip" for mesh in scene.meshes)  # it has moments of inertia: a body, no point
+    assert not any(mesh.path == "masses/tip" for mesh in scene.meshes)  # with moments of inertia it is a body, not a point mass
 
 
-def test_a_spring_without_length_is_drawn_too():
-    """With no free length and no preload its force is zero there, and it has no direction."""
+def test_spring_of_zero_length_is_drawn():
+    """Without free length and preload its force is zero there, and has no direction."""
     text = PENDULUM.replace('free_length="0.7" preload="-5"', 'free_length="0"').replace(
         f'xyz="0 0 {HEIGHT}"', f'xyz="0 0 {ARM}"'
     )
@@ -127,7 +127,7 @@ def test_a_spring_without_length_is_drawn_too():
     assert all(np.abs(arrow.vector).max() < 1e-9 for arrow in scene.arrows if arrow.group == "spring forces")
 
 
-def test_meshcat_has_springs_and_their_arrows_too(result):
+def test_meshcat_draws_springs_masses_and_force_arrows(result):
     window, node = drawn(result, pose=2, exaggeration=1.0)
     root = node.path.lower()
     found = window.vertices(f"{root}/resting/springs/gas")
@@ -138,7 +138,7 @@ def test_meshcat_has_springs_and_their_arrows_too(result):
     assert {f"{root}/forces/spring forces/gas on {link}" for link in ("ground", "arm")} <= set(window.objects)
 
 
-def test_facts_have_what_acts_on_links_and_the_payload(result, scene):
+def test_facts_list_link_loads_and_payload(result, scene):
     facts = scene.facts
     assert list(facts.on_links) == ["load on arm"]
     np.testing.assert_allclose(facts.on_links["load on arm"], [[0, 0, -30, 0, 0, 0]] * 3, atol=1e-12)
@@ -146,7 +146,7 @@ def test_facts_have_what_acts_on_links_and_the_payload(result, scene):
     assert mass.tolist() == [2, 2, 2] and center.tolist() == [[0.05, 0, 0]] * 3 and link is None
 
 
-def test_the_page_shows_spring_mass_card_and_facts(visit, result, tmp_path):
+def test_page_shows_springs_masses_cards_and_facts(visit, result, tmp_path):
     file = tmp_path / "pendulum.html"
     ks.save_html(result, file)
     page = visit(file.as_uri())
@@ -164,7 +164,7 @@ def test_the_page_shows_spring_mass_card_and_facts(visit, result, tmp_path):
         force = float(re.search(r"tension positive\t(\S+) N", text)[1])
         assert force == pytest.approx(result.spring_forces["gas"][frame], abs=0.01)
         assert "stiffness\t200" in text
-    tail, tip = page.evaluate(ENDS, "Arrows/spring forces/gas on ground")  # it pulls: towards the arm, from outside
+    tail, tip = page.evaluate(ENDS, "Arrows/spring forces/gas on ground")  # in tension: from outside, towards the arm
     np.testing.assert_allclose(tip, ground[2], atol=1e-6)
     assert (np.array(tip) - tail) @ (arm[2] - ground[2]) > 0
     page.evaluate("robot_page.selectPath('masses/lead')")

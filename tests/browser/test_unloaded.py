@@ -46,7 +46,7 @@ def planar(tmp_path, driven=(1, 2, 3), corner=0.1, height=0.0):
     return file
 
 
-def test_the_free_motion_of_a_singular_pose(tmp_path):
+def test_drawn_free_motion_equals_that_of_the_statics(tmp_path):
     robot = ks.load_robot(planar(tmp_path))
     pose = robot.assemble()
     with pytest.raises(ks.exceptions.SingularPoseError) as caught:
@@ -75,13 +75,13 @@ def test_the_free_motion_of_a_singular_pose(tmp_path):
         (["--compare", "3rps"], "the platform of 'planar' can still move"),
     ],
 )
-def test_sweeps_and_comparisons_need_results(options, words, tmp_path, capsys):
+def test_sweep_and_compare_of_singular_poses_are_errors(options, words, tmp_path, capsys):
     assert cli.main(["view", str(planar(tmp_path, driven=(1, 2))), *options, "--html", str(tmp_path / "x.html")]) == 2
     assert words in capsys.readouterr().err and not (tmp_path / "x.html").exists()
 
 
-def test_a_live_page_draws_a_singular_pose_and_analyses_the_next_one(tmp_path, visit):
-    """Sliders stay where they are when the message comes or goes, and so does the picture's frame."""
+def test_live_page_draws_singular_poses_and_analyses_regular_ones(tmp_path, visit):
+    """The message of the singular pose moves neither the sliders nor the picture when it appears and disappears."""
     robot = ks.load_robot(planar(tmp_path))
     with serve(robot.assemble(), lambda pose, load: ks.analyze(pose, load=load), load=[0.0] * 6) as server:
         page = visit(server.url, offline=False)
@@ -108,7 +108,7 @@ def test_a_live_page_draws_a_singular_pose_and_analyses_the_next_one(tmp_path, v
     ("change", "motions", "words"),
     [({}, 1, "singular"), ({"driven": ()}, 3, "no actuators"), ({"corner": 2.0, "height": 0.3}, 0, "cannot be closed")],
 )
-def test_the_command_draws_what_it_cannot_analyse(change, motions, words, tmp_path, capsys):
+def test_view_command_draws_unanalysable_robots_with_a_note(change, motions, words, tmp_path, capsys):
     file = planar(tmp_path, **change)
     html = tmp_path / "page.html"
     assert cli.main(["view", str(file), "--html", str(html)]) == 0

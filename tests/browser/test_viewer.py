@@ -1,4 +1,4 @@
-"""The viewer's pages in a real browser: headless Chromium opens them, moves the sliders and looks where things are."""
+"""The viewer's pages in headless Chromium: geometry, numbers, arrows and labels while sliders and handles are moved."""
 
 import base64
 import io
@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 import kinetostatics as ks
 from kinetostatics.viewer.live import serve
 
-#: Of each label that is shown: text, anchor and box on the screen, and whether a line leads to it.
+#: For each visible label: text, anchor and box on the screen, and whether it has a leader line.
 ANCHORS = """robot_page.labels.filter(l => l.element.style.visibility === 'visible').map(l => {
   const p = l.anchor.getWorldPosition(new MeshCat.THREE.Vector3()).project(viewer.camera);
   const stage = viewer.dom_element.getBoundingClientRect();
@@ -33,8 +33,8 @@ PROJECTED = """[...robot_page.solids.values()].flatMap(({ mesh }) => {
 # ---- one pose ------------------------------------------------------------------------------------------------------
 
 
-def test_things_are_where_the_twist_says(operated, result):
-    """Platform, beams and joints, for sliders of exaggeration and shares as a user would move them."""
+def test_drawn_displacements_follow_exaggeration_and_share_sliders(operated, result):
+    """Displacements of platform, beams and joints, against the contributions of the result."""
     page, rest = operated, vertices(operated, "Rest/platform")
     frame = result.configuration.platform_frame
     sources = list(result.contributions)
@@ -59,7 +59,7 @@ def test_things_are_where_the_twist_says(operated, result):
         np.testing.assert_allclose((ball.max(axis=0) + ball.min(axis=0)) / 2, end, atol=2e-6)
 
 
-def test_numbers_are_micrometres_and_microradians_and_go_to_zero_with_the_shares(operated, result):
+def test_displayed_twist_is_in_micrometres_and_scales_with_shares(operated, result):
     page = operated
     rest = vertices(page, "Rest/platform")
     assert np.abs(vertices(page, "Deformed/platform") - rest).max() > 0.01
@@ -123,14 +123,14 @@ def test_labels_do_not_overlap(visit, page):
             assert left >= x0 and top >= y0 and right <= x1 and bottom <= y1
             for other, x, y, u, v in labels[k + 1 :]:
                 assert not (left < u - 1 and right > x + 1 and top < v - 1 and bottom > y + 1), (text, other)
-        for text, x, y, left, top, right, bottom, led in page.evaluate(ANCHORS):  # whose it is can be seen
+        for text, x, y, left, top, right, bottom, led in page.evaluate(ANCHORS):  # near its anchor or with a leader line
             gap = np.hypot(max(left - x, 0, x - right), max(top - y, 0, y - bottom))
             assert gap < 62 and (led or gap <= 5), text
 
 
 @pytest.mark.slow
-def test_the_picture_holds_the_whole_robot_and_a_rigid_one_has_no_scale(visit, tmp_path):
-    """Of a flat robot that is seen from the side, which leads far away from the camera and near to it."""
+def test_rigid_planar_robot_fits_the_window_without_colour_scale(visit, tmp_path):
+    """Seen from the side, a flat robot extends far away from the camera and near to it."""
     robot = ks.load_robot("planar_3rrr")
     rigid = ks.Robot(replace(robot.description, beams={}, path="rigid.urdf"))
     ks.save_html(ks.analyze(rigid.assemble()), tmp_path / "rigid.html")
@@ -164,8 +164,8 @@ def test_pictures_are_not_blank_and_well_framed(page):
 
 
 @pytest.mark.slow
-def test_a_late_pose_of_a_long_path_is_right(visit, root, tmp_path, monkeypatch):
-    """A thousand poses, rounded to twenty bits: figures and numbers are those of the result wherever the slider stands."""
+def test_poses_of_a_long_rounded_path_equal_the_result(visit, root, tmp_path, monkeypatch):
+    """A thousand poses, rounded to twenty bits: geometry and numbers at two of them, and midway between two."""
     monkeypatch.setattr(ks.viewer.page, "ROUNDINGS", ((20, ""),))
     robot = ks.load_robot(root / "robots" / "3rps.urdf.xacro")
     turn = np.linspace(0, 6 * np.pi, 1000)
@@ -202,10 +202,10 @@ def test_a_late_pose_of_a_long_path_is_right(visit, root, tmp_path, monkeypatch)
     np.testing.assert_allclose(rings(vertices(page, "Deformed/beams/rod_3"), stations=5), between, atol=1e-4)
 
 
-# ---- notebooks and live pages --------------------------------------------------------------------------------------
+# ---- live pages ----------------------------------------------------------------------------------------------------
 
 
-def test_live_page_shows_the_analysis_of_the_pose_its_sliders_ask_for(visit, root):
+def test_live_page_analyses_the_pose_and_load_of_its_sliders(visit, root):
     robot = ks.load_robot(root / "robots" / "3rps.urdf.xacro")
     with serve(robot.assemble(platform=POSES["3rps"]), lambda pose, load: ks.analyze(pose, load=load), load=LOAD) as server:
         page = visit(server.url, offline=False)
@@ -235,7 +235,7 @@ def test_live_page_shows_the_analysis_of_the_pose_its_sliders_ask_for(visit, roo
 
 
 @pytest.mark.slow
-def test_live_page_stops_at_the_rim_and_follows_the_gizmo(visit, root):
+def test_live_page_stops_at_joint_limits_and_follows_handles(visit, root):
     robot = ks.load_robot(root / "robots" / "2pru_upr.urdf.xacro")
     start = robot.assemble(platform=POSES["2pru_upr"])
     with serve(start, ks.analyze) as server:

@@ -1,4 +1,4 @@
-"""The page's scene: everything that can be checked without a browser."""
+"""The page's scene, its files and the answers of a live page: everything that can be checked without a browser."""
 
 import base64
 import warnings
@@ -51,7 +51,7 @@ def parts_of(scene, group):
 # ---- motions -------------------------------------------------------------------------------------------------------
 
 
-def test_platform_and_beam_stations_carry_the_results_twists(result, scene):
+def test_platform_and_beam_stations_have_the_twists_of_the_result(result, scene):
     assert scene.stations.sources == tuple(result.contributions)
     twists = np.stack(list(result.contributions.values()))
     np.testing.assert_array_equal(scene.stations.twists[scene.readout][0], twists)
@@ -81,7 +81,7 @@ def test_joints_stay_connected(result):
     assert checked >= 12
 
 
-def test_spherical_run_is_one_ball():
+def test_three_revolutes_of_a_spherical_joint_are_one_ball():
     robot = package_robots.robot("3prs")
     joints = {joint.name: joint for joint in find_joints(ShownPoses(ks.analyze(robot.assemble())))}
     assert joints["spherical_1"].joints == ("spherical_1_x", "spherical_1_y", "spherical_1_z")
@@ -89,7 +89,7 @@ def test_spherical_run_is_one_ball():
     assert joints["revolute_1"].axis is not None and joints["prismatic_1"].axis is not None
 
 
-def test_opening_exaggeration_is_a_tenth_of_the_robot(scene):
+def test_default_exaggeration_moves_by_a_tenth_of_the_robot(scene):
     total = scene.stations.all_twists.sum(axis=2)
     motion = np.linalg.norm(total[..., :3], axis=-1).max() * scene.exaggeration
     turn = np.linalg.norm(total[..., 3:], axis=-1).max() * scene.exaggeration
@@ -101,7 +101,7 @@ def test_opening_exaggeration_is_a_tenth_of_the_robot(scene):
     assert "rigid: nothing deforms" in legend(Still(still), 0.1)[0]
 
 
-def test_colours_show_what_the_sections_allow():
+def test_stress_colours_need_sections_with_a_shape():
     described = package_robots.robot("3rps").description
     outline = describe_scene(ks.analyze(package_robots.robot("3rps").assemble()))
     assert [item.key for item in quantities_of(outline.cards.values())] == ["stress", "axial", "euler"]
@@ -115,7 +115,7 @@ def test_colours_show_what_the_sections_allow():
 # ---- wrenches ------------------------------------------------------------------------------------------------------
 
 
-def test_arrows_are_the_wrenches_of_the_result_on_their_lines_of_action(result, scene):
+def test_arrows_equal_the_wrenches_on_their_lines_of_action(result, scene):
     o, rest = result.configuration.platform_frame[:3, 3], scene.stations.rest
     places = {arrow.name: rest[arrow.station][0, :3, 3] for arrow in scene.arrows if arrow.kind == "force"}
     for limb in result.limbs.values():
@@ -147,14 +147,14 @@ def test_arrows_are_the_wrenches_of_the_result_on_their_lines_of_action(result, 
     np.testing.assert_allclose(weights + result.base_wrench[:3] + LOAD[:3], 0, atol=1e-9)
 
 
-def test_what_rounding_leaves_of_forces_has_no_arrow():
+def test_forces_of_rounding_size_have_no_arrow():
     """Gravity acts across the plane of a planar robot: its motors carry nothing."""
     flat = describe_scene(ks.analyze(ks.load_robot("planar_3rrr").assemble()))
     assert not parts_of(flat, "actuator forces") and parts_of(flat, "weights")
 
 
-def test_arrows_superpose(result, scene):
-    """The part of the load is what an analysis without gravity gives, the rest what one without load gives."""
+def test_arrow_contributions_equal_separate_analyses(result, scene):
+    """The contribution of the load equals an analysis without gravity, the sum of the others one without load."""
     alone = {
         "load": describe_scene(ks.analyze(result.configuration, load=LOAD, gravity=[0, 0, 0])),
         "gravity": describe_scene(ks.analyze(result.configuration)),
@@ -166,19 +166,19 @@ def test_arrows_superpose(result, scene):
             expected = same[0].vector[0].sum(axis=0) if same else np.zeros(3)
             part = arrow.vector[0, k] if which == "load" else np.delete(arrow.vector[0], k, axis=0).sum(axis=0)
             np.testing.assert_allclose(part, expected, atol=1e-8, err_msg=f"{arrow.group} {arrow.name} {which}")
-        assert np.abs(arrow.vector[0, -1]).max() < 1e-8, arrow.name  # nothing is left that the shares do not scale
+        assert np.abs(arrow.vector[0, -1]).max() < 1e-8, arrow.name  # no remainder that no share scales
 
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", [*POSES, "orthoglide"])
-def test_the_ways_of_a_limb_s_weight_are_what_its_one_slider_scaled(name):
+def test_limb_weights_by_mechanism_add_up_to_their_contribution(name):
     result = ks.analyze(package_robots.robot(name).assemble(platform=POSES.get(name)), load=LOAD)
     whole, split = describe_scene(result), describe_scene(result.by_mechanism)
     limbs = len(result.limbs)
     assert split.stations.sources[2:] == tuple(f"{limb}: {way}" for way in ("attached", "deformation") for limb in result.limbs)
 
     def together(parts):
-        """Parts (…, S, …) with those of both ways of each limb added, S the second axis from the back."""
+        """Return parts (…, S, …) with both mechanisms of each limb's weight added; S is the second axis from the back."""
         attached, deformation = parts[..., 2 : 2 + limbs, :], parts[..., 2 + limbs : 2 + 2 * limbs, :]
         return np.concatenate([parts[..., :2, :], attached + deformation, parts[..., 2 + 2 * limbs :, :]], axis=-2)
 
@@ -192,7 +192,7 @@ def test_the_ways_of_a_limb_s_weight_are_what_its_one_slider_scaled(name):
 # ---- paths and failures --------------------------------------------------------------------------------------------
 
 
-def test_neighbours_follow_one_another():
+def test_serpentine_order_steps_between_neighbours():
     order = serpentine((3, 4, 5))
     assert sorted(order) == list(range(60))
     steps = np.diff(np.array(np.unravel_index(order, (3, 4, 5))), axis=1)
@@ -200,7 +200,7 @@ def test_neighbours_follow_one_another():
     assert list(serpentine(())) == [0] and list(serpentine((3,))) == [0, 1, 2]
 
 
-def test_a_batch_is_a_path_and_equals_its_poses():
+def test_batch_is_drawn_as_a_path_of_its_poses():
     robot = package_robots.robot("3rps")
     z = np.array([0.45, 0.5, 0.55])
     path = describe_scene(ks.analyze(robot.assemble(platform={"z": z, "rx": 0.1, "ry": 0.0}), load=LOAD))
@@ -218,7 +218,7 @@ def test_a_batch_is_a_path_and_equals_its_poses():
         np.testing.assert_allclose(a.vector[1], b.vector[0], atol=1e-9)
 
 
-def test_facts_say_what_is_wrong_with_a_pose():
+def test_facts_show_the_status_of_a_pose_beyond_limits():
     robot = package_robots.robot("3rps")
     lower = robot.mechanism.connections["prismatic_1"].upper
     drives = {name: np.array([0.0, lower + 0.05]) for name in robot.description.driven}
@@ -261,7 +261,7 @@ def test_the_longest_path_fits_into_a_page_with_all_digits(tmp_path):
     assert stations["frames"] == MOST_POSES and stations["twist"]["step"] is None
 
 
-def test_what_does_not_fit_is_rounded_and_then_left_out_with_a_note(monkeypatch, recwarn):
+def test_large_pages_are_rounded_then_thinned_with_a_note(monkeypatch, recwarn):
     robot = package_robots.robot("3rps")
     z = np.random.default_rng(1).uniform(0.45, 0.6, 16)
     result = ks.analyze(robot.assemble(platform={"z": z, "rx": 0.0, "ry": 0.1}), load=LOAD)
@@ -294,7 +294,7 @@ def test_failed_poses_are_left_out_with_a_warning():
     assert scene.stations.frames == 2 and np.all(np.isfinite(scene.stations.poses))
 
 
-def test_nothing_to_show_is_an_error(tmp_path):
+def test_results_without_poses_or_with_too_many_are_errors(tmp_path):
     robot = package_robots.robot("2pru_upr")
     pose = robot.assemble(platform={"z": 5.0, "rx": 0.0, "ry": 0.0}, on_failure="nan")
     with pytest.raises(ks.ArgumentError, match="UNREACHABLE"):
@@ -307,7 +307,7 @@ def test_nothing_to_show_is_an_error(tmp_path):
         describe_scene(empty)
 
 
-def test_unwritable_file_is_an_error(tmp_path):
+def test_unwritable_file_and_by_mechanism_in_meshcat_are_errors(tmp_path):
     result = ks.analyze(package_robots.robot("3rps").assemble())
     with pytest.raises(ks.KinetostaticsError, match="cannot write"):
         ks.save_html(result, tmp_path / "missing" / "x.html")
@@ -315,7 +315,7 @@ def test_unwritable_file_is_an_error(tmp_path):
         ks.show(result, by_mechanism=True, visualizer=object())
 
 
-# ---- looks ---------------------------------------------------------------------------------------------------------
+# ---- shapes and meshes ---------------------------------------------------------------------------------------------
 
 
 def enclosed(vertices, faces):
@@ -336,7 +336,7 @@ def enclosed(vertices, faces):
         (sections.Section(1e-3, 2e-7, 1e-7, 1e-7), np.pi * 4 * np.sqrt(1e-4 * 2e-4)),
     ],
 )
-def test_swept_sections_are_closed_and_true(section, area):
+def test_swept_sections_are_closed_with_the_right_volume(section, area):
     surface, at = swept(section, 5)
     vertices = surface.vertices + np.column_stack([0.1 * at, 0 * at, 0 * at])
     assert enclosed(vertices, surface.faces) == pytest.approx(area * 0.4, rel=0.015)
@@ -361,7 +361,7 @@ def parallelogram(visual=""):
     return ks.Robot(parse_robot_text(PARALLELOGRAM.format(visual=visual), "parallelogram.urdf"))
 
 
-def test_a_robot_without_visuals_is_drawn_all_the_same():
+def test_robot_without_visuals_is_drawn():
     scene = describe_scene(ks.analyze(parallelogram().assemble(), load=[50, 0, 0, 0, 0, 0]))
     drawn = {(root, mesh.path) for mesh in scene.meshes for root in mesh.roots}
     assert not any(root == "Base" for root, _ in drawn)
@@ -406,7 +406,7 @@ def test_large_meshes_are_drawn_with_fewer_triangles_and_a_note():
     assert len(page_html(scene.plain())) < 5e6
 
 
-def test_fewer_triangles_keep_the_shape():
+def test_decimated_mesh_keeps_its_shape_and_volume():
     mesh = trimesh.creation.icosphere(subdivisions=5)
     fine = Surface(np.asarray(mesh.vertices), np.asarray(mesh.faces))
     coarse = decimated(fine, 3000)
@@ -420,7 +420,7 @@ def test_fewer_triangles_keep_the_shape():
 # ---- the page, the command, live -----------------------------------------------------------------------------------
 
 
-def test_page_holds_the_scene_and_no_address(scene):
+def test_page_holds_the_scene_and_no_external_link(scene):
     plain = scene.plain()
     page = page_html(plain)
     read = packed_in(page)
@@ -432,7 +432,7 @@ def test_page_holds_the_scene_and_no_address(scene):
     assert nasty.count("</script>") == page.count("</script>")
 
 
-def test_command_writes_pages(tmp_path, capsys):
+def test_view_command_writes_pages_of_poses_and_paths(tmp_path, capsys):
     file = tmp_path / "sag.html"
     robot = "robots/3rps.urdf.xacro"
     assert cli.main(["view", robot, "--platform", "z=500mm", "rx=2deg", "ry=0", "--html", str(file)]) == 0
@@ -469,12 +469,12 @@ def test_command_writes_pages(tmp_path, capsys):
         (["--screenshot", "sag.png", "--by-mechanism"], "--screenshot and --by-mechanism exclude one another"),
     ],
 )
-def test_command_complains(arguments, words, capsys):
+def test_invalid_options_of_view_are_errors(arguments, words, capsys):
     assert cli.main(["view", "robots/3rps.urdf.xacro", *arguments]) == 2
     assert words in capsys.readouterr().err
 
 
-def test_images_need_a_browser_and_say_so(tmp_path, monkeypatch):
+def test_invalid_image_options_and_missing_browser_are_errors(tmp_path, monkeypatch):
     result = ks.analyze(package_robots.robot("3rps").assemble())
     for options, words in (
         ({"colour": "red"}, "one of deflection"),
@@ -491,8 +491,8 @@ def test_images_need_a_browser_and_say_so(tmp_path, monkeypatch):
         ks.save_image(result, tmp_path / "sag.png")
 
 
-def test_a_browser_that_hangs_is_ended_and_started_once_more(tmp_path, monkeypatch):
-    """It has written its output, and a child process of it holds the pipe open."""
+def test_hanging_browser_is_ended_and_started_again(tmp_path, monkeypatch):
+    """At its first start it hangs, and a child process of it holds the pipe open."""
     browser = tmp_path / "browser"
     browser.write_text(
         "#!/bin/sh\ncd ${0%/*}; echo start >> starts; [ $(wc -l < starts) = 1 ] && { sleep 5 & sleep 5; }\n"
@@ -512,7 +512,7 @@ def twist_in(answer):
     return twists[answer["readout"]].sum(axis=0)
 
 
-def test_live_answers_with_the_analysis_of_the_pose_and_of_the_load():
+def test_live_answers_equal_analyses_of_pose_and_load():
     robot = package_robots.robot("3rps")
     live = LiveRobot(robot.assemble(platform=POSES["3rps"]), lambda pose, load: ks.analyze(pose, load=load), load=LOAD)
 
@@ -538,8 +538,8 @@ def test_live_answers_with_the_analysis_of_the_pose_and_of_the_load():
     assert again["platform", "z"] == pytest.approx(520) and again["platform", "rx"] == pytest.approx(1)
 
 
-def test_live_tells_notes_and_cards_when_they_are_asked_for():
-    """What moves alone, what is told alone, and both: together they are the scene of the pose, as if it were made anew."""
+def test_live_sends_notes_and_cards_on_request_only():
+    """Answers with the motion, with the details and with both have the values of a new scene of the pose."""
     robot = package_robots.robot("3rps")
     live = LiveRobot(robot.assemble(platform=POSES["3rps"]), lambda pose: ks.analyze(pose, load=LOAD))
     question = {"kind": "platform", "values": {"z": 520.0, "rx": 1.0, "ry": -5.0}}
@@ -553,8 +553,8 @@ def test_live_tells_notes_and_cards_when_they_are_asked_for():
         assert all(answer[key] == wanted[key] for key in answer if key not in ("rim", "live"))
 
 
-def test_live_pages_have_code_compiled_behind_them(monkeypatch):
-    """Of the statics and of the loops at what the sliders give, before anybody has waited for it; not where NumPy is wanted."""
+def test_live_server_compiles_statics_and_loops_in_advance(monkeypatch):
+    """Of the loops for the coordinates of the sliders; nothing is compiled where the engine is NumPy."""
     robot = package_robots.robot("3rps")
     live = LiveRobot(robot.assemble(), ks.analyze)
     made = []
@@ -569,7 +569,7 @@ def test_live_pages_have_code_compiled_behind_them(monkeypatch):
     assert made[2:] == [robot.statics, ("platform", "compiled"), ("actuators", "compiled")]
 
 
-def test_live_stops_at_the_rim_of_reach_and_keeps_the_last_pose_after_what_makes_no_sense():
+def test_live_stops_at_limits_and_keeps_pose_after_errors():
     robot = package_robots.robot("3rps")
     live = LiveRobot(robot.assemble(platform=POSES["3rps"]), ks.analyze)
     values = {item["coordinate"]: item["value"] for item in live.first["live"]["controls"] if item["kind"] == "platform"}
@@ -592,7 +592,7 @@ def test_live_stops_at_the_rim_of_reach_and_keeps_the_last_pose_after_what_makes
         LiveRobot(robot.assemble(platform={"z": np.array([0.5, 0.6]), "rx": 0.0, "ry": 0.0}), ks.analyze)
 
 
-def test_show_opens_a_file_in_the_browser_or_says_where_it_is(monkeypatch, capsys):
+def test_show_opens_a_browser_or_prints_the_address(monkeypatch, capsys):
     result = ks.analyze(package_robots.robot("3rps").assemble())
     opened = []
     monkeypatch.setattr("webbrowser.open", lambda address: opened.append(address) or True)
@@ -606,15 +606,15 @@ def test_show_opens_a_file_in_the_browser_or_says_where_it_is(monkeypatch, capsy
     view.path.unlink()
 
 
-def test_show_in_a_notebook_returns_what_the_notebook_displays(monkeypatch):
+def test_show_in_a_notebook_returns_an_iframe(monkeypatch):
     monkeypatch.setattr("kinetostatics.viewer.in_notebook", lambda: True)
     monkeypatch.setattr("webbrowser.open", lambda address: pytest.fail("a notebook needs no browser window"))
     view = ks.show(ks.analyze(package_robots.robot("3rps").assemble()))
     assert view.path is None and view._repr_html_().startswith("<iframe srcdoc=")
 
 
-def test_a_joint_that_follows_a_drive_has_no_force_of_its_own():
-    """A tip that turns with its arm's actuator: it is drawn as driven, and the actuator's arrow and card stand for both."""
+def test_mimic_joint_has_no_actuator_arrow_of_its_own():
+    """A tip that turns with its arm's actuator: it is drawn as driven, and the actuator has the only arrow."""
     turned = '<child link="tip"/><origin xyz="0.3 0 0"/><axis xyz="0 1 0"/>'
     joints = (
         '<joint name="arm_turn" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/></joint>'

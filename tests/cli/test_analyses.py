@@ -1,4 +1,4 @@
-"""``kinetostatics compensate`` and ``analyze --tool``: what they print and write is what Python says; mistakes are one line."""
+"""``kinetostatics compensate`` and ``analyze --tool``: output and files equal the results of Python; errors are one line."""
 
 import csv
 import json
@@ -20,7 +20,7 @@ def run(capsys, *arguments):
     return code, captured.out, captured.err
 
 
-def test_the_tip_of_a_tool_beyond_a_cantilever(capsys, tmp_path):
+def test_tool_tip_sag_of_a_cantilever_equals_the_closed_form(capsys, tmp_path):
     """w = F L³/3EI + a F L²/2EI at the tip of a tool, a beyond the end."""
     common = ["analyze", parametric_machines.cantilever(tmp_path), *LOAD, "--gravity", 0, 0, 0, "--tool"]
     sag = 64 * 500 * (0.8**3 / 3 + 0.2 * 0.8**2 / 2) / (np.pi * 2e11 * 0.04**4)
@@ -34,7 +34,7 @@ def test_the_tip_of_a_tool_beyond_a_cantilever(capsys, tmp_path):
 # ---- compensate ------------------------------------------------------------------------------------------------------
 
 
-def test_one_pose(capsys):
+def test_compensate_of_one_pose_equals_python(capsys):
     robot = package_robots.robot("3rps")
     found = ks.compensate(robot.assemble(platform={"z": 0.5, "rx": 0.05, "ry": 0.0}), [0, 0, -500, 0, 0, 0])
     arguments = ("compensate", "3rps", "--platform", "z=500mm", "rx=0.05", "ry=0", *LOAD)
@@ -46,7 +46,7 @@ def test_one_pose(capsys):
     assert read["controlled"] == ["z", "rx", "ry"] and read["status"] == "OK" and read["warnings"] == []
 
 
-def test_a_grid_and_a_table_of_poses(capsys, tmp_path):
+def test_compensate_of_a_table_equals_that_of_a_grid(capsys, tmp_path):
     out_file = tmp_path / "corrected.csv"
     code, out, _ = run(
         capsys, "compensate", "3rps", "--platform", "z=450mm:500mm:2", "rx=0,0.1", "ry=0", *LOAD, "--out", out_file
@@ -80,14 +80,14 @@ def test_a_grid_and_a_table_of_poses(capsys, tmp_path):
         ("z;rx;ry\n0,5;0;1\n", ":1: separate columns by commas"),
     ],
 )
-def test_tables_that_make_no_sense(capsys, tmp_path, text, said):
+def test_invalid_pose_tables_are_one_line_errors(capsys, tmp_path, text, said):
     path = tmp_path / "poses.csv"
     path.write_text(text, encoding="utf-8")
     code, out, err = run(capsys, "compensate", "3rps", "--table", path)
     assert code == 2 and out == "" and said in err and str(path) in err and err.count("\n") == 1
 
 
-def test_other_mistakes(capsys, tmp_path):
+def test_table_with_coordinates_and_too_many_poses_are_errors(capsys, tmp_path):
     code, _, err = run(capsys, "compensate", "3rps", "--table", tmp_path / "none.csv", "--platform", "z=1")
     assert code == 2 and "either --table or coordinates" in err
     code, _, err = run(capsys, "compensate", "3rps", "--platform", "z=0:1:2000", "rx=0:1:2000", "ry=0")

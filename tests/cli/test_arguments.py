@@ -1,4 +1,4 @@
-"""Arguments of a wrong type or that do not fit are answered in words, wherever they are given."""
+"""Arguments of a wrong type or value are errors of the package with a message, in all public functions."""
 
 import itertools
 
@@ -23,7 +23,7 @@ WRONG = (
 
 
 def calls(robot, pose, folder):
-    """Return functions of one argument each: all arguments of the public functions."""
+    """Return one function for each argument of the public functions: it calls with the given value of that argument."""
     of_pose = {"configuration": pose}
     table = [
         (robot.assemble, {}, "platform actuators orientation near closure_tolerance on_failure"),
@@ -78,8 +78,8 @@ def calls(robot, pose, folder):
 
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("every", [40, pytest.param(1, marks=pytest.mark.slow)])
-def test_no_argument_ends_in_an_error_of_python(tmp_path, every):
-    """Each wrong value for every fortieth argument; for all of them where there is time."""
+def test_wrong_values_raise_errors_of_the_package(tmp_path, every):
+    """Every fortieth pair of an argument and a wrong value; all pairs in the slow tests."""
     robot = package_robots.robot("3rps")
     ks.save_robot(robot, tmp_path / "plain.urdf")
     answered = 0
@@ -117,7 +117,7 @@ def test_no_argument_ends_in_an_error_of_python(tmp_path, every):
         ),
     ],
 )
-def test_things_of_another_kind(call, message, tmp_path, monkeypatch):
+def test_wrong_types_are_argument_errors(call, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ks.ArgumentError, match=message):
         call(package_robots.robot("3rps"))
@@ -125,7 +125,7 @@ def test_things_of_another_kind(call, message, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("path", [None, 3.5, {}, object()])
-def test_paths_to_write_to(path):
+def test_invalid_output_paths_are_errors(path):
     with pytest.raises(ks.ArgumentError, match="must be the path of a file"):
         ks.save_robot(package_robots.robot("3rps"), path)
     if path is not None:
@@ -147,7 +147,7 @@ def test_paths_to_write_to(path):
         ("near", {"z": 0.5}, "near: no joint 'z' of one freedom"),
     ],
 )
-def test_arguments_of_assemble(what, value, message):
+def test_invalid_arguments_of_assemble_are_errors(what, value, message):
     with pytest.raises(ks.ArgumentError, match=message):
         package_robots.robot("3rps").assemble(**{what: value})
 
@@ -168,7 +168,7 @@ def test_arguments_of_assemble(what, value, message):
         ("2pru_upr", ("z", "x", "rx"), "; z, rx, ry or z, y, ry do"),
     ],
 )
-def test_coordinates_that_would_do_are_named(name, given, words):
+def test_coordinate_errors_name_valid_choices(name, given, words):
     with pytest.raises(ks.exceptions.CoordinatesError) as caught:
         package_robots.robot(name).assemble(platform=dict.fromkeys(given, 0.1))
     assert words in str(caught.value)
@@ -177,7 +177,7 @@ def test_coordinates_that_would_do_are_named(name, given, words):
 @pytest.mark.few(3)
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr", "exechon", "five_bar", "tricept", "planar_3rrr"])
 @pytest.mark.parametrize("orientation", [None, "XYZ", "tilt_torsion"])
-def test_those_that_are_named_do(name, orientation):
+def test_named_coordinate_choices_determine_the_pose(name, orientation):
     robot = package_robots.robot(name)
     convention = orientation_named(orientation)
     found = choices(robot, convention, (), robot.zero_poses)
@@ -199,7 +199,7 @@ def test_those_that_are_named_do(name, orientation):
         ["calibrate", "--plan", "1", "--unknowns", "rod_1"],
     ],
 )
-def test_a_folder_that_is_not_there_is_told_before_anything_long(capsys, command):
+def test_missing_output_folder_is_an_error_before_computing(capsys, command):
     file = "no/such/file.html" if command == ["report"] else "no/such/file.csv"
     assert main([command[0], "3rps", *command[1:], "--out", file]) == 2
     assert capsys.readouterr().err == "kinetostatics: error: --out: there is no folder no/such\n"

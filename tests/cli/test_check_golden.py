@@ -1,7 +1,7 @@
-"""``kinetostatics check`` of every robot in ``robots/`` and of the odd ones of ``odd_robots.py``, compared with texts.
+"""``kinetostatics check`` of every robot in ``robots/`` and of the odd ones of ``odd_robots.py``, compared with stored texts.
 
 The texts lie in ``golden/``. Words, those of warnings too, are compared exactly, numbers to a thousandth; the last digit may
-round either way. After a change that is meant, ``python tests/support/check_texts.py`` writes them anew; look at what differs.
+round either way. After an intended change, ``python tests/support/check_texts.py`` writes them anew; review the differences.
 """
 
 import json
@@ -14,14 +14,14 @@ from check_texts import GOLDEN, NAMES, ROBOTS, report, robot, same, words_and_nu
 QUICK = ("3rps", "2pru_upr", "delta", "ur10")
 
 
-def test_there_is_a_text_for_each_and_no_other():
+def test_golden_texts_and_robots_correspond():
     assert sorted(path.stem for path in GOLDEN.glob("*.txt")) == sorted(NAMES)
 
 
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in ROBOTS and name not in QUICK)) for name in NAMES]
 )
-def test_check_says_what_it_said(name):
+def test_check_report_equals_its_golden_text(name):
     found, expected = report(name).splitlines(), (GOLDEN / f"{name}.txt").read_text(encoding="utf-8").splitlines()
     for mine, theirs in zip(found, expected, strict=False):
         (words, numbers), (wanted, values) = words_and_numbers(mine), words_and_numbers(theirs)
@@ -34,7 +34,7 @@ def test_check_says_what_it_said(name):
 
 @pytest.mark.few(5)
 @pytest.mark.parametrize("name", NAMES)
-def test_the_same_as_plain_values(name):
+def test_plain_values_equal_mobility_and_topology(name):
     found = json.loads(json.dumps(robot(name).to_dict(), allow_nan=False))
     mobility = found["mobility"]
     if name == "open_loops":

@@ -1,4 +1,4 @@
-"""The command line: what it prints where, exit codes, and every error in one line."""
+"""The command line: standard output and error, exit codes, and errors in one line."""
 
 import json
 import os
@@ -35,7 +35,7 @@ def run(capsys, *arguments):
 
 
 def fails(capsys, *arguments):
-    """Run what must fail, and return the one line on standard error."""
+    """Run a command that must fail, and return its one line on standard error."""
     code, out, err = run(capsys, *arguments)
     assert code == 2 and out == ""
     assert err.startswith("kinetostatics: error: ") and err.count("\n") == 1 and err.endswith("\n")
@@ -62,12 +62,12 @@ def process(*arguments, **options):
         ("2mm", "number", "a plain number is needed"),
     ],
 )
-def test_bad_quantities(text, kind, message):
+def test_invalid_quantities_are_errors(text, kind, message):
     with pytest.raises(ks.ArgumentError, match=message):
         parse_quantity(text, kind)
 
 
-def test_items():
+def test_name_value_items_are_parsed():
     assert parse_items("--set", ["a=1", " b = x=y "]) == {"a": "1", "b": "x=y"}
     assert parse_parameters(["d=80mm", "n=3", "name=two words", "angle=${pi}", "t=5nmi", "E=70GPa"]) == {
         "d": 0.08,
@@ -87,7 +87,7 @@ def test_items():
 # ---- robots ----------------------------------------------------------------------------------------------------------
 
 
-def test_shipped_robots():
+def test_shipped_robots_are_found_by_name():
     assert set(shipped_robots()) == {path.name.removesuffix(".urdf.xacro") for path in ROBOTS.glob("*.urdf.xacro")}
     assert robot_path("3rps").samefile(ROBOTS / "3rps.urdf.xacro")
     assert robot_path(ROBOTS / "2pru_upr.urdf.xacro") == ROBOTS / "2pru_upr.urdf.xacro"
@@ -100,12 +100,12 @@ def test_shipped_robots():
     [robot_path, ks.load_robot, lambda path: ks.sweep(path, {"z": [0.5]}), lambda path: ks.optimize(path, {"a": "1mm:2mm"})],
     ids=["path", "load_robot", "sweep", "optimize"],
 )
-def test_a_file_that_is_not_there_is_one_mistake(call):
+def test_missing_robot_file_has_one_error_with_a_suggestion(call):
     with pytest.raises(ks.RobotFileError, match=r"^3rsp: the file cannot be read: No such file .* did you mean '3rps'"):
         call("3rsp")
 
 
-def test_a_file_comes_before_a_shipped_robot(tmp_path, monkeypatch):
+def test_local_file_precedes_a_shipped_robot(tmp_path, monkeypatch):
     (tmp_path / "3rps").write_text((ROBOTS / "2pru_upr.urdf.xacro").read_text(encoding="utf-8"), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     assert robot_path("3rps") == Path("3rps")
@@ -121,19 +121,19 @@ def test_help_has_an_example(capsys, command):
     assert "usage: kinetostatics" in out and "examples:\n  kinetostatics" in out
 
 
-def test_version(capsys):
+def test_version_is_printed(capsys):
     assert run(capsys, "--version") == (0, f"kinetostatics {ks.__version__}\n", "")
 
 
 # ---- check -----------------------------------------------------------------------------------------------------------
 
 
-def test_check(capsys):
+def test_check_prints_the_limbs(capsys):
     code, out, err = run(capsys, "check", "3rps")
     assert code == 0 and err == "" and "limb_1: R P(driven) S" in out
 
 
-def test_check_of_a_robot_that_cannot_be_analysed(capsys, tmp_path):
+def test_check_of_an_unanalysable_robot_exits_with_1(capsys, tmp_path):
     path = tmp_path / "open.urdf"
     ks.save_robot(odd_robots.open_loops(), path)
     code, out, err = run(capsys, "check", path)
@@ -146,7 +146,7 @@ def test_check_of_a_robot_that_cannot_be_analysed(capsys, tmp_path):
 # ---- analyze ---------------------------------------------------------------------------------------------------------
 
 
-def test_analyze_json_is_the_result(capsys):
+def test_analyze_json_equals_the_result(capsys):
     code, out, err = run(capsys, "analyze", "3rps", *CONFIGURATION_2, "--json")
     assert code == 0 and err == ""
     found = json.loads(out)
@@ -163,7 +163,7 @@ def test_analyze_json_is_the_result(capsys):
     assert max(map(len, out.splitlines())) < 6000 and len(out.splitlines()) > 100
 
 
-def test_default_pose_where_zero_does_not_close(capsys, tmp_path):
+def test_default_pose_closes_where_zero_actuators_do_not(capsys, tmp_path):
     path = tmp_path / "stretched.urdf"
     ks.save_robot(odd_robots.drive_out_of_reach(), path)
     code, out, err = run(capsys, "analyze", path)
@@ -175,7 +175,7 @@ def test_default_pose_where_zero_does_not_close(capsys, tmp_path):
     assert "cannot reach slide = 0" in fails(capsys, "analyze", path, "--actuators", "slide=0")
 
 
-def test_actuators_with_units_and_negative_values(capsys):
+def test_actuators_accept_units_and_negative_values(capsys):
     options = "--actuators prismatic_1=-1e-2 prismatic_2=20mm --actuators prismatic_3=-.005m --json"
     code, out, _ = run(capsys, "analyze", "3rps", *options.split())
     assert code == 0
@@ -183,14 +183,14 @@ def test_actuators_with_units_and_negative_values(capsys):
     assert list(actuators.values()) == pytest.approx([-0.01, 0.02, -0.005], abs=1e-12)
 
 
-def test_load_at_a_point(capsys):
+def test_load_at_a_point_is_moved_to_o(capsys):
     options = "--load 0 0 -1e3 -.5 0 0 --point 100mm -20um 0 --frame platform --gravity 0 0 0 --json".split()
     code, out, err = run(capsys, "analyze", "3rps", *options)
     assert code == 0, err
     np.testing.assert_allclose(json.loads(out)["load"], [0, 0, -1000, -0.5 + 20e-6 * 1000, 100, 0], atol=1e-11)
 
 
-def test_warnings(capsys):
+def test_limit_warnings_are_in_report_or_standard_error(capsys):
     arguments = ["analyze", "3rps", "--platform", "z=1.5", "rx=0", "ry=0"]
     code, out, err = run(capsys, *arguments)
     assert code == 0 and err == "" and "! prismatic_1 is beyond its limits" in out
@@ -199,8 +199,8 @@ def test_warnings(capsys):
     assert [line.startswith("kinetostatics: warning: prismatic_") for line in err.splitlines()] == [True] * 3
 
 
-def test_another_pose_may_begin_the_way(capsys):
-    """The same point of the tool, with the actuators more than half a turn further."""
+def test_near_selects_the_assembly_mode(capsys):
+    """For the same point of the tool the actuators of two modes differ by more than half a turn."""
     robot = package_robots.robot("five_bar")
     arguments = ["analyze", "five_bar", "--platform", "x=0", "y=-300mm", "--json"]
     modes = []
@@ -250,7 +250,7 @@ def test_errors_are_one_line(capsys, arguments, message):
 # ---- as a program ----------------------------------------------------------------------------------------------------
 
 
-def test_viewers_are_not_imported_by_an_analysis():
+def test_analyze_imports_no_heavy_packages():
     code = (
         "import sys; from kinetostatics.cli.main import main; main(['analyze', '3rps']); "
         "heavy = {'yourdfpy', 'meshcat', 'trimesh', 'scipy', 'xarray', 'dask', 'pandas', 'urllib.request'}; "
@@ -260,14 +260,14 @@ def test_viewers_are_not_imported_by_an_analysis():
     assert done.returncode == 0, done.stderr
 
 
-def test_terminals_without_greek():
+def test_ascii_terminals_get_replaced_characters():
     environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
     done = process("analyze", "3rps", *CONFIGURATION_2, env=environment)
     assert done.returncode == 0 and done.stderr == "" and "?m" in done.stdout
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes and devices of POSIX")
-def test_output_that_cannot_be_written():
+def test_unwritable_standard_output_has_its_exit_codes():
     done = process("robots", stdout=open("/dev/full", "w"), capture_output=False, stderr=subprocess.PIPE)
     assert done.returncode == 2
     assert done.stderr == "kinetostatics: error: No space left on device\n"
@@ -278,14 +278,14 @@ def test_output_that_cannot_be_written():
     assert done.returncode == 1 and done.stderr == ""
 
 
-def test_tolerances_prints_the_worst_only(capsys):
+def test_tolerances_prints_the_largest_effects_only(capsys):
     code, out, _ = run(capsys, "tolerances", "2pru_upr", "--top", 3)
     rows = [line.split()[0] for line in out.splitlines() if ".error." in line]
     ranked = ks.tolerances(package_robots.robot("2pru_upr").assemble())
     assert code == 0 and rows == list(ranked.effects)[:3] and "and 47 more" in out
 
 
-def test_live_view_answers_until_it_is_interrupted(capsys, monkeypatch):
+def test_live_view_serves_until_interrupted(capsys, monkeypatch):
     from kinetostatics.viewer.live import LiveServer
 
     pages = []
@@ -304,8 +304,8 @@ def test_live_view_answers_until_it_is_interrupted(capsys, monkeypatch):
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["analyze", "--help"], ["new", "--list"]])
-def test_what_computes_nothing_imports_nothing_that_computes(arguments):
-    """Help, version and the answers to a shell that completes come at once: no robot is needed for them."""
+def test_help_version_and_list_import_no_heavy_packages(arguments):
+    """They answer at once: no robot is needed for them."""
     code = (
         "import sys; from kinetostatics.cli.main import main; "
         f"main({arguments!r}); "
@@ -316,7 +316,7 @@ def test_what_computes_nothing_imports_nothing_that_computes(arguments):
     assert done.stdout.splitlines()[-1] == "[]", done.stdout
 
 
-def test_export_writes_c_and_says_what(capsys, tmp_path):
+def test_export_writes_c_files_and_lists_outputs(capsys, tmp_path):
     folder = tmp_path / "controller"
     pose, names = ("--platform", "x", "y"), ("--outputs", "twist", "--name", "bars")
     code, out, err = run(capsys, "export", "five_bar", *pose, *names, "--jacobian", "twist", "--out", folder)

@@ -1,4 +1,4 @@
-"""Every command beside the function that it calls: names of options and arguments, defaults, help and examples."""
+"""Every command against the function that it calls: names of options and arguments, defaults, help and examples."""
 
 import inspect
 import re
@@ -26,7 +26,7 @@ COMMAND_ONLY = set(
         "elastic joint_stiffness yaml types axes jacobian with_respect_to scalar name"
     ).split()
 )
-#: Names that differ.
+#: Options whose argument has another name.
 OTHER_NAMES = {"inputs": "platform", "section": "sections", "source": "path"}
 #: Arguments of the robot, of its pose, and of what the command analyses itself.
 BUILT = {*ROBOT, *LOADS, "platform", "actuators", "orientation", "closure_tolerance", "tool"}
@@ -70,7 +70,7 @@ def test_there_are_few_commands_and_each_has_examples():
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_the_examples_are_understood(name):
+def test_examples_are_parsed(name):
     parser = make_parser(COMMANDS)
     for line in command(name).examples.strip().splitlines():
         guarded = [f" {word}" if re.match(r"-\.?\d", word) else word for word in shlex.split(line, comments=True)]
@@ -78,7 +78,7 @@ def test_the_examples_are_understood(name):
         assert args.run
 
 
-def test_one_option_has_one_meaning_and_one_name():
+def test_options_of_one_name_are_the_same_argument():
     assert {option_of(name, argument) for name, argument in ARGUMENTS.items()} >= {
         "--set",
         "--platform-link",

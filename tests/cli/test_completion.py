@@ -1,4 +1,4 @@
-"""Completion in shells: what the program answers to argcomplete."""
+"""Completion in shells: the program's answers to argcomplete."""
 
 import os
 import subprocess
@@ -62,17 +62,17 @@ def complete(finder, monkeypatch):
         ("analyze 3rpss --actuators ", ""),
     ],
 )
-def test_what_is_completed(complete, line, answers):
+def test_last_word_of_a_line_is_completed(complete, line, answers):
     assert complete(line) == answers.split()
 
 
-def test_commands_robots_and_orientations(complete):
+def test_commands_robots_and_orientations_are_completed(complete):
     assert [name for name in complete("") if not name.startswith("-")] == list(main.COMMANDS)
     assert set(shipped_robots()) <= set(complete("view ")) and "tilt_torsion" in complete("analyze 3rps --orientation ")
 
 
-def test_a_shell_is_answered_by_the_program_itself():
-    """On file descriptor 8, as argcomplete's functions of shells expect it."""
+def test_program_answers_shells_on_file_descriptor_8():
+    """Argcomplete's functions of shells read the answer there."""
     line = "kinetostatics tol"
     environment = {**os.environ, "_ARGCOMPLETE": "1", "COMP_LINE": line, "COMP_POINT": str(len(line))}
     read, write = os.pipe()
@@ -89,7 +89,7 @@ def test_a_shell_is_answered_by_the_program_itself():
         assert done.returncode == 0 and answer.read().startswith(b"tolerances")
 
 
-def test_without_argcomplete_a_shell_gets_no_answer_and_no_noise(monkeypatch, capsys):
+def test_completion_without_argcomplete_prints_nothing(monkeypatch, capsys):
     monkeypatch.setenv("_ARGCOMPLETE", "1")
     monkeypatch.setitem(sys.modules, "argcomplete", None)
     assert main.main(["check", "3rps"]) == 1

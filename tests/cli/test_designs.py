@@ -1,4 +1,4 @@
-"""``kinetostatics tolerances``, ``sensitivities``, ``optimize``, ``calibrate``: tables, JSON, files, exit codes, mistakes."""
+"""``kinetostatics tolerances``, ``sensitivities``, ``optimize``, ``calibrate``: tables, JSON, files, exit codes, errors."""
 
 import json
 
@@ -32,7 +32,7 @@ def run(capsys):
     return answer
 
 
-def test_tolerances(run, robot, tmp_path):
+def test_tolerances_prints_samples_and_writes_a_chart(run, robot, tmp_path):
     picture = tmp_path / "tolerances.svg"
     common = ["tolerances", robot, *LOAD, "--tolerance", "E=3%", "--samples"]
     out = run(*common, 500, "--out", picture, "--what", "z")
@@ -40,12 +40,12 @@ def test_tolerances(run, robot, tmp_path):
     assert picture.stat().st_size > 5000
     read = run(*common, 20, "--json", "--seed", "4", "--distribution", "uniform")
     assert read["samples"] == 20 and read["seed"] == 4 and read["distribution"] == "uniform"
-    # the whole twist is by E⁻¹
+    # the whole twist is proportional to 1/E
     assert read["worst_case"]["displacement"] == pytest.approx(0.03 * read["nominal"]["displacement"], rel=1e-6)
     assert "--samples is 1.5; it must be a whole number from 2 on" in run(*common, 1.5, code=2)
 
 
-def test_sensitivities(run, robot, tmp_path):
+def test_sensitivities_prints_effects_and_writes_a_chart(run, robot, tmp_path):
     chart = tmp_path / "stiffen.svg"
     common = ["sensitivities", robot, *LOAD, "--by", "E"]
     out = run(*common, "diameter", "--out", chart)
@@ -59,7 +59,7 @@ def test_sensitivities(run, robot, tmp_path):
 # ---- optimize --------------------------------------------------------------------------------------------------------
 
 
-def test_a_size_a_file_and_exit_codes(run, robot, tmp_path):
+def test_optimize_writes_the_sized_robot_and_sets_exit_codes(run, robot, tmp_path):
     sized = tmp_path / "sized.urdf"
     common = ["optimize", robot, *LOAD, "--gravity", 0, 0, 0, "--vary"]
     out = run(*common, "diameter=20mm:120mm", "--starts", 1, "--subject-to", "sag < 0.1 mm", "--out", sized)
@@ -72,7 +72,7 @@ def test_a_size_a_file_and_exit_codes(run, robot, tmp_path):
     assert "--starts" in run(*common, "diameter=20mm:120mm", "--starts", 0.5, code=2)
 
 
-def test_a_front_and_its_file(run, robot, tmp_path):
+def test_optimize_pareto_writes_table_and_figure(run, robot, tmp_path):
     table, figure = tmp_path / "front.csv", tmp_path / "front.svg"
     common = ["optimize", robot, *LOAD, "--vary", "diameter=20mm,30mm,50mm", "--pareto", "sag", "--tool", "200mm", 0, 0]
     out = run(*common, "--out", table)
@@ -85,7 +85,7 @@ def test_a_front_and_its_file(run, robot, tmp_path):
 # ---- calibrate -------------------------------------------------------------------------------------------------------
 
 
-def test_estimates_a_file_and_a_figure(run, robot, tmp_path):
+def test_calibrate_estimates_stiffness_and_writes_robot_and_figure(run, robot, tmp_path):
     """A cantilever of 80 % of its stiffness, bent by three weights at its tip, with a gauge at zero before each."""
     pose = ks.load_robot(robot, {"E": 1.6e11}).assemble()
     loads = np.zeros((3, 6))
@@ -106,7 +106,7 @@ def test_estimates_a_file_and_a_figure(run, robot, tmp_path):
     assert read["estimates"]["payload.mass"]["interval"] == [None, None]
 
 
-def test_a_plan(run, robot, tmp_path):
+def test_calibrate_plan_chooses_the_largest_load(run, robot, tmp_path):
     loads = ["--load-case", "0 0 -100 0 0 0", "0 0 -0.3kN 0 0 0", "0 200 0 0 0 0"]
     common = ["calibrate", robot, "--unknowns", "rod", "--readings", "dz"]
     out = run(*common, "--plan", 1, *loads, "--reference", "unloaded", "--out", tmp_path / "plan.csv")

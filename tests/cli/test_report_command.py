@@ -1,4 +1,4 @@
-"""``kinetostatics report``: the page holds the numbers of the results that it tells of."""
+"""``kinetostatics report``: tables, bars, maps and chapters of the page have the numbers of the results."""
 
 import base64
 import re
@@ -40,7 +40,7 @@ def pose():
     return robot("3rps").assemble(platform={"z": 0.5, "rx": np.radians(3), "ry": 0})
 
 
-def test_figures_open_no_windows(monkeypatch, tmp_path):
+def test_report_figures_open_no_windows(monkeypatch, tmp_path):
     plt = pytest.importorskip("matplotlib.pyplot")
     monkeypatch.setattr("kinetostatics.cli.robots._map", lambda *_: None)
     monkeypatch.setattr("kinetostatics.report_page.report_html", lambda *_: plt.get_backend())
@@ -49,8 +49,7 @@ def test_figures_open_no_windows(monkeypatch, tmp_path):
     assert (tmp_path / "x.html").read_text(encoding="utf-8") == "agg"
 
 
-def test_a_map_through_the_pose_that_nobody_told(monkeypatch, tmp_path):
-    """The coordinates that do not vary are those of the zero pose."""
+def test_report_sweep_fixes_other_coordinates_at_the_zero_pose(monkeypatch, tmp_path):
     found = {}
     monkeypatch.setattr("kinetostatics.report_page.save_report", lambda *_, **given: found.update(given))
     assert main(["report", "five_bar", "--sweep", "x=-5cm:5cm:3", "--out", str(tmp_path / "x.html")]) == 0
@@ -59,7 +58,7 @@ def test_a_map_through_the_pose_that_nobody_told(monkeypatch, tmp_path):
 
 
 @pytest.mark.slow
-def test_tables_hold_the_numbers_of_the_results(html, pose):
+def test_report_tables_equal_the_results(html, pose):
     result = ks.analyze(pose, LOAD)
     assert "<h1>Tripod &lt;1&gt;</h1>" in html
     short = dict(rows(chapter(html, "In short"))[1:])
@@ -76,7 +75,7 @@ def test_tables_hold_the_numbers_of_the_results(html, pose):
     assert "Elastic beams: rod_1, rod_2 and rod_3." in assumed and "(0, 0, -9.81) m/s²" in assumed
 
 
-def test_bars_add_up_to_the_whole(html, pose):
+def test_bars_of_contributions_add_up_to_100_percent(html, pose):
     result = ks.analyze(pose, LOAD)
     drawings = re.findall(r"<svg class=\"bars\".*?</svg>", chapter(html, "Where the sag comes from"), re.DOTALL)
     assert len(drawings) == 2
@@ -91,7 +90,7 @@ def test_bars_add_up_to_the_whole(html, pose):
     assert f"({100 * first:.1f} %)" in drawings[0]
 
 
-def test_the_workspace_has_worst_cases_and_maps(html):
+def test_workspace_chapter_has_worst_cases_and_maps(html):
     lean = np.radians([-15, 0, 15])
     ds = ks.sweep(robot("3rps"), {"rx": lean, "ry": lean, "z": 0.5}, load=LOAD)
     said = chapter(html, "Over the workspace")
@@ -107,13 +106,13 @@ def test_the_workspace_has_worst_cases_and_maps(html):
     assert all(base64.b64decode(data).rstrip().endswith(b"</svg>") for _, data in pictures)
 
 
-def test_the_code_of_the_page_makes_the_same_file(html, tmp_path, monkeypatch):
+def test_python_of_the_how_to_page_writes_the_same_report(html, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     drawn = {
         "_figures": r'<div class="maps">.*?</div>',
         "scene_html": r'<div class="scene">.*?<img class="still".*?>',
     }
-    for name, pattern in drawn.items():  # what takes long to draw is not drawn again
+    for name, pattern in drawn.items():  # slow drawings are taken from the first page
         same = re.search(pattern, html, re.DOTALL)[0]
         monkeypatch.setattr(f"kinetostatics.report_page.{name}", lambda *_more, same=same: same)
     run_python("how_to/report", {"-15, 15, 13": "-15, 15, 3", '"Tripod with 500 N"': '"Tripod <1>"'})
@@ -121,8 +120,8 @@ def test_the_code_of_the_page_makes_the_same_file(html, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_the_tip_of_a_tool(pose, monkeypatch, tmp_path):
-    """Its motion, where that comes from, the map and what actuators correct; the verdict is about o."""
+def test_report_with_a_tool_refers_to_its_tip(pose, monkeypatch, tmp_path):
+    """Displacement, contributions, map and compensation are those of the tip."""
     for name in ("scene_html", "verification_html"):
         monkeypatch.setattr(f"kinetostatics.report_page.{name}", lambda *_: "drawn elsewhere")
     file, load, tool = tmp_path / "tip.html", ["--load", *map(str, LOAD)], ["--tool", "50mm", "0", "200mm"]
@@ -140,7 +139,7 @@ def test_the_tip_of_a_tool(pose, monkeypatch, tmp_path):
     assert "Corrected: x, y and z of the tool" in chapter(html, "Compensation")
 
 
-def test_finite_elements_have_their_say(html):
+def test_report_has_the_finite_element_verdict(html):
     pytest.importorskip("openseespy")
     assert "<p>Verified: the largest difference is " in chapter(html, "Checked by finite elements")
 
@@ -154,7 +153,7 @@ def test_finite_elements_have_their_say(html):
         (["--out", "nowhere/x.html"], "--out: there is no folder"),
     ],
 )
-def test_bad_input_is_one_message(more, message, capsys, tmp_path):
+def test_invalid_options_of_report_are_one_line_errors(more, message, capsys, tmp_path):
     assert main([*COMMAND, "--out", str(tmp_path / "x.html"), *more]) == 2
     out, err = capsys.readouterr()
     assert out == "" and err.startswith("kinetostatics: error: ") and message in err and err.count("\n") == 1

@@ -1,4 +1,4 @@
-"""Signs of life: on a terminal something is said within two seconds, and nothing is left of it; elsewhere nothing is said."""
+"""Progress messages: on a terminal they appear within two seconds and are removed in the end; elsewhere there are none."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import kinetostatics.progress
 from kinetostatics.cli.main import COMMANDS, main
 from kinetostatics.progress import pausing, waiting
 
-#: For every command that computes: arguments, what is made slow, and what is said.
+#: For every command that computes: its arguments, a function to be slowed down, and the message.
 SLOW = {
     "check": (["five_bar"], "kinetostatics.robot.load_robot", "checking"),
     "analyze": (["five_bar"], "kinetostatics.analysis.analyze", "analyzing"),
@@ -52,7 +52,7 @@ SLOW = {
 
 @contextmanager
 def terminal():
-    """Make standard error a terminal; yields what reads all that has been written to it."""
+    """Make standard error a terminal; yields a function that returns all that has been written to it."""
     ours, theirs = pty.openpty()
     os.set_blocking(ours, False)
 
@@ -82,7 +82,7 @@ def screen(text: str) -> list[str]:
 
 
 def make_slow(monkeypatch, name, seconds):
-    """Let a function take its time."""
+    """Delay every call of a function."""
     module, _, attribute = name.rpartition(".")
     function = getattr(importlib.import_module(module), attribute)
 
@@ -95,20 +95,20 @@ def make_slow(monkeypatch, name, seconds):
 
 @pytest.fixture
 def place(request, tmp_path, monkeypatch):
-    """A folder, with a map for the command that draws one."""
+    """Work in an empty folder; for ``plot`` it has a map."""
     monkeypatch.chdir(tmp_path)
     if "plot" in request.node.name:
         ks.sweep("five_bar", {"x": [0.0, 0.01], "y": 0.3}, out="map.nc").close()
 
 
-def test_every_command_that_computes_is_tried():
+def test_table_of_slow_commands_is_complete():
     assert set(SLOW) == set(COMMANDS) - {"robots"}
 
 
 @pytest.mark.few(3)
 @pytest.mark.parametrize("command", SLOW)
-def test_commands_say_within_two_seconds_what_they_do(command, place, monkeypatch):
-    """By a clock that runs ten times as fast."""
+def test_commands_report_progress_within_two_seconds(command, place, monkeypatch):
+    """All times are a tenth of the real ones."""
     arguments, name, words = SLOW[command]
     if command == "verify":
         pytest.importorskip("openseespy")
@@ -123,14 +123,14 @@ def test_commands_say_within_two_seconds_what_they_do(command, place, monkeypatc
     assert left[-1] == "" and all(line.startswith("kinetostatics: warning:") for line in left[:-1]), left
 
 
-def test_nothing_is_said_where_nobody_looks_on(monkeypatch, capsys):
+def test_no_progress_is_printed_without_a_terminal(monkeypatch, capsys):
     monkeypatch.setattr("kinetostatics.progress.EVERY", 0.02)
     with waiting("thinking"):
         time.sleep(0.1)
     assert capsys.readouterr() == ("", "")
 
 
-def test_a_sweep_says_how_many_poses_are_done(place, monkeypatch, capsys):
+def test_sweep_reports_the_number_of_poses_done(place, monkeypatch, capsys):
     monkeypatch.setattr("kinetostatics.progress.EVERY", 0.05)
     make_slow(monkeypatch, "kinetostatics.workspace.run.compute_block", 0.15)
     grid, said = {"x": [0.0, 0.01], "y": 0.3}, "sweeping, 0 of 2 poses done … 0 s"
@@ -145,7 +145,7 @@ def test_a_sweep_says_how_many_poses_are_done(place, monkeypatch, capsys):
     assert said in capsys.readouterr().err
 
 
-def test_warnings_and_questions_stand_on_lines_of_their_own(monkeypatch):
+def test_warnings_and_questions_have_lines_of_their_own(monkeypatch):
     monkeypatch.setattr("kinetostatics.progress.EVERY", 0.05)
     with terminal() as read, warnings.catch_warnings():
         warnings.simplefilter("always")
@@ -164,7 +164,7 @@ def test_warnings_and_questions_stand_on_lines_of_their_own(monkeypatch):
     assert screen(text) == ["warning: odd", "which one?", ""]
 
 
-def test_the_line_is_gone_after_an_error_too(monkeypatch):
+def test_progress_line_is_removed_after_an_error(monkeypatch):
     monkeypatch.setattr("kinetostatics.progress.EVERY", 0.05)
     with terminal() as read:
         with pytest.raises(ZeroDivisionError), waiting("dividing"):

@@ -1,4 +1,4 @@
-"""The benchmark of workspace maps runs, measures what it says, and its page has the tables that it writes."""
+"""The benchmark of workspace maps runs on valid grids, and its page has the tables that it writes."""
 
 import os
 import re
@@ -26,12 +26,12 @@ for name, value in kept.items():  # the other tests need not be kept to one thre
 
 
 def numbers_of(path=PAGE):
-    """What stands between the markers of each topic."""
+    """Return the text between the markers of each topic."""
     return dict(re.findall(r"<!-- (\w+): begin -->\n(.*?)<!-- \1: end -->", path.read_text(encoding="utf-8"), re.DOTALL))
 
 
 def heads(text):
-    """Heads of tables with the numbers of their columns; how many poses were measured is another matter."""
+    """Return the heads of the tables of a text, without the numbers of measured poses."""
     lines = text.splitlines()
     return [re.sub(r"[\d,]+ poses", "poses", above) for above, below in pairwise(lines) if below.startswith("|---")]
 
@@ -45,7 +45,7 @@ def rows(text):
 # ---- the page ----------------------------------------------------------------------------------------------------------------
 
 
-def test_the_page_has_every_robot_and_its_ratios_are_those_of_its_times():
+def test_page_has_every_robot_and_the_ratios_of_its_times():
     found = rows(numbers_of()["opensees"])
     assert [row[0].strip("`") for row in found] == list(topics.SOME)
     for row in found:
@@ -57,7 +57,7 @@ def test_the_page_has_every_robot_and_its_ratios_are_those_of_its_times():
 
 
 @pytest.mark.slow
-def test_a_small_run_writes_the_tables_of_the_page_between_its_markers(tmp_path):
+def test_small_run_writes_the_tables_between_the_markers(tmp_path):
     pytest.importorskip("openseespy")
     some = ["opensees", "sizes"]
     copy = tmp_path / "benchmarks.md"
@@ -86,7 +86,7 @@ def test_a_page_without_markers_is_not_overwritten(tmp_path):
     assert path.read_text(encoding="utf-8") == "nothing to see\n"
 
 
-# ---- what is measured ----------------------------------------------------------------------------------------------------------
+# ---- measured grids ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.few(4)

@@ -1,4 +1,4 @@
-"""What CONTRIBUTING.md and CITATION.cff say is there."""
+"""Files and commands named in CONTRIBUTING.md, the hooks and the workflow exist; CITATION.cff equals the README."""
 
 import re
 
@@ -8,14 +8,14 @@ from places import ROOT
 PAGE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 
 
-def test_files_and_folders_exist():
+def test_files_named_in_contributing_exist():
     names = re.findall(r"`((?:src|tests|docs)/[\w/.]+)`", PAGE) + re.findall(r"\]\(([^)#:]+)", PAGE)
     assert len(names) > 15
     for name in names:
         assert (ROOT / name).exists(), name
 
 
-def test_the_citation_is_that_of_the_package_and_of_the_readme():
+def test_citation_equals_that_of_the_readme():
     citation = pytest.importorskip("yaml").safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     paper = citation["preferred-citation"]
@@ -23,7 +23,7 @@ def test_the_citation_is_that_of_the_package_and_of_the_readme():
     assert " and ".join(f"{item['family-names']}, {item['given-names']}" for item in paper["authors"]) in readme
 
 
-def test_hooks_and_the_workflow_call_what_exists():
+def test_hooks_and_workflow_call_existing_commands():
     yaml = pytest.importorskip("yaml")
     hooks = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8"))["repos"][0]["hooks"]
     commands = (ROOT / ".ci" / "run").read_text(encoding="utf-8")

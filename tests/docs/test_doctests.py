@@ -25,6 +25,6 @@ LONG = {
 
 @pytest.mark.few(8)
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in MODULES])
-def test_examples_of_a_module(name):
+def test_docstring_examples_of_a_module_pass(name):
     found = doctest.testmod(importlib.import_module(name))
     assert found.attempted > 0 and found.failed == 0

@@ -1,4 +1,4 @@
-"""Every example runs, and one number of each is right."""
+"""Examples run, and their numbers agree with the paper, with the package and with the balance of energy."""
 
 import pytest
 
@@ -28,8 +28,8 @@ def _stiffness(limb):
     return np.linalg.inv(limb.compliance)
 
 
-def test_dynamics_with_pinocchio_put_into_the_robot_what_it_gains():
-    """The actuators' work is the change of kinetic and potential energy; a slow motion needs what holds the robot at rest."""
+def test_actuator_power_equals_the_rate_of_energy():
+    """Of kinetic and potential energy; in a slow motion the actuator forces are those that hold the robot at rest."""
     import numpy as np
     from dynamics_with_pinocchio import circle
 
@@ -43,7 +43,7 @@ def test_dynamics_with_pinocchio_put_into_the_robot_what_it_gains():
 
 
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr"])
-def test_lumped_weights_are_those_of_a_robot_with_massless_rods(name):
+def test_lumped_weights_equal_loads_on_massless_rods(name):
     """The example changes Eq. (12); the same robots with rods without mass, loaded at o and at the rods' ends, agree."""
     import distributed_gravity as example
     import numpy as np
@@ -66,7 +66,7 @@ def test_lumped_weights_are_those_of_a_robot_with_massless_rods(name):
     np.testing.assert_allclose(example.twist_of(name, 2, 400), spread.twist, rtol=1e-3, atol=1e-10)  # cut finely
 
 
-def test_the_page_beside_other_methods_is_fresh():
+def test_page_beside_other_methods_is_up_to_date():
     import distributed_gravity as example
 
     page = example.PAGE.read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The page of formulas: its program gives the package's twist; thresholds there and on the page of limits are the code's."""
+"""The page of formulas: its program gives the twist of the package; its thresholds and limits are those of the code."""
 
 import importlib
 import re
@@ -10,7 +10,7 @@ from kinetostatics.checks.input_warnings import STUBBY
 from kinetostatics.results.warnings import EULER_WARNING, LARGE_MOTION
 
 
-def test_the_program_written_from_the_formulas_gives_the_twist_of_the_package():
+def test_program_of_the_formulas_page_equals_the_package():
     import kinetostatics as ks
 
     names = run_python("explanation/formulas")

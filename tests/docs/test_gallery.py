@@ -1,4 +1,4 @@
-"""The gallery says of every robot that comes with the package what the robot itself says."""
+"""The gallery: a page for every shipped robot, with computed facts, sketches and pictures of modes that are up to date."""
 
 import re
 from collections import Counter
@@ -17,18 +17,18 @@ ROBOTS = sorted(shipped_robots())
 
 
 def words(text):
-    """Return numbers as such, those that are only rounding as zeros, and all else as it is."""
+    """Return the words of a text, numbers as floats."""
     found = [re.fullmatch(r"-?\d+(\.\d+)?", word) for word in text.split()]
     return [float(number[0]) if number else word for number, word in zip(found, text.split(), strict=True)]
 
 
-def test_every_robot_has_its_page_and_its_place():
+def test_every_shipped_robot_has_a_page_and_a_kind():
     assert sorted(gallery.KINDS) == ROBOTS == sorted(page.stem for page in gallery.PAGES.glob("*.md"))
 
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("page", [*map(gallery.page_of, gallery.KINDS), gallery.INDEX], ids=lambda page: page.stem)
-def test_what_is_computed_is_fresh(page):
+def test_gallery_pages_are_up_to_date(page):
     shown, fresh = words(page.read_text(encoding="utf-8")), words(gallery.fresh(page))
     stale = "stale: run python tests/support/gallery_pages.py"
     assert len(shown) == len(fresh), stale
@@ -36,8 +36,8 @@ def test_what_is_computed_is_fresh(page):
         assert a == (pytest.approx(b, rel=2e-3) if isinstance(b, float) else b), stale
 
 
-def test_the_facts_are_the_robots():
-    """Known beforehand: the paper's robots, the Delta's spinning rods, the isotropic Orthoglide, the tripod's sag of Table 1."""
+def test_facts_equal_known_values_of_the_robots():
+    """The paper's robots, the Delta's spinning rods, the isotropic Orthoglide, the tripod's sag of Table 1."""
     assert gallery.facts("3rps")["limbs"] == "`3-R[P]S`"
     assert gallery.facts("2pru_upr")["limbs"] == "`2-[P]RU + U[P]R`"
     assert gallery.facts("delta")["limbs"] == "`3-[R](SS‖SS)`"
@@ -57,8 +57,8 @@ def test_the_facts_are_the_robots():
         ("delta", {(1, 0, True): 3, (3, 0, False): 12}),
     ],
 )
-def test_sketches_have_the_joints_of_the_machine(name, joints):
-    """Joints that meet in a point are one symbol: how often it turns and slides, and whether it is driven."""
+def test_sketches_have_the_joints_of_the_robot(name, joints):
+    """Joints that meet in a point are one symbol: its numbers of rotations and translations, and whether it is driven."""
     robot = package_robots.robot(name)
     pose = robot.assemble()
     symbols = kinematic_sketches.symbols_of(robot, pose)
@@ -70,11 +70,11 @@ def test_sketches_have_the_joints_of_the_machine(name, joints):
 
 
 @pytest.mark.slow
-def test_the_gallery_of_modes_is_fresh():
+def test_gallery_of_modes_is_up_to_date():
     assert animated_modes.PAGE.read_text(encoding="utf-8") == animated_modes.page_text(), "run python examples/animated_modes.py"
 
 
-def test_pictures_of_modes_are_small_and_move():
+def test_pictures_of_modes_are_small_and_animated():
     for name in animated_modes.MODES:
         file = animated_modes.PICTURES / f"{name}.webp"
         assert Image.open(file).n_frames == animated_modes.FRAMES and file.stat().st_size <= 60_000

@@ -1,4 +1,4 @@
-"""The glossary against the code: attributes exist, and what evaluates a formula names its symbol and its equation."""
+"""The glossary against the code: attributes exist, and the code of a formula names its symbol and equation."""
 
 import importlib
 import inspect
@@ -42,7 +42,7 @@ def result():
 
 
 @pytest.mark.parametrize("row", SYMBOLS, ids=lambda row: row[0])
-def test_symbols(row, result):
+def test_symbol_has_its_attribute_equation_and_units(row, result):
     symbol, _, equation, attribute, code, unit = row
     doc = inspect.getdoc(named(code.strip("`"))) or ""
     for part in symbol.split(", "):
@@ -56,7 +56,7 @@ def test_symbols(row, result):
         path = attribute.strip("`")
         assert eval(path, {"result": result}) is not None
         told = {item for found in re.findall(r"\[([^\]]+)\]", described(path, result)) for item in re.split(", | or ", found)}
-        # a mapping's docstring tells the units of all its entries
+        # a mapping's docstring gives the units of all its entries
         assert set(unit.split(", ")) <= told if path.startswith("result.paper_forces") else set(unit.split(", ")) == told
 
 
@@ -72,6 +72,6 @@ def described(path, result):
     return rows[1]
 
 
-def test_symbols_of_quantities_are_those_of_the_table():
+def test_rows_of_quantities_are_up_to_date():
     lines = PAGE.splitlines()
     assert all(row in lines for row in glossary_table.rows().values()), "run tests/support/glossary_table.py"

@@ -1,6 +1,6 @@
-"""The guide: every block is run and every answer compared.
+"""The guide and the first pages: every block is run, and every output compared.
 
-Where an answer has changed, ``python tests/support/guide_pages.py`` writes the pages anew; look at the difference.
+Where an output has changed, ``python tests/support/guide_pages.py`` writes the pages anew; review the difference.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ ROBOT = ROOT / "examples" / "guide_robot" / GUIDE.file
 
 @pytest.fixture(scope="module", params=STORIES, ids=lambda story: story.pages[0].stem)
 def story(request, tmp_path_factory):
-    """Some pages, what their blocks answer, and the file in the end."""
+    """The pages of a story, the outputs of their blocks, and the robot file in the end."""
     return request.param, *answers(request.param, tmp_path_factory.mktemp("guide"))
 
 
 def steady(text: str) -> str:
-    """Return a text in which directions, which may point either way, point one way."""
+    """Return a text with directions of arbitrary sign turned to one sign."""
 
     def turned(found: re.Match[str]) -> str:
         numbers = [part.strip() for part in found[2].split(",")]
@@ -35,7 +35,7 @@ def steady(text: str) -> str:
 
 
 def words(text: str) -> list[str | float]:
-    """Return numbers, with those that are only rounding as zeros, and all else; left and right may come in either order."""
+    """Return words, numbers as floats with rounding errors as zeros; left and right may come in either order."""
     found: list[str | float] = []
     for word in steady(text.replace("right_", "left_")).split():
         number = re.fullmatch(r"[-+]?\d+(\.\d+)?(e[-+]\d+)?", word)
@@ -44,7 +44,7 @@ def words(text: str) -> list[str | float]:
 
 
 @pytest.mark.few(2)
-def test_every_answer_of_the_page_is_what_is_printed(story):
+def test_outputs_on_the_pages_equal_those_printed(story):
     pages, found, _ = story
     everything = [item for page in found for item in page]
     assert pages is not GUIDE or len(everything) >= 15
@@ -56,7 +56,7 @@ def test_every_answer_of_the_page_is_what_is_printed(story):
             assert same, f"{a} in the page, {b} printed; stale:\n{block.text}\nnow:\n{answer}"
 
 
-def test_blocks_of_every_kind_are_run():
+def test_every_code_block_of_the_guide_is_recognized():
     texts = GUIDE.texts()
     found = [block for text in texts for block in blocks(text)]
     assert {block.kind for block in found} == {"xml", "console", "python", "text"}
@@ -65,12 +65,12 @@ def test_blocks_of_every_kind_are_run():
 
 
 @pytest.mark.few(2)
-def test_the_robot_in_the_examples_is_the_one_of_the_guide(story):
+def test_example_robot_equals_the_robot_of_the_guide(story):
     pages, _, file = story
     assert pages is not GUIDE or ROBOT.read_text(encoding="utf-8") == file
 
 
-def test_the_sketches_are_those_that_the_script_draws():
+def test_sketches_equal_those_of_the_script():
     sys.path.insert(0, str(ROBOT.parent))
     try:
         from draw_sketches import SKETCHES

@@ -1,4 +1,4 @@
-"""The how-to pages on feedforward, correction and stiffening: their code runs, and what they say of it is so."""
+"""The how-to pages with figures: their code runs, and its results are as the pages state."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from places import ROOT
 how_to_figures = pytest.importorskip("how_to_figures")
 
 
-def test_feedforward():
+def test_feedforward_forces_balance_robot_and_tool():
     names = how_to_figures.page_names("feedforward")
     found = names["found"]
     assert not found.status.any()
@@ -21,7 +21,7 @@ def test_feedforward():
         np.testing.assert_allclose(force, here.actuator_forces[drive], rtol=1e-4)  # nearly what the uncorrected actuators hold
 
 
-def test_correction():
+def test_correction_removes_errors_of_controlled_coordinates_only():
     names = how_to_figures.page_names("correct_a_machine")
     found, other = names["found"], names["other"]
     assert found.controlled == ("z", "rx", "ry") and not found.status.any()
@@ -32,7 +32,7 @@ def test_correction():
 
 
 @pytest.mark.slow
-def test_sizing():
+def test_sizing_finds_a_feasible_rod_diameter():
     pytest.importorskip("scipy")
     fewer = {"[0.58, 0.6, 0.62]": "0.62", '90mm"}': '90mm"}, starts=1', "np.radians([-10, 0, 10])": "np.radians([-10, 10])"}
     best = how_to_figures.page_names("size_a_rod", **fewer)["best"]
@@ -41,7 +41,7 @@ def test_sizing():
 
 
 @pytest.mark.slow
-def test_tolerances():
+def test_sampled_tolerances_agree_with_the_linear_estimate():
     s = how_to_figures.page_names("tolerances")["s"]
     assert len(s.samples.displacement) == 10_000 and len(s.parameters) == 8 and s.difference < 1e-3
     _, random, low, high = s.sampled("displacement")
@@ -51,7 +51,7 @@ def test_tolerances():
 
 
 @pytest.mark.slow
-def test_calibration():
+def test_calibration_finds_the_true_stiffness_and_the_outlier():
     pytest.importorskip("scipy")
     swaps = {"[0.55, 0.6, 0.65]": "0.55", "found = ks.calibrate(robot": "kept = ks.calibrate(robot"}
     names = how_to_figures.page_names("calibrate", **swaps)
@@ -65,7 +65,7 @@ def test_calibration():
     assert names["plan"].gain > 1 and len(names["plan"].chosen) == 10
 
 
-def test_motion():
+def test_fastest_motion_is_limited_by_the_sag():
     """The page's speed is the highest that both limits permit, and the faster analysis agrees."""
     names = how_to_figures.page_names("motion")
     k, fast = names["k"], names["fast"]
@@ -76,14 +76,14 @@ def test_motion():
 
 
 @pytest.mark.slow
-def test_stiffening():
+def test_sensitivities_rank_the_rod_diameter_first():
     fewer = {"(pose, load": '(pose, ["rod_diameter", "rod_length"], load'}
     s = how_to_figures.page_names("find_what_to_stiffen", **fewer)["s"]
     assert next(iter(s)) == "rod_diameter" and s.effect("rod_diameter")[0] < 0 < s.effect("rod_diameter")[1]
     assert {"rod_1", "rod_2", "rod_3"} == set(s.sources) and "stiffen the first" in str(s)
 
 
-def test_natural_frequencies():
+def test_first_frequencies_of_the_map_equal_known_values():
     """The worst of the page's poses, and the two equal frequencies of the level platform."""
     names = how_to_figures.page_names("natural_frequencies", **{"20, 41)": "20, 9)"})
     ds = names["ds"]

@@ -1,4 +1,4 @@
-"""The Python and the commands of the how-to pages run as they stand there, one after the other, in an empty folder."""
+"""The Python and the commands of each how-to page run unchanged, one after the other, in a folder of their own."""
 
 import os
 import shlex
@@ -13,7 +13,7 @@ matplotlib = pytest.importorskip("matplotlib", reason="needs Matplotlib: pip ins
 matplotlib.use("Agg")
 pytest.importorskip("scipy")
 
-#: Files that a reader has and we do not.
+#: Files of the reader, which do not exist here.
 OWN = ("poses.csv", "path.csv")
 #: Pages whose Python or commands have tests of their own, or need windows or a file of the reader's.
 ELSEWHERE = {
@@ -21,7 +21,7 @@ ELSEWHERE = {
     "pinocchio plain_urdf report robots_in_python size_a_rod tolerances viewer workspace workspace_figures".split(),
     "sh": "controller loads motion plain_urdf report viewer workspace_figures".split(),
 }
-#: What takes more than a second or two.
+#: Pages that take more than two seconds.
 LONG = {
     "python": ["compiled"],
     "sh": "calibrate correct_a_machine find_what_to_stiffen natural_frequencies size_a_rod tolerances workspace".split(),
@@ -53,21 +53,21 @@ def folder(tmp_path, monkeypatch):
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", cases("python"))
-def test_python(name):
+def test_python_of_a_page_runs(name):
     assert "ks" in run_python(f"how_to/{name}")
 
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", cases("sh"))
-def test_commands(name, capsys):
-    """All but those that need a file of the reader's own; files that are told to be written are there."""
+def test_commands_of_a_page_run(name, capsys):
+    """All but those that need a file of the reader's own; the files named by ``--out`` exist afterwards."""
     assert run_commands(f"how_to/{name}", OWN) > 0
     for command in commands(f"how_to/{name}"):
         if "--out" in command and not set(command) & set(OWN):
             assert os.path.exists(command[command.index("--out") + 1])
 
 
-def test_gravity_is_balanced(tmp_path, capsys):
+def test_balancing_reduces_actuator_forces(tmp_path, capsys):
     names = run_python("how_to/balance_gravity")
     assert capsys.readouterr().out.splitlines()[0] == "True"
     assert (tmp_path / "balanced.png").stat().st_size > 10_000
@@ -75,7 +75,7 @@ def test_gravity_is_balanced(tmp_path, capsys):
     assert np.all(balanced < bare)
 
 
-def test_loads_and_payload(capsys):
+def test_loads_page_prints_loads_and_payload_contribution(capsys):
     names = run_python("how_to/loads")
     printed = capsys.readouterr().out
     assert "load         on slider_1: force (0, -80.000, -40.000) N" in printed
@@ -85,5 +85,5 @@ def test_loads_and_payload(capsys):
 
 
 @pytest.mark.parametrize("command", [item for item in commands("how_to/loads") if item[0] == "analyze"], ids=shlex.join)
-def test_commands_with_loads(command, capsys):
+def test_analyze_commands_of_the_loads_page_print_the_payload(command, capsys):
     assert main(command) == 0 and "payload" in capsys.readouterr().out

@@ -1,4 +1,4 @@
-"""The page on how it is built: the one path that it shows is the one that is taken."""
+"""The page on the structure of the code: its path from file to twist and its folders are those of the code."""
 
 import json
 import re
@@ -27,7 +27,7 @@ print(json.dumps(list(entered)))
 """
 
 
-def test_the_path_from_file_to_twist_is_the_one_on_the_page():
+def test_calls_from_file_to_twist_are_those_on_the_page():
     page = (ROOT / "docs" / "explanation" / "inside.md").read_text(encoding="utf-8")
     section = page.split("## One path, from file to twist")[1].split("\n## ")[0]
     rows = re.findall(r"^\| `([\w/]+)` \| (`.*`) \|", section, re.MULTILINE)
@@ -40,7 +40,7 @@ def test_the_path_from_file_to_twist_is_the_one_on_the_page():
         assert entered.index(one) < entered.index(following), f"{following} comes before {one}"
 
 
-def test_the_folders_of_the_code_are_those_that_the_page_names():
+def test_page_names_the_folders_of_the_code():
     rooms = (ROOT / "docs" / "explanation" / "inside.md").read_text(encoding="utf-8").partition("## The code")[2]
     named = {name for row in re.findall(r"^\| (`.*?) \|", rooms, re.MULTILINE) for name in re.findall(r"`([a-z_]+)`", row)}
     source = ROOT / "src" / "kinetostatics"

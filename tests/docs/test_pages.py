@@ -1,4 +1,7 @@
-"""Pages are short, and links of them and of README and CONTRIBUTING lead to files; ``mkdocs build --strict`` looks at anchors."""
+"""Links of the pages, README and CONTRIBUTING lead to files; pages, pictures and notebooks are used.
+
+``mkdocs build --strict`` checks anchors.
+"""
 
 import re
 
@@ -22,12 +25,12 @@ def test_links_lead_to_files(page):
         assert file.exists() or (file.parent.name == "notebooks" and file.with_suffix(".py").exists()), target
 
 
-def test_every_picture_is_shown_somewhere():
+def test_every_picture_is_used_on_a_page():
     shown = {(page.parent / target).resolve() for page in PAGES for target in targets(page)}
     assert [picture.name for picture in (DOCS / "pictures").rglob("*.*") if picture.resolve() not in shown] == []
 
 
-def test_every_page_has_its_place_in_the_site():
+def test_navigation_lists_every_page_once():
     site = (ROOT / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:\n")[2]
     listed = re.findall(r"^ +- (?:[\w ]+: )?(\S+\.md)$", site, re.MULTILINE)
     pages = [page.relative_to(DOCS).as_posix() for page in DOCS.rglob("*.md")]

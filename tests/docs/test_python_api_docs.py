@@ -1,4 +1,4 @@
-"""The code of ``docs/how_to/robots_in_python.md`` runs, and prints what stands there; so does the example."""
+"""The code of ``docs/how_to/robots_in_python.md`` prints the output in its comments, and its example runs."""
 
 import re
 from pathlib import Path
@@ -13,7 +13,7 @@ import kinetostatics as ks
 PAGE = text_of("how_to/robots_in_python")
 
 
-def test_every_block_runs_and_prints_what_it_says(
+def test_blocks_print_the_output_in_their_comments(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     in_a_copy(tmp_path)
@@ -27,12 +27,12 @@ def test_every_block_runs_and_prints_what_it_says(
     assert len(blocks) == 9 and (tmp_path / "stronger.urdf").exists()
 
 
-def test_the_example_prints_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_example_file_loads_as_the_same_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("robot_without_a_file").main(str(tmp_path / "tripod.urdf"))
     assert capsys.readouterr().out.rstrip().endswith("what it loads as is the same: True")
 
 
-def test_the_examples_numbers() -> None:
+def test_example_forces_equal_statics_by_hand() -> None:
     """The upright tripod by symmetry and statics; thicker legs hold the camera better."""
     example = pytest.importorskip("robot_without_a_file")
     bare = ks.analyze(ks.Robot(example.tripod()).assemble())

@@ -1,4 +1,4 @@
-"""What the README says is what the code does."""
+"""Commands, examples and tables of the README and of the pages on the paper are those of the code."""
 
 import re
 import shlex
@@ -16,14 +16,14 @@ reproduce_paper = pytest.importorskip("reproduce_paper")
 OF_THEIR_OWN = ("verify", "report", "optimize", "calibrate", "tolerances", "export")
 
 
-def test_the_tables_of_the_paper_are_those_that_the_example_computes():
+def test_paper_tables_equal_those_of_the_example():
     page = reproduce_paper.PAGE.read_text(encoding="utf-8")
     assert between(page, "paper tables").strip() == reproduce_paper.tables().strip(), (
         "stale: run python examples/reproduce_paper.py --write"
     )
 
 
-def test_what_the_readme_says_of_configuration_2():
+def test_differences_from_the_paper_in_configuration_2():
     """Five numbers are not reproduced; eight more of the analytical row differ by 0.7 to 3.4 %."""
     printed = reproduce_paper.TABLES["2pru_upr"]["configuration_2"]
     computed = reproduce_paper.ours("2pru_upr", 2)
@@ -43,7 +43,7 @@ def test_what_the_readme_says_of_configuration_2():
     assert more.size == 8 and 0.007 < more.min() and more.max() < 0.0342
 
 
-def test_the_complete_example_runs(monkeypatch, capsys):
+def test_readme_example_prints_its_output(monkeypatch, capsys):
     monkeypatch.chdir(ROOT)
     code, printed = (block.text for block in blocks(between(README, "example")))
     exec(compile(code, "README.md", "exec"), {})  # the README's own text
@@ -59,7 +59,7 @@ def test_the_example_of_assembly_errors_runs(monkeypatch, capsys):
 
 
 @pytest.mark.slow
-def test_the_commands_for_maps_write_what_they_say(monkeypatch, tmp_path, capsys):
+def test_commands_for_maps_write_their_files(monkeypatch, tmp_path, capsys):
     pytest.importorskip("matplotlib").use("Agg")
     pytest.importorskip("h5netcdf")
     monkeypatch.chdir(tmp_path)
@@ -73,8 +73,8 @@ def test_the_commands_for_maps_write_what_they_say(monkeypatch, tmp_path, capsys
     assert "648 poses (z 9 × azimuth 12 × tilt 6)" in capsys.readouterr().out
 
 
-def test_the_page_on_the_paper_is_fresh_and_every_line_of_it_is_true():
-    """docs/explanation/paper.md: the paper's formulas beside the package, Eqs. (2) to (24)."""
+def test_formulas_of_the_paper_page_equal_the_package():
+    """``docs/explanation/paper.md`` with Eqs. (2) to (24) is up to date, too."""
     page = pytest.importorskip("paper_step_by_step")
     assert page.PAGE.read_text(encoding="utf-8") == page.page(), "stale: run python examples/paper_step_by_step.py --write"
     rows = [row for _, found in page.pages() for row in found]
@@ -85,7 +85,7 @@ def test_the_page_on_the_paper_is_fresh_and_every_line_of_it_is_true():
     )
 
 
-def test_the_line_of_twists_that_forces_allow_goes_through_ours_and_not_through_the_papers():
+def test_computed_twist_fits_the_forces_the_papers_does_not():
     second = pytest.importorskip("paper_configuration_2").Second.read()
     forces = {key: np.abs([limb.intensities[k] for limb in second.limbs]) for k, key in enumerate(("f1", "f2"))}
     for component in range(1, 6):  # along the line Δ_dx does not change
@@ -95,7 +95,7 @@ def test_the_line_of_twists_that_forces_allow_goes_through_ours_and_not_through_
 
 
 @pytest.mark.parametrize("key", reproduce_paper.COMMANDS)
-def test_each_table_of_the_paper_has_a_command_that_prints_its_numbers(key, capsys):
+def test_commands_print_the_numbers_of_the_paper_tables(key, capsys):
     from kinetostatics.cli.main import main
 
     command, ours = reproduce_paper.COMMANDS[key], reproduce_paper.ours(*key)
@@ -109,8 +109,8 @@ def test_each_table_of_the_paper_has_a_command_that_prints_its_numbers(key, caps
                 assert any(abs(number - value * power) < 2e-3 * number for power in powers for number in numbers), (value, out)
 
 
-def test_the_commands_run_where_the_first_one_has_been_pasted(monkeypatch, tmp_path, capsys):
-    """All files that they name are in a clone; what they write lands beside it."""
+def test_readme_commands_run_in_a_clone(monkeypatch, tmp_path, capsys):
+    """The files that they name are in a clone; their output is written into its folder."""
     in_a_copy(tmp_path)
     monkeypatch.chdir(tmp_path)
     lines = [line.rpartition("&& ")[2] for line in between(README, "commands").splitlines() if "kineto" in line]

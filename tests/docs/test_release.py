@@ -1,4 +1,4 @@
-"""What is released: version, notes, packages and the conda recipe."""
+"""Releases: version, notes, packages and the conda recipe."""
 
 import importlib.metadata
 import re
@@ -43,20 +43,20 @@ def test_notes_of_a_release_are_the_section_of_its_version():
         notes(CHANGELOG, "v0.0.1")
 
 
-def test_the_changelog_becomes_notes_once_its_top_section_has_a_version():
+def test_unreleased_section_becomes_notes_of_a_version():
     text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     assert text.count("## [Unreleased]") == 1
     found = notes(text.replace("## [Unreleased]", "## [7.8.9] - 2026-12-24"), "v7.8.9")
     assert found.startswith("### ") and "\n## " not in found
 
 
-def test_the_version_is_nowhere_but_in_the_tag():
+def test_version_comes_from_the_tag_only():
     assert 'dynamic = ["version"]' in PROJECT and 'fallback-version = "0.1.dev0"' in PROJECT
     assert "version:" not in re.sub("cff-version:", "", (ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert re.match(r"\d+[.+]", ks.__version__)
 
 
-def test_source_that_is_not_installed_says_so(monkeypatch):
+def test_version_of_uninstalled_source_is_unknown(monkeypatch):
     def version(name):
         raise importlib.metadata.PackageNotFoundError(name)
 
@@ -64,7 +64,7 @@ def test_source_that_is_not_installed_says_so(monkeypatch):
     assert ks.__version__ == "0+unknown"
 
 
-def test_what_packages_lack_is_told():
+def test_missing_and_extra_files_of_packages_are_reported():
     files = {"robots/a.urdf.xacro", "src/kinetostatics/b.py", "tests/c.py"}
     licence = "k-1.dist-info/licenses/LICENSE"
     whole = {"kinetostatics/robots/a.urdf.xacro", "kinetostatics/b.py", "k-1.dist-info/entry_points.txt", licence}
@@ -79,7 +79,7 @@ def test_what_packages_lack_is_told():
     assert differences(whole - {licence}, files, files) == ["the wheel lacks .dist-info/licenses/LICENSE"]
 
 
-def test_the_workflow_of_releases_calls_what_exists():
+def test_release_workflow_calls_existing_scripts():
     yaml = pytest.importorskip("yaml")
     jobs = yaml.safe_load((ROOT / ".github" / "workflows" / "release.yml").read_text(encoding="utf-8"))["jobs"]
     steps = jobs["build"]["steps"]
@@ -94,12 +94,12 @@ def test_the_workflow_of_releases_calls_what_exists():
 
 #: Names that conda-forge has for packages of PyPI.
 CONDA_NAMES = {"pin": "pinocchio", "meshcat": "meshcat-python", "matplotlib": "matplotlib-base"}
-#: What trimesh's extra ``easy`` brings that the viewer needs for meshes.
+#: Packages of trimesh's extra ``easy`` that the viewer needs for meshes.
 OF_MESHES = {"pycollada", "networkx", "scipy"}
 
 
 def requirements(lines):
-    """Return the versions that are wanted, by name."""
+    """Return the required versions by name."""
     found = {}
     for line in lines:
         name, versions = re.fullmatch(r"([\w-]+)(?:\[\w+\])?\s*([^;]*)(?:;.*)?", line).groups()
@@ -107,7 +107,7 @@ def requirements(lines):
     return found
 
 
-def test_the_conda_recipe_wants_what_the_package_wants():
+def test_conda_recipe_has_the_requirements_of_the_package():
     yaml = pytest.importorskip("yaml")
     recipe = yaml.safe_load((ROOT / "conda" / "recipe.yaml").read_text(encoding="utf-8"))
     project = tomllib.loads(PROJECT)

@@ -1,4 +1,4 @@
-"""``docs/how_to/workspace_figures.md`` and ``examples/paper_workspace.py``: what they say is what the code does."""
+"""``docs/how_to/workspace_figures.md`` and ``examples/paper_workspace.py``: code runs, tables are up to date."""
 
 import json
 import re
@@ -50,7 +50,7 @@ def test_the_pages_commands_run(example, tmp_path, monkeypatch, capsys):
     assert {path.suffix for path in tmp_path.iterdir()} == {".nc", ".svg", ".pdf", ".png"}
 
 
-def test_the_table_of_indices_is_what_the_code_has():
+def test_table_of_indices_equals_that_of_the_code():
     assert between(PAGE, "indices").strip() == paper_workspace.index_table(), (
         "stale: run python examples/paper_workspace.py --write-docs"
     )
@@ -60,7 +60,7 @@ def test_the_table_of_indices_is_what_the_code_has():
 
 
 def printed_rows():
-    """Return the numbers of the table's rows, in its order; the paper's have no part of the poses."""
+    """Return the numbers of the table's rows, in its order; those of the paper have no share of poses."""
     rows = [
         [cell.strip().strip("*") for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
         for line in between(PAGE, "maxima").strip().splitlines()
@@ -74,7 +74,7 @@ def test_the_papers_maxima_are_in_the_table():
 
 
 @pytest.mark.parametrize("workspace", paper_workspace.WORKSPACES, ids=lambda item: f"{item.robot}-{item.what[:24]}")
-def test_maxima_of_a_coarse_grid_come_near_the_pages(workspace):
+def test_maxima_of_a_coarse_grid_approach_those_of_the_page(workspace):
     """The coarse grid is part of the fine one: it cannot find more, and finds most of it."""
     printed = np.array(printed_rows()[workspace.what])
     found = np.array(paper_workspace.maxima(workspace, coarse=True))
@@ -83,7 +83,7 @@ def test_maxima_of_a_coarse_grid_come_near_the_pages(workspace):
     if workspace.robot == "2pru_upr":  # the worst poses are on both grids
         assert np.all(np.abs(found[:3] - printed[:3]) <= 1.01 * half_a_digit)
     else:
-        # what limits cut off differs more from grid to grid than what they do not
+        # workspaces that limits cut off differ more from grid to grid
         assert np.all(found[:3] >= (0.75 if "only poses" in workspace.what else 0.9) * printed[:3])
     if "all within limits" in workspace.what or workspace.beyond_limits:
         assert found[3] == 1 and printed[3] == 100

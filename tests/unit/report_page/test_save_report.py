@@ -1,4 +1,4 @@
-"""``ks.save_report``: what makes no sense is answered in words, and what is missing is told in a sentence."""
+"""``ks.save_report``: invalid arguments are errors, and a sentence stands for each missing part."""
 
 import pytest
 from package_robots import robot
@@ -8,7 +8,7 @@ import kinetostatics.report_page as page
 from kinetostatics.verification import OpenSeesError
 
 
-def test_without_opensees_there_is_a_sentence(monkeypatch):
+def test_missing_opensees_is_explained_in_the_report(monkeypatch):
     def missing(*_more, **_options):
         raise OpenSeesError("the check by finite elements needs OpenSeesPy: pip install 'kinetostatics[verify]'")
 
@@ -17,12 +17,12 @@ def test_without_opensees_there_is_a_sentence(monkeypatch):
     assert said.startswith("<p>No verdict: the check by finite elements needs OpenSeesPy: pip install")
 
 
-def test_a_rigid_robot_at_rest_has_no_bars_but_a_sentence():
+def test_undeformed_robot_has_a_sentence_instead_of_bars():
     result = ks.analyze(robot("five_bar").assemble(), gravity=[0, 0, 0])
     assert page.sag_html(result).startswith("<p>The platform does not move")
 
 
-def test_coordinates_to_correct_that_make_no_sense_are_an_error_and_missing_drives_a_sentence(monkeypatch):
+def test_invalid_controlled_is_an_error_missing_actuators_a_sentence(monkeypatch):
     result = ks.analyze(robot("five_bar").assemble())
     with pytest.raises(ks.KinetostaticsError, match="x, y"):
         page.compensation_html(result, {}, ("z", "rx"))
@@ -34,7 +34,7 @@ def test_coordinates_to_correct_that_make_no_sense_are_an_error_and_missing_driv
     assert page.compensation_html(result, {}, None).startswith("<p>No correction: &#x27;five_bar&#x27; has no actuators")
 
 
-def test_arguments_that_make_no_sense(tmp_path):
+def test_invalid_arguments_of_save_report_are_errors(tmp_path):
     found = robot("five_bar")
     pose = found.assemble()
     with pytest.raises(ks.ArgumentError, match="a report needs a Configuration"):

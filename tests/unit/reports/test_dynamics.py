@@ -1,4 +1,4 @@
-"""Reports of modes and frequency responses, of one pose and of a batch: numbers as in the arrays."""
+"""Reports of modes, frequency responses and buckling, of one pose and of a batch: numbers equal the arrays."""
 
 import json
 import re
@@ -23,7 +23,7 @@ def cells(report, title):
     return [re.split(r" {2,}", line.strip()) for line in lines[1:]]
 
 
-def test_modes(poses):
+def test_modes_report_equals_the_arrays(poses):
     found = ks.modes(poses[0], 3)
     rows = cells(found.report(), "Modes, and their effective masses")[1:]
     assert [float(row[1]) for row in rows] == pytest.approx(found.frequencies, rel=1e-3)
@@ -40,7 +40,7 @@ def test_modes(poses):
     assert unit == "Hz" and [float(low), float(high)] == pytest.approx(np.sort(batch.frequencies[:, 0]), rel=1e-3)
 
 
-def test_responses(poses):
+def test_frequency_response_report_equals_the_arrays(poses):
     found = ks.frequency_response(poses[1], [1.0, 20.0, 5.0], damping=0.03)
     for title, array in (("Compliance", found.compliance), ("Transmissibility", found.transmissibility)):
         for k, row in enumerate(cells(found.report(), title)[1:]):
@@ -51,8 +51,8 @@ def test_responses(poses):
     assert np.shape(found.to_dict()["compliance_phase"]) == (2, 3, 6, 6)
 
 
-def test_buckling():
-    """Of the tripod's upright pose the first factors are equal, so that they share a row."""
+def test_buckling_report_equals_the_load_factors():
+    """The first factors of the upright tripod are equal and share a row."""
     machine = robot("3rps")
     poses = machine.assemble(platform={"z": np.array([0.5, 0.55]), "rx": 0.0, "ry": 0.0})
     found = [ks.analyze(pose, [0, 0, -5e4, 0, 0, 0]).buckling(3) for pose in (machine.assemble(), poses)]

@@ -1,4 +1,4 @@
-"""What a sweep prints in the end: the worst, by each value of a parameter too, in units that suit it, and nothing about zeros."""
+"""The summary after a sweep: worst cases, also for each value of a parameter, in suitable units and without zeros."""
 
 import numpy as np
 import xarray as xr
@@ -25,7 +25,7 @@ def sized_map(twist, forces, status=None):
     return ds.assign(mode=(("diameter", "z"), np.zeros((2, 3), np.int8)))
 
 
-def test_the_worst_is_told_for_each_value_of_a_parameter():
+def test_summary_has_worst_cases_for_each_parameter_value():
     twist = np.zeros((2, 3, 6))
     twist[..., 2] = [[1e-3, 2e-3, 5e-4], [3e-5, 4e-5, 2e-5]]
     twist[..., 4] = [[1e-3, 2e-3, 5e-4], [3e-5, 8e-5, 2e-5]]
@@ -42,7 +42,7 @@ def test_the_worst_is_told_for_each_value_of_a_parameter():
     ]
 
 
-def test_a_value_without_any_pose_within_the_limits_has_no_numbers():
+def test_parameter_values_without_valid_poses_have_dashes():
     beyond = int(ks.Status.LIMIT_EXCEEDED)
     twist = np.zeros((2, 3, 6))
     twist[..., 0] = 1e-6
@@ -53,13 +53,13 @@ def test_a_value_without_any_pose_within_the_limits_has_no_numbers():
     ]
 
 
-def test_zeros_are_no_findings():
+def test_summary_of_zero_deformation_has_no_worst_cases():
     said = summary(sized_map(np.zeros((2, 3, 6)), {"slide": np.zeros((2, 3))}))
     assert said.splitlines()[2:] == ["  the platform neither sags nor turns: no elastic part deforms"]
     assert "worst" not in said and " 0 " not in said.split("\n", 1)[1]
 
 
-def test_a_long_axis_of_parameters_is_not_listed_and_pieces_make_no_difference(monkeypatch):
+def test_summary_is_independent_of_blocks_and_omits_long_axes(monkeypatch):
     twist = np.random.default_rng(1).normal(size=(2, 3, 6)) * 1e-4
     ds = sized_map(twist, {"slide": np.ones((2, 3))})
     whole = summary(ds)

@@ -1,4 +1,4 @@
-"""What people read: the exact words and numbers that matter of reports, and plain numbers that equal the arrays."""
+"""Reports of robots and results: their words and numbers, and plain values that equal the arrays."""
 
 import json
 import re
@@ -73,7 +73,7 @@ def row(text, title, name):
         (Section(1e-4, 2e-9, 3e-9, 4e-9), "A 100 mm², I_y 2000, I_z 3000 mm⁴"),
     ],
 )
-def test_section_words(section, words):
+def test_sections_are_described_by_shape_and_size(section, words):
     assert section_words(section) == words
 
 
@@ -86,7 +86,7 @@ ACROSS_THE_ROD = [1.0048, 0.5385, 1.5125]
 DRIVES = [385.4348, 364.7818, 367.832]
 
 
-def test_configuration_2_of_the_paper_as_printed():
+def test_report_of_configuration_2_equals_the_paper():
     text = whole(configuration_2())
     assert text.splitlines()[0] == "Analysis of '3rps': OK; o moves by 103.6 nm, the platform turns by 62.69 nrad"
     twist = part(text, "Twist of the platform at o, world axes")
@@ -111,7 +111,7 @@ def test_configuration_2_of_the_paper_as_printed():
     assert part(text, "Warnings") == ["none"]
 
 
-def test_pose_and_units_as_printed():
+def test_report_prints_pose_and_units():
     text = whole(configuration_2())
     assert part(text, "Pose")[:4] == [
         "o            x -1.4276  y 0.5196  z 500.0000 mm",
@@ -146,7 +146,7 @@ def test_couples_are_in_newton_metres():
     assert len(couples) == 3 and all(cells[-1] == "N·m" for cells in couples)
 
 
-def test_turning_drives_and_loads():
+def test_revolute_actuators_and_loads_have_their_units():
     four_bar = small.robot_of(small.four_bar())
     text = whole(ks.analyze(four_bar.assemble(actuators={"foot_1": 0.1}), load=[10, 0, 5, 0, 2, 0]))
     name, position, _, unit, *_ = row(text, "Actuators", "foot_1")
@@ -154,13 +154,13 @@ def test_turning_drives_and_loads():
     assert "load at o    force (10.000, 0, 5.000) N, moment (0, 2.0000, 0) N·m" in part(text, "Pose")
 
 
-def test_limits_are_warned_of():
+def test_exceeded_limits_are_warnings():
     text = whole(ks.analyze(robot("3rps").assemble(platform={"z": 1.5, "rx": 0, "ry": 0})))
     assert "LIMIT_EXCEEDED, a joint is outside its limit; all results remain valid" in text
     assert sum("is beyond its limits" in line for line in part(text, "Warnings")) == 3
 
 
-def test_poses_without_numbers():
+def test_unreachable_and_singular_poses_print_no_numbers():
     pose = robot("2pru_upr").assemble(platform={"z": 3.0, "rx": 0, "ry": 0}, on_failure="nan")
     text = whole(ks.analyze(pose, on_failure="nan"))
     assert "UNREACHABLE, the loops do not close" in text
@@ -171,7 +171,7 @@ def test_poses_without_numbers():
     assert part(text, "Free motions")[0].startswith("- the platform: a rotation about the axis (0, ")
 
 
-def test_cantilever_without_joints():
+def test_cantilever_report_has_no_actuators():
     text = whole(ks.analyze(small.robot_of(small.cantilever()).assemble(), load=[0, 0, -100, 0, 0, 0]))
     assert "actuators    none" in part(text, "Pose")
     assert "Actuators" not in text
@@ -181,7 +181,7 @@ def test_cantilever_without_joints():
 # ---- a batch ---------------------------------------------------------------------------------------------------------
 
 
-def test_batch_report():
+def test_batch_report_has_status_counts_and_extremes():
     text = whole(batch())
     assert text.splitlines()[0].startswith(
         "Analysis of '2pru_upr': 4 poses, batch shape (2, 2): 3 OK, 1 UNREACHABLE; o moves by "
@@ -200,7 +200,7 @@ def test_batch_report():
     assert row(text, "Status", "UNREACHABLE")[1] == "2" and "Extremes" not in text
 
 
-def test_batch_of_loads_at_one_pose():
+def test_batch_of_loads_at_one_pose_keeps_its_shape():
     loads = np.zeros((3, 6))
     loads[:, 2] = [-100, 0, 100]
     result = ks.analyze(robot("3rps").assemble(), load=loads)
@@ -241,7 +241,7 @@ def test_json_round_trip_equals_the_arrays(make):
             assert_same(plain[name], getattr(item, name))
 
 
-def test_batch_as_plain_numbers():
+def test_plain_values_of_a_batch_have_its_shape():
     found = batch().to_dict()
     assert found["status"] == [["OK", "OK"], ["OK", "UNREACHABLE"]]
     assert found["twist"][1][1] == [None] * 6
@@ -254,7 +254,7 @@ def test_batch_as_plain_numbers():
 # ---- the robot, see tests/cli/test_check_golden.py too --------------------------------------------------------------
 
 
-def test_singular_zero_pose_is_told_from_a_robot_that_never_stands():
+def test_singular_zero_pose_is_named_in_the_warning():
     # coupler and follower in one line: at zero, and only near it, the locked crank does not hold the platform
     y = (0, 1, 0)
     limbs, beams = [], []
@@ -267,7 +267,7 @@ def test_singular_zero_pose_is_told_from_a_robot_that_never_stands():
     assert any(text.startswith("at the zero pose ") for text in warnings), warnings
 
 
-def test_robot_as_plain_values():
+def test_plain_values_of_a_robot_have_mobility_and_graph():
     found = json.loads(json.dumps(robot("2pru_upr").to_dict(), allow_nan=False))
     mobility = found["mobility"]
     assert [mobility[name] for name in ("platform", "local", "redundant_constraints", "redundant_actuators")] == [3, 0, 3, 0]
@@ -299,8 +299,8 @@ def test_reports_of_random_robots_can_be_written(seed):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("seed", [1, 0, 9, 13, 22])
-def test_hybrid_limbs_of_any_shape_are_explained(seed):
-    """Frames, rings, braces and what hangs: every joint stands in a chain once, and all that is redundant has a place."""
+def test_facts_of_hybrid_limbs_have_every_joint_once(seed):
+    """Frames, rings, braces and hanging branches; redundancies and freedoms add up to those of the mobility."""
     one = write_randomly(random_hybrid(seed), seed)[1].robot()
     facts = robot_facts(one)
     assert str(one)
@@ -324,7 +324,7 @@ def _moves(one, joint):
     return one.mechanism.connections[joint].type.name != "fixed"
 
 
-def test_tables_name_the_limbs_axes_as_the_paper_does():
+def test_hinge_axes_relabel_the_limb_axes_as_in_the_paper():
     """The paper's PRU limbs have x along the hinge: their attached force is along y there, W_ig1 = −0.5 q_iy L."""
     found = ks.analyze(package_robots.robot("2pru_upr").assemble(), gravity=(0, 0, 9.8))
     ours, theirs = whole(found), str(found.report(hinge_axes={"limb_1": "x", "limb_2": "x"}))
@@ -352,7 +352,7 @@ def test_tables_name_the_limbs_axes_as_the_paper_does():
 
 
 @pytest.mark.parametrize("name", ["3rps", "five_bar", "planar_3rrr"])
-def test_a_summary_fits_on_a_screen_and_rounding_errors_are_zero(name):
+def test_summary_fits_25_lines_without_rounding_noise(name):
     result = ks.analyze(package_robots.robot(name).assemble())
     text = str(result)
     assert len(text.partition("\nWarnings")[0].splitlines()) <= 25
@@ -361,7 +361,7 @@ def test_a_summary_fits_on_a_screen_and_rounding_errors_are_zero(name):
     assert [name for name in names if name][:5] == ["displacement", "rotation", "softest", "stiffest", "actuators"]
 
 
-def test_a_summary_tells_direction_and_sources_of_the_displacement():
+def test_summary_has_direction_and_sources_of_the_displacement():
     result = ks.analyze(package_robots.robot("3rps").assemble(), load=[0, 0, -500, 0, 0, 0])
     (row,) = (line for line in " ".join(str(result).split()).split("Summary")[1:])
     share = 100 * result.contributions["load"][2] / result.twist[2]
@@ -375,7 +375,7 @@ def test_revolutes_about_one_point_are_one_row():
     assert row(text, "Joints", "spherical_1")[1:4] == ["spherical,", "3", "revolutes"] and "spherical_1_x" not in text
 
 
-def test_a_result_at_a_tool_is_a_result():
+def test_result_at_a_tool_has_the_twist_of_the_tip():
     pose = robot("3rps").assemble(platform={"z": 0.5, "rx": 0.1, "ry": 0.0})
     result = ks.analyze(pose, load=[50, 0, -500, 0, 0, 0])
     tip = result.at_point((0.05, 0, 0.2))
@@ -392,7 +392,7 @@ def test_a_result_at_a_tool_is_a_result():
     np.testing.assert_array_equal(tip.to_dict()["tool"]["twist"], tip.twist)
 
 
-def test_the_axial_force_at_both_ends_of_a_hanging_rod():
+def test_hanging_rod_report_has_axial_forces_of_both_ends():
     """A hanging rod carries its own weight at its upper end, and the load alone at the lower one."""
     found = ks.analyze(small.robot_of(small.cantilever(1.0)).assemble(), gravity=(-10, 0, 0))
     beam = found.beams["arm"]

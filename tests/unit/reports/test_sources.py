@@ -1,4 +1,4 @@
-"""Where the sag comes from: every report ranks the elastic parts, also of robots that have nothing elastic but beams."""
+"""Sources of the sag: every report ranks the elastic parts, also where only beams are elastic."""
 
 import re
 from types import SimpleNamespace
@@ -30,7 +30,7 @@ def ranking(result):
     return [re.split(r" {2,}", line.strip()) for line in lines[1:]], lines[0]
 
 
-def test_beams_alone_are_ranked():
+def test_beams_are_ranked_by_their_share_of_the_sag():
     """The thinnest of three rods deforms most; equal ones stand in the file's order; the parts add up."""
     description = ks.files.read_robot_file("robots/3rps.urdf.xacro")
     equal = ks.analyze(ks.Robot(description).assemble(), load=[0, 0, -500, 0, 0, 0])
@@ -50,7 +50,7 @@ def test_beams_alone_are_ranked():
     assert float(rows[3][1]) * unit == pytest.approx(np.linalg.norm(whole), rel=1e-4)
 
 
-def test_joints_and_drives_are_ranked_among_beams():
+def test_elastic_actuators_are_ranked_among_beams():
     description = ks.files.read_robot_file("robots/3rps.urdf.xacro")
     stiff = ks.description.JointStiffness("prismatic_2", drive=1e6)
     rows, _ = ranking(ks.analyze(ks.Robot(description.with_part(stiff)).assemble()))
@@ -58,7 +58,7 @@ def test_joints_and_drives_are_ranked_among_beams():
     assert sorted(row[0] for row in rows[1:4]) == ["rod_1", "rod_2", "rod_3"] and float(rows[0][-1]) > 90
 
 
-def test_many_sources_are_summed_up():
+def test_smallest_sources_share_one_row():
     result = ks.analyze(package_robots.robot("anymal_standing").assemble())
     rows, _ = ranking(result)
     assert len(result.source_contributions["beams"]) == 16 and len(rows) == MOST + 2
@@ -66,7 +66,7 @@ def test_many_sources_are_summed_up():
 
 
 def fake(beams, twist):
-    """What the table is made of, for beams of some names."""
+    """Return a stand-in for a result with the given contributions of beams and twist."""
     robot = SimpleNamespace(description=SimpleNamespace(beams=dict.fromkeys(beams)), mechanism=SimpleNamespace(connections={}))
     return SimpleNamespace(robot=robot, point_name="o", twist=np.array(twist, dtype=float), source_contributions={"beams": beams})
 
@@ -76,21 +76,21 @@ def lines_of(result, noise):
     return block_lines(table)
 
 
-def test_one_more_than_shown_is_shown():
+def test_single_remaining_source_has_its_own_row():
     for count, rows in ((MOST + 1, MOST + 1), (MOST + 2, MOST + 1)):
         beams = {f"b{k}": np.array([count - k, 0, 0, 0, 0, 0.0]) for k in range(count)}
         lines = lines_of(fake(beams, sum(beams.values())), NoiseFloor(1e-9, 1e-9, 0, 0))
         assert len(lines) == rows + 2 and ("others" in lines[-2]) == (count > MOST + 1)
 
 
-def test_where_o_stays_the_rotation_is_ranked():
+def test_sources_are_ranked_by_rotation_where_o_does_not_move():
     beams = {"a": np.array([1e-12, 0, 0, 0, 0, 1e-3]), "b": np.array([-1e-12, 0, 0, 0, 0, 3e-3])}
     lines = lines_of(fake(beams, [1e-13, 0, 0, 0, 0, 4e-3]), NoiseFloor(1e-10, 1e-9, 0, 0))
     assert [line.split()[0] for line in lines] == ["what", "b", "a", "total"]
     assert [line.split()[-1] for line in lines[1:]] == ["75.0", "25.0", "100.0"] and lines[1].split()[2] == "0"
 
 
-def test_nothing_moves_nothing_is_ranked():
+def test_ranking_is_absent_without_motion():
     pose = package_robots.robot("3rps").assemble()
     assert TITLE not in str(ks.analyze(pose, gravity=[0, 0, 0]).report())
     assert source_table(fake({}, np.ones(6)), NoiseFloor(0, 0, 0, 0)) == []

@@ -1,4 +1,4 @@
-"""What a REPL and a notebook show of robots, poses, results and their parts: short, escaped, and right."""
+"""``repr`` and HTML of robots, poses, results and their parts, for REPL and notebook: short, escaped and correct."""
 
 import copy
 import html
@@ -44,7 +44,7 @@ def poses(robot):
 
 
 class Cells(HTMLParser):
-    """Reads the cells of tables, and notes what else there is."""
+    """Reader of the cells of tables and of all tags and attributes; rejects attributes that are not allowed."""
 
     def __init__(self, text):
         super().__init__()
@@ -82,7 +82,7 @@ def public(item):
 
 
 @pytest.mark.few(1)
-def test_everything_prints_as_something_short(robot):
+def test_reprs_of_all_public_attributes_are_short(robot):
     found = [("robot", robot), *public(robot), ("description", robot.description), *public(robot.description)]
     for pose in poses(robot):
         found += [("pose", pose), *public(pose)]
@@ -106,7 +106,7 @@ def test_everything_prints_as_something_short(robot):
     assert set(OBJECTS) <= names
 
 
-def test_lines_say_status_shape_and_main_numbers():
+def test_reprs_have_status_shape_and_main_numbers():
     robot = package_robots.robot("3rps")
     assert repr(robot) == "<Robot '3rps': 3 limbs, 3 actuators, 3 beams>"
     one, many, lost, none = (ks.analyze(pose, on_failure="nan") for pose in poses(robot))
@@ -135,8 +135,8 @@ def test_lines_say_status_shape_and_main_numbers():
     assert repr(description) == f"<RobotDescription '3rps' from '3rps.urdf.xacro': {counts}>"
 
 
-def test_all_facts_are_named():
-    """An actuator beyond its limit in a robot whose limbs are rigid: both are said, of a pose and of a batch."""
+def test_repr_names_all_status_flags():
+    """An actuator beyond its limit in a robot whose limbs are rigid has two flags, in a pose and in a batch."""
     robot = package_robots.robot("2pru_upr")
     for name in robot.description.beams:
         robot = ks.Robot(robot.description.without_beam(name))
@@ -157,7 +157,7 @@ def test_all_facts_are_named():
     assert repr(batch.configuration.limits_exceeded[first]) == f"<LimitExceeded {first!r}: 1 of 2 poses beyond [0.001, 0.5]>"
 
 
-def test_robots_that_come_along_and_extremes_are_tables_too():
+def test_shipped_robots_and_extremes_are_html_tables():
     rows = Cells(ks.robots()._repr_html_()).rows
     assert rows[0] == ["name", "robot"] and dict(rows[1:]) == dict(ks.robots())
     assert ks.robots()._repr_html_().count("text-align: right") == 0, "sentences begin on the left"
@@ -167,7 +167,7 @@ def test_robots_that_come_along_and_extremes_are_tables_too():
     assert str(worst) == "linear_sag = 2.5e-06 m at z = 0.5 m"
 
 
-def test_a_verification_is_a_table_of_its_differences():
+def test_verification_is_a_table_of_differences():
     pytest.importorskip("openseespy")
     found = ks.verify(package_robots.robot("3rps").assemble())
     rows = Cells(found.report().only("differences")._repr_html_()).rows[1:]
@@ -185,7 +185,7 @@ def test_html_is_escaped():
     assert "<x>" not in ResultMapping({"<x>": "<y>"})._repr_html_() and "<y>" not in ResultMapping({"<x>": "<y>"})._repr_html_()
 
 
-def test_named_is_a_mapping_that_cannot_be_changed():
+def test_result_mapping_is_immutable():
     source = {"a": 1, "b": 2}
     named = ResultMapping(source)
     source["c"] = 3
@@ -202,7 +202,7 @@ def test_named_is_a_mapping_that_cannot_be_changed():
         named | 3
 
 
-def test_values_in_short():
+def test_abbreviated_values_of_arrays_mappings_and_texts():
     assert abbreviated(np.array(2.5)) == "2.5" and abbreviated(np.array([1.0, 1e-14, -2.0])) == "[1, 0, -2]"
     assert abbreviated(np.array([1.0, 1e-11])) == "[1, 1e-11]"
     assert abbreviated(np.arange(FEW + 1.0)) == f"array ({FEW + 1},), 0 to {FEW}" and abbreviated(np.arange(float(FEW)))[0] == "["
@@ -220,7 +220,7 @@ def test_values_in_short():
     assert many.count("\n") == MOST_ITEMS and many.endswith("… 8 more}")
 
 
-def test_parts_of_a_description_show_what_is_not_usual():
+def test_repr_of_description_parts_omits_defaults():
     assert repr(Link("a", mass=2.0)) == "Link(name='a', mass=2.0, has_inertial=True)"
     assert repr(Origin()) == "Origin()" and repr(Origin(rpy=(0.0, 0.0, 1.0))) == "Origin(rpy=(0.0, 0.0, 1.0))"
     beam = Beam("rod", Tube.of(0.02), Material(2e11, 0.3))
