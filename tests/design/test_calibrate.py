@@ -8,6 +8,7 @@ import package_robots
 import parametric_machines
 import pytest
 import small_robots
+from places import ROBOTS
 
 import kinetostatics as ks
 from kinetostatics.calibration.fit import leave_one_out, solution
@@ -144,6 +145,20 @@ def test_file_arguments_of_a_cantilever_are_recovered(tmp_path):
     found.save(tmp_path / "mine.urdf")
     again = ks.analyze(ks.load_robot(tmp_path / "mine.urdf").assemble(), loads).twist
     np.testing.assert_allclose(again, twists, rtol=1e-8, atol=1e-15)
+
+
+def test_argument_that_moves_the_platform_frame(tmp_path):
+    """The coordinates of a pose are those of o, wherever the argument puts it: no joint of the file depends on it."""
+    text = (ROBOTS / "3rps.urdf.xacro").read_text(encoding="utf-8")
+    text = text.replace('<platform link="platform"/>', '<platform link="platform"><origin xyz="0 0 $(arg reach)"/></platform>')
+    path = tmp_path / "reaching.urdf.xacro"
+    path.write_text(text.replace("<xacro:arg", '<xacro:arg name="reach" default="0.1"/><xacro:arg', 1), encoding="utf-8")
+    poses, force = {"z": [0.65, 0.7], "rx": [0.0, 0.2], "ry": [0.1, 0.0]}, [[500, 0, -2000, 0, 0, 0], [0, 800, -2000, 0, 0, 0]]
+    twist = ks.analyze(ks.load_robot(path, {"reach": 0.14}).assemble(platform=poses), force).twist
+    rows = poses | dict(
+        zip(("Fx", "Fy", "Fz", "dx", "dy", "dz"), np.hstack([np.array(force)[:, :3], twist[:, :3]]).T, strict=True)
+    )
+    assert values(ks.calibrate(ks.load_robot(path), rows, ["reach"])) == pytest.approx({"reach": 0.14}, rel=1e-8)
 
 
 def test_rods_in_series_are_distinguished_only_by_bending(tmp_path):

@@ -135,7 +135,7 @@ class Model:
         if self._known is None or self._known[0] != key:
             robot = Robot(self.unknowns.described(values))
             pose = replace(self.pose, robot=robot)
-            if not _same_joints(robot.description, self.unknowns.robot.description):
+            if not _same_poses(robot.description, self.unknowns.robot.description):
                 pose = self._assembled(robot, pose)
             self._known = key, self._analyzed(pose, values, self.unknowns.errors(values))
         return self._known[1]
@@ -225,7 +225,7 @@ class Model:
 
         step = STEP_OF_CONSTANTS * item.scale
         derivatives = None
-        if _same_joints(result.robot.description, changed(step)) and not self.unknowns.errors(values):
+        if _same_poses(result.robot.description, changed(step)) and not self.unknowns.errors(values):
             derivatives = derivatives_at(result, self.analysis)
         if derivatives is not None:
             with suppress(ArgumentError):  # if there is no derivative by this argument
@@ -240,6 +240,6 @@ class Model:
         return np.asarray((above - below) / (2 * STEP * item.scale))
 
 
-def _same_joints(one: RobotDescription, other: RobotDescription) -> bool:
-    """Return whether two robots have equal joints and loops, so that equal coordinates yield equal poses."""
-    return one.joints == other.joints and one.loops == other.loops
+def _same_poses(one: RobotDescription, other: RobotDescription) -> bool:
+    """Return whether equal coordinates of the joints yield equal poses of the platform's frame in two robots."""
+    return all(getattr(one, name) == getattr(other, name) for name in ("joints", "loops", "platform_origin"))

@@ -221,14 +221,14 @@ def _sparse(null: Array) -> Array:
 
     The largest entry of each direction is ±1.
     """
-    from scipy.linalg import qr
-
-    if not null.size:
-        return null
-    pivots = np.sort(qr(null.T, mode="r", pivoting=True)[1][: null.shape[1]])
-    rest = null @ np.linalg.inv(null[pivots])
-    rest /= np.abs(rest).max(axis=0)
-    return np.where(np.abs(rest) < NOTHING, 0.0, rest)
+    rest, pivots = null, list[int]()
+    for _ in range(null.shape[1]):  # the row farthest from the span of the previous ones
+        pivots.append(int(np.argmax(np.sum(rest**2, axis=1))))
+        row = rest[pivots[-1]]
+        rest = rest - np.outer(rest @ row, row) / (row @ row)
+    found = null @ np.linalg.inv(null[sorted(pivots)])
+    found = found / np.abs(found).max(axis=0, initial=0.0)
+    return np.where(np.abs(found) < NOTHING, 0.0, found)
 
 
 def _one(unknowns: Sequence[Unknown], direction: Array) -> Unidentifiable:
