@@ -151,9 +151,10 @@ def assert_same(robot, compiled, poses, applied=()):
         for off_by in 1 + 1e-15 * rng.uniform(-1, 1, (3, *frames.position.shape))
     ]
     solved, holds = computed(compiled, *poses, *wrenches_of(applied))
-    np.testing.assert_array_equal(solved["singular"][holds], wanted.singular[holds])
+    settled = holds & ~wanted.doubtful  # NumPy computes doubtful poses
+    np.testing.assert_array_equal(solved["singular"][settled], wanted.singular[settled])
     # unreached and singular poses are not compared
-    compared = reached & holds & ~wanted.doubtful & ~wanted.singular & axes_apart(robot, frames, wanted.o)
+    compared = reached & settled & ~wanted.singular & axes_apart(robot, frames, wanted.o)
     assert not (holds & wanted.doubtful & ~solved["doubtful"]).any()
     found = {name: array[..., compared] for name, array in solved.items()}
     expected, *shaken = (
