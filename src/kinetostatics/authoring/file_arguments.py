@@ -66,14 +66,17 @@ class FileArguments:
         return number
 
     def check_all_used(self, reasons: Mapping[str, str]) -> None:
-        """Raise an error for unknown arguments; it has the reason in ``reasons``, otherwise similar names."""
+        """Raise an error for an unknown argument; the message contains its reason in ``reasons``, or else similar names."""
         for name in self.given:
             if name not in self.texts:
                 reason = reasons.get(name, near_names(name, self.texts))
                 raise ArgumentError(f"this robot has no value {name!r}: {reason}")
 
     def lines(self, used_in: str) -> list[str]:
-        """Return declarations of the arguments, and of properties of those that occur in expressions of the text ``used_in``."""
+        """Return the lines that declare the arguments.
+
+        An argument that occurs in an expression, in the text ``used_in`` or in another argument, is also declared as a property.
+        """
         expressions = "".join(re.findall(r"\$\{[^}]*\}", "\n".join((used_in, *self.texts.values()))))
         used = set(re.findall(r"\w+", expressions))
         first: list[str] = []

@@ -250,7 +250,7 @@ def _by_errors(
     tool: Array | None,
     only_effective: bool,
 ) -> dict[str, Effect]:
-    """Return the effects of single assembly errors, with the forces of the self-stress, at constant tangent stiffness."""
+    """Return the effect of each assembly error alone: twist and forces of the self-stress. The stiffness does not change."""
     if not errors:
         return {}
     robot = nominal.robot

@@ -208,7 +208,10 @@ def _name(first: str, second: str, taken: set[str]) -> str:
 
 
 def _driven(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[tuple[str, ...] | None, str]:
-    """Return the driven joints; None, with a remark, if an entry is the name of a joint and also a part of other names."""
+    """Return the driven joints; or None and the reason, if they are uncertain.
+
+    They are uncertain if a text of ``name_mot`` is the name of a joint, and also a part of the names of other joints.
+    """
     if "name_mot" not in keys:
         return None, ""
     movable = [joint.name for joint in source.joints.values() if not JOINT_TYPES[joint.type].is_fixed]

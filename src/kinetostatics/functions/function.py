@@ -268,8 +268,9 @@ class Jacobian:
     ) -> Mapping[str, Mapping[str, Array]]:
         """Return the derivatives of each output by each input or parameter, (…, *output's shape, *input's shape).
 
-        They are NaN at poses without results, and for placements that would open the loops of an overconstrained robot;
-        :func:`kinetostatics.tolerances` computes the effect of such placements. The arguments are those of the function.
+        They are NaN at poses without results. Derivatives by the placement of a joint are also NaN if its change would open the
+        loops of an overconstrained robot; :func:`kinetostatics.tolerances` computes the effect of such an error. The arguments
+        are those of the function.
 
         Raises:
             ArgumentError: an argument is invalid; or a change of a parameter yields another mechanism.

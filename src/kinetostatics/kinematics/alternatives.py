@@ -37,9 +37,10 @@ def prescribed_platform(names: tuple[str, ...], orientation: Orientation) -> Pre
 
 
 def choices(robot: RobotKinematics, orientation: Orientation, given: Sequence[str], pose: SolverState) -> list[tuple[str, ...]]:
-    """Return the sets of coordinates that determine the pose of the platform: also at ``pose``, if there are such sets.
+    """Return the sets of coordinates that determine the pose of the platform.
 
-    Sets with the fewest coordinates that are not ``given`` come first, then the order is z, x, y, rz, rx, ry.
+    If some of them also determine it at ``pose``, which may be singular, only these are returned. Sets with the fewest
+    coordinates that are not ``given`` come first, then the order is z, x, y, rz, rx, ry.
     """
     known = [name for name in PREFERRED if name in orientation.pose_names]
     sets = [
@@ -136,7 +137,10 @@ def tried_start(robot: RobotKinematics, prescribed: PrescribedCoordinates, targe
 
 
 def _starts(robot: RobotKinematics) -> Iterator[tuple[dict[str, float], SolverState]]:
-    """Yield equal angles of all passive hinges but the platform's, and a closed pose near these angles."""
+    """Yield joint values and a closed pose near them: all passive hinges have the same angle.
+
+    A hinge whose child link is the platform is left out.
+    """
     description = robot.description
     bent = [
         name

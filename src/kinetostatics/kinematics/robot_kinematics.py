@@ -152,7 +152,7 @@ class RobotKinematics:
 
     @cached_property
     def zero_poses(self) -> SolverState:
-        """The closed zero pose, the default start of lines to other poses."""
+        """The closed zero pose, where the straight lines of coordinates to other poses start by default."""
         return self._zero[0]
 
     @cached_property
@@ -290,7 +290,7 @@ class RobotKinematics:
         return found
 
     def zero_origin(self, prescribed: PrescribedCoordinates) -> tuple[Array, Array]:
-        """Return the start of lines from the zero pose, see :meth:`Solver.origin`."""
+        """Return the coordinates at which straight lines from the zero pose start, see :meth:`Solver.origin`."""
         if prescribed not in self._origins:
             self._origins[prescribed] = self.solver.origin(prescribed, self.zero_poses)
         return self._origins[prescribed]

@@ -342,7 +342,7 @@ class Solver:
         return surely_have_one_sign(one, two)
 
     def origin(self, prescribed: PrescribedCoordinates, start: SolverState, near: Array | None = None) -> tuple[Array, Array]:
-        """Return prescribed coordinates (n, N) and all orientation coordinates (3, N) of poses at which lines start.
+        """Return prescribed coordinates (n, N) and all orientation coordinates (3, N) of poses at which straight lines start.
 
         Full turns of actuators are chosen near ``near`` (n, N).
         """
@@ -355,5 +355,5 @@ class Solver:
     def line(
         self, prescribed: PrescribedCoordinates, start: SolverState, target: Array, shorter: bool = True
     ) -> tuple[Array, Array]:
-        """Return the starts of lines from poses to targets (n, N), see :meth:`origin` and :func:`.coordinates.line_start`."""
+        """Return the coordinates at the starts of straight lines to targets (n, N), see :func:`.coordinates.line_start`."""
         return line_start(prescribed, self.origin(prescribed, start, target if shorter else None), target, shorter)

@@ -251,10 +251,14 @@ def _nearest_centres(has_centre: Sequence[bool], is_serial: bool) -> dict[int, i
 def _orientations(axes: Array, moments: Array, named: Mask, length: float) -> Array:
     """Return the signs (k, g) of the axes of g limbs that give each axis a sense independent of the file.
 
-    At the closed zero pose an axis points upwards; if it is horizontal, anticlockwise about the world's z axis; if it also
-    intersects the z axis, along x, else along y. Parallel axes of a limb have the same sense. ``axes`` (3, k, g) are as in the
-    file, ``moments`` (3, k, g) those of unit forces along them about the world's origin [m], 0 for translations; only axes of
-    single joints, ``named`` (k,), count.
+    At the closed zero pose an axis points upwards. A horizontal axis is directed anticlockwise about the world's z axis; if it
+    intersects the z axis, it has a positive component along x, or else along y. Parallel axes of a limb have the same sense.
+
+    Args:
+        axes: (3, k, g) directions of the axes in the file.
+        moments: (3, k, g) moments of unit forces along the axes, about the world's origin [m]; zero for translations.
+        named: (k,) whether an axis is that of a joint with a single axis; only these axes determine "anticlockwise".
+        length: characteristic length [m].
     """
     cosines = np.einsum("ikg,ihg->khg", axes, axes) * named[:, None]
     alike = np.where(np.abs(cosines) > _ALIKE, np.sign(cosines), 0.0)

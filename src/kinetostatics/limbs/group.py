@@ -203,7 +203,7 @@ class LimbGroup:
 
     @property
     def places(self) -> set[str]:
-        """Places of loads that affect the limbs: on the limbs, and on other open branches that their actuators move."""
+        """Places at which loads affect the limbs: on the limbs, and on open branches elsewhere that the limbs' actuators move."""
         elsewhere = {place for drive in self.drives for row in drive.branches for joint in row for place in joint.edge.outboard}
         return elsewhere.union(*(limb.places for limb in self.limbs))
 

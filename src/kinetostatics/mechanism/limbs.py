@@ -81,7 +81,7 @@ class Limb(ShortRepr):
         branches: joints and beams of open branches on the limb.
         weights: names of its weights.
         places: names of the places at which loads may act: its rigid links, and ``start:`` and ``end:`` of beams.
-        ends: for each edge, whether it is a cut joint, or its outboard body has a weight or a number of edges other than two.
+        ends: for each edge, whether it is a cut joint, or its outboard body has a weight, or has fewer or more than two edges.
         to_platform: for each cut joint, whether it ends at the platform.
         on_platform: whether it is attached to the platform alone, which is then the root of its spanning tree.
         parts: its parts in series from base to platform, divided at bodies that all its paths pass. Consecutive joints and beams

@@ -156,6 +156,6 @@ class Tolerances(Reported, builder="reports.tolerances:tolerances_report"):
 
 
 def quantities(twist: Array, stiffness: Array, actuator_forces: Mapping[str, Array], origin: Array) -> PoseQuantities:
-    """Return quantities; displacement and rotation are the distances (…) of the twists (…, 6) from the twist ``origin`` (6,)."""
+    """Return quantities; displacement and rotation (…) are magnitudes of the parts of ``twist`` (…, 6) − ``origin`` (6,)."""
     displacement, rotation = (np.linalg.norm((twist - origin)[..., part], axis=-1) for part in LENGTHS.values())
     return PoseQuantities(twist, displacement, rotation, stiffness, actuator_forces)

@@ -165,7 +165,10 @@ def _displacements(robot: RobotStatics, solution: Solution, geometric: Geometric
 
 
 def _motion(robot: RobotStatics, solution: Solution, deformation: Deformation, place: str) -> Array:
-    """Return the twists (6, S + 1, N) of a place, about o; the last is due to the weight of bodies on the base."""
+    """Return the twists (6, S + 1, N) of a place about o, by each of S contributions.
+
+    The last twist is that of bodies attached to the base alone, by their own weight.
+    """
     topology, none = robot.topology, np.zeros_like(solution.twists[:, :1])
     found = solution.twists if place in topology.platform.places else np.zeros_like(solution.twists)
     if place in topology.carried_by:

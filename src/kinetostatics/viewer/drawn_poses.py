@@ -23,6 +23,8 @@ from kinetostatics.status import Status
 class DrawnPoses(ABC):
     """F poses of a robot, and displacements of its points by each of K contributions; the first axis of all arrays is F.
 
+    "At rest" means undeformed.
+
     Attributes:
         robot: the robot.
         count: number of poses, F.

@@ -114,7 +114,10 @@ class _SceneBuilder:
         return scene
 
     def _without_loads(self, mesh: Mesh) -> Mesh:
-        """Return a mesh without colours of deflections; if there are no free motions, it is drawn once, as ``Deformed``."""
+        """Return a mesh in one colour instead of colours of deflections.
+
+        If the platform has no free motion, ``Deformed`` replaces ``Rest``, so that the mesh is drawn only once.
+        """
         roots = mesh.roots
         if not self.poses.sources:
             roots = tuple(dict.fromkeys(name.replace("Rest", "Deformed") for name in roots))

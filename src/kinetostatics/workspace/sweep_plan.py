@@ -228,7 +228,7 @@ class SweepPlan:
 
     @cached_property
     def facts(self) -> dict[str, object]:
-        """All data on which the numbers depend, as plain values by name."""
+        """All data on which the results of the sweep depend, as plain values by name."""
         grid = {f"axis {axis.name}": axis.as_json() for axis in self.axes}
         return {
             **self.arguments,
