@@ -1,4 +1,4 @@
-"""Plain URDFs, extended by a small xacro: what is written, that it loads, and that it sags as beams and springs do."""
+"""Plain URDFs extended by a small xacro: its text, and the deflection of the loaded robot."""
 
 import re
 import shlex
@@ -53,7 +53,7 @@ def analyzed(robot, **options):
     return ks.analyze(robot.assemble(), **{"gravity": (0, 0, 0), "load": LOAD, **options})
 
 
-def test_the_arm_sags_as_a_cantilever_and_a_spring(arm) -> None:
+def test_arm_deflection_equals_cantilever_and_spring(arm) -> None:
     """A bent upper arm with force and moment at its end, shear included, and the gear of the elbow."""
     result = analyzed(ks.extend_robot(arm, **EXAMPLE))
     section, modulus, shear = ks.sections.Tube.of(0.06, 0.05), 210e9, 210e9 / 2.6
@@ -68,7 +68,7 @@ def test_the_arm_sags_as_a_cantilever_and_a_spring(arm) -> None:
     assert set(result.source_contributions["beams"]) == {"upper"} and set(result.source_contributions["actuators"]) == {"two"}
 
 
-def test_a_one_link_arm_bends_between_its_joint_and_its_tool(tmp_path) -> None:
+def test_one_link_arm_bends_between_joint_and_tool(tmp_path) -> None:
     """A cantilever under a load at its end."""
     path = tmp_path / "one.urdf"
     tool = '<joint name="tip" type="fixed"><parent link="upper"/><child link="tool"/><origin xyz="0.6 0 0"/></joint>'
@@ -90,7 +90,7 @@ def test_a_one_link_arm_bends_between_its_joint_and_its_tool(tmp_path) -> None:
 
 
 @pytest.mark.parametrize(("mass", "outer"), [(0.05, 0.01), (20.0, 0.12), (90.0, None)])
-def test_suggested_tubes_are_neither_stubby_nor_thicker_than_their_mass(mass, outer, arm) -> None:
+def test_suggested_tubes_are_slender_and_not_too_heavy(mass, outer, arm) -> None:
     arm.write_text(ARM.replace(WEIGHT.format(2), WEIGHT.format(mass)))
     if outer is None:
         with pytest.raises(ks.ArgumentError, match="no link of the file has the data of a beam"):
@@ -101,7 +101,7 @@ def test_suggested_tubes_are_neither_stubby_nor_thicker_than_their_mass(mass, ou
     assert not [text for text in robot.warnings if "beam upper" in text]
 
 
-def test_the_original_is_included_as_it_is_and_nothing_is_overwritten(arm, tmp_path) -> None:
+def test_original_is_included_unchanged_and_nothing_overwritten(arm, tmp_path) -> None:
     (tmp_path / "sub").mkdir()
     path = tmp_path / "sub" / "mine.urdf.xacro"
     made = ks.extend_robot(arm, path, **EXAMPLE)
@@ -115,7 +115,7 @@ def test_the_original_is_included_as_it_is_and_nothing_is_overwritten(arm, tmp_p
     assert ks.extend_robot(arm, platform_link="tool", actuators=["two"]).description.driven == ("two",)
 
 
-def test_suggestions_have_the_files_numbers_and_load_outside_their_comments(arm, tmp_path, monkeypatch) -> None:
+def test_uncommented_suggestions_equal_the_suggested_options(arm, tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     text = extension_text(arm, platform_link="tool")
     assert "upper: 0.6 m between its joints, 2 kg" in text and "lower" not in text  # which weighs nothing
@@ -133,7 +133,7 @@ def test_suggestions_have_the_files_numbers_and_load_outside_their_comments(arm,
     assert beam.area * 2700 * 0.6 == pytest.approx(2, rel=0.05)  # the link's mass, to two digits of the diameter
 
 
-def test_a_link_without_mass_weighs_what_its_material_does(arm) -> None:
+def test_massless_link_gets_the_density_of_its_material(arm) -> None:
     robot = ks.extend_robot(arm, platform_link="tool", elastic={"lower": "rectangular_tube 90mm 70mm 8mm aluminium"})
     beam = robot.description.beams["lower"]
     assert beam.density == 2700 and beam.y_axis == (0, 1, 0)
@@ -141,7 +141,7 @@ def test_a_link_without_mass_weighs_what_its_material_does(arm) -> None:
     assert weight == pytest.approx(2 + 2700 * beam.section.area * 0.5, rel=1e-12)
 
 
-def test_platform_base_and_drives_that_the_file_has_are_left_alone(arm) -> None:
+def test_platform_base_and_actuators_of_the_file_are_kept(arm) -> None:
     end = '<platform link="tool"/><base link="foot"/><transmission name="t"><joint name="one"/></transmission></robot>'
     arm.write_text(ARM.replace("</robot>", end))
     text = extension_text(arm)
@@ -163,7 +163,7 @@ def test_platform_base_and_drives_that_the_file_has_are_left_alone(arm) -> None:
         ({"actuators": "two"}, "actuators is 'two'; it must be a sequence of names"),
     ],
 )
-def test_wrong_arguments_are_answered(options, said, arm) -> None:
+def test_wrong_arguments_are_errors(options, said, arm) -> None:
     with pytest.raises(ks.ArgumentError, match=said):
         ks.extend_robot(arm, **{"platform_link": "tool", **options})
 
@@ -171,7 +171,7 @@ def test_wrong_arguments_are_answered(options, said, arm) -> None:
 # ---- on the command line -----------------------------------------------------------------------------------------------
 
 
-def test_new_from(arm, tmp_path, capsys) -> None:
+def test_new_from_command_equals_extend_robot(arm, tmp_path, capsys) -> None:
     out = tmp_path / "mine.urdf.xacro"
     command = ["new", "--from", str(arm), "--platform-link", "tool", "--elastic", "upper=tube 60mm 50mm steel"]
     assert main([*command, "--joint-stiffness", "two=30kNm/rad", "--out", str(out)]) == 0
@@ -189,7 +189,7 @@ def test_new_from(arm, tmp_path, capsys) -> None:
         (["--platform-link", "tool", "--height", "1"], "--height is for an architecture, and not for --from"),
     ],
 )
-def test_new_from_says_what_is_wrong(arguments, said, arm, capsys) -> None:
+def test_new_from_command_reports_wrong_arguments(arguments, said, arm, capsys) -> None:
     assert main(["new", "--from", str(arm), *arguments]) == 2
     assert re.search(said, capsys.readouterr().err)
 
@@ -203,7 +203,7 @@ GRIPPER = "".join(
 )
 
 
-def test_joints_beside_the_way_to_the_platform_are_held_although_others_are_named_as_drives(arm, tmp_path, capsys) -> None:
+def test_joints_outside_the_chain_are_locked_actuators(arm, tmp_path, capsys) -> None:
     arm.write_text(ARM.replace("</robot>", f"{GRIPPER}</robot>"))
     out = tmp_path / "mine.urdf.xacro"
     options = ["--platform-link", "tool", "--elastic", "upper=tube 60mm 50mm steel", "--actuators", "one", "two", "three"]
@@ -225,16 +225,16 @@ def test_joints_beside_the_way_to_the_platform_are_held_although_others_are_name
         robot.assemble(actuators={"one": 0.0, "three": 0.0, "left_slide": 0.0})
 
 
-def test_a_joint_on_the_way_that_is_no_drive_stays_passive(arm) -> None:
+def test_undriven_joint_of_the_chain_stays_passive(arm) -> None:
     passive = GRIPPER.replace('<mimic joint="left_slide"/>', "")
     arm.write_text(ARM.replace("</robot>", f"{passive}</robot>"))
     made = ks.extend_robot(arm, platform_link="tool", actuators=["two"])
     assert made.description.driven == ("two", "left_slide", "right_slide")
-    both = ks.extend_robot(arm, platform_link="left", actuators=["two", "three", "one"])  # the left finger's slide is on its way
+    both = ks.extend_robot(arm, platform_link="left", actuators=["two", "three", "one"])  # left_slide is in the chain
     assert both.description.driven == ("two", "three", "one", "right_slide")
 
 
-def test_a_rigid_robot_is_told_how_to_become_elastic_and_following_it_works(arm, tmp_path, monkeypatch, capsys) -> None:
+def test_rigid_robot_warning_suggests_working_commands(arm, tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     pose = "--platform-link tool --actuators one=10deg two=-20deg three=0 --load 0 0 -100 0 0 0".split()
     assert main(["analyze", "arm.urdf", *pose]) == 0

@@ -1,4 +1,4 @@
-"""Files that are written from the notation: sizes, places, sections, and what Python and the command line make of them."""
+"""Files written from the notation: sizes, places, sections; in Python and on the command line."""
 
 import json
 import re
@@ -29,7 +29,7 @@ def ends(robot):
     return [[pose.frame(f"{end}_{i}")[:3, 3] for end in ("foot", "seat")] for i in range(1, len(robot.topology.limbs) + 1)]
 
 
-def test_sizes_mean_what_they_say():
+def test_radii_and_height_place_the_joints():
     robot = ks.new_robot("3-RPS", base_radius=0.25, platform_radius=0.2, height=0.55)
     for k, (base, platform) in enumerate(ends(robot)):
         azimuth = 2 * np.pi * k / 3
@@ -45,7 +45,7 @@ def test_six_limbs_stand_in_pairs():
     np.testing.assert_allclose(azimuths[:, 1], [320, 40, 80, 160, 200, 280], atol=1e-9)
 
 
-def test_a_table_in_a_file_and_in_python(tmp_path):
+def test_placements_from_csv_and_from_python_place_limbs(tmp_path):
     rows = [((0.3, 0, 0.01), (0.2, 0, 0)), ((-0.1, 0.3, 0), (-0.1, 0.15, 0)), ((-0.1, -0.3, 0), (-0.1, -0.15, 0))]
     lines = ["base_x, base_y, base_z, platform_x, platform_y, platform_z"]
     lines += [", ".join(map(str, (*base, *platform))) for base, platform in rows]
@@ -57,7 +57,7 @@ def test_a_table_in_a_file_and_in_python(tmp_path):
             np.testing.assert_allclose(found, [base, (*platform[:2], 0.5)], atol=1e-15)
 
 
-def test_sections_are_those_that_are_given():
+def test_beams_have_the_given_sections_and_materials():
     robot = made("6-RUS", sections={"crank": "rectangle 20mm 0.06 aluminium", "rod": "tube 30mm 22mm"}, rod_density=8000)
     crank, rod = robot.description.beams["crank_1"], robot.description.beams["rod_6"]
     assert (crank.section.width, crank.section.height, crank.material.density) == (0.02, 0.06, 2700)
@@ -65,7 +65,7 @@ def test_sections_are_those_that_are_given():
     np.testing.assert_allclose(crank.y_axis, [0, 1, 0])
 
 
-def test_the_file_is_commented_and_its_arguments_come_first(tmp_path):
+def test_written_file_has_comments_and_leading_arguments(tmp_path):
     path = tmp_path / "my_robot.urdf.xacro"
     robot = ks.new_robot("3-RPS", path, base_radius=0.25)
     text = path.read_text(encoding="utf-8")
@@ -79,7 +79,7 @@ def test_the_file_is_commented_and_its_arguments_come_first(tmp_path):
     assert text == robot_text("3-RPS", base_radius=0.25, name="my_robot")
 
 
-def test_the_command_writes_the_same_and_says_what_it_took(tmp_path, monkeypatch, capsys):
+def test_new_command_writes_the_file_and_prints_chosen_actuators(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     command = ["new", "3-RPS", "--base-radius", "250mm", "--height=0.55", "--section", "rod=circle 40mm", "--set", "stroke=100mm"]
     assert main([*command, "--out", "mine.urdf.xacro"]) == 0
@@ -95,14 +95,14 @@ def test_the_command_writes_the_same_and_says_what_it_took(tmp_path, monkeypatch
     assert json.loads(capsys.readouterr().out)["mobility"]["platform"] == 3
 
 
-def test_names_are_listed(capsys):
+def test_new_list_prints_all_known_names(capsys):
     assert main(["new", "--list"]) == 0
     assert capsys.readouterr().out.splitlines() == [known.line for known in KNOWN_NAMES]
 
 
 @pytest.mark.few(8)
 @pytest.mark.parametrize("known", KNOWN_NAMES, ids=lambda known: known.name)
-def test_each_name_makes_a_robot_that_its_actuators_hold(known):
+def test_every_known_name_makes_a_robot_held_by_actuators(known):
     robot = ks.new_robot(known.name)
     assert parse_architecture(known.architecture).text == known.architecture
     assert robot.mobility.platform == len(robot.description.driven)
@@ -115,13 +115,13 @@ def test_each_name_makes_a_robot_that_its_actuators_hold(known):
     [
         ("Stewart Platform", "6-U[P]S"),
         ("Delta robot", "Delta"),
-        ("3-[R](4S)", "Delta"),  # hangs as it does
+        ("3-[R](4S)", "Delta"),  # hangs like a Delta
         ("5R", "five-bar"),
         ("agile eye", "spherical 3-RRR"),
         ("3-R[P]R", "planar 3-RPR"),  # planar, as nothing else is called so
     ],
 )
-def test_names_and_limbs_mean_the_same(text, same):
+def test_names_and_architectures_write_the_same_file(text, same):
     assert robot_text(text) == robot_text(same)
 
 
@@ -134,12 +134,12 @@ def test_names_and_limbs_mean_the_same(text, same):
         ("3-PRC", {}),
     ],
 )
-def test_other_limbs_close_where_all_joints_read_zero(limbs, options):
+def test_cylindrical_and_divided_limbs_close_at_zero(limbs, options):
     robot = made(limbs, **options)
     robot.configuration(np.array(robot.assemble().q) * 0, closure_tolerance=1e-12)
 
 
-def test_what_is_given_comes_before_what_a_name_brings():
+def test_given_options_override_those_of_a_name():
     assert made("Delta", height=0.4).assemble().platform["z"] == pytest.approx(0.4)
     assert made("3-R[P]R", arrangement="symmetric").mobility.platform == 1
 
@@ -158,14 +158,14 @@ def test_what_is_given_comes_before_what_a_name_brings():
         ("3-[C]RU", "has 5 freedoms in this placement and only 3 actuators"),
     ],
 )  # fmt: skip
-def test_what_makes_no_single_robot_is_answered_in_a_sentence(name, words, tmp_path, capsys):
+def test_ambiguous_or_impossible_architecture_is_a_one_line_error(name, words, tmp_path, capsys):
     out = tmp_path / "none.urdf.xacro"
     assert main(["new", name, "--out", str(out)]) == 2 and not out.exists()
     message = capsys.readouterr().err
     assert words in message and len(message.splitlines()) == 1
 
 
-def test_lengths_that_look_like_mm_are_refused_without_a_unit_and_warned_of_with_one_or_from_python(tmp_path, capsys):
+def test_lengths_that_look_like_mm_are_errors_or_warnings(tmp_path, capsys):
     out = tmp_path / "large.urdf.xacro"
     for typed, words in (
         ("--base-radius 350", "base_radius = 350 m: lengths are in m; write 0.35 for 350 mm, or 350mm on the command line"),
@@ -180,8 +180,8 @@ def test_lengths_that_look_like_mm_are_refused_without_a_unit_and_warned_of_with
         robot_text("3-RPS", height=500)
 
 
-def test_a_tubes_wall_is_a_value_of_the_file():
-    """The inner diameter follows from it, unless that is given."""
+def test_wall_thickness_is_a_parameter_of_the_file():
+    """The inner diameter follows from the wall thickness, unless the inner diameter is given."""
 
     def sizes(text, **parameters):
         section = parse_robot_text(text, parameters=parameters).beams["rod_1"].section
@@ -196,12 +196,12 @@ def test_a_tubes_wall_is_a_value_of_the_file():
     assert sizes(robot_text("3-RPS", rod_inner_diameter=0.02))[1] == 0.02
 
 
-def test_too_many_drives_are_told(tmp_path, capsys):
+def test_redundant_actuators_are_warned_of(tmp_path, capsys):
     assert main(["new", "3-[R]RR", "--arrangement", "symmetric", "--out", str(tmp_path / "upright.urdf.xacro")]) == 0
     assert "warning: 3 actuators for mobility 1 brace one another: another --arrangement" in capsys.readouterr().err
 
 
-def test_the_command_passes_places_on(tmp_path, monkeypatch):
+def test_new_command_passes_azimuths_and_guide(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["new", "2-PRU+UPR", "--azimuths", "90deg", "-90deg", "0", "--guide", "radial", "--out", "one.urdf.xacro"]) == 0
     found = ends(ks.load_robot("one.urdf.xacro"))
@@ -219,7 +219,7 @@ def test_the_library_is_found_from_any_file(tmp_path):
     assert list(ks.load_robot(path).description.beams) == ["rod_1", "rod_2", "rod_3"]
 
 
-def test_universal_and_spherical_joints_of_the_library_turn_about_their_axes():
+def test_library_joints_turn_about_the_given_axes():
     robot = parse_robot_text(
         """<robot name="joints" xmlns:xacro="http://www.ros.org/wiki/xacro">
           <xacro:include filename="$(find kinetostatics)/library/joints.xacro"/>
@@ -236,7 +236,7 @@ def test_universal_and_spherical_joints_of_the_library_turn_about_their_axes():
     assert (joints["u_z"].upper, joints["s_x"].upper, joints["s_z"].upper) == (1, 0.5, np.pi)
 
 
-def test_the_page_of_the_library_names_all_its_macros():
+def test_library_page_names_all_macros():
     page = (ROOT / "docs" / "reference" / "xacro_library.md").read_text(encoding="utf-8")
     for file in sorted((ROBOTS / "library").glob("*.xacro")):
         assert f"`{file.name}`" in page
@@ -245,7 +245,7 @@ def test_the_page_of_the_library_names_all_its_macros():
         assert [name for name in macros if f"`{name}`" not in page and name not in inner] == []
 
 
-def test_edited_lengths_that_make_no_triangle_are_told_with_their_line():
+def test_error_of_impossible_triangle_has_a_line():
     with pytest.raises(ks.RobotFileError, match="crank and rod form no triangle") as caught:
         parse_robot_text(robot_text("3-RRS"), parameters={"rod_length": 0.1})
     assert caught.value.line is not None
@@ -275,6 +275,6 @@ def test_edited_lengths_that_make_no_triangle_are_told_with_their_line():
         ("spherical 3-RRR", {"crank_arc": 0.1, "rod_arc": 0.1}, "do not reach from its first axis to its last"),
     ],
 )
-def test_wrong_values_are_answered(architecture, options, words):
+def test_wrong_values_are_errors(architecture, options, words):
     with pytest.raises(ks.ArgumentError, match=words):
         robot_text(architecture, **options)

@@ -1,4 +1,4 @@
-"""The field's notation: what strings of joints mean, and where they are wrong."""
+"""The notation of parallel robots: meaning of architectures, and places of errors."""
 
 import pytest
 
@@ -26,7 +26,7 @@ from kinetostatics.authoring.notation import parse_architecture
         ("3-CRR", "3-[C]RR"),
     ],
 )
-def test_ways_to_write_the_same(written, means):
+def test_spellings_of_architectures_are_equivalent(written, means):
     found = parse_architecture(written)
     assert found.text == means and parse_architecture(means).text == means
     assert found.actuators_chosen == (not any(mark in written for mark in "[\u0332"))
@@ -36,7 +36,7 @@ def test_ways_to_write_the_same(written, means):
     ("architecture", "freedoms", "drives"),
     [("3-RPS", 3, 3), ("6-UPS", 6, 6), ("3-UPS+UP", 3, 3), ("2-PRU+UPR", 0, 3), ("3-PRRR", 0, 3), ("6-SPS", 12, 6)],
 )
-def test_formula_of_gruebler(architecture, freedoms, drives):
+def test_freedoms_and_actuators_follow_gruebler(architecture, freedoms, drives):
     """Overconstrained mechanisms have more freedoms than the formula says; 6-SPS has six spins besides."""
     found = parse_architecture(architecture)
     assert (found.formula_freedoms, found.actuators) == (freedoms, drives)
@@ -56,7 +56,7 @@ def test_formula_of_gruebler(architecture, freedoms, drives):
         ("3-UPS+", 6, "a limb is missing behind it"),
     ],
 )
-def test_errors_name_the_place(architecture, place, words):
+def test_errors_name_the_place_in_the_architecture(architecture, place, words):
     with pytest.raises(ks.ArgumentError, match=words) as caught:
         ks.new_robot(architecture)
     assert f"architecture {architecture!r}, place {place} ({architecture[place - 1]!r}): " in str(caught.value)

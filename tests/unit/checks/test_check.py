@@ -32,7 +32,7 @@ def test_a_mobility_that_depends_on_rounding_is_doubtful(tilt, doubtful):
 
 
 @pytest.mark.parametrize(("shift", "rounded"), [(7e-11, False), (5e-10, True)])
-def test_gaps_below_the_solvers_tolerance_are_not_blamed_on_the_file(shift, rounded):
+def test_gaps_below_solver_tolerance_cause_no_rounding_warning(shift, rounded):
     """A gap across the plane of a five-bar, which no motion closes; 7e-11 m are 5e-10 of its characteristic length."""
     description = ks.load_robot("five_bar").description
     (name, loop) = next(iter(description.loops.items()))
@@ -43,7 +43,7 @@ def test_gaps_below_the_solvers_tolerance_are_not_blamed_on_the_file(shift, roun
 
 
 @pytest.mark.parametrize("more", ["", PENDULUM])
-def test_robots_without_limbs_are_described(more, tmp_path):
+def test_robots_without_limbs_are_warned_of(more, tmp_path):
     file = tmp_path / "drone.urdf"
     file.write_text(
         '<robot name="r"><link name="ground"/><link name="drone"/><joint name="fly" type="floating"><parent link="ground"/>'

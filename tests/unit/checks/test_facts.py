@@ -1,4 +1,4 @@
-"""What is said of a robot's limbs."""
+"""Facts about a robot's limbs."""
 
 import re
 
@@ -13,7 +13,7 @@ from kinetostatics.checks.check import facts_of_poses, robot_facts
 from kinetostatics.math import arrays
 
 
-def test_limbs_are_alike_whatever_their_joints_are_called():
+def test_equal_limbs_are_found_whatever_their_joint_names():
     """Names of one letter, and names that are words of labels."""
     text = sr.write(sr.rps3()).text
     for old, new in {"revolute_1": "a", "prismatic_1": "at", "revolute_2": "force", "prismatic_2": "x"}.items():
@@ -23,7 +23,7 @@ def test_limbs_are_alike_whatever_their_joints_are_called():
     assert [limb.like for limb in limbs] == [None, "limb_1", "limb_1"]
 
 
-def test_a_limb_that_degenerates_only_in_a_later_chunk_of_poses_is_named(monkeypatch):
+def test_limb_degenerating_in_a_later_chunk_is_named(monkeypatch):
     monkeypatch.setattr(arrays, "AT_ONCE", 1)
     robot = package_robots.robot("linear_delta")
     q = np.repeat(robot.assemble().model_q.T, 2, axis=0)
@@ -34,8 +34,8 @@ def test_a_limb_that_degenerates_only_in_a_later_chunk_of_poses_is_named(monkeyp
     assert words == "the canonical wrenches of limb_2 and limb_3 degenerate at some poses: intensities are NaN there"
 
 
-def test_runs_of_hinges_in_what_hangs_are_one_joint():
-    """A bob that hangs on the platform by a universal joint and a ball: a ring."""
+def test_hinges_of_hanging_parts_form_one_joint():
+    """A bob joined to the platform by a universal and a spherical joint: a ring."""
     edges = [
         ("root", "F", (0, 0, 0), "base", "rod", {}),
         ("tip", "F", (0, 0, 0.5), "rod", "platform", {}),

@@ -1,4 +1,4 @@
-"""Self-stresses where joints follow others."""
+"""Self-stresses of robots with joints that follow others."""
 
 import pytest
 from odd_robots import parsed
@@ -15,9 +15,9 @@ MIMIC = '<mimic joint="{}" multiplier="{}"/>'
 
 @pytest.mark.parametrize("leader", ["hinge", "slide"])
 @pytest.mark.parametrize(("beside", "count"), [(0.0, 5), (1e-3, 4), (-0.3, 4)])
-def test_a_slide_that_follows_a_hinge_makes_another_hinge_redundant(leader, beside, count):
-    """Turning by 1 rad about z at the origin and sliding by 0.7 m along x is turning about (0, 0.7): a hinge there holds five
-    freedoms of two bodies that have one; elsewhere they have none."""
+def test_self_stresses_of_a_slide_coupled_to_a_hinge(leader, beside, count):
+    """Turning about z at the origin and sliding along x by 0.7 m/rad is a rotation about (0, 0.7): a hinge there leaves this
+    freedom and makes five self-stresses; elsewhere it leaves no freedom and makes four."""
     turn, slide = HINGE, SLIDE
     if leader == "hinge":
         joints = turn.format("turn", "ground", "arm", "") + slide.format("slide", "arm", "plate", MIMIC.format("turn", 0.7))

@@ -21,8 +21,8 @@ def strings(node: ast.AST) -> set[str]:
     return {item.value for item in ast.walk(node) if isinstance(item, ast.Constant) and isinstance(item.value, str)}
 
 
-def test_no_module_compares_with_a_type():
-    """What a type means stands in the table alone."""
+def test_no_module_compares_with_joint_type_names():
+    """The meaning of a type is defined only in the table."""
     quoted = re.compile(f"[\"'](?:{'|'.join(JOINT_TYPES)})[\"']")
     for path in SOURCE.rglob("*.py"):
         if quoted.search(text := path.read_text(encoding="utf-8")):
@@ -31,7 +31,7 @@ def test_no_module_compares_with_a_type():
                     assert not strings(node) & set(JOINT_TYPES), f"{path}:{node.lineno}"
 
 
-def test_what_follows_from_the_table():
+def test_properties_of_all_joint_types():
     assert {name: item.freedoms for name, item in JOINT_TYPES.items()} == {
         "fixed": 0, "revolute": 1, "continuous": 1, "prismatic": 1, "cylindrical": 2, "universal": 2, "spherical": 3,
         "planar": 3, "floating": 6,
@@ -48,7 +48,7 @@ def test_what_follows_from_the_table():
     }  # fmt: skip
 
 
-def test_the_page_on_robot_files_says_the_same():
+def test_robot_format_page_lists_the_same_properties():
     rows = re.findall(
         r"^\| `(\w+)` \| (\d) \| (.+?) \| (.+?) \| (.+?) \|$", (ROOT / "docs/reference/robot_format.md").read_text("utf-8"), re.M
     )
@@ -61,7 +61,7 @@ def test_the_page_on_robot_files_says_the_same():
 
 
 @pytest.mark.parametrize("name", names_of("in_tree")[1:])
-def test_coordinates_are_pinocchios(name):
+def test_numbers_of_coordinates_equal_pinocchio(name):
     joint = (
         f'<joint name="j" type="{name}"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>'
         '<limit lower="-1" upper="1" effort="0" velocity="0"/></joint>'
@@ -87,7 +87,7 @@ class New(Held):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize(("name", "slides"), [("ball_on_line", Axes.AXIS), ("ball_on_plane", Axes.ACROSS)])
-def test_a_row_is_enough_for_a_new_type_of_loop(name, slides, monkeypatch):
+def test_new_table_row_defines_a_new_loop_type(name, slides, monkeypatch):
     """Reader, writer, kinematics, statics, reports, finite elements and Pinocchio's constraints take it from the table."""
     monkeypatch.setitem(JOINT_TYPES, name, JointType(name, "B", slides=slides, turns=Axes.ALL))
     held = New(name, seed=5)

@@ -58,7 +58,7 @@ def from_docs() -> RobotDescription:
     return parse_robot_text(found[1].replace('<transmission name="motor">', '<transmission name="drive_a">'), "docs.urdf")
 
 
-def test_the_documentations_example_in_python() -> None:
+def test_documentation_example_in_python_equals_its_file() -> None:
     description = parallelogram()
     assert not description.is_valid and description.path == "<python>"
     assert ks.files.validate(description) == from_docs()
@@ -70,7 +70,7 @@ def test_the_documentations_example_in_python() -> None:
     assert str(found) == str(expected) and "<python>" in str(robot)
 
 
-def test_numbers_may_be_numpys_and_axes_of_any_length() -> None:
+def test_numpy_numbers_and_unnormalized_axes_are_accepted() -> None:
     description = parallelogram()
     joints: dict[str, Any] = {
         name: replace(
@@ -81,7 +81,7 @@ def test_numbers_may_be_numpys_and_axes_of_any_length() -> None:
     assert ks.files.validate(replace(description, joints=joints, driven=("a",))) == from_docs()
 
 
-def test_links_have_an_inertial_where_it_says_something() -> None:
+def test_links_with_given_inertial_values_have_an_inertial() -> None:
     for link, expected in [
         (Link("a"), False),
         (Link("a", mass=1), True),
@@ -93,7 +93,7 @@ def test_links_have_an_inertial_where_it_says_something() -> None:
         assert link.has_inertial is expected
 
 
-def test_a_description_is_never_changed_in_place() -> None:
+def test_descriptions_are_read_only() -> None:
     description = from_docs()
     for change in (
         lambda: description.beams.__setitem__("left", description.beams["right"]),  # type: ignore[attr-defined]
@@ -105,7 +105,7 @@ def test_a_description_is_never_changed_in_place() -> None:
             change()
 
 
-def test_text_is_never_stale() -> None:
+def test_urdf_text_follows_changes_of_the_description() -> None:
     """After a change the text, Pinocchio's model and the results are those of the changed robot."""
     description = from_docs()
     assert '<circle diameter="0.02"/>' in description.urdf
@@ -120,7 +120,7 @@ def test_text_is_never_stale() -> None:
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr"])
-def test_another_diameter_is_what_the_files_parameter_makes(name: str) -> None:
+def test_changed_section_equals_the_parameter_of_the_file(name: str) -> None:
     path = ROOT / "robots" / f"{name}.urdf.xacro"
     wanted = ks.load_robot(path, {"rod_diameter": 0.083})
     description = ks.files.read_robot_file(path)
@@ -133,7 +133,7 @@ def test_another_diameter_is_what_the_files_parameter_makes(name: str) -> None:
     assert found.actuator_forces == expected.actuator_forces
 
 
-def test_shear_follows_the_section() -> None:
+def test_shear_areas_follow_the_section() -> None:
     beam = from_docs().beams["right"]
     for section in (Tube.of(0.05), Rectangle.of(0.02, 0.03), Section(1e-3, 1e-7, 1e-7, 2e-7, 5e-4, 6e-4)):
         other = replace(beam, section=section)
@@ -148,8 +148,7 @@ def test_shear_follows_the_section() -> None:
         _ = replace(beam, material=Material(1e9)).shear_modulus
 
 
-def test_payload() -> None:
-    """A payload does what its weight does as a load, and counts as platform weight."""
+def test_payload_acts_like_its_weight_as_a_load() -> None:
     description = ks.files.read_robot_file(ROOT / "robots" / "3rps.urdf.xacro")
     at, mass = (0.05, -0.02, 0.1), 3.0
     robot = ks.Robot(description.with_payload("box", "platform", mass, at))
@@ -168,7 +167,7 @@ def test_payload() -> None:
         description.with_part(Joint("box_mount", "fixed", "platform", "rod_1")).with_payload("box", "platform", 1.0)
 
 
-def test_small_changes() -> None:
+def test_changes_affect_only_the_named_part() -> None:
     description = from_docs()
     softer = description.changed("left", youngs_modulus=70e9, density=2700)
     assert softer.beams["left"].material == Material(70e9, 0.3, density=2700)
@@ -206,7 +205,7 @@ def test_small_changes() -> None:
         (lambda d: ks.Robot("robot.urdf"), "'robot.urdf' is no description of a robot; load_robot"),
     ],
 )
-def test_changes_that_cannot_be(change: Callable[[RobotDescription], Any], words: str) -> None:
+def test_impossible_changes_are_errors(change: Callable[[RobotDescription], Any], words: str) -> None:
     with pytest.raises(ks.ArgumentError, match=re.escape(words)):
         change(parallelogram())
 
@@ -224,7 +223,7 @@ def test_changes_that_cannot_be(change: Callable[[RobotDescription], Any], words
         (lambda: RectangularTube.of(1, 2, 0.5), "thickness=0.5 must be less than half the smaller side, 1"),
     ],
 )
-def test_impossible_sections(make: Callable[[], Section], words: str) -> None:
+def test_impossible_sections_are_errors(make: Callable[[], Section], words: str) -> None:
     with pytest.raises(ks.ArgumentError, match=re.escape(words)):
         make()
 
@@ -252,7 +251,7 @@ def whole(**values: Any) -> Callable[[RobotDescription], RobotDescription]:
         (joint("c", lower=-1, upper=1), ["continuous", "unlimited"]),
         (joint(lower=2), ["lower=2", "upper=1"]),
         (whole(name="two\nlines"), ["line breaks"]),
-        # mistakes that files cannot have
+        # mistakes that are impossible in files
         (whole(name=5), ["name of robot is 5", "text"]),
         (whole(links={"a": Link("b")}), ["the entry 'a'", "'b'", "agree"]),
         (joint(axis=(0, "up", 0)), ["axis of joint 'a' is 'up'", "number"]),
@@ -279,7 +278,7 @@ def whole(**values: Any) -> Callable[[RobotDescription], RobotDescription]:
     ],
 )
 def test_every_rule_of_files_holds_in_python(change: Callable[[RobotDescription], RobotDescription], words: list[str]) -> None:
-    """The same for a description made in Python and one that was read and changed; nothing but one clear message."""
+    """For a description made in Python, and for one that was read and changed; the error is one line."""
     for before in (parallelogram(), from_docs()):
         with pytest.raises(ks.RobotFileError) as caught:
             ks.Robot(change(before))
@@ -293,16 +292,16 @@ def test_every_rule_of_files_holds_in_python(change: Callable[[RobotDescription]
     ("limit", "is_odd"), [(12.56, False), (12.57, True), (90.0, True), (720.0, True), (721.0, False), (1e9, False)]
 )
 def test_limits_beyond_two_turns_look_like_degrees(limit: float, is_odd: bool) -> None:
-    """And very wide ones stand for none at all."""
+    """Very wide limits stand for none."""
     assert len(parallelogram().changed("a", upper=limit).angle_hints()) == is_odd
 
 
 @pytest.mark.parametrize(("angle", "is_odd"), [(6.29, False), (90, True), (12, False), (13, True), (-180, True)])
-def test_angles_of_frames_look_like_degrees(angle: float, is_odd: bool) -> None:
+def test_large_angles_of_frames_look_like_degrees(angle: float, is_odd: bool) -> None:
     assert len(parallelogram().changed("b", origin=Origin(rpy=(0, angle, 0))).angle_hints()) == is_odd
 
 
-def test_lists_with_names_twice() -> None:
+def test_duplicate_names_are_errors() -> None:
     links = [Link("a"), Link("b")]
     joints = [Joint("j", "fixed", "a", "b")]
     for values, words in [
@@ -317,7 +316,7 @@ def test_lists_with_names_twice() -> None:
             RobotDescription.of("r", **given)
 
 
-def test_errors_name_the_line_of_what_was_read() -> None:
+def test_errors_name_the_line_of_elements_from_files() -> None:
     description = from_docs()
     place = description.beams["left"].place
     assert place.line is not None and str(place) == f"docs.urdf:{place.line}"
@@ -327,7 +326,7 @@ def test_errors_name_the_line_of_what_was_read() -> None:
         ks.Robot(description.with_part(Joint("new", "fixed", "leftt", "plate")))
 
 
-def test_warnings_of_the_file_are_said_once() -> None:
+def test_file_warnings_are_given_once() -> None:
     text = (ROOT / "docs" / "reference" / "robot_format.md").read_text()
     text = text[text.index("<?xml") : text.index("</robot>") + len("</robot>")]
     text = text.replace('<link name="left"/>', '<link name="left"><visul/></link>').replace(

@@ -1,4 +1,4 @@
-"""Units that numbers carry, on the command line and on figures."""
+"""Units of numbers on the command line and in figures."""
 
 import json
 import math
@@ -43,7 +43,7 @@ DEGREE = math.pi / 180
         ("2m/(N·m)", 2.0),
     ],
 )
-def test_quantities(text, value):
+def test_quantities_with_units_are_parsed(text, value):
     assert parse_quantity(text) == pytest.approx(value, rel=4e-16)
 
 
@@ -54,7 +54,7 @@ def test_decimal_units_are_as_exact_as_decimal_numbers(decimals):
     assert parse_quantity(f"{decimals}GPa") == float(f"{decimals}e9")
 
 
-def test_every_unit_takes_every_prefix_and_every_kind_has_its_si_unit():
+def test_units_take_every_prefix_and_kinds_have_si_units():
     for name, (_, dimension) in BASIC.items():
         for prefix, ten in PREFIXES.items():
             found = unit(f"{prefix}{name}")
@@ -65,11 +65,11 @@ def test_every_unit_takes_every_prefix_and_every_kind_has_its_si_unit():
 @pytest.mark.parametrize(
     "text", ["", "inch", "e", "N/", "/", "//m", "()", "mN·", "m5", "kgm", "Nx", "°C", "min", "m//s", "2", "mm mm x"]
 )
-def test_what_is_no_unit(text):
+def test_invalid_units_are_not_found(text):
     assert find_unit(text) is None
 
 
-def test_an_unknown_unit_is_answered_by_those_there_are():
+def test_error_of_unknown_unit_lists_known_units():
     with pytest.raises(ks.ArgumentError) as caught:
         parse_quantity("3furlong")
     assert all(f" {name}" in str(caught.value) for name in BASIC if name != "°")
@@ -95,7 +95,7 @@ def test_a_unit_of_another_kind_is_refused(capsys, tmp_path, monkeypatch, comman
     assert out == "" and message in err and err.count("\n") == 1
 
 
-def test_units_wherever_numbers_are_typed(capsys):
+def test_options_with_units_equal_plain_numbers(capsys):
     def analyzed(*options):
         assert main(["analyze", "3rps", "--json", *options]) == 0
         return json.loads(capsys.readouterr().out)["twist"]
@@ -112,13 +112,13 @@ def test_units_wherever_numbers_are_typed(capsys):
     np.testing.assert_allclose(typed, plain, rtol=1e-13, atol=0)
 
 
-def test_words_of_a_file_are_not_taken_for_numbers():
+def test_text_parameters_are_not_taken_for_quantities():
     assert parse_parameters(["a=3D-printed", "b=316L steel", "c=5 rods", "d=2x", "e=10mm"]) == {
         "a": "3D-printed", "b": "316L steel", "c": "5 rods", "d": "2x", "e": 0.01,
     }  # fmt: skip
 
 
-def test_figures_choose_from_units_of_the_same_kind():
+def test_display_units_are_of_the_same_kind():
     for units, names in CHOICES.items():
         assert {unit(name).dimension for name in names} == {unit(units).dimension} and units in names
     assert display_unit("N m", [3.0], "Nmm") == (1e-3, "Nmm")

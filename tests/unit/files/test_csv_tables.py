@@ -1,4 +1,4 @@
-"""Tables of users: names with units, cells with theirs, and one error with file and line for each mistake."""
+"""CSV tables: units of columns and of cells, and errors with file and line."""
 
 import pytest
 
@@ -12,7 +12,7 @@ def read(tmp_path, text, known=None, needed=(), least=1):
     return read_csv(path, "a table has a line of names, and rows", known, needed, least)
 
 
-def test_numbers_have_the_unit_of_their_column_or_their_own(tmp_path):
+def test_cells_have_their_own_or_the_column_unit(tmp_path):
     table = read(tmp_path, "\nz [mm], rx ,note,\n500,1deg,cold,\n\n 0.5 m ,,,\n")
     assert table.names == ("z", "rx", "note", "") and table.place == f"{tmp_path / 'table.csv'}:2"
     assert table.rows == ((3, ("500mm", "1deg", "cold", "")), (5, ("0.5 m", "", "", "")))
@@ -35,12 +35,12 @@ def test_numbers_have_the_unit_of_their_column_or_their_own(tmp_path):
         ("z,rx\n1,2\n\n1,2,3\n", {}, ":4: 3 cells below 2 titles$"),
     ],
 )
-def test_mistakes(tmp_path, text, options, said):
+def test_wrong_tables_are_errors_with_line(tmp_path, text, options, said):
     with pytest.raises(ks.ArgumentError, match=said):
         read(tmp_path, text, **options)
 
 
-def test_names_may_have_brackets_and_files_must_be_there(tmp_path):
+def test_known_names_may_have_brackets_and_files_must_exist(tmp_path):
     assert read(tmp_path, "a(1)\n1\n", ("a(1)",)).names == ("a(1)",)
     for path in (tmp_path / "none.csv", "nul\0l.csv"):
         with pytest.raises(ks.ArgumentError, match="cannot be read"):

@@ -1,4 +1,4 @@
-"""Loops of onshape-to-robot, Gepetto and Isaac Sim: the same robot as in our format, and questions instead of guesses."""
+"""Loops of onshape-to-robot, Gepetto and Isaac Sim: the robot equals one in our format; missing information is asked for."""
 
 import math
 import re
@@ -123,7 +123,7 @@ def close(found, expected, name):
 
 
 @pytest.mark.parametrize(("files", "kind"), [((FIVE_BAR,), "revolute"), (GEPETTO, "fixed")])
-def test_closing_frames_and_pairs_of_whole_frames_give_the_robot(files, kind):
+def test_closing_frames_and_frame_pairs_give_the_same_robot(files, kind):
     """One side of Gepetto's weld is a revolute's own frame, so the weld closes the same five-bar."""
     description = described(*files, **(HINGE if kind == "revolute" else {"platform_link": "tool"}))
     assert [loop.type for loop in description.loops.values()] == [kind] and description.driven == ("motor_1", "motor_2")
@@ -133,7 +133,7 @@ def test_closing_frames_and_pairs_of_whole_frames_give_the_robot(files, kind):
 
 
 @pytest.mark.parametrize("kind", ["revolute", "spherical"])
-def test_loop_joints_give_the_robot(tmp_path, kind):
+def test_isaac_loop_joints_give_the_same_robot(tmp_path, kind):
     source = tmp_path / "robot.urdf"
     source.write_text(FOUR_BAR.read_text().replace('name="closure" type="revolute"', f'name="closure" type="{kind}"'))
     # the hinge's axis, y in the world, in the loop's frame on the coupler: written down independently when the file was made
@@ -143,7 +143,7 @@ def test_loop_joints_give_the_robot(tmp_path, kind):
 
 
 def test_command_writes_a_file_that_includes_the_source(tmp_path, capsys):
-    """The file that is written, with beams added to it, is the robot; the source is included as it is."""
+    """The written file gives the same robot once beams are added to it; the source stays as it is."""
     source = tmp_path / "cad" / "robot.urdf"
     source.parent.mkdir()
     shutil.copy(FIVE_BAR, source)
@@ -172,7 +172,7 @@ def test_command_writes_a_file_that_includes_the_source(tmp_path, capsys):
 
 
 def test_links_between_two_joints_may_be_beams():
-    """Those of a closed loop need no ends; what is suggested weighs what the link does."""
+    """Beams of a closed loop need no given ends; suggested beams have the mass of the link."""
     sections = dict.fromkeys(("crank_1", "crank_2", "rod_2"), "tube 30mm 24mm aluminium")
     robot = ks.extend_robot(FIVE_BAR, **HINGE, elastic=sections)
     weights = {name: beam.material.density for name, beam in robot.description.beams.items()}
@@ -183,7 +183,7 @@ def test_links_between_two_joints_may_be_beams():
         ks.extend_robot(FIVE_BAR, **HINGE, elastic={"tool": "circle 20mm"})
 
 
-def test_the_yaml_beside_a_urdf_is_taken_and_said_and_loops_of_others_are_not_overlooked(capsys, tmp_path):
+def test_yaml_beside_urdf_is_read_and_foreign_loops_are_errors(capsys, tmp_path):
     source = ["--from", str(GEPETTO[0]), "--platform-link", "tool"]
     assert cli.main(["new", *source]) == 0
     taken = capsys.readouterr()
@@ -201,7 +201,7 @@ def test_the_yaml_beside_a_urdf_is_taken_and_said_and_loops_of_others_are_not_ov
     assert driven == ("motor_1", "passive_1", "motor_2", "passive_2", "closedloop1_A")
 
 
-def test_command_makes_a_whole_file_where_joints_change(tmp_path, capsys):
+def test_command_writes_a_whole_file_if_joints_change(tmp_path, capsys):
     """The included file could not be changed, so there is no include; comments on loops and actuators are the same."""
     out = tmp_path / "robot.urdf"
     assert cli.main(["new", "--from", str(RRS[0]), "--yaml", str(RRS[1]), "--platform-link", "platform", "--out", str(out)]) == 0
@@ -218,7 +218,7 @@ def test_command_makes_a_whole_file_where_joints_change(tmp_path, capsys):
     assert ks.Robot(found).mobility.platform == 3
 
 
-def test_odd_names_of_files_links_and_robots(tmp_path, monkeypatch, capsys, name="$(x) ${1} b&c<[1]'.urdf"):
+def test_special_characters_in_names_are_kept(tmp_path, monkeypatch, capsys, name="$(x) ${1} b&c<[1]'.urdf"):
     text = FIVE_BAR.read_text().replace('"tool"', '"to&quot;o&amp;l ${1}"').replace('name="onshape"', 'name="a&lt;b$(c)"')
     written(tmp_path, text, name)
     monkeypatch.chdir(tmp_path)
@@ -229,7 +229,7 @@ def test_odd_names_of_files_links_and_robots(tmp_path, monkeypatch, capsys, name
     assert (found.name, found.platform, found.loops["closing_tool"].successor) == ("a<b$(c)", 'to"o&l ${1}', 'to"o&l ${1}')
 
 
-def test_spellings_on_the_command_line(capsys):
+def test_command_accepts_spellings_of_types_axes_and_actuators(capsys):
     """One type for all, axes with commas or spaces, an empty list of actuators."""
     assert cli.main(["new", "--from", str(FIVE_BAR), "--types", "spherical", "--platform-link", "tool", "--actuators"]) == 0
     assert 'type="spherical"' in (text := capsys.readouterr().out) and "transmission" not in text and "axis" not in text
@@ -245,7 +245,7 @@ def test_spellings_on_the_command_line(capsys):
     assert "not of the form X,Y,Z" in capsys.readouterr().err
 
 
-# ---- what a source says, and what it does not ----------------------------------------------------------------------
+# ---- missing information -------------------------------------------------------------------------------------------
 
 
 def asked(*arguments, **answers):
@@ -255,7 +255,7 @@ def asked(*arguments, **answers):
     return message, [word for word in ("platform_link", "types", "axes", "actuators") if re.search(f" {word}[:,]", message)]
 
 
-def test_everything_that_is_missing_is_listed_at_once():
+def test_all_missing_information_is_listed_at_once():
     message, missing = asked(FIVE_BAR)
     line = line_of(FIVE_BAR, '<link name="closing_tool_1">')
     assert missing == ["platform_link", "types", "actuators"]  # no axes: mates turn about z
@@ -275,7 +275,7 @@ def line_of(path, part):
     return next(number for number, line in enumerate(path.read_text().splitlines(), 1) if part in line)
 
 
-def test_types_that_the_source_leaves_out(tmp_path):
+def test_missing_types_are_asked_for(tmp_path):
     """Loaders differ in what a missing ``type`` means; a ``<loop_joint>`` without a type means nothing."""
     yaml = written(tmp_path, GEPETTO[1].read_text().replace("type: ['6d']\n", ""))
     assert asked(GEPETTO[0], yaml, platform_link="tool")[1] == ["types"]
@@ -284,8 +284,8 @@ def test_types_that_the_source_leaves_out(tmp_path):
     assert asked(source, platform_link="coupler", actuators=["drive"], types={"closure": "planar"})[1] == ["axes"]
 
 
-def test_drives_that_the_source_leaves_out(tmp_path):
-    """Without ``name_mot`` nothing is known; and where a name is also a part of another, it is not certain what is meant."""
+def test_missing_or_ambiguous_actuators_are_asked_for(tmp_path):
+    """Without ``name_mot``, or where a name is also a part of another joint's name."""
     yaml = written(tmp_path, "closed_loop: [['closedloop1_A', 'closedloop1_B']]\ntype: ['6d']\n")
     assert asked(GEPETTO[0], yaml, platform_link="tool")[1] == ["actuators"]
     source = written(tmp_path, GEPETTO[0].read_text().replace('name="passive_1"', 'name="motor_1_bearing"'), "robot.urdf")
@@ -296,7 +296,7 @@ def test_drives_that_the_source_leaves_out(tmp_path):
     assert described(source, both, platform_link="tool").driven == ("motor_1", "motor_1_bearing", "motor_2")
 
 
-def test_frames_that_mark_revolute_mates_say_the_type(tmp_path):
+def test_frames_of_revolute_mates_give_the_type(tmp_path):
     def marked(height, of="rod_2"):
         marks = ""
         for name, link in (("closing_tool_1", of), ("closing_tool_2", "tool")):
@@ -315,7 +315,7 @@ def test_frames_that_mark_revolute_mates_say_the_type(tmp_path):
         assert asked(wrong, platform_link="tool", actuators=[])[1] == ["types"]
 
 
-def test_answers_against_the_source_are_taken_and_noted():
+def test_arguments_against_the_source_are_used_with_a_warning():
     made = described(*GEPETTO, platform_link="tool", types={"closedloop1": "spherical"}, actuators=["motor_1"])
     assert (made.loops["closedloop1"].type, made.driven) == ("spherical", ("motor_1",))
     said = " ".join(made.warnings)
@@ -326,7 +326,7 @@ def test_answers_against_the_source_are_taken_and_noted():
         assert ("has the given axis; the source has" in said) == noted
 
 
-def test_frames_that_face_each_other_are_warned_of(tmp_path):
+def test_opposite_closing_frames_are_warned_of(tmp_path):
     text = FIVE_BAR.read_text()
     start = text.index('<joint name="closing_tool_2_frame"')
     rpy = re.search(r'rpy="([^"]*)"', text[start:])[1]
@@ -337,7 +337,7 @@ def test_frames_that_face_each_other_are_warned_of(tmp_path):
     assert not any("far from closed" in item for item in described(FIVE_BAR, **HINGE).warnings)
 
 
-def test_what_the_source_has_in_our_format_stays(tmp_path):
+def test_elements_of_our_format_in_the_source_are_kept(tmp_path):
     """onshape-to-robot appends such elements to the URDF by its option ``additional_xml``."""
     ours = '<platform link="tool"/><base link="base"/><transmission name="t"><joint name="motor_1"/></transmission></robot>'
     source = written(tmp_path, FIVE_BAR.read_text().replace("</robot>", ours), "robot.urdf")
@@ -350,7 +350,7 @@ def test_what_the_source_has_in_our_format_stays(tmp_path):
         described(source, types="revolute", platform_link="tool")
 
 
-def test_other_joint_types_of_gepetto(tmp_path):
+def test_gepetto_universal_fixed_and_spherical_joints_are_converted(tmp_path):
     """UJOINT_ZX turns about z first and then about x of the joint's frame, whatever its axis was; FIXED is fixed."""
     rest = "closed_loop: [['closedloop2_A', 'closedloop2_B'], ['closedloop3_A', 'closedloop3_B']]\ntype: [3d, 3d]\n"
     names = "name_mot: [mot, to_rotule]\njoint_name"
@@ -381,7 +381,7 @@ def test_xacro_sources_are_included_with_their_arguments(tmp_path):
         described(FOUR_BAR, **answers, parameters={"mass": 4})
 
 
-def test_rounded_files_close_within_their_digits(tmp_path):
+def test_rounded_files_close_with_a_larger_tolerance(tmp_path):
     """Newer versions of onshape-to-robot write six digits, which an overconstrained loop cannot close exactly."""
     numbers = re.compile(r'(?<=[" ])-?\d+\.\d{7,}(?:e-?\d+)?(?=[" ])')
     text = numbers.sub(lambda match: f"{float(match[0]):g}", FIVE_BAR.read_text())
@@ -394,7 +394,7 @@ def test_rounded_files_close_within_their_digits(tmp_path):
     np.testing.assert_allclose(rounded.twist, ks.analyze(five_bar().assemble(), load=load).twist, rtol=1e-3, atol=1e-9)
 
 
-# ---- what is wrong is refused --------------------------------------------------------------------------------------
+# ---- wrong input ---------------------------------------------------------------------------------------------------
 
 
 def written(folder, text, name="robot.yaml"):
@@ -420,7 +420,7 @@ def written(folder, text, name="robot.yaml"):
         ({"actuators": ["motor_3"]}, r"actuators: there is no joint 'motor_3' with one freedom; did you mean"),
     ],
 )
-def test_wrong_answers(answers, message):
+def test_wrong_arguments_are_errors(answers, message):
     with pytest.raises((ArgumentError, RobotFileError), match=message):
         described(FIVE_BAR, **{**HINGE, **answers})
 
@@ -435,7 +435,7 @@ def test_wrong_answers(answers, message):
         ('"motor_1"', '"closing_tool"', r"the loop's name 'closing_tool' is taken already, in .*robot\.urdf:\d+"),
     ],
 )
-def test_wrong_closing_frames(tmp_path, old, new, message):
+def test_wrong_closing_frames_are_errors(tmp_path, old, new, message):
     source = written(tmp_path, FIVE_BAR.read_text().replace(old, new), "robot.urdf")
     with pytest.raises(RobotFileError, match=message) as caught:
         described(source, **HINGE)
@@ -453,7 +453,7 @@ def test_wrong_closing_frames(tmp_path, old, new, message):
         ('<loop_joint name="closure"', '<loop_joint name="drive"', r"the loop's name 'drive' is taken already"),
     ],
 )
-def test_wrong_loop_joints(tmp_path, old, new, message):
+def test_wrong_isaac_loop_joints_are_errors(tmp_path, old, new, message):
     text = FOUR_BAR.read_text()
     source = written(tmp_path, text.replace(old, new), "robot.urdf")
     with pytest.raises(RobotFileError, match=message) as caught:
@@ -462,8 +462,8 @@ def test_wrong_loop_joints(tmp_path, old, new, message):
     assert caught.value.line >= line_of(FOUR_BAR, "<loop_joint")
 
 
-def test_foreign_axes_are_not_taken_but_mentioned(tmp_path):
-    """Drake's old element of the same name had an axis; in which frame, nobody says here."""
+def test_axis_of_isaac_loop_joint_is_ignored_and_mentioned(tmp_path):
+    """Drake's old element of the same name had an axis; its frame is unknown here."""
     source = written(tmp_path, FOUR_BAR.read_text().replace("</loop_joint>", '<axis xyz="0 1 0"/></loop_joint>'), "robot.urdf")
     message, missing = asked(source, platform_link="coupler", actuators=["drive"])
     assert missing == ["axes"]
@@ -501,7 +501,7 @@ PAIRS = "closed_loop: [['closedloop1_A', 'closedloop1_B']]\n"
         pytest.param("closed_loop: " + "[" * 2000, None, r"not YAML", marks=pytest.mark.slow),
     ],
 )
-def test_wrong_yaml(tmp_path, monkeypatch, text, line, message):
+def test_wrong_yaml_is_an_error_with_line(tmp_path, monkeypatch, text, line, message):
     monkeypatch.chdir(tmp_path)
     yaml = written(tmp_path, text)
     with pytest.raises(RobotFileError, match=message) as caught:
@@ -519,7 +519,7 @@ def test_unknown_keys_of_the_yaml_are_warned_of(tmp_path):
     assert "robot.yaml:4: the key 'author' is ignored" in " ".join(described(GEPETTO[0], yaml, platform_link="tool").warnings)
 
 
-def test_missing_files(tmp_path):
+def test_missing_files_and_loops_are_errors(tmp_path):
     with pytest.raises(RobotFileError, match=r"nowhere\.urdf: the file cannot be read: No such file"):
         described(tmp_path / "nowhere.urdf")
     with pytest.raises(RobotFileError, match=r"nowhere\.yaml: the file cannot be read: No such file"):
@@ -531,7 +531,7 @@ def test_missing_files(tmp_path):
 # ---- the documentation ---------------------------------------------------------------------------------------------
 
 
-def test_the_page_shows_what_the_commands_print(tmp_path, monkeypatch, capsys):
+def test_foreign_loops_page_shows_the_printed_output(tmp_path, monkeypatch, capsys):
     page = (ROOT / "docs" / "how_to" / "foreign_loops.md").read_text()
     (block,) = re.findall(r"```console\n(.*?)```", page, re.DOTALL)
     monkeypatch.chdir(tmp_path)

@@ -1,7 +1,4 @@
-"""``<joint_stiffness>`` and ``<mimic>``: what is read, and that every mistake is named with its line.
-
-In the bad files below the comment ``<!--!-->`` marks the line that the error must name.
-"""
+"""Reading of ``<joint_stiffness>`` and ``<mimic>``, and errors with their line."""
 
 import math
 
@@ -97,7 +94,7 @@ def test_joint_stiffness_is_read(attributes: str, expected: JointStiffness) -> N
         ('<joint_stiffness joint="motor" drive="1"/>\n<joint_stiffness joint="motor" drive="1"/>', ["already", f"urdf:{LAST}"]),
     ],
 )
-def test_wrong_joint_stiffness(element: str, words: list[str]) -> None:
+def test_wrong_joint_stiffness_is_an_error(element: str, words: list[str]) -> None:
     with pytest.raises(RobotFileError) as caught:
         read(element)
     assert caught.value.line == LAST + element.count("\n")
@@ -130,7 +127,7 @@ def test_mimic_is_read() -> None:
         ('<mimic joint="motor"/><mimic joint="motor"/>', ["two <mimic>"]),
     ],
 )
-def test_wrong_mimic(mimic: str, words: list[str]) -> None:
+def test_wrong_mimic_is_an_error(mimic: str, words: list[str]) -> None:
     with pytest.raises(RobotFileError) as caught:
         read(mimic, RAIL)
     assert caught.value.line == 13
@@ -138,7 +135,7 @@ def test_wrong_mimic(mimic: str, words: list[str]) -> None:
         assert word in str(caught.value)
 
 
-def test_who_may_mimic() -> None:
+def test_floating_driven_and_chained_joints_cannot_mimic() -> None:
     with pytest.raises(RobotFileError, match="'loose' is floating and cannot mimic"):
         parse_robot_text(
             ROBOT.replace('"bolt" type="fixed"', '"loose" type="floating"').replace(

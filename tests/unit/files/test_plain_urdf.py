@@ -1,4 +1,4 @@
-"""URDFs that were not written for this package: platform and base by argument, actuators, and oddities that do not matter."""
+"""URDFs that were not written for this package: platform and base by argument, actuators, and harmless mistakes."""
 
 import shlex
 
@@ -51,8 +51,8 @@ def read(path, **links) -> RobotDescription:
     return ks.load_robot(path, **{"platform_link": "tool", **links}).description
 
 
-def test_all_joints_of_an_arm_hold_its_weight(write) -> None:
-    """Torques are those of Pinocchio, which reads the same file."""
+def test_actuator_forces_of_an_arm_equal_pinocchio(write) -> None:
+    """Pinocchio reads the same file."""
     path = write()
     pose = ks.load_robot(path, platform_link="tool").assemble(actuators={"one": 0.4, "two": -0.9, "three": 0.05})
     result = ks.analyze(pose)
@@ -62,7 +62,7 @@ def test_all_joints_of_an_arm_hold_its_weight(write) -> None:
     assert not result.twist.any()
 
 
-def test_a_file_without_platform_is_answered_with_commands_that_run(write, capsys) -> None:
+def test_missing_platform_error_suggests_working_commands(write, capsys) -> None:
     path = str(write())
     named = "platform_link, as 'tool' or 'camera', or by <platform"
     with pytest.raises(ks.exceptions.PlatformMissingError, match=named) as caught:
@@ -81,7 +81,7 @@ def test_a_file_without_platform_is_answered_with_commands_that_run(write, capsy
     assert "did you mean 'tool'" in capsys.readouterr().err
 
 
-def test_the_only_link_at_an_end_is_the_platform_and_a_hand_comes_before_its_fingers(write) -> None:
+def test_only_end_link_is_the_platform_and_hand_precedes_fingers(write) -> None:
     one = ARM.replace('<link name="camera"/>', "").replace(ARM[ARM.index('  <joint name="eye"') : ARM.index(END)], "")
     robot = ks.load_robot(write(one))
     assert robot.description.platform == "tool" and "it is 'tool', the only link at an end" in robot.warnings[0]
@@ -98,11 +98,11 @@ def test_the_only_link_at_an_end_is_the_platform_and_a_hand_comes_before_its_fin
         assert caught.value.likely == likely
 
 
-def test_platform_and_base_of_the_caller_come_before_the_files(write) -> None:
+def test_platform_and_base_arguments_override_the_file(write) -> None:
     ours = write(ARM.replace(END, '<base link="foot"/><platform link="tool"><origin xyz="1 2 3"/></platform>' + END), "ours.urdf")
     theirs = ks.load_robot(ours, platform_link="lower", base_link="upper").description
     assert (theirs.platform, theirs.base, theirs.platform_origin.xyz) == ("lower", "upper", (0.0, 0.0, 0.0))
-    assert theirs.driven == ()  # the file has a platform, and says by its silence that nothing is driven
+    assert theirs.driven == ()  # the file has a platform: without <transmission> nothing is driven
     with pytest.raises(ks.RobotFileError, match="both base and platform"):
         ks.load_robot(ours, platform_link="foot")
     for argument in ("platform_link", "base_link"):
@@ -110,7 +110,7 @@ def test_platform_and_base_of_the_caller_come_before_the_files(write) -> None:
             ks.load_robot(ours, **{argument: "uper"})
 
 
-def test_the_order_of_the_drives_and_what_is_said_of_them(write) -> None:
+def test_joints_without_transmission_are_driven_with_a_warning(write) -> None:
     nothing = read(write())
     assert nothing.driven == ("one", "two", "three")
     assert [text.partition(": ")[2] for text in nothing.warnings] == [
@@ -135,15 +135,15 @@ def test_the_order_of_the_drives_and_what_is_said_of_them(write) -> None:
         (LIMIT, f'{LIMIT}<mimic joint="nine"/>', "<mimic> refers to the joint 'nine', which does not exist"),
     ],
 )
-def test_what_is_odd_and_does_not_matter_is_a_warning(old, new, said, write) -> None:
-    """The forces are those of the file without it."""
+def test_harmless_mistakes_in_a_tree_are_warnings(old, new, said, write) -> None:
+    """The forces equal those of the file without the mistake."""
     right, odd = (ks.load_robot(write(text), platform_link="tool") for text in (ARM, ARM.replace(old, new, 1)))
     (warning,) = [text for text in odd.description.warnings if "as driven" not in text]
     assert said in warning
     assert dict(ks.analyze(odd.assemble()).actuator_forces) == dict(ks.analyze(right.assemble()).actuator_forces)
 
 
-def test_in_a_loop_it_matters_and_is_an_error(write) -> None:
+def test_mistakes_in_transmissions_and_mimic_are_errors_with_loops(write) -> None:
     loop = '<platform link="tool"/><loop name="l" type="spherical"><predecessor link="foot"/><successor link="tool"/></loop>'
     for text in ('<transmission name="t"><joint name="nine"/></transmission>', '<transmission name="t"/>'):
         with pytest.raises(ks.RobotFileError):
@@ -153,7 +153,7 @@ def test_in_a_loop_it_matters_and_is_an_error(write) -> None:
 
 
 @pytest.mark.parametrize(("kind", "axis"), [("floating", ""), ("planar", '<axis xyz="0 0 1"/>')])
-def test_a_robot_that_floats_stands_where_it_is(kind, axis, write) -> None:
+def test_robot_on_a_floating_joint_has_its_foot_as_base(kind, axis, write) -> None:
     mount = '<joint name="mount" type="fixed"><parent link="world"/><child link="foot"/>'
     floating = write(ARM.replace(mount, mount.replace("fixed", kind) + axis))
     robot = ks.load_robot(floating, platform_link="tool")
@@ -163,7 +163,7 @@ def test_a_robot_that_floats_stands_where_it_is(kind, axis, write) -> None:
         assert force == pytest.approx(expected[name], rel=1e-12)
 
 
-def test_a_sweep_takes_the_links_too(write, tmp_path) -> None:
+def test_sweep_accepts_the_platform_link(write, tmp_path) -> None:
     head = '<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="length" default="1"/>'
     path = write(ARM.replace("0.6 0 0", "$(arg length) 0 0").replace('<robot name="arm">', head), "arm.urdf.xacro")
     fixed = {"one": 0.1, "two": 0.0, "three": 0.0}

@@ -1,4 +1,4 @@
-"""Reading robot files: what is read, and that every mistake is named with its file and line.
+"""Reading robot files: values of all elements, and errors with file and line.
 
 In the bad files below the comment ``<!--!-->`` marks the line that the error must name.
 """
@@ -204,7 +204,7 @@ def test_bad_file_is_refused_with_line_and_reason(old: str, new: str, words: lis
         ("\ud800", 1, ["decoded"]),
     ],
 )
-def test_bad_text(text: str, line: int | None, words: list[str]) -> None:
+def test_bad_text_is_refused_with_line_and_reason(text: str, line: int | None, words: list[str]) -> None:
     with pytest.raises(RobotFileError) as caught:
         parse_robot_text(text)
     assert (caught.value.file, caught.value.line) == ("<text>", line)
@@ -212,7 +212,7 @@ def test_bad_text(text: str, line: int | None, words: list[str]) -> None:
         assert word in str(caught.value)
 
 
-def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+def test_unreadable_files_are_errors(tmp_path: Path) -> None:
     empty, binary, encoding = tmp_path / "empty.urdf", tmp_path / "binary.urdf", tmp_path / "encoding.urdf"
     empty.write_text("")
     binary.write_bytes(b"<robot name='\xff\xfe'/>")
@@ -272,7 +272,7 @@ def test_the_urdf_text_loads_in_pinocchio_and_reads_again() -> None:
     assert (again.platform_origin, list(again.joints)) == (robot.platform_origin, list(robot.joints))
 
 
-def test_loop_limits_and_cones() -> None:
+def test_loop_limits_and_cones_are_read() -> None:
     text = change(GOOD, LOOP, '<loop name="strut" type="prismatic"><limit lower="-2"/>')
     loop = parse_robot_text(text).loops["strut"]
     assert (loop.lower, loop.upper) == (-2.0, 0.0)
@@ -284,7 +284,7 @@ def test_loop_limits_and_cones() -> None:
     assert skew.axis2 == pytest.approx((0.0, math.sqrt(0.5), math.sqrt(0.5)))
 
 
-def test_tree_joint_limits() -> None:
+def test_defaults_of_tree_joint_limits() -> None:
     def hinge(limit: str, kind: str = "revolute") -> tuple[float, float]:
         text = change(change(GOOD, LIMIT, limit), HINGE, HINGE.replace("revolute", kind))
         joint = parse_robot_text(text).joints["hinge"]
@@ -296,7 +296,7 @@ def test_tree_joint_limits() -> None:
     assert hinge(LIMIT, "continuous") == (-math.inf, math.inf)
 
 
-def test_tree_joint_axes() -> None:
+def test_tree_joint_axes_are_normalized() -> None:
     def ball(kind: str, axis: str) -> tuple[float, float, float]:
         robot = parse_robot_text(change(GOOD, BALL, f'<joint name="ball" type="{kind}">{axis}'))
         pin.buildModelFromXML(robot.urdf)
@@ -309,7 +309,7 @@ def test_tree_joint_axes() -> None:
     assert ball("continuous", '<axis xyz="1e300 1e300 0"/>') == pytest.approx((math.sqrt(0.5), math.sqrt(0.5), 0.0))
 
 
-def test_shear_of_sections() -> None:
+def test_shear_modulus_and_shear_areas_are_read() -> None:
     def beam(attributes: str, section: str = CIRCLE) -> tuple[float, float, float]:
         head = BARE_BEAM[:-1] + f" {attributes}>"
         read = parse_robot_text(change(change(GOOD, CIRCLE, section), BEAM, head)).beams["rod"]
@@ -324,7 +324,7 @@ def test_shear_of_sections() -> None:
     assert beam('poisson_ratio="0.5" y_axis="1 0 0" shear_coefficient="1"', f"<section {numbers}/>")[1:] == (2.0, 2.0)
 
 
-def test_beam_ends_with_sides_and_defaults() -> None:
+def test_beam_ends_are_read_with_sides_and_defaults() -> None:
     telescope = BEAM.replace('"hinge"', '"hinge:parent"').replace('"ball"', '"strut:child"')
     beam = parse_robot_text(change(GOOD, BEAM, telescope)).beams["rod"]
     assert (beam.start, beam.end) == (BeamEnd("hinge", "parent"), BeamEnd("strut", "child"))
@@ -334,7 +334,7 @@ def test_beam_ends_with_sides_and_defaults() -> None:
     assert beam.end == BeamEnd("a:child")
 
 
-def test_driven_joints_in_order_with_the_children_that_ros_adds() -> None:
+def test_driven_joints_have_the_order_of_ros_transmissions() -> None:
     transmissions = (
         '<transmission name="b"><type>t/Simple</type><joint name="strut"><hardwareInterface/></joint>'
         '<actuator name="m"><mechanicalReduction>1</mechanicalReduction></actuator></transmission>'
@@ -345,7 +345,7 @@ def test_driven_joints_in_order_with_the_children_that_ros_adds() -> None:
     assert parse_robot_text(text).driven == ("strut", "hinge", "ball")
 
 
-def test_elements_of_others_are_ignored() -> None:
+def test_foreign_elements_are_ignored() -> None:
     others = (
         '<gazebo reference="rod"><beam/></gazebo><ros2_control name="x"><joint name="hinge"/></ros2_control>'
         '<material name="m"><color rgba="1 1 1 1"/></material><sensor name="s"/><x:y xmlns:x="urn:x" x:z="1"/>'
@@ -356,7 +356,7 @@ def test_elements_of_others_are_ignored() -> None:
     pin.buildModelFromXML(robot.urdf)
 
 
-def test_warnings() -> None:
+def test_warnings_name_line_and_element() -> None:
     text = change(change(GOOD, ' density="7800"', ""), "<inertial>", "<intertial>")
     text = change(text, "</inertial>", "</intertial>")
     text = change(text, '<axis xyz="0 2 0"/>', '<axes xyz="0 2 0"/>')
@@ -382,13 +382,13 @@ def xacro(body: str) -> str:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A folder whose name would be trouble if it ever went through xacro's evaluation."""
+    """A folder whose name would fail if xacro evaluated it."""
     path = tmp_path / "a folder ${with} $(arg trouble)"
     path.mkdir()
     return path
 
 
-def test_xacro_parameters() -> None:
+def test_xacro_parameters_replace_defaults() -> None:
     arguments = (
         '<xacro:arg name="d" default="0.01"/><xacro:arg name="n" default="a"/>'
         '<xacro:if value="0"><xacro:arg name="unused" default="1"/></xacro:if>'
@@ -497,7 +497,7 @@ def test_bad_xacro_is_refused_with_line_and_reason(body: str, words: list[str], 
         ("<robot xmlns:xacro='x'>\n<xacro:include filename='inner.xacro'/><!--!-->\n</robot>", ["come to an end"]),
     ],
 )
-def test_bad_included_file(folder: Path, inner: str, words: list[str]) -> None:
+def test_bad_included_file_is_refused_with_file_and_line(folder: Path, inner: str, words: list[str]) -> None:
     (folder / "inner.xacro").write_text(inner)
     outer = folder / "outer.xacro"
     outer.write_text(xacro('<xacro:include filename="inner.xacro"/>'))
@@ -508,7 +508,7 @@ def test_bad_included_file(folder: Path, inner: str, words: list[str]) -> None:
         assert word in str(caught.value)
 
 
-def test_namespaces_and_yaml(tmp_path: Path) -> None:
+def test_xacro_namespaces_and_yaml_are_read(tmp_path: Path) -> None:
     (tmp_path / "sizes.yaml").write_text("rod: {length: 0.5, names: [a, b]}\nangle: !degrees 90\n")
     (tmp_path / "part.xacro").write_text('<robot xmlns:xacro="x"><xacro:property name="k" value="7"/></robot>')
     path = tmp_path / "robot.xacro"
@@ -519,7 +519,7 @@ def test_namespaces_and_yaml(tmp_path: Path) -> None:
     assert f"<gazebo>7 1.0 a {math.pi / 2}</gazebo>" in read_robot_file(path).urdf
 
 
-def test_optional_include_and_parameters_of_includes(folder: Path) -> None:
+def test_optional_includes_may_be_missing_and_includes_have_parameters(folder: Path) -> None:
     (folder / "inner.xacro").write_text('<robot xmlns:xacro="x"><xacro:arg name="far" default="1"/></robot>')
     outer = folder / "outer.xacro"
     body = '<xacro:include filename="none.xacro" optional="true"/><xacro:include filename="inner.xacro"/>'
@@ -529,7 +529,7 @@ def test_optional_include_and_parameters_of_includes(folder: Path) -> None:
         read_robot_file(outer, {"xyz": 2})
 
 
-def test_what_xacro_warns_of_becomes_a_warning(capfd: pytest.CaptureFixture[str]) -> None:
+def test_xacro_warnings_are_warnings_of_the_robot(capfd: pytest.CaptureFixture[str]) -> None:
     robot = parse_robot_text(xacro('<xacro:property name="pi" value="3"/><xacro:include filename="none*.xacro"/>'))
     assert "redefining global symbol: pi" in robot.warnings[0]
     assert "none*.xacro" in robot.warnings[1]
@@ -537,7 +537,7 @@ def test_what_xacro_warns_of_becomes_a_warning(capfd: pytest.CaptureFixture[str]
     assert capfd.readouterr() == ("", "")
 
 
-def test_xacro_in_threads() -> None:
+def test_xacro_files_are_read_in_parallel_threads() -> None:
     def work(index: int) -> None:
         text = xacro('<xacro:arg name="n" default="x"/><material name="$(arg n)"/>')
         assert f'<material name="m{index}"/>' in parse_robot_text(text, parameters={"n": f"m{index}"}).urdf

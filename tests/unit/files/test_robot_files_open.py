@@ -24,7 +24,7 @@ def expand(name: str) -> str:
     return xacro.process_file(str(ROBOTS / f"{name}.urdf.xacro")).toxml()
 
 
-def test_opens_in_yourdfpy(name, capfd, caplog):
+def test_robot_file_opens_in_yourdfpy(name, capfd, caplog):
     robot = yourdfpy.URDF.load(io.BytesIO(expand(name).encode()))
     assert robot.base_link == "base"
     assert robot.validate()
@@ -36,7 +36,7 @@ def test_opens_in_yourdfpy(name, capfd, caplog):
     assert not caplog.records
 
 
-def test_mass_and_inertia_are_the_platforms(name):
+def test_platform_mass_and_inertia_equal_closed_forms(name):
     model = pin.buildModelFromXML(expand(name))
     platform = model.inertias[model.frames[model.getFrameId("platform")].parentJoint]
     placement = model.frames[model.getFrameId("platform")].placement
@@ -59,7 +59,7 @@ def test_mass_and_inertia_are_the_platforms(name):
 
 
 @pytest.mark.few(1)
-def test_every_argument_has_an_effect_and_the_loops_close_at_zero(name):
+def test_every_argument_has_an_effect_and_loops_close(name):
     values = parameter_values(name, {})
     default = ks.load_robot(name)
     for argument, text in values.items():

@@ -16,7 +16,7 @@ from kinetostatics.files.reader import parse_robot_text
 NAMES = sorted(path.name.removesuffix(".urdf.xacro") for path in ROBOTS.glob("*.urdf.xacro"))
 
 
-def test_a_name_is_a_robot_in_python(monkeypatch, tmp_path):
+def test_name_of_a_shipped_robot_stands_for_its_file(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     for name in ("3rps", Path("3rps"), b"3rps"):
         assert Path(ks.files.read_robot_file(name).path).samefile(ROBOTS / "3rps.urdf.xacro")
@@ -25,7 +25,7 @@ def test_a_name_is_a_robot_in_python(monkeypatch, tmp_path):
     assert ks.extend_robot("3rps").description.driven == robot.description.driven
 
 
-def test_a_file_of_the_name_comes_first_everywhere(monkeypatch, tmp_path, capsys):
+def test_local_file_precedes_the_shipped_robot(monkeypatch, tmp_path, capsys):
     monkeypatch.chdir(tmp_path)
     shutil.copy(ROBOTS / "2pru_upr.urdf.xacro", "3rps")
     shutil.copytree(ROBOTS / "library", "library")
@@ -43,7 +43,7 @@ def test_a_file_of_the_name_comes_first_everywhere(monkeypatch, tmp_path, capsys
         ("zzzz", f"known: {NAMES[0]}, "),
     ],
 )
-def test_other_names_list_what_is_near(monkeypatch, tmp_path, name, hint):
+def test_error_of_unknown_robot_suggests_similar_names(monkeypatch, tmp_path, name, hint):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(ks.RobotFileError, match="No such file") as caught:
         ks.load_robot(name)
@@ -51,12 +51,12 @@ def test_other_names_list_what_is_near(monkeypatch, tmp_path, name, hint):
 
 
 @pytest.mark.parametrize("wrong", [None, ["3rps"]])
-def test_what_is_no_path(wrong):
+def test_wrong_type_of_path_is_an_error(wrong):
     with pytest.raises(ks.ArgumentError, match="is neither the path of a robot's file nor the name"):
         ks.load_robot(wrong)
 
 
-def test_every_robot_is_listed_with_what_it_is(capsys):
+def test_robots_are_listed_with_descriptions(capsys):
     found = ks.robots()
     assert sorted(found) == NAMES == list(found)
     assert found["3rps"].startswith("3RPS: three telescopic rods") and found["3rps"].endswith("under the platform.")
@@ -67,7 +67,7 @@ def test_every_robot_is_listed_with_what_it_is(capsys):
 
 
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr"])
-def test_a_copy_is_the_same_robot(monkeypatch, tmp_path, capsys, name):
+def test_copied_robot_equals_the_shipped_one(monkeypatch, tmp_path, capsys, name):
     monkeypatch.chdir(tmp_path)
     assert main(["robots", "--copy", name]) == 0
     uses_library = '"library/' in (ROBOTS / f"{name}.urdf.xacro").read_text()
@@ -76,14 +76,14 @@ def test_a_copy_is_the_same_robot(monkeypatch, tmp_path, capsys, name):
     assert ks.files.read_robot_file(f"{name}.urdf.xacro").urdf == ks.files.read_robot_file(name).urdf
 
 
-def test_a_robot_without_its_library_beside_it_gets_the_packages(tmp_path):
+def test_robot_without_local_library_uses_the_packaged_one(tmp_path):
     text = (ROBOTS / "3rps.urdf.xacro").read_text()
     alone = tmp_path / "3rps.urdf.xacro"
     alone.write_text(text)
     assert ks.files.read_robot_file(alone).urdf == parse_robot_text(text).urdf == ks.files.read_robot_file("3rps").urdf
     (tmp_path / "library").mkdir()
     (tmp_path / "library" / "limbs.xacro").write_text('<robot name="mine"><link name="of_my_own"/></robot>')
-    with pytest.raises(ks.RobotFileError):  # what stands beside it is taken, whatever it is
+    with pytest.raises(ks.RobotFileError):  # a library beside the file comes first
         ks.files.read_robot_file(alone)
     alone.write_text(text.replace("library/limbs", "library/legs"))
     with pytest.raises(ks.RobotFileError, match=r"library/legs\.xacro"):
@@ -111,12 +111,12 @@ def test_copies_overwrite_nothing(monkeypatch, tmp_path, capsys):
     assert "did you mean 'delta'?" in capsys.readouterr().err
 
 
-def test_robots_without_their_folder(monkeypatch, tmp_path):
+def test_robot_list_is_empty_without_robot_folders(monkeypatch, tmp_path):
     monkeypatch.setattr(sys.modules["kinetostatics.files.bundled"], "OWN_FOLDERS", (tmp_path / "none",))
     assert main(["robots"]) == 0 and dict(ks.robots()) == shipped_robots() == {}
 
 
-def test_paths_are_shown_from_where_one_works(tmp_path, monkeypatch):
+def test_paths_are_shown_relative_to_the_working_folder(tmp_path, monkeypatch):
     from kinetostatics.files.bundled import robot_path, shown_path
 
     monkeypatch.chdir(tmp_path)

@@ -1,4 +1,4 @@
-"""A hand-written 3-RRR whose limbs are straight where all joints are at zero: a singular pose, from which no line starts."""
+"""Start values for a 3-RRR whose limbs are straight at zero: a singular pose, from which no line of coordinates starts."""
 
 import re
 import shlex
@@ -25,7 +25,7 @@ def straight(tmp_path):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("asked", [[], ["--platform", "x=0", "y=0", "rz=0"]])
-def test_the_start_that_is_advised_was_tried_and_works(asked, straight, capsys) -> None:
+def test_suggested_start_values_reach_the_pose(asked, straight, capsys) -> None:
     assert main(["analyze", str(straight), *asked]) == 2
     said = re.search(r"reached with (--.*) \(in Python near=(.*)\)", capsys.readouterr().err)
     assert main(["analyze", str(straight), *asked, *shlex.split(said[1])]) == 0
@@ -33,7 +33,7 @@ def test_the_start_that_is_advised_was_tried_and_works(asked, straight, capsys) 
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_joints_near_which_the_loops_close_choose_the_assembly_mode(side, straight) -> None:
+def test_near_joint_values_choose_the_assembly_mode(side, straight) -> None:
     robot = ks.load_robot(straight)
     bent = {f"elbow_{i}": side for i in (1, 2, 3)}
     pose = robot.assemble(platform={"x": 0.0, "y": 0.0, "rz": 0.0}, near=bent)

@@ -42,8 +42,8 @@ def four_bar(gap=0.0, unit=1.0, slack=False, zero=0.0, bent=0.0, turned=0.0, kin
 
 @pytest.mark.parametrize("unit", [1.0, 1e-3])
 @pytest.mark.parametrize("slack", [False, True])
-def test_a_dead_centre_is_left(unit, slack):
-    """All in a line, nothing that the joints do at first order closes the gap: the way out is found by chance."""
+def test_loops_close_from_a_dead_centre(unit, slack):
+    """With all links in a line, no motion of first order closes the gap; random starts find a closed pose."""
     machine = four_bar(0.05, unit, slack)
     assert machine.zero_loop_gaps["c"][0] == pytest.approx(0.05 * unit)
     assert machine.closing_error < 1e-12 and not machine.has_wrong_zero
@@ -51,8 +51,8 @@ def test_a_dead_centre_is_left(unit, slack):
 
 
 @pytest.mark.parametrize("off", [0.0, 1e-6, 1e-5])
-def test_drives_stay_where_the_loops_close_up_to_rounding(off):
-    """Whether the file is exact or its frames are rounded: the other joints alone close what they can."""
+def test_actuators_stay_if_passive_joints_close_the_loops(off):
+    """For exact files, and for files whose rounded frames leave a gap."""
     machine = four_bar(0.05, zero=0.3, bent=off)
     assert machine.joint_coordinates.at(machine.model_q(machine.zero_poses), machine.zero_frames)["a"] == pytest.approx(
         0.0, abs=1e-12
@@ -64,12 +64,12 @@ def test_drives_stay_where_the_loops_close_up_to_rounding(off):
     ("gap", "turned", "off", "least"),
     [
         (0.05, 2.5, 0.0, 2.5 - np.arccos((0.3**2 + 1.15**2 - 0.9**2) / (2 * 0.3 * 1.15))),
-        (0.05, 2.5, 1e-6, 2.5 - np.arccos((0.3**2 + 1.15**2 - 0.9**2) / (2 * 0.3 * 1.15))),  # far out of the others' reach
-        (0.0005, 0.1, 0.0, 0.1 - np.arccos((0.3**2 + 1.1995**2 - 0.9**2) / (2 * 0.3 * 1.1995))),  # by a little
+        (0.05, 2.5, 1e-6, 2.5 - np.arccos((0.3**2 + 1.15**2 - 0.9**2) / (2 * 0.3 * 1.15))),  # far from closed by the others
+        (0.0005, 0.1, 0.0, 0.1 - np.arccos((0.3**2 + 1.1995**2 - 0.9**2) / (2 * 0.3 * 1.1995))),  # almost closed by them
     ],
 )
-def test_drives_move_where_they_must(gap, turned, off, least):
-    """Not much further than to the dead centre of coupler and rocker, the last place where the crank gets."""
+def test_actuators_move_if_passive_joints_cannot_close_loops(gap, turned, off, least):
+    """Not much further than to the dead centre of coupler and rocker, the limit of the crank's motion."""
     machine = four_bar(gap, turned=turned, zero=0.2, bent=off)
     assert machine.closing_error < 1.1 * off / machine.length + 1e-11 and not machine.has_wrong_zero
     moved = float(-machine.joint_coordinates.at(machine.model_q(machine.zero_poses), machine.zero_frames)["a"][0])
@@ -78,15 +78,15 @@ def test_drives_move_where_they_must(gap, turned, off, least):
 
 @pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
 @pytest.mark.parametrize(("part", "wrong"), [(0.9e-4, False), (1.1e-4, True)])
-def test_gaps_are_judged_beside_the_robot_whatever_its_size(unit, part, wrong):
-    """1.2 units long: a rocker's head that far off the plane is rounding, or a mistake."""
+def test_tolerated_gap_is_relative_to_robot_size(unit, part, wrong):
+    """A gap at the rocker's head of less than 1e-4 of the robot, 1.2 units, is rounding, and a larger one a mistake."""
     machine = four_bar(unit=unit, bent=1.2 * part)
     assert machine.size == pytest.approx(1.2 * unit)
     assert machine.zero_is_near != wrong and machine.has_wrong_zero == wrong
 
 
 @pytest.mark.parametrize(("off", "accepted"), [(0.9e-10, True), (1.1e-10, False)])
-def test_loops_may_stay_open_by_a_tenth_of_a_nanometre_unless_more_is_allowed(off, accepted):
+def test_default_closure_tolerance_is_a_tenth_of_a_nanometre(off, accepted):
     machine = four_bar(0.05, zero=0.3, bent=off)
     closed = machine.assemble(on_failure="nan")
     assert (closed.status == ks.Status.OK) == accepted
@@ -96,8 +96,8 @@ def test_loops_may_stay_open_by_a_tenth_of_a_nanometre_unless_more_is_allowed(of
     assert (moved.status == ks.Status.OK) == accepted
 
 
-def test_what_cannot_be_reached_is_told_apart_from_what_lies_beyond_a_singular_pose():
-    """Two cranks of length 1: their table gets to x = ±1, and turned by 3 rad only past the pose in which all lie in a line."""
+def test_error_distinguishes_unreachable_targets_from_singular_lines():
+    """Two cranks of length 1: the table reaches x = ±1; a crank angle of 3 rad lies beyond the pose with all links in a line."""
     with pytest.raises(ks.AssemblyError, match=r"up to 52.1 % .* the target itself can be assembled, but the line to it passes"):
         parallelogram().assemble(actuators={"foot_0": 3.0})
     with pytest.raises(ks.AssemblyError, match=r"the nearest pose found has x = (0.99\d*|1), and there no loop stays open"):
@@ -111,7 +111,7 @@ def test_what_cannot_be_reached_is_told_apart_from_what_lies_beyond_a_singular_p
         ("prismatic", "slides along x", 0.0),
     ],
 )
-def test_an_axis_that_a_loop_leaves_out_is_said_first_and_nothing_is_guessed(kind, moves, gap):
+def test_missing_loop_axis_is_reported_instead_of_frame_corrections(kind, moves, gap):
     missing = four_bar(gap, bent=0.1, kind=kind, axis=None)
     (warning,) = [text for text in missing.description.file_warnings if "<loop> 'c'" in text]
     assert "has no <axis>" in warning and f"it {moves} of its predecessor's <origin>" in warning
@@ -126,7 +126,7 @@ def test_an_axis_that_a_loop_leaves_out_is_said_first_and_nothing_is_guessed(kin
         written.assemble()
 
 
-def test_poses_closed_together_end_where_each_ends_alone():
+def test_closing_a_batch_equals_closing_single_poses():
     machine = four_bar(0.05, zero=0.3)
     random, solver, start = np.random.default_rng(2), machine.solver, machine.zero_poses
     poses = zero_pose.SolverState(start.x + random.uniform(-0.7, 0.7, (start.x.shape[0], 6)), np.repeat(start.c, 6, axis=1))
@@ -140,8 +140,8 @@ def test_poses_closed_together_end_where_each_ends_alone():
 
 
 @pytest.mark.parametrize(("tilt", "mobility"), [(0.0, 1), (3.7e-6, 1), (3e-3, 0)])
-def test_axes_that_are_parallel_up_to_rounding_let_a_loop_move(tilt, mobility):
-    """A parallelogram that is closed at zero whatever the axis of one hinge: 1.5708 is 3.7e-6 beside π/2, and 3e-3 is meant."""
+def test_axes_parallel_up_to_rounding_leave_mobility_one(tilt, mobility):
+    """A parallelogram with one tilted hinge: by 3.7e-6, the rounding of π/2 to 1.5708, or by 3e-3, which is intended."""
     parts = [link("base"), link("crank"), link("platform", 1.0), link("rocker"), joint("a", "continuous", "base", "crank")]
     parts += [joint("b", "continuous", "crank", "platform", "0 0 1", f"{tilt!r} 1 0")]
     parts += [joint("d", "continuous", "base", "rocker", "0.7 0 0")]
@@ -149,7 +149,7 @@ def test_axes_that_are_parallel_up_to_rounding_let_a_loop_move(tilt, mobility):
     assert robot(*parts).mobility.platform == mobility
 
 
-# ---- characteristic length: mean distance of the limbs' outer joints from o, else a quarter of the robot
+# ---- characteristic length: mean distance of the limbs' outer joints from o, else a quarter of the robot's size
 
 
 def hinged(*axes):
@@ -162,19 +162,19 @@ def hinged(*axes):
 @pytest.mark.parametrize(
     ("axes", "length"),
     [
-        (("0 1 0",), 0.3),  # from the line of a hinge whose place along it is the file's choice alone
+        (("0 1 0",), 0.3),  # from the axis of a hinge, as its point on the axis is arbitrary
         (("1 0 0",), 0.7),
         (("1 0 0", "0 1 0"), np.hypot(0.3, 0.7)),  # from the point in which two of them meet
         (("0 0 1",), np.hypot(0.3, 0.7)),
     ],
 )
-def test_the_distance_of_the_platform_s_joint(axes, length):
+def test_length_is_the_distance_of_the_outer_joint(axes, length):
     assert hinged(*axes).length == pytest.approx(length, rel=1e-12)
 
 
 @pytest.mark.parametrize(("far", "length"), [(0.9e-3, 0.25), (1.1e-3, 1.1e-3)])
-def test_joints_that_all_but_meet_in_o_tell_no_length(far, length):
-    """Then it is a quarter of the robot, a 1 m high column here."""
+def test_length_if_the_outer_joint_is_almost_at_o(far, length):
+    """Below 1e-3 of the robot's size, here 1 m, it is a quarter of this size."""
     machine = robot(
         link("base"), link("column"), link("plate"), link("platform"), joint("foot", "fixed", "base", "column"),
         joint("head", "continuous", "column", "plate", "0 0 1"), joint("weld", "fixed", "plate", "platform", f"{far} 0 0"),
@@ -183,8 +183,8 @@ def test_joints_that_all_but_meet_in_o_tell_no_length(far, length):
     assert machine.length == pytest.approx(length, rel=1e-4)
 
 
-def test_sizes_of_the_smallest_robots():
-    """Limbs count alike; one joint is as large as its box; a robot in one point has the length 1 m."""
+def test_size_and_length_of_the_smallest_robots():
+    """The length is a mean over limbs, a quarter of the size, or for a robot in one point 1 m."""
     assert parallelogram().length == pytest.approx((0.0 + 0.5) / 2, rel=1e-12)
     machine = mount(kind="continuous")
     assert machine.size == pytest.approx(0.3) and machine.length == pytest.approx(0.075)

@@ -1,4 +1,4 @@
-"""Coordinates of joints and loops, and what is beyond limits and cones."""
+"""Coordinates of joints and loops, and exceeded limits and cones."""
 
 from dataclasses import replace
 
@@ -10,7 +10,7 @@ import kinetostatics as ks
 from kinetostatics.description import Cone
 
 
-def test_loops_have_coordinates_as_joints_have():
+def test_loops_have_coordinates_like_joints():
     """Both cranks lean by 0.3, and the table turns back as far at both of its ends."""
     machine = parallelogram()
     pose = machine.assemble(actuators={"foot_0": [0.3, -0.2]})
@@ -26,7 +26,7 @@ def test_loops_have_coordinates_as_joints_have():
     (-0.25, 0.25, [0.2, 0.3, -0.3], [-0.2, -0.3, 0.3]),
     (11.0, 15.0, [0.0, -0.2, 1.2, -1.3], [4 * np.pi, 4 * np.pi + 0.2, 4 * np.pi - 1.2, 4 * np.pi + 1.3]),
 ])  # fmt: skip
-def test_a_loop_s_angle_is_the_one_that_its_limits_mean(lower, upper, at, reads):
+def test_loop_angle_is_unwrapped_into_its_limits(lower, upper, at, reads):
     table = parallelogram().description
     limited = replace(table.loops["head_1"], lower=lower, upper=upper)
     machine = ks.Robot(replace(table, loops={"head_1": limited}))
@@ -38,8 +38,8 @@ def test_a_loop_s_angle_is_the_one_that_its_limits_mean(lower, upper, at, reads)
 
 
 @pytest.mark.parametrize(("angle", "beyond"), [(0.4, False), (0.6, True), (-0.6, True)])
-def test_the_axes_of_a_cone_need_no_unit_length(angle, beyond):
-    """A ball joint between base and platform: the platform's z is tilted by that much from where it stands at zero."""
+def test_cone_axes_need_no_unit_length(angle, beyond):
+    """A ball joint between base and platform, whose z axis is tilted by ``angle`` from the zero pose."""
     free = robot(
         link("base"), link("platform", 1.0), joint("free", "floating", "base", "platform"),
         loop("ball", "spherical", "base", "platform"),

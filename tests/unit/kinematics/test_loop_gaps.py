@@ -13,7 +13,7 @@ from kinetostatics.kinematics.loop_gaps import FrameCorrection, gaps_text, worst
 EQUATIONS = SimpleNamespace(couplings=SimpleNamespace(names=["belt", "gear"]))
 
 
-def test_gaps_that_are_alike_are_told_together():
+def test_equal_gaps_are_grouped_in_the_text():
     gaps = {"a": (0.1, 0.0), "b": (0.1, 0.9e-9), "c": (0.9e-9, 0.0), "d": (0.0, 0.2), "e": (1.1e-9, 0.2), "f": (0.0, 0.0)}
     assert gaps_text(gaps) == (
         "loops 'a', 'b' are 0.1 m open, loop 'd' is 0.2 rad open, loop 'e' is 1.1e-09 m and 0.2 rad open (2 others closed)"
@@ -22,7 +22,7 @@ def test_gaps_that_are_alike_are_told_together():
     assert gaps_text({"c": (0.0, 0.0)}) == ""
 
 
-def test_the_widest_gaps_are_told_first():
+def test_widest_gaps_are_listed_first():
     gaps = {"a": (0.01, 0.0), "belt": (0.3, 0.0), "b": (0.2, 0.1), "c": (1e-3, 0.0), "d": (0.015, 0.0)}
     assert worst_gaps_text(EQUATIONS, gaps) == (
         "joint 'belt' is 0.3 m away from the position by its <mimic>, loop 'b' stays 0.2 m and 0.1 rad open, "
@@ -66,7 +66,7 @@ def five_bar(parents=None, predecessor="rod_right", at="-0.2 0.25 0"):
 @pytest.mark.parametrize(
     ("name", "wrong"), [("elbow_left", "base"), ("elbow_left", "crank_right"), ("elbow_right", "rod_left"), ("tip", "crank_left")]
 )
-def test_a_wrong_parent_is_named_first(name, wrong):
+def test_error_begins_with_the_wrong_parent(name, wrong):
     right = JOINTS[name][0]
     with pytest.raises(ks.RobotFileError) as caught:
         five_bar({name: wrong})
@@ -75,13 +75,13 @@ def test_a_wrong_parent_is_named_first(name, wrong):
     )
 
 
-def test_a_wrong_side_of_a_loop_is_named_first():
+def test_error_begins_with_the_wrong_predecessor_or_successor():
     with pytest.raises(ks.RobotFileError) as caught:
         five_bar(predecessor="crank_left")
     assert caught.value.reason.startswith("the <predecessor> or <successor> of loop 'closing' seems wrong: on link 'rod_right'")
 
 
-def test_where_it_cannot_be_told_the_link_that_ends_nowhere_comes_before_the_beam_with_too_many_joints():
+def test_dangling_link_is_reported_before_ambiguous_beam_ends():
     with pytest.raises(ks.RobotFileError) as caught:  # the loop's place fits no link
         five_bar({"tip": "crank_right"}, at="0.3 0.25 0")
     reason = caught.value.reason
@@ -90,8 +90,8 @@ def test_where_it_cannot_be_told_the_link_that_ends_nowhere_comes_before_the_bea
     assert reason.index("ends nowhere") < reason.index("name the joint by to=")
 
 
-def test_nothing_is_suspected_where_the_loops_are_closed():
-    """A bracket on the base that ends nowhere lies like the base: every joint of the base would do on it."""
+def test_no_wrong_parent_is_suspected_with_closed_loops():
+    """A dangling bracket with the frame of the base: every joint of the base would also fit the bracket."""
     parts = [link("base"), link("bracket"), link("rod"), link("tool", 1.0), joint("screw", "continuous", "base", "bracket")]
     parts += [joint("hinge", "continuous", "base", "rod"), joint("end", "continuous", "rod", "tool", "1 0 0")]
     parts += [loop("closing", "revolute", "base", "tool", "1 0 0", axis="0 1 0"), beam("bracket")]
@@ -103,8 +103,8 @@ def test_nothing_is_suspected_where_the_loops_are_closed():
 @pytest.mark.parametrize(
     ("across", "shift", "motion"), [(0.0, 0.0, True), (3e-6, 0.0, True), (1e-4, 0.0, False), (0.0, 1e-9, False)]
 )
-def test_a_turn_about_a_hinge_s_own_axis_is_another_zero_of_it(across, shift, motion):
-    """Up to the rounding of its axis, and only if nothing is to be moved."""
+def test_correction_about_a_hinge_axis_is_a_joint_motion(across, shift, motion):
+    """Up to the rounding of the axis, and only without a translation."""
     turn = 0.3 * np.array([0.0, 1.0, across])
     found = FrameCorrection("foot_0", False, "base", np.array([shift, 0.0, 0.0]), turn)
     assert found.is_motion_of(parallelogram().mechanism) == motion

@@ -1,4 +1,4 @@
-"""The equations of every type of loop: what they block, what they leave free, and their gradients."""
+"""The equations of every loop type: blocked and free motions, and gradients."""
 
 from types import SimpleNamespace
 
@@ -53,7 +53,7 @@ def pose_with(mechanism, linear, angular):
 
 
 @pytest.mark.parametrize("kind", FREEDOMS)
-def test_gradient_is_the_derivative(kind):
+def test_loop_gradient_is_the_derivative_of_the_residual(kind):
     equations = equations_of(kind)
     random = np.random.default_rng(1)
     q = pose_with(equations.mechanism, (0, 0, 0), (0, 0, 0))
@@ -93,17 +93,17 @@ BLOCKED = {
 
 
 @pytest.mark.parametrize(("kind", "motion"), [(kind, m) for kind, motions in ALLOWED.items() for m in motions])
-def test_what_a_loop_leaves_free(kind, motion):
+def test_free_motions_leave_no_residual(kind, motion):
     np.testing.assert_allclose(residual_at(kind, motion), 0, atol=1e-13)
 
 
 @pytest.mark.parametrize(("kind", "motion"), [(kind, m) for kind, motions in BLOCKED.items() for m in motions])
-def test_what_a_loop_blocks(kind, motion):
+def test_residual_is_the_size_of_a_blocked_motion(kind, motion):
     size = next(abs(x) for part in motion for x in part if abs(x) in (1e-3, 2.0))
     assert np.linalg.norm(residual_at(kind, motion)) == pytest.approx(size, rel=2e-3)
 
 
-def test_poses_that_do_not_close_as_well_as_they_can_are_corrected_once_more():
+def test_poses_with_avoidable_residual_are_corrected_once_more():
     machine = package_robots.robot("planar_3rrr")
     exact, asked = machine.generic_poses, []
     rough = exact.take(np.arange(exact.x.shape[1]))

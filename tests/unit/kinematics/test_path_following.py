@@ -1,4 +1,4 @@
-"""Lines that lead far away from the robot, where sliding joints without end get that far."""
+"""Lines of coordinates to distant targets, which unlimited sliding joints can reach; steps, and chunks of poses."""
 
 import numpy as np
 import pytest
@@ -23,8 +23,8 @@ def corrected(monkeypatch):
 
 
 @pytest.mark.filterwarnings("ignore:z = 500 m is")
-def test_poses_a_long_way_off_take_few_steps(corrected):
-    """Some three corrections for each 0.4 m would be thousands."""
+def test_distant_poses_take_few_steps(corrected):
+    """Steps of 0.4 m with three corrections each would be thousands."""
     found = robot("3rps").assemble(platform={"z": 500.0, "rx": 0.3, "ry": -0.2}, engine="numpy")
     assert found.status == ks.Status.LIMIT_EXCEEDED and found.residual < 1e-12
     assert [found.platform[name] for name in ("z", "rx", "ry")] == pytest.approx([500.0, 0.3, -0.2], rel=1e-12)
@@ -52,8 +52,8 @@ def test_long_steps_lead_to_the_same_pose(name, platform, corrected, monkeypatch
 
 @pytest.mark.filterwarnings("ignore:.*times the robot's size|.*turns")
 @pytest.mark.parametrize("size", [1e9, 1.7e308])
-def test_what_has_no_digits_left_is_out_of_reach_at_once(size, corrected):
-    """Single poses say so; in a batch the others are reached all the same."""
+def test_enormous_targets_are_unreachable_at_once(size, corrected):
+    """A single pose is an error; of a batch the other poses are reached."""
     tripod = robot("3rps")
     for wanted in ({"z": size, "rx": 0.1, "ry": 0.0}, {"z": 0.5, "rx": -size, "ry": 0.0}, {"z": 0.5, "rx": 2e3, "ry": 0.0}):
         with pytest.raises(ks.AssemblyError, match=r"lines are followed up to 1e\+08 times the robot's reach and 700 rad"):
@@ -64,8 +64,8 @@ def test_what_has_no_digits_left_is_out_of_reach_at_once(size, corrected):
 
 
 @pytest.mark.filterwarnings("ignore:.*turns")
-def test_nothing_goes_wrong_on_a_line_without_unknowns(corrected):
-    """A serial arm goes to any angle in one step."""
+def test_serial_arm_reaches_any_angle_in_one_step(corrected):
+    """Such lines have no unknowns."""
     arm = robot("ur10")
     first, *others = arm.description.driven
     found = arm.assemble(actuators={first: 1e6, **dict.fromkeys(others, 0.2)}, engine="numpy")
@@ -75,14 +75,14 @@ def test_nothing_goes_wrong_on_a_line_without_unknowns(corrected):
 
 
 @pytest.mark.filterwarnings("ignore:z = 1e")
-def test_loops_that_rounding_leaves_open_are_named():
+def test_error_names_loops_left_open_by_rounding():
     with pytest.raises(ks.AssemblyError, match=r"do not close: loop '.*' stays \S+e-10 m open.*, more than the tolerance 1e-10"):
         robot("3rps").assemble(platform={"z": 1e6, "rx": 0.0, "ry": 0.0}, engine="numpy")
 
 
 @pytest.mark.parametrize("turn", [0.69, 0.72, 1.2, 1.5])
-def test_no_step_is_longer_than_one_that_can_be_trusted(turn, monkeypatch):
-    """However well Newton's method converges: single poses, and the farthest of a batch, go 0.7 rad in one step at most."""
+def test_no_step_is_longer_than_0_7_rad(turn, monkeypatch):
+    """However well Newton's method converges, for single poses and for the farthest of a batch."""
     goals, newton = [], path_following.Solver.newton
 
     def watched(self, prescribed, poses, target, *rest):
@@ -99,7 +99,7 @@ def test_no_step_is_longer_than_one_that_can_be_trusted(turn, monkeypatch):
 
 
 @pytest.mark.parametrize("many_starts", [False, True])
-def test_every_pose_of_every_chunk_follows_its_own_line(monkeypatch, many_starts):
+def test_poses_in_chunks_equal_poses_assembled_singly(monkeypatch, many_starts):
     z, tilt = np.linspace(0.45, 0.6, 10), {"rx": 0.1, "ry": -0.05}
     near = robot("3rps").assemble(platform={"z": z - 0.03, **tilt}, engine="numpy") if many_starts else None
     whole, *parts = (robot("3rps").assemble(platform={"z": part, **tilt}, engine="numpy") for part in (z, *z))

@@ -1,4 +1,4 @@
-"""How fast coordinates of the tree move with what is given, against differences of poses that are assembled."""
+"""Rates of the tree's coordinates by the given coordinates, against differences of assembled poses."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -59,7 +59,7 @@ def close_to(found, wanted):
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_coordinates_move_as_differences_of_poses_tell(name):
+def test_rates_equal_differences_of_assembled_poses(name):
     make, platform, values = ROBOTS[name]
     robot, h = make(), 1e-6
     names = platform or robot.description.driven
@@ -80,8 +80,8 @@ def test_coordinates_move_as_differences_of_poses_tell(name):
 
 @pytest.mark.parametrize(("left", "follows"), [(0.0, True), (0.9e-6, True), (1.1e-6, False), (1.0, False)])
 @pytest.mark.parametrize("size", [1e-13, 1e-3, 1.0, 1e3])
-def test_what_loops_cannot_follow_has_no_rates(left, follows, size):
-    """Of two equations one can be kept, and the other not, by that part of the change; rates below 1e-12 are rounding."""
+def test_rates_that_violate_a_loop_are_nan(left, follows, size):
+    """One of two equations can be satisfied, the other changes by the part ``left``; rates below 1e-12 are rounding."""
     follows = follows or size < 1e-12
     solver = SimpleNamespace(
         tree=SimpleNamespace(nv=3), column_scale=np.array([1.0, 2.0, 1.0]), free_columns=lambda _: np.array([1])

@@ -58,7 +58,7 @@ def test_lines_end_where_a_dense_scan_does(name, kind, spans, why):
     assert reasons == why
 
 
-def test_limits_that_the_pose_exceeds_do_not_count():
+def test_limits_exceeded_at_the_start_end_no_line():
     robot = package_robots.robot("3rps")
     pose = robot.assemble(platform={"z": 1.1, "rx": 0.0, "ry": 0.0})
     assert pose.limits_exceeded
@@ -66,8 +66,8 @@ def test_limits_that_the_pose_exceeds_do_not_count():
     assert end.part == 1 and end.reason == ""
 
 
-def test_ordinary_poses_are_parts_of_the_way_to_the_limits():
-    """One actuator at a time goes a fifth and three fifths of its way, not farther than 1.2 characteristic lengths."""
+def test_ordinary_poses_lie_at_fractions_of_the_limits():
+    """One actuator at a time moves by 0.2 and 0.6 of its limits, which count up to 1.2 characteristic lengths."""
     machine = package_robots.robot("3rps")
     pose = machine.configuration(ordinary_poses(machine).T)
     connections = machine.mechanism.connections

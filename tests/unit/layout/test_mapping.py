@@ -1,4 +1,4 @@
-"""What is asked for by a name that is not there: an error that lists the names, and is a KeyError."""
+"""Unknown names in mappings: the error lists the known names, and is a KeyError."""
 
 from collections.abc import Mapping
 
@@ -12,7 +12,7 @@ def result():
     return ks.analyze(ks.load_robot("five_bar").assemble())
 
 
-def test_the_names_there_are_are_said_and_the_nearest(result):
+def test_error_of_unknown_name_lists_known_or_similar_names(result):
     with pytest.raises(KeyError) as caught:
         result.beams["distal"]
     assert isinstance(caught.value, ks.exceptions.UnknownNameError) and isinstance(caught.value, ks.KinetostaticsError)
@@ -22,7 +22,7 @@ def test_the_names_there_are_are_said_and_the_nearest(result):
         result.limbs["q"]
 
 
-def test_all_mappings_of_a_result_and_of_a_description_say_so(result):
+def test_all_mappings_of_results_and_descriptions_list_known_names(result):
     owners = (result, result.configuration, result.robot.description)
     mappings = [
         (name, value)

@@ -23,18 +23,18 @@ from kinetostatics.layout.numbers import NoiseFloor, NumberFormat, join_words, l
         ("ENERGIES", 2.5e-6, "2.5000 µJ"),
     ],
 )
-def test_every_unit_stands_for_its_number(kind, value, text):
+def test_numbers_are_written_in_the_suitable_unit(kind, value, text):
     assert quantity(value, getattr(numbers, kind)) == text
 
 
-def test_a_unit_is_taken_from_its_own_size_on():
+def test_larger_unit_is_used_from_one_upwards():
     assert quantity(0.99e-3, numbers.LENGTHS) == "990.00 µm"
     assert quantity(1e-3, numbers.LENGTHS) == "1.0000 mm"
     assert quantity(1e-3 * (1 - 1e-8), numbers.LENGTHS) == "1.00000 mm"  # 1 all but rounding
     assert quantity(1e-3 * (1 - 1e-6), numbers.LENGTHS) == "1000.00 µm"  # 999.999
 
 
-def test_a_column_has_one_unit_and_as_many_digits_as_its_largest_number_needs():
+def test_column_format_follows_its_largest_number():
     form = NumberFormat.of([1.0, -1234.5678, np.nan, np.inf], numbers.FORCES)
     assert (form.unit, form.decimals) == ("N", 1)
     assert [form(value) for value in (-1234.5678, 12.34, 0.5, np.nan, np.inf, -np.inf)] == [
@@ -53,12 +53,12 @@ def test_noise_is_shown_as_zero():
     assert quantity(1e-3, numbers.FORCES, noise=2e-3) == "0 N"
 
 
-def test_the_largest_of_many():
+def test_largest_ignores_nan_and_infinity():
     assert largest([[1.0, -3.0], 2.0, [np.nan, -np.inf]]) == 3.0 and largest([]) == 0.0
 
 
-def test_noise_of_twists_and_wrenches():
-    """Linear and angular quantities are of one kind: the larger one tells what is noise in both."""
+def test_noise_floor_follows_the_larger_part():
+    """The larger part, compared by the characteristic length, determines the noise of both."""
     twist, wrench = np.array([3.0, 0, 0, 0.1, 0, 0]), np.array([0, 0, 10.0, 0, 8.0, 0])
     found = NoiseFloor.of([twist], [wrench], 2.0)
     assert astuple(found) == pytest.approx((3e-9, 1.5e-9, 10e-9, 20e-9))
@@ -66,13 +66,13 @@ def test_noise_of_twists_and_wrenches():
     assert astuple(found) == pytest.approx((6e-9, 3e-9, 8e-9, 16e-9))
 
 
-def test_formats_of_noise_floors():
+def test_noise_floor_formats_show_noise_as_zero():
     found = NoiseFloor(1.0, 2.0, 3.0, 4.0)
     for size, kind in ((0.5, "displacement"), (1.0, "rotation"), (1.5, "force"), (2.0, "moment")):
         assert found.format(kind, size)(size) == "0"
     assert found.format("force", 5.0).with_unit(5.0) == "5.0000 N" and found.format("moment", 5.0, 3).with_unit(5.0) == "5.00 N·m"
 
 
-def test_names_in_words():
+def test_joined_names_are_shortened_beyond_six():
     assert join_words(["a"]) == "a" and join_words(["a", "b", "c"]) == "a, b and c"
     assert join_words(list("abcdef")) == "a, b, c, d, e and f" and join_words(list("abcdefg")) == "a, b, c, d, … g (7)"

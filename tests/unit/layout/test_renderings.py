@@ -37,13 +37,13 @@ def plain_environment(monkeypatch):
         (Terminal(), {"FORCE_COLOR": "1", "TERM": "dumb"}, True),
     ],
 )
-def test_use_of_colour(monkeypatch, stream, environment, wanted):
+def test_colour_follows_terminal_and_environment(monkeypatch, stream, environment, wanted):
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
     assert use_colour(stream) is wanted
 
 
-def test_tables():
+def test_tables_are_aligned_and_wide_ones_split():
     rows = [("left", "1", Number.of(22.0, FORCES)), ("x", "333", None)]
     assert block_lines(Table.of_rows(("a", "bb", "c"), rows, "lrl")) == ["a      bb  c", "left    1  22.000 N", "x     333"]
     assert block_lines(Table.of_rows(("a", "b", "c"), [("x", "y", "long")]))[1] == "x  y  long"  # the first left, others right
@@ -57,7 +57,7 @@ def test_tables():
     assert Column.of("n", [2.0], FORCES, with_unit=False).heading == "n"
 
 
-def test_facts_sentences_and_drawings():
+def test_text_of_facts_sentences_and_drawings():
     rows = [("mass", Number.of(2.0, FORCES)), ("names", ["a", "b"])]
     assert block_lines(Facts(rows, indent=1)) == [" mass   2.0000 N", " names  a", "        b"]
     assert wrapped("one two three", "- ", 9) == ["- one two", "  three"] and wrapped("", "- ") == ["-"]
@@ -65,7 +65,7 @@ def test_facts_sentences_and_drawings():
     assert once(["a", "a", "b", "a", "a"]) == ["a", "", "b", "a", ""] and once([]) == []
 
 
-def test_ranges():
+def test_ranges_of_numbers_have_one_unit():
     assert str(Number.range_of([1.0, 2.0, float("nan")], FORCES)) == "1.000 to 2.000 N"
     assert str(Number.range_of(3.0, FORCES)) == "3.000 N" and str(Number.range_of([float("nan")], FORCES)) == "–"
     assert str(Number.range_of(1e-12, LENGTHS, 1e-9)) == "0 µm" and str(Number.range_of(0.5, (("°", 1.0),))) == "0.5000°"
@@ -89,7 +89,7 @@ def report():
     )
 
 
-def test_reports_in_colour(report):
+def test_coloured_report_differs_only_by_colour_codes(report):
     assert report.text(colour=True).split("\n")[:4] == [
         "\033[1mAnalysis of 'OK': \033[0m\033[31mSINGULAR\033[0m",
         "  \033[31mSINGULAR\033[0m, so",
@@ -105,7 +105,7 @@ def test_reports_in_colour(report):
         assert codes[1::2] == ["\033[0m"] * (len(codes) // 2) and len(codes) % 2 == 0
 
 
-def test_parts_of_reports(report):
+def test_brief_and_only_select_sections(report):
     assert "More" in str(report) and "More" not in str(report.brief()) and "Warnings" in str(report.brief())
     assert str(report.only("more")).splitlines() == ["Analysis of 'OK': SINGULAR", "  SINGULAR, so", "", "More", "  all"]
     with pytest.raises(ValueError, match="no section 'mor': did you mean 'more'"):
@@ -125,7 +125,7 @@ def html_of(*blocks):
     return Report("Report", lambda: [ReportSection("A title", blocks)]).html()
 
 
-def test_tables_and_sentences():
+def test_html_of_tables_and_sentences():
     header = ("what", "", "moves o [nm]", "part [%]")
     rows = [("rod of limb 2", "beam", "957.56", "49.9"), ("total", "", "∞", "100.0")]
     html = html_of(Table.of_rows(header, rows, "llrr"), Text("softest along x < y"), Text("beware", "warning"))
@@ -135,7 +135,7 @@ def test_tables_and_sentences():
     assert html.count("<th ") == 4 and html.count('text-align: right">49.9') == 1
 
 
-def test_facts_and_drawings():
+def test_html_of_facts_and_drawings():
     html = html_of(Facts([("links", "socket, platform"), ("names", ["a", "b"])]), Lines(["base —joint→ platform", "  mass"]))
     assert cells(html) == [["links", "socket, platform"], ["names", "a<br>b"]] and "<th" not in html
     assert "<pre>base —joint→ platform\n  mass</pre>" in html

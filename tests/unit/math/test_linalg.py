@@ -1,4 +1,4 @@
-"""Small dense linear algebra beside NumPy's own, its thresholds, and choices that rounding must not change."""
+"""Small dense linear algebra compared with NumPy's, thresholds, and choices that do not depend on rounding."""
 
 import numpy as np
 import package_robots
@@ -12,13 +12,13 @@ NOISE = 1e-9
 
 
 def at_angles(*angles):
-    """Two unit columns (3, 2, N) that are so far apart."""
+    """Return pairs of unit columns (3, 2, N) with these angles between them."""
     angles = np.array(angles)
     first = np.broadcast_to([[1.0], [0], [0]], (3, len(angles)))
     return np.stack([first, np.array([np.cos(angles), np.sin(angles), 0 * angles])], axis=1)
 
 
-def test_signs_of_determinants_tell_something_until_columns_fall_together():
+def test_determinant_signs_are_compared_unless_columns_coincide():
     pairs = at_angles(1.0, 1.0, 3e-7, 5e-8)
     swapped = pairs[:, ::-1]
     assert linalg.have_one_sign(pairs, pairs).tolist() == [True] * 4
@@ -26,7 +26,7 @@ def test_signs_of_determinants_tell_something_until_columns_fall_together():
 
 
 @pytest.mark.parametrize("other", [(0, 1), (1, 0)])
-def test_signs_are_sure_while_no_pivot_is_small(other):
+def test_determinant_signs_are_sure_without_small_pivots(other):
     first, second = np.eye(3)[:, :2, None], np.eye(3)[:, list(other), None] * 1.0
     assert linalg.surely_have_one_sign(first, second).item() == (other == (0, 1))
     for cosine, sure in ((1e-7, True), (1e-9, False), (-1e-7, False)):
@@ -36,7 +36,7 @@ def test_signs_are_sure_while_no_pivot_is_small(other):
 
 
 @pytest.mark.parametrize(("pivot", "by_lapack"), [(1e-3, False), (2e-5, False), (5e-6, True), (1e-9, True)])
-def test_elimination_asks_lapack_where_a_pivot_is_small(monkeypatch, pivot, by_lapack):
+def test_elimination_uses_lapack_for_small_pivots(monkeypatch, pivot, by_lapack):
     rng = np.random.default_rng(0)
     a, b = rng.standard_normal((4, 4, 3)), rng.standard_normal((4, 2, 3))
     a[0, 0, 1] = pivot * np.max(np.abs(a[0, 1:, 1]))
@@ -48,8 +48,8 @@ def test_elimination_asks_lapack_where_a_pivot_is_small(monkeypatch, pivot, by_l
 
 
 @pytest.mark.parametrize("size", [1e-6, 1e-9, 0.0])
-def test_columns_are_moved_across_others_by_as_little_as_does_it(size):
-    """Beside the projection by singular values; a direction of the others that is rounding stays out of it."""
+def test_step_across_equals_projection_by_singular_values(size):
+    """A direction of the other columns that is only rounding has no effect."""
     rng = np.random.default_rng(1)
     for k, m in ((4, 2), (3, 3), (5, 1)):
         basis = np.linalg.qr(rng.standard_normal((6, 6)))[0]
@@ -64,7 +64,7 @@ def test_columns_are_moved_across_others_by_as_little_as_does_it(size):
         np.testing.assert_allclose(basis[:, : 6 - m].T @ moved, 0, atol=1e-13 + 0.1 * size)
 
 
-def test_factors_and_their_bounds():
+def test_cholesky_solves_inverts_and_bounds_the_smallest_eigenvalue():
     rng = np.random.default_rng(2)
     half = rng.standard_normal((5, 4, 4))
     a = np.moveaxis(half @ half.swapaxes(1, 2) + 0.1 * np.eye(4), 0, 2)
@@ -84,7 +84,7 @@ def test_factors_and_their_bounds():
     assert linalg.Cholesky(-a).smallest_pivot.tolist() == [-np.inf] * 5 and not linalg.Cholesky(-a).smallest_eigenvalue().any()
 
 
-def test_least_squares_leave_out_directions_that_do_not_matter():
+def test_least_squares_omit_directions_without_influence():
     rng = np.random.default_rng(3)
     a, b = rng.standard_normal((7, 4, 3)), rng.standard_normal((7, 2, 3))
     for k in range(3):
@@ -96,7 +96,7 @@ def test_least_squares_leave_out_directions_that_do_not_matter():
         np.testing.assert_allclose(found[..., k], np.linalg.pinv(a[..., k], rcond=1e-8) @ b[..., k], rtol=0, atol=1e-6)
 
 
-def test_spins_of_rods_are_told_from_rounding(monkeypatch):
+def test_least_squares_with_rod_spins_stay_accurate(monkeypatch):
     """Where a Delta's arm nearly folds upon its rods the columns of its freedoms differ in size by nine orders of magnitude."""
     robot = package_robots.robot("delta")
     systems, least_squares = [], linalg.least_squares
@@ -116,7 +116,7 @@ def test_spins_of_rods_are_told_from_rounding(monkeypatch):
         assert left < 1e-6 * np.abs(b).max() + 1e-12
 
 
-def test_scaled_matrices_have_a_unit_diagonal_but_where_it_is_rounding():
+def test_correlation_has_a_unit_diagonal_except_for_rounding():
     a = np.diag([4.0, 1e-8, 1e-25])
     a[0, 1] = a[1, 0] = 1e-4
     scaled, unit = linalg.correlation(a)
@@ -126,7 +126,7 @@ def test_scaled_matrices_have_a_unit_diagonal_but_where_it_is_rounding():
         assert (linalg.correlation(np.diag([1.0, part**2]))[1][1] > 1.5) == own
 
 
-def test_null_spaces_depend_on_the_space_alone():
+def test_null_space_basis_depends_only_on_the_space():
     rng = np.random.default_rng(4)
     matrix = rng.standard_normal((3, 6))
     basis, rank, gap = linalg.null_space(matrix, 1e-5)
@@ -139,14 +139,14 @@ def test_null_spaces_depend_on_the_space_alone():
     assert linalg.null_space(np.zeros((2, 3)), 1e-5)[1] == 0 and linalg.null_space(1e-7 * matrix, 1e-5)[1] == 0
 
 
-def test_the_first_of_equals_is_the_largest():
+def test_first_of_equal_values_counts_as_the_largest():
     assert first_largest([1.0, 3.0, 3.0 + NOISE, 2.0]) == 1
     assert first_largest([1.0, 3.0, 3.0 * (1 + 2 * EQUAL), 2.0]) == 2
     assert first_largest([0.0, 0.0]) == 0
     assert first_largest([1 - 5e-7, 1.0]) == 0 and first_largest([1 - 2e-6, 1.0]) == 1
 
 
-def test_equals_keep_their_order():
+def test_ranking_keeps_the_order_of_equal_values():
     assert ranked([1.0, 3.0, 3.0 + NOISE, 5.0, 1.0 + NOISE, 0.0]) == [3, 1, 2, 0, 4, 5]
     assert ranked([]) == [] and ranked([0.0, 0.0]) == [0, 1]
     assert ranked([1.0, 1.0 + 2 * EQUAL]) == [1, 0]
@@ -155,7 +155,7 @@ def test_equals_keep_their_order():
 
 
 @pytest.mark.parametrize("noise", [0.0, NOISE, -NOISE])
-def test_the_axis_across_does_not_depend_on_rounding(noise):
+def test_axis_across_does_not_depend_on_rounding(noise):
     assert axis_across([noise, 1, -noise]).tolist() == [1, 0, 0]
     assert axis_across([1, 0, noise]).tolist() == [0, 1, 0]
     assert axis_across([0.6, 0.5, 0.5 + noise]).tolist() == [0, 1, 0]
@@ -164,7 +164,7 @@ def test_the_axis_across_does_not_depend_on_rounding(noise):
 
 
 @pytest.mark.parametrize("k", range(6))
-def test_a_basis_depends_on_its_space_alone(k):
+def test_canonical_basis_depends_only_on_its_space(k):
     random = np.random.default_rng(k)
     basis = np.linalg.qr(random.standard_normal((6, 6)))[0][:, :k]
     turned = basis @ np.linalg.qr(random.standard_normal((k, k)))[0]
@@ -181,7 +181,7 @@ def test_a_basis_depends_on_its_space_alone(k):
         ("tripteron", "along (0.577, 0.577, 0.577)", "in every direction across (0.577, 0.577, 0.577)"),
     ],
 )
-def test_equal_stiffnesses_have_no_direction_of_their_own(name, softest, stiffest):
+def test_report_gives_a_plane_for_equal_stiffnesses(name, softest, stiffest):
     text = str(ks.analyze(package_robots.robot(name).assemble()).report())
     for word, where in (("softest", softest), ("stiffest", stiffest)):
         (line,) = (line for line in text.splitlines() if f"{word} against a force" in line)

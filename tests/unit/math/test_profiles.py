@@ -9,7 +9,7 @@ TIMES = np.array([0.5, 0.9, 2.0, 2.3, 3.1])
 POINTS = np.random.default_rng(1).normal(size=(2, 5))
 
 
-def test_two_points_have_the_known_polynomial():
+def test_minimum_jerk_of_two_points_is_the_known_polynomial():
     tau = np.linspace(0, 1, 11)
     x, v, a = minimum_jerk(np.array([0.0, 2.0]), np.array([[1.0, 4.0]]), 2 * tau)
     assert x[0] == pytest.approx(1 + 3 * (10 * tau**3 - 15 * tau**4 + 6 * tau**5), abs=1e-12)
@@ -17,7 +17,7 @@ def test_two_points_have_the_known_polynomial():
     assert a[0] == pytest.approx(3 * (60 * tau - 180 * tau**2 + 120 * tau**3) / 4, abs=1e-12)
 
 
-def test_splines_pass_through_their_points_and_begin_and_end_at_rest():
+def test_splines_pass_their_points_and_rest_at_both_ends():
     x, v, a = minimum_jerk(TIMES, POINTS, TIMES)
     assert x == pytest.approx(POINTS, abs=1e-12)
     assert v[:, [0, -1]] == pytest.approx(0, abs=1e-12) and a[:, [0, -1]] == pytest.approx(0, abs=1e-11)
@@ -39,7 +39,7 @@ def test_no_other_motion_through_the_points_has_less_jerk():
 
 
 def test_trapezoids_take_the_known_times_and_keep_their_limits():
-    """A way d takes d/v + v/a; if the speed is not reached 2 √(d/a); the slowest coordinate decides."""
+    """A distance d takes d/v + v/a; if the speed is not reached 2 √(d/a); the slowest coordinate decides."""
     points, speed, acceleration = np.array([[0.0, 3.0, 3.0], [0.0, 0.3, 0.1]]), np.array([2.0, 1.0]), np.array([4.0, 2.0])
     times, _, _ = trapezoid_times(points, speed, acceleration)
     assert times == pytest.approx([0, 3 / 2 + 2 / 4, 2 + 2 * np.sqrt(0.2 / 2)], rel=1e-14)

@@ -59,7 +59,7 @@ def test_orientation_coordinates_round_trip_and_rates(name, c):
         np.testing.assert_allclose(rotations.logarithm(turned[..., None])[:, 0] / (2 * step), rates[:, k], atol=1e-8)
 
 
-#: Beside quarter and half turns, where one convention or another tells some angles only together.
+#: Near quarter and half turns, where some conventions determine only the sum or difference of two angles.
 SPECIAL = st.builds(
     lambda quarters, distance, sign: quarters * np.pi / 2 + sign * 10.0**distance,
     st.integers(-2, 2),
@@ -95,7 +95,7 @@ def test_orientation_coordinates_rebuild_every_rotation(name, c, noise, near):
         )
 
 
-def test_coordinates_that_are_not_determined_are_those_nearby():
+def test_undetermined_orientation_coordinates_are_the_nearby_ones():
     azimuth = orientation_named("tilt_torsion")
     near = np.array([[2.0], [0.5], [1.5]])
     np.testing.assert_allclose(azimuth.same(np.array([[0.0], [0.0], [0.3]]), near, False), [[2.0], [0.0], [0.3]], atol=1e-15)
@@ -113,7 +113,7 @@ def test_coordinates_that_are_not_determined_are_those_nearby():
 
 
 @given(skewed=st.floats(-1.3, 1.3), q=st.tuples(st.floats(-3, 3), SPECIAL, st.floats(-3, 3)), side=st.sampled_from((-1, 1)))
-def test_three_angles_about_oblique_axes(skewed, q, side):
+def test_three_angles_about_oblique_axes_rebuild_the_rotation(skewed, q, side):
     """Spherical joints written as three revolutes, whose first and last axes may be at any angle."""
     axes = np.array([[1.0, 0.0, np.sin(skewed)], [0, 1, 0], [0, 0, np.cos(skewed)]])
     zero = skewed - np.pi / 2  # the second angle at which both are one line
@@ -129,7 +129,7 @@ def test_three_angles_about_oblique_axes(skewed, q, side):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("rpy", ["3.141592653589793 0 0.3", "0.2 1.5707963267948966 0"])
-def test_poses_are_assembled_from_their_own_reports(rpy):
+def test_poses_are_assembled_from_their_reported_coordinates(rpy):
     text = Path(robot_path("gough_stewart")).read_text()
     turned = text.replace('<platform link="platform"/>', f'<platform link="platform"><origin rpy="{rpy}"/></platform>')
     assert turned != text
@@ -144,7 +144,7 @@ def test_poses_are_assembled_from_their_own_reports(rpy):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("distance", [0.0, 1e-15, 1e-12, 1e-10, 1e-8, 1e-5, 1e-2])
-def test_a_tool_that_points_straight_down(distance):
+def test_downward_tool_is_assembled_from_its_reported_coordinates(distance):
     arm = package_robots.robot("ur10")
     q = np.array([0, -np.pi / 2, np.pi / 2, -np.pi / 2, -np.pi / 2, 0.7]) + distance * np.array([1, -2, 1, 3, 2, 1])
     pose = arm.assemble(actuators=dict(zip(arm.description.driven, q, strict=True)))
@@ -155,7 +155,7 @@ def test_a_tool_that_points_straight_down(distance):
 
 
 @pytest.mark.filterwarnings("ignore:.* turns")
-def test_from_a_pose_the_platform_turns_the_shorter_way():
+def test_platform_turns_the_shorter_way_from_a_pose():
     arm = package_robots.robot("ur10")
     drives = arm.description.driven
     pose = arm.assemble(actuators=dict(zip(drives, [0.3, -1.0, 1.5, -2.0, -1.5, 0.7], strict=True)))
@@ -169,7 +169,7 @@ def test_from_a_pose_the_platform_turns_the_shorter_way():
         np.testing.assert_allclose(one.q, two.q, atol=1e-12)
 
 
-def test_euler_sequences_mean_what_they_say():
+def test_euler_sequences_are_products_of_their_rotations():
     c = np.array([0.3, -0.5, 0.7])
     about = {axis: rotations.exponential(np.eye(3)[:, [k]] * c[k])[..., 0] for k, axis in enumerate("xyz")}
     for name, order in (("XYZ", "xyz"), ("xyz", "zyx"), ("ZXY", "zxy")):
@@ -178,13 +178,13 @@ def test_euler_sequences_mean_what_they_say():
 
 
 @pytest.mark.parametrize("name", ["XYX", "Xyz", "abc", "", "XY"])
-def test_unknown_orientation(name):
+def test_unknown_orientation_is_an_error(name):
     with pytest.raises(ks.exceptions.CoordinatesError, match="orientation"):
         orientation_named(name)
 
 
 @pytest.mark.parametrize("largest", range(4))
-def test_quaternions_of_matrices_whatever_component_is_largest(largest):
+def test_quaternions_round_trip_with_any_largest_component(largest):
     q = 0.3 * np.random.default_rng(largest).standard_normal((4, 20))
     q[largest] = 1.0
     q /= np.linalg.norm(q, axis=0)

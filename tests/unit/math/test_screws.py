@@ -1,11 +1,11 @@
-"""Twists, wrenches, stiffness and compliance about another point; a twist told in words: its axis, and its pitch."""
+"""Twists, wrenches, stiffness and compliance about another point; descriptions of twists by axis and pitch."""
 
 import numpy as np
 
 from kinetostatics.math.screws import describe_twist, move
 
 
-def test_a_pitch_is_the_way_per_turn():
+def test_description_of_a_twist_gives_axis_and_pitch():
     """A screw about z through (2, 0, 0) that rises by 0.3 m/rad, at half a rad/s."""
     twist = np.array([0, -2 * 0.5, 0.3 * 0.5, 0, 0, 0.5])
     assert describe_twist(twist, 1.0) == "a rotation about the axis (0, 0, 1) through o + (2, 0, 0) m with a pitch of 0.3 m/rad"
@@ -22,7 +22,7 @@ def test_a_pitch_is_the_way_per_turn():
 
 
 def test_power_stiffness_and_compliance_do_not_depend_on_the_reference_point():
-    """Power t · w; the twist C w, and the wrench K t, of every pose and column, moved, are those of what is moved."""
+    """For every pose and column: power t · w, twist C w and wrench K t of moved quantities are the moved ones."""
     rng = np.random.default_rng(3)
     C, w, t, shift = (rng.standard_normal(shape) for shape in ((6, 6, 5), (6, 4, 5), (6, 4, 5), (3, 5)))  # neither is symmetric
     K = np.moveaxis(np.linalg.inv(np.moveaxis(C, 2, 0)), 0, 2)

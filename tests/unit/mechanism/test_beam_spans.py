@@ -1,4 +1,4 @@
-"""Where beams begin and end: over slides that are welded, and without being told."""
+"""Ends of beams: over welded slides, and without given ends; mistakes in them, and masses of their links."""
 
 from dataclasses import replace
 
@@ -67,7 +67,7 @@ def numbers_of(robot):
 @pytest.mark.parametrize("density", [7850.0, None])
 @pytest.mark.parametrize("cut", [0, 1, 2])
 @pytest.mark.parametrize("carrier", ["cylinder", "rod"])
-def test_a_beam_over_a_welded_slide_is_the_beam_on_one_link(carrier, cut, density):
+def test_beam_over_welded_slide_equals_beam_on_one_link(carrier, cut, density):
     """Whether the weld is a joint (cuts 0 and 2) or a loop (cut 1), and whichever link carries the beam."""
     spec = welded(0.4, carrier, density)
     single = welded(0.0, "rod", density)
@@ -84,14 +84,14 @@ def test_a_beam_over_a_welded_slide_is_the_beam_on_one_link(carrier, cut, densit
         np.testing.assert_allclose(value, wanted[name], rtol=0, atol=1e-9 * scale, err_msg=name)
 
 
-def test_finite_elements_agree_about_a_welded_slide():
+def test_welded_slide_agrees_with_finite_elements():
     pytest.importorskip("openseespy")
     robot = sr.robot_of(welded(0.4, "rod"), cuts=[0, 1], twirl=3)
     assert max(ks.verify(robot.assemble(), LOAD, GRAVITY).differences.values()) < 1e-6
 
 
 @pytest.mark.parametrize("cut", [1, 2])
-def test_what_is_wrong_with_a_beam_over_a_welded_slide_is_said(cut):
+def test_invalid_beam_over_welded_slide_is_an_error(cut):
     spec = welded(0.4, "rod", None)
     along = replace(spec, beams=(spec.beams[0], replace(spec.beams[1], y_axis=tuple(HEAD - FOOT))))
     with pytest.raises(ks.RobotFileError, match="y_axis is parallel"):
@@ -103,7 +103,7 @@ def test_what_is_wrong_with_a_beam_over_a_welded_slide_is_said(cut):
         sr.robot_of(short, cuts=[0, cut], twirl=1)
 
 
-def test_a_telescope_held_by_a_fixed_loop_is_read():
+def test_beam_length_of_telescope_held_by_fixed_loop():
     robot = ks.load_robot(CASES / "telescope_held_by_weld.urdf")
     result = ks.analyze(robot.assemble())
     assert result.status == ks.Status.OK
@@ -159,8 +159,8 @@ def below(kind, axis, xyz="0 0 0", mass=0.0):
         ((below("prismatic", "0 1 0"), foot("block"), '<transmission name="t"><joint name="below"/></transmission>'), False),
     ],
 )
-def test_fewer_joints_from_the_base_is_the_beginning(elements, one, side):
-    """One joint more below the left rod, unless it is one joint with the hinge there: universal or cylindrical."""
+def test_beam_begins_at_the_end_with_fewer_joints_to_base(elements, one, side):
+    """An additional joint below the left rod counts, unless it forms a universal or cylindrical joint with the hinge there."""
     machine = ladder(side, *elements)
     np.testing.assert_allclose(direction(machine, "rung"), (1 if one and side == "left" else -1, 0, 0), atol=1e-12)
     for rod in ("left", "right"):
@@ -168,7 +168,7 @@ def test_fewer_joints_from_the_base_is_the_beginning(elements, one, side):
 
 
 @pytest.mark.parametrize("on", ["base", "platform"])
-def test_a_part_that_hangs_begins_where_it_hangs(on):
+def test_beam_of_hanging_part_begins_at_its_attachment(on):
     """A bracket on base or platform alone: its beam runs outwards."""
     machine = robot(
         *(link(name) for name in ("base", "rod", "platform", "end", "arm")), joint("foot", "fixed", "base", "rod"),
@@ -191,18 +191,18 @@ def mast(*beams, mass=0.0):
 
 
 @pytest.mark.parametrize(("given", "length"), [('from="foot"', 0.7), ('to="head"', 0.3)])
-def test_one_end_of_a_telescope_is_enough(given, length):
-    """The other is the rod's joint that the beam does not cross, or that is not named."""
+def test_telescope_beam_with_one_given_end_finds_the_other(given, length):
+    """The other end is the joint of the rod that the beam does not cross, or the one that is not named."""
     machine = mast(beam("rod", given))
     assert float(machine.beams["rod"].length(machine.zero_frames)[0]) == pytest.approx(length)
 
 
-# ---- what beginners forget -----------------------------------------------------------------------------------------------
+# ---- mistakes, and masses ------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["2pru_upr", "delta", "five_bar"])
-def test_a_missing_loop_is_told_as_one(name):
-    """Whether the beam names it or leaves its ends out."""
+def test_error_suggests_a_missing_loop(name):
+    """For beams that name the loop as an end, and for beams without given ends."""
     description = package_robots.robot(name).description
     loop = list(description.loops)[-1]
     left = replace(description, loops={key: item for key, item in description.loops.items() if key != loop})
@@ -216,7 +216,7 @@ def test_a_missing_loop_is_told_as_one(name):
         ks.Robot(replace(left, beams=beams))
 
 
-def test_a_wrong_parent_is_told_by_the_link_that_is_left_alone():
+def test_error_of_a_wrong_parent_names_the_dangling_link():
     description = package_robots.robot("3rps").description
     joint = replace(description.joints["prismatic_2"], parent="cylinder_1")
     with pytest.raises(
@@ -225,8 +225,8 @@ def test_a_wrong_parent_is_told_by_the_link_that_is_left_alone():
         ks.Robot(replace(description, joints={**description.joints, "prismatic_2": joint}))
 
 
-def test_mass_of_a_link_with_several_beams():
-    """The mass is spread by length, and weighs where the link's centre of mass is."""
+def test_beams_of_one_link_share_its_mass_by_length():
+    """The weight acts at the link's centre of mass."""
     text = (CASES / "dog.urdf").read_text()
     lengths, middles = np.array([0.4, 0.2]), np.array([[0.2, 0, 0], [0.4, 0, 0.1]])
     right = lengths @ middles / lengths.sum()
@@ -238,8 +238,8 @@ def test_mass_of_a_link_with_several_beams():
         assert [float(beam.mass) for beam in result.beams.values()] == pytest.approx([4, 2])
 
 
-def test_mass_of_a_telescope_without_density():
-    """It weighs what its link does, at the link's centre of mass 0.2 above the slide; with a density, by its length."""
+def test_telescope_without_density_has_the_mass_of_its_link():
+    """The weight acts at the link's centre of mass, 0.2 m above the slide; with a density it is proportional to the length."""
     stroke = np.array([0.0, 0.3])
     for density, mass, centre in (
         ("", 2.0, stroke + 0.6),
@@ -282,20 +282,20 @@ def test_mass_of_a_telescope_without_density():
         ),
     ],
 )
-def test_what_beams_cannot_carry(parts, words):
+def test_loads_inside_spans_and_oblique_slides_are_errors(parts, words):
     column = link("base"), link("rod"), link("platform"), joint("foot", "fixed", "base", "rod")
     head = joint("head", "fixed", "rod", "platform", "0 0 0.5"), beam("rod", 'from="foot" to="head"')
     with pytest.raises(ks.RobotFileError, match=words):
         robot(*column, *head, *parts).beams  # noqa: B018
 
 
-def test_a_beam_that_is_written_backwards_is_a_warning():
+def test_beam_from_platform_to_base_is_warned_of():
     column = link("base"), link("rod"), link("platform"), joint("foot", "fixed", "base", "rod")
     machine = robot(*column, joint("head", "fixed", "rod", "platform", "0 0 0.5"), beam("rod", 'from="head" to="foot"'))
     assert "'rod' runs from its end towards the platform to the one towards the base" in machine.topology.warnings[0]
 
 
-def test_a_telescope_of_no_length_is_told_where_it_begins():
+def test_error_of_zero_length_telescope_suggests_its_start():
     text = f"""<robot name="r">{link("a")}{link("b")}{link("c")}{link("p", 1.0)}
 {joint("foot", "continuous", "a", "b")}{joint("slide", "prismatic", "b", "c", "0 0 1", "0 0 1")}
 {joint("tip", "fixed", "c", "p")}<platform link="p"/>

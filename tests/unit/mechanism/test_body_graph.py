@@ -1,4 +1,4 @@
-"""Which way is out: directions of the edges of networks small enough to follow all ways through them."""
+"""Directions of a body graph's edges from base to platform, compared with all paths through small networks."""
 
 import numpy as np
 import pytest
@@ -35,37 +35,37 @@ class Network:
         ]
 
 
-def test_a_chain_is_one_way_however_its_joints_are_written():
+def test_chain_direction_does_not_depend_on_joint_order():
     assert Network("0a", "ab", "b1").read() == Network("a0", "ba", "1b").read() == ["0a", "ab", "b1"]
     assert Network("b1", "ab", "0a").read() == ["0a", "ab", "b1"]
     assert Network("01").read() == ["01"]
 
 
-def test_only_the_bridge_is_passed_both_ways():
+def test_only_the_bridge_has_both_directions():
     bridge = ("0a", "0b", "ab", "a1", "b1")
     assert Network(*bridge).read() == ["0a", "~ab-", "a1", "0b", "b1"]
     assert Network("0a", "0b", "ab", "a1", "b1", "1c", "c0").read()[-2:] == ["0c", "c1"]
 
 
-def test_a_direction_that_hardly_any_current_takes_is_found():
-    """From c to b goes no current, unless all five ways from c to the platform resist much and the long one from b does not."""
+def test_direction_with_almost_no_current_is_found():
+    """Current flows from c to b only if the five edges from c to the platform resist much and the long path from b does not."""
     long = ("0a", "ap", "pq", "qr", "rs", "st", "tc", "0b", "bu", "uv", "vw", "wx", "xy", "y1", "a1", *["c1"] * 5)
     network = Network(*long, "bk", "kl", "lc", "bm", "mc")
     both = {step.edge for step in network.steps() if step.both_ways}
     assert both == {*network.edges[1:7], *network.edges[-5:]}
 
 
-def test_a_ring_in_a_chain_has_one_direction():
+def test_ring_in_a_chain_has_one_direction():
     assert Network("0a", "ab", "ac", "bd", "cd", "d1").read() == ["0a", "ab", "bd", "d1", "ac", "cd-"]
     # the tree prefers beams where two edges end at one body
     assert Network("0a", "ab", "ac", "bd", "cd", "d1", beams="cd").read() == ["0a", "ab", "bd-", "ac", "cd", "d1"]
 
 
-def test_what_leads_nowhere_points_away():
+def test_dangling_edges_point_away_from_the_chain():
     assert Network("0a", "a1", "ba", "bc").read() == ["0a", "a1", "ab", "bc"]
     # a ring that hangs on the chain: its edges have no direction of their own
     assert Network("0a", "a1", "ab", "bc", "ca").read() == ["0a", "a1", "~ab", "~bc-", "~ac"]
-    # one beyond a joint: the joint points away, the ring has none
+    # a ring beyond a joint: the joint points away, the ring has no direction
     assert Network("0a", "a1", "ab", "bc", "cd", "db").read() == ["0a", "a1", "ab", "~bc", "~cd-", "~bd"]
 
 
@@ -74,7 +74,7 @@ def test_a_component_without_the_base_begins_at_the_platform():
     assert Network("0a", "ab").read() == ["0a", "ab"]
 
 
-def test_cuts_are_what_every_way_passes():
+def test_blocks_are_split_at_bodies_on_every_path():
     network = Network("0a", "ab", "ac", "bd", "cd", "d1")
     found = [
         (inner.links[0], outer.links[0], [step.inner.links[0] + step.outer.links[0] for step in steps])
@@ -86,7 +86,7 @@ def test_cuts_are_what_every_way_passes():
 
 
 def ways(edges, here, platform, met=()):
-    """Yield all ways from a body to the platform that meet no body twice, as (edge, whether it is passed as it is written)."""
+    """Yield all paths from a body to the platform that meet no body twice, as (edge, whether it is passed as written)."""
     if here is platform:
         yield []
         return
@@ -98,7 +98,7 @@ def ways(edges, here, platform, met=()):
 
 @pytest.mark.few(10)
 @pytest.mark.parametrize("seed", range(30))
-def test_directions_are_those_of_all_ways(seed):
+def test_directions_equal_those_of_all_paths(seed):
     random = np.random.default_rng(seed)
     base, platform, *others = bodies = [RigidBody([str(k)]) for k in range(random.integers(3, 9))]
     pairs = [(others[random.integers(k)], others[k]) for k in range(1, len(others))]  # they hang together
@@ -120,7 +120,7 @@ def test_directions_are_those_of_all_ways(seed):
     assert sorted(map(id, reached)) == sorted(id(body) for body in bodies if body not in (base, platform))
 
 
-def test_what_is_reached_comes_in_the_order_of_the_search():
+def test_reachable_yields_nodes_in_search_order():
     doubled = {1: [2, 3], 2: [4, 1], 3: [4, 5], 4: [], 5: [1], 6: [1]}
     assert list(reachable([1], doubled.__getitem__)) == [1, 2, 3, 4, 5]
     assert list(reachable([4, 6], doubled.__getitem__)) == [4, 6, 1, 2, 3, 5]

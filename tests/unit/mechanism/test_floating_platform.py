@@ -1,4 +1,4 @@
-"""A passive floating joint from base to platform: it is no limb, and all limbs are alike, each closed by a loop."""
+"""A passive floating joint from base to platform is no limb; all limbs are alike, each closed by a loop."""
 
 import numpy as np
 import pytest
@@ -58,7 +58,7 @@ def pair():
         {"platform": {"z": [0.45, 0.6], "azimuth": [-2.0, 1.0], "tilt": 0.2}, "orientation": "tilt_torsion"},
     ],
 )
-def test_the_numbers_are_the_same(pair, coordinates):
+def test_results_equal_those_of_a_tree_through_limb_1(pair, coordinates):
     one, other = (ks.analyze(robot.assemble(**coordinates), load=LOAD) for robot in pair)
     drives = [f"prismatic_{i}" for i in (1, 2, 3)]
     for what in ("twist", "stiffness", "base_wrench"):
@@ -74,7 +74,7 @@ def test_the_numbers_are_the_same(pair, coordinates):
         np.testing.assert_allclose(other.configuration.actuators[drive], one.configuration.actuators[drive], atol=1e-12)
 
 
-def test_it_is_no_limb_and_no_drive(pair):
+def test_floating_joint_is_no_limb_and_cannot_be_driven(pair):
     robot = pair[1]
     assert list(ks.analyze(robot.assemble()).limbs) == ["limb_1", "limb_2", "limb_3"]
     assert [limb.is_serial for limb in robot.topology.limbs] == [True] * 3
@@ -86,7 +86,7 @@ def test_it_is_no_limb_and_no_drive(pair):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("end", ["flange_4", "platform_pose", "platform_pose:child"])
-def test_a_beam_may_end_at_it(end):
+def test_beam_may_end_at_the_floating_joint(end):
     """The tube of a Tricept is fixed to the platform at o, where the floating joint is on the platform's side."""
     text = robot_text("3-U[P]S+UP", sections={"rod_4": "tube 120mm 100mm"})
     start = '<xacro:rod_4_beam link="rod_${i}" start="universal_${i}_y" end="flange_${i}"/>'

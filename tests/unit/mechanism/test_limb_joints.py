@@ -1,4 +1,4 @@
-"""Joints of a limb as its statics see them, and beams whose ends are found: what stands where in small robots."""
+"""Joints of a limb in its statics: hinges that form one joint, order, centres; and ends found for a beam."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from kinetostatics.mechanism.mechanism import meeting_points
 
 
 def hinges(*axes, at=None):
-    """A chain of hinges about these axes, all through one point unless ``at`` says where along x each stands, under a rod."""
+    """A chain of hinges about these axes, under a rod: all through one point, or at the places ``at`` along x."""
     at = np.zeros(len(axes)) if at is None else np.asarray(at)
     names = ["base", *(f"link_{k}" for k in range(1, len(axes))), "rod"]
     parts = [link(name) for name in [*names, "platform"]]
@@ -38,13 +38,13 @@ X, Y, Z, OBLIQUE = "1 0 0", "0 1 0", "0 0 1", "1 1 1"
         ((Y, X, Z), (1000, 1000, 1000 + 1e-7), "spherical"),  # but for the rounding of coordinates in mm
     ],
 )
-def test_hinges_that_meet_are_one_joint(axes, at, kinds):
+def test_hinges_with_intersecting_axes_form_one_joint(axes, at, kinds):
     [group] = hinges(*axes, at=at).statics.groups
     assert " ".join(item.type.name for item in group.compounds[0]) == kinds
 
 
-def test_joints_are_in_the_order_of_their_links():
-    """Beams first, then joints from the base outwards, whatever the order in which joints are written."""
+def test_limb_edges_are_ordered_from_base_to_platform():
+    """Whatever the order in which the file lists joints and beams."""
     machine = robot(
         link("base"), link("a"), link("b"), link("platform"), joint("third", "fixed", "b", "platform", "0 0 1"),
         joint("second", "fixed", "a", "b", "0 0 1"), joint("first", "fixed", "base", "a"),
@@ -55,8 +55,8 @@ def test_joints_are_in_the_order_of_their_links():
 
 
 @pytest.mark.parametrize("side", ["base", "platform"])
-def test_a_beam_with_a_branch_runs_from_base_to_platform(side):
-    """Of three joints at a link the one towards the base, two links away, and the one towards the platform, are its ends."""
+def test_beam_of_branched_link_runs_from_base_to_platform(side):
+    """Of the three joints of the link, the ends are those towards base and platform, not the hook."""
     machine = robot(
         link("base"), link("lower"), link("rod"), link("upper"), link("platform"), link("bob"),
         joint("foot", "fixed", "base", "lower"), joint("in", "fixed", "lower", "rod", "0 0 0.2"),
@@ -81,12 +81,12 @@ def test_a_beam_with_a_branch_runs_from_base_to_platform(side):
         ((X, Y), None, 0),
     ],
 )
-def test_three_hinges_at_right_angles_are_one_ball(axes, at, count):
+def test_three_orthogonal_hinges_form_one_spherical_joint(axes, at, count):
     assert len(hinges(*axes, at=at).mechanism.spherical_runs) == count
 
 
 @pytest.mark.parametrize(("axes", "at"), [((X, Y), (0, 0.3)), ((X, Y, Z), (0, 0.3, 0.3)), ((X, Y, Z), (-0.2, 0.3, 0.3))])
-def test_the_centre_of_a_joint_is_where_its_axes_meet(axes, at):
+def test_joint_centre_is_the_intersection_of_its_axes(axes, at):
     machine = hinges(*axes, at=at)
     [group] = machine.statics.groups
     frames = machine.assemble().frames
@@ -95,8 +95,8 @@ def test_the_centre_of_a_joint_is_where_its_axes_meet(axes, at):
 
 
 @pytest.mark.parametrize(("miss", "meet"), [(0.0, True), (1e-9, True), (2e-9, False), (-2e-9, False)])
-def test_lines_meet_that_pass_at_a_nanometre(miss, meet):
-    """x, and a line across it at x = 0.3: beside 1 m and the distance of their points, 0.5 m here."""
+def test_lines_within_a_nanometre_intersect(miss, meet):
+    """The x axis and a line across it at x = 0.3. The tolerance, 1e-9, is relative to 1 m plus the distance of their points."""
     found = meeting_points(
         np.array([1.0, 0, 0]), np.zeros(3), np.array([0, 0.6, 0.8]), np.array([0.3, 0.24 - 0.8 * miss, 0.32 + 0.6 * miss])
     )
@@ -105,6 +105,6 @@ def test_lines_meet_that_pass_at_a_nanometre(miss, meet):
 
 
 @pytest.mark.parametrize(("angle", "meet"), [(0.9e-6, False), (1.1e-6, True)])
-def test_lines_that_are_all_but_parallel_do_not_meet(angle, meet):
+def test_nearly_parallel_lines_do_not_intersect(angle, meet):
     found = meeting_points(np.array([1.0, 0, 0]), np.zeros(3), np.array([np.cos(angle), np.sin(angle), 0]), np.array([0.3, 0, 0]))
     assert found == (pytest.approx((0.3, 0.0)) if meet else None)

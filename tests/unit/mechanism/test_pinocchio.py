@@ -1,4 +1,4 @@
-"""Pinocchio against batches: frames and twists, masses and weights, models that weigh the robot, loops as its constraints."""
+"""Comparisons with Pinocchio: frames and twists, masses and weights, loops as its constraints, constraint dynamics."""
 
 import os
 import time
@@ -59,8 +59,8 @@ def pose_of(name, number):
     return poses(name)[number]
 
 
-def test_frames_twists_and_small_displacements_are_pinocchios():
-    """Larger displacements are not: there a body that slides and turns goes along an arc."""
+def test_frames_twists_and_small_displacements_equal_pinocchio():
+    """Larger displacements differ: Pinocchio moves a body that slides and turns along an arc."""
     mechanism = Mechanism(parse_robot_text(TREE))
     model, tree = mechanism.model, mechanism.tree
     data = model.createData()
@@ -82,8 +82,8 @@ def test_frames_twists_and_small_displacements_are_pinocchios():
 
 
 @each_pose
-def test_one_pose_by_pinocchio_is_one_of_a_batch_by_numpy(name, number):
-    """Frames, and weights link by link and beam by beam; those of links also by the numbers of the file."""
+def test_single_pose_by_pinocchio_equals_pose_of_numpy_batch(name, number):
+    """Frames, and weights of each link and beam; those of links are also compared with the numbers of the file."""
     pose = pose_of(name, number)
     mechanism, weights, frames = pose.robot.mechanism, pose.robot.weights, pose.frames
     one, many = mechanism.forward(pose.model_q), mechanism.forward(np.repeat(pose.model_q, 2, axis=1))
@@ -106,7 +106,7 @@ def test_one_pose_by_pinocchio_is_one_of_a_batch_by_numpy(name, number):
 
 @pytest.mark.few(6)
 @each_pose
-def test_the_model_weighs_the_robot(name, number):
+def test_pinocchio_model_has_mass_and_centre_of_the_robot(name, number):
     pose = pose_of(name, number)
     machine, model = pose.robot, pose.model
     masses, centres = machine.weights.masses(pose.frames)[:, 0], machine.weights.centres(pose.frames)[:, :, 0]
@@ -120,7 +120,7 @@ def test_the_model_weighs_the_robot(name, number):
         np.testing.assert_allclose(zero.base_wrench[:3], -masses.sum() * GRAVITY, rtol=1e-9, atol=1e-9 * masses.sum())
 
 
-def test_the_robot_s_own_model_is_that_of_its_zero_pose():
+def test_robot_model_has_the_masses_of_the_zero_pose():
     machine = robot("3rps")
     assert pin.computeTotalMass(machine.model) == pytest.approx(pin.computeTotalMass(machine.assemble().model), rel=1e-14)
     lower = machine.assemble(platform={"z": 0.4, "rx": 0.0, "ry": 0.0})
@@ -128,21 +128,21 @@ def test_the_robot_s_own_model_is_that_of_its_zero_pose():
     assert machine.mechanism.model.nq == machine.model.nq
 
 
-def test_data_is_of_the_pose():
+def test_pinocchio_data_has_the_frames_of_the_pose():
     pose = robot("2pru_upr").assemble(platform={"z": 0.55, "rx": 0.1, "ry": -0.05}, orientation="XYZ")
     for link in pose.robot.description.links:
         frame = pose.data.oMf[pose.model.getFrameId(link)]
         np.testing.assert_allclose(frame.homogeneous, pose.frame(link), atol=1e-14)
 
 
-def test_a_batch_has_no_single_model():
+def test_model_of_a_batch_is_an_error():
     batch = robot("3rps").assemble(platform={"z": [0.5, 0.55], "rx": 0.0, "ry": 0.0})
     with pytest.raises(ks.ArgumentError, match="one pose"):
         batch.model  # noqa: B018
 
 
-def test_standard_error_survives_threads_that_make_robots(monkeypatch):
-    """Pinocchio's parser is silenced on the file descriptor, of which there is one in a process; others come in between."""
+def test_standard_error_is_restored_after_threads_make_robots(monkeypatch):
+    """Pinocchio's parser is silenced by the file descriptor, which all threads share."""
     description, dup2 = robot("five_bar").description, os.dup2
     before = os.fstat(2)
     monkeypatch.setattr(os, "dup2", lambda *files: (dup2(*files), time.sleep(2e-3)))
@@ -159,8 +159,8 @@ def test_standard_error_survives_threads_that_make_robots(monkeypatch):
 @pytest.mark.few(4)
 @pytest.mark.parametrize("anchors", [False, True])
 @each_pose
-def test_drives_hold_the_robot_in_pinocchio_too(name, number, anchors):
-    """Gravity of Pinocchio's tree is balanced by its loop constraints and by the actuators, with the forces that we find."""
+def test_actuator_forces_balance_gravity_in_pinocchio(name, number, anchors):
+    """Gravity of Pinocchio's tree is balanced by its loop constraints and by the actuators, with the forces of ``analyze``."""
     if anchors and not hasattr(pin, "PointAnchorConstraintModel"):
         pytest.skip("Pinocchio 3 has no anchors")
     pose = pose_of(name, number)
@@ -193,8 +193,8 @@ def _balanced(pose, closed, anchors):
 @pytest.mark.few(4)
 @pytest.mark.parametrize("swap", [False, True])
 @pytest.mark.parametrize("kind", [kind for kind, count in FREEDOMS.items() if count])
-def test_a_loop_of_any_type_becomes_constraints_of_pinocchio(kind, swap):
-    """Between ground and platform, whichever of them the file calls predecessor: a run of joints ends on what moves."""
+def test_every_loop_type_becomes_pinocchio_constraints(kind, swap):
+    """Between ground and platform, with either of them as predecessor."""
     held = Held(kind, 12, swap=swap)
     pose = held.robot().assemble(actuators=held.actuators(held.random_q(np.random.default_rng(3))))
     closing, closed = pose.robot.mechanism.connections["closing"], pose.loop_model()
@@ -204,14 +204,14 @@ def test_a_loop_of_any_type_becomes_constraints_of_pinocchio(kind, swap):
     _balanced(pose, closed, anchors=False)
 
 
-def test_loops_that_pinocchio_does_not_know_are_named():
+def test_error_names_loops_without_pinocchio_constraint():
     with pytest.raises(ks.ArgumentError, match="universal loop 'universal_2'"):
         robot("2pru_upr").constraint_models()
 
 
 @pytest.mark.parametrize("name", ["3rps", "five_bar"])
-def test_constraint_dynamics_keeps_the_robot_still(name):
-    """Held by our forces, the robot does not begin to move; without them it falls."""
+def test_actuator_forces_hold_the_robot_in_constraint_dynamics(name):
+    """With the forces of ``analyze`` the robot does not accelerate; without them it falls."""
     pose = poses(name)[1]
     machine, model = pose.robot, pose.model
     models = machine.constraint_models()
@@ -228,7 +228,7 @@ def test_constraint_dynamics_keeps_the_robot_still(name):
     assert np.abs(held).max() < 1e-6 * np.abs(falling).max() and np.abs(falling).max() > 0.1
 
 
-def test_the_page_about_pinocchio_is_true(capsys):
+def test_examples_of_the_pinocchio_page_run(capsys):
     run_python("how_to/pinocchio")
     assert len(python_of("how_to/pinocchio")) == 2
     assert float(capsys.readouterr().out.split()[-1]) < 1e-9

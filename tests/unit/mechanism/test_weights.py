@@ -1,4 +1,4 @@
-"""Masses by way of Pinocchio: links welded together, massless ones, bodies that weigh what they are given."""
+"""Inertias of links, bodies and beams in Pinocchio models."""
 
 import numpy as np
 import pinocchio as pin
@@ -28,7 +28,7 @@ def test_every_link_has_its_own_inertia():
 
 
 @pytest.mark.parametrize(("mass", "weighs"), [(0.0, False), (1e-15, False), (1e-12, True), (1.0, True)])
-def test_what_rounding_leaves_of_a_link_weighs_nothing(mass, weighs):
+def test_link_mass_of_rounding_size_counts_as_zero(mass, weighs):
     machine = robot(
         link("base"), link("arm", mass), link("platform", 0.7, "0 0 0.1"), joint("hinge", "continuous", "base", "arm"),
         joint("weld", "fixed", "arm", "platform"),
@@ -36,7 +36,7 @@ def test_what_rounding_leaves_of_a_link_weighs_nothing(mass, weighs):
     assert bool(link_inertias(machine.mechanism.model)["arm"].mass) == weighs
 
 
-def test_a_model_weighs_what_it_is_given():
+def test_weighed_model_has_the_given_inertias():
     model = robot(
         link("base", 9.0), link("arm", 9.0), link("platform", 9.0), joint("hinge", "continuous", "base", "arm"),
         joint("elbow", "continuous", "arm", "platform", "1 0 0"),
@@ -48,7 +48,7 @@ def test_a_model_weighs_what_it_is_given():
     assert model.inertias[2].mass == 9.0 and np.all(np.isfinite(copy.inertias[1].inertia))
 
 
-def test_a_beam_is_a_prism():
+def test_beam_has_the_inertia_of_a_prism():
     """Textbook inertia of a 0.02 × 0.06 × 0.5 bar about its middle: m (b² + h²)/12 along it, m (L² + h²)/12 across."""
     machine = robot(
         link("base"), link("bar"), link("platform"), joint("foot", "continuous", "base", "bar", "0.1 0.2 0"),

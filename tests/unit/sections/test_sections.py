@@ -7,7 +7,7 @@ from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
 from kinetostatics.sections.stresses import shear_functions
 
 
-def test_circle_and_tube():
+def test_area_and_moments_of_circle_and_tube():
     circle = Tube.of(0.1)
     assert circle.area == pytest.approx(np.pi * 0.05**2)
     assert circle.I_y == circle.I_z == pytest.approx(np.pi * 0.1**4 / 64)
@@ -17,7 +17,7 @@ def test_circle_and_tube():
     assert tube.I_y == pytest.approx(circle.I_y - Tube.of(0.08).I_y)
 
 
-def test_cowpers_shear_coefficients():
+def test_shear_coefficients_equal_cowper():
     """Cowper 1966: solid circle 6(1+ν)/(7+6ν), thin tube 2(1+ν)/(4+3ν), rectangle 10(1+ν)/(12+11ν)."""
     nu = 0.3
     assert Tube.of(0.1).shear_coefficients(nu) == pytest.approx((6 * 1.3 / 8.8,) * 2)
@@ -31,7 +31,7 @@ def test_cowpers_shear_coefficients():
 
 
 @pytest.mark.parametrize(("ratio", "J", "stress"), [(1, 0.1406, 0.208), (2, 0.229, 0.246), (10, 0.312, 0.312)])
-def test_torsion_of_a_rectangle(ratio, J, stress):
+def test_torsion_of_a_rectangle_equals_timoshenko(ratio, J, stress):
     """Timoshenko and Goodier, table in section 109: J = k1 a b³, largest stress T / (k2 a b²)."""
     b = 0.02
     section = Rectangle.of(ratio * b, b)
@@ -41,7 +41,7 @@ def test_torsion_of_a_rectangle(ratio, J, stress):
     assert Rectangle.of(b, ratio * b).J == pytest.approx(section.J)
 
 
-def test_thin_square_tube():
+def test_thin_square_tube_equals_thin_wall_formulas():
     section = RectangularTube.of(0.1, 0.1, 0.001)
     side = 0.099
     assert section.area == pytest.approx(4 * side * 0.001)
@@ -49,14 +49,14 @@ def test_thin_square_tube():
     assert section.I_y == pytest.approx(2 / 3 * side**3 * 0.001, rel=1e-3)
 
 
-def test_a_section_by_numbers_has_no_known_stress():
+def test_section_given_by_numbers_has_nan_stress():
     section = Section(1e-3, 1e-7, 2e-7, 1e-7)
     assert np.isnan(section.stress(np.ones((6, 1)))).all()
     assert section.shear_coefficients(0.3) is None
     assert not section.is_isotropic
 
 
-def test_no_section_with_the_largest_stress_is_overlooked():
+def test_largest_stress_equals_the_maximum_over_all_sections():
     """Of 21 sections of a tube only those that may have the largest stress are computed."""
     section = Tube.of(0.05, 0.03)
     random = np.random.default_rng(2)
@@ -80,16 +80,16 @@ def test_the_largest_stress_is_where_tension_and_shear_add(section):
 
 
 @pytest.mark.parametrize(("thickness", "near"), [(0.004, 0.004), (0.012, 0.0015)])
-def test_stresses_are_told_as_near_to_a_sharp_corner_as_said(thickness, near):
-    """As near as the wall, or as half of the hole's half sides: 0.003 of the narrow hole."""
+def test_stress_points_keep_their_distance_from_sharp_corners(thickness, near):
+    """The distance is the wall's thickness, or half of the hole's half side, 0.003 for the narrow hole."""
     y, z = shear_functions(0.03, 0.05, thickness).points()
     gap = np.hypot(y - (0.015 - thickness), z - (0.025 - thickness))
     assert gap.min() == pytest.approx(near, rel=1e-9)
 
 
 @pytest.mark.parametrize("sides", [(0.032, 0.032, 0.004), (0.1, 0.05, 0.002)])
-def test_tubes_of_usual_ratios_have_no_jump_in_what_elements_find(sides):
-    """Derivatives by sizes are differences: by 1e-6 of a size they are those by 1e-3 of it."""
+def test_torsion_and_shear_of_tubes_have_smooth_derivatives(sides):
+    """Differences by 1e-6 of a size equal those by 1e-3 of it."""
 
     def slopes(h):
         ends = [RectangularTube.of((1 + k) * sides[0], *sides[1:]) for k in (h, -h)]
