@@ -257,7 +257,8 @@ def _orientations(axes: Array, moments: Array, named: Mask, length: float) -> Ar
     Args:
         axes: (3, k, g) directions of the axes in the file.
         moments: (3, k, g) moments of unit forces along the axes, about the world's origin [m]; zero for translations.
-        named: (k,) whether an axis is that of a joint with a single axis; only these axes determine "anticlockwise".
+        named: (k,) whether an axis is a feature of the robot, not an arbitrary axis of the file, as of a spherical joint; only
+            the moments of such axes count.
         length: characteristic length [m].
     """
     cosines = np.einsum("ikg,ihg->khg", axes, axes) * named[:, None]
