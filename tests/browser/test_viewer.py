@@ -11,6 +11,8 @@ from scipy.spatial.transform import Rotation
 
 import kinetostatics as ks
 from kinetostatics.viewer.live import serve
+from kinetostatics.viewer.page import iframe_html
+from kinetostatics.viewer.scene import describe_scene
 
 #: For each visible label: text, anchor and box on the screen, and whether it has a leader line.
 ANCHORS = """robot_page.labels.filter(l => l.element.style.visibility === 'visible').map(l => {
@@ -20,6 +22,13 @@ ANCHORS = """robot_page.labels.filter(l => l.element.style.visibility === 'visib
   return [l.text(), stage.left + (0.5 + 0.5 * p.x) * stage.width, stage.top + (0.5 - 0.5 * p.y) * stage.height,
     r.left, r.top, r.right, r.bottom, l.leader.style.visibility === 'visible'];
 })"""
+#: Tail and tip of an arrow on the screen; whether a label is visible.
+ON_SCREEN = """(path) => { const { object, size, spec } = robot_page.arrows.get(path);
+  const stage = viewer.dom_element.getBoundingClientRect();
+  return [0, size * spec.metres_per_unit].map((y) => {
+    const p = object.localToWorld(new MeshCat.THREE.Vector3(0, y, 0)).project(viewer.camera);
+    return [stage.left + (0.5 + 0.5 * p.x) * stage.width, stage.top + (0.5 - 0.5 * p.y) * stage.height]; }); }"""
+VISIBLE = "l => l.element.style.visibility === 'visible'"
 #: Where all vertices stand on the stage, -1 to 1.
 PROJECTED = """[...robot_page.solids.values()].flatMap(({ mesh }) => {
   const out = [], p = mesh.geometry.attributes.position, v = new MeshCat.THREE.Vector3();
@@ -129,6 +138,18 @@ def test_labels_do_not_overlap(visit, page):
 
 
 @pytest.mark.slow
+def test_a_label_without_room_is_shown_when_the_pointer_is_at_its_arrow(visit, page):
+    page = visit(page.url, (320, 640))
+    page.evaluate("viewer.set_property(['Arrows', 'constraint forces'], 'visible', true)")
+    settle(page)
+    for path in page.evaluate(f"robot_page.labels.filter(l => l.path && l.shown() && !({VISIBLE})(l)).map(l => l.path)"):
+        page.mouse.move(*np.mean(page.evaluate(ON_SCREEN, path), axis=0))
+        settle(page)
+        if page.evaluate(f"path => robot_page.labels.filter(l => l.path === path).some({VISIBLE})", path):
+            return  # the others may be behind other arrows
+    raise AssertionError("no further label is shown")
+
+
 def test_rigid_planar_robot_fits_the_window_without_colour_scale(visit, tmp_path):
     """Seen from the side, a flat robot extends far away from the camera and near to it."""
     robot = ks.load_robot("planar_3rrr")
@@ -161,6 +182,25 @@ def test_pictures_are_not_blank_and_well_framed(page):
 
 
 # ---- paths ---------------------------------------------------------------------------------------------------------
+
+
+def test_an_unrounded_path_in_a_notebook_frame_has_all_digits(browser, result, tmp_path):
+    """Without network, in single precision: the page adds up the differences of the file."""
+    path = result.robot.assemble(platform={"z": [0.55, 0.6, 0.61, 0.58], "rx": 0.1, "ry": -0.1})
+    moving = ks.analyze(path, load=LOAD)
+    ks.save_html(moving, tmp_path / "path.html")
+    framed = iframe_html((tmp_path / "path.html").read_text(encoding="utf-8"))
+    (tmp_path / "notebook.html").write_text(f"<!DOCTYPE html><meta charset=utf-8><body>{framed}", encoding="utf-8")
+    context = browser.new_context(offline=True)
+    notebook = context.new_page()
+    notebook.goto((tmp_path / "notebook.html").as_uri())
+    frame = notebook.frames[1]
+    frame.wait_for_function("window.robot_page && robot_page.ready", timeout=90_000)
+    stations = describe_scene(moving).stations
+    for key, expected in (("pose", stations.poses), ("twist", stations.all_twists)):
+        found = frame.evaluate("key => [...robot_page.scene.stations[key]]", key)
+        np.testing.assert_array_equal(found, expected.astype(np.float32).ravel())
+    context.close()
 
 
 @pytest.mark.slow

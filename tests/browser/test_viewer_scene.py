@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import package_robots
 import pytest
+import simple_machines as machines
 import trimesh
 from browser_pages import LOAD, POSES, packed_in
 
@@ -23,6 +24,7 @@ from kinetostatics.viewer.packing import Packing
 from kinetostatics.viewer.page import fitting_page, page_html, save_screenshot
 from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.viewer.shapes import Surface, swept
+from kinetostatics.viewer.sliders import determining
 from kinetostatics.viewer.still import Still, legend
 from kinetostatics.viewer.visuals import decimated, link_visuals
 
@@ -536,6 +538,28 @@ def test_live_answers_equal_analyses_of_pose_and_load():
     assert drives == pytest.approx({name: 1e3 * float(value) for name, value in pose.actuators.items()})
     again = shown(live.answer({"kind": "actuators", "values": drives}))
     assert again["platform", "z"] == pytest.approx(520) and again["platform", "rx"] == pytest.approx(1)
+
+
+def test_sliders_of_platform_coordinates_are_in_the_usual_order():
+    for name, expected in (("delta", "x y z"), ("gough_stewart", "x y z rx ry rz"), ("spherical_3rrr", "rx ry rz")):
+        assert determining(package_robots.robot(name).assemble(), None) == tuple(expected.split())
+
+
+def test_drawn_parts_have_the_same_stations_at_all_poses():
+    """A live page draws its first meshes at the stations of later poses; here both joints of the guide coincide where q = 0."""
+    names, axes = ("turn", "slide", "wrist"), ("0 1 0", "0 0 1", "0 1 0")
+    links = ("base", "guide", "rod", "platform")
+    parts = [machines.link(name, 1.0) for name in links]
+    for k, (name, axis) in enumerate(zip(names, axes, strict=True)):
+        kind, at = "prismatic" if name == "slide" else "revolute", "0 0 0.5" if name == "wrist" else "0 0 0"
+        parts += [machines.joint(name, kind, links[k], links[k + 1], at, axis)]
+        parts += [
+            f'<joint_stiffness joint="{name}" drive="1e4"/><transmission name="{name}"><joint name="{name}"/></transmission>'
+        ]
+    machine = machines.robot(*parts)
+    poses = [machine.assemble(actuators={"turn": 0.0, "slide": q, "wrist": 0.0}) for q in (0.0, 0.1)]
+    first, later = ({mesh.path: mesh.station for mesh in describe_scene(ks.analyze(pose)).meshes} for pose in poses)
+    assert first == later and "joints/wrist" in first
 
 
 def test_live_sends_notes_and_cards_on_request_only():

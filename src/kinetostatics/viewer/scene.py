@@ -212,10 +212,9 @@ class _SceneBuilder:
         middle = local.mean(axis=0)
         radius = 0.5 * float(np.mean([marker_radius(self.poses, joint, self.size) for joint in near or self.joints]))
         sticks = [stick(middle, p, radius) for p in local if np.linalg.norm(p - middle) > 1e-6 * self.size]
-        if sticks:
-            hub = ball(radius)
-            hub = Surface(hub.vertices + middle, hub.faces)
-            self.meshes.append(Mesh(path, joined([*sticks, hub]), self._link_station(link, roots), roots))
+        hub = ball(radius)  # also where all points coincide: stations of a live page are the same at all poses
+        hub = Surface(hub.vertices + middle, hub.faces)
+        self.meshes.append(Mesh(path, joined([*sticks, hub]), self._link_station(link, roots), roots))
 
     def _beams(self) -> None:
         for name, beam in self.robot.description.beams.items():

@@ -158,7 +158,9 @@ REASONS = {
 
 def determining(pose: Configuration, orientation: str | None) -> tuple[str, ...]:
     """Return well-conditioned platform coordinates that determine a pose, with as many angles as possible."""
-    measures = measured_choices(robot_of(pose), orientation_named(orientation), pose.poses)
+    convention = orientation_named(orientation)
+    measures = measured_choices(robot_of(pose), convention, pose.poses)
     least = WELL * max(measures.values(), default=0.0)
     good = [names for names, measure in measures.items() if measure >= least]
-    return min(good, key=lambda names: sum(name in "xyz" for name in names), default=())
+    found = min(good, key=lambda names: sum(name in "xyz" for name in names), default=())
+    return tuple(sorted(found, key=convention.pose_names.index))
