@@ -150,6 +150,7 @@ def test_a_label_without_room_is_shown_when_the_pointer_is_at_its_arrow(visit, p
     raise AssertionError("no further label is shown")
 
 
+@pytest.mark.slow
 def test_rigid_planar_robot_fits_the_window_without_colour_scale(visit, tmp_path):
     """Seen from the side, a flat robot extends far away from the camera and near to it."""
     robot = ks.load_robot("planar_3rrr")
