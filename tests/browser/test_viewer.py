@@ -100,6 +100,7 @@ def test_displayed_twist_is_in_micrometres_and_scales_with_shares(operated, resu
 
 
 def test_arrows_and_labels_are_named_as_in_the_result(page, result):
+    assert page.is_hidden(".dg.main")  # meshcat's own tree is folded
     assert page.evaluate(NAMES, "Frames") == ["base", "platform"]
     assert page.evaluate(NAMES, "Labels/limbs") == list(result.limbs)
     groups = set(page.evaluate(NAMES, "Arrows"))

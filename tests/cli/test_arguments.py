@@ -101,7 +101,7 @@ def test_wrong_values_raise_errors_of_the_package(tmp_path, every):
     ("call", "message"),
     [
         (lambda robot: ks.save_html("3rps", "x.html"), "a picture needs a Result"),
-        (lambda robot: ks.save_html(robot, "x.txt"), "this is an HTML page, which a browser prints as PDF; name it 'x.html'"),
+        (lambda robot: ks.save_html(robot, "x.txt"), "the page is an HTML file, which a browser prints as PDF; name it 'x.html'"),
         (lambda robot: ks.save_html(robot, "x.html", compare=ks.analyze(robot.assemble())), "compare= .* leave them out"),
         (lambda robot: ks.save_html(ks.analyze(robot.assemble()), "x.html", compare=robot), "compare= needs a Result"),
         (

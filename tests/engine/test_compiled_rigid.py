@@ -11,7 +11,7 @@ from places import CASES
 from tapes import assert_recorded, assert_same_results, close, differences, evaluated, record_of, solved, some_poses
 
 import kinetostatics as ks
-from kinetostatics.description import JointStiffness
+from kinetostatics.description import JointStiffness, Spring
 from kinetostatics.engine.engine_report import engine_report
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.limbs import compliance
@@ -32,12 +32,15 @@ def stiffened(name, beams=0, drives=True):
     return ks.Robot(description)
 
 
-#: Limbs elastic along one wrench of two, or of three in rings; all rigid; two rigid ones beside an elastic one.
+SPRING = Spring("pull", 1e4, "base", "platform", (0.1, 0.3, -0.2), (0.05, 0.0, 0.1), free_length=0.2, preload=10.0)
+#: Limbs elastic along one wrench of two, or of three in rings; all rigid; two rigid ones beside an elastic one;
+#: these with a spring.
 ROBOTS = {
     "drives": lambda: stiffened("3rps"),
     "rings": lambda: stiffened("delta"),
     "rigid": lambda: stiffened("3rps", drives=False),
     "one beam": lambda: stiffened("3rps", beams=1, drives=False),
+    "spring": lambda: ks.Robot(stiffened("3rps", beams=1).description.with_part(SPRING)),
     "arm": lambda: simple_machines.arm(elastic=False),
 }
 

@@ -150,7 +150,7 @@ def html_path(path: str | os.PathLike[str]) -> str:
     file = path_name("path", path)
     if Path(file).suffix.lower() not in (".html", ".htm"):
         right = Path(file).with_suffix(".html").name
-        raise ArgumentError(f"{file}: this is an HTML page, which a browser prints as PDF; name it {right!r}")
+        raise ArgumentError(f"{file}: the page is an HTML file, which a browser prints as PDF; name it {right!r}")
     return file
 
 
