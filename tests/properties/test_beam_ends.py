@@ -1,4 +1,4 @@
-"""Beams on links with just two joints have these for ends, without being told."""
+"""Beams on links with just two joints have these for ends by default."""
 
 from dataclasses import replace
 
@@ -22,8 +22,8 @@ def unnamed(robot, ends=("start", "end")):
 @pytest.mark.few(4)
 @pytest.mark.parametrize("ends", [("start", "end"), ("start",), ("end",)])
 @pytest.mark.parametrize("name", ["2pru_upr", "delta", "five_bar", "linear_delta", "spherical_3rrr", "ur10"])
-def test_two_joints_of_a_link_are_the_ends_of_its_beam(name, ends):
-    """In parallelograms (rings within a limb) as in serial limbs; what the shipped files say is what is found without it."""
+def test_beam_ends_default_to_the_two_joints_of_a_link(name, ends):
+    """In parallelograms (rings within a limb) and in serial limbs: the ends that the package's robots name."""
     robot = package_robots.robot(name)
     other, beams = unnamed(robot, ends)
     assert beams

@@ -1,4 +1,4 @@
-"""Poses reached from one another: spins without influence, singular poses on the way, large batches."""
+"""Continuation from pose to pose: local spins, singular poses on the way, large batches."""
 
 import numpy as np
 import package_robots
@@ -7,8 +7,8 @@ import pytest
 from kinetostatics.kinematics.assembly import platform_coordinates
 
 
-def test_spins_that_matter_to_nothing_are_no_unknowns():
-    """Five rods of the Delta spin by a joint of their own; the sixth is a part of the tree's way to the platform."""
+def test_local_spins_of_rods_are_held_fixed():
+    """Five rods of the Delta spin by a joint of their own; the sixth is on the tree's path to the platform."""
     robot = package_robots.robot("delta")
     prescribed, _ = platform_coordinates(robot, {"x": 0.1, "y": -0.2, "z": -0.7}, None)
     held = robot.mobility_analysis.with_dofs(prescribed)
@@ -26,8 +26,8 @@ def test_spins_that_matter_to_nothing_are_no_unknowns():
     ) == set(held.fixed_dofs)
 
 
-def test_steps_do_not_lead_across_singular_poses():
-    """Beside a point of the five-bar's map where an elbow's two ways meet, both close with small corrections from anywhere."""
+def test_continuation_does_not_cross_singular_poses():
+    """Near a singular pose of the five-bar both positions of an elbow close with small corrections."""
     robot, random = package_robots.robot("five_bar"), np.random.default_rng(0)
 
     def side(pose):
@@ -46,7 +46,7 @@ def test_steps_do_not_lead_across_singular_poses():
 
 
 def differences(robot, target, kind="actuators", names=None, **options):
-    """Return in how many poses a batch differs from poses that follow their own lines, a few at a time."""
+    """Return in how many poses a batch differs from the same poses in batches of 700, whose poses follow their own lines."""
     names = names or robot.description.driven
     values = dict(zip(names, target, strict=True))
     batch = robot.assemble(**{kind: values}, on_failure="nan", **options)
@@ -69,7 +69,7 @@ def differences(robot, target, kind="actuators", names=None, **options):
         pytest.param("delta", 1.5, 1000, marks=pytest.mark.slow),
     ],
 )
-def test_poses_of_large_batches_are_those_of_their_own_lines(name, limit, poses):
+def test_large_batch_equals_small_batches_along_their_lines(name, limit, poses):
     """Beside singular poses, lines that pass them on different sides end in different assembly modes."""
     robot = package_robots.robot(name)
     target = np.random.default_rng(1).uniform(-limit, limit, (poses, len(robot.description.driven))).T

@@ -29,8 +29,8 @@ LOAD = (10.0, 20.0, -30.0, 1.0, 2.0, 3.0)
 CLOSE = 1e-7
 
 
-def assert_as_the_energy_says(pose, close=CLOSE, elements=8, **options):
-    """Compare; return the result and the judge's answer, or None where it cannot judge."""
+def assert_matches_energy(pose, close=CLOSE, elements=8, **options):
+    """Compare with the energy; return the result and its answer, or None if the pose is too near to singular."""
     answer = energy.solve(pose, LOAD, elements=elements, **options)
     if answer.gap < 1e-6:
         return None
@@ -58,11 +58,11 @@ RIGID = sorted(set(package_robots.NAMES) - {"anymal_standing", "orthoglide"})
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", RIGID)
-def test_rigid_robots_with_stiff_drives(name):
+def test_sprung_package_robots_match_second_derivative_of_energy(name):
     judged = 0
     for seed in range(3):
         pose = sprung_robots.bundled(name, seed)
-        judged += assert_as_the_energy_says(pose) is not None
+        judged += assert_matches_energy(pose) is not None
     assert judged
 
 
@@ -71,18 +71,18 @@ def test_rigid_robots_with_stiff_drives(name):
     st.lists(st.sampled_from(sr.LIMBS), min_size=1, max_size=6).filter(lambda limbs: sum(map(sr.wrenches, limbs)) >= 6),
     st.integers(0, 2**31),
 )
-def test_random_robots_with_stiff_drives(kinds, seed):
+def test_sprung_random_robots_match_second_derivative_of_energy(kinds, seed):
     try:
         pose = sprung_robots.serial(kinds, seed)
     except ks.KinetostaticsError:
         assume(False)
-    assume(assert_as_the_energy_says(pose))
+    assume(assert_matches_energy(pose))
 
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", package_robots.NAMES)
 def test_every_part_of_a_stiff_robot_is_in_equilibrium(name):
-    """What joints, beams, springs, weights and loads put on a part adds up to nothing; so it does on the whole."""
+    """Forces of joints, beams, springs, weights and loads on each part add up to zero."""
     at = sprung_robots.bundled(name, 2, rigid=False, stiffer=1e8)
     result, gravity = ks.analyze(at, LOAD), np.array([0, 0, -9.81])
     model = build(at, np.array(LOAD), gravity)
@@ -116,7 +116,7 @@ def test_every_part_of_a_stiff_robot_is_in_equilibrium(name):
 
 
 def arm(drive):
-    """A massless arm on a driven hinge along y, hung up by a spring of no free length."""
+    """Return a massless arm on a driven hinge along y, held by a spring of zero free length."""
     return sm.robot(
         sm.link("ground"), sm.link("platform"), sm.joint("hinge", "continuous", "ground", "platform"),
         '<transmission name="drive"><joint name="hinge"/></transmission>', sm.springs("hinge", drive=drive),
@@ -126,8 +126,8 @@ def arm(drive):
 
 
 @pytest.mark.parametrize("drive", [1e-3, 1e-6])
-def test_a_spring_that_holds_what_is_almost_free(drive):
-    """−k a b cos φ / K: what the drive alone would let it turn by, less nearly as much that the spring does about it."""
+def test_spring_holds_an_arm_on_a_weak_drive(drive):
+    """The rotation is −k a b cos φ / (d + k a b sin φ), with a drive stiffness d much smaller than that of the spring."""
     phi = np.radians([20.0, 45, 90, 130])
     result = ks.analyze(arm(drive=drive).assemble(actuators={"hinge": -phi}))
     twist = -30 * np.cos(phi) / (drive + 30 * np.sin(phi))
@@ -136,7 +136,7 @@ def test_a_spring_that_holds_what_is_almost_free(drive):
 
 
 def leg(tension):
-    """A driven hinge with 1,000 N·m/rad, a driven slide of 0.5 m, a spring between the leg's two parts."""
+    """Return a driven hinge with 1,000 N·m/rad, a driven slide of 0.5 m, and a spring between the leg's two parts."""
     spring = f'<spring name="inside" stiffness="0" free_length="0" preload="{tension}"><predecessor link="cylinder"/>'
     return sm.robot(
         sm.link("ground"), sm.link("cylinder"), sm.link("platform"), sm.joint("hinge", "revolute", "ground", "cylinder"),
@@ -156,8 +156,8 @@ def test_a_spring_inside_a_leg_has_no_effect_outside(tension):
     np.testing.assert_allclose(result.base_wrench, [-10, 0, 0, 0, -5, 0], rtol=1e-9, atol=1e-6)
 
 
-def test_a_robot_that_is_unstable_inside_a_limb():
-    """A spring pushes on a link between two beams harder than these hold it sideways, in two directions."""
+def test_instability_inside_a_limb_is_detected():
+    """A spring pushes on a link between two beams beyond their lateral stiffness, in two directions."""
     pose = ks.load_robot(ROOT / "tests" / "cases" / "unstable_inside_a_limb.urdf").assemble()
     assert [energy.solve(pose, elements=n).negative for n in (1, 4)] == [2, 2]
     result = ks.analyze(pose, on_failure="nan")

@@ -1,4 +1,4 @@
-"""Loops that are driven, and loops with limits and cones."""
+"""Driven loops, and loops with limits and cones, against closed forms."""
 
 import numpy as np
 import pytest
@@ -129,7 +129,7 @@ class FourBar:
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize(("kind", "swap"), [("continuous", False), ("continuous", True), ("revolute", False)])
-def test_crank_and_rocker_driven_at_the_loop_all_the_way_round(kind, swap):
+def test_loop_driven_crank_rocker_matches_closed_form(kind, swap):
     linkage = FourBar(0.3, 0.9, 0.8, 0.4, swap=swap, kind=kind)
     assert linkage.robot.mobility.platform == 1 and linkage.robot.mobility.redundant_constraints == 3
     angles = np.radians(np.arange(-360.0, 361, 15))
@@ -147,8 +147,8 @@ def test_crank_and_rocker_driven_at_the_loop_all_the_way_round(kind, swap):
 @pytest.mark.few(2)
 @pytest.mark.parametrize("cut", ["drive", "coupler"])
 @pytest.mark.parametrize("start", [100, 170, 190, 230, 250, 270])
-def test_a_turning_drive_goes_on_from_a_pose_beyond_half_a_turn(cut, start):
-    """The crank turns through 296°, but not all the way round: from each pose to the next there is only one way."""
+def test_drive_continues_from_pose_beyond_half_a_turn(cut, start):
+    """The crank turns through 296°, not a full turn: from each pose to the next there is only one way."""
     linkage = FourBar(0.6, 1.5, 0.9, np.radians(50), cut=cut)
     pose = linkage.robot.assemble(actuators={"drive": np.radians(start)})
     for target in np.radians([150, 200, 240, 262, 270, 276]):
@@ -172,8 +172,8 @@ def test_a_drive_on_several_freedoms_is_refused(kind):
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
 @pytest.mark.parametrize(("cut", "drive"), [("joint", "chain"), ("joint", "closing"), ("both", "closing"), ("both", "chain")])
 @pytest.mark.parametrize("swap", [False, True])
-def test_limits_to_the_last_digit(kind, cut, drive, swap):
-    """Passive and driven loops, either side first: beyond a limit by 2e-9 counts, at the limit does not."""
+def test_loop_limits_are_exact_to_2e_9(kind, cut, drive, swap):
+    """Passive and driven loops, either side first: a limit is exceeded by 2e-9, but not at the limit itself."""
     lower, upper = -0.4, 0.7
     held = Held(kind, 12, cut, swap, drive, extra=f'<limit lower="{lower}" upper="{upper}"/>')
     one, plain = held.robot(), Held(kind, 12, cut, swap, drive).robot()
@@ -197,8 +197,8 @@ def test_limits_to_the_last_digit(kind, cut, drive, swap):
 
 
 @pytest.mark.parametrize(("lower", "upper"), [(3.0, 4.0), (-4.5, -2.5), (2.0, 8.0)])
-def test_limits_beyond_half_a_turn(lower, upper):
-    """A pose tells an angle only but for full turns; the one that may be within the limits is meant."""
+def test_loop_limits_beyond_half_a_turn_select_the_turn(lower, upper):
+    """A pose determines an angle up to full turns; the one within the limits is chosen."""
     held = Held("revolute", 14, "both", False, "closing", extra=f'<limit lower="{lower}" upper="{upper}"/>')
     one = held.robot()
     for value in np.linspace(lower, upper, 5):
@@ -226,8 +226,8 @@ def text_of(axis):
 @pytest.mark.parametrize("kind", ["universal", "spherical"])
 @pytest.mark.parametrize("cut", ["joint", "both"])
 @given(data=st.data())
-def test_cones(kind, cut, data):
-    """The angle between two axes, one on either side, by hand; default axes and given ones; either side first."""
+def test_cone_limits_the_angle_between_its_axes(kind, cut, data):
+    """The angle between two axes, one on either side, computed from frames; default axes and given ones; either side first."""
     swap, seed = data.draw(st.booleans()), data.draw(seeds)
     rng = np.random.default_rng(seed)
     axes = [np.array([0, 0, 1.0])] * 2
@@ -258,8 +258,8 @@ def test_cones(kind, cut, data):
 
 
 @pytest.mark.parametrize("kind", ["universal", "spherical"])
-def test_a_cone_to_the_last_digit(kind):
-    """A tilt of the platform about a loop's first axis tilts its z by as much."""
+def test_cone_angles_are_exact_to_2e_9(kind):
+    """The platform tilts about the loop's first axis, and its z axis by the same angle."""
     P = np.eye(4)
     one = floating(kind, P, shift([0.1, 0.2, 0.3]), extra='<cone angle="0.5"/>')
     for value, beyond in ((0.5, False), (0.5 + 2e-9, True), (0.5 - 2e-9, False), (-0.5, False), (-0.5 - 2e-9, True), (3.0, True)):
@@ -276,7 +276,7 @@ def test_a_spherical_loop_may_spin_within_its_cone():
     assert np.all(pose.status == ks.Status.OK)
 
 
-# ---- what is refused -------------------------------------------------------------------------------------------------------
+# ---- wrong descriptions ----------------------------------------------------------------------------------------------------
 
 WITHOUT_LIMIT = tuple(kind for kind in FREEDOMS if kind not in ONE_FREEDOM)
 WITHOUT_CONE = tuple(kind for kind in FREEDOMS if kind not in ("universal", "spherical"))
@@ -310,4 +310,4 @@ def test_wrong_limits_cones_and_axes_are_refused(kind, inside, complaint):
     text = loop(kind, "base", P, "platform", np.eye(4), extra="\n" + inside)
     with pytest.raises(ks.RobotFileError, match=complaint) as caught:
         robot("\n", joint("free", "floating", "base", "platform", P), "\n", text)
-    assert caught.value.line in (3, 4)  # of the loop, or of what is inside it
+    assert caught.value.line in (3, 4)  # of the loop, or of an element in it

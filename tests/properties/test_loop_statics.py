@@ -1,4 +1,4 @@
-"""What every type of loop transmits, and that a joint is the same joint wherever the file cuts."""
+"""Statics of every type of loop against closed forms, independent of where the file cuts."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def near(found, expected, rel=1e-8):
 @pytest.mark.few(3)
 @pytest.mark.parametrize("kind", FREEDOMS)
 @given(data=st.data())
-def test_a_cantilever_whose_tip_is_held_by_the_joint(kind, data):
+def test_cantilever_held_by_any_loop_matches_closed_form(kind, data):
     """Twist, joint wrenches and forces in closed form, over the joint's range, in every cut, from either side."""
     cut, swap = data.draw(st.sampled_from(cuts(kind))), data.draw(st.booleans())
     drive = data.draw(st.sampled_from(("chain", "closing"))) if kind in ONE_FREEDOM else "chain"
@@ -73,7 +73,7 @@ PROPPED_CASES = [
 @pytest.mark.few(12)
 @pytest.mark.parametrize("swap", [False, True])
 @pytest.mark.parametrize(("kind", "axes", "force", "moment", "sag", "slope"), PROPPED_CASES)
-def test_propped_cantilevers(kind, axes, force, moment, sag, slope, swap):
+def test_propped_cantilevers_match_textbook_reactions(kind, axes, force, moment, sag, slope, swap):
     tip = shift([LENGTH, 0, 0])
     if swap and kind == "universal":
         axes = {"axis": axes["axis2"], "axis2": axes["axis"]}
@@ -95,13 +95,13 @@ def test_propped_cantilevers(kind, axes, force, moment, sag, slope, swap):
     np.testing.assert_allclose(found.joint_wrenches["closing"], reaction, rtol=0, atol=1e-9 * w * L)
     twist = np.array([0, 0, sag * w * L**4 / EI, 0, slope * w * L**3 / EI, 0])
     np.testing.assert_allclose(found.twist, twist, rtol=0, atol=1e-10 * w * L**3 / EI)
-    # and at the wall what is left of the weight and its moment
+    # the wall carries the rest of the weight and its moment
     root = found.joint_wrenches["root"]
     expected = np.array([0, 0, w * L * (1 - force), 0, -w * L**2 / 2 + force * w * L**2 - moment * w * L**2, 0])
     np.testing.assert_allclose(root, expected, rtol=0, atol=1e-9 * w * L)
 
 
-def test_a_beam_clamped_at_both_ends_by_a_fixed_loop():
+def test_fixed_loop_clamps_the_far_end_of_a_beam():
     """The platform in the middle: w (2L)⁴/384 EI, clamping moments w (2L)²/12."""
     L, g = LENGTH, 9.8
     area, bending = np.pi * DIAMETER**2 / 4, np.pi * DIAMETER**4 / 64

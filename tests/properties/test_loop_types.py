@@ -1,4 +1,4 @@
-"""Every type of loop closed, open and over its range, against motions and gaps written out by hand."""
+"""Every type of loop closed, open and over its range, against closed forms of motions and gaps."""
 
 import numpy as np
 import pinocchio as pin
@@ -67,7 +67,7 @@ def q_of(one, D):
 
 
 @pytest.mark.parametrize("kind", MOVING)
-def test_closed_at_zero_with_its_own_number_of_constraints(kind):
+def test_loop_types_have_their_number_of_constraints(kind):
     P, S = skew_frames(5)
     one = floating(kind, P, S)
     pose = one.assemble()
@@ -80,7 +80,7 @@ def test_closed_at_zero_with_its_own_number_of_constraints(kind):
 @pytest.mark.few(6)
 @pytest.mark.parametrize(("kind", "cut"), [(kind, cut) for kind in FREEDOMS for cut in cuts(kind)])
 def test_redundant_constraints_of_two_joints_with_the_same_freedoms(kind, cut):
-    """A chain and a joint with f freedoms hold the platform side by side: f freedoms, and 6 − f constraints too many."""
+    """A chain and a joint with f freedoms hold the platform side by side: f freedoms, and 6 − f redundant constraints."""
     one = Held(kind, seed=2, cut=cut).robot()
     assert one.assemble().residual < 2e-15
     free = FREEDOMS[kind]
@@ -99,7 +99,7 @@ def test_a_fixed_loop_between_base_and_platform_is_refused():
 @pytest.mark.few(2)
 @pytest.mark.parametrize("kind", MOVING)
 @given(seed=seeds)
-def test_the_opening_is_the_known_amount(kind, seed):
+def test_loop_gap_matches_known_opening(kind, seed):
     rng = np.random.default_rng(seed)
     P, S = skew_frames(seed)
     X = moved(rng.uniform(-1, 1, 3), rng.uniform(-1.7, 1.7, 3))
@@ -116,7 +116,7 @@ def test_the_opening_is_the_known_amount(kind, seed):
     assert words in str(caught.value)
 
 
-#: What a joint does not leave free, in its own frame (axis x, second axis y): shift, turn.
+#: Motions that a joint constrains, in its own frame (axis x, second axis y): shift, turn.
 BLOCKED = {
     "fixed": ((2e-3, 1e-3, -2e-3), (3e-3, 0, 4e-3)),
     "revolute": ((3e-3, 0, 0), (0, 3e-3, 4e-3)),
@@ -160,7 +160,7 @@ def guided(kind, X, P):
 @pytest.mark.few(4)
 @pytest.mark.parametrize("kind", MOVING)
 def test_a_loop_that_cannot_close_is_named_with_its_opening(kind):
-    """The guide has the loop's freedoms, so that no motion closes it; an opening as small as of rounded angles is tolerated."""
+    """The guide has the loop's freedoms, so that no motion closes it; openings as small as from rounded angles are tolerated."""
     P, _ = skew_frames(8)
     linear, angular = map(np.array, BLOCKED[kind])
     for X, is_small in ((moved(0.01 * linear, 0.01 * angular), True), (moved(100 * linear, 60 * angular), False)):
@@ -180,7 +180,7 @@ def test_a_loop_that_cannot_close_is_named_with_its_opening(kind):
 @pytest.mark.parametrize("kind", MOVING)
 @given(seed=seeds)
 @example(seed=18271)  # the loop is but 42 mm beside o
-def test_a_nearly_closed_zero_is_closed(kind, seed):
+def test_nearly_closed_zero_pose_is_closed_by_smallest_motion(kind, seed):
     rng = np.random.default_rng(seed)
     P, S = skew_frames(seed)
     arm = np.linalg.norm(S[:3, 3])
@@ -197,7 +197,7 @@ def test_a_nearly_closed_zero_is_closed(kind, seed):
         motion = np.linalg.inv(zero) @ end
         return np.hypot(np.linalg.norm(motion[:3, 3]) / one.length, np.linalg.norm(pin.log3(motion[:3, :3])))
 
-    # closed by the smallest motion, and so by none larger than the one that closes it altogether: not by another assembly
+    # closed by a motion no larger than that to the closed pose it was displaced from: not in another assembly mode
     assert size(pose.frame("platform")) < 1.01 * size(P @ np.linalg.inv(S))
 
 
@@ -207,8 +207,8 @@ def test_a_nearly_closed_zero_is_closed(kind, seed):
 @pytest.mark.few(2)
 @pytest.mark.parametrize("kind", FREEDOMS)
 @given(data=st.data())
-def test_every_cut_moves_as_the_joint_does(kind, data):
-    """Any pose over the whole range from zero in one line, wherever the loop is cut, seen from either side."""
+def test_loop_moves_as_its_joint_in_every_cut(kind, data):
+    """Any pose over the whole range directly from zero, in every cut, from either side."""
     cut, swap = data.draw(st.sampled_from(cuts(kind))), data.draw(st.booleans())
     drive = data.draw(st.sampled_from(("chain", "closing"))) if kind in ONE_FREEDOM else "chain"
     held = Held(kind, data.draw(seeds), cut, swap and cut != "weld", drive, right=data.draw(st.booleans()))
@@ -246,8 +246,8 @@ def upright(kind, seed, axis=None, axis2=None, **options):
     return one, P[:3, 3], o
 
 
-def test_full_turns_without_a_jump():
-    """Each pose from the last: its coordinate is within half a turn, and the next one may lie a little beyond."""
+def test_continuous_loop_makes_full_turns_without_a_jump():
+    """Each pose from the last: coordinates are within half a turn, and the next target may lie a little beyond."""
     one, c, o = upright("continuous", 4)
     pose = one.assemble(platform={"rz": 0.0})
     step = np.radians(37)
@@ -256,7 +256,7 @@ def test_full_turns_without_a_jump():
         np.testing.assert_allclose(pose.platform_frame, turn([0, 0, 1], k * step, c) @ shift(o), atol=1e-12)
 
 
-def test_batches_over_a_turn_and_along_strokes():
+def test_cylindrical_loop_in_batches_of_turns_and_strokes():
     one, c, o = upright("cylindrical", 6)
     stroke, angle = np.meshgrid(np.linspace(-50, 50, 5), np.linspace(-3.1, 3.1, 6))
     poses = one.assemble(platform={"z": o[2] + stroke, "rz": angle})
@@ -269,7 +269,7 @@ def test_batches_over_a_turn_and_along_strokes():
 @pytest.mark.few(4)
 @pytest.mark.parametrize("axis", [(1, 0, 0), (0, -1, 0), (0.6, 0, 0.8), (1, 1, 1), (1, -2, 3)])
 @pytest.mark.parametrize("angle", [np.pi, np.pi - 1e-9, -np.pi, 1.2 * np.pi])
-def test_spherical_at_half_a_turn(axis, angle):
+def test_spherical_loop_reaches_half_a_turn(axis, angle):
     check_spherical(3, np.array(axis) / np.linalg.norm(axis) * angle)
 
 
@@ -281,7 +281,7 @@ def check_spherical(seed, vector):
 
 
 @given(seed=seeds, first=st.floats(-7, 7), second=st.floats(-1.5, 1.5))
-def test_universal_over_turns_and_up_to_right_angles(seed, first, second):
+def test_universal_loop_over_turns_and_up_to_right_angles(seed, first, second):
     one, c, o = upright("universal", seed % 1000)
     pose = one.assemble(platform={"rx": first, "ry": second}, orientation="XYZ")
     expected = turn([1, 0, 0], first, c) @ turn([0, 1, 0], second, c) @ shift(o)
@@ -313,8 +313,8 @@ def cardan(bend, swap):
 @pytest.mark.few(2)
 @pytest.mark.parametrize("swap", [False, True])
 @pytest.mark.parametrize("bend", [10.0, 45.0, 70.0, 80.0])
-def test_cardan_shaft_from_zero(bend, swap):
-    """Turned the other way round, the output closes the loop as well; but that is not where the line leads."""
+def test_cardan_shaft_reaches_all_angles_from_zero(bend, swap):
+    """The opposite output angle closes the loop as well, but in another assembly mode."""
     shafts, expected = cardan(np.radians(bend), swap)
     assert shafts.mobility.platform == 1 and shafts.mobility.redundant_constraints == 3
     angles = np.linspace(-2 * np.pi, 2 * np.pi, 97)
@@ -327,7 +327,7 @@ def test_cardan_shaft_from_zero(bend, swap):
 @pytest.mark.few(2)
 @pytest.mark.parametrize("swap", [False, True])
 @pytest.mark.parametrize("bend", [60.0, 89.0, 89.9])
-def test_cardan_shaft_step_by_step(bend, swap):
+def test_cardan_shaft_follows_equal_steps_of_its_output(bend, swap):
     """Near a right angle the output runs through half a turn while the input hardly moves: equal steps of the output."""
     bend = np.radians(bend)
     shafts, expected = cardan(bend, swap)

@@ -1,4 +1,4 @@
-"""Joints that follow others: positions against closed forms and against Pinocchio."""
+"""Joints that follow others (<mimic>): positions and forces against closed forms and against Pinocchio."""
 
 import re
 from dataclasses import replace
@@ -45,12 +45,12 @@ def belt(multiplier: float) -> ks.Robot:
 
 
 def height(gap: np.ndarray | float) -> np.ndarray | float:
-    """Height of the platform above sliders that are ``gap`` apart: its right rod is fixed to it, both rods have one length."""
+    """Return the height of the platform above sliders that are ``gap`` apart: both rods have one length."""
     return np.sqrt(ROD**2 - (gap / 2) ** 2)
 
 
 @pytest.mark.parametrize("multiplier", [-1.0, 0.25, -0.4])
-def test_belt_with_given_drive(multiplier: float) -> None:
+def test_belt_pose_from_its_drive_matches_closed_form(multiplier: float) -> None:
     robot = belt(multiplier)
     assert (robot.mobility.platform, robot.mobility.local, robot.mobility.redundant_constraints) == (1, 0, 3)
     motor = np.linspace(-0.15, 0.2, 9)
@@ -63,7 +63,7 @@ def test_belt_with_given_drive(multiplier: float) -> None:
     np.testing.assert_array_equal(poses.actuators["motor"], motor)
 
 
-def test_belt_with_given_platform() -> None:
+def test_belt_drive_from_platform_matches_closed_form() -> None:
     robot = belt(0.25)
     x = np.linspace(0.2, 0.45, 6)
     poses = robot.assemble(platform={"x": x})
@@ -80,7 +80,7 @@ def test_belt_with_given_platform() -> None:
         robot.assemble(platform={"x": 0.3, "z": 0.4})
 
 
-def test_coordinates_that_do_not_fit() -> None:
+def test_mismatched_mimic_coordinates_are_refused() -> None:
     robot = belt(-1.0)
     q = np.array(robot.assemble(actuators={"motor": 0.05}).q)
     assert robot.configuration(q).residual < 1e-12
@@ -96,8 +96,8 @@ def test_coordinates_that_do_not_fit() -> None:
 
 
 @pytest.mark.parametrize("multiplier", [-1.0, 0.25])
-def test_the_drive_carries_its_followers(multiplier: float) -> None:
-    """The motor's force is the virtual work of the platform's weight, as if the belt were not there to be seen."""
+def test_drive_force_includes_loads_of_followers(multiplier: float) -> None:
+    """The motor's force is the virtual work of the platform's weight, with the motion of both sliders."""
     rod = '<beam link="left_rod" youngs_modulus="2e11" poisson_ratio="0.3" density="0"><circle diameter="0.02"/></beam></robot>'
     robot = ks.Robot(parse_robot_text(BELT.replace("{multiplier}", repr(multiplier)).replace("</robot>", rod)))
     motor = 0.1
@@ -126,7 +126,7 @@ GRIPPER = """<robot name="gripper">
 </robot>"""
 
 
-def test_gripper_on_a_wrist() -> None:
+def test_gripper_jaws_follow_spindle_over_several_turns() -> None:
     robot = ks.Robot(parse_robot_text(GRIPPER))
     assert (robot.mobility.platform, robot.mobility.local) == (1, 1)
     assert robot.assemble().frame("jaw_1")[0, 3] == 0.01
@@ -138,7 +138,7 @@ def test_gripper_on_a_wrist() -> None:
         np.testing.assert_allclose(poses.frame(jaw)[..., :3, 3], expected, atol=1e-15)
     exceeded = poses.limits_exceeded["left"]
     np.testing.assert_array_equal(exceeded.where, (opening < 0) | (opening > 0.05))
-    # q knows an angle but for whole turns, of which the jaw may have followed several
+    # q determines an angle up to full turns; the jaw may have followed several of them
     assert np.all(robot.configuration(poses.q).status != ks.Status.UNREACHABLE)
     off = np.array(poses.q)
     off[..., robot.model.joints[robot.model.getJointId("left")].idx_q] += 1e-3
@@ -146,7 +146,7 @@ def test_gripper_on_a_wrist() -> None:
 
 
 @pytest.mark.parametrize("far", [40, pytest.param(400, marks=pytest.mark.slow)])
-def test_gears_turn_on_and_on(far: float) -> None:
+def test_gear_follows_motor_over_many_turns(far: float) -> None:
     """Both joints continuous: a platform geared down from a motor, followed over many turns."""
     gear = jack('type="continuous"|<mimic joint="motor" multiplier="-0.3" offset="0.2"/>')
     motor = np.linspace(-far, far, 41)
@@ -160,7 +160,7 @@ def test_gears_turn_on_and_on(far: float) -> None:
     assert poses.residual.max() < 1e-12
 
 
-def test_one_drive_for_two_legs() -> None:
+def test_drive_of_two_legs_matches_separate_actuators() -> None:
     """A 3-RPS whose third leg follows the first: the poses are those of three actuators, and the actuator carries both legs."""
     description = ks.files.read_robot_file(ROOT / "robots" / "3rps.urdf.xacro")
     multiplier, offset = -0.4, 0.01
@@ -248,7 +248,7 @@ def stiff(robot: ks.Robot, **drives: float) -> ks.Robot:
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("seed", range(6))
-def test_an_elastic_actuator_gives_way_by_all_of_its_torque_and_what_follows_it_goes_along(seed: int) -> None:
+def test_elastic_actuator_moves_its_followers_by_torque_over_stiffness(seed: int) -> None:
     """Trees of rigid links: every link moves by its Jacobian times −τ/k, and C = J k⁻¹ Jᵀ."""
     random = np.random.default_rng(seed)
     text = tree(random, ("revolute", "prismatic", "continuous"), serial=seed % 2 == 0)
@@ -266,9 +266,8 @@ def test_an_elastic_actuator_gives_way_by_all_of_its_torque_and_what_follows_it_
     np.testing.assert_allclose(found.twist, J @ wound_up, atol=1e-7 * np.abs(found.twist).max())
     expected = J @ np.diag(1 / np.array(list(springs.values()))) @ J.T
     np.testing.assert_allclose(found.compliance, expected, atol=1e-7 * np.abs(expected).max())
-    found = ks.analyze(
-        robot.assemble(actuators=at), gravity=(0, 0, 0), loads=load
-    )  # of what hangs on the base its weight is left out
+    # without gravity, as contributions of branches on the base leave out their own weight
+    found = ks.analyze(robot.assemble(actuators=at), gravity=(0, 0, 0), loads=load)
     wound_up = [-float(found.actuator_forces[name]) / stiffness for name, stiffness in springs.items()]
     for link, parts in found.link_contributions.items():
         twist = sum(parts.values())
@@ -282,7 +281,7 @@ def test_an_elastic_actuator_gives_way_by_all_of_its_torque_and_what_follows_it_
 
 
 def test_an_elastic_actuator_couples_the_legs_that_it_moves() -> None:
-    """A 3-RPS whose third leg follows the first: as with rigid actuators, but both rods too long by what the drive gives way."""
+    """A 3-RPS whose third leg follows the first: as with rigid actuators and both legs longer by the drive's deflection."""
     description = ks.files.read_robot_file(ROOT / "robots" / "3rps.urdf.xacro")
     rigid = ks.Robot(
         replace(description.changed("prismatic_3", mimic=Mimic("prismatic_1", -0.4)), driven=("prismatic_1", "prismatic_2"))
@@ -311,8 +310,8 @@ def test_an_elastic_actuator_couples_the_legs_that_it_moves() -> None:
     assert max(ks.verify(pose, load).differences.values()) < 1e-7
 
 
-def test_a_motor_beside_its_screw_is_wound_up_by_the_screw_s_load() -> None:
-    """The motor carries nothing; the screw that follows it carries the platform, a gear beside goes along."""
+def test_load_on_screw_winds_up_the_motor_beside_it() -> None:
+    """The motor carries nothing; the screw that follows it carries the platform; a gear beside it turns along."""
     jacks = stiff(jack(GEAR.format(0.25), SCREW.format(3e-3)), motor=40.0)
     found = ks.analyze(jacks.assemble(actuators={"motor": 2.0}), [0, 0, -700, 0, 0, 0])
     assert found.twist == pytest.approx([0, 0, -700 * 3e-3**2 / 40, 0, 0, 0])
@@ -320,7 +319,7 @@ def test_a_motor_beside_its_screw_is_wound_up_by_the_screw_s_load() -> None:
         assert sum(found.link_contributions[link].values()) == pytest.approx([0, 0, 0, 0, 0, turned])
 
 
-def test_an_elastic_actuator_that_couples_a_ring_beside_the_robot_is_refused() -> None:
+def test_elastic_actuator_coupling_a_ring_on_base_is_refused() -> None:
     axis = '<axis xyz="0 0 1"/>'
     ring = (
         '<link name="a"/><link name="b"/><joint name="side" type="continuous"><parent link="ground"/><child link="a"/>'
@@ -335,7 +334,7 @@ def test_an_elastic_actuator_that_couples_a_ring_beside_the_robot_is_refused() -
 
 
 def jack(*followers: str) -> ks.Robot:
-    """A motor that turns on and on, and joints that follow it; the last carries the platform."""
+    """Return a motor with a continuous joint, and joints that follow it; the last carries the platform."""
     links = "".join(f'<link name="l{k}"/>' for k in range(len(followers)))
     joints = "".join(
         f'<joint name="f{k}" {kind}><parent link="ground"/><child link="l{k}"/>{rest}<axis xyz="0 0 1"/></joint>'
@@ -354,8 +353,8 @@ GEAR = 'type="continuous"|<mimic joint="motor" multiplier="{}" offset="0.3"/>'
 SCREW = 'type="prismatic"|<limit effort="1" velocity="1"/><mimic joint="motor" multiplier="{}" offset="0.02"/>'
 
 
-def test_gears_of_all_ratios_tell_turns_together() -> None:
-    """One wheel turns back after two turns of the motor, another after three: both after six."""
+def test_gears_together_determine_turns_of_the_motor() -> None:
+    """One wheel repeats after two turns of the motor, another after three, both together after six."""
     gears = jack(GEAR.format(0.5), GEAR.format(1 / 3))
     angle = np.array([0.0, 3.5, -9.0, 12.0, 18.0, -18.5])
     poses = gears.assemble(actuators={"motor": angle})
@@ -365,8 +364,8 @@ def test_gears_of_all_ratios_tell_turns_together() -> None:
     np.testing.assert_allclose(beyond.frame("l0"), poses.frame("l0"), atol=1e-12)
 
 
-def test_screws_on_one_motor_have_made_the_same_turns() -> None:
-    """Slides that are each where some number of turns puts it, but not the same, do not fit together."""
+def test_screws_on_one_motor_must_agree_on_turns() -> None:
+    """Each slide alone fits some number of motor turns; different numbers are refused."""
     jacks = jack(SCREW.format(2e-3), GEAR.format(0.25), SCREW.format(3e-3))
     angle = np.array([0.4, 40.0, -70.0])
     poses = jacks.assemble(actuators={"motor": angle})
@@ -382,8 +381,8 @@ def test_screws_on_one_motor_have_made_the_same_turns() -> None:
 
 
 @pytest.mark.parametrize(("miss", "turns"), [(0.5e-9, 0), (2e-9, 3)])
-def test_of_turns_that_fit_alike_the_fewest_are_meant(miss: float, turns: int) -> None:
-    """A third of the leader's angle: three turns of it are one of the follower, but for ``miss``."""
+def test_fewest_turns_are_chosen_among_equal_fits(miss: float, turns: int) -> None:
+    """The follower turns by a third of the leader's angle: three turns of the leader are one of it, but for ``miss``."""
     gear = jack(GEAR.format(repr(1 / 3 + miss / (6 * np.pi))))
     pose = gear.assemble(actuators={"motor": 0.3 + 6 * np.pi}, closure_tolerance=1e-8)
     found = gear.configuration(pose.q, closure_tolerance=1e-8)

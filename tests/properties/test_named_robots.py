@@ -1,4 +1,4 @@
-"""Robots built by name: whatever their sizes, they load, close, move as is known of them, and pass ``check`` and ``verify``."""
+"""Robots built by name: for any sizes they load, close, have the known mobility, and pass ``check`` and ``verify``."""
 
 import numpy as np
 import pytest
@@ -52,7 +52,7 @@ SIZES = st.fixed_dictionaries(
 
 
 def build(key, sizes):
-    """The robot of a row of the table."""
+    """Return the robot of a row of the table."""
     architecture, _, arrangement = key.partition(" ")
     sizes, hangs = dict(sizes), sizes["hangs"]
     del sizes["hangs"]
@@ -65,7 +65,7 @@ def build(key, sizes):
 
 
 @given(st.sampled_from(sorted(MOBILITIES)), SIZES)
-def test_a_robot_of_any_size_closes_and_moves_as_it_should(key, sizes):
+def test_named_robot_of_any_size_closes_with_known_mobility(key, sizes):
     robot = build(key, sizes)
     assert robot.closing_error < 1e-12
     assert robot.mobility.platform == MOBILITIES[key]
@@ -76,8 +76,8 @@ def test_a_robot_of_any_size_closes_and_moves_as_it_should(key, sizes):
 
 @settings(max_examples=settings.default.max_examples // 2)
 @given(st.sampled_from(sorted(MOBILITIES)), SIZES, st.floats(0.7, 1.3))
-def test_it_stays_closed_when_its_values_are_changed(key, sizes, factor):
-    """The file's geometry follows from its arguments, as one who edits it expects."""
+def test_named_robot_stays_closed_with_other_parameters(key, sizes, factor):
+    """The parameters of the written file determine its whole geometry."""
     architecture, _, arrangement = key.partition(" ")
     text = robot_text(architecture, **({"arrangement": arrangement} if arrangement else {}))
     changed = {"platform_radius": sizes["platform_radius"], "base_radius": 0.3 * factor}
@@ -89,7 +89,7 @@ def test_it_stays_closed_when_its_values_are_changed(key, sizes, factor):
 
 
 @pytest.mark.parametrize("key", ["3-RPS", "3-[P]R(4R)R cartesian"])
-def test_finite_elements_agree(key):
+def test_named_robot_agrees_with_finite_elements(key):
     pytest.importorskip("openseespy")
     robot = build(key, {"base_radius": 0.3, "platform_radius": 0.12, "height": 0.5, "hangs": True})
     assert ks.verify(robot.assemble(), load=[10, -20, 30, 1, 2, -3]).verified

@@ -1,4 +1,4 @@
-"""Closing loops, reaching poses, and what is said about poses and robots that make no sense."""
+"""Closing loops, reaching poses, limits; errors for impossible poses and robots; statics of unusual robots."""
 
 import re
 import warnings
@@ -60,7 +60,7 @@ def test_the_whole_workspace_is_reached_from_the_zero_pose(name, seed):
 
 
 @given(paper, seeds)
-def test_forward_of_inverse_is_the_same_pose(name, seed):
+def test_forward_kinematics_inverts_inverse_kinematics(name, seed):
     rng = np.random.default_rng(seed)
     targets, orientation = random_targets(name, rng)
     inverse = robot(name).assemble(platform=targets, orientation=orientation)
@@ -72,7 +72,7 @@ def test_forward_of_inverse_is_the_same_pose(name, seed):
 
 
 def test_lengths_of_the_3rps_follow_from_its_geometry():
-    """Inverse kinematics by hand: platform points to base points."""
+    """Inverse kinematics in closed form: distances between platform points and base points."""
     targets, _ = random_targets("3rps", np.random.default_rng(1), (30,))
     poses = robot("3rps").assemble(platform=targets)
     for k, azimuth in enumerate(np.radians([0, -120, 120]), 1):
@@ -136,7 +136,7 @@ def test_the_assembly_mode_is_that_of_fine_continuation(name, seed):
     np.testing.assert_allclose(direct.platform_frame, pose.platform_frame, rtol=0, atol=1e-9)
 
 
-def test_shapes_of_batches():
+def test_poses_have_broadcast_shapes_of_coordinates():
     one = robot("3rps")
     poses = one.assemble(platform={"z": np.linspace(0.5, 0.6, 4)[:, None], "rx": np.linspace(-0.1, 0.1, 3), "ry": 0.0})
     assert poses.shape == (4, 3) and poses.q.shape == (4, 3, one.model.nq) and poses.frame("rod_2").shape == (4, 3, 4, 4)
@@ -150,10 +150,10 @@ def test_shapes_of_batches():
     assert empty.shape == (0, 3) and ks.analyze(empty).twist.shape == (0, 3, 6)
 
 
-# ---- complaints about coordinates ----------------------------------------------------------------------------------------
+# ---- errors of coordinates -----------------------------------------------------------------------------------------------
 
 
-def test_unreachable_poses():
+def test_unreachable_pose_error_names_mobility_and_open_loop():
     one = robot("3rps")
     with pytest.raises(ks.AssemblyError) as caught:
         one.assemble(actuators={"prismatic_1": 2.0, "prismatic_2": -0.3, "prismatic_3": -0.3})
@@ -192,8 +192,8 @@ def test_unreachable_poses_of_a_batch_are_nan():
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("seed", [0, 50048])
-def test_large_batches_reach_what_poses_alone_reach(seed):
-    """Scattered over and beyond both discs that a five-bar's arms reach, in whatever order, some of them far away."""
+def test_large_batch_reaches_the_same_poses_as_single_calls(seed):
+    """Scattered over and beyond both discs that a five-bar's arms reach, in random order, some of them far away."""
     robot, rng = package_robots.robot("five_bar"), np.random.default_rng(seed)
     x, y = rng.uniform(-0.45, 0.45, 4000), rng.uniform(0.03, 0.5, 4000)
     x[::101], y[::101] = rng.uniform(3, 9, x[::101].size), -40.0
@@ -209,13 +209,13 @@ def test_large_batches_reach_what_poses_alone_reach(seed):
 
 
 @pytest.mark.parametrize("odd", [np.nan, np.inf, 1e300])
-def test_numbers_that_are_no_place_do_not_spoil_a_batch(odd, count=20):
+def test_invalid_coordinate_fails_only_its_own_pose(odd, count=20):
     robot = package_robots.robot("five_bar")
     x, y = np.linspace(-0.1, 0.1, count), np.full(count, 0.3)
     x[7] = odd
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        warnings.filterwarnings("ignore", r"x = 1e\+300 m is .* times the robot's size")  # what is asked for makes no sense
+        warnings.filterwarnings("ignore", r"x = 1e\+300 m is .* times the robot's size")
         found = robot.assemble(platform={"x": x, "y": y}, on_failure="nan")
     assert found.status[7] == ks.Status.UNREACHABLE and np.all(np.isnan(found.q[7]))
     assert np.all(np.delete(found.status, 7) == ks.Status.OK)
@@ -244,18 +244,18 @@ def test_numbers_that_are_no_place_do_not_spoil_a_batch(odd, count=20):
         ({"on_failure": "skip"}, "on_failure"),
     ],
 )  # fmt: skip
-def test_wrong_coordinates_and_arguments(arguments, words):
+def test_wrong_coordinates_and_arguments_are_refused(arguments, words):
     with pytest.raises(ks.ArgumentError, match=words) as caught:
         robot("3rps").assemble(**arguments)
     assert isinstance(caught.value, ks.exceptions.CoordinatesError) == ({"platform", "actuators"} & set(arguments) != set())
 
 
-def test_an_untilted_pose_has_any_azimuth():
+def test_untilted_pose_accepts_any_azimuth():
     pose = robot("3rps").assemble(platform={"z": 0.5, "azimuth": 0.3, "tilt": 0.0}, orientation="tilt_torsion")
     np.testing.assert_allclose(pose.platform_frame[:3, :3], np.eye(3), atol=1e-12)
 
 
-def test_configurations_that_do_not_close():
+def test_open_configurations_are_refused():
     one = robot("3rps")
     q = np.array(one.assemble().q)
     assert one.configuration(q).residual < 1e-12
@@ -273,7 +273,7 @@ def test_configurations_that_do_not_close():
 # ---- limits --------------------------------------------------------------------------------------------------------------
 
 
-def test_limits_and_cones():
+def test_exceeded_limits_and_cones_are_reported():
     one = robot("3rps")
     fine = one.assemble(platform={"z": 0.5, "rx": 0, "ry": 0})
     assert fine.status == ks.Status.OK and not fine.limits_exceeded
@@ -312,7 +312,7 @@ def rounded(text, digits=4):
 
 
 @pytest.mark.parametrize(("seed", "digits"), [(1, 4), pytest.param(5, 6, marks=pytest.mark.slow)])
-def test_rounded_angles_of_an_overconstrained_robot(seed, digits):
+def test_rounded_angles_of_overconstrained_robot_need_a_tolerance(seed, digits):
     exact = ks.analyze(sr.robot_of(sr.pru2_upr()).assemble(), gravity=(0, 0, 9.8))
     # with four digits the frames are turned by right angles, with six in any way
     one = robot_of_text(rounded(sr.write(sr.pru2_upr(), twirl=seed, right=digits == 4).text, digits))
@@ -332,7 +332,7 @@ def test_rounded_angles_of_an_overconstrained_robot(seed, digits):
     assert many.status.tolist() == [ks.Status.OK] * 2
 
 
-def test_rounded_angles_are_forgiven_where_nothing_is_overconstrained():
+def test_rounded_angles_without_overconstraint_close_exactly():
     text = sr.write(sr.rps3(), twirl=1, right=True).text
     assert robot_of_text(rounded(text)).assemble().residual < 1e-12
 
@@ -378,7 +378,7 @@ def test_singular_pose_names_the_free_twist():
 
 
 @pytest.mark.parametrize("name", ["rps3", "planar_3rrr"])
-def test_a_missing_drive(name):
+def test_missing_actuator_raises_singular_pose_error(name):
     spec = without_drives(getattr(sr, name)(), 1)
     one = sr.robot_of(spec)
     with pytest.raises(ks.exceptions.SingularPoseError, match=r"2 actuators.*mobility of 3") as caught:
@@ -386,7 +386,7 @@ def test_a_missing_drive(name):
     assert caught.value.free_twists.shape[1] == 1
 
 
-def test_a_limb_that_cannot_hold_its_own_weight():
+def test_limb_that_cannot_hold_its_weight_raises_an_error():
     spec = sr.gough()
     # a seventh limb of two struts with ball joints at their ends sags like a rope
     joints = (
@@ -402,7 +402,7 @@ def test_a_limb_that_cannot_hold_its_own_weight():
     for joint in caught.value.joints:
         assert joint in str(caught.value)
     assert ks.analyze(pose, on_failure="nan").status == ks.Status.SINGULAR
-    # weightless it is no more than a loose thing between base and platform
+    # without weight it has no effect
     light = replace(extra, links=(sr.Link("strut_a"), sr.Link("strut_b")))
     one = sr.robot_of(replace(spec, limbs=(*spec.limbs, light)))
     same = ks.analyze(one.configuration(pin.neutral(one.model)), gravity=(0, 0, -9.81))
@@ -410,7 +410,7 @@ def test_a_limb_that_cannot_hold_its_own_weight():
     np.testing.assert_allclose(same.twist, ks.analyze(plain.assemble()).twist, rtol=1e-9)
 
 
-def test_a_strut_that_spins_between_spherical_joints_is_fine():
+def test_spinning_strut_does_not_change_the_statics():
     one = small("gough_sps")
     assert (one.mobility.platform, one.mobility.local, one.mobility.redundant_constraints) == (6, 6, 0)
     assert str(one.mobility) == "6 (+6 local)"
@@ -421,8 +421,8 @@ def test_a_strut_that_spins_between_spherical_joints_is_fine():
         assert found.actuator_forces[joint] == pytest.approx(force, rel=1e-9)
 
 
-def test_limbs_that_cannot_be_held_are_named_even_if_the_platform_is():
-    # a strut between ball joints whose weight lies off its axis would spin; a rod of even weight would not
+def test_unheld_limb_is_named_although_platform_is_held():
+    # a strut between ball joints whose centre of mass is off its axis would spin
     spec = sr.gough("S")
     limb = spec.limbs[0]
     heavy = replace(limb, links=(sr.Link("cylinder_1", 2.0, (0.5, 0.3, 0.2)), limb.links[1]))
@@ -439,13 +439,13 @@ def walls(*limbs, mass=2.0, beams=()):
 
 
 def wall(n, y, kind="R", driven=True):
-    """A column whose foot is an actuator, or a rail along x, and whose head is an actuator."""
+    """Return a column whose foot is an actuator, or a rail along x, and whose head is an actuator."""
     foot = sr.Joint(f"foot_{n}", kind, (0, y, 0), (1, 0, 0), driven=driven)
     joints = (foot, sr.Joint(f"head_{n}", "R", (0, y, 1), (0, 1, 0), driven=True))
     return sr.Limb(joints, (sr.Link(f"column_{n}"),))
 
 
-def test_rigid_limbs_that_fight():
+def test_forces_of_redundant_rigid_limbs_are_indeterminate():
     beam = sr.Beam("third", "column_3", "foot_3", "head_3", sr.circle(0.05))
     one = sr.robot_of(walls(wall(1, -1), wall(2, 1), wall(3, 0.5), mass=10.0, beams=(beam,)))
     found = ks.analyze(one.assemble(), load=(10, 0, 0, 0, 0, 0))
@@ -464,21 +464,21 @@ def test_rigid_limbs_that_fight():
     assert np.all(np.isfinite(found.beams["third"].deflections))
 
 
-def test_only_what_the_rigid_limbs_leave_open_is_nan():
+def test_only_indeterminate_forces_of_rigid_limbs_are_nan():
     # the second wall is on a rail along x: all of the load along x goes to the first
     one = sr.robot_of(walls(wall(1, -1), wall(2, 1, "P", False)))
     found = ks.analyze(one.assemble(), load=(10, 0, 0, 0, 0, 0))
     assert found.status == ks.Status.INDETERMINATE
     np.testing.assert_allclose(found.twist, 0, atol=1e-20)
     assert np.all(np.isnan(found.joint_wrenches["foot_1"][1:3]))
-    # what the base puts on the robot as a whole is determined
+    # the base's total wrench is determined
     np.testing.assert_allclose(found.base_wrench, [-10, 0, 2 * 9.81, 0, -10, 0], rtol=0, atol=1e-9)
 
 
 # ---- unusual robots ------------------------------------------------------------------------------------------------------
 
 
-def test_a_limb_without_links():
+def test_limb_without_links_carries_its_share():
     """A hinge directly between base and platform, and a column beside it."""
     one = sm.robot(
         sm.link("base"), sm.link("column"), sm.link("platform", 4.0, "0.5 0 0"),
@@ -505,10 +505,10 @@ def hang(name, parent, xyz, mass, kind="fixed", com="0 0 -0.2"):
     return sm.link(name, mass, com) + sm.joint(f"{name}_joint", kind, parent, name, xyz)
 
 
-def test_dead_weight_on_base_platform_and_limb():
+def test_branch_weight_counts_for_its_base_platform_or_limb():
     plain = ks.analyze(robot_of_text(portal_text()).assemble())
     A = np.pi * 0.05**2 / 4
-    # on the base: only the ground feels it
+    # on the base: it changes the base reaction only
     base = ks.analyze(robot_of_text(portal_text(hang("box", "base", "2 0 0", 3.0))).assemble())
     np.testing.assert_allclose(base.twist, plain.twist, rtol=1e-12)
     np.testing.assert_allclose(base.base_wrench - plain.base_wrench, [0, 0, 3 * 9.81, 0, -2 * 3 * 9.81, 0], atol=1e-9)
@@ -529,7 +529,7 @@ def test_dead_weight_on_base_platform_and_limb():
     assert found.contributions["limb_1"][2] < plain.contributions["limb_1"][2]
 
 
-def test_dead_weight_that_would_swing():
+def test_swinging_branch_raises_an_error_unless_driven():
     extra = hang("bob", "platform", "0.4 0 0", 3.0, "revolute", com="0.3 0 0")
     one = robot_of_text(portal_text(extra))
     with pytest.raises(ks.exceptions.LimbEquilibriumError, match=r"platform.*bob_joint") as caught:
@@ -544,8 +544,8 @@ def test_dead_weight_that_would_swing():
     assert ks.analyze(sideways.assemble(), gravity=(0, 1, -9.81)).status == ks.Status.OK
 
 
-def test_a_base_that_is_not_the_root():
-    """The same robot with the tree rooted elsewhere: world axes and origin are the base's."""
+def test_base_need_not_be_the_root():
+    """The same robot with another root of the tree: world axes and origin are the base's."""
     plain = sr.write(sr.rps3()).text
     # a root link in front of the base, joined by a free joint or by a turned fixed one
     floating = plain.replace(
@@ -585,7 +585,7 @@ def test_drives_of_a_telescope_carry_the_links_beyond_them(carrier):
     assert result.base_wrench[2] == pytest.approx(10 * (beam + link))
 
 
-def test_local_freedoms_that_are_driven_are_not_free():
+def test_driven_local_freedom_follows_its_actuator():
     """A passive pendulum hangs on a fixed rod, and a driven arm on the base: neither moves the platform."""
     one = sm.robot(
         sm.link("base"), sm.link("rod"), sm.link("platform"), sm.joint("foot", "fixed", "base", "rod"),
@@ -601,7 +601,7 @@ def test_local_freedoms_that_are_driven_are_not_free():
 @pytest.mark.few(1)
 @pytest.mark.parametrize("rounded", ["1.57", "1.571", "1.5708"])
 def test_rounding_does_not_change_the_assembly_mode(rounded):
-    """Closing a rounded loop a little better far away is not what was asked for."""
+    """A distant pose that closes the rounded loop a little better is not chosen."""
     text = Path(__file__).with_name("five_bar_rounded.urdf").read_text()
     exact = ks.Robot(parse_robot_text(text.replace('"1.57 0 0"', '"1.5707963267948966 0 0"')))
     robot = ks.Robot(parse_robot_text(text.replace('"1.57 0 0"', f'"{rounded} 0 0"')))
@@ -617,7 +617,7 @@ def test_rounding_does_not_change_the_assembly_mode(rounded):
 
 
 def test_beams_of_dead_branches_bend_under_their_own_weight():
-    """A bracket that only hangs on the base is a cantilever: q L²/2 at its root, q L⁴/8EI at its tip."""
+    """A bracket on the base is a cantilever: q L²/2 at its root, q L⁴/8EI at its tip."""
     one = sm.robot(
         sm.link("base"), sm.link("rod"), sm.link("platform"), sm.link("arm"), sm.link("end"),
         sm.joint("foot", "fixed", "base", "rod"), sm.joint("head", "fixed", "rod", "platform", "0 0 0.5"),

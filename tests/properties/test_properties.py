@@ -1,4 +1,4 @@
-"""What must hold for every robot in every pose, and agreement with an independent finite element model."""
+"""Properties of every robot in every pose, and agreement with an independent finite element model."""
 
 from dataclasses import replace
 from functools import cache
@@ -74,7 +74,7 @@ class Case:
         return ks.analyze(pose, load, gravity)
 
     def carried(self, link):
-        """Return where the link's matter at zero has gone: a (4, 4) displacement."""
+        """Return the link's displacement (4, 4) from the zero pose."""
         return self.pose.frame(link) @ np.linalg.inv(self.written.frames[link])
 
     def point(self, link, p):
@@ -149,7 +149,7 @@ def same_forces(found, expected, rtol=1e-9):
 
 
 @given(names, seeds)
-def test_stiffness_is_symmetric_positive_definite_and_the_inverse_of_the_compliance(name, seed):
+def test_stiffness_is_symmetric_positive_definite_inverse_of_compliance(name, seed):
     found = Case(name, seed).result
     scale = np.array([1, 1, 1, 0.3, 0.3, 0.3])
     K, C = found.stiffness / np.outer(scale, scale), found.compliance * np.outer(scale, scale)
@@ -226,7 +226,7 @@ def compare(spec, robot_written, pose, found, load, gravity, rtol=1e-8):
 
 
 @given(names, seeds)
-def test_agrees_with_finite_elements(name, seed):
+def test_statics_of_named_cases_agrees_with_finite_elements(name, seed):
     case = Case(name, seed)
     answer = compare(case.spec, case.written, case.pose, case.result, case.load, case.gravity)
     assert not answer.free and answer.unbalanced < 1e-9
@@ -269,7 +269,7 @@ def test_any_serial_limbs_agree_with_finite_elements_in_any_cut(kinds, seed):
 
 
 @given(names, seeds, st.booleans())
-def test_rotated_and_mirrored_robots(name, seed, is_mirrored):
+def test_results_rotate_and_mirror_with_the_robot(name, seed, is_mirrored):
     case = Case(name, seed)
     M = np.diag([-1.0, 1, 1]) if is_mirrored else sr.random_rotation(case.rng)
     M6 = np.kron(np.diag([1.0, np.linalg.det(M)]), M)
@@ -282,7 +282,7 @@ def test_rotated_and_mirrored_robots(name, seed, is_mirrored):
 
 
 @given(names, seeds)
-def test_reference_point(name, seed):
+def test_results_transform_with_the_reference_point(name, seed):
     case = Case(name, seed)
     shift = case.rng.standard_normal(3) * 0.3
     moved = replace(case.spec, o=tuple(np.asarray(case.spec.o) + shift))
@@ -298,7 +298,7 @@ def test_reference_point(name, seed):
 
 
 @given(names, seeds)
-def test_cut_spelling_frames_and_order_of_the_file_do_not_matter(name, seed):
+def test_results_do_not_depend_on_cuts_frames_and_order(name, seed):
     case = Case(name, seed)
     rng, limbs = case.rng, case.spec.limbs
     order = rng.permutation(len(limbs))
@@ -333,7 +333,7 @@ def section_wrenches(beam):
 
 
 @given(names, seeds, st.integers(2, 3), st.booleans())
-def test_splitting_beams(name, seed, n, own_mass):
+def test_splitting_beams_does_not_change_results(name, seed, n, own_mass):
     case = Case(name, seed)
     spec = sr.with_link_masses(case.spec) if own_mass and name not in TELESCOPIC else case.spec
     found = case.again(sr.split(spec, n))
@@ -352,7 +352,7 @@ def test_splitting_beams(name, seed, n, own_mass):
 
 
 @given(names, seeds)
-def test_millimetres_and_metres(name, seed):
+def test_results_do_not_depend_on_the_length_unit(name, seed):
     case = Case(name, seed)
     spec = sr.in_millimetres(case.spec) if name not in TELESCOPIC else sr.in_millimetres(with_y_axes(case.spec))
     turns = [joint.name for limb in case.spec.limbs for joint in limb.joints if joint.kind == "R"]
@@ -375,7 +375,7 @@ def with_y_axes(spec):
 
 
 @given(names, seeds)
-def test_superposition(name, seed):
+def test_effects_of_load_and_gravity_superpose(name, seed):
     case = Case(name, seed)
     found = case.result
     same(sum(found.contributions.values()), found.twist, 1e-14)
@@ -391,7 +391,7 @@ def test_superposition(name, seed):
 
 
 @given(names, seeds)
-def test_contribution_of_each_part_is_what_that_part_does_alone(name, seed):
+def test_contribution_of_a_part_is_its_effect_alone(name, seed):
     case = Case(name, seed)
     nothing = (0, 0, 0, 0, 0, 0)
     size = float(np.abs(case.result.twist).max())
@@ -445,7 +445,7 @@ def work_of_weights(case, found, displaced):
 
 
 @given(names, seeds)
-def test_betti_and_clapeyron(name, seed):
+def test_work_satisfies_betti_and_clapeyron(name, seed):
     case = Case(name, seed)
     found = case.result
     first, second = ks.analyze(case.pose, case.load, (0, 0, 0)), ks.analyze(case.pose, np.zeros(6), case.gravity)
@@ -465,7 +465,7 @@ def slope(values, h):
 
 
 @given(moving, seeds)
-def test_drives_forces_are_the_virtual_work_of_frozen_masses(name, seed):
+def test_actuator_forces_are_virtual_work_of_loads_and_weights(name, seed):
     case = Case(name, seed)
     h = 1e-3
     masses = [(m, link, np.linalg.inv(case.pose.frame(link)) @ [*com, 1]) for m, com, link in case.weights()]
@@ -488,7 +488,7 @@ def test_drives_forces_are_the_virtual_work_of_frozen_masses(name, seed):
 
 
 @given(names, seeds)
-def test_an_element_of_a_batch_is_the_pose_analyzed_alone(name, seed):
+def test_batch_element_equals_single_analysis(name, seed):
     rng = np.random.default_rng(seed)
     shape = (2, 3)
     one = robot(name)
@@ -530,7 +530,7 @@ def test_an_element_of_a_batch_is_the_pose_analyzed_alone(name, seed):
 
 
 @given(names, seeds)
-def test_where_and_in_which_axes_a_load_acts(name, seed):
+def test_load_point_and_frame_transform_the_wrench(name, seed):
     case = Case(name, seed)
     R, f = case.pose.platform_frame[:3, :3], case.load
     p = case.rng.standard_normal(3) * 0.4
@@ -546,7 +546,7 @@ def test_where_and_in_which_axes_a_load_acts(name, seed):
     same_twist(many.twist[1], there.twist, 1e-9)
 
 
-def test_a_robot_without_joints_has_batches_too():
+def test_robot_without_joints_accepts_batches():
     one = robot("portal")
     poses = one.configuration(np.zeros((2, 3, one.model.nq)))
     found = ks.analyze(poses, gravity=(0, 0, -9.81))

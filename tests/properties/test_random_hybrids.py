@@ -1,11 +1,11 @@
 """Robots with hybrid limbs, elastic joints and assembly errors, random and small ones, against finite elements.
 
-``hybrid_robots.random_hybrid`` grows them; two programs of finite elements judge: that of ``finite_elements`` with multipliers,
-and OpenSees. A few by default;
+``hybrid_robots.random_hybrid`` generates them; references are ``finite_elements``, with Lagrange multipliers, and OpenSees.
+A few by default;
 
     KINETOSTATICS_RANDOM_ROBOTS=5000 python -m pytest -q tests/properties/test_random_hybrids.py
 
-tries that many. What was found by larger numbers is below as small robots, and as seeds where nothing smaller showed it.
+tries that many. Failures that were found so are below as small robots, or as seeds (``KNOWN``) if no small robot shows them.
 """
 
 import os
@@ -33,14 +33,14 @@ CLOSE = 1e-6
 
 
 class Case:
-    """A written mechanism under loads and assembly errors at its zero pose, and what the finite elements say of it."""
+    """A written mechanism under loads and assembly errors at its zero pose, and its finite element solution."""
 
     def __init__(self, mechanism, file, load, gravity, assembly_errors):
         self.mechanism, self.file, self.load, self.gravity = mechanism, file, load, gravity
         at_zero = hr.AtZero(file)
         rings = finite_elements.solve(mechanism, file, at_zero).rings
-        # which side of a joint of a ring that hangs is the platform's is not for the finite elements to say
-        # and those of fixed joints within base or platform are refused
+        # without errors of joints in rings of branches, whose platform side finite elements do not determine,
+        # and of fixed joints within base or platform, which are refused
         groups = hr.welded(mechanism)
         within = {edge.joint.name for edge in mechanism.edges if any({edge.inner, edge.outer} <= group for group in groups)}
         self.assembly_errors = {
@@ -66,7 +66,7 @@ class Case:
         return robot.configuration(pin.neutral(robot.model))
 
     def check(self):
-        """Compare everything; where the finite elements say that there is no answer there must be an error."""
+        """Compare everything; without a finite element solution there must be an error."""
         answer, pose = self.answer, self.pose()
         if answer.free or answer.unbalanced > 1e-6:
             with pytest.raises((ks.exceptions.SingularPoseError, ks.exceptions.LimbEquilibriumError)):
@@ -89,7 +89,7 @@ class Case:
         off = [
             1e-4 if isinstance(value, tuple) else float(np.linalg.norm(value * unit6)) for value in self.assembly_errors.values()
         ]
-        # what a newton moves, and a thousandth of what is off, are small
+        # displacements by one newton, and a thousandth of the errors, are small
         moved = max(float(np.linalg.norm(answer.twist * unit6)), 0.1 * softness, 1e-3 * max(off, default=0.0), 1e-12)
         assert np.linalg.norm((result.twist - answer.twist) * unit6) < CLOSE * moved
         assert np.linalg.norm((result.compliance - answer.compliance) * np.outer(unit6, unit6)) < CLOSE * max(softness, 1e-14)
@@ -120,7 +120,7 @@ class Case:
         return min(gap, float(np.linalg.norm((own + wrench) / unit6))) if joint in self.answer.rings else gap
 
     def bends(self, name, length):
-        """Return what a newton across its end bends a beam by: in a robot that is rigid nothing else moves."""
+        """Return a beam's deflection by one newton across its end: the scale in robots that are otherwise rigid."""
         beam = next(beam for beam in self.mechanism.beams if beam.name == name)
         return length**3 / (3 * beam.E * min(beam.section.I_y, beam.section.I_z))
 
@@ -133,12 +133,12 @@ class Case:
 # ---- random ones ---------------------------------------------------------------------------------------------------------------
 
 
-#: Seeds of those that were found by larger numbers.
+#: Seeds of failures found with larger numbers.
 KNOWN = [
     211,  # three hinges between two links, some of them elastic: rounding where the limb is rigid
     598,  # the compliance of a limb that is almost rigid along one of its wrenches
     608,
-    191,  # bridges through which much flows one way, and little the other
+    191,  # bridges that carry much in one direction, and little in the other
     835,
     1304,  # hinges with parallel axes, which rounding lets meet far away
     53067,  # free, and assembly errors that contradict one another besides
@@ -147,7 +147,7 @@ KNOWN = [
     1359628,  # one of them hangs on the platform by an elastic limb
     369,  # a ring of rigid links between elastic limbs, whose strain is rounding alone
     368176,  # assembly errors that a rigid ring cannot follow, in a limb that is partly rigid besides
-    826,  # a rigid limb with elastic links, whose compliance is nothing but rounding
+    826,  # a rigid limb with elastic links, whose compliance is only rounding
 ]
 
 
@@ -164,7 +164,7 @@ def test_random_hybrids_agree_with_finite_elements(seed):
 
 
 def agrees_with_finite_elements(seed):
-    """Compare; return whether the robot could be judged, neither almost singular nor almost held."""
+    """Compare; return whether a comparison was possible: the robot is neither almost singular nor almost held."""
     case = Case.random(seed)
     if case.answer.gap <= 1e9:
         return False
@@ -230,7 +230,7 @@ def about(axis):
 
 
 def hinged(*more):
-    """A foot on two hinges on one line, rigid, and a rod from it to the platform."""
+    """Return a rigid foot on two hinges on one line, and a rod from it to the platform."""
     hinges = [edge("one", "R", AT, "base", "foot", AXIS), edge("two", "R", AT + 0.2 * AXIS, "base", "foot", AXIS)]
     return made_of([*hinges, *bar("rod", "foot", "platform", (0.3, 0.1, 0.4), (0.2, -0.3, 0.9)), *more], [beam("rod")])
 
@@ -240,7 +240,7 @@ def cantilevered(*more, beams=(), o=(0.1, 0.0, 0.8)):
 
 
 def two_springs_of_one_kind():
-    """Equal joints between base and platform, whose bearings are rigid in different directions."""
+    """Return equal joints between base and platform, whose bearings are rigid in different directions."""
     soft = Stiffness(about(AXIS), None, (0.0, 3e5, 6e5))
     stiffer = Stiffness(about(AXIS), None, (0.0, 2e4, np.inf))
     return cantilevered(
@@ -249,7 +249,7 @@ def two_springs_of_one_kind():
 
 
 def long_bridge():
-    """A cross-brace two of whose four sides are six beams in a row: little could ever flow back through the bridge."""
+    """Return a cross-brace two of whose four sides are six beams in a row: its bridge carries little backwards."""
     corners = {"base": (0, 0, 0), "n": (0.5, 0, 0.4), "m": (-0.5, 0.1, 0.4), "platform": (0.1, 0, 0.8)}
     sides = [
         ("a", "base", "n", 6),
@@ -270,7 +270,7 @@ def long_bridge():
 
 
 def plate(stiffness=None, at="base"):
-    """A rigid plate, fixed to base or platform, and a rod."""
+    """Return a rigid plate, fixed to base or platform, and a rod."""
     if at == "base":
         weld, rod = (
             edge("weld", "F", AT, "base", "plate", AXIS, stiffness),
@@ -283,7 +283,7 @@ def plate(stiffness=None, at="base"):
 
 
 def fork():
-    """One link with two beams, welded to the platform twice."""
+    """Return one link with two beams, welded to the platform twice."""
     return made_of(
         [edge("root", "F", (0, 0, 0.1), "base", "fork"), edge("tip_1", "F", (0.2, 0, 0.5), "fork", "platform"),
          edge("tip_2", "F", (-0.2, 0.1, 0.5), "fork", "platform")],
@@ -306,7 +306,7 @@ SMALL = {
     "long bridge": (long_bridge(), {}),
     "elastic weld on the base": (plate(Stiffness(about(AXIS), (1e6, 2e6, 3e6), (1e4, 2e4, 3e4))), {}),
     "heated": (cantilevered(), {"rod": ("temperature", 10.0)}),
-    "assembly error of what hangs": (cantilevered(*ARM, beams=[beam("arm")]), {"arm_1": BENT}),
+    "assembly error of a branch": (cantilevered(*ARM, beams=[beam("arm")]), {"arm_1": BENT}),
     "assembly error that two hinges contradict": (hinged(RIGID), {"one": ALONG}),
     "assembly error that two hinges can follow": (hinged(RIGID), {"one": ALONG, "two": ALONG}),
 }  # fmt: skip

@@ -28,17 +28,17 @@ pytestmark = pytest.mark.skipif(
 
 COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "2"))
 
-#: Relative: how far we and finite elements may differ beside their scatter, and how far these may scatter to be believed.
+#: Relative: largest difference beside the scatter of finite elements, and largest scatter of a valid reference.
 CLOSE, SURE = 1e-8, 2e-7
 
 
-#: Limbs and seeds of usual robots, and of those that were found by larger numbers.
+#: Limbs and seeds of usual robots, and of failures found with larger numbers.
 KNOWN = [
     (["RpS", "RpS", "RpS"], 0),
     (["pRU", "pRU", "UpR"], 1),
     (["UpS"] * 6, 2),
     (["rrp"], 3),
-    (["pUU", "S", "S", "S"], 12),  # rigid: nothing moves, and what finite elements say of it is rounding
+    (["pUU", "S", "S", "S"], 12),  # rigid: nothing moves, and finite elements give rounding errors
 ]
 
 
@@ -58,7 +58,7 @@ def test_random_robots_agree_with_finite_elements(kinds, seed):
 
 
 def agrees_with_finite_elements(kinds, seed):
-    """Compare; return whether the robot could be judged, neither rigid throughout nor almost singular."""
+    """Compare; return whether a comparison was possible: the robot is neither rigid throughout nor almost singular."""
     rng = np.random.default_rng(seed)
     spec = sr.random_spec(kinds, seed)
     if not spec.beams:
@@ -79,11 +79,11 @@ def agrees_with_finite_elements(kinds, seed):
     if max(found.scatter.values()) < SURE:
         assert max(found.differences.values()) < CLOSE + 5 * max(found.scatter.values()), str(found)
         return True
-    answer = finite_elements.solve(spec, file, pose, load, gravity)  # where OpenSees has lost its digits
+    answer = finite_elements.solve(spec, file, pose, load, gravity)  # where OpenSees has lost its precision
     if answer.gap <= 1e9:
         return False
     unit = np.repeat([1.0, robot.length], 3)
-    softness = max(float(np.linalg.norm(scaled(answer.compliance, robot.length))), 1e-14)  # nothing at all, in a rigid robot
+    softness = max(float(np.linalg.norm(scaled(answer.compliance, robot.length))), 1e-14)  # zero in a rigid robot
     moved = max(float(np.linalg.norm(answer.twist * unit)), 0.1 * softness, 1e-12)
     assert np.linalg.norm((result.twist - answer.twist) * unit) < 100 * CLOSE * moved
     assert np.linalg.norm(scaled(result.compliance - answer.compliance, robot.length)) < 100 * CLOSE * softness

@@ -1,6 +1,6 @@
 """Constraint wrenches of random robots, many of them almost special ones, do no work on any passive freedom at displaced poses.
 
-What is parallel or meets, or is off by 1e-12 to 1e-8, tempts to take for reciprocal what only nearly is.
+Axes are parallel or meet, or are off by 1e-12 to 4e-9, so that some wrenches are only nearly reciprocal.
 
     KINETOSTATICS_RANDOM_ROBOTS=1000 python -m pytest -q tests/properties/test_reciprocity.py
 
@@ -24,7 +24,7 @@ COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "3"))
 
 
 def nudged(spec, size, rng):
-    """Return a spec with its joints moved and turned by so much [m, rad]."""
+    """Return a spec with its joints moved and turned at random by about ``size`` [m, rad]."""
 
     def joint(j):
         axis, axis2, centre = (np.asarray(v) + size * rng.standard_normal(3) for v in (j.axis, j.axis2, j.centre))
@@ -46,7 +46,7 @@ def check(result):
 
 
 def check_group(solution, number, item, fine):
-    """See that unit constraint wrenches, and all that alike limbs carry, do no work on their passive unit twists."""
+    """Assert that unit constraint wrenches, and the total wrenches of a group's limbs, do no work on passive unit twists."""
     group, n_c = item.group, item.J_c.shape[1]
     scale = np.repeat([group.model.length, 1.0], 3).reshape(6, 1, 1, 1)
     geometry = group.geometry(solution.frames, solution.o)
@@ -57,7 +57,7 @@ def check_group(solution, number, item, fine):
     carried = solution.total_cut_wrenches(number) * scale[:, 0]
     weights = group.carried(geometry, solution.frames, solution.o, solution.weights)[0]
     whole = np.einsum("km,mign->ikgn", signs, carried) + weights * scale
-    # a robot whose joints are dependent but for a nudge has limbs of the rank that they would have without it
+    # limbs whose joints are dependent but for the nudge have the rank of those without it
     over = np.zeros(fine.shape)
     if group.is_serial and n_c and T.shape[1] > 6 - n_c:
         over[fine] = 2 * np.linalg.svd(np.moveaxis(T[..., fine], 2, 0), compute_uv=False)[:, 6 - n_c]
@@ -70,7 +70,7 @@ def check_group(solution, number, item, fine):
 
 
 def displaced(robot, rng):
-    """Return poses near the zero pose, or that alone where it cannot be left."""
+    """Return poses near the zero pose, or that alone if no other can be reached."""
     zero = robot.configuration(pin.neutral(robot.model))
     actuators = {name: 0.05 * rng.standard_normal(4) for name in robot.description.driven}
     try:
@@ -85,7 +85,7 @@ def displaced(robot, rng):
     st.integers(0, 2**31),
     st.sampled_from([0.0, 1e-12, 1e-11, 1e-10, 1e-9, 4e-9]),
 )
-def test_limbs_of_serial_robots_are_reciprocal(kinds, seed, size):
+def test_wrenches_of_serial_limbs_are_reciprocal(kinds, seed, size):
     assume(serial(kinds, seed, size))
 
 
@@ -95,7 +95,7 @@ def serial(kinds, seed, size):
     return is_reciprocal(sr.write(spec, twirl=seed), rng)
 
 
-#: With passive slides, whose unit of length is not that of hinges' arms.
+#: With passive slides, whose twists scale otherwise with the length than those of hinges.
 SLIDING = [(["RpU", "CrS", "RpU"], 1735039634), (["rRRR", "rRRR", "PRRr"], 130572831), (["RPr", "rRRR", "CpU"], 1058758870)]
 
 
@@ -111,7 +111,7 @@ def test_ranks_and_wrenches_do_not_depend_on_size(kinds, seed):
 
 @settings(max_examples=COUNT, deadline=None)
 @given(st.integers(0, 2**31))
-def test_limbs_of_hybrid_robots_are_reciprocal(seed):
+def test_wrenches_of_hybrid_limbs_are_reciprocal(seed):
     assume(is_reciprocal(hr.write_randomly(hr.random_hybrid(seed, 0.0), seed)[1], np.random.default_rng(seed)))
 
 
@@ -128,8 +128,8 @@ def is_reciprocal(file, rng):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("engine", ["numpy", "compiled"])
-def test_a_wrench_that_is_nearly_reciprocal_is_moved_where_it_is(request, engine):
-    """Beside limbs 400,000 times stiffer, a power of 4e-9 on one joint moved the platform by 1.2e-6 of what it does."""
+def test_nearly_reciprocal_wrench_is_made_exactly_reciprocal(request, engine):
+    """Beside limbs 400,000 times stiffer, a power of 4e-9 on one joint would change the twist by 1.2e-6 of it."""
     pytest.importorskip("openseespy")
     robot = ks.load_robot(request.config.rootpath / "tests/cases/nearly_reciprocal.urdf")
     pose = robot.assemble(actuators={"l1_j2": -0.0008069485108324282, "l3_j1": 0.05673813151780757})

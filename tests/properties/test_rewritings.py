@@ -1,4 +1,4 @@
-"""What is said of a machine depends on the machine: not on frames, axes' signs, origins, zeros, roots, cuts, names or order."""
+"""Results do not depend on frames, signs of axes, origins, zeros, roots, cuts, names or order of a description."""
 
 import os
 from functools import cache
@@ -111,22 +111,22 @@ REWRITINGS = {
 }
 
 
-#: Each rewriting of four robots, and of each robot one or two.
+#: Each rewriting for four robots; for each robot one or two rewritings.
 PAIRS = [(name, what) for k, name in enumerate(NAMES) for j, what in enumerate(REWRITINGS) if (k + j) % 4 == 0]
 
 
 @pytest.mark.few(4)
 @pytest.mark.parametrize(("name", "what"), PAIRS)
-def test_a_shipped_robot_written_anew(name, what):
+def test_rewritten_package_robot_has_the_same_results(name, what):
     robot, drives, expected = original(name)
-    redundant = len(drives) > robot.mobility.platform  # whose actuators do not go alone
+    redundant = len(drives) > robot.mobility.platform  # its actuators are not independent
     assert expected.status.size >= (1 if redundant else 3)
     assert_same(robot, drives, expected, REWRITINGS[what](robot, 5), ties=what != "reordered")
 
 
 @pytest.mark.few(3)
 @pytest.mark.parametrize("name", NAMES[::3])
-def test_a_shipped_robot_with_other_zeros(name):
+def test_package_robot_with_other_zeros_has_the_same_results(name):
     robot, drives, expected = original(name)
     pose = robot.assemble(actuators={joint: values[-1] for joint, values in drives.items()})
     assert_same(robot, drives, expected, rewritings.with_zeros_at(robot, pose), signs=False)
@@ -135,7 +135,7 @@ def test_a_shipped_robot_with_other_zeros(name):
 # ---- random machines -----------------------------------------------------------------------------------------------------
 
 
-def assert_written_anew(robot, seed):
+def assert_rewriting_agrees(robot, seed):
     """Compare a random robot with another description of it."""
     assume(not robot.description.driven or robot.mobility_analysis.fixes_platform(robot.actuator_coordinates))
     drives, expected = poses_of(robot, wanted=2)
@@ -148,8 +148,8 @@ def assert_written_anew(robot, seed):
 @given(st.lists(st.sampled_from(LIMBS), min_size=2, max_size=5).filter(lambda kinds: sum(map(wrenches, kinds)) >= 6), seeds)
 @example(["rUU", "pUS", "UpU", "UpR", "RRpU"], 2)  # a complement of a canonical wrench turned over with another tree
 @example(["RpU", "pRRR", "rUU", "UpU", "UpS"], 100)  # the characteristic length slid along axes
-def test_a_random_robot_written_anew(kinds, seed):
-    assert_written_anew(sr.write(sr.random_spec(kinds, seed)).robot(), seed)
+def test_rewritten_random_robot_has_the_same_results(kinds, seed):
+    assert_rewriting_agrees(sr.write(sr.random_spec(kinds, seed)).robot(), seed)
 
 
 @pytest.mark.slow
@@ -157,6 +157,6 @@ def test_a_random_robot_written_anew(kinds, seed):
 @given(seeds)
 @example(4)
 @example(11)
-def test_a_random_robot_with_rings_written_anew(seed):
+def test_rewritten_random_robot_with_rings_has_the_same_results(seed):
     _, file = hr.write_randomly(hr.random_hybrid(seed), seed)
-    assert_written_anew(file.robot(), seed)
+    assert_rewriting_agrees(file.robot(), seed)

@@ -18,7 +18,7 @@ import kinetostatics as ks
 from kinetostatics.description import Joint, Link, Loop, RobotDescription
 from kinetostatics.files.reader import parse_robot_text
 
-#: Every element and attribute of the format, and what other tools read.
+#: Every element and attribute of the format, and elements for other tools.
 EVERYTHING = """<?xml version="1.0" encoding="utf-8"?>
 <robot name="ü &lt;&quot;&amp;'" version="1.0" xmlns:gz="urn:gazebo">
   <link name="world"/>
@@ -90,14 +90,14 @@ EVERYTHING = """<?xml version="1.0" encoding="utf-8"?>
 
 
 def saved(robot: ks.Robot | RobotDescription, folder: Path, name: str = "saved.urdf") -> RobotDescription:
-    """Write a robot to a file and return what that says."""
+    """Write a robot to a file and return the description that is read from it."""
     ks.save_robot(robot, folder / name)
     return ks.files.read_robot_file(folder / name)
 
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", sorted(path.name.removesuffix(".urdf.xacro") for path in ROBOTS.glob("*.urdf.xacro")))
-def test_shipped_robots(name: str, tmp_path: Path) -> None:
+def test_saved_package_robots_read_back_equal(name: str, tmp_path: Path) -> None:
     robot = ks.load_robot(name)  # as fresh as the one that is read back
     description = saved(robot, tmp_path)
     assert description == robot.description and description.warnings == robot.description.warnings
@@ -106,7 +106,7 @@ def test_shipped_robots(name: str, tmp_path: Path) -> None:
     assert {**one, "file": ""} == {**other, "file": ""}
 
 
-def test_every_element_and_attribute(tmp_path: Path) -> None:
+def test_saved_file_keeps_every_element_and_attribute(tmp_path: Path) -> None:
     description = parse_robot_text(EVERYTHING, str(tmp_path / "everything.urdf"))
     again = saved(description, tmp_path)
     assert again == description and again is not description
@@ -114,12 +114,12 @@ def test_every_element_and_attribute(tmp_path: Path) -> None:
     for part in ("links", "joints", "loops", "beams", "joint_stiffness"):
         assert list(getattr(again, part)) == list(getattr(description, part))
     assert again.driven == description.driven == ("motor", "elbow", "l prismatic", "l revolute")
-    # every element, attribute and text of the source is there, also what the reader does not look at
+    # every element, attribute and text of the source is there, also those that the reader ignores
     assert lines(ET.fromstring(EVERYTHING)) <= lines(ET.parse(tmp_path / "saved.urdf").getroot())
 
 
 def lines(element: ET.Element, path: str = "", number: int = 0) -> set[str]:
-    """Return all that an element holds, a line for every attribute and text, numbers as floats."""
+    """Return a line for every element, attribute and text of an element, numbers as floats."""
     key = next((element.get(name) for name in ("name", "link", "joint") if element.get(name)), "")
     path = f"{path}/{element.tag}[{key}]" if path else element.tag
     found = {path}
@@ -139,7 +139,7 @@ def readable(value: str) -> str:
         return value
 
 
-def test_what_is_normalised_stays_normal() -> None:
+def test_normalised_values_read_back_equal() -> None:
     text = EVERYTHING.replace('<axis xyz="0.6 0 -0.8"/>', '<axis xyz="1 2 -2"/>').replace('"0.8 0.6 0" succ', '"1 1 1e-9" succ')
     description = parse_robot_text(
         text.replace("3.14159265358979", "3.1415926536").replace('lower="-1" upper="0.1" ', 'lower="-1" ')
@@ -150,7 +150,7 @@ def test_what_is_normalised_stays_normal() -> None:
 
 @settings(max_examples=30, deadline=None)
 @given(st.tuples(*[st.floats(-1e30, 1e30) | st.floats(-1, 1)] * 3).filter(any))
-def test_directions_come_back(axis: tuple[float, float, float]) -> None:
+def test_directions_read_back_equal(axis: tuple[float, float, float]) -> None:
     loop = Loop("l", "revolute", "a", "b", axis=axis)
     links, joint = [Link("a"), Link("b")], Joint("j", "floating", "a", "b")
     one = ks.files.validate(RobotDescription.of("r", links=links, joints=[joint], loops=[loop], platform="b"))
@@ -160,7 +160,7 @@ def test_directions_come_back(axis: tuple[float, float, float]) -> None:
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("seed", range(6))
-def test_random_robots(seed: int, tmp_path: Path) -> None:
+def test_saved_random_robots_read_back_equal(seed: int, tmp_path: Path) -> None:
     """Files in random cuts with link frames turned at random, half of them with elastic joints and limbs of any shape."""
     rng = np.random.default_rng(seed)
     if seed % 2:
@@ -175,7 +175,7 @@ def test_random_robots(seed: int, tmp_path: Path) -> None:
 # ---- files ---------------------------------------------------------------------------------------------------------------
 
 
-def test_meshes_stay_found(tmp_path: Path) -> None:
+def test_mesh_paths_are_adapted_to_the_new_folder(tmp_path: Path) -> None:
     mesh = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
     meshes = [mesh.format(name) for name in ("part.stl", "meshes/a&amp;b.dae", "package://robot/x.stl", "/abs/y.stl")]
     text = EVERYTHING.replace('<link name="rod"/>', f'<link name="rod">{"".join(meshes)}</link>')
@@ -191,7 +191,7 @@ def test_meshes_stay_found(tmp_path: Path) -> None:
     assert saved(back, tmp_path / "one").links["rod"].extra == description.links["rod"].extra
 
 
-def test_where_files_cannot_be_written(tmp_path: Path) -> None:
+def test_unwritable_paths_are_refused(tmp_path: Path) -> None:
     description = parse_robot_text(EVERYTHING)
     source = tmp_path / "robot.xacro"
     source.write_bytes((ROBOTS / "3rps.urdf.xacro").read_bytes())

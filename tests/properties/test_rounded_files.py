@@ -1,4 +1,4 @@
-"""A robot whose numbers are all off by rounding is described in the same words: ``cos(pi/2)`` in a file is 6e-17, not 0."""
+"""Reports of a robot whose numbers are all off by rounding have the same words: ``cos(pi/2)`` in a file is 6e-17, not 0."""
 
 import dataclasses
 import inspect
@@ -30,11 +30,11 @@ def rounded(item, random):
     if isinstance(item, Section) and type(item) is not Section:  # its other numbers follow from its sizes
         sizes = inspect.signature(type(item).of).parameters
         return type(item).of(*(rounded(getattr(item, size), random) for size in sizes if hasattr(item, size)))
-    if isinstance(item, Inertia):  # which may not become negative, and statics does not read
+    if isinstance(item, Inertia):  # must not become negative; statics does not use it
         return item
     if dataclasses.is_dataclass(item):
         known = [field for field in dataclasses.fields(item) if field.init]
-        if isinstance(item, (Joint, Loop)):  # which may not have what joints of another type have
+        if isinstance(item, (Joint, Loop)):  # fields for joints of other types must stay at their defaults
             known = [field for field in known if getattr(item, field.name) != field.default]
         fields = {field.name: getattr(item, field.name) for field in known}
         new = {name: rounded(value, random) for name, value in fields.items()}
@@ -43,13 +43,13 @@ def rounded(item, random):
 
 
 def words(text):
-    """Return the words of the lines, without numbers and what is wrapped or aligned otherwise for them."""
+    """Return the words of the lines, without numbers and without the line breaks and alignment that depend on them."""
     return " ".join(words_and_numbers(line)[0] for line in text.splitlines()).split()
 
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", NAMES[::6])
-def test_rounding_changes_no_word(name):
+def test_rounding_does_not_change_words_of_reports(name):
     description = robot(name).description
     other = ks.Robot(rounded(description, np.random.default_rng(NAMES.index(name))))
     assert other.description != description

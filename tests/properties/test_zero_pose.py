@@ -1,4 +1,4 @@
-"""Zero poses that do not close: legal ones, rounded ones, and mistakes, whose frame is named."""
+"""Zero poses that do not close: legal ones, rounded ones, and mistakes, for which corrections are proposed."""
 
 from dataclasses import replace
 
@@ -49,7 +49,7 @@ def frame_off():
     return ks.load_robot(FRAME_OFF)
 
 
-def test_check_says_every_gap_and_the_frame_and_fails(capsys):
+def test_check_reports_gaps_and_wrong_frame_and_fails(capsys):
     assert main(["check", str(FRAME_OFF)]) == 1
     out = " ".join(capsys.readouterr().out.split())
     assert "where all joints are at zero they are open by 100.0 mm at tip_2, tip_3 and tip_4" in out
@@ -60,7 +60,7 @@ def test_check_says_every_gap_and_the_frame_and_fails(capsys):
 
 
 @pytest.mark.parametrize("tolerance", [1e-4, 0.2])
-def test_no_pose_of_it_is_all_right(frame_off, tolerance):
+def test_robot_with_a_wrong_frame_has_no_valid_pose(frame_off, tolerance):
     zero = dict.fromkeys(frame_off.description.driven, 0.0)
     with pytest.raises(ks.AssemblyError, match="moving the origin of joint 'rail_1'"):
         frame_off.assemble(closure_tolerance=tolerance)
@@ -70,7 +70,7 @@ def test_no_pose_of_it_is_all_right(frame_off, tolerance):
     assert frame_off.configuration(q, closure_tolerance=tolerance, on_failure="nan").status == ks.Status.UNREACHABLE
 
 
-def test_what_is_proposed_closes_it(frame_off):
+def test_proposed_frame_corrections_close_all_loops(frame_off):
     corrections = frame_corrections(frame_off.mechanism, frame_off.size)
     assert [item.joint for item in corrections] == ["rail_1", "pin_1", "tip_1"]
     for item in corrections:
@@ -88,8 +88,8 @@ OVERCONSTRAINED = ("2pru_upr", "five_bar", "orthoglide", "planar_3rrr", "spheric
 @pytest.mark.few(1)
 @pytest.mark.parametrize("seed", [pytest.param(seed, marks=pytest.mark.slow) if seed == 4 else seed for seed in range(7)])
 def test_a_displaced_frame_is_found(seed):
-    """Any joint or side of a loop, shifted or turned: undoing it is among what is proposed, in a size no larger, and all that
-    is proposed closes the loops."""
+    """Any joint or side of a loop, shifted or turned: the proposals correct this frame by no more than that, and all of them
+    close the loops."""
     rng = np.random.default_rng(seed)
     exact = robot(OVERCONSTRAINED[seed % len(OVERCONSTRAINED)]).description
     frames = [(joint.name, joint.parent) for joint in exact.joints.values()]
@@ -99,7 +99,7 @@ def test_a_displaced_frame_is_found(seed):
     change = rng.standard_normal(3) * size
     wrong = moved(exact, joint, link, *((change, (0, 0, 0)) if seed % 3 else ((0, 0, 0), change)))
     displaced = ks.Robot(wrong)
-    if largest_gap(displaced) < 1e-9:  # along what the loops leave free, or of something that no loop depends on
+    if largest_gap(displaced) < 1e-9:  # along a freedom of the loops, or outside all loops
         assert not displaced.has_wrong_zero and displaced.closing_error < 1e-12
         return
     corrections = frame_corrections(displaced.mechanism, displaced.size)
@@ -116,8 +116,8 @@ def test_a_displaced_frame_is_found(seed):
         assert displaced.closing_error < 1e-9 or displaced.closing_error < 1e-5
 
 
-def test_a_mistake_that_nearly_closes_elsewhere_is_one():
-    """2 mm off, but with the joints elsewhere the loops close to micrometres."""
+def test_wrong_frame_that_nearly_closes_elsewhere_is_detected():
+    """A frame is 2 mm off, but with other joint positions the loops close to micrometres."""
     exact = package_robots.robot("2pru_upr").description
     shift = (6.15076679e-06, 1.49372769e-03, -1.37068928e-03)
     robot = ks.Robot(moved(exact, "universal_2", exact.loops["universal_2"].successor, shift))
@@ -128,7 +128,7 @@ def test_a_mistake_that_nearly_closes_elsewhere_is_one():
 
 @pytest.mark.parametrize("axis", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
 def test_a_wrong_axis_of_a_loop_is_named(axis):
-    """A five-bar whose loop has unturned frames on both links: only with the axis z is it closed at zero."""
+    """A five-bar whose loop has unturned frames on both links: it is closed at zero only with the axis z."""
     exact = package_robots.robot("five_bar").description
     loop = exact.loops["wrist"]
     turned = exact.changed("wrist", predecessor_origin=Origin(loop.predecessor_origin.xyz))
@@ -151,7 +151,7 @@ def test_a_wrong_axis_of_a_loop_is_named(axis):
     ],
 )
 def test_a_wrong_parent_is_named(name, joint, wrong, also):
-    """Its numbers are right: on the right link, and on no other, they close all loops at zero."""
+    """The joint's numbers are right: on the right link they close all loops at zero."""
     right = replace(package_robots.robot(name).description, beams={}, joint_stiffness={})
     parent = right.joints[joint].parent
     robot = ks.Robot(replace(right, joints={**right.joints, joint: replace(right.joints[joint], parent=wrong)}))
@@ -164,7 +164,7 @@ def test_a_wrong_parent_is_named(name, joint, wrong, also):
 
 @pytest.mark.parametrize("side", [0, 1])
 def test_a_wrong_side_of_a_loop_is_named(side):
-    """A loop's side is on another link, whose frame lies elsewhere."""
+    """A loop's predecessor or successor is another link, with another frame."""
     right = replace(package_robots.robot("planar_3rrr").description, beams={}, joint_stiffness={})
     loop = right.loops["tip_2"]
     key, link, wrong = (("predecessor", loop.predecessor, "coupler_3"), ("successor", loop.successor, "crank_1"))[side]
@@ -173,26 +173,26 @@ def test_a_wrong_side_of_a_loop_is_named(side):
     assert found.is_loop and link in found.others and found.link == wrong
 
 
-# ---- what is legal stays so ----------------------------------------------------------------------------------------------
+# ---- legal other zeros ---------------------------------------------------------------------------------------------------
 
 
 def other_zero(description, joint, angle):
-    """Return a description in which a hinge reads ``angle`` less than before."""
+    """Return a description in which a hinge's coordinate is ``angle`` less than before."""
     item = description.joints[joint]
     axis = item.origin.matrix[:3, :3] @ np.array(item.axis)
     return moved(description, joint, item.parent, (0, 0, 0), angle * axis / np.linalg.norm(axis))
 
 
 @pytest.mark.parametrize(("name", "joint"), [("planar_3rrr", "elbow_2"), ("2pru_upr", "revolute_1")])
-def test_another_zero_of_a_joint_is_no_mistake(name, joint):
+def test_other_zero_of_a_joint_is_accepted(name, joint):
     """Loops far from closed where all joints are at zero, which the joints close."""
     robot = ks.Robot(other_zero(package_robots.robot(name).description, joint, 0.1))
     assert largest_gap(robot) > 1e-2 and not robot.has_wrong_zero
     assert robot.closing_error < 1e-9
 
 
-def test_another_zero_and_rounded_angles_are_no_mistake():
-    """Rounding is excused by a tolerance then, which is not proposed, as the gap at zero might be a mistake too."""
+def test_other_zero_with_rounded_angles_is_accepted():
+    """A tolerance accepts the rounding, but no message proposes it, as the gap at zero might be a mistake too."""
     rounded = 1.5707963 - np.pi / 2
     description = other_zero(package_robots.robot("2pru_upr").description, "revolute_1", 0.05)
     loop = description.loops["universal_2"]
@@ -207,7 +207,7 @@ def test_another_zero_and_rounded_angles_are_no_mistake():
 
 
 @pytest.mark.parametrize(("gap", "accepted"), [(0.9e-4, True), (0.9e-3, True), (1.1e-3, False)])
-def test_a_tolerance_excuses_a_thousandth_of_the_size_at_most(gap, accepted):
+def test_tolerance_accepts_gaps_up_to_a_thousandth_of_size(gap, accepted):
     """A four-bar linkage whose second crank stands out of the plane by part of its size."""
     exact = sr.write(sr.four_bar()).description()
     size = ks.Robot(exact).size
@@ -221,11 +221,11 @@ def test_a_tolerance_excuses_a_thousandth_of_the_size_at_most(gap, accepted):
     assert ("rounded" in str(caught.value)) == (gap < 1e-3)
     result = robot.assemble(closure_tolerance=2e-3, on_failure="nan")
     assert result.status == (ks.Status.OK if accepted else ks.Status.UNREACHABLE)
-    if 1e-4 < gap < 1e-3:  # less than the gap does not do, even where the loops are open by less
+    if 1e-4 < gap < 1e-3:  # a tolerance below the gap is not enough, even where the loops are open by less
         assert robot.assemble(closure_tolerance=0.8 * gap * size, on_failure="nan").status == ks.Status.UNREACHABLE
 
 
-def test_two_mistakes_have_no_single_remedy():
+def test_two_wrong_frames_have_no_single_correction():
     exact = package_robots.robot("planar_3rrr").description
     links = {name: exact.loops[name].predecessor for name in exact.loops}
     wrong = exact
@@ -237,7 +237,7 @@ def test_two_mistakes_have_no_single_remedy():
         robot.assemble()
 
 
-def test_gaps_in_words():
+def test_loop_gaps_are_described_in_words():
     gaps = {"a": (0.1, 0.0), "b": (0.0, 2e-9), "c": (0.1, 0.0), "d": (1e-10, 1e-10), "e": (0.2, 0.3)}
     words = "loops 'a', 'c' are 0.1 m open, loop 'b' is 2e-09 rad open, loop 'e' is 0.2 m and 0.3 rad open"
     assert gaps_text(gaps) == f"{words} (1 other closed)"

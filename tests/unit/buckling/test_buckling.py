@@ -1,4 +1,4 @@
-"""Buckling: closed forms for all ends, rigid parts and sway, finite elements for whole robots, and what is said."""
+"""Buckling: closed forms for all ends, rigid parts and sway, finite elements for whole robots, members, reports."""
 
 import json
 from dataclasses import replace
@@ -66,8 +66,8 @@ COLUMNS = (
 
 @pytest.mark.parametrize("backward", [False, True])
 @pytest.mark.parametrize(("foot", "head", "across", "factor"), COLUMNS)
-def test_textbook_columns(foot, head, across, factor, backward):
-    """Timoshenko and Gere, section 2.1, under 2.5 times their load."""
+def test_critical_loads_of_textbook_columns(foot, head, across, factor, backward):
+    """Timoshenko and Gere, section 2.1, under 2.5 times the critical load."""
     length, x, y = 1.1, (1, 0, 0), (0, 1, 0)
     joints = tuple(Joint(name, kind, (0, 0, z), x, y) for name, kind, z in (("foot", foot, 0), ("head", head, length)))
     ends = ("head", "foot") if backward else ("foot", "head")
@@ -81,7 +81,7 @@ def test_textbook_columns(foot, head, across, factor, backward):
 @pytest.mark.few(2)
 @pytest.mark.parametrize("n", [1, 2, 4])
 @pytest.mark.parametrize("direction", [(1, 0, 0), (0.3, -0.5, 0.8)])
-def test_a_cantilever_is_one_member_however_it_is_split(n, direction):
+def test_split_cantilever_buckles_as_one_member(n, direction):
     length = 1.5
     spec = sr.split(sr.cantilever(length, direction, section=SECTION, y_axis=(0.1, 1, 0.2), density=0.0), n)
     along = np.array(direction) / np.linalg.norm(direction)
@@ -96,7 +96,7 @@ def test_a_cantilever_is_one_member_however_it_is_split(n, direction):
 
 
 @pytest.mark.parametrize("backward", [False, True])
-def test_column_under_its_own_weight(backward):
+def test_critical_weight_of_column_under_gravity(backward):
     """Timoshenko and Gere, section 2.12: qL = 7.837 EI / L², clamped below and free above; hanging it does not buckle."""
     length, density = 2.0, 7850.0
     spec = sr.cantilever(length, (0, 0, 1), section=SECTION, y_axis=(0, 1, 0), density=density)
@@ -107,8 +107,8 @@ def test_column_under_its_own_weight(backward):
     assert worst(pushed(spec, (0,) * 6, (0, 0, gravity))) == 0
 
 
-def test_mass_ahead_of_the_sections_that_carry_it():
-    """A beam whose mass lies shifted along it, as that of a link from a CAD model: as lumps on rigid arms along it."""
+def test_shifted_beam_mass_buckles_like_lumps_on_rigid_arms():
+    """A link's mass, shifted along its beam, against lumps on rigid arms along the beam."""
     length, mass, shift, n, gravity = 1.5, 3e4, 0.4, 8, (0, 0, -9.81)
     spec = sr.cantilever(length, (0, 0, 1), section=SECTION, y_axis=(0, 1, 0), density=None)
     link = Link("arm", mass, (0, 0, length / 2 + shift))
@@ -123,7 +123,7 @@ def test_mass_ahead_of_the_sections_that_carry_it():
     assert worst(found) > 1.5 * mass * 9.81 * length**2 / (7.83735 * EI)
 
 
-def test_stepped_column():
+def test_critical_load_of_stepped_column():
     """Timoshenko and Gere, section 2.14: clamped, EI_1 below and EI_2 above: tan(k_1 l_1) tan(k_2 l_2) = k_1 EI_1 / k_2 EI_2."""
     lengths, bends = np.array([0.6, 0.9]), E * np.array([4e-7, 1.5e-7])
     sections = (SECTION, sr.Section(2e-3, 1.5e-7, 9e-7, 6e-7))
@@ -137,7 +137,7 @@ def test_stepped_column():
     assert worst(pushed(spec, (-0.3 * load, 0, 0, 0, 0, 0))) == pytest.approx(0.3, rel=2e-6)
 
 
-# ---- rigid parts, joints that yield ----------------------------------------------------------------------------------------
+# ---- rigid parts, elastic joints ----------------------------------------------------------------------------------------
 
 
 def test_rigid_parts_are_pieces_of_the_column():
@@ -158,8 +158,8 @@ def test_rigid_parts_are_pieces_of_the_column():
         assert beam.member == ("r1", "r2")
 
 
-def test_loads_on_links_push_where_they_act():
-    """Half of the load on the mast of a rod at half its height: as if all of it acted at three quarters."""
+def test_link_load_buckles_by_its_point_of_action():
+    """Half of the load on top of the mast, half at half its height: as all of it at three quarters."""
     bend, rod = 2e11 * np.pi * 0.02**4 / 64, 0.5
     k = root_of(lambda k: np.tan(k * rod) - 1 / (k * 0.75), 1e-3, 0.99 * np.pi / rod / 2)
     pose = ks.load_robot(FILES / "mast_on_a_rod.urdf").assemble()
@@ -168,7 +168,7 @@ def test_loads_on_links_push_where_they_act():
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_a_strut_with_a_rigid_cylinder(turned):
+def test_critical_load_of_strut_with_rigid_cylinder(turned):
     """Hinges at both ends, the part next to one of them rigid: tan kl = −ka."""
     length, rigid, axes = 1.1, 0.4, ((1, 0, 0), (0, 1, 0))
     rod = length - rigid
@@ -181,7 +181,7 @@ def test_a_strut_with_a_rigid_cylinder(turned):
     assert worst(pushed(spec, (0, 0, -1000, 0, 0, 0))) == pytest.approx(1000 / (EI * k**2), rel=2e-6)
 
 
-def test_elastic_joints_are_springs():
+def test_critical_load_of_column_on_elastic_hinge():
     """Timoshenko and Gere, section 2.1: a column on an elastic hinge, kl tan kl = cl / EI."""
     length, c = 1.5, 2e5
     spec = sr.cantilever(length, (1, 0, 0), section=SECTION, y_axis=(0, 1, 0), density=0.0)
@@ -217,7 +217,7 @@ def column_on_an_actuator(foot, times, from_the_top):
 @pytest.mark.few(3)
 @pytest.mark.parametrize("from_the_top", [False, True])
 @pytest.mark.parametrize(("foot", "times"), [("continuous", 1e-9), ("continuous", 2.0), ("continuous", -1.5), ("prismatic", 3.0)])
-def test_elastic_actuators_yield_with_all_that_they_move(foot, times, from_the_top):
+def test_elastic_actuators_buckle_with_their_followers(foot, times, from_the_top):
     """The energy of two rigid links on one spring, k q² / 2 − P (l₁ θ₁² + l₂ θ₂²) / 2."""
     robot, lower = column_on_an_actuator(foot, times, from_the_top), float(foot == "continuous")
     critical = 1e3 / (0.4 * lower**2 + 0.3 * (lower + times) ** 2)
@@ -227,7 +227,7 @@ def test_elastic_actuators_yield_with_all_that_they_move(foot, times, from_the_t
         assert bool(found.buckles) == (part > 1)
 
 
-def test_a_hexapod_on_soft_actuators():
+def test_critical_load_of_hexapod_on_soft_actuators():
     """Six springs between ball joints: K = Σ k t tᵀ of their unit motions t, K_G by N/l and by how forces turn the platform."""
     description, k = package_robots.robot("gough_stewart").description, 1e5
     for name in description.driven:
@@ -254,8 +254,8 @@ def test_a_hexapod_on_soft_actuators():
     assert worst(found) == pytest.approx(expected, rel=1e-6) and 0.5 < expected < 1
 
 
-def test_a_rail_on_the_column_turns_with_it():
-    """A load that slides on a rail across the column's head, and does not go sideways itself: tan kl = −1 / kl.
+def test_rail_on_column_head_turns_with_the_column():
+    """A load that slides on a rail across the column's head and does not move sideways: tan kl = −1 / kl.
 
     δ(∫ EI v″² − P v′² ds / 2 + P v(l) v′(l)) = 0: the load rises on the rail by v v′.
     """
@@ -270,8 +270,8 @@ def test_a_rail_on_the_column_turns_with_it():
 # ---- whole robots ----------------------------------------------------------------------------------------------------------
 
 
-def test_columns_sway_together():
-    """A portal with a rigid beam on top: π² EI / l² of each column, and neither keeps the other upright."""
+def test_columns_of_a_portal_sway_together():
+    """A portal with a rigid beam on top: π² EI / l² for each column, as neither supports the other."""
     section = sr.Section(20.0, 4e-7, 2e-6, 6e-7)  # stiffer out of the portal's plane
     spec = sr.portal(1.0, 4.0, section=section, y_axis=(0, 1, 0), density=0.0)
     found = pushed(spec, (0, 0, -2 * euler(1.0) * 0.7, 0, 0, 0))
@@ -279,8 +279,8 @@ def test_columns_sway_together():
 
 
 @pytest.mark.parametrize("share", [0.5, 0.2])
-def test_a_driven_crank_holds_what_leans_on_it(share):
-    """A parallelogram, its driven side clamped: it carries P_1, and the other P_2 leans on it: tan kl = kl (P_1 + P_2) / P_2."""
+def test_driven_crank_supports_the_leaning_crank(share):
+    """A parallelogram whose driven side is clamped and carries P_1, the other P_2: tan kl = kl (P_1 + P_2) / P_2."""
     length, width = 1.1, 0.7
     limbs, beams = [], []
     for k, x in ((1, 0.0), (2, width)):
@@ -314,7 +314,7 @@ ROBOTS = {
 
 @pytest.mark.few(3)
 @pytest.mark.parametrize("name", ROBOTS)
-def test_finite_elements(name):
+def test_buckling_ratio_equals_finite_elements(name):
     spec, load, gravity = sr.with_beams(ROBOTS[name], kappa=np.inf), (300, -200, -4000, 20, -30, 50), (0, 0, -9.81)
     expected, written = buckling_elements.largest_ratio(spec, load, gravity, 5)
     found = ks.analyze(written.robot().assemble(), load=load, gravity=gravity)
@@ -323,10 +323,10 @@ def test_finite_elements(name):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("seed", [2, 8, 9, 12, 37, 38, 40, 48, 49, 56, 57])
-def test_hybrids(seed):
-    """Rings, passive telescopes, slides: K gives the platform's compliance, all forces balance, and finite elements agree.
+def test_buckling_of_hybrids_equals_finite_elements(seed):
+    """Rings, passive telescopes, slides: K gives the platform's compliance; ratios agree with finite elements.
 
-    One cubic element for each beam, and so without the inner deflections.
+    The finite elements are one cubic element for each beam; the inner deflections are left out of the comparison.
     """
     mechanism = hybrid_robots.random_hybrid(seed, elastic_joints=0.0)
     mechanism = replace(mechanism, beams=tuple(replace(beam, kappa=np.inf, density=0.0) for beam in mechanism.beams))
@@ -355,8 +355,8 @@ def test_hybrids(seed):
 
 @pytest.mark.few(3)
 @pytest.mark.parametrize("name", [*package_robots.NAMES, 2, 10])
-def test_what_is_surely_stable_does_not_buckle(name):
-    """Without gravity the ratio grows with the load: random loads at a tenth to twice those at which the robot buckles."""
+def test_surely_stable_poses_do_not_buckle(name):
+    """Without gravity the ratio is proportional to the load: random loads at 0.1 to 2 times the critical ones."""
     if isinstance(name, int):  # the seed of a random hybrid, with soft modes beside stiff closures of loops
         robot = hybrid_robots.write_randomly(hybrid_robots.random_hybrid(name), name)[1].robot()
     else:
@@ -389,7 +389,7 @@ def test_a_leg_of_a_hexapod_is_one_member():
 
 
 def test_arms_that_a_hinge_joins_are_two_members():
-    """In one line, the hinge locked by its actuator: two members with one ratio, that of a column of both."""
+    """Arms in one line with a locked, driven hinge: two members with one ratio, that of a column of both."""
     points = [(0, 0, 0), (0, 0, 0.8), (0, 0, 1.5)]
     spec = sr.locked_chain(points, [(0, 1, 0)] * 2, section=SECTION, y_axis=(0, 1, 0), density=0.0)
     for beam in pushed(spec, (0, 0, -0.3 * euler(1.5, 2), 0, 0, 0)).beams.values():
@@ -397,7 +397,7 @@ def test_arms_that_a_hinge_joins_are_two_members():
         assert beam.euler_ratio == pytest.approx(0.3, rel=1e-6)
 
 
-def test_a_bend_parts_members():
+def test_arms_at_an_angle_are_two_members():
     """Two arms that are welded at an obtuse angle."""
     spec = sr.locked_chain([(0, 0, 0), (0, 0, 0.8), (0.5, 0, 1.5)], [(0, 1, 0)] * 2, section=SECTION, y_axis=(0, 1, 0))
     limb = spec.limbs[0]
@@ -406,8 +406,8 @@ def test_a_bend_parts_members():
     assert [beam.member for beam in found.beams.values()] == [("arm_1",), ("arm_2",)]
 
 
-def test_members_of_other_modes_have_their_own_ratios():
-    """Struts of a hexapod that are pushed differently; those that are pulled take part in modes of the platform at most."""
+def test_members_of_different_modes_have_their_own_ratios():
+    """Struts of a hexapod under different forces; those in tension take part in modes of the platform at most."""
     spec = sr.with_beams(sr.gough(telescopic=False), density=0.0)
     found = pushed(replace(spec, mass=0.0), (3e3, 0, -1e3, 0, 0, 0))
     for beam in found.beams.values():
@@ -416,10 +416,10 @@ def test_members_of_other_modes_have_their_own_ratios():
         assert beam.euler_ratio == pytest.approx(max(-force, 0) / euler(length, 1, bend), rel=2e-3, abs=1e-4)
 
 
-# ---- what is said ----------------------------------------------------------------------------------------------------------
+# ---- reports ---------------------------------------------------------------------------------------------------------------
 
 
-def test_what_buckles_is_said_first():
+def test_buckling_is_reported_first():
     length = 1.0
     robot = sr.robot_of(sr.cantilever(length, section=SECTION, y_axis=(0, 1, 0), density=0.0))
     load = np.zeros((4, 6))

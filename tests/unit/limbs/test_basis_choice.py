@@ -1,4 +1,4 @@
-"""How canonical wrenches of a limb are chosen: at which poses they are judged, and what its axes meet in."""
+"""Choice of a limb's canonical wrenches: common points of its axes, dependent joints, nearly reciprocal wrenches."""
 
 import copy
 from types import SimpleNamespace
@@ -16,7 +16,7 @@ X, Y, Z = np.eye(3)
 
 
 def wrist(*freedoms, length=2.0, serial=True, compounds=None):
-    """A limb made of (kind, axis, point) freedoms, each a joint of its own, and its geometry about o."""
+    """Return a limb made of (kind, axis, point) freedoms, each a joint of its own, and its geometry about o."""
     rotates = np.array([kind == "R" for kind, *_ in freedoms])
     axes = np.array([axis / np.linalg.norm(axis) for _, axis, _ in freedoms]).T
     columns = [
@@ -38,25 +38,25 @@ POINT = np.array([0.3, -0.2, 0.5])
 MEETING = [("R", X, POINT + 0.4 * X), ("R", Y + Z, POINT), ("R", Z - X, POINT - 0.1 * (Z - X))]
 
 
-def test_axes_meet_in_a_point_if_all_of_them_do():
+def test_common_point_requires_all_axes_of_a_serial_limb():
     assert common_point(*wrist(*MEETING)) == (2, 1)  # the outer ones
     assert common_point(*wrist(*MEETING, serial=False)) is None
     assert common_point(*wrist(*MEETING, compounds=[0, 1, 1])) == (2, 0)
     assert common_point(*wrist(*MEETING, ("R", X, POINT + 0.1 * Y))) is None
     assert common_point(*wrist(*MEETING, ("P", Z, (0, 0, 0)))) is None
-    # a slide whose line through o meets the others is no hinge for that
+    # a slide is no hinge, also if its line through o meets the axes of the others
     through_o = [("R", X, X), ("R", Y, Y)]
     assert common_point(*wrist(*through_o)) == (1, 0) and common_point(*wrist(*through_o, ("P", Z, (0, 0, 0)))) is None
 
 
 @pytest.mark.parametrize(("beside", "meets"), [(0.0, True), (1.9e-8, True), (2.1e-8, False), (1e-3, False)])
-def test_axes_that_miss_a_point_by_rounding_meet_in_it(beside, meets):
+def test_common_point_tolerates_rounding(beside, meets):
     assert (common_point(*wrist(("R", X, POINT + beside * Y), ("R", Y, POINT), ("R", Z, POINT))) is not None) == meets
 
 
 @pytest.mark.parametrize("length", [0.1, 10.0])
 @pytest.mark.parametrize(("part", "doubtful"), [(0.98e-4, True), (1.5e-4, False), (0.1, False)])
-def test_parallel_axes_are_apart_by_their_distance_over_the_characteristic_length(length, part, doubtful):
+def test_dependence_of_parallel_axes_scales_with_characteristic_length(length, part, doubtful):
     """Unit twists of hinges on o and beside it: the smaller eigenvalue of their Gram matrix is about half the squared angle."""
     two = [("R", Z, (0, 0, 0)), ("R", Z, (np.sqrt(2) * part * length, 0, 0))]
     assert _crossed(*wrist(*two, length=length)).item() == doubtful
@@ -66,8 +66,8 @@ def test_parallel_axes_are_apart_by_their_distance_over_the_characteristic_lengt
 @pytest.mark.parametrize(
     ("off", "closing_error", "bad"), [(5e-7, 0, False), (2e-6, 0, True), (5e-5, 1e-6, False), (2e-4, 1e-6, True), (0, 0, False)]
 )
-def test_wrenches_are_moved_if_they_are_nearly_reciprocal_and_else_replaced(off, closing_error, bad):
-    """A hinge of one of three limbs at two poses is off by a unit twist's part that a constraint wrench works on."""
+def test_nearly_reciprocal_wrenches_are_corrected_others_replaced(off, closing_error, bad):
+    """At one of two poses a hinge of one of three limbs is displaced so that a constraint wrench has the power ``off`` on it."""
     robot = package_robots.robot("3rps")
     group = copy.copy(robot.statics.groups[0])
     length = group.model.length

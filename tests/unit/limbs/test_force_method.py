@@ -1,4 +1,4 @@
-"""The force method on both sides of its thresholds: what is rigid, which pivots are trusted, what counts as a rank."""
+"""The force method on both sides of its thresholds: rigid directions, small pivots, ranks."""
 
 import numpy as np
 import pytest
@@ -10,14 +10,14 @@ from kinetostatics.math.linalg import null_space
 
 
 def alike(difference):
-    """The compliance of two wrenches that differ by little: correlated, its eigenvalues are ``difference`` and 2."""
+    """Return the compliance of two correlated wrenches, with about the eigenvalues ``difference`` and 2."""
     return np.array([[1.0, 1 - difference], [1 - difference, 1.0]])[:, :, None, None]
 
 
 @pytest.mark.parametrize(("difference", "count"), [(1e-10, 0), (3e-12, 0), (3e-13, 1), (0.0, 1)])
 def test_directions_without_compliance_are_rigid(difference, count):
     assert rigid_counts(alike(difference)) == count
-    assert rigid_counts(np.diag([5.0, 7e-20])[:, :, None, None]) == 0  # beside its own direction alone, whatever its unit
+    assert rigid_counts(np.diag([5.0, 7e-20])[:, :, None, None]) == 0  # relative to its own direction, whatever its unit
     assert rigid_counts(np.zeros((2, 2, 1, 1))) == 2 and rigid_counts(np.zeros((0, 0, 1, 1))) == 0
     gain, loose = _relaxation(alike(difference), np.eye(2).reshape(2, 1, 2, 1, 1) * np.ones((1, 6, 1, 1, 1)))
     assert np.any(loose) == bool(count)
@@ -25,8 +25,8 @@ def test_directions_without_compliance_are_rigid(difference, count):
 
 
 @pytest.mark.parametrize(("difference", "rigid"), [(0.0, True), (1e-7, False), (0.1, False)])
-def test_self_stresses_of_other_sizes_relax_alike(difference, rigid):
-    """What answers strains is an inverse where there is one; combinations that nothing elastic carries strain nothing."""
+def test_relaxation_does_not_depend_on_sizes_of_self_stresses(difference, rigid):
+    """The gain is a generalized inverse of the Gram matrix; combinations without elastic parts have no strain."""
     sizes = np.array([0.1, 20.0])
     gram = (sizes[:, None] * sizes)[:, :, None, None] * alike(difference)
     gain, loose = _relaxation(gram, np.eye(2).reshape(2, 1, 2, 1, 1) * np.ones((1, 6, 1, 1, 1)))
@@ -38,8 +38,8 @@ def test_self_stresses_of_other_sizes_relax_alike(difference, rigid):
 
 
 @pytest.mark.parametrize(("pivot", "doubtful"), [(1e-5, False), (2e-6, False), (5e-7, True), (0.0, True)])
-def test_pivots_that_are_not_trusted(pivot, doubtful):
-    """x + y = −d and pivot · y = −e; the platform feels the third unknown."""
+def test_small_pivots_are_doubtful(pivot, doubtful):
+    """x + y = −d and pivot · y = −e; the third unknown acts on the platform."""
     P = np.zeros((6, 3))
     P[0, 2] = 4
     generic = np.array([[1.0, 1, 0], [0, 1, 0]])
@@ -51,7 +51,7 @@ def test_pivots_that_are_not_trusted(pivot, doubtful):
     np.testing.assert_allclose(P @ found.spread[:, :, 0, 0], np.diag([1.0, 0, 0, 0, 0, 0]), atol=1e-12)
 
 
-def test_an_order_of_elimination_suits_limbs_of_equal_ranks_and_good_pivots():
+def test_elimination_order_suits_equal_ranks_and_large_pivots():
     P = np.zeros((6, 3))
     P[0, 2] = 1
 
@@ -64,15 +64,15 @@ def test_an_order_of_elimination_suits_limbs_of_equal_ranks_and_good_pivots():
     assert not fits([1, 1, 0], [1, 1 + 1e-5, 0])  # of the same, but a small pivot
 
 
-def test_ranks_are_judged_beside_the_largest_value_or_one():
+def test_rank_tolerance_is_relative_to_largest_value_or_one():
     for values, count in (((1e3, 5e-3), 1), ((1e3, 2e-2), 2), ((1e-3, 2e-5), 2), ((1e-3, 5e-6), 1), ((0.0, 0.0), 0)):
         matrix = np.diag(values)
         assert ranks(matrix[:, :, None], np.zeros((6, 2)), 1e-5) == (count, 0)
         assert null_space(matrix, 1e-5)[1] == count
 
 
-def test_what_no_wrenches_balance_does_not_depend_on_the_pivots():
-    """x = −d and x = −e together: half their difference is left of either, whichever of the two is solved."""
+def test_unbalanced_remainder_does_not_depend_on_pivots():
+    """x = −d and x = −e together: each keeps half their difference, whichever of the two is solved."""
     A = np.array([[1.0, 0], [1.0, 0]])[:, :, None, None]
     plan = elimination_order(A[..., 0], np.zeros((6, 2)), 1e-6)
     for demand, particular in (((1.0, 2.0), -1.0), ((1.0, 2.0), -2.0), ((3.0, 3.0), -3.0)):

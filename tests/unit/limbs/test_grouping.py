@@ -1,4 +1,4 @@
-"""Limbs that are stacked are alike in all that is decided once for them."""
+"""Limbs are stacked in one group only if they have the same rigid directions."""
 
 import numpy as np
 import pytest
@@ -9,8 +9,8 @@ from kinetostatics.limbs.compliance import split_rigid
 
 
 @pytest.mark.parametrize(("group", "first", "second"), [("linear", 0, 1), ("linear", 2, 1), ("angular", 1, 2)])
-def test_limbs_that_give_way_along_other_wrenches_are_not_stacked(group, first, second):
-    """Bolts between base and platform, each elastic in one direction: what tells how one gives way says nothing of the other."""
+def test_limbs_compliant_along_different_wrenches_are_not_stacked(group, first, second):
+    """Bolts between base and platform, each elastic in one direction, but not along the same canonical wrench."""
 
     def bolt(name, direction, height):
         values = [np.inf] * 3

@@ -1,4 +1,4 @@
-"""Axes of limbs: right-handed, and which way they point."""
+"""Axes of limbs: handedness and sense; centres of their joints."""
 
 import numpy as np
 import package_robots
@@ -20,8 +20,8 @@ def test_limb_axes_are_right_handed(name):
 
 
 @pytest.mark.parametrize(("angle", "parallel"), [(1e-4, True), (1.3e-3, True), (1.5e-3, False), (0.1, False)])
-def test_parallel_axes_point_the_same_way_together(angle, parallel):
-    """Level axes point anticlockwise around z; these two tell so only together, and else point along x."""
+def test_parallel_axes_of_a_limb_share_their_sense(angle, parallel):
+    """Level axes point anticlockwise around z. Parallel ones get a common sense, others, here, that along x."""
     axes = np.array([[1.0, 0, 0], [np.cos(angle), 0, np.sin(angle)]]).T[:, :, None]
     moments = np.array([[0.0, 0, -0.3]] * 2).T[:, :, None]
     assert _orientations(axes, moments, np.array([True, True]), 2.0)[:, 0].tolist() == ([-1, -1] if parallel else [1, 1])
@@ -35,7 +35,7 @@ def test_parallel_axes_point_the_same_way_together(angle, parallel):
         ((0.98, 0.19, 0), -0.19, 1), ((-0.98, 0.19, 0), 0.19, -1), ((-0.19, -0.98, 0), 0.19, -1), ((-0.21, 0.97, 0), 0.0, -1),
     ],
 )  # fmt: skip
-def test_which_way_an_axis_points(axis, moment, sign):
+def test_axis_sense_is_up_or_anticlockwise_or_along_x(axis, moment, sign):
     """Up; if level, anticlockwise around z; if it meets z, along x, else along y."""
     moments = np.array([0, 0, moment])[:, None, None]
     unit = np.array(axis) / np.linalg.norm(axis)
@@ -45,10 +45,10 @@ def test_which_way_an_axis_points(axis, moment, sign):
 @pytest.mark.parametrize(
     ("outside", "end"), [("nothing", (0.3, 0, 0)), ("an elastic weld", (0.3, 0.2, 0.4)), ("a slide", (0.4, 0, 0))]
 )
-def test_a_limb_ends_where_the_axes_of_its_last_joint_meet(outside, end):
-    """Two hinges that cross at x = 0.3, the outer one written 0.2 beside that, and what is behind them.
+def test_centres_of_limb_joints_lie_where_hinges_cross(outside, end):
+    """Two hinges that cross at x = 0.3, the outer one with its origin 0.2 beside that, and a further joint behind them or none.
 
-    Where on its line a slide is written does not matter: it counts nearest to where the hinges cross.
+    The origin of a slide on its line does not matter: its centre is its point nearest to where the hinges cross.
     """
     parts = [
         link("base"),
@@ -72,8 +72,8 @@ def test_a_limb_ends_where_the_axes_of_its_last_joint_meet(outside, end):
     np.testing.assert_allclose(centres[:, -1], end, atol=1e-12)
 
 
-def test_the_joint_with_a_centre_that_is_nearest_and_the_outer_of_two():
+def test_nearest_centre_of_a_joint_prefers_the_outer_one():
     assert _nearest_centres([False, True, False, True, False, False], True) == {0: 1, 2: 3, 4: 3, 5: 3}
     assert _nearest_centres([True, False, False, True], True) == {1: 0, 2: 3}
     assert _nearest_centres([False, False], True) == _nearest_centres([False, False], False) == {0: None, 1: None}
-    assert _nearest_centres([True, False, True], False) == {1: None}  # in a limb that branches there is no next one
+    assert _nearest_centres([True, False, True], False) == {1: None}  # a limb that branches has no next joint

@@ -1,4 +1,4 @@
-"""Limbs that are networks: intensities are called components, and the forces in beams and joints are shown as they are."""
+"""Limbs that are networks: intensities are labelled as components; reports and arrows show forces of beams and joints."""
 
 import re
 
@@ -28,7 +28,7 @@ def result(request):
 
 
 @pytest.mark.few(1)
-def test_labels_and_plain_values_name_components_and_what_carries_the_forces(result):
+def test_network_labels_name_components_beams_and_platform_joints(result):
     plain = result.to_dict()["limbs"]
     for name, limb in result.limbs.items():
         assert limb.is_network and plain[name]["is_network"] is True
@@ -46,8 +46,8 @@ def test_serial_limbs_have_no_components():
     assert not FORCES & {arrow.group for arrow in describe_scene(result).arrows}
 
 
-def test_a_parallelograms_rods_pull_alike():
-    """100 N hang on four pairs of rods: each rod pulls with about an eighth of what hangs, over the cosine of its slope."""
+def test_rods_of_parallelograms_share_the_load_equally():
+    """100 N hang on four pairs of rods: each rod carries about an eighth of the weight over the cosine of its slope."""
     result = ks.analyze(ks.load_robot(PAR4).assemble(), load=[0, 0, -100, 0, 0, 0])
     report = str(result.report())
     table = report[report.index("Limbs that are networks") : report.index("\n\nJoints:")]
@@ -64,7 +64,7 @@ def test_a_parallelograms_rods_pull_alike():
 
 
 @pytest.mark.few(1)
-def test_arrows_are_true_forces(result):
+def test_arrows_of_networks_are_forces_in_joints_and_beams(result):
     scene = describe_scene(result)
     assert not COMPONENTS & {arrow.group for arrow in scene.arrows}
     o = scene.stations.rest[scene.readout][0, :3, 3]

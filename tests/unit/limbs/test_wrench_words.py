@@ -1,4 +1,4 @@
-"""Words for wrenches: a force that is said to meet axes, or to run from joint to joint, does so."""
+"""Labels of constraint wrenches agree with the wrenches: axes that a force meets, joints that its line joins."""
 
 import numpy as np
 import package_robots
@@ -20,12 +20,12 @@ def line(configuration, joint):
 
 
 def moment(wrench, o, point):
-    """Return the moment of a wrench about o, about another point."""
+    """Return the moment about a point of a wrench given about o."""
     return wrench[3:] + np.cross(o - point, wrench[:3])
 
 
 def meeting(a, b):
-    """Return the point in which two lines meet, which must meet."""
+    """Return the point in which two lines meet; they must meet."""
     (p, u), (q, v) = a, b
     s, t = np.linalg.lstsq(np.column_stack([u, -v]), q - p, rcond=None)[0]
     np.testing.assert_allclose(p + s * u, q + t * v, atol=1e-9)
@@ -61,7 +61,7 @@ def test_limbs_whose_axes_meet_have_forces_through_the_point(number):
 
 
 def bent(kinds, axes):
-    """A platform on six struts, of which the first is bent: its joints are not in line with its last beam."""
+    """Return a platform on six struts, of which the first is bent: its joints are not in line with its last beam."""
     base, top, o = small.gough_points()
     edges, beams = [], []
     for k in range(6):
@@ -96,7 +96,7 @@ def limb_with(result, joint):
     return next(limb.name for limb in result.robot.topology.limbs if any(edge.joint == joint for edge in limb.edges))
 
 
-def test_bent_strut_between_balls():
+def test_bent_strut_has_force_along_line_of_its_balls():
     robot = bent("SS", [(0, 0, 1), (0, 0, 1)])
     result = ks.analyze(robot.assemble(), gravity=(0, 0, 0))  # under which it would turn over
     ((label, wrench),) = wrenches(result, limb_with(result, "weld")).items()
@@ -106,7 +106,7 @@ def test_bent_strut_between_balls():
         np.testing.assert_allclose(moment(wrench, o, point), 0, atol=1e-12)
 
 
-def test_force_that_meets_two_hinges():
+def test_force_labelled_as_meeting_two_hinges_meets_them():
     robot = bent("RRS", [(0.3, 0.2, 0.9), (-0.5, 0.8, 0.1), (0, 0, 1)])
     pose = robot.assemble()
     result = ks.analyze(pose)
@@ -122,14 +122,14 @@ def test_force_that_meets_two_hinges():
         assert np.linalg.norm(np.cross(wrench[:3], axis)) > 1e-3  # it meets the axis and is not parallel to it
 
 
-def test_a_hinge_alone_has_couples_across_it():
+def test_planar_limb_labels_are_distinct_and_not_complementary():
     robot = small.robot_of(small.four_bar())
     for limb in ks.analyze(robot.assemble()).limbs.values():
         assert not any(label.startswith("complementary") for label in limb.labels)
         assert len(set(limb.labels)) == len(limb.labels)
 
 
-def test_nothing_is_across_parallel_hinges_however_their_frames_are_turned():
+def test_labels_of_parallel_hinges_do_not_depend_on_frames():
     plain, turned = (ks.load_robot(CASES / f"parallelogram_{name}.urdf") for name in ("plain", "turned_frames"))
     for angle in (0.0, 0.3, -0.7):
         one, other = (ks.analyze(robot.assemble(actuators={"a": angle}), (100, 50, -20, 3, 2, 1)) for robot in (plain, turned))

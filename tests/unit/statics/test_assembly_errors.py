@@ -1,4 +1,4 @@
-"""Assembly errors, length errors and warmth: closed forms, the robot's own kinematics, rigid parts, bodies on the platform."""
+"""Assembly errors, length errors, temperatures: closed forms, kinematics, rigid parts, branches on the platform."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ AREA, INERTIA = np.pi * 0.05**2 / 4, np.pi * 0.05**4 / 64
 
 
 def heated(growth, length=1.0, half=0.2):
-    """Twist (z, ry) of two columns, the first longer by ``growth``, and the axial force in it, by the displacement method.
+    """Return the twist (z, ry) of two columns, the first longer by ``growth``, and its axial force, by the displacement method.
 
     The platform rises by z and turns by ry about y; a column's top then moves by z ∓ half·ry and turns by ry, which bends it:
     with its top also free to shift sideways along x both columns take the same side force, none in all.
@@ -41,7 +41,7 @@ def heated(growth, length=1.0, half=0.2):
         ({"head_a": {"twist": [0, 0, 3e-4, 0, 0, 0], "frame": "joint"}}, 3e-4),
     ],
 )
-def test_a_column_that_is_too_long(assembly_error, growth):
+def test_long_column_lifts_and_tilts_the_platform(assembly_error, growth):
     machine = two_columns()
     found = ks.analyze(machine.assemble(), gravity=STILL, assembly_errors=assembly_error)
     z, r, force = heated(growth)
@@ -56,7 +56,7 @@ def test_a_column_that_is_too_long(assembly_error, growth):
     assert list(found.source_contributions["assembly_errors"]) == [name]
 
 
-def test_warm_everywhere_grows_without_stress():
+def test_uniform_warming_causes_no_stress():
     found = ks.analyze(two_columns().assemble(), gravity=STILL, assembly_errors={name: {"temperature": 50} for name in "ab"})
     np.testing.assert_allclose(found.twist, [0, 0, 50 * ALPHA, 0, 0, 0], rtol=1e-10, atol=1e-16)
     assert np.abs(found.beams["a"].section_wrenches).max() < 1e-6
@@ -72,8 +72,8 @@ def test_assembly_errors_add_to_loads():
         np.testing.assert_allclose(wrench, loaded.joint_wrenches[name] + off.joint_wrenches[name], rtol=1e-9, atol=1e-7)
 
 
-def test_a_longer_rod_is_a_longer_stroke():
-    """Without overconstraint an assembly error is pure kinematics: here the same as driving the prismatic joint by as much."""
+def test_longer_rod_moves_platform_like_a_longer_stroke():
+    """Without overconstraint an assembly error causes no forces: here it moves the platform like the prismatic joint."""
     machine = package_robots.robot("3rps")
     pose = machine.assemble(platform={"z": 0.52, "rx": 0.1, "ry": -0.15})
     moved = package_robots.rates(machine, dict(pose.actuators), lambda pose: pose.platform_frame)
@@ -83,8 +83,8 @@ def test_a_longer_rod_is_a_longer_stroke():
         np.testing.assert_allclose(found.twist, 1e-4 * twist, rtol=1e-6, atol=1e-11)
 
 
-def test_a_rail_that_is_off_presses_the_paper_s_robot():
-    """0.1 mm on one rail along X in configuration 1 locks in 34 N, more than gravity's 31 N (the method page, section 6)."""
+def test_rail_offset_locks_the_documented_force_into_2pru_upr():
+    """0.1 mm on one rail along X in configuration 1 causes 34 N, more than gravity's 31 N (the method page, section 6)."""
     machine = package_robots.robot("2pru_upr")
     pose = machine.assemble()
     found = ks.analyze(pose, gravity=STILL, assembly_errors={"prismatic_1": [1e-4, 0, 0, 0, 0, 0]})
@@ -96,8 +96,8 @@ def test_a_rail_that_is_off_presses_the_paper_s_robot():
 
 
 @pytest.mark.parametrize("name", ["2pru_upr", "linear_delta", "3prs"])
-def test_errors_act_at_the_point_that_the_joint_s_wrench_is_told_about(name):
-    """Virtual work: what an error moves the platform along a load is its product with the wrench that the load makes there."""
+def test_joint_errors_act_at_reference_point_of_joint_wrenches(name):
+    """Virtual work: an error moves the platform along a unit load by its product with the joint wrench of that load."""
     machine, rng = package_robots.robot(name), np.random.default_rng(4)
     start = machine.assemble()
     pose = machine.assemble(actuators={key: value + 0.02 * rng.random() for key, value in start.actuators.items()})
@@ -112,7 +112,7 @@ def test_errors_act_at_the_point_that_the_joint_s_wrench_is_told_about(name):
                 np.testing.assert_allclose(twist, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
-def test_assembly_errors_of_a_batch():
+def test_batch_of_assembly_errors_equals_single_analyses():
     machine = two_columns()
     shifts = np.linspace(-1e-4, 1e-4, 5)
     twist = np.zeros((5, 6))
@@ -138,14 +138,14 @@ def test_assembly_errors_of_a_batch():
         ([1, 2], "mapping"),
     ],
 )
-def test_assembly_errors_that_make_no_sense(assembly_errors, message):
+def test_wrong_assembly_errors_are_refused(assembly_errors, message):
     pose = package_robots.robot("3rps").assemble()
     with pytest.raises(ks.ArgumentError, match=message):
         ks.analyze(pose, assembly_errors=assembly_errors)
 
 
 @pytest.mark.parametrize("bar_number", [0, 1, 2])
-def test_a_bar_of_a_truss_that_is_too_long_presses_the_others(bar_number):
+def test_long_bar_of_a_truss_stresses_the_others(bar_number):
     """Self-stress of one limb by an assembly error: K u = Σ EA/L e δ, N = EA/L (e u − δ)."""
     machine = truss()
     feet = np.array([[-1.0, 0], [0, 0], [1, 0]])
@@ -164,8 +164,8 @@ def test_a_bar_of_a_truss_that_is_too_long_presses_the_others(bar_number):
 
 
 @pytest.mark.parametrize("value", [[0, 0, 3e-4, 0, 0, 0], {"twist": [0, 0, 3e-4, 0, 0, 0], "frame": "joint"}])
-def test_a_beam_and_a_joint_of_one_name_are_told_apart_by_what_is_given(value):
-    """The column a stands on a joint that is called a, too."""
+def test_error_value_selects_between_beam_and_joint_of_one_name(value):
+    """The beam a of a column and the joint at its foot, also named a."""
     description = two_columns().description
     foot, column = description.joints["foot_a"], description.beams["a"]
     joints = {("a" if name == "foot_a" else name): item for name, item in description.joints.items()}
@@ -227,17 +227,17 @@ def ring(stem=True):
 
 @pytest.mark.parametrize("stem", [True, False])
 def test_rigid_rings_cannot_follow_errors_across_their_plane(stem):
-    """Nor where the whole limb is rigid."""
+    """On an elastic and on a rigid stem."""
     pose, off = ring(stem).assemble(), np.array([0, 1e-3, 0, 0, 0, 0])
     found = ks.analyze(pose, gravity=STILL, assembly_errors={"right_head": off}, on_failure="nan")
     assert np.isnan(found.contributions["assembly_errors"]).any() and np.isfinite(found.contributions["load"]).all()
-    # both hinges of one rod too far out by as much: it only stands elsewhere
+    # equal errors at both hinges of one rod only displace it
     found = ks.analyze(pose, gravity=STILL, assembly_errors={"right_head": -off, "right_foot": off})
     assert np.isfinite(found.twist).all()
 
 
-def test_what_hangs_on_the_platform_is_the_platform_s():
-    """Its weight belongs to the platform's, its assembly errors move it alone, its beam bends by its own weight."""
+def test_branch_on_platform_has_own_errors_and_platform_weight():
+    """Its weight counts for the platform, its assembly errors move only the branch, its beam bends under its own weight."""
     parts = [
         link("arm"), joint("clamp", "fixed", "platform", "arm", "0.2 0 0"), link("lamp", 2.0),
         joint("hook", "fixed", "arm", "lamp", "0.3 0 0"), bar("arm", "clamp", "hook", RHO, CIRCLE),
@@ -272,8 +272,8 @@ def test_what_hangs_on_the_platform_is_the_platform_s():
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("rigid", [("bar_1a", "bar_1b"), ("bar_1b", "bar_2b", "bar_3a", "bar_3b")])
-def test_where_forces_are_undetermined_the_twist_is_that_of_stiff_parts(rigid):
-    """An orthoglide, some of whose rods are rigid: as if these were a million times stiffer than the others."""
+def test_twist_with_indeterminate_forces_is_that_of_stiff_parts(rigid):
+    """An orthoglide, some of whose rods are rigid, against one where these are a million times stiffer than the others."""
     description = robot("orthoglide").description
     stiff = {name: replace(beam.material, youngs_modulus=7e16, density=0.0) for name, beam in description.beams.items()}
     ends = {name: replace(description.beams[name], material=stiff[name]) for name in rigid}

@@ -1,4 +1,4 @@
-"""What deforms, told by motions and forces that do not depend on how a robot is written."""
+"""Displacements and forces of beams and networks do not depend on the description; free rotations; singularity of networks."""
 
 import numpy as np
 import pytest
@@ -30,8 +30,8 @@ def cross_brace(*bridge):
     return ks.analyze(machine.configuration(np.tile(machine.assemble().q, (3, 1))), LOAD)
 
 
-def test_a_beam_that_is_passed_both_ways_is_the_same_from_either_end():
-    """Its stations come in the other order; what it carries there is the same, seen from the other side."""
+def test_bridge_beam_does_not_depend_on_its_written_direction():
+    """Its stations come in the other order, with the same displacements and the opposite section wrenches."""
     one, other = cross_brace("n", "m"), cross_brace("m", "n")
     np.testing.assert_allclose(other.twist, one.twist, rtol=1e-9)
     there, back = one.beams["e"], other.beams["e"]
@@ -59,8 +59,8 @@ def test_forces_are_the_sums_of_their_contributions():
         assert "load" in parts and len(parts) > 2
 
 
-def test_a_platform_that_turns_about_a_hinge_is_said_to():
-    """The hinge lies 0.4 beside the reference point: a turn about it moves that by 0.4 per radian."""
+def test_singular_pose_error_names_axis_of_free_rotation():
+    """The hinge lies 0.4 m beside the reference point: a rotation about it moves the point by 0.4 m per radian."""
     machine = robot(
         link("base"), link("arm"), link("platform", 3.0), joint("hinge", "continuous", "base", "arm", "0 0 0.3"),
         joint("tip", "fixed", "arm", "platform", "0.4 0 0"), bar("arm", "hinge", "tip", RHO, CIRCLE),
@@ -74,8 +74,8 @@ def test_a_platform_that_turns_about_a_hinge_is_said_to():
     np.testing.assert_allclose(free[:, 0] / free[4, 0], [0, 0, -0.4, 0, 1, 0], atol=1e-9)
 
 
-def test_what_the_platform_puts_on_a_network_is_what_its_joints_carry():
-    """The weight of a truss and of its stem: its parts along canonical wrenches add up to that at its end."""
+def test_network_intensities_add_up_to_the_limb_wrench():
+    """A truss on a stem under its weight: canonical wrenches times intensities give the wrench at its end."""
     found = ks.analyze(truss().assemble(), LOAD, gravity=(1.0, 2.0, -9.0))
     [limb] = found.limbs.values()
     assert limb.is_network
@@ -85,7 +85,7 @@ def test_what_the_platform_puts_on_a_network_is_what_its_joints_carry():
     assert near_singularity(found).force_amplification.tolist() == pytest.approx([1.0], rel=0.5)
 
 
-def test_a_single_way_is_no_network_that_could_collapse():
+def test_single_joint_has_no_force_amplification():
     drive = '<transmission name="t"><joint name="mount"/></transmission>'
     found = near_singularity(ks.analyze(mount(drive, kind="revolute").assemble()))
     assert found.force_amplification.tolist() == [0.0] and not found.where.any()

@@ -1,4 +1,4 @@
-"""Elastic joints, bearings and actuators against closed forms; their parts add up to the twist."""
+"""Elastic joints, bearings and actuators against closed forms; their contributions add up to the twist."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ STILL = (0, 0, 0)
 
 
 @pytest.mark.parametrize("kind", ["fixed", "floating"])
-def test_an_elastic_mount_is_its_springs(kind):
+def test_stiffness_of_elastic_mount_is_that_of_its_springs(kind):
     k = np.array([1e5, 2e5, 3e5, 400.0, 500.0, 600.0])
     machine = mount(springs("mount", linear="1e5 2e5 3e5", angular="400 500 600"), kind=kind)
     found = ks.analyze(machine.assemble(), LOAD, STILL)
@@ -37,7 +37,7 @@ def test_a_floating_joint_without_springs_carries_nothing():
     assert ks.analyze(machine.assemble(), LOAD, STILL).twist[2] == pytest.approx(50 / (E * AREA), rel=1e-9)
 
 
-def test_a_mount_that_is_rigid_in_some_directions():
+def test_mount_is_rigid_where_its_stiffness_is_infinite():
     """Infinite and missing stiffnesses are rigid: the twist is that of the springs alone, the stiffness infinite."""
     machine = mount(springs("mount", linear="1e5 inf inf", angular="inf 500 inf"))
     found = ks.analyze(machine.assemble(), LOAD, STILL)
@@ -49,7 +49,7 @@ def test_a_mount_that_is_rigid_in_some_directions():
 
 @pytest.mark.parametrize("spring", ["0 700 0", "inf 700 inf"])
 def test_a_flexure_turns_about_its_axis(spring):
-    """A finite stiffness along a passive freedom is a spring; along it, 0 and inf elsewhere do what the joint does."""
+    """A finite stiffness along a passive freedom is a spring; a stiffness of 0 in other directions is refused."""
     stiff = "inf 700 inf"
     if spring.startswith("0"):
         with pytest.raises(ks.RobotFileError, match="mount"):
@@ -60,7 +60,7 @@ def test_a_flexure_turns_about_its_axis(spring):
 
 
 def jacobian(q1, q2):
-    """Twists of the tip of the arm per unit of its actuators; turning about +y moves +x towards −z."""
+    """Return twists of the tip of the arm per unit of its actuators; turning about +y moves +x towards −z."""
     tip = np.array([0.4 * np.cos(q1) + 0.3 * np.cos(q1 + q2), 0, -0.4 * np.sin(q1) - 0.3 * np.sin(q1 + q2)])
     elbow = np.array([0.4 * np.cos(q1), 0, -0.4 * np.sin(q1)])
     y = np.array([0.0, 1.0, 0.0])
@@ -68,7 +68,7 @@ def jacobian(q1, q2):
 
 
 @pytest.mark.parametrize("q", [(0.0, 0.0), (0.4, 0.9), (-1.0, 1.7)])
-def test_rigid_links_on_elastic_drives(q):
+def test_compliance_of_rigid_arm_is_that_of_its_drives(q):
     """C = J diag(1/k) Jᵀ (J. K. Salisbury, Active stiffness control of a manipulator in Cartesian coordinates, 1980)."""
     machine = arm(springs("shoulder", drive="5000"), springs("elbow", drive="2000"), elastic=False)
     pose = machine.assemble(actuators={"shoulder": q[0], "elbow": q[1]})
@@ -77,14 +77,14 @@ def test_rigid_links_on_elastic_drives(q):
     C = J @ np.diag([1 / 5000, 1 / 2000]) @ J.T
     np.testing.assert_allclose(found.compliance, C, rtol=1e-10, atol=1e-15)
     torques = np.array([found.actuator_forces["shoulder"], found.actuator_forces["elbow"]])
-    # the actuators' springs yield by what the actuators hold, weights included
+    # the actuators' springs yield under the torques of the actuators, weights included
     np.testing.assert_allclose(found.twist, -J @ (torques / [5000, 2000]), rtol=1e-9, atol=1e-15)
     drives = found.source_contributions["actuators"]
     np.testing.assert_allclose(drives["shoulder"], -J[:, 0] * torques[0] / 5000, rtol=1e-9, atol=1e-15)
     np.testing.assert_allclose(sum(drives.values()), found.twist, rtol=1e-9, atol=1e-15)
 
 
-def test_elastic_drives_and_links_add_up():
+def test_twists_of_beams_drives_and_bearings_add_up():
     rigid = ks.analyze(arm().assemble(), LOAD, (0, 0, -10))
     soft = ks.analyze(arm(springs("elbow", drive="2000", linear="1e6 inf 2e6")).assemble(), LOAD, (0, 0, -10))
     for name in ("shoulder", "elbow"):
@@ -95,13 +95,13 @@ def test_elastic_drives_and_links_add_up():
     np.testing.assert_allclose(
         found["actuators"]["elbow"], -jacobian(0, 0)[:, 1] * soft.actuator_forces["elbow"] / 2000, rtol=1e-9, atol=1e-16
     )
-    wrench = soft.joint_wrenches["elbow"]  # bearings: the tip is displaced by what the base side puts on it, over k
+    wrench = soft.joint_wrenches["elbow"]  # the bearings displace the tip by the wrench from the base side over their stiffness
     np.testing.assert_allclose(found["joints"]["elbow"], [-wrench[0] / 1e6, 0, -wrench[2] / 2e6, 0, 0, 0], rtol=1e-9, atol=1e-16)
     np.testing.assert_allclose(beams + found["actuators"]["elbow"] + found["joints"]["elbow"], soft.twist, rtol=1e-9, atol=1e-16)
 
 
-def test_springs_of_what_hangs():
-    """A lamp on an elastic bracket below the platform sags by itself and by the platform's motion, and bends nothing else."""
+def test_elastic_bracket_of_a_branch_sags_under_its_weight():
+    """A lamp on an elastic bracket below the platform sags on its spring and with the platform, and bends nothing else."""
     parts = [link("lamp", 2.0, "0 0 -0.1"), joint("hook", "fixed", "platform", "lamp", "0.2 0 0")]
     machine = mount(springs("mount", linear="1e5 1e5 1e5", angular="1e4 1e4 1e4"), *parts, springs("hook", linear="inf inf 1e3"))
     found = ks.analyze(machine.assemble(), gravity=(0, 0, -10))
@@ -112,7 +112,7 @@ def test_springs_of_what_hangs():
 
 
 @pytest.mark.parametrize(("kind", "twist"), [("revolute", slice(3, 6)), ("prismatic", slice(0, 3))])
-def test_a_drive_along_an_oblique_axis_gives_way_along_it(kind, twist):
+def test_drive_stiffness_acts_along_an_oblique_axis(kind, twist):
     axis = np.array([2.0, -1, 2]) / 3
     drive = '<transmission name="t"><joint name="mount"/></transmission>'
     machine = mount(springs("mount", drive="500"), drive, kind=kind, axis="2 -1 2")
@@ -123,7 +123,7 @@ def test_a_drive_along_an_oblique_axis_gives_way_along_it(kind, twist):
     np.testing.assert_allclose(found.twist, expected, rtol=1e-9, atol=1e-15)
 
 
-def test_bearings_are_along_the_joint_s_frame_whatever_its_axis():
+def test_bearing_stiffness_acts_along_the_joint_frame():
     drive = '<transmission name="t"><joint name="mount"/></transmission>'
     machine = mount(springs("mount", linear="1e5 2e5 4e5"), drive, kind="revolute", axis="1 1 0")
     found = ks.analyze(machine.assemble(), (10, 20, 40, 0, 0, 0), STILL)
@@ -131,8 +131,8 @@ def test_bearings_are_along_the_joint_s_frame_whatever_its_axis():
 
 
 @pytest.mark.parametrize(("axis", "sprung"), [("0 1 0", True), ("0 1 5e-10", True), ("0 1 1e-7", False), ("0 1 1", False)])
-def test_a_flexure_needs_an_axis_of_its_frame(axis, sprung):
-    """A hinge is a spring if its axis is one of those that the stiffnesses are along."""
+def test_flexure_axis_must_be_an_axis_of_the_joint_frame(axis, sprung):
+    """A stiffness makes a hinge a spring only if the hinge turns about an axis of its frame."""
     text = springs("mount", angular="inf 700 inf")
     if not sprung:
         with pytest.raises(ks.KinetostaticsError):
@@ -142,8 +142,8 @@ def test_a_flexure_needs_an_axis_of_its_frame(axis, sprung):
     assert found.twist[4] == pytest.approx(0.01, rel=1e-6)
 
 
-def test_a_rigid_rod_whose_flexure_no_force_along_it_strains_is_rigid():
-    """A spring along a freedom of the ball at one end of a strut does nothing, and no platform can move by it."""
+def test_flexure_unstrained_by_axial_force_leaves_rod_rigid():
+    """A spring along a freedom of the ball at one end of a strut has no effect on the platform."""
     made = hexapod_with_one_rigid_strut()
     turned = pin.rpy.rpyToMatrix(0.3, 0.2, 0.1)
     stiffness = Stiffness(tuple(map(tuple, turned)), None, (0.0, 1000.0, np.inf))
@@ -159,7 +159,7 @@ def test_a_rigid_rod_whose_flexure_no_force_along_it_strains_is_rigid():
 
 
 def hexapod_with_one_rigid_strut():
-    """Six struts between balls, the first one without a beam."""
+    """Return six struts between balls, the first one without a beam."""
     rng, angles = np.random.default_rng(3), np.linspace(0, 5.2, 6)
     feet = np.stack([0.5 * np.cos(angles), 0.5 * np.sin(angles), 0 * angles], axis=1) + 0.05 * rng.standard_normal((6, 3))
     tops = np.stack([0.2 * np.cos(angles + 1), 0.2 * np.sin(angles + 1), 0.8 + 0 * angles], axis=1)

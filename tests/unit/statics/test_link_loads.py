@@ -1,4 +1,4 @@
-"""Loads on links and payloads: superposition, virtual work, masses in their place, base reactions, mistakes."""
+"""Loads on links and payloads: superposition, virtual work, comparison with welded masses, base reactions, wrong arguments."""
 
 from dataclasses import replace
 
@@ -21,7 +21,7 @@ def close(a, b, tolerance=1e-11):
     np.testing.assert_allclose(a, b, rtol=tolerance, atol=tolerance * np.abs(b).max(initial=1e-30))
 
 
-def test_a_load_on_the_platforms_link_is_the_load_of_the_platform():
+def test_load_on_platform_link_equals_platform_load():
     at, wrench, where = pose("2pru_upr"), np.array([10.0, -20, 30, 1, 2, -3]), np.array([0.1, 0.2, -0.3])
     R, o = at.platform_frame[:3, :3], at.platform_frame[:3, 3]
     usual = ks.analyze(at, wrench, point=o + R @ where)
@@ -65,8 +65,8 @@ def test_a_payload_is_a_mass_welded_to_its_link(name, link, place):
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", ["2pru_upr", "delta", "tricept"])
-def test_every_number_is_the_sum_of_its_contributions_and_work_is_reciprocal(name):
-    """Betti: one load works on what another moves as much as that on what the first moves; Clapeyron: half of it is strain."""
+def test_link_loads_superpose_and_satisfy_betti_and_clapeyron(name):
+    """Betti: each load's work on the displacements of another equals the reverse; Clapeyron: strain energy is half the work."""
     at = pose(name)
     links = rigid_links(at.robot)
     rng = np.random.default_rng(4)
@@ -96,7 +96,7 @@ def test_every_number_is_the_sum_of_its_contributions_and_work_is_reciprocal(nam
     assert float(found.strain_energy) == pytest.approx(total / 2, rel=1e-9)
 
 
-def test_base_reactions_balance_loads_wherever_they_act():
+def test_base_wrench_balances_loads_on_all_links():
     at = pose("2pru_upr")
     loads = {link: [3.0, -2.0, 5.0, 0.5, 0.2, -0.1] for link in ("base", "platform", *rigid_links(at.robot)[:1])}
     found, bare = ks.analyze(at, loads=loads), ks.analyze(at)
@@ -108,7 +108,7 @@ def test_base_reactions_balance_loads_wherever_they_act():
     close(found.contributions["load on base"], np.zeros(6))
 
 
-def test_ends_of_beams_may_be_loaded_and_nothing_between():
+def test_beams_accept_loads_only_at_their_ends():
     at = pose("3rps")
     bare = ks.analyze(at)
     beam, frame = bare.beams["rod_2"], at.frame("rod_2")
@@ -127,7 +127,7 @@ def test_ends_of_beams_may_be_loaded_and_nothing_between():
         ks.analyze(at, loads={"rod_2": ks.LinkLoad([1, 0, 0, 0, 0, 0], middle)})
 
 
-def test_batches_of_loads_and_poses_are_what_their_elements_are():
+def test_batch_of_loads_and_poses_equals_single_analyses():
     one = robot("2pru_upr")
     z = np.array([0.55, 0.6, 0.65])
     at = one.assemble(platform={"z": z, "rx": 0.05, "ry": -0.1})
@@ -145,8 +145,8 @@ def test_batches_of_loads_and_poses_are_what_their_elements_are():
 
 
 @pytest.mark.parametrize("order", [[0, 0, 1, 1], [1, 1, 0, 0]])
-def test_a_load_is_drawn_at_whichever_end_of_a_beam_it_acts(monkeypatch, order):
-    """Poses that are computed apart know of different ends."""
+def test_load_arrow_is_at_the_loaded_end_of_the_beam(monkeypatch, order):
+    """Poses are computed in two parts, whose loads act at different ends."""
     monkeypatch.setattr(arrays, "AT_ONCE", 2)
     one = robot("2pru_upr")
     at = one.assemble(platform={"z": [0.55, 0.6, 0.62, 0.65], "rx": 0.05, "ry": -0.1})
@@ -178,14 +178,14 @@ def test_payload_coefficients_are_differences_of_two_analyses(name, link):
     close(found.twist @ [2.0, 0.2, -0.4, 0.1], first.contributions["payload"], 1e-9)
 
 
-def test_an_unknown_payload_on_the_platform_is_meant_where_none_is_given():
+def test_payload_coefficients_default_to_the_platform():
     at = pose("3rps")
     assert np.array_equal(
         ks.analyze(at).payload_coefficients.twist, ks.analyze(at, payload=ks.Payload(3.0)).payload_coefficients.twist
     )
 
 
-def test_what_a_passive_joint_cannot_hold_is_told():
+def test_load_that_passive_joints_cannot_hold_raises_an_error():
     """A strut between two spherical joints spins about itself."""
     one = small_robots.robot_of(small_robots.gough("S"))
     at = one.configuration(one.model_q(one.generic_poses)[:, 0], closure_tolerance=1e-9)
@@ -200,7 +200,7 @@ def test_what_a_passive_joint_cannot_hold_is_told():
         ks.analyze(at, loads={link: ks.LinkLoad([0, 0, 0, *axis], end)})
 
 
-def test_links_inside_a_joint_that_counts_as_one_are_refused():
+def test_loads_on_links_within_a_compound_joint_are_refused():
     with pytest.raises(ks.ArgumentError, match="'cross_1' has no mass and lies between the joints universal_1_x, universal_1_y"):
         ks.analyze(pose("2pru_upr"), loads={"cross_1": [0, 0, 0, 1, 0, 0]})
     # rigid links welded to one another between hinges whose axes meet
@@ -213,7 +213,7 @@ def test_links_inside_a_joint_that_counts_as_one_are_refused():
 @pytest.mark.few(1)
 @pytest.mark.parametrize("elastic", [("lower_1", "lower_2", "lower_3"), ("upper_2", "lower_2", "upper_3", "lower_3")])
 def test_a_massless_link_between_parallel_hinges_may_be_loaded(elastic):
-    """Virtual work: what the drives hold is what the load's point moves by as they move; finite elements agree about the rest."""
+    """Actuator forces by virtual work of the load as the actuators move; the rest agrees with finite elements."""
     whole = robot("tripteron").description
     one = ks.Robot(replace(whole, beams={name: whole.beams[name] for name in elastic}))
     at = {name: value + 0.03 * k for k, (name, value) in enumerate(one.assemble().actuators.items(), 1)}
@@ -236,6 +236,6 @@ def test_a_massless_link_between_parallel_hinges_may_be_loaded(elastic):
         ("--load-on rod_7 0 0 1 0 0 0", "loads= names no link 'rod_7': did you mean 'rod_3' or 'rod_2' or 'rod_1'?"),
     ],
 )
-def test_commands_say_what_is_wrong_with_loads(options, words, capsys):
+def test_command_line_reports_wrong_load_options(options, words, capsys):
     assert main(["analyze", "3rps", *options.split()]) == 2
     assert words in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""A case on both sides of every threshold of the platform's equilibrium; forces that rigid parts leave undetermined."""
+"""The platform's equilibrium on both sides of its thresholds; indeterminate forces of rigid parts."""
 
 from types import SimpleNamespace
 
@@ -12,20 +12,20 @@ from kinetostatics.statics.platform_equilibrium import _RigidPart
 
 
 def pendulum(offset):
-    """A bob that hangs on a hinge under the platform, its centre of mass beside the hinge."""
+    """Return a bob that hangs on a hinge under the platform, its centre of mass ``offset`` beside the hinge."""
     bob = link("bob", 2.0, f"{offset} 0 -0.2"), joint("hook", "continuous", "platform", "bob", "0.1 0 0")
     return mount(springs("mount", linear="1e5 1e5 1e5", angular="1e4 1e4 1e4"), *bob)
 
 
 @pytest.mark.parametrize(("part", "status"), [(3e-8, ks.Status.OK), (3e-7, ks.Status.SINGULAR), (0.1, ks.Status.SINGULAR)])
-def test_a_pendulum_hangs_straight_or_falls(part, status):
-    """What passive joints may leave unbalanced of a weight: its arm over the characteristic length."""
+def test_pendulum_with_offset_mass_is_singular(part, status):
+    """The threshold is that of the weight's arm over the characteristic length."""
     machine = pendulum(part * pendulum(0.0).length)
     assert ks.analyze(machine.assemble(), on_failure="nan").status == status
 
 
 def rigid_wrenches(tilt):
-    """Two rigid forces that differ by little, and springs everywhere."""
+    """Return the rigid part of two forces that enclose a small angle, with springs in all directions."""
     J = np.zeros((1, 1, 6, 2))
     J[..., 0, :] = 1
     J[..., 1, 1] = tilt
@@ -34,17 +34,17 @@ def rigid_wrenches(tilt):
 
 
 @pytest.mark.parametrize(("tilt", "rank"), [(1e-8, 2), (4e-9, 2), (5e-10, 1), (0.0, 1)])
-def test_rigid_wrenches_that_are_one(tilt, rank):
+def test_nearly_equal_rigid_wrenches_count_as_one(tilt, rank):
     part, split = rigid_wrenches(tilt)
     assert part.loose == (rank == 1)
-    # a strain along one of them alone: they contradict one another, or turn the platform far
+    # a strain along one of them alone contradicts the other, or turns the platform far
     moved, _ = part.solve(np.zeros((6, 1, 1)), [split], [np.array([1.0, 0]).reshape(2, 1, 1, 1)], errors=True)
     assert np.isnan(moved).all() == (rank == 1)
 
 
 @pytest.mark.parametrize("stiffness", [1.0, 1e-6, 1e-10, 4e-12, 5e-13, 0.0])
-def test_what_rigid_wrenches_leave_is_held_or_free(stiffness):
-    """A rigid force along x, and springs beside it of which one is next to nothing."""
+def test_freedom_left_by_rigid_wrenches_needs_stiffness(stiffness):
+    """A rigid force along x, and springs in the other directions, one of them with a small stiffness."""
     K = np.diag([1.0] * 5 + [stiffness])[:, :, None]
     split = SimpleNamespace(rigid=np.ones((1, 1, 1, 1)), J=np.eye(6)[None, None, :, :1])
     part = _RigidPart(K, [split], np.ones(6))
@@ -55,7 +55,7 @@ def test_what_rigid_wrenches_leave_is_held_or_free(stiffness):
 
 
 @pytest.mark.parametrize("tilt", [1.0, 0.01, 1e-3, 1e-7, 0.0])
-def test_six_rigid_wrenches_hold_a_platform_as_long_as_they_differ(tilt):
+def test_six_distinct_rigid_wrenches_hold_the_platform(tilt):
     """Two of them enclose a small angle, which makes their forces large."""
     J = np.eye(6)
     J[:2, 1] = np.cos(tilt), np.sin(tilt)
@@ -72,7 +72,7 @@ def test_six_rigid_wrenches_hold_a_platform_as_long_as_they_differ(tilt):
 
 @pytest.mark.parametrize(("sine", "held"), [(1.0, True), (2e-6, True), (1e-6, False), (0.0, False)])
 @pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
-def test_a_platform_held_by_wrenches_that_differ(sine, held, size):
+def test_platform_is_constrained_only_by_six_distinct_wrenches(sine, held, size):
     """Six wrenches, two of which enclose an angle: the smallest eigenvalue of their Gram matrix is half its squared sine."""
     J = np.eye(6)
     J[:, 5] = np.sqrt(1 - sine**2) * J[:, 0] + sine * J[:, 5]
@@ -80,7 +80,7 @@ def test_a_platform_held_by_wrenches_that_differ(sine, held, size):
     assert bool(singularity.is_constrained(limbs, np.ones(6), 1)[0]) == held
 
 
-def test_two_rigid_hinges_on_one_line_share_in_a_way_that_nobody_knows():
+def test_load_sharing_of_collinear_rigid_hinges_is_indeterminate():
     """A foot on two hinges, one of them driven, carries a rod and the platform."""
     machine = robot(
         link("base"), link("foot"), link("rod"), link("platform", 2.0, "0.1 0 0"),

@@ -1,4 +1,4 @@
-"""Special poses: degenerate wrench bases, limbs whose joints are dependent, stretched arms, telescopes without length."""
+"""Special poses: degenerate wrench bases, limbs with dependent joints, stretched arms, telescopes of no or negative length."""
 
 from dataclasses import replace
 
@@ -18,8 +18,8 @@ from kinetostatics.limbs import basis_choice as wrench_bases
 
 
 @pytest.mark.usefixtures("by_numpy")
-def test_two_wrenches_that_coincide_lose_nothing_but_intensities(monkeypatch):
-    """By a choice that looks at generic poses only, a force of J_ic and one of J_ig were the same line but for 1e-5."""
+def test_results_do_not_depend_on_nearly_coinciding_wrenches(monkeypatch):
+    """Chosen at generic poses only, a force of J_ic and one of J_ig would lie on the same line but for 1e-5."""
     robot = ks.load_robot(CASES / "basis_degenerates_to_nan.urdf")
     found = ks.analyze(robot.assemble())
     assert found.status == ks.Status.OK
@@ -27,7 +27,7 @@ def test_two_wrenches_that_coincide_lose_nothing_but_intensities(monkeypatch):
 
 
 def same_but_intensities(found, monkeypatch):
-    """Compare a result with that of orthonormal bases in all limbs: physics does not know what describes a limb."""
+    """Compare a result with that of orthonormal bases in all limbs: only intensities depend on the basis."""
     monkeypatch.setattr(wrench_bases, "DEGENERATE", 2.0)
     other = ks.analyze(found.configuration)
     assert other.basis_degenerate
@@ -48,7 +48,7 @@ def close(found, wanted):
 @pytest.mark.usefixtures("by_numpy")
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["2pru_upr", "delta", "tricept", "orthoglide"])
-def test_numbers_do_not_depend_on_the_wrenches_that_describe_limbs(name, monkeypatch):
+def test_results_do_not_depend_on_the_wrench_basis(name, monkeypatch):
     same_but_intensities(ks.analyze(ks.load_robot(robot_path(name)).assemble()), monkeypatch)
 
 
@@ -56,7 +56,7 @@ def test_numbers_do_not_depend_on_the_wrenches_that_describe_limbs(name, monkeyp
 
 
 def compared(mechanism):
-    """Return what is found at the zero pose, compared with finite elements."""
+    """Return the result at the zero pose after comparison with finite elements."""
     file = write_mechanism(mechanism, cuts=cuts_of(mechanism))
     robot = file.robot()
     pose = robot.configuration(pin.neutral(robot.model))
@@ -77,7 +77,7 @@ def compared(mechanism):
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", DEPENDENT)
-def test_a_limb_whose_joints_are_dependent_carries_one_wrench_more(name):
+def test_limb_with_dependent_joints_carries_one_more_wrench(name):
     found = compared(DEPENDENT[name])
     assert found.status == ks.Status.BASIS_DEGENERATE
     limb = found.limbs["limb_2"]
@@ -94,8 +94,8 @@ def test_a_limb_whose_joints_are_dependent_carries_one_wrench_more(name):
 
 
 @pytest.mark.parametrize("kinds", [("S", "R", "S"), ("P", "R", "R", "R")])
-def test_a_limb_that_is_nearly_stretched_is_what_it_is_elsewhere(kinds):
-    """The knee of a leg is 40 µm off: it is looked at whether its joints are dependent, and they are not."""
+def test_nearly_stretched_limb_is_not_degenerate(kinds):
+    """The knee of a leg is 40 µm off its line: its joints are checked for dependence, and are independent."""
     points, axes = [FOOT] * (len(kinds) - 2) + [(KNEE[0] + 4e-5, *KNEE[1:]), HEAD], {"S": Z, "R": Y, "P": X}
     mechanism = serial(*joints(kinds, points, [axes[kind] for kind in kinds], driven=[k for k in (0,) if kinds[k] == "P"]))
     robot = write_mechanism(mechanism, cuts=cuts_of(mechanism)).robot()
@@ -107,7 +107,7 @@ def test_a_limb_that_is_nearly_stretched_is_what_it_is_elsewhere(kinds):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", list(DEPENDENT)[1::3])
-def test_such_a_pose_in_a_batch_is_the_pose_alone(name):
+def test_degenerate_pose_in_a_batch_equals_the_pose_alone(name):
     mechanism = DEPENDENT[name]
     robot = write_mechanism(mechanism, cuts=cuts_of(mechanism)).robot()
     zero, others = pin.neutral(robot.model), robot.model_q(robot.generic_poses).T
@@ -125,7 +125,7 @@ def test_such_a_pose_in_a_batch_is_the_pose_alone(name):
             close(mine.deflections[k], alone.beams[beam].deflections)
 
 
-def test_a_stretched_leg_that_gravity_bends_holds_nothing():
+def test_level_stretched_leg_cannot_hold_its_weight():
     level = serial(*joints("PRRR", ((0.9, 0, 0.8), (0.9, 0, 0.8), (0.5, 0, 0.8), (0.1, 0, 0.8)), (X, Y, Y, Y), driven=[0]))
     robot = write_mechanism(level, cuts=cuts_of(level)).robot()
     with pytest.raises(ks.exceptions.LimbEquilibriumError, match="limb_2 cannot hold its own weight"):
@@ -140,7 +140,7 @@ LOAD = np.array([30.0, -40.0, -100.0, 2.0, 5.0, -7.0])
 
 @pytest.fixture(scope="module")
 def arm():
-    """Six hinges; where all read zero the arm is stretched and its wrist straight."""
+    """Return an arm of six hinges; at zero it is stretched and its wrist straight."""
     links = [Link(f"l{k}", 1.0 + k, (0.1, 0.02, 0.01)) for k in range(7)]
     joints = [
         Joint(f"j{k}", "revolute", f"l{k}", f"l{k + 1}", Origin(place), axis, -3.0, 3.0)
@@ -152,7 +152,7 @@ def arm():
 
 
 def expected(arm, q, gravity):
-    """J k⁻¹ (Jᵀ W − g(q)) with Pinocchio's Jacobian and gravity torques."""
+    """Return J and J k⁻¹ (Jᵀ W − g(q)) with Pinocchio's Jacobian and gravity torques."""
     model = pin.buildModelFromXML(arm.description.urdf)
     model.gravity = pin.Motion(np.array(gravity), np.zeros(3))
     data = model.createData()
@@ -170,7 +170,7 @@ def expected(arm, q, gravity):
         ((0.2, -0.3, 0.8, 0.1, 0.5, 0.3), 6),
     ],
 )
-def test_a_stretched_arm_sags_by_its_drives_all_the_same(arm, q, rank) -> None:
+def test_arm_at_singular_poses_sags_by_its_drives(arm, q, rank) -> None:
     result = ks.analyze(arm.assemble(actuators=dict(zip(arm.description.driven, q, strict=True))), load=LOAD)
     J, twist = expected(arm, np.array(q, dtype=float), (0, 0, -9.81))
     assert np.sum(np.linalg.svd(J)[1] > 1e-9) <= rank
@@ -179,7 +179,7 @@ def test_a_stretched_arm_sags_by_its_drives_all_the_same(arm, q, rank) -> None:
     assert result.status == ks.Status.OK
 
 
-def test_near_such_a_pose_and_in_a_batch_the_twists_are_the_same(arm) -> None:
+def test_batch_around_stretched_pose_matches_jacobian_formula(arm) -> None:
     elbow = np.array([-1e-2, -1e-4, 0.0, 1e-4, 1e-2])
     zero = dict.fromkeys(arm.description.driven, 0.0)
     batch = ks.analyze(arm.assemble(actuators={**zero, "j2": elbow}), load=LOAD)
@@ -193,7 +193,7 @@ def posed(robot: ks.Robot, *slides: float | list[float]) -> ks.Configuration:
     return robot.assemble(actuators=dict(zip(("slide_a", "slide_b"), slides, strict=True)))
 
 
-def test_one_pose_raises_an_error_that_names_the_telescope() -> None:
+def test_error_names_telescope_of_negative_length() -> None:
     pose = posed(mast(), -0.6, 0.3)
     with pytest.raises(ks.StaticsError, match=r"'beam_a' \(-0.1 m from start to end\)") as caught:
         ks.analyze(pose, load=[1, 2, -3, 0, 0, 0])
@@ -202,8 +202,8 @@ def test_one_pose_raises_an_error_that_names_the_telescope() -> None:
         pose.model  # noqa: B018
 
 
-def test_poses_before_and_beyond_are_told_apart() -> None:
-    """Where the second telescope is longer than the first is turned inside out, the mast's compliance stays positive."""
+def test_batch_marks_poses_with_negative_telescope_length_singular() -> None:
+    """The mast's compliance alone does not show it: the longer second telescope keeps it positive."""
     poses = posed(mast(), [-0.4, -0.49, -0.6, -0.7], [0.3] * 4)
     result = ks.analyze(poses)
     assert result.status.tolist() == [ks.Status.OK, ks.Status.OK, ks.Status.SINGULAR, ks.Status.SINGULAR]
@@ -211,8 +211,8 @@ def test_poses_before_and_beyond_are_told_apart() -> None:
     assert np.isnan(result.twist[2:]).all()
 
 
-def test_an_open_branch_may_be_pushed_together_to_nothing() -> None:
-    """What hangs on the platform by a telescope without length is bent by nothing, and weighs what there is of it."""
+def test_open_branch_may_have_a_telescope_of_zero_length() -> None:
+    """A branch on the platform by a telescope of zero length does not bend."""
     whole = mast().description
     branch = ks.Robot(replace(whole, platform="end_a"))
     with np.errstate(all="raise"):

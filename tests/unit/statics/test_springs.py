@@ -1,4 +1,4 @@
-"""Springs and counterweights: balanced machines, the stiffness of springs, energy, finite elements, files."""
+"""Springs and counterweights: balanced machines, stiffness, energy, contributions, stability, files."""
 
 import re
 from dataclasses import replace
@@ -22,7 +22,7 @@ SPRING = f"""<spring name="balance" stiffness="{BALANCE}" free_length="0">
 
 
 def pendulum(more=SPRING):
-    """An arm along x on a driven hinge about y, a mass at its end, which hangs below or stands above the horizontal."""
+    """Return an arm along x on a driven hinge about y, with a mass at its end."""
     return f"""<robot name="pendulum"><link name="ground"/><link name="arm"/>
 <link name="tip"><inertial><mass value="{MASS}"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
 <joint name="hinge" type="revolute"><parent link="ground"/><child link="arm"/><axis xyz="0 1 0"/>
@@ -57,7 +57,7 @@ def test_a_balanced_pendulum_needs_no_torque_at_any_angle(more):
         np.testing.assert_allclose(sum(result.contributions.values()), 0, atol=1e-14)
         spans = np.stack([ARM * np.cos(ANGLES), -ARM * np.sin(ANGLES) - HEIGHT], axis=-1)
         np.testing.assert_allclose(result.spring_forces["balance"], BALANCE * np.linalg.norm(spans, axis=-1), rtol=1e-12)
-        # the ground carries the spring and the hinge together: the weight
+        # the ground carries spring and hinge: together the weight
         np.testing.assert_allclose(result.base_wrench[..., :3], np.broadcast_to([0, 0, MASS * G], (7, 3)), atol=1e-10)
 
 
@@ -66,8 +66,8 @@ HARDER = SPRING.replace(f'stiffness="{BALANCE}"', f'stiffness="{3 * BALANCE}"')
 
 
 @pytest.mark.parametrize(("more", "times"), [(SPRING, 0), (HARDER, 2)], ids=["balanced", "pulled up"])
-def test_the_stiffness_of_the_pendulum_is_the_second_derivative_of_the_energy(more, times):
-    """d + (k a b − m g l) sin φ: balanced, it is in neutral equilibrium; without gravity the spring's part is left."""
+def test_pendulum_stiffness_is_second_derivative_of_energy(more, times):
+    """d + (k a b − m g l) sin φ: the balanced one is in neutral equilibrium; without gravity the spring's part remains."""
     pose = loaded(pendulum(more)).assemble(actuators={"hinge": -ANGLES})
     turned = MASS * G * LENGTH * np.sin(ANGLES)
     for gravity, part in (((0, 0, -G), times), ((0, 0, 0), times + 1)):
@@ -77,8 +77,8 @@ def test_the_stiffness_of_the_pendulum_is_the_second_derivative_of_the_energy(mo
 
 
 @pytest.mark.parametrize("angle", [np.pi - 1e-4, 1e-4 - np.pi])
-def test_a_drive_is_corrected_across_half_a_turn_the_short_way(angle):
-    """M / k: the arm hangs to the other side, on an actuator that turns without end."""
+def test_drive_correction_takes_the_short_way_across_half_turn(angle):
+    """The correction is M / k for an arm near half a turn, on a continuous actuator."""
     text = (
         pendulum("")
         .replace('type="revolute"', 'type="continuous"')
@@ -88,7 +88,7 @@ def test_a_drive_is_corrected_across_half_a_turn_the_short_way(angle):
     assert abs(float(found.corrections["hinge"])) == pytest.approx(MASS * G * LENGTH / 1e4, rel=1e-3)
 
 
-def test_what_an_error_does_is_told_without_the_springs_own_pull():
+def test_effects_of_errors_exclude_the_spring_tension():
     """Spring, weight and actuator share an error of the hinge's angle; the spring's tension is no error."""
     found = ks.tolerances(loaded(pendulum(HARDER)).assemble(actuators={"hinge": -0.6}))
     row, amount = found.effects["hinge.error.ry"], found.parameters["hinge.error.ry"].tolerance
@@ -109,7 +109,7 @@ def pose(name, *springs):
 BESIDE = Spring("beside", 4e6, "base", "platform", (0.3, 0.1, 0.0), (0.0, 0.05, 0.02), free_length=0.2, preload=40.0)
 
 
-def test_a_relaxed_spring_between_base_and_platform_adds_its_stiffness_along_itself():
+def test_relaxed_spring_adds_its_stiffness_along_its_line():
     bare = pose("3rps")
     points = {"base": BESIDE.predecessor_point, "platform": BESIDE.successor_point}
     ends = [bare.frame(link)[:3, :3] @ np.array(point) + bare.frame(link)[:3, 3] for link, point in points.items()]
@@ -125,7 +125,7 @@ def test_a_relaxed_spring_between_base_and_platform_adds_its_stiffness_along_its
     assert float(np.abs(found.twist - without.twist).max()) > 1e-3 * float(np.abs(without.twist).max())
 
 
-def test_strain_and_springs_hold_the_work_of_a_load():
+def test_work_of_load_is_strain_plus_spring_energy():
     """Clapeyron, with a spring that is relaxed at the pose; its work is ½ k (n·u)²."""
     spring = replace(BESIDE, predecessor="base", successor=rigid_links(robot("3rps"))[-1], preload=0.0)
     length = float(placed_springs(pose("3rps", spring).robot.statics, pose("3rps", spring).frames)[0].length[0])
@@ -145,8 +145,8 @@ def test_strain_and_springs_hold_the_work_of_a_load():
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["2pru_upr", "delta"])
-def test_contributions_of_springs_anywhere_add_up(name):
-    """Between base and platform, base and a limb, a limb and the platform, two limbs; in networks and telescopes."""
+def test_contributions_with_springs_between_any_links_add_up(name):
+    """Springs between base and platform, base and a limb, a limb and the platform, two limbs; with networks and telescopes."""
     links = rigid_links(robot(name))
     ends = [("base", "platform"), ("base", links[-1]), (links[0], "platform"), (links[0], links[-1])]
     springs = [
@@ -163,7 +163,7 @@ def test_contributions_of_springs_anywhere_add_up(name):
     np.testing.assert_allclose(payload, result.contributions["payload"], rtol=1e-9, atol=1e-16)
 
 
-def test_a_batch_is_what_its_poses_are():
+def test_batch_of_sprung_poses_equals_single_analyses():
     one = loaded(pendulum(SPRING.replace('free_length="0"', 'free_length="0.1" preload="12"')))
     batch = ks.analyze(one.assemble(actuators={"hinge": ANGLES}))
     for k, angle in enumerate(ANGLES):
@@ -171,7 +171,7 @@ def test_a_batch_is_what_its_poses_are():
         np.testing.assert_allclose(batch.twist[k], alone.twist, rtol=1e-9, atol=1e-18)
 
 
-def test_files_keep_springs_and_weld_counterweights():
+def test_springs_and_counterweights_survive_writing_and_reading():
     text = pendulum(SPRING + '<counterweight name="weight" link="arm" mass="2"><origin xyz="-0.1 0 0"/></counterweight>')
     description = parse_robot_text(text)
     assert description.springs["balance"] == Spring("balance", BALANCE, "ground", "arm", (0, 0, HEIGHT), (ARM, 0, 0))
@@ -182,14 +182,14 @@ def test_files_keep_springs_and_weld_counterweights():
     assert softer.springs["balance"].stiffness == 100 and softer != description
 
 
-def test_a_spring_without_length_has_no_direction():
+def test_preloaded_spring_without_length_raises_an_error():
     text = pendulum(SPRING.replace(f'<origin xyz="0 0 {HEIGHT}"/>', f'<origin xyz="{ARM} 0 0"/>'))
     np.testing.assert_allclose(ks.analyze(loaded(text).assemble()).spring_forces["balance"], 0, atol=1e-12)
     with pytest.raises(ks.StaticsError, match="the spring 'balance' has no length at this pose"):
         ks.analyze(loaded(text.replace('free_length="0"', 'free_length="0" preload="5"')).assemble())
 
 
-def test_springs_that_look_like_slips_are_told():
+def test_implausible_springs_are_reported():
     """A free length in mm, and an end in the middle of a rod."""
     long = loaded(pendulum(SPRING.replace('free_length="0"', 'free_length="150"')))
     said = r"free length of spring 'balance' is 150 m, .* lengths are in m; write 0.15 for 150 mm"
@@ -201,7 +201,7 @@ def test_springs_that_look_like_slips_are_told():
         ks.analyze(loaded(pendulum(rod + SPRING)).assemble())
 
 
-def test_a_jib_that_sags_by_its_own_weight_slackens_the_spring_that_hangs_on_it():
+def test_sagging_jib_slackens_the_spring_on_its_tip():
     """t (1/k + c + 1/d) = m g / d − δ, with δ = q L⁴/8EI and c = L³/3EI of the jib, d of the actuator; the spring is relaxed."""
     L, d, k, mass = 0.9, 3e4, 2e4, 6.0
     one = sm.robot(
@@ -220,7 +220,7 @@ def test_a_jib_that_sags_by_its_own_weight_slackens_the_spring_that_hangs_on_it(
     np.testing.assert_allclose(sum(found.contributions.values()), found.twist, rtol=1e-12, atol=1e-18)
 
 
-def test_springs_answer_assembly_errors_in_both_ways_that_weights_act():
+def test_contributions_by_mechanism_agree_for_errors_with_springs():
     at = pose("delta", replace(BESIDE, successor="elbow_1"))
     found = ks.analyze(at, assembly_errors={at.robot.description.driven[0]: [1e-4, 0, 2e-4, 1e-4, 0, 0]})
     parts = found.by_mechanism.contributions
@@ -229,7 +229,7 @@ def test_springs_answer_assembly_errors_in_both_ways_that_weights_act():
 
 
 @pytest.mark.parametrize(("push", "unstable"), [(0.99, False), (1.01, True)])
-def test_springs_that_push_harder_than_the_platform_is_held_are_told(push, unstable):
+def test_spring_force_beyond_critical_makes_the_pose_unstable(push, unstable):
     """A drive of k on an arm of l below a constant force F, straight above its tip at a distance h: k = F l (1 + l/h) + m g l."""
     F = (push * 1e4 - MASS * G * LENGTH) / (LENGTH * (1 + LENGTH / 0.6))
     text = f"""<spring name="press" stiffness="0" free_length="0" preload="{-F}">
@@ -246,8 +246,8 @@ def test_springs_that_push_harder_than_the_platform_is_held_are_told(push, unsta
 
 
 @pytest.mark.parametrize(("angle", "words"), [(0.0, None), (-1.5, "-3.1 %"), (1.5, r"\+3.1 %")])
-def test_what_the_arms_of_weights_would_do_without_springs_is_told(angle, words):
-    """m g l sin φ beside the drive: upwards less, hanging more. Linear theory leaves it out, from 1 % on with a word."""
+def test_stiffness_change_by_weights_is_warned_from_one_percent(angle, words):
+    """m g l sin φ relative to the actuator: softer standing, stiffer hanging. Linear theory omits it and warns from 1 %."""
     text = pendulum("").replace('drive="1e4"', 'drive="1e3"')
     found = ks.analyze(loaded(text).assemble(actuators={"hinge": angle}))
     assert float(found.compliance[4, 4]) == pytest.approx(1e-3, rel=1e-9)
@@ -255,8 +255,8 @@ def test_what_the_arms_of_weights_would_do_without_springs_is_told(angle, words)
     assert len(said) == (words is not None) and all(re.search(f"rotation about the axis .* by {words}", item) for item in said)
 
 
-def test_a_spring_without_length_spoils_its_own_pose_alone():
-    """A spring along a driven slide: pushed together, its force has no direction."""
+def test_spring_without_length_fails_only_its_own_pose():
+    """A spring along a driven slide: at zero length its force has no direction."""
     one = sm.robot(
         sm.link("ground"), sm.link("platform"), sm.joint("slide", "prismatic", "ground", "platform", axis="1 0 0"),
         '<transmission name="d"><joint name="slide"/></transmission><spring name="s" stiffness="100" free_length="0.1">',

@@ -18,8 +18,8 @@ def rod(eccentricity=None, length=LENGTH):
 
 
 @pytest.mark.parametrize("hertz", [0.0, 0.01, 5.0, 30.0, 55.0])
-def test_both_ways_agree(hertz):
-    """The closed forms of straight rods and the exponential of the coupled state matrix."""
+def test_closed_form_equals_matrix_exponential(hertz):
+    """Dynamic stiffness of straight rods, and its symmetry, also with eccentric mass."""
     square = np.array((2 * np.pi * hertz) ** 2)
     straight, coupled = rod().dynamic_stiffness(square), rod(np.zeros(3)).dynamic_stiffness(square)
     assert np.abs(straight - coupled).max() < 1e-12 * np.abs(straight).max()
@@ -28,7 +28,7 @@ def test_both_ways_agree(hertz):
 
 
 @pytest.mark.parametrize("eccentricity", [None, np.array([0.3, -0.2, 0.4])])
-def test_mass_is_the_derivative(eccentricity):
+def test_mass_matrix_is_derivative_of_dynamic_stiffness(eccentricity):
     square, item = np.array(3e4), rod(eccentricity)
     K, M = item.pencil(square)
     h = 1.0
@@ -38,7 +38,7 @@ def test_mass_is_the_derivative(eccentricity):
 
 
 @pytest.mark.parametrize("eccentricity", [None, np.array([0.3, -0.2, 0.4])])
-def test_rods_in_line_are_one(eccentricity):
+def test_two_half_rods_equal_the_whole_rod(eccentricity):
     """Two halves, the point between them eliminated, have the dynamic stiffness of the whole."""
     square = np.array(4e4)
     whole, half = rod(eccentricity).dynamic_stiffness(square), rod(eccentricity, LENGTH / 2).dynamic_stiffness(square)
@@ -52,8 +52,8 @@ def test_rods_in_line_are_one(eccentricity):
     assert np.abs(left - whole).max() < 1e-11 * np.abs(whole).max()
 
 
-def test_rigid_motions_have_the_rods_inertia():
-    """At λ = 0 a rod that moves as a whole has its mass, and about its start the moments of inertia of a prism."""
+def test_inertia_of_rigid_motion_is_that_of_a_prism():
+    """At λ = 0 a rod that moves as a rigid body has its mass and, about its start, the moments of inertia of a prism."""
     eccentricity, carried = np.array([0.3, -0.2, 0.4]), np.zeros((12, 6))
     carried[:6] = carried[6:] = np.eye(6)
     carried[7, 5], carried[8, 4] = LENGTH, -LENGTH
@@ -79,7 +79,7 @@ def test_clamped_frequencies_are_above_their_bound(eccentricity):
         assert np.linalg.eigvalsh(middle[6:, 6:] + middle[:6, :6])[0] > 0
 
 
-def test_pinned_rod():
+def test_pinned_rod_vibrates_at_timoshenko_frequencies():
     """Bending and shearing of a rod between hinges: (EI k⁴/μ − λ(1 + k²(r² + EI/κGA)) + λ² μ r² / κGA) = 0 with k = nπ/L."""
     item, mu = rod(), RHO * AREA
     for n in (1, 2):
