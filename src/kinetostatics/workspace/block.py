@@ -28,14 +28,14 @@ if TYPE_CHECKING:
 
 
 def compute_block(plan: SweepPlan, labels: Labels, block: Block, q: Array | None = None) -> dict[str, Values]:
-    """Return the variables of a block of one robot, over the block's part of the grid.
+    """Return the variables of one robot on one block of the grid.
 
     Args:
         plan: plan of the sweep.
         labels: labels of the Dataset.
         block: block of the grid, with one value of each parameter.
-        q: (N, nq) model coordinates of its poses, NaN where not reached; None: each pose is assembled on the straight line from
-            the zero pose.
+        q: (N, nq) model coordinates of the block's poses, NaN where not reached; None: each pose is assembled on the straight
+            line from the zero pose.
     """
     cases, coordinates = plan.part(block, "case"), plan.part(block, "coordinate")
     combination = tuple(piece.start for piece in plan.part(block, "parameter"))
@@ -154,7 +154,7 @@ def _intensities(result: Result, labels: Labels, kind: str, shape: tuple[int, ..
 
 
 def _full(array: Values, entry: Entry, shape: tuple[int, ...]) -> Values:
-    """Return an array broadcast or reduced to the cases and poses along which its variable varies."""
+    """Return an array, broadcast or reduced to the axes of cases and poses along which its variable varies."""
     if entry.varies == POSES:
         return array[(0,) * (array.ndim - 1 - len(entry.dims))]
     sizes = () if entry.varies == ROBOTS else shape

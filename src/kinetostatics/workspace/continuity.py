@@ -4,8 +4,8 @@ A straight line may lead to another assembly mode if two modes are close, and it
 inside. Both cases are detected by comparison with neighbouring poses:
 
 1. Joint coordinates are continuous functions of the prescribed ones, so that their steps between neighbours vary little. Where a
-step is much larger than adjacent ones, the path from one neighbour to the other is followed. If it ends at another pose, both are
-assembled again from the zero pose in small steps; so are neighbours of changed poses.
+step is much larger than adjacent ones, the path from one neighbour to the other is followed. If this path ends at a third pose,
+both neighbours are assembled again from the zero pose in small steps. Then neighbours of changed poses are assembled again, too.
 2. Unreached neighbours of reached poses are assembled from these, ring by ring, until no more poses are reached.
 """
 
@@ -65,7 +65,7 @@ class JointScale:
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """Pairs of neighbours on a grid, by flat indices."""
+    """Pairs of neighbouring poses on a grid, by flat indices."""
 
     first: Index
     second: Index
@@ -79,7 +79,7 @@ class Edges:
 
 
 def neighbours(shape: Sequence[int]) -> Iterator[tuple[int, tuple[slice, ...], tuple[slice, ...]]]:
-    """Yield each axis with the selections of the lower and the upper ends of its edges."""
+    """Yield each axis with the slices of the lower and of the upper poses of all neighbours along it."""
     for axis, size in enumerate(shape):
         if size > 1:
             everything = [slice(None)] * len(shape)
@@ -282,7 +282,10 @@ class _Front:
         return found.where(~np.isin(found.first * self.reached.size + found.second, self._sound))
 
     def examine(self, edges: Edges) -> tuple[Edges, Mask]:
-        """Follow edges, in small steps if necessary; return failed edges, and the mask of those that end at another pose."""
+        """Follow edges, in small steps if necessary; return those that do not lead to the stored pose at their end, and a mask.
+
+        The mask is True for edges that lead to another pose, False for those on which no pose is reached.
+        """
         elsewhere = np.zeros(0, dtype=bool)
         for steps in (1, FINE):
             if len(edges):
@@ -343,7 +346,7 @@ class _Front:
     # ---- 2: continuation from neighbours ----------------------------------------------------------------------------
 
     def probe(self) -> bool:
-        """Try some poses from neighbours, and return whether any is reached."""
+        """Try to assemble some poses from their neighbours, and return whether any is reached."""
         targets, starts, directions = self._ring()
         if targets.size > PROBES:
             some = np.linspace(0, targets.size - 1, PROBES).astype(np.intp)
@@ -370,7 +373,7 @@ class _Front:
         return self.count > count
 
     def _ring(self, everywhere: bool = True) -> tuple[Index, Index, Index]:
-        """Return neighbours of reached poses, a reached start for each, and the direction of this start, 2 axis + side.
+        """Return neighbours of reached poses, a reached start for each, and its direction 2 · axis + side (0: lower, 1: upper).
 
         A pose that could not be reached from one neighbour is tried again only from neighbours that have been reached since then;
         a pose between two reached ones is tried from all its neighbours.

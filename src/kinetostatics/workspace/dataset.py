@@ -38,7 +38,7 @@ class Labels:
     Attributes:
         robot: the robot's name.
         axes: labels by dimension, including unused dimensions.
-        auxiliary: by name, dimensions and values of the auxiliary coordinates: units, limbs, and labels of wrenches.
+        auxiliary: dimensions and values, by name, of coordinates that are no dimensions (units, limbs, labels of wrenches).
         loose: mask of the model coordinates that local freedoms change; they are ignored when assembly modes are compared.
         outputs: names of the variables.
     """
@@ -87,7 +87,7 @@ FLAGS: Mapping[str, Mapping[str, object]] = {
 
 
 def attributes_of(name: str) -> dict[str, object]:
-    """Return the attributes of a variable; ``unit_coordinate`` is the coordinate with the units that differ along a dimension."""
+    """Return the attributes of a variable; if its units differ along a dimension, ``unit_coordinate`` names their coordinate."""
     entry = VARIABLES[name]
     units = {"unit_coordinate" if entry.unit in UNITS else "units": entry.unit} if entry.unit else {}
     return {"long_name": entry.words, **units, **FLAGS.get(name, {})}

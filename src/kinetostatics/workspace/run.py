@@ -84,21 +84,20 @@ def sweep(
         loads: loads on links, see :func:`kinetostatics.analyze`; the same at all poses.
         payload: see :func:`kinetostatics.analyze`; the same at all poses.
         parameters: values of the file's xacro arguments; an array is a dimension of the grid, a number or string is constant.
-        parameter_units: SI units of parameters, such as ``{"rod_diameter": "m"}``. By default the unit is that of a length,
-            angle, mass, density, modulus or stiffness that changes one for one with the parameter.
+        parameter_units: SI units of parameters, such as ``{"rod_diameter": "m"}``. Default: the unit of the robot's lengths,
+            angles, masses, densities, moduli or stiffnesses whose derivative with respect to the parameter is 1 or −1.
         platform_link, base_link: see :func:`kinetostatics.load_robot`.
         outputs: variables, or groups of them: "default"; "beams" (stress, Euler ratio and deflection of each beam);
             "gravity_mechanisms" (contributions of gravity to twist and actuator forces by platform weight, attached wrenches and
             deformation of the limbs); "compensation" (corrections of the actuators that bring the loaded platform to the target,
-            and the residual error, see :func:`kinetostatics.compensate`). Status, mode, ``platform_pose``, ``q`` and
-            ``characteristic_length`` are always included. On a grid of actuators, the best conditioned platform coordinates are
-            controlled.
-        modes: number of natural frequencies, with locked actuators and the payload, see :func:`kinetostatics.modes`; if any,
-            ``frequency`` and ``zero_frequencies`` are among the variables.
+            and the residual error, see :func:`kinetostatics.compensate`; on a grid of actuators, the best conditioned platform
+            coordinates are corrected). Status, mode, ``platform_pose``, ``q`` and ``characteristic_length`` are always included.
+        modes: number of natural frequencies, with locked actuators and the payload, see :func:`kinetostatics.modes`; unless it is
+            0, ``frequency`` and ``zero_frequencies`` are among the variables.
         closure_tolerance: largest gap of a closed loop [m, rad].
         engine: see :func:`kinetostatics.analyze`; numbers differ by rounding only.
         out: a file ``….nc`` or ``….zarr``, written during the computation in bounded memory. After an interruption, the same call
-            continues.
+            resumes the sweep.
         restart: overwrite ``out``.
         chunks: sizes along dimensions, ``{"z": 10}`` (others undivided), or "auto": return a lazy Dataset of dask arrays, whose
             chunks dask's scheduler computes.

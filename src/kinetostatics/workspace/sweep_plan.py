@@ -68,7 +68,7 @@ class Source:
     links: Links = field(default_factory=dict)
 
     def load(self, parameters: Mapping[str, object]) -> Robot:
-        """Return a robot."""
+        """Return the robot with these parameters."""
         if self.description is not None:
             return Robot(self.description)
         robot = Robot(read_robot_file(self.path, parameters, **self.links))
@@ -180,7 +180,7 @@ class SweepPlan:
     # ---- robots -----------------------------------------------------------------------------------------------------
 
     def robot(self, combination: Combination) -> Robot:
-        """Return a robot; the last ``KEPT`` robots are cached, because building one takes long."""
+        """Return the robot of a combination; the last ``KEPT`` robots are cached, because building a robot takes long."""
         with _lock:
             key, values = self._key(combination), self.parameters(combination)
             if key not in _kept:
@@ -202,7 +202,7 @@ class SweepPlan:
         return self.source.path, self.source.text, files, links, tuple(self.parameters(combination).items())
 
     def assemble(self, robot: Robot, values: Mapping[str, ArrayLike], near: Configuration | None = None) -> Configuration:
-        """Return the poses (N,) at coordinates, at the end of straight lines from the zero pose or ``near``."""
+        """Return the poses (N,) at given coordinates, the ends of straight lines from the zero pose or ``near``."""
         actuators, platform = (None, values) if self.kind == "platform" else (values, None)
         orientation = None if platform is None else self.orientation
         return assemble(robot, actuators, platform, orientation, near, self.closure_tolerance, "nan", compiled_loops(self.engine))
@@ -309,7 +309,7 @@ def text_digest(description: RobotDescription) -> str:
 
 
 def attributes_of_map(plan: SweepPlan, robot: Robot, command_line: Sequence[str] | None = None) -> dict[str, object]:
-    """Return the attributes of the Dataset; ``robot`` is the first one."""
+    """Return the attributes of the Dataset; ``robot`` is the first robot of the sweep."""
     now = datetime.datetime.now(datetime.UTC).replace(microsecond=0).isoformat()
     command = shlex.join(command_line) if command_line else ""
     found: dict[str, object] = {
