@@ -55,21 +55,21 @@ def calibrate(
             of the file; dimensions of parts (see :func:`kinetostatics.tolerances`), such as "slide.actuator_stiffness" or
             "rod_1.outer_diameter"; assembly errors, such as "hinge.error.rx" or "rod_1.error.length", which the returned robot
             does not have; "payload.mass"; the centre of the payload from o in platform axes, "payload.x", "payload.y",
-            "payload.z"; and the zero reading of a gauge, "offset.NAME", or "offsets" of all gauges.
+            "payload.z"; and the zero reading of a gauge, "offset.NAME", or of all gauges, "offsets".
         gauges: a :class:`Gauge` by name, or the path of a CSV file of gauges.
         reference: state of zero readings: "undeformed", the robot without weight; "unloaded", the same pose with weight and
             payload, but without load; or coordinates of a single pose without load.
         orientation: convention of the orientation coordinates, see :meth:`Robot.assemble`.
         payload: payload on the platform, with the initial values of unknowns of the payload.
-        point, frame: those of the load, see :func:`kinetostatics.analyze`; one point for all rows.
+        point, frame: point of application and axes of the load, see :func:`kinetostatics.analyze`; the same for all rows.
         level: confidence level of the intervals.
         leave_out_outliers: whether to repeat the fit without outliers.
         closure_tolerance: largest gap of a closed loop [m, rad], see :meth:`Robot.assemble`.
         analysis: further arguments of :func:`kinetostatics.analyze`: ``gravity``, ``loads``, ….
 
     Returns:
-        Estimates with intervals, unidentifiable unknowns, residuals, outliers, and the robot with the estimates. Each residual is
-        divided by the sigma of its gauge. If no sigma is given, all residuals have equal weights, and sigma is estimated.
+        Estimates with intervals, unidentifiable unknowns, residuals, outliers, and the robot with the estimates. The fit divides
+        each residual by the sigma of its gauge. If no sigma is given, all residuals have equal weights, and sigma is estimated.
 
     Raises:
         ArgumentError: measurements or unknowns are invalid; messages name file and line.

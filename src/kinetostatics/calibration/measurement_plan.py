@@ -73,7 +73,8 @@ def plan_measurements(
 
     Returns:
         Different combinations of a pose (reachable, not singular, within joint limits) and a load, the expected standard errors
-        of the unknowns, and their ratio to those of random plans. The plan is the best one of single exchanges from six starts.
+        of the unknowns, and the ratio of those of random plans to these. From six initial plans, measurements are exchanged one
+        by one while the determinant increases; the best resulting plan is returned.
 
     Raises:
         ArgumentError: an argument has an invalid value or shape.
@@ -192,8 +193,8 @@ def log_det(blocks: Array) -> float:
 def best_subset(blocks: Array, n: int, rng: np.random.Generator) -> Index:
     """Return the indices (n,) of measurements whose information matrix has the largest determinant found.
 
-    ``blocks`` (N, k, r): Jacobians of the k readings of each of N candidates; ``rng`` draws subsets at random, each of
-    which is improved by exchanges.
+    ``blocks`` (N, k, r): Jacobians of the k readings of each of N candidates. One initial subset is chosen greedily, the others
+    at random by ``rng``; each is improved by exchanges.
     """
     r, every = blocks.shape[2], np.einsum("nki,nkj->nij", blocks, blocks)
     starts: list[Index] = [_greedy(every, n)] + [rng.choice(len(every), n, replace=False) for _ in range(STARTS)]

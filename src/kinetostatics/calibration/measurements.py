@@ -138,7 +138,7 @@ class Measurements:
 
     @property
     def repeated(self) -> list[str]:
-        """A warning if rows are equal in all numbers, which noisy readings never are; otherwise empty."""
+        """A warning if two rows have equal numbers, which is improbable for noisy readings; otherwise empty."""
         cells = np.column_stack([*self.coordinates.values(), self.load, *self.readings.values()])
         first: dict[bytes, int] = {}
         equal = [first.setdefault((row + 0.0).tobytes(), k) for k, row in enumerate(cells)]  # + 0.0: −0 equals 0
@@ -204,7 +204,7 @@ def read_measurements(robot: Robot, given: object, gauges: Mapping[str, Gauge]) 
 
 
 def _table(given: object) -> tuple[Callable[[int | None], str], list[str], list[tuple[int, Sequence[object]]]]:
-    """Return a function from the number of a row to its place in messages; the titles; and the rows with their numbers."""
+    """Return a function that gives the place of a numbered row for messages; the titles; and the rows with their numbers."""
     if isinstance(given, (str, os.PathLike)):
         path = os.fspath(given)
         what = "a table of measurements has a line of titles, such as z [mm],rx [deg],Fz [N],dz [um], and one of each row"
@@ -234,7 +234,7 @@ def _place(number: int | None) -> str:
 
 
 def _columns_of(variables: Mapping[object, xr.Variable]) -> dict[str, object]:
-    """Return the columns of an xarray Dataset, broadcast against one another; units of attributes go to the titles."""
+    """Return the columns of an xarray Dataset, broadcast against one another; units in attributes are added to the titles."""
     import xarray as xr
 
     numbers = {str(name): array for name, array in variables.items() if array.dtype.kind in "iuf"}

@@ -40,7 +40,7 @@ class Readings:
 
     Attributes:
         rows: (n,) row of each reading in the table.
-        which: (n,) index of its gauge.
+        which: (n,) index of each reading's gauge.
         gauges: gauges by name.
     """
 
@@ -59,9 +59,9 @@ class Model:
         readings: the readings.
         reference: "undeformed", "unloaded", or coordinates of a pose without load, at which all readings are zero.
         orientation: convention of the orientation coordinates.
-        point, frame: those of the load, see :func:`kinetostatics.analyze`.
+        point, frame: point of application and axes of the load, see :func:`kinetostatics.analyze`.
         analysis: other arguments of an analysis.
-        rows: names of the rows in errors about unreachable poses; None: readings at these poses are NaN.
+        rows: names of the rows, for errors about unreachable poses; None: no errors, readings at such poses are NaN.
         closure_tolerance: largest gap of a closed loop [m, rad].
     """
 

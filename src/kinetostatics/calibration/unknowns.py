@@ -66,7 +66,7 @@ class Unknowns:
         robot: the nominal robot.
         names: names of the unknowns.
         gauges: gauges with readings; only these have offsets.
-        payload: initial payload; None: 1 kg at o, if it is unknown.
+        payload: initial payload; None: no payload, or 1 kg at o if its mass or centre is an unknown.
         sizes: magnitude of the readings of each gauge.
     """
 
@@ -217,9 +217,9 @@ def unidentifiable(unknowns: Sequence[Unknown], null: Array) -> tuple[Unidentifi
 
 
 def _sparse(null: Array) -> Array:
-    """Return a sparse basis (p, k) of the space spanned by ``null`` (p, k): the identity in k pivot rows, then scaled.
+    """Return a sparse basis (p, k) of the space spanned by ``null`` (p, k).
 
-    The largest entry of each direction is ±1.
+    The basis is first the identity in k pivot rows; then each direction is scaled so that its largest entry is ±1.
     """
     rest, pivots = null, list[int]()
     for _ in range(null.shape[1]):  # the row farthest from the span of the previous ones
