@@ -1,7 +1,8 @@
-"""Monte Carlo simulation of thousands of robots with random deviations at one pose, by recorded loop closure and equilibrium.
+"""Monte Carlo simulation of thousands of robots with random deviations at one pose.
 
-The constants of the robots are inputs of the record; every robot is a column of a batch. The constants are computed from the
-description for four deviations of each parameter, and interpolated for all other robots. Logarithms are interpolated, which is
+The operations of loop closure and equilibrium are recorded once. The constants of the robots are inputs of this record; every
+robot is a column of a batch. The constants are computed from the description for four deviations of each parameter, and
+interpolated for all other robots. Logarithms are interpolated, which is
 exact for products of powers such as 1/(EI). For every robot, Newton's method closes the loops, and the equilibrium is solved.
 
 Records are evaluated by NumPy, because compiling them takes about as long as evaluating 10,000 robots.

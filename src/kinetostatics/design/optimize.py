@@ -68,15 +68,15 @@ def optimize(
     Args:
         robot: the robot's file, or the name of a robot of the package.
         vary: design variables, by name of a xacro argument or of a dimension of a part (see :func:`kinetostatics.tolerances`),
-            such as ``"rod_1.outer_diameter"``; with ``"rod_*.outer_diameter"``, all have one value. A design variable is a range
-            ``"20mm:120mm"`` or ``(0.02, 0.12)``; a list of values, ``"20mm,25mm"``; or a catalogue: the path of a CSV file,
+            such as ``"rod_1.outer_diameter"``; with ``"rod_*.outer_diameter"``, all rods have one value. A design variable is a
+            range ``"20mm:120mm"`` or ``(0.02, 0.12)``; a list of values, ``"20mm,25mm"``; or a catalogue: the path of a CSV file,
             "standard_bars" or "standard_tubes", whose rows may set several parameters: ``{("tube_diameter", "tube_wall"):
             "standard_tubes"}``.
         minimize: the quantity whose worst value over all poses is minimized: "mass", "sag", "rotation",
             "deflection_any_direction(500 N)", "rotation_any_direction(20 N·m)", "actuator_force", "actuator_torque", "stress" or
             "buckling".
-        subject_to: requirements: one of these quantities, least_translational_stiffness or least_rotational_stiffness, with a
-            limit: ``"sag < 20um"``, ``"least_translational_stiffness > 30 N/um"``.
+        subject_to: requirements, each a limit of one of these quantities, of least_translational_stiffness or of
+            least_rotational_stiffness: ``"sag < 20um"``, ``"least_translational_stiffness > 30 N/um"``.
         platform, actuators: the workspace: coordinates of the platform, or of all actuators; arrays span a grid as in
             :func:`kinetostatics.sweep`; default: the zero pose.
         orientation: convention of the orientation coordinates, see :meth:`Robot.assemble`.
@@ -123,7 +123,7 @@ class Search:
     Attributes:
         problem: objective and requirements.
         ranges, choices: design variables.
-        own: parameters of the file.
+        own: values of the design variables in the file.
         minimize: the objective as given.
     """
 
@@ -264,7 +264,7 @@ def parse_objective(text: str) -> tuple[str, float]:
 def _without_influence(
     problem: Problem, ranges: Sequence[Range], best: Mapping[str, float], point: Evaluation
 ) -> tuple[str, ...]:
-    """Return the names of ranges at whose ends objective and margins are those of the optimum."""
+    """Return the names of ranges without influence: at both ends, objective and margins are those of the optimum."""
 
     def same(item: Range, u: float) -> bool:
         other = problem.at({**best, item.name: item.value(u)})
@@ -286,8 +286,8 @@ def _multipliers(
 ) -> tuple[list[float], tuple[str, ...]]:
     """Return the objective saved by relaxing each requirement by 1 %, and the parameters at a bound.
 
-    At the optimum, the gradient of the objective is a combination of the gradients of the active margins. Its coefficients ≥ 0
-    are the multipliers, found by least squares.
+    At the optimum, the gradient of the objective is a combination of the gradients of the active margins. The multipliers are
+    the coefficients of this combination, found by least squares as numbers ≥ 0.
     """
     from scipy.optimize import nnls
 

@@ -53,8 +53,8 @@ def pareto(
         robot, vary, subject_to, platform, actuators, orientation, parameters: see :func:`kinetostatics.optimize`.
         platform_link, base_link, tool, closure_tolerance, analysis: see :func:`kinetostatics.optimize`.
         minimize: two quantities, each with its worst value over all poses.
-        points: number of designs; between the two ends, the limits of the second quantity are spaced geometrically. Lists and
-            catalogues alone are enumerated, and all Pareto-optimal designs are returned.
+        points: number of designs; between the two ends, the limits of the second quantity are spaced geometrically. Without
+            ranges, all values of lists and catalogues are enumerated, and all Pareto-optimal designs are returned.
         starts: number of searches for each end of the front.
 
     Returns:
@@ -130,7 +130,7 @@ def pareto(
 
 
 def _second(problem: Problem, found: Optimum) -> float:
-    """Return the worst value of the second quantity of a design; the last requirement of ``problem`` is its limit."""
+    """Return the worst value of the second quantity of a design; the last requirement of ``problem`` limits this quantity."""
     return float(np.nanmax(problem.at(found.parameters).values[-1]))
 
 

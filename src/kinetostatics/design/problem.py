@@ -39,7 +39,7 @@ class Requirable:
         function: computes its values (P, …, k) from an analysis, the analysis at the tool's tip, and the argument; NaN at poses
             without results.
         argument: kind of the argument in brackets, if any.
-        words: definition.
+        words: definition in words.
         better: whether "small" or "large" values are better.
     """
 
@@ -130,7 +130,7 @@ class Requirement:
 
 
 def _form(name: str) -> str:
-    """Return the name of a quantity, followed by an example of its size if it needs one."""
+    """Return the name of a quantity, with an example of its argument if it has an argument."""
     kind = REQUIRABLE[name].argument
     return sized_example(name, KINDS[kind]) if kind else name
 
@@ -204,7 +204,7 @@ class Problem:
         requirements: requirements at every pose.
         tool: reference point of sag, deflections and stiffness against forces; None: o.
         closure_tolerance: largest gap of a closed loop [m, rad].
-        known: computed values by parameters.
+        known: evaluations computed so far, by parameters.
         count: number of robots analysed.
     """
 
@@ -286,7 +286,7 @@ def assembled(
     near: Configuration | None = None,
     on_failure: str = "nan",
 ) -> Configuration:
-    """Return the poses of a robot at coordinates of platform or actuators; ``analysis`` are the arguments of its analysis."""
+    """Return the poses of a robot at coordinates of platform or actuators; ``analysis``: arguments of the later analysis."""
     actuators, platform = (None, coordinates) if is_platform else (coordinates, None)
     convention = orientation if is_platform else None
     return assemble(robot, actuators, platform, convention, near, closure_tolerance, on_failure, loops_for(analysis))

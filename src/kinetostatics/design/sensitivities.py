@@ -54,7 +54,7 @@ def sensitivities(
     Args:
         configuration: a pose or a batch of poses. The coordinates used for assembly, of the platform or the actuators, are kept
             constant.
-        by: names of xacro arguments of the file, including all numbers computed from them, or of dimensions of parts, see
+        by: names of xacro arguments of the file, which change all numbers computed from them, or of dimensions of parts, see
             :attr:`Function.parameters`: ``"rod_1.outer_diameter"``, ``"platform.mass"``, ``"revolute_1.placement.x"``,
             ``"prismatic_1.actuator_stiffness"``; ``*`` is a wildcard: ``"rod_*.density"``. Default: all numerical arguments with
             an influence; for a file without arguments, or a robot changed after reading, all dimensions of parts with an
@@ -66,9 +66,9 @@ def sensitivities(
         analysis: arguments of :func:`kinetostatics.analyze`: ``load``, ``gravity``, ``point``, ….
 
     Returns:
-        Derivatives per unit of each parameter; if :attr:`Sensitivity.exact` is False, by differences of analyses, whose errors
-        are about 1e-7 of the quantity for a change by the parameter's whole value. Also exact derivatives per relative change of
-        the stiffness of each beam, elastic joint and actuator.
+        Derivatives per unit of each parameter. If :attr:`Sensitivity.exact` is False, they are differences of analyses; times the
+        parameter's value, their errors are about 1e-7 of the quantity. Also exact derivatives per relative change of the
+        stiffness of each beam, elastic joint and actuator.
 
     Raises:
         ArgumentError: a parameter or quantity is unknown; or an argument of the file is named, but the robot was changed after

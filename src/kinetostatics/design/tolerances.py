@@ -1,7 +1,7 @@
 """Pose errors and forces due to manufacturing tolerances: first order, ranked, and random samples.
 
 For dimensions, materials and placements, :mod:`kinetostatics.functions.derivatives` computes the derivatives ∂f/∂p. The
-equilibrium is affine in assembly errors of joints and beams, so that one analysis of each is exact (method page, section 11). The
+equilibrium is affine in assembly errors of joints and beams: one analysis for each error is exact (method page, section 11). The
 worst case is Σ |∂f/∂p| t, the standard deviation √Σ (∂f/∂p σ)²; :mod:`kinetostatics.design.monte_carlo` computes random samples.
 """
 
@@ -64,14 +64,14 @@ def tolerances(
         configuration: one pose. Under changes of dimensions and placements, the coordinates used for assembly, of the platform
             or the actuators, are constant. Assembly errors displace the platform with locked actuators.
         tolerances: ± tolerances by name: a number (SI), a number with a unit ``"0.1mm"``, or a percentage ``"2%"``. Names are
-            those of xacro arguments of the file, including all numbers computed from them; of dimensions of parts, see
+            those of xacro arguments of the file, which change all numbers computed from them; of dimensions of parts, see
             :attr:`Function.parameters`: ``"rod_1.outer_diameter"``, ``"platform.mass"``, ``"revolute_1.placement.x"``,
             ``"prismatic_1.actuator_stiffness"``; and of assembly errors: for joints ``"revolute_1.error.x"`` … ``rz``, along and
             about the axes of the joint frame on the base side; for beams ``"rod_1.error.length"`` and
             ``"rod_1.error.temperature"`` [K]. ``*`` is a wildcard for several parameters: ``"rod_*.outer_diameter"``. None: all
-            assembly errors with an effect, by 0.1 mm, 1 mrad and 1 K.
-        rank_by: order of the effects: "force" (then by moment), "displacement" or "rotation"; default: force if an error causes
-            self-stress, else displacement.
+            assembly errors with an effect, within 0.1 mm, 1 mrad and 1 K.
+        rank_by: order of the effects: "force" (then by moment), "displacement" or "rotation"; default: force if some error
+            causes self-stress, else displacement.
         samples: number of random samples; default: 10,000, or 300 if they must be analysed one by one (overconstrained rigid
             limbs, a payload, loads on links).
         distribution: "normal", not truncated, with a standard deviation of a third of the tolerance, so that 0.3 % of the samples

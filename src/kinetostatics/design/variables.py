@@ -29,7 +29,7 @@ Vary: TypeAlias = "Mapping[str, object] | Mapping[tuple[str, ...], object] | Map
 
 @dataclass(frozen=True)
 class Range:
-    """A parameter between two values, SI; its logarithm is varied if both are positive.
+    """A parameter between two values, SI; its logarithm is varied if both values are positive.
 
     ``units`` are the units given with both values.
     """
@@ -130,7 +130,7 @@ def _values(what: str, value: object) -> Choice:
 
 
 def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
-    """Return the rows of a catalogue; the title of a column is a parameter, or the dimension at the end of its name."""
+    """Return the rows of a catalogue; each column's title is a parameter, or the dimension at the end of the parameter's name."""
     path = str(files("kinetostatics.design") / f"{name}.csv") if name in CATALOGUES else name
     example = "a catalogue has a line of titles, such as outer_diameter [mm], and two rows at least"
     table = read_csv(path, example, least=2)
@@ -184,7 +184,7 @@ class VariedNumbers:
 
     Attributes:
         robots: the parametric robot.
-        alike: numbers by name, or by a pattern such as ``rod_*.outer_diameter`` for a common value.
+        alike: numbers by name; by a pattern such as ``rod_*.outer_diameter``, several numbers that have one common value.
     """
 
     robots: ParametricRobot
