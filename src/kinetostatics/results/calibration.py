@@ -59,9 +59,9 @@ class Unidentifiable:
     """A combined change of unknowns that affects no reading.
 
     Attributes:
-        direction: change of each unknown involved: of a stiffness, the relative change of the compliance; of an argument or a
-            mass, relative to its value; of a centre of mass, to the characteristic length; of an assembly error, to this length,
-            1 rad or 100 K; of an offset, to the gauge's readings.
+        direction: relative change of each unknown involved. A stiffness stands for its compliance; changes of a centre of mass
+            are relative to the characteristic length; those of an assembly error to this length, 1 rad or 100 K; those of an
+            offset to the gauge's readings; all others to the unknown's value.
         words: the unidentifiable combination, and the identifiable one, if any, as text.
     """
 

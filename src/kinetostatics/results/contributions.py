@@ -125,7 +125,7 @@ MECHANISMS = ("platform_weight", "attached", "deformation")
 
 
 def by_mechanism_of_gravity(platform_weight: Array, limbs: Mapping[str, Mapping[str, Array]]) -> dict[str, Array]:
-    """Return the parts of a quantity due to gravity by mechanism; ``limbs`` are the parts by limb and mechanism."""
+    """Return the parts of a quantity due to each mechanism of gravity; ``limbs``: those of the limbs, by limb and mechanism."""
     sums = {name: sum((parts[name] for parts in limbs.values()), np.zeros_like(platform_weight)) for name in MECHANISMS[1:]}
     return {"platform_weight": platform_weight, **sums}
 
@@ -180,7 +180,7 @@ def payload_coefficients(
 
 
 def _places(robot: RobotStatics, solution: Solution) -> Mapping[str, Mask]:
-    """Return the bodies that carry the payload, with the poses (N,) of each."""
+    """Return the bodies that carry the payload, each with the mask (N,) of the poses at which it does."""
     everywhere = np.ones(solution.o.shape[1], dtype=bool)
     for item in solution.applied:
         if item.load.name == PAYLOAD:
@@ -194,7 +194,7 @@ def _unit_payloads(
 ) -> tuple[AppliedLoad, ...]:
     """Return the weights of a unit mass at the origin of a payload's frame, and of unit first moments along its axes.
 
-    The frame is that of ``link`` (None: o-xyz); ``places`` are the bodies that carry the payload, with the poses (N,) of each.
+    The frame is that of ``link`` (None: o-xyz); ``places``: see :func:`_places`.
     """
     _, o = robot.mechanism.platform_pose(frames)
     R, origin = link_frame(robot, link, frames)

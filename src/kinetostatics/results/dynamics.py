@@ -52,7 +52,7 @@ class Modes(Shapes[ModeShapes], Reported, builder="reports.dynamics:modes_report
 
     @cached_property
     def status(self) -> NDArray[np.int8]:
-        """:class:`Status` of every pose (…); SINGULAR where a telescope has no length or a motion has negative stiffness."""
+        """:class:`Status` of every pose (…); SINGULAR if a telescopic beam has no length or a motion has negative stiffness."""
         status, valid = self.configuration.status, ~np.isnan(self.frequencies[..., 0])
         status = np.where(valid | (status == Status.UNREACHABLE), status, Status.SINGULAR).astype(np.int8)
         status.setflags(write=False)
@@ -90,7 +90,10 @@ class Modes(Shapes[ModeShapes], Reported, builder="reports.dynamics:modes_report
 
     @cached_property
     def participation_factors(self) -> Array:
-        """(…, count, 6) participation factors ∫ φ · d dm of translations along x, y, z [kg] and rotations about o [kg·m]."""
+        """(…, count, 6) participation factors ∫ φ · d dm [kg, kg·m] of the modes φ.
+
+        d is the displacement in a unit translation along x, y or z, or in a unit rotation about one of these axes through o.
+        """
         return self._array((self.count, 6), lambda chunk: chunk.participation)
 
     @cached_property

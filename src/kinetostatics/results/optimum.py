@@ -127,7 +127,7 @@ class ParetoFront(Reported, builder="reports.optimum:pareto_report"):
 
     Attributes:
         points: optima, from the minimum of the first quantity to the minimum of the second. Each minimizes the first quantity
-            under an upper limit of the second, its last requirement.
+            under an upper limit of the second; this limit is the last requirement of the optimum.
         objectives: (n, 2) both quantities of each design, SI.
         minimized: names of the two quantities.
         units: units of the two quantities.

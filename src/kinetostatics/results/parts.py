@@ -26,7 +26,7 @@ from kinetostatics.statics.solution import Solution
 
 
 class LimbResult(Reported, builder="reports.parts:limb_report"):
-    """Wrenches, compliance and sag of one limb; wrenches act from the platform on the limb and are about o, world axes.
+    """Wrenches, compliance and sag of one limb; wrenches are those of the platform on the limb, about o, world axes.
 
     In a network (a limb with rings or several joints to the platform), intensities are coordinates of the limb's wrench in a
     basis; :attr:`Result.beams` and :attr:`Result.joint_wrenches` give the forces in its beams and joints.

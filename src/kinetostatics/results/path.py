@@ -55,10 +55,10 @@ class PathResult(Reported, builder="reports.dynamics:path_report"):
         """Return a quantity over time, (N,) by name.
 
         Args:
-            what: "displacement", "rotation", magnitudes by reference point [m, rad]; "contributions", to the displacement, along
-                it [m]; "actuator_force" [N], "actuator_torque" [N·m], "actuator_speed" [m/s], "actuator_rate" [rad/s] and
-                "actuator_power" [W] by actuator; "stress", largest of each beam [Pa]; "joint_force" [N], "joint_moment" [N·m],
-                magnitudes by joint.
+            what: "displacement", "rotation", magnitudes by reference point [m, rad]; "contributions" to the displacement, along
+                its direction [m]; "actuator_force" [N], "actuator_torque" [N·m], "actuator_speed" [m/s], "actuator_rate" [rad/s]
+                and "actuator_power" [W] by actuator; "stress", the largest of each beam [Pa]; "joint_force" [N], "joint_moment"
+                [N·m], magnitudes by joint.
 
         Raises:
             ArgumentError: there is no such quantity.
@@ -125,7 +125,7 @@ class OverTime:
     Attributes:
         words: its name in reports and on axes of figures.
         unit: its unit.
-        of: function which computes (N,) values of a path, by name of the reference point, actuator, joint, beam or source.
+        of: function that computes the values (N,) along a path, by name of the reference point, actuator, joint, beam or source.
     """
 
     words: str

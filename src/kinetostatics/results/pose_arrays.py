@@ -116,9 +116,9 @@ class CompiledChunk(Chunk):
         self._by_numpy = Chunk(robot, solve(self._which)) if self._which.size else None
 
     def _computed(self, name: str, least: int = 0) -> Array:
-        """Return an output (…, N) of the compiled code; if necessary, all stages of the code up to its stage are computed.
+        """Return an output (…, N) of the compiled code, which is run up to the output's stage if it has not been.
 
-        ``least``: the stage up to which the code is computed at least.
+        ``least``: stage up to which the code is run at least.
         """
         place = self._code.places[name]
         if (stage := max(place.stage, least)) > self._stage:

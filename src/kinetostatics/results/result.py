@@ -224,7 +224,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def payload_coefficients(self) -> PayloadCoefficients:
-        """Twist and forces per unit of mass and first moment of the payload; default: a payload on the platform."""
+        """Twist and forces per unit of mass and first moment of the payload; without payload, of one on the platform."""
         link = None if self.payload is None else self.payload.link
         return payload_coefficients(self.robot.statics, self._batch, self.solutions, link)
 
@@ -346,7 +346,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
     def beam_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """Deflection of each beam by contribution: (…, n, 6) displacement and rotation of stations, world axes [m, rad].
 
-        They sum to the deflections of :attr:`beams`, except for beams attached to the base alone, which have no contribution.
+        They sum to the deflections of :attr:`beams`, except for beams attached only to the base, which have no contribution.
         """
         return contributions.beam_contributions(*self._motions)
 
@@ -380,7 +380,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def strain_energy(self) -> Array:
-        """(…) strain energy of all beams and elastic joints [J]."""
+        """(…) strain energy of all beams, elastic joints and actuators [J]."""
         springs = self._batch.public([deformation.spring_energy for deformation in self._deformations])
         return frozen(sum((beam.strain_energy for beam in self.beams.values()), springs))
 

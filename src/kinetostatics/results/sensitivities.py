@@ -45,7 +45,7 @@ class Sensitivity(ShortRepr):
         derivatives: derivatives of all outputs by name, also available as attributes: ``twist`` (…, 6) [m, rad], ``stiffness``
             and ``compliance`` (…, 6, 6) at o, actuators locked, ``actuator_forces`` (…) by actuator [N or N·m], ``actuators``
             (…), coordinates [m, rad] of the actuators at the same coordinates of the platform, ``mass`` (…) [kg].
-        exact: whether finite differences are used for the constants of the robot only, and all other derivatives are analytic.
+        exact: True if only the robot's constants are differentiated by finite differences; False if whole analyses are.
     """
 
     name: str
@@ -75,7 +75,7 @@ class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_repor
             mass, ranked by displacement per length or angle.
         sources: −∂twist/∂ln(stiffness) (…, 6) [m, rad] of each beam, elastic joint and actuator by name; it equals the part of
             the twist due to the deformation of this element.
-        skipped: reason for each parameter without derivative, because a small change makes the robot invalid.
+        skipped: by name of each parameter without derivatives, the reason why the robot is invalid after a small change.
         tool: (3,) reference point of twist and stiffness, from o in platform axes [m]; None: o.
         outputs: the requested quantities. Without the twist there are no ``sources``.
     """

@@ -136,7 +136,7 @@ def _joint_forces(statics: LimbStatics, length: float) -> tuple[Array, Array]:
 
 
 def _generic_forces(robot: Robot) -> list[Array]:
-    """Return the smallest of the largest joint forces (g,) at the generic poses, for each limb group; infinite if unknown."""
+    """Return the largest joint forces (g,) of each limb group, at the generic pose where they are least; infinite if unknown."""
     found = [np.full(len(group.limbs), np.inf) for group in robot.statics.groups]
     frames = robot.generic_frames
     N = frames.position.shape[2]
