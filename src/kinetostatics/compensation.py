@@ -4,8 +4,8 @@ Broyden's method finds the coordinates u to be commanded to the unloaded robot. 
 displaced by the twist of :func:`kinetostatics.analyze`; the coordinates of this pose must reach their targets. The first step
 subtracts the sag at the target pose. The sag at the new pose differs slightly; Broyden's update corrects the Jacobian, initially
 the identity, by these differences (C. G. Broyden, A class of methods for solving nonlinear simultaneous equations, Mathematics of
-Computation 19, 1965). For a tool's tip, the initial Jacobian is the derivative of the tip's coordinates by u. For exported C, the
-search is recorded.
+Computation 19, 1965). For a tool's tip, the initial Jacobian is the derivative of the tip's coordinates by u. The steps of the
+search can be recorded, for exported C.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def compensate(
         controlled: names of the platform's coordinates that are to reach their targets, as many as the mobility, such as
             ``("z", "rx", "ry")``; default: those from which the pose was assembled, else the best conditioned set at the first
             pose.
-        orientation: convention of the orientation coordinates among them, see :meth:`Robot.assemble`; default: as in the pose.
+        orientation: convention of orientation coordinates in ``controlled``, see :meth:`Robot.assemble`; default: as in the pose.
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
         closure_tolerance: largest gap of a closed loop [m, rad], see :meth:`Robot.assemble`; default: as in the pose.
         tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip; x, y and z in ``controlled`` and in
@@ -86,8 +86,8 @@ def compensate(
 
     Raises:
         ArgumentError: an argument has an invalid value or shape.
-        CoordinatesError: the coordinates are unknown, or do not determine the pose; or actuators cannot set those of the
-            tool's tip.
+        CoordinatesError: the coordinates are unknown, or do not determine the pose; or the actuators cannot set the
+            coordinates of the tool's tip.
         AssemblyError: the unloaded robot cannot reach the pose to be commanded.
         StaticsError: no actuator positions were found, or the analysis fails at the target pose.
 
@@ -184,7 +184,7 @@ class _Problem:
         self._target, self._angles = controlled.of(frame), controlled.orientation.coordinates(frame[0])
 
     def result(self, uncorrected: Result, raising: bool) -> Result:
-        """Return the analysis at the corrected actuators; poses without a correction count as not reached.
+        """Return the analysis at the corrected actuators; poses without a correction are marked as not reached.
 
         Raises:
             AssemblyError, StaticsError: no correction was found, if ``raising``.
@@ -294,7 +294,7 @@ class _Problem:
 
 
 def error_tolerance(length: float) -> float:
-    """Return the error [m] that counts as corrected, for a characteristic length [m]."""
+    """Return the largest error [m] at which a pose is taken as corrected, for a characteristic length [m]."""
     return CORRECTED * max(1.0, length)
 
 

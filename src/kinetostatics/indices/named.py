@@ -44,7 +44,7 @@ def names(ds: xr.Dataset) -> list[str]:
 
 
 def _applies(ds: xr.Dataset, index: str) -> bool:
-    """Return whether an index exists for a Dataset: robots may have no actuators, or both linear and rotary ones."""
+    """Return whether an index exists for a Dataset; those of actuators do not exist without any, or with forces and torques."""
     name = _variable(INDICES[index])
     return (name in ds or not name.startswith(("actuator", "residual", "frequency"))) and (
         name != "actuator_force" or len(set(units_of(ds, name).values.ravel())) == 1
@@ -134,8 +134,8 @@ def stiffness_along(
 
     Args:
         ds: the map, see :func:`kinetostatics.sweep`.
-        direction: "x", "y", "z", or "rx", "ry", "rz" for moments about these axes; or a vector of three numbers in world axes,
-            of any length but 0, which as a DataArray (…, component x y z) may differ from pose to pose.
+        direction: "x", "y", "z", or "rx", "ry", "rz" for moments about these axes; or a nonzero vector of three numbers in
+            world axes; a DataArray (…, component x y z) of vectors may differ from pose to pose.
         rotation: whether a vector is the axis of a moment; the result is then 1/(uᵀ C_rr u) [N·m/rad].
         beyond_limits: see :func:`valid`.
 
@@ -233,10 +233,10 @@ class Extreme:
 
     Attributes:
         what: the quantity.
-        value: its value there, with its sign.
-        units: of the value.
+        value: value of the quantity at this pose, with its sign.
+        units: units of the value.
         coordinates: the swept coordinates of the pose [m, rad].
-        index: its index along each swept dimension.
+        index: index of the pose along each swept dimension.
         status: :class:`kinetostatics.Status` of the pose.
         facts: names of the facts that apply, such as "limit_exceeded".
         coordinate_units: units of the coordinates; empty if unknown.
