@@ -35,7 +35,7 @@ class LimbFacts:
         links, beams: names.
         joints: joints in the order of the graph.
         parts: first and last link of each part, if the limb consists of several parts in series.
-        rigid: whether no part of it is elastic.
+        rigid: whether no part of the limb is elastic.
         mass: mass at the zero pose [kg], None if unknown.
         constraint_wrenches, attached_wrenches: descriptions, None if unknown.
     """
@@ -94,7 +94,7 @@ class ElasticJointFacts:
 
 @dataclass
 class FollowerFacts:
-    """A joint that mimics another: ``multiplier`` times its coordinate plus ``offset`` [m, rad]."""
+    """A joint whose coordinate is ``multiplier`` times that of another joint, plus ``offset`` [m, rad]."""
 
     joint: str
     kind: str
@@ -168,7 +168,7 @@ class RobotFacts:
         mobility: mobility, local freedoms and redundant constraints.
         zero: the zero pose.
         mass: total mass at the zero pose [kg].
-        massless: rigid links between joints without mass.
+        massless: rigid links without mass that are between joints.
         problems: errors that prevent any analysis.
         warnings: warnings of the robot and of its zero pose.
     """
@@ -283,7 +283,7 @@ def beam_facts(
 
     Args:
         robot: the robot.
-        labels: joints' names in the limbs, where several revolutes form one joint.
+        labels: for each revolute of a universal or spherical joint, the name of that joint.
         models, frames: beam models, and frames of the zero pose; None if unknown.
     """
     found = []

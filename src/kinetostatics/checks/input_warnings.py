@@ -255,7 +255,7 @@ def _without_mass(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     """Yield warnings of limbs, platform and drawn bodies without mass, if other parts have mass.
 
     There is no warning for links without a shape (crosses of universal joints, frames, tools of arms, light sliders), for links
-    with the mass 0 in ``<inertial>``, and for beams of density 0. Beams without data have a warning of their own.
+    with the mass 0 in ``<inertial>``, and for beams of density 0. Beams without data on their mass have a warning of their own.
     """
     if not facts.mass:  # reported elsewhere, or unknown
         return

@@ -158,7 +158,7 @@ class _SelfStress:
 
 
 def _null(matrix: Array) -> Array:
-    """Return an orthonormal basis (n, k) of the null space of a matrix of self-stresses of unit size."""
+    """Return an orthonormal basis (n, k) of the null space of a matrix of self-stresses of unit magnitude."""
     if not matrix.size:
         return np.eye(matrix.shape[1])
     _, values, rows = np.linalg.svd(matrix, full_matrices=matrix.shape[0] < matrix.shape[1])

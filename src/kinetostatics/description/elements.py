@@ -88,8 +88,8 @@ class Link(ShortRepr):
         name: its name.
         mass: mass [kg]; zero without ``<inertial>``.
         center_of_mass: position (3,) of the centre of mass [m] in the link's frame; the origin without ``<inertial>``.
-        inertia: about the centre of mass.
-        has_inertial: whether it has an ``<inertial>``, as all links with a mass do.
+        inertia: moments of inertia about the centre of mass.
+        has_inertial: whether the link has an ``<inertial>``, as all links with a mass do.
         extra: XML of further elements, which are preserved: visuals and collisions.
         place: file and line.
     """
@@ -125,9 +125,9 @@ class Joint(ShortRepr):
         type: ``fixed``, ``revolute``, ``continuous``, ``prismatic``, ``floating`` or ``planar``.
         parent, child: names of the links.
         origin: the joint's frame in the parent link; it equals the child's frame with the joint at zero.
-        axis: in the joint's frame; a unit vector once the description is validated.
+        axis: the joint's axis in its frame; a unit vector once the description is validated.
         lower, upper: limits [rad or m], infinite without limits.
-        mimic: how it mimics another joint, if it does.
+        mimic: how the joint mimics another, if it does.
         effort, velocity: limits of the actuator [N or N·m, m/s or rad/s]; for other tools.
         extra: XML of further elements, which are preserved: dynamics, safety controller.
         place: file and line.
@@ -165,7 +165,8 @@ class Loop(ShortRepr):
         name: its name.
         type: one of the eight joint types that can close a loop, see :mod:`kinetostatics.description.joint_types`.
         predecessor, successor: names of the links, with the joint's frames ``predecessor_origin``, ``successor_origin`` in them.
-        axis: in the predecessor's origin frame; ``axis2`` (universal only) in the successor's. Unit vectors once validated.
+        axis: first axis, in the predecessor's origin frame; ``axis2`` (universal only) in the successor's. Unit vectors once
+            validated.
         lower, upper: limits [rad or m] of a joint with one freedom, infinite without limits.
         cone: limit of a universal or spherical joint.
         effort, velocity: see :class:`Joint`.
@@ -215,10 +216,10 @@ class Spring(ShortRepr):
 
     Attributes:
         name: its name.
-        stiffness: [N/m]; zero for a constant force.
+        stiffness: stiffness [N/m]; zero for a constant force.
         predecessor, successor: names of the links; on a link with beams, the point must be an end of a beam.
         predecessor_point, successor_point: its ends in the links' frames [m].
-        free_length: the length at which its tension is the preload [m]; both are zero for a balancing spring.
+        free_length: the length at which the tension is ``preload`` [m]; a balancing spring has zero free length and preload.
         preload: tension at the free length [N], negative in compression.
         place: file and line.
     """
@@ -257,7 +258,7 @@ class BeamEnd(ShortRepr):
     """One end of a beam: the centre of a joint or loop.
 
     ``side`` is ``"parent"`` or ``"child"`` (for a loop: predecessor or successor) if given in the file; None: the side nearest to
-    the beam's link. The side has no effect for joints of this link that cannot slide.
+    the beam's link. The side has no effect if the joint cannot slide and connects the beam's link.
     """
 
     joint: str
@@ -269,10 +270,10 @@ class Beam(ShortRepr):
     """An elastic beam, ``<beam>``.
 
     Attributes:
-        link: the link that carries it.
+        link: the beam's link.
         section: the cross-section, from :mod:`kinetostatics.sections`.
         material: the material.
-        start, end: its ends towards the base and the platform; None: the joints of the link.
+        start, end: the beam's ends towards the base and the platform; None: at the joints of the link.
         shear_coefficient: κ of the shear stiffness κGA, or infinity for no shear deformation; None: from the shape of the section
             or its shear areas.
         y_axis: direction of the section's y axis in the link's frame; None for an isotropic section.

@@ -111,9 +111,9 @@ class JointType:
         return self.in_loop and self.slides is Axes.NONE and self.turns.count > 1
 
     def axes(self, axis: Array) -> tuple[Array, Array]:
-        """Return the axes (3, k) of its translations and of its rotations, in its frame; ``axis`` (3,) is its own.
+        """Return the axes (3, k) of its translations and of its rotations, in its frame; ``axis`` (3,) is the joint's.
 
-        The second axis of ``BOTH`` is not among them: it is fixed in the successor.
+        The second axis of ``BOTH`` is omitted, because it is fixed in the successor.
         """
 
         def directions(which: Axes) -> Array:
