@@ -158,8 +158,8 @@ def frequency_response(
     Args:
         configuration: the pose or poses.
         frequencies: (F,) frequencies [Hz].
-        damping: damping ratio ζ of all modes, as a loss factor 2ζ of the stiffness; or proportional damping
-            ``{"mass": α, "stiffness": β}`` [1/s, s] with α M + β K, of motions relative to the floor.
+        damping: damping ratio ζ of all modes, as a loss factor 2ζ of the stiffness; or ``{"mass": α,
+            "stiffness": β}`` [1/s, s], proportional damping α M + β K of motions relative to the floor.
         tool: (3,) point of the platform for forces and displacements, from o in platform axes [m]; default: o.
         drives: "locked" or "free", see :func:`kinetostatics.modes`.
         payload: a :class:`Payload` with its inertia.

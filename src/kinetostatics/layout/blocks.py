@@ -115,7 +115,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of equal length; text of a ``wide`` table continues below where lines would be too long."""
+    """Columns of equal length; as text, columns of a ``wide`` table that do not fit are written below the others."""
 
     columns: Sequence[Column]
     wide: bool = False

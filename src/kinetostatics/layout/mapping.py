@@ -52,7 +52,7 @@ class ResultMapping(dict[Key, Item]):
 
 
 def items_words(mapping: Mapping[Key, object]) -> list[tuple[object, str]]:
-    """Return the first keys of a mapping with abbreviated items; a last row has the number of omitted items, if any."""
+    """Return the first keys of a mapping with abbreviated items; a last row gives the number of omitted items, if any."""
     shown: list[tuple[object, str]] = [(key, abbreviated(mapping[key])) for key in islice(mapping, MOST_ITEMS)]
     left = len(mapping) - len(shown)
     return [*shown, (f"… {left} more", "")] if left else shown
@@ -96,7 +96,7 @@ class ShortRepr:
 
 
 def _is_default(item: Field[object], value: object) -> bool:
-    """Return whether a field has its default value; a field with a default and ``compare=False`` always counts as default."""
+    """Return whether a field has its default value; always True for a field with a default and ``compare=False``."""
     default = item.default_factory() if item.default_factory is not MISSING else item.default
     if isinstance(value, np.ndarray):
         return default is not MISSING and np.array_equal(value, np.asarray(default))

@@ -108,8 +108,8 @@ FORCE_KINDS = {"N": "force", "N·m": "moment"}
 class NoiseFloor:
     """Largest displacement, rotation, force and moment [SI] that are rounding errors.
 
-    A characteristic length relates rotations to displacements, and moments to forces: in a pure translation, all rotations are
-    rounding errors.
+    A characteristic length relates rotations to displacements, and moments to forces, so that in a pure
+    translation all rotations are recognized as rounding errors.
     """
 
     displacement: float

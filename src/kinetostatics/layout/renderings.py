@@ -69,7 +69,7 @@ def _texts(value: object) -> Sequence[str]:
 
 
 def _fact(name: str, value: object, width: int) -> list[str]:
-    """Return a value as lines, the first one after its name."""
+    """Return a value as lines; the first line begins with the value's name."""
     lines = []
     for k, text in enumerate(_texts(value)):
         lines += wrapped(text, f"{name if k == 0 else '':{width}}")
@@ -101,7 +101,7 @@ def _rows(columns: Sequence[Column], colour: bool) -> list[str]:
 
 
 def _wide(table: Table, colour: bool) -> list[str]:
-    """Return a table as lines; columns that do not fit continue below, after the first column again."""
+    """Return a table as lines; columns that do not fit are written below, after a copy of the first column."""
     widths = [max(map(len, [column.heading, *column.texts])) + 2 for column in table.columns]
     blocks: list[list[int]] = [[]]
     for k in range(1, len(widths)):
@@ -142,7 +142,7 @@ def painted(meaning: str, text: str, colour: bool = True) -> str:
 
 
 def html_path(path: str | os.PathLike[str]) -> str:
-    """Return the path of a page.
+    """Return the checked path of an HTML file.
 
     Raises:
         ArgumentError: the extension is not that of an HTML file.

@@ -1,7 +1,7 @@
 """Figures for publication: ``ks.plot``.
 
 A quantity of a map (:func:`kinetostatics.sweep`) is drawn over two coordinates by :func:`slice`, in colour, and :func:`surface`,
-like the paper's Figs 6, 7, 12 and 13; over three by :func:`workspace`, on the body of the valid poses; over one by :func:`line`,
+like the paper's Figs 6, 7, 12 and 13; over three by :func:`workspace`, on the body of valid poses; over one by :func:`line`,
 also from :meth:`Compensation.to_dataset`. Other results are drawn by :func:`sensitivities`, :func:`tolerances`, :func:`pareto`,
 :func:`calibration`, :func:`frequency_response` and :func:`path`. All functions return Matplotlib's axes; :func:`save` writes them
 as PDF, SVG or PNG.

@@ -146,7 +146,7 @@ def pareto(found: ParetoFront, *, ax: Axes | None = None) -> Axes:
         ax: axes to draw on; default: a new figure one column wide.
 
     Returns:
-        The axes; the first quantity is horizontal, the second vertical, logarithmic if it spans more than a factor of ten.
+        The axes; the first quantity is horizontal; the second is vertical, on a logarithmic scale beyond a factor of ten.
 
     Raises:
         ArgumentError: ``found`` is no Pareto front.
@@ -189,7 +189,7 @@ def calibration(found: Calibration, *, kind: str | None = None, ax: Axes | None 
         ax: axes to draw on; default: a new figure one column and a half wide.
 
     Returns:
-        The axes, with a marker for each gauge; the band is twice the largest standard deviation of a reading.
+        The axes, with a marker for each gauge; the band is ± twice the largest standard deviation of a reading.
 
     Raises:
         ArgumentError: ``found`` is no calibration, or there are no readings of the kind.

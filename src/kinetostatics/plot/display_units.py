@@ -25,7 +25,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
 
 
 def display_unit(units: str, values: ArrayLike, requested: str | None = None) -> tuple[float, str]:
-    """Return the size of the display unit, to divide values by, and its name.
+    """Return the size of the display unit, by which values are to be divided, and its name.
 
     Args:
         units: unit of the values in the map.

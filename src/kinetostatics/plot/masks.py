@@ -113,8 +113,8 @@ ROUNDS, LEAST = 2, 0.05
 def level_of(inside: NDArray[np.bool_], closed: bool = False) -> Array:
     """Return a smooth field over a grid of any dimension: 0 to 1 inside a mask, −1 to 0 outside; its zero is the border.
 
-    Smoothing alone would remove thin parts. Therefore the sign at each pose is restored after each step, as in surface nets
-    (S. F. F. Gibson, *Medical Image Computing and Computer-Assisted Intervention*, 1998).
+    Smoothing alone would remove thin parts. Therefore the sign at each pose is restored after each smoothing step, as in surface
+    nets (S. F. F. Gibson, *Medical Image Computing and Computer-Assisted Intervention*, 1998).
 
     Args:
         inside: mask of the poses.

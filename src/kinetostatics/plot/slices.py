@@ -240,7 +240,7 @@ class Plane:
         x_edges, y_edges: borders of the cells.
         cells: for each column of cells, the index of its value along x; in polar figures a value has several columns.
         x, y: positions of the values for contour lines.
-        lines: for each ``x``, the index of its value; on a full circle the first value is repeated at the end.
+        lines: for each ``x``, the index of its value; a full circle ends with the index of the first value.
         ratio: height by width of the axes for equal scales; None: scales are independent.
     """
 

@@ -188,7 +188,7 @@ def save(figure: Figure | Axes, path: str | os.PathLike[str], dpi: float = 300) 
 
 
 def format_of(path: str | os.PathLike[str]) -> dict[str, None]:
-    """Return the metadata of a figure's file."""
+    """Return the metadata of a figure's file, without a date, so that equal figures give equal files."""
     options = _FORMATS.get(Path(path).suffix.lower())
     if options is None:
         raise ArgumentError(f"{path}: figures are written as {', '.join(_FORMATS)}, by the extension of the name")

@@ -30,7 +30,7 @@ def statuses_of(poses: Configuration | Result) -> list[State]:
 
 
 def facts_of(poses: Configuration | Result) -> list[State]:
-    """Return a state for each fact that is known of the poses."""
+    """Return the states of all facts that are known about the poses."""
     return [
         (Word(fact.title, "bad" if fact.status is None else "doubtful"), getattr(poses, name), fact.words)
         for name, fact in FACTS.items()

@@ -258,7 +258,7 @@ def _limbs(facts: RobotFacts) -> list[Block]:
 
 
 def _spans(facts: RobotFacts, limb: LimbFacts) -> list[str]:
-    """Return the beams of a limb with their ends, as texts; beams welded end to end count as one."""
+    """Return the beams of a limb with their ends, as texts; beams welded end to end are listed as one."""
     joints = {joint.name for joint in limb.joints}
     spans = [([beam.name], beam.start, beam.end) for beam in facts.beams if beam.name in limb.beams]
     ends = [end for _, *both in spans for end in both]

@@ -28,7 +28,7 @@ _KINDS = {"beams": "beam", "joints": "joint", "actuators": "actuator", "assembly
 def source_table(result: Result, noise: NoiseFloor) -> list[Block]:
     """Return a table of beams, elastic joints, actuators and assembly errors, ranked as in :func:`parts_along`.
 
-    The last column is the share of the ranked quantity.
+    The last column is each part's share of the quantity by which the parts are ranked.
     """
     names, twists = sources(result)
     found = parts_along(twists, result.twist, noise)

@@ -91,7 +91,7 @@ _NAMES = {"load": "the load", "platform_weight": "the platform's weight", "paylo
 
 
 def summary_facts(result: Result, noise: NoiseFloor) -> Facts:
-    """Return displacement, rotation, extremes of the stiffness, actuator forces, largest stress and nearest buckling."""
+    """Return displacement, rotation, extreme stiffnesses, actuator forces, largest stress, largest share of a buckling load."""
     moves, turns = (np.linalg.norm(part) for part in (result.twist[:3], result.twist[3:]))
     rows = [("displacement", f"{quantity(moves, LENGTHS, noise.displacement)}{_displacement(result, noise)}")]
     rows.append(("rotation", quantity(turns, ANGLES, noise.rotation)))
