@@ -66,10 +66,10 @@ def show(
             with the free motions of its platform when the actuators are locked. Of the result of :func:`kinetostatics.modes`,
             one mode at a time is shown.
         title: heading of the picture; default: the robot's name.
-        pose: index of one pose of a batch; required to draw a batch into a visualizer.
+        pose: index of the drawn pose of a batch; required to draw a batch into a visualizer.
         exaggeration: initial factor of displacements; default: the largest displacement is about a tenth of the robot's size.
-        by_mechanism: two sliders for each limb's weight: one for its attached wrenches, one for the limb's deformation. See
-            :attr:`Result.mechanism_contributions`.
+        by_mechanism: show two sliders for each limb's weight: one for the part due to attached wrenches, one for the part due to
+            the limb's deformation. See :attr:`Result.mechanism_contributions`.
         compare: a second result, of another pose, load or robot. It is drawn as a ghost over the first one, or beside it with
             the same camera. ``pose`` applies to both.
         visualizer: a ``meshcat.Visualizer``; the robot is drawn into its scene. The first drawing also sets camera and light.
@@ -148,7 +148,7 @@ def save_image(
     """Write a PNG file with the picture of a result and its legend; Chromium or Chrome has to be installed.
 
     Args:
-        result, title, pose, exaggeration, compare: see :func:`show`. A batch is drawn at its first pose, a mode at its
+        result, title, pose, exaggeration, compare: see :func:`show`. A batch is drawn at its first pose, a mode at full
             amplitude.
         path: path of the file; an existing file is replaced.
         colour: quantity shown by colours: ``"deflection"``; for beams also ``"stress"`` (von Mises), ``"axial"`` (force) or

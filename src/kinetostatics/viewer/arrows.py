@@ -19,8 +19,8 @@ from kinetostatics.viewer.shapes import crossed, frames_along
 class Wrenches:
     """Arrows of a scene.
 
-    Every arrow is a sum of parts along an axis K + 1: one part for each contribution, which the page multiplies by the share of
-    the contribution, and last a remainder, which does not depend on the shares.
+    Every arrow is the sum of K + 1 parts, along one axis of its array: one part for each contribution, which the page multiplies
+    by the contribution's share; and last a remainder, which does not depend on the shares.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class Wrenches:
             yield from self._pair("external load", name, at, acting, "tip")
 
     def _springs(self) -> Iterator[Arrow]:
-        """Yield the forces of each spring on its two links; the arrows are outside the spring."""
+        """Yield the forces of each spring on its two links; the arrows lie beyond the spring's ends."""
         for spring in self.springs:
             pull = self._only(f"spring {spring.description.name}", spring.tension[:, None] * spring.direction)
             for link, sign, end, twist in zip(spring.links, (1, -1), spring.ends, spring.twists, strict=True):
@@ -63,7 +63,7 @@ class Wrenches:
                 yield Arrow("spring forces", name, name, "force", at, sign * pull, anchor=-sign * spring.direction)
 
     def _only(self, source: str, wrench: Array) -> Array:
-        """Return the parts (F, K + 1, …) of a quantity (F, …) by one contribution, or by the remainder for other sources."""
+        """Return a quantity (F, …) as parts (F, K + 1, …): as the part of the contribution ``source``, else as remainder."""
         sources = self.poses.sources
         parts = np.zeros((len(wrench), len(sources) + 1, *wrench.shape[1:]))
         parts[:, sources.index(source) if source in sources else -1] = wrench
@@ -88,7 +88,7 @@ class Wrenches:
                 yield from self._screw(group, limb.name, label, joints, units[:, :, n], parts[:, :, n], outward)
 
     def _network(self, limb: LimbResult) -> Iterator[Arrow]:
-        """Yield the wrenches of the platform on a network at its platform joints, and the axial forces of its beams."""
+        """Yield the wrenches of the platform on a network at the network's platform joints, and axial forces of its beams."""
         poses, result, table = self.poses, self.result, self.robot.statics.joint_table
         for name in limb.platform_joints:
             k = [table.names.index(name)]
@@ -121,7 +121,7 @@ class Wrenches:
     def _screw(
         self, group: str, limb: str, label: str, joints: list[DrawnJoint], unit: Array, parts: Array, outward: Array
     ) -> Iterator[Arrow]:
-        """Yield a unit wrench (F, 6) about o times the parts (F, K + 1) of its intensity: force, couple, or both."""
+        """Yield force, couple or both of a wrench: a unit wrench (F, 6) about o times the parts (F, K + 1) of its intensity."""
         name, short = f"{limb}: {label}", f"{limb} {label.split(' at ')[0]}"
         forces, couples = (group, group) if group != "constraint" else ("constraint forces", "constraint couples")
         force, moment = unit[:, :3], unit[:, 3:]
@@ -144,7 +144,7 @@ class Wrenches:
             yield Arrow(couples, name, short, "moment", at, parts[..., None] * moment[:, None], positive=moment)
 
     def _pair(self, group: str, name: str, at: int, wrench: Array, anchor: str) -> Iterator[Arrow]:
-        """Yield force and couple of a wrench (F, K + 1, 6) about a station's origin, if they are not zero in all frames."""
+        """Yield force and couple of a wrench (F, K + 1, 6) about a station's origin, each unless zero in all frames."""
         for kind, part in (("force", wrench[..., :3]), ("moment", wrench[..., 3:])):
             if np.any(part != 0):
                 title = f"{name} {'force' if kind == 'force' else 'couple'}"

@@ -38,7 +38,7 @@ class FrameFacts:
     """Heading of a page: pose, loads and status in every frame of a path.
 
     Attributes:
-        pose: for each platform coordinate, name, unit and (F,) values in it.
+        pose: for each platform coordinate, its name, its unit, and its (F,) values in this unit.
         gravity: (F, 3) gravity, world axes [m/s²]; None for a pose without loads.
         load: (F, 6) load about o, world axes [N, N·m]; None for a pose without loads.
         on_links: (F, 6) loads on links about their points of application, world axes [N, N·m], by name.
@@ -100,7 +100,7 @@ def _wrench(values: Array) -> str:
 
 
 def find_facts(poses: ShownPoses, all_twists: Array, size: float) -> FrameFacts:
-    """Return the heading of the shown poses; ``all_twists`` (F, n, K, 6), those of all stations, determine the legend's unit."""
+    """Return the heading of the shown poses; ``all_twists`` (F, n, K, 6) of all stations determine the legend's unit."""
     result = poses.result
     pose = _coordinates(result.configuration, lambda values: poses.of_configuration(values, 0))
     status = [["OK"] for _ in range(poses.count)]
@@ -175,8 +175,8 @@ class Card:
     """Data of one beam, joint, spring or point mass.
 
     Attributes:
-        kind: what it is, for example "beam".
-        rows: its numbers.
+        kind: kind of the part, for example "beam".
+        rows: the numbers of the part.
         note: explanation of the numbers.
         first: index of a beam's first station.
         lines: (F, n) or (F, 1) quantities along a beam [SI], by name: ``T``, ``M_y``, ``M_z`` and those for colours.
@@ -199,7 +199,7 @@ class Card:
 
 @dataclass(frozen=True)
 class BeamQuantity:
-    """A quantity along beams for colours: key in :attr:`Card.lines`, title, number format, largest magnitude [SI], sign."""
+    """A quantity along beams for colours: key in :attr:`Card.lines`, title, number format, largest magnitude [SI], is signed."""
 
     key: str
     words: str
@@ -238,7 +238,7 @@ class Cards:
         self.actuators = actuator_coordinates(self.result.configuration)
 
     def all(self, meshes: Mapping[str, int]) -> dict[str, Card]:
-        """Return the cards by path of the mesh; ``meshes`` are the first stations of the meshes, by path."""
+        """Return the cards by path of the mesh; ``meshes``: the first station of each mesh, by path."""
         beams = {f"beams/{name}": beam for name, beam in self.result.beams.items()}
         rows = self._beam_rows(list(beams.values()))
         cards = {}

@@ -16,13 +16,13 @@ from kinetostatics.viewer.single_poses import DrawnMode
 
 
 class Stations:
-    """Moving coordinate systems: in each of F frames of a path, a pose at rest and a small twist for each of K contributions.
+    """Moving coordinate systems. In each of F frames of a path, each has a pose at rest, and a small twist by each contribution.
 
     Attributes:
         frames: number of frames, F; 1 without a path.
         sources: labels of the contributions.
-        rest: for each station (F, 4, 4) poses at rest.
-        twists: for each station (F, K, 6) twists by each contribution, at the station's origin, world axes [m, rad].
+        rest: for each station, (F, 4, 4) poses at rest.
+        twists: for each station, (F, K, 6) twists by the contributions, at the station's origin, world axes [m, rad].
     """
 
     def __init__(self, frames: int, sources: tuple[str, ...]) -> None:
@@ -113,8 +113,8 @@ class Arrow:
         vector: (F, K + 1, 3) part of each contribution, and last the part that does not depend on the shares [N, N·m].
         offset: (3,) position relative to the station, in its axes [m].
         positive: (F, 3) positive direction, for the sign of the number in the label; None: the number is a magnitude.
-        anchor: end of the arrow at the station, "tail" or "tip"; or (F, 3) outward direction: a vector opposite to it has its
-            tip at the station, so that the arrow is outside the robot.
+        anchor: end of the arrow at the station, "tail" or "tip"; or (F, 3) outward direction: an arrow against this direction has
+            its tip at the station, so that it lies outside the robot.
     """
 
     group: str
@@ -129,14 +129,14 @@ class Arrow:
 
     @property
     def unit(self) -> str:
-        """Unit of its vector; empty for a free motion, whose magnitude is arbitrary."""
+        """Unit of the vector; empty for a free motion, whose magnitude is arbitrary."""
         if self.group == FREE_MOTION:
             return ""
         return "N" if self.kind == "force" else "N·m"
 
     @property
     def size(self) -> float:
-        """Largest magnitude of all frames with all shares at 1 [N, N·m]."""
+        """Largest magnitude in any frame, with all shares at 1 [N, N·m]."""
         return float(np.linalg.norm(self.vector.sum(axis=1), axis=-1).max())
 
     def plain(self, metres_per_unit: float, radius: float, colour: str, packing: Packing) -> dict[str, object]:
@@ -194,7 +194,7 @@ class Scene:
 
     @property
     def shares(self) -> Array:
-        """(K,) initial shares: 1 for each contribution of a result; else 1 for the first free motion, or the mode ``first``."""
+        """(K,) initial shares: 1 for each contribution of a result; of free motions or modes, 1 for the first one shown only."""
         count = len(self.stations.sources)
         return np.eye(1, count, self.first)[0] if self.unloaded else np.ones(count)
 
@@ -261,7 +261,8 @@ class Scene:
     def scaled_arrows(self) -> list[tuple[Arrow, float, float, str]]:
         """Return every arrow with its scale [m/N, m/(N·m)], radius [m] and colour.
 
-        All forces of a group have the same scale, and all its couples; the longest arrow is a given part of the robot's size.
+        All forces of a group have one scale, all its couples another; the longest arrow of each is a fixed part of the robot's
+        size.
         """
         longest: dict[tuple[str, str], float] = {}
         for arrow in self.arrows:

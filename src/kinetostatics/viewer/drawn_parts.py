@@ -21,7 +21,7 @@ class DrawnJoint:
     """A drawn joint; successive hinges with a common centre are drawn as one ball.
 
     Attributes:
-        name: name of the joint; of a ball the common start of the names of its joints.
+        name: name of the joint; for a ball, the common beginning of the names of its joints.
         joints: names of the joints or loops.
         links: names of the connected links.
         centre: (F, 3) position at rest [m].
@@ -95,7 +95,7 @@ def _axis(poses: DrawnPoses, connection: Connection) -> Array:
 
 
 def _twist(poses: DrawnPoses, connection: Connection, centre: Array) -> Array:
-    """Return the twists (F, K, 6) of a joint's centre, as a point of a rigid link if the joint has one."""
+    """Return the twists (F, K, 6) of a joint's centre as a point of one of its two links, a rigid one if possible."""
     rigid = poses.rigid
     link = connection.successor if connection.successor in rigid else connection.predecessor
     return poses.twist_at(link if link in rigid else connection.successor, centre)
@@ -170,7 +170,7 @@ def find_springs(poses: DrawnPoses) -> list[DrawnSpring]:
 
 
 def find_masses_at_points(poses: DrawnPoses, looks: Collection[str]) -> dict[str, Array]:
-    """Return the positions (F, 3) [m] of point masses: links with mass, but without moments of inertia, beam and visual.
+    """Return the positions (F, 3) [m] of point masses: links that have a mass, but no moments of inertia, beams or visuals.
 
     ``looks`` are the names of links with visuals.
     """

@@ -28,7 +28,7 @@ class DrawnPoses(ABC):
     Attributes:
         robot: the robot.
         count: number of poses, F.
-        step: n, if every n-th station of a beam is shown; its ends and its middle are included.
+        step: every ``step``-th station of a beam is shown, which includes its ends and its middle.
         rigid: names of the links that move as rigid bodies.
         sources: names of the contributions.
         labels: labels of the contributions on the page.
@@ -151,14 +151,14 @@ class ShownPoses(DrawnPoses):
         return self.take(np.stack([contributions.get(name, none) for name in self.sources], axis=len(self.result.shape)))
 
     def parts(self, contributions: Mapping[str, Array]) -> Array:
-        """Return arrays by contribution as parts (F, K + 1, …) of arrows; zero for NaN and for the remainder."""
+        """Return arrays by contribution as parts (F, K + 1, …) of arrows; NaN is replaced by zero, and the remainder is zero."""
         found = self.by_source(contributions)
         parts = np.zeros((found.shape[0], found.shape[1] + 1, *found.shape[2:]))
         parts[:, :-1] = np.where(np.isnan(found), 0.0, found)
         return parts
 
     def of_configuration(self, array: Array, components: int) -> Array:
-        """Return the shown poses (F, …) of an array of the configuration, (*batch, …) with this number of component axes.
+        """Return the shown poses (F, …) of an array (*batch, …) of the configuration; ``components``: number of its other axes.
 
         The batch of the configuration may be smaller than that of the result.
         """

@@ -53,7 +53,7 @@ class LiveRobot:
     A pose that cannot be analysed is drawn without loads; a note gives the reason.
 
     Attributes:
-        configuration: the last pose, start of the next one; None if the loops cannot be closed, and there are no sliders.
+        configuration: the last pose, from which the next one is reached; None, without sliders, if the loops cannot be closed.
         load: (6,) force and moment at o [N, N·m]; None if it is not changed by sliders.
     """
 
@@ -91,13 +91,13 @@ class LiveRobot:
         """Return the changes of the scene for a request ``{"kind": …, "values": {name: shown value}}``.
 
         The kind is "actuators", "platform" or "load"; or "details", for notes and cards of the last pose. Other requests can
-        include ``"details": true`` for notes and cards, which take longer than the rest. ``"contributions"`` lists those on the
-        page; if others are needed, the response is the whole scene.
+        include ``"details": true`` for notes and cards, which take longer than the rest. ``"contributions"`` lists the
+        contributions on the page; if the new pose has others, the response is the whole scene.
 
         If a pose cannot be reached, the response contains the last pose on the straight line to it, and the reason as ``rim``.
 
         Raises:
-            KinetostaticsError: the pose cannot be analysed; the last one remains.
+            KinetostaticsError: the pose cannot be analysed; the robot stays at the last pose.
         """
         kind, rim = question["kind"], {}
         if kind != "details":

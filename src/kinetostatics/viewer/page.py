@@ -1,4 +1,4 @@
-"""The page of a scene, one HTML file that needs neither server nor network, and its picture."""
+"""The page of a scene, one HTML file that needs neither server nor network; and a PNG picture of the page."""
 
 from __future__ import annotations
 

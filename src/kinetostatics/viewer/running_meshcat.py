@@ -107,7 +107,7 @@ class _Drawing:
         return self.root["/".join(filter(None, path.split("/")))]
 
     def _moving(self, node: Visualizer, placed: Callable[[Array], Array]) -> None:
-        """Set the transform of a node at present and in the animation, as a function of the stations' poses."""
+        """Set a node's transform, now and in the animation; ``placed`` computes it from the poses of the stations."""
         node.set_transform(placed(self.still.deformed))
         for frame, poses in enumerate(self.frames):
             self.animation.at_frame(node, frame).set_transform(placed(poses))
@@ -224,7 +224,7 @@ class _Svg(NamedTuple):
 
 
 class _Swing(NamedTuple):
-    """An animation at a node; the server sends this node to windows that open later, after the nodes that move."""
+    """An animation, stored at a separate node, which the server sends to windows opened later, after the nodes that move."""
 
     animation: Animation
     path: Path

@@ -39,7 +39,7 @@ def joined(surfaces: list[Surface]) -> Surface:
 def outlines(section: Section) -> tuple[Array, Array | None, bool]:
     """Return the outer and inner outline (m, 2) of a section in its axes y, z [m], and whether they are smooth.
 
-    A section given by area and moments alone is drawn as the ellipse with the same radii of gyration.
+    A section of which only area and moments are given is drawn as the ellipse with the same radii of gyration.
     """
     y, z = section.extent
     if isinstance(section, Rectangle):
@@ -128,8 +128,8 @@ def places_along_coil(turns: int, points: int) -> Array:
 def coil(length: float, radius: float, wire: float, turns: int, points: int) -> tuple[Surface, Integers]:
     """Return a coil spring with small balls at its ends, and the station (n,) of each vertex.
 
-    Vertices are given relative to their stations, points along the spring, with z along the spring; the coil stretches when the
-    stations move apart.
+    The stations are points along the spring. Vertices are given relative to their stations, z along the spring; the coil
+    stretches when the stations move apart.
     """
     places = places_along_coil(turns, points)
     n = len(places)
@@ -182,9 +182,9 @@ def frames_along(axes: Array, origins: Array | None = None) -> Array:
 
 
 def carried_along(start: Array, directions: Array) -> Array:
-    """Return unit vectors (n, 3) normal to unit ``directions`` (n, 3); each is the normalized projection of the one before.
+    """Return unit vectors (n, 3), each normal to one of the unit vectors ``directions`` (n, 3), turning as little as possible.
 
-    The first one is the normalized projection of ``start`` (3,).
+    Each is the one before, the first one ``start`` (3,), projected onto the plane normal to its direction and normalized.
     """
     result, side = np.empty_like(directions), start
     for k, along in enumerate(directions):

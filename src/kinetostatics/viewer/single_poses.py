@@ -95,7 +95,7 @@ class UnloadedPose(SinglePose):
         self.sources = self.labels = self._names()
 
     def _placed(self) -> tuple[Frames, SolverState | None, str | None]:
-        """Return the frames of the bodies and the closed pose; if the loops cannot be closed, None and the reason."""
+        """Return the frames of the bodies, the closed pose or None, and the reason if the loops cannot be closed."""
         if self.configuration is not None:
             return self.configuration.frames, self.configuration.poses, None
         try:
@@ -134,7 +134,7 @@ class UnloadedPose(SinglePose):
         return self._twist(*self.robot.mechanism.body_of[link])
 
     def _twist(self, body: int, placement: Array) -> Array:
-        """Return the free motions (1, k, 6) of a frame of a body, at its origin."""
+        """Return the free motions (1, k, 6) of a body at the origin of a frame on the body."""
         plus, minus = (np.moveaxis(frames.matrices(body, placement), -1, 0) for frames in self._stepped)
         turn = np.moveaxis(plus[:, :3, :3] @ np.swapaxes(minus[:, :3, :3], 1, 2), 0, -1)
         return np.concatenate([plus[:, :3, 3] - minus[:, :3, 3], logarithm(turn).T], axis=1)[None] / (2 * STEP)
@@ -169,7 +169,7 @@ MOST = 6
 
 @dataclass(frozen=True)
 class DrawnMode:
-    """Texts on a mode: name, frequency, effective masses [%] by direction; parts with the largest shares of energy [%]."""
+    """Texts on a mode: name, frequency, effective masses [%] by direction, and parts with the largest shares of energy [%]."""
 
     name: str
     frequency: str
@@ -202,7 +202,7 @@ class ModePoses(SinglePose):
         self.sources = self.labels = tuple(f"mode {k + 1}" for k in range(int(np.sum(self._found))))
 
     def _at_pose(self, array: Array) -> Array:
-        """Return the values at the shown pose of an array (*batch, …) of the modes."""
+        """Return the values of an array (*batch, …) of the modes at the shown pose."""
         return np.asarray(array.reshape(-1, *array.shape[len(self.modes.shape) :])[self._place])
 
     def _of_modes(self, array: Array) -> Array:

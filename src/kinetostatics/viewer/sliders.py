@@ -66,7 +66,7 @@ class Sliders:
         return pose.platform_coordinates(self.orientation) if kind == "platform" else pose.actuators
 
     def reach(self, pose: Configuration, go_on: Callable[[], bool] = lambda: True) -> dict[str, dict[str, Json]]:
-        """Return, by title, the two ends of each slider at a pose, in its unit, and the reasons for them.
+        """Return, by title of the slider, the two ends of its range at a pose, in the slider's unit, and the reasons for them.
 
         The search stops, with an incomplete result, when ``go_on()`` returns false.
         """
@@ -85,7 +85,7 @@ class Sliders:
     def ends(
         self, pose: Configuration, kind: str, displacements: Mapping[str, Array], go_on: Callable[[], bool] = lambda: True
     ) -> list[End]:
-        """Return the ends of straight lines from a pose, see :func:`.find_ends`; at singular poses just before the end."""
+        """Return the ends of straight lines from a pose, see :func:`.find_ends`, or points just before singular ends."""
         chosen = compiled_loops(check_engine("auto"))
         ends = find_ends(pose, kind, displacements, self.orientation, chosen, go_on)
         return [end if end.reason in ("", "limit") else replace(end, part=NEARLY * end.part) for end in ends]
@@ -99,7 +99,7 @@ class Sliders:
         return {name: displacement / max(1.0, most) for name, displacement in displacements.items()}
 
     def _spans(self, kind: str) -> dict[str, float]:
-        """Return the search range: the robot's size for lengths, half a turn for angles [m, rad]."""
+        """Return the search range of each coordinate: the robot's size for a length, half a turn for an angle [m, rad]."""
         factors = {name: factor for (own, name), factor in self.factors.items() if own == kind}
         return {name: self.robot.size if factor == MILLIMETRE else math.pi for name, factor in factors.items()}
 

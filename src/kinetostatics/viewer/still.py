@@ -32,7 +32,7 @@ class StillArrow:
         surface: its surface; the arrow points along z, its tail is the origin.
         colour: "#rrggbb".
         free_end: z of the end with the label [m].
-        frame: (4, 4) axes of the surface, and its origin relative to the point of attachment.
+        frame: (4, 4) frame of the surface: its axes, and its origin relative to the point of attachment.
     """
 
     arrow: Arrow
@@ -170,7 +170,7 @@ class Still:
     def camera(self, aspect: float, above: float, below: float) -> tuple[Array, Array]:
         """Return the centre (3,) of the picture, and the position (3,) of the camera relative to it [m].
 
-        The robot fills the picture, but for a strip at the top and one at the bottom.
+        The robot fills the picture except for a strip at the top and one at the bottom.
 
         Args:
             aspect: width of the picture by its height.

@@ -50,7 +50,7 @@ class LinkVisual:
 
 
 def link_visuals(description: RobotDescription) -> dict[str, LinkVisual]:
-    """Return the visuals of the links, by name; a warning states which meshes cannot be read."""
+    """Return the visuals of the links, by link name; a warning lists the meshes that cannot be read."""
     import yourdfpy
 
     folder = os.path.dirname(description.path)
