@@ -1,8 +1,8 @@
 """Sine, cosine and arctangent of two arguments as vector instructions of LLVM, without calls of functions.
 
 Sines and cosines are Taylor polynomials of the angle minus the nearest multiple of π/2, which is subtracted in three parts.
-Arctangents are polynomials of the tangent, which a rotation by π/4 reduces to at most tan π/8; their Chebyshev coefficients are
-proportional to powers of tan π/16.
+Arctangents are polynomials of the tangent, which a rotation by π/4 reduces to at most tan π/8; the Chebyshev coefficients of
+these polynomials are proportional to powers of tan π/16.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def kind_of(kind: str, lanes: int) -> str:
 
 
 def suffix(lanes: int) -> str:
-    """Return the suffix for the type of the operands in the name of an intrinsic function."""
+    """Return the suffix of the name of an intrinsic function, for operands of ``lanes`` values."""
     return f"v{lanes}f64" if lanes else "f64"
 
 

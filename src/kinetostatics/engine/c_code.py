@@ -1,6 +1,6 @@
 """C code of a record: functions of bounded size that pass intermediate values in a small work array.
 
-A value used in one function only is a local constant. Another value has an entry of the work array, which is free again after the
+A value used in only one function is a local constant. Any other value has an entry in the work array, which is reused after the
 value's last use. This bounds the time of compilation and the size of the stack.
 """
 

@@ -74,7 +74,7 @@ class Code:
     def results(
         self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int, stage: int = LAST
     ) -> tuple[Array, Mask]:
-        """Return the results at N poses: arrays of ``numbers`` rows and of ``truths`` rows, each (…, N); see :meth:`__call__`."""
+        """Return the results at N poses: arrays (``numbers``, N) and (``truths``, N); see :meth:`__call__`."""
         N = inputs[-1].shape[1]
         if N == 1:
             return self._alone(inputs, parameters, numbers, truths, stage)
@@ -144,7 +144,7 @@ class Bound:
         self._arguments = (*pointers, ctypes.c_int64(n), ctypes.c_int64(stage))
 
     def move(self, first: int) -> None:
-        """Set the pose at which the next call starts in those inputs that have more poses than the results."""
+        """Set the first pose of the next call, for those inputs that have more poses than the results."""
         for k, address in self._moving:
             self._pointers[k] = address + 8 * first
 
@@ -228,7 +228,7 @@ def read_stored(key: str) -> bytes | None:
 
 
 def store(key: str, content: bytes) -> None:
-    """Store content under a key, if the folder can be created or exists and only the user may write there."""
+    """Store content under a key, unless the folder cannot be created or others may write there too."""
     with contextlib.suppress(OSError):
         cache_folder().mkdir(parents=True, exist_ok=True, mode=0o700)
         folder = _own(cache_folder())

@@ -1,6 +1,6 @@
 """Machine code of a record by LLVM's intermediate representation, with instructions for eight poses or for one.
 
-Operations that depend on parameters alone are executed once per call, all others in a loop over blocks of eight poses. The last
+Operations that depend on parameters only are executed once per call, all others in a loop over blocks of eight poses. The last
 block may overlap the one before it, so that the code is valid for any number of poses n ≥ 8.
 """
 
@@ -54,8 +54,8 @@ def module_of(
         inputs: number of input arrays.
         repeats: 0, or the largest number of iterations: a block of poses is computed again while the first truth value of any of
             its poses is true. Results may then share memory with inputs.
-        stages: for each stage 0, 1, …, how many of ``numbers`` are computed in this and the earlier stages. In a later stage all
-            are computed. Truth values are computed in all stages.
+        stages: for each stage 0, 1, …, how many of ``numbers`` are computed if this is the last stage. In a stage after these,
+            all are computed. Truth values are computed in every stage.
         lanes: poses per instruction.
         short_blocks: whether to divide the code into short basic blocks, which compile quickly.
     """
@@ -191,7 +191,7 @@ class _Writer:
         return lines.lines
 
     def operand(self, number: int, lanes: int) -> str:
-        """Return the text of an operation's result."""
+        """Return the text by which instructions refer to an operation's result: its name or a constant."""
         name, *taken = self._tape.operations[number]
         if name == "constant":
             return constant(float.fromhex(taken[0]), lanes)

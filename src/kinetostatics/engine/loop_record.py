@@ -46,7 +46,7 @@ def _copy_of(solver: Solver, prescribed: PrescribedCoordinates) -> tuple[Tape, S
 
 
 def guards_met(tape: Tape) -> Number:
-    """Return whether all guards recorded up to now are met, as a recorded array (1,)."""
+    """Return whether all guards recorded so far are met, as a recorded array (1,)."""
     return recorded(np.array([tape.holds()], dtype=object))
 
 
@@ -70,9 +70,9 @@ def program_of(
 def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
     """Record :meth:`Solver.correct` as a step from a state to the next.
 
-    Inputs: the state, that is x (nq',), c (3,) and the five numbers ``BEFORE`` … ``HOLDS``; the prescribed coordinates (n,),
-    followed by 1 for an intermediate pose of a path, else 0. Outputs: the next state; the truth value is whether the pose needs
-    another correction.
+    Inputs: the state, that is the coordinates x (nq',), the orientation coordinates c (3,) and the five numbers ``BEFORE`` …
+    ``HOLDS``; the prescribed coordinates (n,), followed by 1 for an intermediate pose of a path, else 0. Outputs: the next state;
+    the truth value is whether the pose needs another correction.
     """
     tape, copy = _copy_of(solver, prescribed)
     size = example.x.shape[0]
@@ -94,7 +94,7 @@ def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: So
 
 
 def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
-    """Record :meth:`Solver.surely_on_one_side`. Inputs: x and c of the first and of the second pose."""
+    """Record :meth:`Solver.surely_on_one_side`. Inputs: x and c of both poses."""
     tape, copy = _copy_of(solver, prescribed)
 
     def computed(x: Array, c: Array, other_x: Array, other_c: Array) -> list[Array]:

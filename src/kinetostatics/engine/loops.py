@@ -228,7 +228,7 @@ class CompiledSolver(Solver):
         return self._step_of(codes) if codes else self._single
 
     def _step_of(self, codes: list[Code]) -> Step:
-        """Return a step computed by given code: of corrections and, unless freedoms are local, of the test for singular poses."""
+        """Return a step by given code: of corrections and, unless freedoms are local, also of the test for singular poses."""
         size, n = self.tree.nq, codes[0].lanes
         state, given, first = np.empty((size + 8, n)), np.zeros((self._own.size + 1, n)), np.empty((size + 3, n))
         moved, flags, expected = state[: size + 3], state[size + 3 :], given[:-1]
@@ -310,7 +310,8 @@ class _LaterFrames(Frames):
     """Frames of poses, computed on first use.
 
     Attributes:
-        x: (nq', N) coordinates, shared with the poses: if these are corrected before the first use, the frames change as well.
+        x: (nq', N) coordinates, shared with the poses: if the coordinates are corrected before the first use, the frames change
+            as well.
     """
 
     x: Array
@@ -339,7 +340,7 @@ class _LaterFrames(Frames):
         return self.known.take(poses) if "known" in vars(self) else _LaterFrames(self.x[:, poses], vars(self)["_place"])
 
     def put(self, poses: Index, others: Frames) -> None:
-        """Replace the frames of some poses; before the first use this is not needed, since frames follow from coordinates."""
+        """Replace the frames of some poses; nothing is done before the first use, when the coordinates still determine them."""
         if "known" in vars(self):
             self.known.put(poses, others)
 

@@ -29,7 +29,7 @@ STABILITY = (("is_stable",),)
 
 
 class OutputPlace(NamedTuple):
-    """Place of an output: shape at one pose, whether its entries are truth values, rows in the result array, stage."""
+    """Place of an output in the results: its shape at one pose, whether its entries are truth values, its rows, its stage."""
 
     shape: Sequence[int]
     truth: bool
@@ -162,7 +162,7 @@ def compiled(
 
 
 def agree(expected: Array, found: Array) -> bool:
-    """Whether two arrays differ by less than ``_ALIKE`` of their largest entry, with NaN at the same places."""
+    """Whether two arrays differ by less than ``_ALIKE`` times the largest expected entry, with NaN at the same places."""
     if expected.shape != found.shape or (expected.dtype == bool) != (found.dtype == bool):
         return False
     if expected.dtype == bool:

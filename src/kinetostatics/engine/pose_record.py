@@ -40,7 +40,7 @@ class PoseModel(NamedTuple):
     """Data of a robot from which its poses are computed.
 
     Attributes:
-        joints: joint coordinates, and the equations of loops.
+        joints: the joint coordinates, with the solver of the loops.
         statics: the equilibrium.
         prescribed: prescribed coordinates, if residuals are requested.
         places: places of loads on links.
@@ -86,7 +86,7 @@ class Pose:
     def frames(self) -> Frames:
         """Frames of all bodies.
 
-        Only bodies inside spherical joints depend on the angles of single hinges, which may be singular.
+        Only the frames of bodies inside spherical joints depend on the angles of the joints' hinges, which may be singular.
         """
         frames = self.solver.equations.forward(self.x)
         inside = [joint.body for *_, joints in self.solver.equations.runs for joint in joints[:2]]
@@ -183,7 +183,7 @@ def outputs_at(pose: Pose, names: Sequence[str], tool: Array | None = None) -> d
 
 
 def _is_unknown(array: Array) -> bool:
-    """Whether all entries are NaN at every pose, for instance of an infinite stiffness; they must not enter derivatives."""
+    """Whether all entries are NaN at every pose, as for an infinite stiffness; such arrays must not enter derivatives."""
     return all(isinstance(entry, float) and math.isnan(entry) for entry in np.asarray(array).ravel().tolist())
 
 

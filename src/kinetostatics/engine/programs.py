@@ -39,7 +39,7 @@ Key = TypeVar("Key")
 
 @dataclass
 class _Program(Generic[Made]):
-    """A program of a robot: its code, or the reason why there is none; both are None before the code is needed."""
+    """A program of a robot: its code, or the reason why it has none; both are None until the code is needed."""
 
     made: Made | None = None
     reason: str | None = None
@@ -55,7 +55,7 @@ _LOCK = threading.Lock()
 def _answering(
     programs: _Programs[Key, Made], robot: RobotKinematics, key: Key, engine: str, poses: int, find: Callable[[bool], Made | None]
 ) -> _Program[Made]:
-    """Return a program; its code is loaded or compiled if the engine is "compiled", or there are enough poses for "auto".
+    """Return a program; its code is loaded or compiled if the engine is "compiled", or "auto" and there are enough poses.
 
     Args:
         programs: all programs of one kind.

@@ -83,7 +83,7 @@ class Recorded(np.ndarray[tuple[int, ...], np.dtype[np.object_]]):
         return recorded(found)  # replaces an array of floats as the result of an operation in place
 
     def __array_function__(self, function: Number, types: Number, args: Number, kwargs: Number) -> Number:
-        """Apply a function of NumPy, most of which rearrange entries or apply ufuncs."""
+        """Apply a NumPy function; most of these functions rearrange entries or apply ufuncs."""
         if function.__module__.startswith("numpy.linalg"):
             raise NotRecordedError(f"{function.__module__}.{function.__name__}")
         if function is np.where and len(args) == 3:
@@ -97,7 +97,7 @@ class Recorded(np.ndarray[tuple[int, ...], np.dtype[np.object_]]):
 
 
 def recorded(found: Number) -> Number:
-    """Return an array of objects as a recorded array; in a tuple or list, every such array."""
+    """Return an array of objects as a recorded array; for a tuple or list, do this for each array in it."""
     if isinstance(found, tuple | list):
         return type(found)(map(recorded, found))
     if isinstance(found, np.ndarray) and found.dtype == object and not isinstance(found, Recorded):

@@ -2,7 +2,8 @@
 
 A function is called with arrays of :class:`Scalar` instead of floats, for one example pose. Every scalar has a value at the
 example, so that a data-dependent branch follows the example. The condition of the branch is recorded as a guard: the record is
-valid at poses that meet all guards. Other functions than operations on scalars (singular values, eigenvectors) raise an error.
+valid at poses that meet all guards. Functions that are not sequences of operations on scalars (singular values, eigenvectors)
+raise an error.
 """
 
 from __future__ import annotations
@@ -29,10 +30,10 @@ class Tape:
     """Operations in the order in which they were recorded; equal ones are stored once.
 
     Attributes:
-        operations: name and operands (numbers of earlier operations) of each.
+        operations: name and operands of each operation; the operands are numbers of earlier operations.
         values: result of each operation at the example.
-        guards: for each operation on which a branch depends, the truth value at the example; a pose with another value is not
-            valid.
+        guards: for each operation on which a branch depends, its truth value at the example; the record is not valid at poses
+            with the other value.
     """
 
     def __init__(self) -> None:
@@ -52,7 +53,7 @@ class Tape:
         return found
 
     def holds(self) -> Number:
-        """Return whether all guards recorded up to now are met."""
+        """Return whether all guards recorded so far are met."""
         found: Number = True
         for number, expected in self.guards.items():
             guard = Scalar(self, number, self.values[number])
@@ -281,12 +282,12 @@ def compare(how: str, a: Number, b: Number) -> Number:
 
 
 def both(a: Number, b: Number) -> Number:
-    """Return a and b."""
+    """Return whether both a and b are true."""
     return _logical("and", True, a, b, bool(value_of(a)) and bool(value_of(b)))
 
 
 def either(a: Number, b: Number) -> Number:
-    """Return a or b."""
+    """Return whether at least one of a and b is true."""
     return _logical("or", False, a, b, bool(value_of(a)) or bool(value_of(b)))
 
 
@@ -308,7 +309,7 @@ def _truth(a: Number) -> Number:
 
 
 def opposite(a: Number) -> Number:
-    """Return not a."""
+    """Return whether a is false."""
     a = _truth(a)
     return a.tape.write(("not", a.number), not a.value) if isinstance(a, Scalar) else not a
 
