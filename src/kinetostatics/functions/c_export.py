@@ -30,7 +30,7 @@ REFERENCES = 40
 
 
 class Differentiated(Protocol):
-    """Derivatives that are exported, see :class:`kinetostatics.functions.function.Jacobian`."""
+    """Derivatives to be exported, see :class:`kinetostatics.functions.function.Jacobian`."""
 
     @property
     def of(self) -> tuple[str, ...]:
@@ -38,7 +38,7 @@ class Differentiated(Protocol):
 
     @property
     def by(self) -> tuple[str, ...]:
-        """Inputs with respect to which they are differentiated."""
+        """Inputs with respect to which these outputs are differentiated."""
 
     @property
     def __call__(self) -> Callable[..., Mapping[str, Mapping[str, Array]]]:

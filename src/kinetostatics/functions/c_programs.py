@@ -1,4 +1,4 @@
-"""Programs of an exported function in C: lines of coordinates, analyses of poses, derivatives, and the search for corrections."""
+"""Programs of an exported function in C: straight lines in coordinates, analyses, derivatives, and the search for corrections."""
 
 from __future__ import annotations
 
@@ -160,9 +160,10 @@ class CJacobian:
     """Derivatives of outputs with respect to inputs.
 
     Attributes:
-        rates: program for the derivatives of x by each coordinate, from x and c; the last result is whether all guards are met.
+        rates: program for the derivatives of the pose x by each coordinate, from x and the orientation coordinates c; its last
+            result is whether all guards are met.
         tangent: program for the rates of outputs, from x, load, gravity and their rates.
-        at: index of the first rate of each output.
+        at: for each output, the index of its first rate among the results of ``tangent``.
         pairs: for each derivative, the output, the input, and the name of the field in C.
     """
 
@@ -216,14 +217,14 @@ class SearchPrograms:
         begin: program for the first state of the search, from the frame of the platform (12 numbers) and the twist.
         update: program for the next state, from a state, the frame and the twist.
         remaining: program for the residual error, from the target frame, the frame and the twist.
-        correct: program for the commanded actuator coordinates, from those at the target and at the pose found.
+        correct: program for the commanded actuator coordinates, from the coordinates at the target and at the pose found.
         numbers: number of entries of a state; the commanded coordinates are first.
-        enough: largest error [m] of a corrected pose.
-        led: largest error [m] after the line of actuator coordinates to the corrected pose.
+        enough: largest error [m] with which the search succeeds.
+        led: largest error [m] of the pose to which the commanded actuator coordinates then lead.
         error: index of the first error in a state.
-        count: number of errors.
-        size: index of the largest error.
-        going: index of the flag to continue.
+        count: number of errors in a state.
+        size: index of the largest error in a state.
+        going: index of the flag "continue the search" in a state.
     """
 
     begin: CProgram
@@ -299,13 +300,13 @@ def _pose(frame: Array) -> tuple[Array, Array]:
 
 
 def _flat(controlled: ScaledCoordinates, target: Array, angles: Array, search: BroydenSearch) -> list[Array]:
-    """Return the state of the search as numbers: commanded coordinates, targets, all angles, and Broyden's method."""
+    """Return the state of the search as numbers: commanded coordinates, targets, all angles, and state of Broyden's method."""
     parts = [getattr(search, field.name) for field in fields(search)]
     return [search.u / controlled.scale, target, angles, *parts[:-1], np.where(search.going, 1.0, 0.0)]
 
 
 def _unflat(numbers: Array, n: int) -> tuple[Array, Array, BroydenSearch]:
-    """Return targets, angles and Broyden's method from the state of the search."""
+    """Return targets, angles and the state of Broyden's method from the numbers of :func:`_flat`."""
     _, target, angles, u, step, inverse, error, size, stale, going = np.split(numbers, np.cumsum([n, n, 3, n, n, n * n, n, 1, 1]))
     search = BroydenSearch(u, step, inverse.reshape(n, n, 1), error, size[0], stale[0], going[0] != 0)
     return target, angles, search
@@ -319,19 +320,19 @@ class Programs:
 
     Attributes:
         function: the function.
-        coordinates: its inputs besides load and gravity.
+        coordinates: inputs of the function besides load and gravity.
         limits: finite limits of the actuators' coordinates [m, rad], by name.
         outputs: the requested outputs that are not empty.
         c_names: names of the coordinates in C.
         line: programs for lines in the function's coordinates.
         drives: programs for lines in actuator coordinates, if compensation is requested.
         pose: program for outputs and truth values, from x, load and gravity.
-        at: index of the first result of each output; "holds" is whether all guards are met.
+        at: for each output, the index of its first result; also for "holds", whether all guards are met.
         jacobian: programs for derivatives, if requested.
         search: programs for compensation, if requested.
         order: for each actuator in the order of the file, its index among the coordinates of ``drives``.
         start: x, c and coordinates of the initial state.
-        at_start: coordinates of the initial state by name.
+        at_start: the coordinates of the initial state, by name.
         from_zero: whether the initial state is the zero pose.
     """
 

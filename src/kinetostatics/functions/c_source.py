@@ -26,7 +26,7 @@ def size(item: Quantity) -> int:
 
 
 def valid(name: str, parts: Programs, status: str) -> str:
-    """Return a C expression: whether the outputs are valid at a status."""
+    """Return a C expression that is true if the outputs are valid at a status."""
     found = f"{status} == {name.upper()}_OK"
     return f"{found} || {status} == {name.upper()}_LIMIT_EXCEEDED" if parts.function.compensates else found
 

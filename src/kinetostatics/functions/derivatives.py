@@ -1,10 +1,11 @@
 """Derivatives of the outputs of a function with closed loops, by the implicit function theorem.
 
-The outputs y(x, load, gravity, θ) and the residuals r(x, c, target, θ) of loops and prescribed coordinates are one record; θ are
-the robot's constants. The reverse mode of automatic differentiation gives all derivatives of y and r. When θ changes, the
-freedoms move so that r remains zero: v' = −G⁺ ∂r/∂θ θ' and y' = ∂y/∂x T(x) v' + ∂y/∂θ θ', where G is the gradient of r by the
-freedoms and T(x) v are the rates of the coordinates; likewise for the target. Only θ', the rates of constants such as 1/EI with
-respect to a number of the description, are central differences, with relative errors of about 10⁻¹².
+The outputs y(x, load, gravity, θ) and the residuals r(x, c, target, θ) of loops and prescribed coordinates are one record; x are
+the solved coordinates, c the orientation coordinates, θ the robot's constants. The reverse mode of automatic differentiation
+gives all derivatives of y and r. When θ changes, the freedoms move so that r remains zero: v' = −G⁺ ∂r/∂θ θ' and y' = ∂y/∂x T(x)
+v' + ∂y/∂θ θ', where G is the gradient of r by the freedoms and T(x) v are the rates of the coordinates; the derivatives by the
+target follow in the same way. Only θ', the rates of constants such as 1/EI with respect to a number of the description, are
+central differences, with relative errors of about 10⁻¹².
 """
 
 from __future__ import annotations
@@ -95,7 +96,7 @@ class Gradients:
         """Return the rates of residuals and outputs (…, N).
 
         Args:
-            directions: rates of inputs (…, N) or (…, 1) and of the constants (P,), by index; other rates are zero.
+            directions: rates of inputs (…, N) or (…, 1) and of the constants (P,), by number of the array; other rates are zero.
         """
         total = np.full((len(self.record.all_rows()), self._N), np.nan)
         for (_, where), (leaves, found) in zip(self.records, self._parts, strict=True):
@@ -126,9 +127,9 @@ class Derivatives:
     """Derivatives of some outputs at N poses.
 
     Args:
-        pose: the poses, closed, of the batch shape (N,).
+        pose: the closed poses, of batch shape (N,).
         prescribed: prescribed coordinates.
-        target: (n, N) their values.
+        target: (n, N) values of the prescribed coordinates.
         load: (6, N) [N, N·m].
         gravity: (3, N) [m/s²].
         outputs: names of outputs; "mass" [kg] is the robot's mass.
@@ -191,7 +192,7 @@ class Derivatives:
         return turned, inverse, rates
 
     def _velocities(self, rates: Array) -> Array:
-        """Return the rates (nv, k, N) of the freedoms with which residuals of partial ``rates`` (m, k, N) remain zero."""
+        """Return the rates (nv, k, N) of the freedoms that cancel given ``rates`` (m, k, N) of the residuals."""
         turned, inverse, _ = self._closing
         step = np.moveaxis(-inverse @ np.moveaxis(rates, 2, 0), 0, 2)
         return freedom_rates(self.robot.solver, self.prescribed, np.moveaxis(turned, 0, 2), rates, step)
@@ -336,7 +337,8 @@ def derivatives_at(
 def _swept(record: PoseRecord, inputs: Sequence[Array], numbers: Array) -> tuple[Index, Array, Mask]:
     """Return the L inputs and constants of a record, the derivatives (rows, L, N) by them, and the mask (N,) of valid poses.
 
-    Inputs and constants are rows (L, 2) of indices: array and component of an input, ``_NUMBERS`` and number of a constant.
+    Inputs and constants are rows of an array (L, 2): the numbers of array and component; for a constant, ``_NUMBERS`` and its
+    number.
     """
     rows, tape, N = record.all_rows(), record.tape, inputs[0].shape[1]
     needed = needed_by(tape, (*rows, record.all_hold()))

@@ -60,7 +60,7 @@ class Function:
         compensates: whether the coordinates are targets of the loaded platform, see :func:`kinetostatics.compensate`; the outputs
             are then those of the corrected pose.
         prescribed: coordinates prescribed to the solver.
-        names: names of these coordinates.
+        names: names of the prescribed coordinates.
     """
 
     def __init__(
@@ -89,11 +89,11 @@ class Function:
     def parameters(self) -> Mapping[str, Quantity]:
         """Numbers of the robot's parts by which outputs can be differentiated, by name, with shapes and units.
 
-        Names are those of part and number: of a beam ``rod_1.outer_diameter`` and others of its section and material; of a link
-        ``platform.mass`` and ``.center_of_mass``, in the link's frame; of an elastic joint ``.linear_stiffness``,
-        ``.angular_stiffness`` and ``.actuator_stiffness``; of a spring ``.stiffness``, ``.free_length`` and ``.preload``. The
-        ``.placement`` of a joint displaces the joint frame along its own axes and rotates it about them, with all bodies that
-        follow; a loop has ``.predecessor_placement`` and ``.successor_placement``.
+        Each name consists of part and number: for a beam, ``rod_1.outer_diameter`` and other numbers of its section and material;
+        for a link, ``platform.mass`` and ``.center_of_mass``, in the link's frame; for an elastic joint, ``.linear_stiffness``,
+        ``.angular_stiffness`` and ``.actuator_stiffness``; for a spring, ``.stiffness``, ``.free_length`` and ``.preload``. The
+        ``.placement`` of a joint displaces the joint frame along its own axes and rotates it about them, with all bodies beyond
+        it; a loop has ``.predecessor_placement`` and ``.successor_placement``.
         """
         found = {name: tuple(item.unit for item in several) for name, several in self._numbers.items()}
         return ResultMapping({name: Quantity(name, (len(units),) * (len(units) > 1), units) for name, units in found.items()})
@@ -122,8 +122,8 @@ class Function:
         Args:
             load: (…, 6) external wrench on the platform about o, world axes [N, N·m].
             gravity: (…, 3) gravity in world axes [m/s²].
-            near: start of the straight line to the new pose: a pose, or the result of a call; default: the zero pose. With
-                compensation, it is a target pose of the loaded platform.
+            near: start of the straight line to the new pose: a pose, or the result of a call; default: the zero pose. If the
+                function compensates, this is a target pose of the loaded platform.
             coordinates: all coordinates by name [m, rad].
 
         Raises:
@@ -268,9 +268,9 @@ class Jacobian:
     ) -> Mapping[str, Mapping[str, Array]]:
         """Return the derivatives of each output by each input or parameter, (…, *output's shape, *input's shape).
 
-        They are NaN at poses without results. Derivatives by the placement of a joint are also NaN if its change would open the
-        loops of an overconstrained robot; :func:`kinetostatics.tolerances` computes the effect of such an error. The arguments
-        are those of the function.
+        They are NaN at poses without results. Derivatives by the placement of a joint are also NaN if changing the placement
+        would open the loops of an overconstrained robot; :func:`kinetostatics.tolerances` computes the effect of such an error.
+        Arguments: see :meth:`Function.__call__`.
 
         Raises:
             ArgumentError: an argument is invalid; or a change of a parameter yields another mechanism.
@@ -312,7 +312,7 @@ class Jacobian:
         """Write the function and these derivatives as C99, see :meth:`Function.export_c`.
 
         Raises:
-            ArgumentError: as :meth:`Function.export_c`; or a derivative is with respect to a parameter, a constant in C.
+            ArgumentError: as :meth:`Function.export_c`; or a derivative is with respect to a parameter, which is constant in C.
             OSError: the folder cannot be written.
         """
         return export_c(self.function, folder, scalar, name, self, near)
@@ -341,7 +341,7 @@ def compile(
             limbs, such as a gripper's, may be omitted.
         orientation: convention of the angles, see :meth:`Robot.assemble`.
         outputs: "twist", "contributions", "actuator_forces", "stiffness", "compliance", "spring_forces", "platform_weight",
-            "platform_wrench" or "actuators"; with ``compensate`` also "residual_error".
+            "platform_wrench" or "actuators"; with ``compensate``, also "residual_error".
         engine: "numpy", "compiled" at the first call, or "auto", which here is "compiled".
         compensate: the coordinates are targets of the *loaded* platform, and the outputs are those of the corrected pose, see
             :func:`kinetostatics.compensate`: "actuators" are the coordinates to be commanded, "actuator_forces" the feedforward
@@ -349,7 +349,7 @@ def compile(
 
     Raises:
         ArgumentError: an output is unknown; both ``platform`` and ``actuators`` are given; or ``compensate`` or ``orientation``
-            without ``platform``.
+            is given without ``platform``.
         CoordinatesError: the coordinates are unknown or do not determine the pose.
 
     Examples:

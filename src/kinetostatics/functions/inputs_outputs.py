@@ -84,7 +84,7 @@ class Values(ResultMapping[str, Array]):
 
 
 def flat_loads(load: ArrayLike, gravity: ArrayLike, *shapes: tuple[int, ...]) -> tuple[Array, Array, tuple[int, ...]]:
-    """Return load (6, N) and gravity (3, N) of N poses, and the batch shape to which they and ``shapes`` are broadcast.
+    """Return load (6, N) and gravity (3, N) of N poses, and the batch shape to which both are broadcast together with ``shapes``.
 
     Raises:
         ArgumentError: a number is not finite, or shapes do not fit.
