@@ -1,7 +1,8 @@
 """Assembly errors of joints and beams in the unloaded robot.
 
-A joint's assembly error is a twist of its platform side relative to its base side; the error of a beam is an excess length plus α
-ΔT L. Errors along constrained directions displace the platform, and stress an overconstrained robot (method page, section 11).
+A joint's assembly error is a twist of its platform side relative to its base side; the error of a beam is an excess
+length plus its thermal expansion α ΔT L. Errors along constrained directions displace the platform, and stress an overconstrained
+robot (method page, section 11).
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ class BeamError:
 
 @dataclass(frozen=True)
 class AssemblyErrors:
-    """Assembly errors of joints and beams by name; arrays as the user gives them or, for a chunk of poses, batch axis last."""
+    """Assembly errors of joints and beams by name; arrays in the user's layout or, for a chunk of poses, batch axis last."""
 
     robot: RobotStatics
     joints: Mapping[str, JointError]
@@ -74,7 +75,7 @@ class AssemblyErrors:
         return frozenset((*self.joints, *self.beams))
 
     def of(self, group: LimbGroup, frames: Frames, o: Array) -> Array | None:
-        """Return the twists (6, elements, g, N) of outboard sides about o, due to the errors of elements; None without errors."""
+        """Return the twists (6, elements, g, N) of outboard sides about o due to the elements' errors; None without errors."""
         if not any(self.concerns(edge) for limb in group.limbs for edge in limb.edges):
             return None
         result = np.zeros((6, len(group.elements[0]), len(group.limbs), o.shape[1]))

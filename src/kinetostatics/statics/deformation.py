@@ -37,10 +37,10 @@ class ElasticDeformation:
     Attributes:
         kind: ``beams``, ``joints``, ``actuators`` or ``assembly_errors``.
         names: names of the beams or joints.
-        group, number: the limbs, and the index of their group.
-        positions: indices of these limbs in the group.
-        cut_signs: (M,) signs of the cut-joint wrenches in the element.
-        motion: (6, g, N) twist of its outboard side relative to its inboard side, all contributions together, about o.
+        group, number: the group that contains the limbs, and its index.
+        positions: indices of the g limbs in the group.
+        cut_signs: (M,) signs of the cut-joint wrenches in the wrench that the beam or joint transmits.
+        motion: (6, g, N) twist of the outboard side relative to the inboard side about o, summed over all contributions.
     """
 
     kind: str
@@ -60,7 +60,7 @@ class Deformation:
         motions: twist (6, S, N) of the outer side of every joint and beam, by the edge's key.
         beams: the loaded beams.
         elastic: the elastic deformations in the limbs.
-        drive_deformations: (S, N) deformation of every elastic actuator along its coordinate [m, rad], by its joint.
+        drive_deformations: (S, N) deformation of every elastic actuator along its coordinate [m, rad], by the joint's name.
         spring_energy: (N,) strain energy of all elastic joints and actuators of the limbs [J].
     """
 
@@ -172,12 +172,12 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
 
 
 def _with_loads(solution: Solution, number: int, weights: Array, name: str, element: int) -> Array:
-    """Return the weights plus the loads on links (6, S, g, N) that an element of limbs carries.
+    """Return the wrenches (6, S, g, N) of the weights and of the loads on links that corresponding elements of limbs carry.
 
     Args:
         solution: the chunk of poses.
         number: index of the group of limbs.
-        weights: the weights that the element carries.
+        weights: wrenches of the weights that the elements carry.
         name: attribute with the loads: "beyond", "spring_beyond" or "on_drives".
         element: index of the beam, spring or drive.
     """
@@ -221,7 +221,7 @@ def _joint_motions(
 ) -> Array:
     """Return the motions (k, S, g, N) of all freedoms with which the limbs remain closed; local freedoms do not move.
 
-    The motions of all edges that transmit the wrench of a cut joint add up to the platform's motion; to zero in a ring.
+    The motions of all edges that transmit the wrench of a cut joint add up to the platform's motion, or in a ring to zero.
     """
     group = statics.group
     M, (g, N) = len(group.to_platform), geometry.limb_axes.shape[2:]
@@ -268,11 +268,11 @@ def _deform_branches(
         robot: the robot.
         solution: the chunk of poses.
         edges: joints and beams of the branches, inboard ones first.
-        forces: index of the contribution of the branches' weight. The weight of branches on the base displaces nothing else and
-            is no contribution; their index is that after the last contribution.
-        strains: index of the contribution of the strains due to this weight.
+        forces: index of the contribution of the branches' weight; for branches on the base, whose weight displaces nothing else
+            and is no contribution, the index after the last contribution.
+        strains: index of the contribution of the strains due to the branches' weight.
         root: motion of the body that carries the first edges; None: fixed.
-        moved: for each joint of a branch that an elastic actuator moves, by key, the actuator's joint and the moved joint.
+        moved: joints of branches moved by elastic actuators: by the moved joint's key, the actuator's joint and the moved joint.
         out: receives the motions.
     """
     frames, assembly_errors = solution.frames, solution.assembly_errors
@@ -325,7 +325,7 @@ def _deform_branch_drives(
     Args:
         robot: the robot.
         solution: the chunk of poses.
-        branches: edges of open branches, and the index of the contribution of the strains due to their weight.
+        branches: edges of open branches with the index of the contribution of the strains due to the branches' weight.
         out: receives the deformations.
     """
     found: dict[str, tuple[str, BranchJoint]] = {}
@@ -346,7 +346,7 @@ def _deform_branch_drives(
 
 
 def _with_branch_loads(solution: Solution, edge: Edge, weights: Array) -> Array:
-    """Return the weights plus the loads on links (6, S, N) that an edge of an open branch carries."""
+    """Return the wrenches (6, S, N) of the weights and of the loads on links that an edge of an open branch carries."""
     loads = []
     for item in solution.applied:
         carried = [wrench for place, wrench in item.load.wrenches.items() if carries(edge, place)]
@@ -357,7 +357,7 @@ def _with_branch_loads(solution: Solution, edge: Edge, weights: Array) -> Array:
 def beam_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
     """Return the section forces (2, 3, N) at the start and the end of every beam, world axes [N].
 
-    The part towards the end exerts them on the part towards the start. This is faster than :func:`deform`.
+    The part towards the end exerts the force on the part towards the start. This function is faster than :func:`deform`.
     """
     found: dict[str, Array] = {}
     for number, statics in enumerate(solution.statics):

@@ -2,7 +2,7 @@
 
 The directions of weights are constant while their lever arms rotate; springs stretch and rotate; joint wrenches rotate with the
 connected parts. Under a rotation θ of a part, a point at p moves by θ × p + ½ θ × (θ × p), so that a force f there has the
-potential energy −½ f · (θ × (θ × p)) of second order. The sum is a quadratic form ½ uᵀ K_g u in a few displacements u: rotations
+second-order potential energy −½ f · (θ × (θ × p)). The sum is a quadratic form ½ uᵀ K_g u in a few displacements u: rotations
 of parts (:mod:`kinetostatics.statics.turning_parts`), transverse displacements across prismatic joints and beams, and relative
 displacements of the ends of springs.
 """
@@ -33,7 +33,7 @@ class PlacedSpring:
 
     Attributes:
         name: name of the spring.
-        points: (3, N) its two ends [m].
+        points: positions (3, N) of its first and second end [m].
         places: the places to which its ends are attached.
         length: (N,) [m].
         tension: (N,) [N].
@@ -73,7 +73,7 @@ class GeometricTerms:
         Args:
             robot: the robot at N poses.
             acting: forces on pieces of parts: place, arm from o and force (3, N).
-            passages: the passages with the arm of the centre from o, the axes (3, k, N) of slides, and their matrix B (9, 9, N).
+            passages: each passage with the arm of its centre from o, the axes (3, k, N) of its slides, and its B (9, 9, N).
         """
         self._robot, self._where, self._parts, self._o = robot, robot.coordinates, robot.parts, robot.o
         self._springs, self._acting, self._passages = robot.springs, acting, passages
@@ -90,7 +90,7 @@ class GeometricTerms:
             self._add_spring(number, spring)
 
     def _add(self, one: Block, two: Block, block: Array) -> None:
-        """Add a term uᵀ B v, with B = ``block``, to the quadratic form; terms in blocks that are no coordinates are ignored."""
+        """Add uᵀ B v, with B = ``block``, u = ``one`` and v = ``two``, to the quadratic form, if u and v are coordinates."""
         if one in self._where.sizes and two in self._where.sizes:
             self._found[one, two] = self._found.get((one, two), 0.0) + block
             self._found[two, one] = self._found.get((two, one), 0.0) + np.swapaxes(block, 0, 1)
@@ -117,8 +117,9 @@ class GeometricTerms:
     def _add_spring(self, number: int, spring: PlacedSpring) -> None:
         """Add ½ uᵀ K_t u with the relative displacement u of a spring's ends.
 
-        u is a block of its own; for a spring between base and platform, d + θ × a with the arm a of its end from o; and for a
-        spring between two points of one part, θ × a with the vector a between them.
+        In general, u is a separate block. For a spring between base and platform, u = d + θ × a, with the platform's displacement
+        d and rotation θ and the arm a of the spring's end from o. For a spring between two points of one part with rotation θ,
+        u = θ × a, with the vector a between the points.
         """
         span = spring.points[1] - spring.points[0]
         if ("spring", number) in self._where.sizes:
@@ -244,10 +245,10 @@ class GeometricStiffness:
         return np.concatenate(rows)
 
     def under(self, solution: Solution) -> GeometricTerms:
-        """Return K_g under the weights and springs alone, in equilibrium with the joint wrenches.
+        """Return K_g due to weights and springs, without the load, and to joint wrenches in equilibrium with them.
 
         Args:
-            solution: an equilibrium of the poses.
+            solution: the equilibrium at the poses.
         """
         carried = _Carried(self._robot, solution)
         acting: list[tuple[str, Array, Array]] = []
@@ -275,10 +276,10 @@ class GeometricStiffness:
         return GeometricTerms(self, acting, passages)
 
     def _of_joint(self, item: Passage, force: Array, moment: Array) -> Array:
-        """Return B (9, 9, N) of a joint, whose wrench rotates with the mean rotation θ of its two sides.
+        """Return B (9, 9, N) of a joint, whose force F and moment M rotate with the mean rotation of its two sides.
 
-        zᵀ B z = F · (θ × s) + ½ M · (θ_inner × φ) is the energy; z consists of the rotation θ_inner of the inner side, and of the
-        shift s and the rotation φ of the outer side relative to it. In a universal joint the second axis rotates with the inner
+        The energy is zᵀ B z = F · (θ × s) + ½ M · (θ × φ); z consists of the rotation θ of the inner side, and of the shift s and
+        the rotation φ of the outer side relative to the inner side. In a universal joint the second axis rotates with the inner
         part of the joint: this adds ½ q_1 q_2 M · (a_1 × a_2), with the angles q of φ about the axes a.
         """
         found = zeros_for((9, 9, force.shape[1]), force)
@@ -296,7 +297,7 @@ class GeometricStiffness:
     def _of_beam(
         self, solution: Solution, name: str, axes: Array, arm: Array, force: Array, moment: Array
     ) -> tuple[Array, Array, Array]:
-        """Return B (9, 9, N) of a beam with force and moment (3, N) on its outer part, and arm and force on its inner part."""
+        """Return B (9, 9, N) of a beam under force and moment (3, N) on its outer part; also arm and force on its inner part."""
         model = self._robot.beams[name]
         length, lever = model.length(self._frames), model.lever(self._frames)
         weight = self._robot.weights.sum([f"beam:{name}"], solution.weights)[:3]
@@ -324,7 +325,7 @@ class GeometricStiffness:
 
 
 class _Carried:
-    """Wrenches in passages under weights and springs."""
+    """Wrenches that passages transmit under weights and spring forces."""
 
     def __init__(self, robot: RobotStatics, solution: Solution) -> None:
         self._robot, self._solution = robot, solution

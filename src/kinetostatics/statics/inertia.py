@@ -2,9 +2,9 @@
 
 A rigid link of mass m and inertia J about its centre of mass G, with angular velocity ω and angular acceleration α, is loaded by
 the force −m a_G and the moment −(J α + ω × J ω). Along a beam of mass μ per length, the acceleration a and the load −μ a per
-length vary linearly; the rotary inertia of the sections is a moment per length. The beam loads the rest of the robot, at its
-ends, by the opposites of the reactions of the same beam with clamped ends. Displacements and section forces of the beam are those
-of the clamped beam plus those due to these end loads.
+length vary linearly; the rotary inertia of the sections is a moment per length. At its ends, the beam loads the rest of the robot
+by the opposites of the reactions that it would have if clamped at both ends. The displacements and section forces of the beam are
+the sum of two parts: those of the clamped beam, and those due to these end loads.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def inertial_load(
 
 
 class _Moving:
-    """Inertial wrenches (6, N) about o and their points of application (3, N) by place, and loads (12, N) along beams by name."""
+    """Inertial loads: by place, wrenches (6, N) about o and points of application (3, N); by name, loads (12, N) along beams."""
 
     def __init__(self, robot: RobotStatics, frames: Frames, twists: Array, rates: Array, payload: LinkLoads | None) -> None:
         self.robot, self.frames, self.twists, self.rates = robot, frames, twists, rates
@@ -115,7 +115,7 @@ class _Moving:
 def line_resultants(beam: BeamModel, frames: Frames, load: Array) -> tuple[Array, Array]:
     """Return the resultants (6, N) of a load (12, N) along a beam at its start and at its end, about these points, world axes.
 
-    They are the opposites of the reactions of the beam with clamped ends.
+    The resultants are the opposites of the reactions of the beam clamped at both ends.
     """
     axes, length = beam.world_axes(frames), beam.length(frames)
     local = np.concatenate([np.einsum("ijn,in->jn", axes, part) for part in np.split(load, 4)])

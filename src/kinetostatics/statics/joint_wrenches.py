@@ -45,9 +45,10 @@ def actuator_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]
 
 
 def carried_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[int] | None = None) -> Array:
-    """Return the wrenches (6, J, N) of the joints in given rows of the table; None: all. If indeterminate, one solution.
+    """Return the wrenches (6, J, N) of joints in given rows of the table (None: all); one solution if indeterminate.
 
-    For a joint of a serial limb: −(J_ic W_ic + J_ig W_ig + Σ w), with the weights w outboard of it (method page, section 7).
+    For a joint of a serial limb: −(J_ic W_ic + J_ig W_ig + Σ w), with the weights w outboard of this joint (method page,
+    section 7).
     """
     table = robot.joint_table
     which = slice(None) if joints is None else list(joints)
@@ -87,8 +88,8 @@ def actuator_forces_from(
 ) -> dict[str, Array]:
     """Return the force or torque f (…, N) of each actuator, positive along its coordinate, from joint wrenches (6, J, …, N).
 
-    f is the power of the joint's wrench on the actuator's unit twist, Eq. (17), plus those of mimic joints times their
-    multipliers. ``names`` are the joints of the wrenches; None: all of the robot's joint table.
+    f is the power of the joint's wrench on the actuator's unit twist, Eq. (17), plus the powers for mimic joints times
+    their multipliers. ``names`` are the joints of the wrenches (None: all joints of the robot's joint table).
     """
     table = robot.joint_table
     places = {name: k for k, name in enumerate(table.names if names is None else names)}
@@ -147,7 +148,7 @@ def _open_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[int
 
 
 def limb_wrench(solution: Solution, number: int, position: int) -> Array:
-    """Return the platform's wrench on a limb (6, N) about o; if indeterminate, one solution."""
+    """Return the platform's wrench (6, N) on a limb about o; if it is indeterminate, one of the solutions."""
     statics = solution.statics[number]
     intensities = solution.intensities[number][:, :, position].sum(axis=1)
     return np.einsum("kin,in->kn", statics.J_c[:, :, position], intensities) + statics.R_g[:, position]
@@ -156,7 +157,7 @@ def limb_wrench(solution: Solution, number: int, position: int) -> Array:
 def base_wrench(robot: RobotStatics, solution: Solution) -> Array:
     """Return the ground's wrench (6, N) acting on the robot, about the base link's origin, world axes [N, N·m].
 
-    It is the negative sum of all loads and weights.
+    This wrench is the negative sum of all loads and weights.
     """
     weights, topology = solution.weights, robot.topology
     sum_at_o = weights[:, robot.weights.of("base")].sum(axis=1)

@@ -78,7 +78,7 @@ class AppliedStatics:
 
     Attributes:
         load: the load.
-        statics: for each group of limbs, their statics under this load alone; None for groups without the load.
+        statics: for each group of limbs, their statics under only this load; None for groups that the load does not affect.
         share: (S, N) factor of the load in each contribution.
     """
 
@@ -107,7 +107,10 @@ def applied_statics(
 
 
 def _under(group: LimbGroup, loads: Sequence[AppliedLoad], frames: Frames, o: Array) -> list[LimbStatics | None]:
-    """Return the statics of a group of limbs under each load alone, None if it is elsewhere; at few poses, many at once."""
+    """Return the statics of a group of limbs under each single load, None for loads that do not affect them.
+
+    At few poses, many loads are computed at once.
+    """
     found: list[LimbStatics | None] = [None] * len(loads)
     mine = {k: load.at(group.places) for k, load in enumerate(loads)}
     mine = {k: wrenches for k, wrenches in mine.items() if wrenches}
@@ -143,10 +146,10 @@ def by_place(applied: Iterable[AppliedStatics]) -> dict[str, Array]:
 
 
 def with_contributions(weights: Array, applied: Iterable[AppliedStatics], parts: Iterable[Array | None]) -> Array:
-    """Return a quantity (A, S, …, N) of weights and loads together, by contribution.
+    """Return a quantity (A, S, …, N) under weights and loads together, by contribution.
 
-    ``weights`` (A, S, …, N) is the quantity of the weights alone; ``parts`` (A, …, N) are those of each load, None for zero.
-    Without loads, ``weights`` itself is returned.
+    ``weights`` (A, S, …, N) is the quantity under the weights only; ``parts`` (A, …, N) has the quantity under each load, None
+    for zero. Without loads, ``weights`` itself is returned.
     """
     total = weights
     for item, part in zip(applied, parts, strict=True):
@@ -186,7 +189,7 @@ class _Load:
 
 @dataclass(frozen=True)
 class LinkLoads:
-    """Checked loads on links; arrays as the user gives them or, for a chunk of poses, batch axis last."""
+    """Checked loads on links; arrays are in the user's layout or, for a chunk of poses, have the batch axis last."""
 
     robot: RobotStatics
     loads: tuple[_Load, ...]
@@ -240,8 +243,9 @@ class LinkLoads:
     def masses(self, frames: Frames) -> Iterator[tuple[str, int, Array, Array, Array, Array]]:
         """Yield, for every mass and every place at which it acts at some poses, its inertial data at N poses.
 
-        These are the place; the body; the centre of mass (3, N) [m]; the mass (N,) [kg]; the axes (3, 3, N) of its link; and the
-        inertia (3, 3, N) about its centre in these axes [kg·m²]. Mass and inertia are 0 at poses at which it acts elsewhere.
+        These are the place; the body; the centre of mass (3, N) [m]; the mass (N,) [kg]; the axes (3, 3, N) of the link; and the
+        inertia (3, 3, N) about the centre of mass in these axes [kg·m²]. Mass and inertia are 0 where the mass acts at another
+        place.
 
         Raises:
             ArgumentError: as for :meth:`at`.
@@ -255,7 +259,7 @@ class LinkLoads:
 
 
 def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: Array) -> dict[str, Mask]:
-    """Return the places of a load at points (3, N) of a link, with the mask (N,) of the poses of each.
+    """Return the places of a load at points (3, N) of a link, each with the mask (N,) of the poses at which the load acts there.
 
     Raises:
         ArgumentError: the point of an elastic link is no end of a beam, or the link has no support; ``what`` begins the message.

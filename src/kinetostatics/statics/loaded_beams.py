@@ -29,11 +29,11 @@ class LoadedBeams:
         load: (6, S, g, N) own weight, force and moment per length [N/m, N].
         inner: (6, S, g, N) motion of the base end as a rigid body, about o, world axes.
         stretch: (S, g, N) excess length by error or temperature [m].
-        elsewhere: (S, g, N) axial force [N] due to own weight, added in the contribution of the forces and subtracted in that of
-            the strains, to which ``wrench`` assigns it; 0 if both are the same contribution, see
-            :func:`kinetostatics.statics.solution.by_mechanism`.
+        elsewhere: (S, g, N) correction of axial forces [N]: it moves the axial force due to the limb's weight from the
+            contribution of the strains, in which ``wrench`` has it, to that of the forces; 0 if both are the same contribution,
+            see :func:`kinetostatics.statics.solution.by_mechanism`.
         line: (12, S, g, N) linearly varying load, force and moment per length at the base end, then at the platform end
-            [N/m, N]; None: no such load. Its resultants at the ends are part of ``wrench``, see
+            [N/m, N]; None: zero. Its resultants at the ends are part of ``wrench``, see
             :func:`kinetostatics.statics.inertia.line_resultants`.
     """
 
@@ -54,14 +54,14 @@ class LoadedBeams:
     def under(
         cls, models: Sequence[BeamModel], compliances: Array, axes: Array, length: Array, end: Array, carried: Array, load: Array
     ) -> LoadedBeams:
-        """Return beams with fixed base ends under wrenches ``carried`` (6, S, g, N), about o in world axes, and ``load``."""
+        """Return beams with fixed base ends, under ``load`` and under wrenches ``carried`` (6, S, g, N) about o in world axes."""
         mass = np.stack([model.mass_of(length[m]) for m, model in enumerate(models)])
         wrench = rotate(axes, move_wrench(carried, end), back=True)
         none = np.zeros(wrench.shape)
         return cls(tuple(models), compliances, axes, length, mass, end, wrench, load, none, none[0], none[0])
 
     def axial_force(self) -> Array:
-        """Return the axial force (S, g, N) at the platform end by contribution of the forces, tension positive."""
+        """Return the axial force (S, g, N) at the platform end, tension positive, by the contributions that cause forces."""
         return np.asarray(self.sections(self.length[None])[0, 0] + self.elsewhere)
 
     def end_twist(self) -> Array:
@@ -97,7 +97,7 @@ class LoadedBeams:
         """Return the beams with linearly varying loads.
 
         Args:
-            loads: pairs of the index of a contribution and its loads (12, N) by beam, at the start, then at the end, world axes.
+            loads: the index of each contribution, with its loads (12, N) by beam: at the start, then at the end, world axes.
         """
         found = np.zeros((12, *self.wrench.shape[1:]))
         for source, lines in loads:
@@ -108,7 +108,7 @@ class LoadedBeams:
         return replace(self, line=found) if np.any(found) else self
 
     def lines(self, fractions: Array) -> Array:
-        """Return displacement and rotation (6, n, S, g, N) of stations at given fractions of the length, world axes."""
+        """Return displacement and rotation (6, n, S, g, N) at n given fractions of the length, world axes."""
         s = fractions[:, None, None, None] * self.length
         c = self.compliances[:, None, None]
         local = beam_formulas.bent_line(c, self.length, self.wrench[:, None], self.load[:, None], s)

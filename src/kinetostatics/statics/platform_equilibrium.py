@@ -49,8 +49,8 @@ class PlatformEquilibrium:
         compliance, stiffness: (6, 6, N) C = K⁻¹ and K at o; the stiffness is NaN where rigid limbs make it infinite.
         singular: (N,) whether the platform can still move.
         indeterminate: (N,) whether forces in rigid limbs are statically indeterminate.
-        undetermined: for each group (n_c, g, N) whether an intensity is indeterminate.
-        open: for each group (n_c, k, g, N) combinations of intensities with zero resultant on the platform.
+        undetermined: for each group, (n_c, g, N) whether an intensity is indeterminate.
+        open: for each group, k combinations (n_c, k, g, N) of intensities with zero resultant on the platform.
     """
 
     def __init__(self, robot: RobotStatics, statics: tuple[LimbStatics, ...], N: int) -> None:
@@ -92,13 +92,13 @@ class PlatformEquilibrium:
             self.stiffness, self.indeterminate = K, np.zeros(N, dtype=bool)
 
     def solve(self, right: Array, strains: Sequence[Array], errors: bool = False) -> tuple[Array, list[Array]]:
-        """Return the twists (6, S, N) and intensities, for each group (n_c, S, g, N).
+        """Return the twists (6, S, N), and for each group the intensities (n_c, S, g, N).
 
         Δ = K⁻¹ (W − Σ J_ig W_ig + Σ J_ic C_ic⁻¹ Δ_igc), Eq. (12), for the motions that rigid limbs permit.
 
         Args:
             right: (6, S, N) external wrenches on the platform minus the attached wrenches of the limbs.
-            strains: for each group (n_c, S, g, N) displacements of the limbs' ends along their wrenches at zero intensities.
+            strains: for each group, displacements (n_c, S, g, N) of the limbs' ends along their wrenches at zero intensities.
             errors: whether the last strains are assembly errors, which also displace the ends of rigid limbs.
         """
         total = self.pull(right, strains)
@@ -116,8 +116,8 @@ class PlatformEquilibrium:
     def pull(self, right: Array, strains: Sequence[Array]) -> Array:
         """Return the resultant wrench on the platform (6, S, N): the twists are C times this wrench; see :meth:`solve`.
 
-        By reciprocity, the product of this wrench and a twist of the platform is the work of all loads in the motion of the robot
-        that the twist causes.
+        By reciprocity, the product of this wrench and a twist of the platform is the work that all loads do when the robot moves
+        with this twist of its platform.
         """
         total = np.array(right, subok=True)
         for factor, half, strain in zip(self._factors, self._halves, strains, strict=True):
@@ -129,7 +129,7 @@ class PlatformEquilibrium:
         return total
 
     def with_fixed_platform(self, strains: Sequence[Array]) -> list[Array]:
-        """Return the intensities with the platform fixed, for each group (n_c, S, g, N)."""
+        """Return for each group the intensities (n_c, S, g, N) with the platform fixed."""
         found = []
         for factor, strain in zip(self._factors, strains, strict=True):
             resisted = np.zeros_like(strain) if factor is None else -strain
@@ -177,7 +177,7 @@ class PlatformEquilibrium:
 
 
 def _split(item: LimbStatics) -> _Split:
-    """Split wrenches by the soft ones chosen at generic poses; by eigenvectors where that is unreliable."""
+    """Split the wrenches of limbs by the soft wrenches chosen at generic poses, or by eigenvectors where this is unreliable."""
     r, J = item.group.rigid_directions, np.moveaxis(item.J_c, (2, 3), (0, 1))
     if len(item.group.soft) != len(item.C) - r:
         return _Split(*split_by_eigenvectors(np.moveaxis(item.C, (0, 1), (-2, -1)), r), J)
@@ -197,7 +197,7 @@ def _invert(K: Array, scale: Array) -> tuple[Array, NDArray[np.bool_]]:
 
 
 def _by_projection(A: Array, K: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return the platform's compliance without motion along rigid wrenches, and A⁺, which distributes a wrench to these.
+    """Return the platform's compliance without motion along rigid wrenches, and A⁺, which divides a wrench among the rigid ones.
 
     With the projection P = 1 − A A⁺ on the permitted motions, the compliance is the pseudoinverse of P K P.
 

@@ -24,8 +24,8 @@ class OpenBranch:
         owner: the limb that carries the branch, or ``base`` or ``platform``.
         joint: name of the joint.
         edge: the joint, directed outwards.
-        outboard: (W,) mask of the weights that it carries.
-        scale: (k,) scale of its powers: 1 for a translation, the characteristic length for a rotation.
+        outboard: (W,) mask of the weights that the joint carries.
+        scale: (k,) scale of the powers on its freedoms: 1 for a translation, the characteristic length for a rotation.
     """
 
     def __init__(self, model: StaticModel, owner: str, edge: Edge) -> None:
@@ -37,7 +37,7 @@ class OpenBranch:
         self.scale = np.where(self._freedoms.rotates, model.length, 1.0)
 
     def twists(self, frames: Frames, o: Array) -> Array:
-        """Return the unit twists (6, k, N) of its freedoms about o."""
+        """Return the unit twists (6, k, N) of the joint's freedoms about o."""
         return self._freedoms.twists(frames, o)
 
 
@@ -60,14 +60,14 @@ class JointTable:
     """All joints that carry wrenches.
 
     Attributes:
-        names: names of the joints, including fixed joints: those of the limbs, of their open branches, of base and of platform.
+        names: names of the joints, also of fixed ones: in limbs, in their open branches, and on base and platform.
         owners: the limb of each joint, or ``base`` or ``platform``.
         signs: by name, 1 if the wrench of the predecessor on the successor is reported, else −1.
         cut_signs: (J, Q) signs of the cut-joint wrenches of all limbs in the wrench of the joint's outboard side on its inboard
             side.
         outboard: (J, W) mask of the weights that each joint carries.
         reported: (J,) −1 if the wrench of the inboard side on the outboard side is reported, 1 for its reaction.
-        centre_body, centre: body (J,) and position (3, J) of the centre, on the side on which the reported wrench acts.
+        centre_body, centre: body (J,) on which the reported wrench acts, and position (3, J) of the joint's centre in it.
     """
 
     def __init__(self, model: StaticModel) -> None:

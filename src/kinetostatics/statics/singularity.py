@@ -5,8 +5,8 @@ beam has a negative length.
 
 Ranks and bases are normally decided once per robot (method page, section 2). If a limb is stretched, or if two of its axes
 coincide, its joint twists become dependent: its passive joints allow one motion less and it transmits one wrench more. The ranks
-of the limb are then decided at that pose. The rank of its compliance may change too: a limb with elastic actuators alone is
-compliant in the directions in which the actuators move it; a stretched limb has fewer of these directions.
+of the limb are then decided at that pose. The rank of its compliance may change too: a limb of which only the actuators are
+elastic is compliant in the directions in which they move it; a stretched limb has fewer of these directions.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def where_singular(
 
 
 def without_equilibrium(singular: NDArray[np.bool_], unbalanced: Mapping[str, Array]) -> NDArray[np.bool_]:
-    """Return ``singular`` (N,), extended by the poses at which a limb or branch is not in equilibrium with its loads."""
+    """Return ``singular`` (N,), also true at poses at which a limb or branch is not in equilibrium with its loads."""
     for part in unbalanced.values():
         singular = singular | (part > UNBALANCED)
     return singular
@@ -66,7 +66,7 @@ def any_limb(groups: Sequence[NDArray[np.bool_]], N: int) -> NDArray[np.bool_]:
 
 
 def is_constrained(statics: Iterable[LimbStatics], scale: Array, N: int) -> NDArray[np.bool_]:
-    """Return the mask (N,) of poses with a constrained platform, by the smallest eigenvalue of the wrenches' Gram matrix."""
+    """Return the mask (N,) of poses at which the platform cannot move: the wrenches' Gram matrix has no small eigenvalue."""
     gram = np.zeros((6, 6, N))
     for item in statics:
         unit = normalize(item.J_c * scale[:, None, None, None])
@@ -82,7 +82,7 @@ def unbalanced_parts(
     statics: Iterable[LimbStatics],
     loads: Mapping[str, Array],
 ) -> dict[str, Array]:
-    """Return, by limb and branch, the fraction (N,) of its weight and ``loads`` that its passive joints cannot carry."""
+    """Return for each limb and branch the fraction (N,) of its weight and ``loads`` that its passive joints cannot carry."""
     sizes = {place: _size(wrench, robot.length) for place, wrench in loads.items()}
     result: dict[str, Array] = {}
     for item in statics:
@@ -113,7 +113,7 @@ def _size(wrench: Array, length: float) -> Array:
 def groups_of_poses(
     robot: RobotStatics, frames: Frames, o: Array, statics: tuple[LimbStatics, ...]
 ) -> dict[int, tuple[LimbGroup, ...]]:
-    """Return the groups of limbs for every pose at which the rank of a limb differs from that at generic poses.
+    """Return the groups of limbs for every pose, by index, at which the rank of a limb differs from that at generic poses.
 
     Args:
         robot: the robot.
@@ -182,7 +182,7 @@ def _changed(item: LimbStatics, frames: Frames, o: Array, pose: int) -> list[int
 def _regrouped(
     robot: RobotStatics, group: LimbGroup, changed: set[int], rigid: Mapping[int, int], frames: Frames
 ) -> list[LimbGroup]:
-    """Return the limbs of a group as several groups, if decisions on some limbs change at one pose.
+    """Return the limbs of a group as several groups, because the decisions on some limbs change at one pose.
 
     Args:
         robot: the robot.

@@ -2,7 +2,7 @@
 
 Passive freedoms of joints are free, driven joints are locked, elastic joints are springs. Coordinates are the passive and the
 elastic freedoms along a spanning tree of joints. A body that only beams connect to the base has six coordinates. A joint outside
-the tree closes a loop: its freedoms are coordinates too, and a stiff spring keeps the loop closed.
+the tree closes a loop: its freedoms are coordinates too, and stiff springs along its constrained directions keep the loop closed.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class MovedJoint:
 
 @dataclass(frozen=True)
 class Follower:
-    """A coordinate of a joint that mimics an elastic actuator: ``times`` the coordinate ``master``, both as lengths [m]."""
+    """A coordinate of a joint that mimics an elastic actuator: it is ``times`` the coordinate ``master``, both as lengths [m]."""
 
     column: int
     master: int
@@ -122,13 +122,13 @@ class SmallMotions:
         self.turning.update(column for k, column in enumerate(self._loose) if k % 6 < 3)
 
     def _beam(self, name: str) -> BeamEnds:
-        """Return a beam between the bodies at its ends; joints in its span connect it to these by additional bodies."""
+        """Return a beam; if joints in its span connect it to the bodies at its ends, it is between additional bodies."""
         span, (start, end) = self.model.beams[name].span, (self.body_at[at] for at in self.model.topology.beam_ends[name])
         inner = self._in_span(start, span.start_link, span.inward[::-1])
         return BeamEnds(name, inner, self._in_span(end, span.end_link, span.outward[::-1]))
 
     def _in_span(self, body: RigidBody, link: str, joints: Iterable[Connection]) -> RigidBody:
-        """Add the joints of a beam's span between the body at one of its ends and the beam; return the beam's body there."""
+        """Add the joints in a beam's span between the ``body`` at one end and the beam; return the beam's body."""
         for joint in joints:
             mine, behind = self._more(self._freedoms(joint)), RigidBody()
             self.columns[behind] = self.columns[body] + mine
@@ -168,11 +168,11 @@ class SmallMotions:
         return found
 
     def columns_of(self, *bodies: RigidBody) -> tuple[int, ...]:
-        """Return the coordinates that move any of some bodies."""
+        """Return the coordinates that move at least one of the given bodies."""
         return tuple(sorted({column for body in bodies for column in self.columns[body]}))
 
     def unit_twists(self, frames: Frames, o: Array) -> Array:
-        """Return the twists (6, n, N) per coordinate: rotation, then displacement at o (3, N).
+        """Return the twists (6, n, N) per unit of each coordinate: rotation, then displacement at o (3, N).
 
         Rotational coordinates are multiplied by the characteristic length, so that all coordinates are lengths [m].
         """
@@ -195,7 +195,7 @@ class PlacedMotions:
         self._places = {name: k for k, name in enumerate(structure.model.joint_table.names)}
 
     def moved(self, columns: tuple[int, ...], body: RigidBody, point: Array) -> Array:
-        """Return (2, 3, k, N) the rotation of a body and the displacement of its ``point`` (3, N), per unit of k coordinates."""
+        """Return the rotation of a body and the displacement of its ``point`` (3, N) per unit of k coordinates: (2, 3, k, N)."""
         mine = list(self.structure.columns[body])
         found, where = zeros_for((2, 3, len(columns), self.o.shape[1]), self.o), [columns.index(column) for column in mine]
         turns = self.units[:3, mine]
@@ -230,12 +230,12 @@ class PlacedMotions:
             yield columns, rows
 
     def at(self, body: RigidBody, point: Array) -> tuple[Array, Array]:
-        """Return the twists of a body at a point (3, N): (N, 6, n) per coordinate, and the result of :meth:`carried`."""
+        """Return the twists (N, 6, n) of a body at a point (3, N), per coordinate, and the result of :meth:`carried`."""
         turns, shifts = self.moved(tuple(range(self.units.shape[1])), body, point)
         return np.concatenate([shifts, turns]).transpose(2, 0, 1), self.carried(point)
 
     def of_body(self, shapes: Array, body: RigidBody, point: Array) -> Array:
-        """Return displacement of a point (3, N) of a body, and rotation, world axes, in shapes (N, m, n): (N, m, 6) [m, rad]."""
+        """Return the twist (N, m, 6) [m, rad] of a body at a point (3, N), world axes, in the modes ``shapes`` (N, m, n)."""
         columns = self.structure.columns[body]
         turns, shifts = self.moved(columns, body, point)
         return np.einsum("ikn,nmk->nmi", np.concatenate([shifts, turns]), shapes[..., list(columns)])
@@ -249,13 +249,12 @@ class PlacedMotions:
 
 
 def signs_of_modes(shapes: Array, twists: Array, tolerance: float) -> Array:
-    """Return signs (N, m, 1) by which the largest component of the platform's twist, or of the coordinates, becomes positive.
+    """Return signs (N, m, 1) of modes that make the largest component of the platform's twist, or of the coordinates, positive.
 
     Args:
         shapes: (N, m, n) modes in coordinates.
-        twists: (N, m, 6) twists of the platform. In modes whose twist is smaller than ``tolerance`` times the mode, the sign is
-            that of the coordinates.
-        tolerance: also the relative difference up to which components count as equal; the first of them decides the sign.
+        twists: (N, m, 6) twists of the platform. If a twist is smaller than ``tolerance`` times its mode, the coordinates decide.
+        tolerance: also the relative difference up to which components are equal; the first of equal ones decides the sign.
     """
     still = np.linalg.norm(twists, axis=-1) < tolerance * np.linalg.norm(shapes, axis=-1)
     width = max(6, shapes.shape[2])

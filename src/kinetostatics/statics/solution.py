@@ -33,22 +33,22 @@ class Solution(ShortRepr):
         weights: (6, W, N) the robot's weights [N, N·m].
         statics: the groups of limbs.
         assembly_errors: assembly errors of joints and beams.
-        errors: for each group the twists (6, elements, g, N) due to assembly errors, or None.
+        errors: for each group, the twists (6, elements, g, N) due to assembly errors, or None.
         sources: names of the contributions to the twist.
         twists: (6, S, N) contributions to the twist [m, rad], Eq. (12).
         compliance, stiffness: (6, 6, N) compliance and stiffness of the platform at o, world axes.
-        intensities: for each group W_ic due to each contribution (n_c, S, g, N), Eq. (11).
+        intensities: for each group, W_ic (n_c, S, g, N) due to each contribution, Eq. (11).
         load, platform_weight: (6, N) external load and weight of the platform [N, N·m].
-        singular: (N,) whether the platform or a limb can still move, or the length of a beam is negative: there are no results.
+        singular: (N,) whether the platform or a limb can still move, or a beam's length is negative; then there are no results.
         indeterminate: (N,) whether forces in rigid limbs or rings are statically indeterminate.
         basis_degenerate: (N,) whether the canonical wrench basis of a limb degenerates.
-        undetermined: for each group (n_c, g, N) whether an intensity is indeterminate.
-        open: for each group (n_c, k, g, N) combinations of intensities with zero resultant on the platform.
+        undetermined: for each group, (n_c, g, N) whether an intensity is indeterminate.
+        open: for each group, k combinations (n_c, k, g, N) of intensities with zero resultant on the platform.
         unbalanced: for each limb or branch, the fraction (N,) of its weight and loads that its passive joints cannot carry.
         applied: the loads on links, with their separate effects on limbs.
         weights_alone: ``statics`` without the loads on links; None without loads.
-        tangents: for a robot with springs, the matrices 1 + K_g G (n, n, N) of geometric stiffness and compliance, with the
-            platform fixed and for the platform. Each unstable motion gives a negative eigenvalue.
+        tangents: for a robot with springs, matrices 1 + K_g G (n, n, N) of geometric stiffness K_g and compliance G: of limbs
+            with fixed platform, then of the platform. Each unstable motion gives a negative eigenvalue.
     """
 
     frames: Frames
@@ -81,12 +81,12 @@ class Solution(ShortRepr):
         return any_limb([item.doubtful | item.may_stiffen for item in self.statics], self.o.shape[1])
 
     def statics_of_weights(self, number: int) -> LimbStatics:
-        """Return a group of limbs under their own weights alone."""
+        """Return a group of limbs under their own weights, without loads on links."""
         return (self.weights_alone or self.statics)[number]
 
     @cached_property
     def places(self) -> Mapping[str, tuple[int, int]]:
-        """The group of every limb, and its position there, by name."""
+        """By the name of each limb, the index of its group and its position in the group."""
         return {
             limb.name: (number, position)
             for number, item in enumerate(self.statics)
@@ -96,12 +96,13 @@ class Solution(ShortRepr):
     def contribution_mask(self, group: LimbGroup, strains: bool = False) -> Array:
         """Return (S, g, 1): 1 for the contribution of each limb's own weight, else 0.
 
-        Bodies attached to the base alone belong to no contribution; for them an index is added after the last source.
+        Closed chains attached only to the base belong to no contribution: an index after the last source is added for them. Those
+        attached only to the platform belong to the contribution of its weight.
 
         Args:
             group: the group of limbs.
-            strains: whether to mark the contribution of the strains due to the own weight, instead of that of its forces; they
-                differ after :func:`by_mechanism`.
+            strains: whether to mark the contribution of the strains due to the own weight, instead of that of the forces due to
+                it; the two differ after :func:`by_mechanism`.
         """
         hanging_on_base = group.is_attached and not group.limbs[0].on_platform
         share = np.zeros((len(self.sources) + hanging_on_base, len(group.limbs), 1))
@@ -136,7 +137,7 @@ class Solution(ShortRepr):
         return total
 
     def total_cut_wrenches(self, number: int) -> Array:
-        """Return the cut-joint wrenches (M, 6, g, N) of all contributions together in a group of limbs."""
+        """Return the sums (M, 6, g, N) of the cut-joint wrenches of all contributions in a group of limbs."""
         statics = self.statics[number]
         total = np.einsum("mkign,ign->mkgn", statics.cut_wrenches, self.intensities[number].sum(axis=1))
         total += statics.particular
@@ -181,7 +182,7 @@ def balanced(
         assembly_errors: assembly errors of joints and beams.
         groups: the limbs; None: those of generic poses.
         applied: loads on links.
-        weights: (6, W, N) the robot's weights about o; None: they are computed.
+        weights: (6, W, N) the robot's weights about o; if None, they are computed.
     """
     _, o = robot.mechanism.platform_pose(frames)
     weights = robot.weights.wrenches(frames, o, gravity) if weights is None else weights
@@ -261,15 +262,15 @@ def unit_responses(robot: RobotStatics, before: Balanced, loads: Sequence[Applie
 
 
 def with_more(robot: RobotStatics, before: Balanced, more: Mapping[str, Array], names: Sequence[str], twists: Array) -> Solution:
-    """Return an equilibrium under further loads, which are added to existing contributions.
+    """Return an equilibrium under further loads, which are parts of existing contributions.
 
     Args:
         robot: the robot.
-        before: the equilibrium without them.
+        before: the equilibrium without the further loads.
         more: wrenches (6, S, N) about o for each contribution, by place.
-        names: names of these loads, one for each contribution.
-        twists: (6, S, N) the twists of the result. They are given because sums would lose digits where these loads stiffen an
-            almost free motion.
+        names: names of the further loads, one for each contribution.
+        twists: (6, S, N) the twists of the result; adding twists here would lose digits where the further loads stiffen an almost
+            free motion.
     """
     solution, S = before.solution, len(names)
     items = [AppliedLoad(name, {place: w[:, s] for place, w in more.items()}, {}, "change") for s, name in enumerate(names)]
@@ -299,11 +300,11 @@ def _under_loads(statics: LimbStatics, number: int, applied: Iterable[AppliedSta
 
 
 def by_mechanism(robot: RobotStatics, solution: Solution) -> Solution:
-    """Return the same equilibrium with the contribution of every limb's weight divided by mechanism.
+    """Return the same equilibrium with the contribution of every limb's weight divided into two.
 
     The part due to attached wrenches, −C J_ig W_ig of Eq. (12), has the name of the limb; the part due to deformation of beams
-    and springs, C J_ic K_ic Δ_igc, is an additional contribution, named by :func:`of_deformation`. Forces that carry the limb's
-    own weight belong to the first, the strains that they cause in the limb to the second.
+    and springs, C J_ic K_ic Δ_igc, is an additional contribution, named by :func:`of_deformation`. The forces that carry the
+    limb's own weight belong to the first contribution, the strains that they cause in the limb to the second.
     """
     limbs = [limb.name for limb in robot.topology.limbs]
     if solution.sources[2 + len(limbs) : 2 + 2 * len(limbs)] == tuple(map(of_deformation, limbs)):

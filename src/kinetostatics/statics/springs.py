@@ -1,4 +1,4 @@
-"""Springs between points of two links: their forces at the pose, and the stiffness of robots that have them.
+"""Springs between points of two links: their forces at the pose, and the stiffness of robots with springs.
 
 A spring of length l, tension F = F_0 + k (l − l_0) and direction n pulls its ends together by F n. Under a relative displacement
 u of its ends the force changes to first order by K_t u with K_t = k n nᵀ + (F/l) (1 − n nᵀ), by elongation and rotation. This
@@ -35,7 +35,7 @@ def placed_springs(robot: RobotStatics, frames: Frames) -> list[PlacedSpring]:
     """Return all springs at given frames; the force of a spring of zero length is NaN.
 
     Raises:
-        ArgumentError: a spring is attached to an elastic link elsewhere than at the end of a beam.
+        ArgumentError: a spring is attached to an elastic link, but not at the end of a beam.
     """
     if robot.parts is None:
         return []
@@ -101,8 +101,8 @@ def _response(
 ) -> tuple[Array, Array, tuple[Array, ...], Array]:
     """Return the displacements u (n, S, N), twists (6, S, N), the tangents, and the platform's compliance (6, 6, N).
 
-    Displacements in limbs are u = u_0 + U Δ + F t, with the twist Δ of the platform, u_0 at Δ = 0, and changes t of the forces;
-    those of the platform are P Δ. Then t = −K_g u and Δ = Δ_0 + C (Uᵀ t + Pᵀ t_platform).
+    The displacements of limbs are u = u_0 + U Δ + F t, with the twist Δ of the platform, the changes t of the forces, and u_0 at
+    Δ = 0 and t = 0; the displacements of the platform are P Δ. Then t = −K_g u and Δ = Δ_0 + C (Uᵀ t + Pᵀ t_platform).
     """
     solution, where, S = before.solution, geometric.coordinates, len(before.solution.sources)
     pull, fixed = unit_responses(robot, before, geometric.unit_loads())
@@ -147,7 +147,7 @@ def _response(
 
 
 def _solved(matrix: Array, right: Array) -> Array:
-    """Return the solutions (n, m, N), zero where the matrix is not finite."""
+    """Return the solutions (n, m, N) of linear equations, zero where the equations are not finite."""
     fine = np.all(np.isfinite(matrix), axis=(0, 1)) & np.all(np.isfinite(right), axis=(0, 1))
     return solve_by_elimination(np.where(fine, matrix, np.eye(len(matrix))[:, :, None]), np.where(fine, right, 0.0))
 
@@ -155,7 +155,8 @@ def _solved(matrix: Array, right: Array) -> Array:
 def _displacements(robot: RobotStatics, solution: Solution, geometric: GeometricStiffness) -> Array:
     """Return the displacements u (n, S, N) due to every contribution.
 
-    The sag of bodies attached to the base alone belongs to no contribution; it is added to that of the first spring.
+    The sag of bodies attached only to the base belongs to no contribution; here it is added to the displacements due to the
+    first spring.
     """
     motion = partial(_motion, robot, solution, deform(robot, solution))
     u = geometric.displacements(motion, geometric.coordinates.blocks)
@@ -167,7 +168,7 @@ def _displacements(robot: RobotStatics, solution: Solution, geometric: Geometric
 def _motion(robot: RobotStatics, solution: Solution, deformation: Deformation, place: str) -> Array:
     """Return the twists (6, S + 1, N) of a place about o, by each of S contributions.
 
-    The last twist is that of bodies attached to the base alone, by their own weight.
+    The last twist is due to the weight of bodies attached only to the base; it is zero for other places.
     """
     topology, none = robot.topology, np.zeros_like(solution.twists[:, :1])
     found = solution.twists if place in topology.platform.places else np.zeros_like(solution.twists)

@@ -75,13 +75,13 @@ class TurningParts:
     """The parts of a robot.
 
     Attributes:
-        passages: passages between parts, and sliding ones within a part.
+        passages: passages between parts, and sliding passages within a part.
         places: a place for loads on each part, base and platform first.
-        owners: the owner of each part, as for passages; −1 for base and platform.
+        owners: the owner of each part, as in :class:`Passage`; −1 for base and platform.
         turning: indices of the parts with rotations in u; parts behind passive joints of open branches have none.
         spins: by part, the indices of two ball joints whose connecting line is an axis of free rotation.
         part_of: the part of each place.
-        owner_at: the owner of each place, as for passages; base and platform are left out.
+        owner_at: the owner of each place, as in :class:`Passage`; places on base and platform are left out.
         sprung: for each spring, the places of its two ends.
     """
 
@@ -296,8 +296,8 @@ class Coordinates:
     """The displacements u of which the geometric stiffness is a quadratic form.
 
     Attributes:
-        platform: blocks determined by the platform's twist alone.
-        inside: blocks inside limbs; those coupled by limbs or springs are together.
+        platform: blocks determined by the platform's twist only.
+        inside: blocks inside limbs; blocks coupled by limbs or springs are in one tuple.
         sizes: sizes of all blocks.
         on_platform: indices of the springs between base and platform.
     """
@@ -314,7 +314,7 @@ class Coordinates:
 
     @property
     def names(self) -> list[str]:
-        """Names of all displacements, and of the loads that do work on them."""
+        """Names of all displacements u, which are also the names of the loads conjugate to them."""
         return [f"change {k} of {kind} {number}" for kind, number in self.blocks for k in range(self.sizes[kind, number])]
 
 
