@@ -39,9 +39,9 @@ RECIPROCAL = 1e-14
 def evaluate_bases(group: LimbGroup, geometry: LimbGeometry, allowed: Array) -> tuple[Array, Array, Mask]:
     """Return J_ic (6, n_c, g, N), J_ig (6, n_g, g, N) about o, and the mask (g, N) of degenerate canonical bases.
 
-    Degenerate bases are replaced by orthonormal ones, from singular values. Otherwise, almost reciprocal candidates are projected
-    on the reciprocal wrenches. ``allowed`` (6, k, g, N) are twists about o that span the permitted motions of the platform; for a
-    serial limb, the twists of its passive joints.
+    Degenerate bases are replaced by orthonormal ones, from singular values. In other bases, wrenches that are only almost
+    reciprocal are projected on the reciprocal ones. ``allowed`` (6, k, g, N) are twists about o that span the permitted motions
+    of the platform; for a serial limb, the twists of its passive joints.
     """
     scale = _scale(group)[:, None]
     mine = [allowed[:, k] for k in group.basis.independent]
@@ -183,7 +183,7 @@ def _chosen(
     """Choose candidates one by one: reciprocal to given twists, and independent of ``known`` and of those already chosen.
 
     If fewer than ``count`` candidates qualify, complementary wrenches are added. ``reciprocal_to`` (6, k, poses) are scaled
-    twists, ``independent`` (6, r, poses) those of them that are independent, ``known`` (6, 1, poses) wrenches chosen already;
+    twists, ``independent`` (6, r, poses) a maximal independent set of them, ``known`` (6, 1, poses) wrenches chosen already;
     geometry and ``generic`` are those of :func:`choose_basis`.
     """
     if not count:
@@ -271,7 +271,7 @@ def _complete(spanned: list[Array], seeds: Array, chosen: Sequence[int]) -> list
 
 
 def _complement(spanned: list[Array], seeds: Array, count: int, judged: Index) -> list[Candidate]:
-    """Choose ``count`` seeds whose completion of ``spanned`` is best conditioned at the poses ``judged``."""
+    """Choose the ``count`` seeds that, with ``spanned``, are best conditioned at the poses ``judged``."""
     chosen: list[int] = []
     for number in range(count):
         completed = [*(normalize(column) for column in spanned), *_complete(spanned, seeds, chosen)]
@@ -284,7 +284,7 @@ def _complement(spanned: list[Array], seeds: Array, count: int, judged: Index) -
 
 
 def _rank_over_poses(columns: Array, tolerance: float) -> tuple[int, float]:
-    """Return the largest rank of scaled columns (6, k, P) at generic poses, and the ratio of kept to dropped singular values."""
+    """Return the largest rank of scaled columns (6, k, P) over P poses, and the ratio of kept to dropped singular values."""
     return max(numerical_rank(columns[:, :, p], tolerance) for p in range(columns.shape[2]))
 
 

@@ -84,7 +84,7 @@ def bent_line(c: Array, length: Array, wrench: Array, load: Array, s: Array) -> 
 
 
 def section_wrench(length: Array, wrench: Array, load: Array, s: Array) -> Array:
-    """Return the section wrenches (6, …) at ``s``, exerted by the outboard on the inboard part, about the section's centre."""
+    """Return the wrenches (6, …) of the outboard on the inboard part in the section at ``s``, about the section's centre."""
     arm = length - s
     fx, fy, fz, mx, my, mz = wrench
     qx, qy, qz, ux, uy, uz = load
@@ -99,7 +99,7 @@ def section_wrench(length: Array, wrench: Array, load: Array, s: Array) -> Array
 
 
 def strain_energy(c: Array, length: Array, section: Callable[[Array], Array]) -> Array:
-    """Return the strain energy (…) [J], ∫ ½ wᵀ c w ds over the beam, by Gauss–Legendre quadrature (exact: degree 7).
+    """Return the strain energy (…) [J], ∫ ½ wᵀ c w ds over the beam, by Gauss–Legendre quadrature (exact up to degree 7).
 
     ``section`` returns the section wrenches (6, k, …) [N, N·m] at distances (k, …) [m] from the base end.
     """
@@ -110,11 +110,11 @@ def strain_energy(c: Array, length: Array, section: Callable[[Array], Array]) ->
 
 
 def turned_forces(c: Array, length: Array, wrench: Array, load: Array, lever: Array) -> Array:
-    """Return B (9, 9, N) of the second-order potential energy zᵀ B z of the forces in a loaded beam under motions z of its ends.
+    """Return B (9, 9, N) of zᵀ B z, the second-order potential energy of the forces in a loaded beam whose ends move by z.
 
     z consists of the rotation of the base end, and of displacement and rotation of the platform end relative to rigid-body motion
-    with the base end; in between the beam bends as under a wrench at the platform end. With the section force F and moment M, the
-    rotation θ, the strains γ and κ of this bending, and the weight q per length at the lever arm r, the energy is
+    with the base end; between the ends, the beam bends as under a wrench at the platform end. With the section force F
+    and moment M, the rotation θ, the strains γ and κ of this bending, and the weight q per length at the arm r, the energy is
     −∫ F · (θ × γ) + ½ M · (θ × κ) + ½ F · (θ × (θ × e_x)) + ½ q · (θ × (θ × r)) ds.
 
     Args:
@@ -153,7 +153,7 @@ def of_arm(force: Array, arm: Array) -> Array:
 
 
 def outboard_wrench(length: Array, load: Array, s: Array) -> Array:
-    """Return the wrench (6, …) about the section at ``s`` [m] of the load between it and the platform end."""
+    """Return the resultant (6, …), about the section at ``s`` [m], of the load between this section and the platform end."""
     first, last, left = load[:6], load[6:], length - s
     here = first + (last - first) * (s / length)
     found = np.array((here + last) * left / 2)
@@ -187,7 +187,7 @@ def _section(length: Array, load: Array, reaction: Array, s: Array) -> Array:
 
 
 def _displacement(c: Array, length: Array, load: Array, reaction: Array, s: Array) -> Array:
-    """Return the twists (6, …) of the section at ``s`` of a beam clamped at its base end, by quadrature (exact: degree 4)."""
+    """Return the twists (6, …) of the section at ``s`` of a beam clamped at its base end, by quadrature (exact to degree 4)."""
     found = np.zeros(np.broadcast_shapes(load[:6].shape, s.shape))
     for point, weight in zip(*_GAUSS, strict=True):
         place = s * (1 + point) / 2

@@ -43,7 +43,7 @@ class LimbLoads:
 def own_weights_of_beams(group: LimbGroup, geometry: LimbGeometry, gravity: Array) -> Array:
     """Return the uniform loads (6, beams, g, N) [N/m, N] due to the beams' weights under ``gravity`` (3, N) [m/s²], in beam axes.
 
-    A mass whose centre is not that of the beam is distributed on a parallel line: its force acts on each section with a moment.
+    A mass whose centre is not the beam's middle is distributed along a parallel line; its weight also exerts a moment.
     """
     with np.errstate(divide="ignore", invalid="ignore"):  # the length of a telescopic beam may be zero
         given = group.beam_masses_per_length
@@ -54,7 +54,7 @@ def own_weights_of_beams(group: LimbGroup, geometry: LimbGeometry, gravity: Arra
 
 
 def strains(group: LimbGroup, geometry: LimbGeometry, columns: Array, particular: Array, loads: LimbLoads) -> tuple[Array, Array]:
-    """Return the compliance (n, n, g, N) along cut-joint wrenches, and the sag (n, g, N) along them.
+    """Return the compliance (n, n, g, N) and the sag (n, g, N) along n sets of cut-joint wrenches.
 
     C_ic = Σ ∫ (X J_ic)ᵀ c (X J_ic) ds, Eqs. (1), (13); Δ_igc = Σ ∫ (X J_ic)ᵀ c X (J_ig W_ig + weights) ds, Eqs. (16), (19), (21):
     Castigliano's theorem, in closed form for beams. X transforms wrenches to the section at s, c is its compliance; a spring or
@@ -96,7 +96,7 @@ def strains(group: LimbGroup, geometry: LimbGeometry, columns: Array, particular
 
 
 def whole_compliance(group: LimbGroup, geometry: LimbGeometry) -> Array:
-    """Return the sum (g, N) of all elastic compliances, for forces of 1 N and moments of 1 N times the length [m]."""
+    """Return the sum (g, N) of all elastic compliances, for forces of 1 N and moments of 1 N times the characteristic length."""
     g, N = geometry.centres.shape[-2:]
     unit = np.broadcast_to(np.diag(group.twist_scale.reshape(6))[:, :, None, None], (6, 6, g, N))
     total: Array = np.zeros((g, N))
@@ -126,7 +126,7 @@ def spring_motion(linear: Array, angular: Array, axes: Array, arm: Array, carrie
     Args:
         linear, angular: compliances, see :func:`spring_twist`.
         axes, arm: (3, 3, g, N) and (3, g, N) axes and origins of the joint frames, from o.
-        carried: (6, S, g, N) wrenches about o for all contributions.
+        carried: (6, S, g, N) wrenches that the joints carry, about o, for all contributions.
     """
     wrench = rotate(axes, move_wrench(carried, arm), back=True)
     local = spring_twist(linear, angular, wrench)

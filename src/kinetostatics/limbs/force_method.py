@@ -1,7 +1,7 @@
 """Statics of a limb with several cut joints by the force method: A X = −demand for the passive joints, P X = w.
 
 The unknowns are the wrenches X of all cut joints (:mod:`kinetostatics.mechanism.limbs`). Every passive freedom gives one row of A
-X = −d, with the solutions X = X_0 + N y; the wrench on the platform is P X, the sum of the cut joints at the platform. The limb
+X = −d, with the solutions X = X_0 + N y; the wrench on the platform is P X, the sum over the cut joints at the platform. The limb
 transmits the wrenches in the range of P N; solutions of P N y = 0 are self-stress (method page, section 9; S. P. Timoshenko and
 D. H. Young, *Theory of Structures*, chapter on the force method).
 

@@ -60,7 +60,7 @@ class Basis:
     Attributes:
         constraint, attached: chosen candidates of J_ic and J_ig.
         independent: indices of allowed twists that are independent at generic poses, for the completion of J_ic.
-        carried: indices of freedoms of the platform joint that are independent there, for the completion of J_ig.
+        carried: indices of freedoms of the platform joint that are independent at generic poses, for the completion of J_ig.
         gap: ratio of the smallest kept to the largest dropped singular value of the limb's twists.
     """
 
@@ -241,7 +241,7 @@ class _Vectors:
 
 
 def _nearest_centres(has_centre: Sequence[bool], is_serial: bool) -> dict[int, int | None]:
-    """Return, for each joint without a centre, the nearest joint with a centre, of two the outer; None in limbs with rings."""
+    """Return, for each joint without a centre, the nearest joint with one (of two, the outer); None in limbs with rings."""
     known = [u for u, has in enumerate(has_centre) if has and is_serial]
     return {
         u: min(known, key=lambda other: (abs(other - u), -other), default=None) for u, has in enumerate(has_centre) if not has
@@ -257,8 +257,8 @@ def _orientations(axes: Array, moments: Array, named: Mask, length: float) -> Ar
     Args:
         axes: (3, k, g) directions of the axes in the file.
         moments: (3, k, g) moments of unit forces along the axes, about the world's origin [m]; zero for translations.
-        named: (k,) whether an axis is a feature of the robot, not an arbitrary axis of the file, as of a spherical joint; only
-            the moments of such axes count.
+        named: (k,) whether an axis is a feature of the robot; False for arbitrary axes of the file, as in a spherical joint.
+            Only the moments of features are used.
         length: characteristic length [m].
     """
     cosines = np.einsum("ikg,ihg->khg", axes, axes) * named[:, None]
@@ -287,10 +287,10 @@ class CandidateWrenches:
         """Set the geometry and the smallest angles.
 
         Args:
-            geometry: geometry at these poses.
+            geometry: geometry of the limbs at some poses.
             length: characteristic length [m].
-            least: smallest sine of the angle between two directions, and smallest distance of two points relative to ``length``,
-                that determine another direction.
+            least: two directions determine a third if the sine of their angle exceeds this value, two points if their distance
+                exceeds this value times ``length``.
         """
         self.geometry, self.length, self.least = geometry, length, least
         self._known: dict[tuple[str | int, ...], Array] = {}
@@ -341,7 +341,7 @@ class CandidateWrenches:
 
 
 def foot(dof: int, geometry: LimbGeometry) -> Array:
-    """Return the arm (3, g, N) from o to the nearest point of a rotation axis."""
+    """Return the arm (3, g, N) from o to the point of a rotation axis nearest to o."""
     twist = geometry.twists[:, dof]
     return cross(twist[3:], twist[:3])
 

@@ -29,7 +29,7 @@ class LimbGroup:
         limbs: the limbs.
         numbers: their indices among the robot's limbs.
         compounds: for every limb, its joints.
-        elements: for every limb, its beams and joints; a joint may consist of several edges, not equally many in every limb.
+        elements: for every limb, its beams and joints; corresponding joints may consist of different numbers of edges.
         beams, springs: for every limb, the beams and springs on its edges, inboard ones first.
         drives: the elastic actuators of the limbs.
         spring_elements: index of the element of each spring.
@@ -38,7 +38,7 @@ class LimbGroup:
         compound_of: (k,) index of the compound joint of each freedom.
         platform_joint: (k,) mask of the freedoms of the platform joint.
         compliances: (6, beams, g, 1) section compliances.
-        beam_masses, beam_masses_per_length: (beams, g, 1) mass [kg] and mass per length [kg/m], of which one is given; else NaN.
+        beam_masses, beam_masses_per_length: (beams, g, 1) mass [kg] and mass per length [kg/m]; the one that is not given is NaN.
         spring_linear, spring_angular: (3, 3, springs, g) [m/N], [rad/(N·m)].
         dof_cut_signs, beam_cut_signs, spring_cut_signs, element_cut_signs: (…, M) signs of the cut-joint wrenches in each
             freedom, beam, spring and element.
@@ -52,7 +52,7 @@ class LimbGroup:
         labels, attached_labels: names of the columns of J_ic and J_ig, for each limb.
         rigid_directions: number of rigid combinations of the constraint wrenches.
         soft: constraint wrenches that span the range of the compliance.
-        at_one_pose: whether they were decided for a single pose with other ranks (:mod:`kinetostatics.statics.singularity`).
+        at_one_pose: whether this was decided for a single pose with other ranks (:mod:`kinetostatics.statics.singularity`).
     """
 
     elimination: EliminationOrder | None = None
@@ -203,7 +203,7 @@ class LimbGroup:
 
     @property
     def places(self) -> set[str]:
-        """Places at which loads affect the limbs: on the limbs, and on open branches elsewhere that the limbs' actuators move."""
+        """Places at which loads affect the limbs: places on the limbs, and on open branches that the limbs' actuators move."""
         elsewhere = {place for drive in self.drives for row in drive.branches for joint in row for place in joint.edge.outboard}
         return elsewhere.union(*(limb.places for limb in self.limbs))
 
@@ -215,7 +215,7 @@ class LimbGroup:
     def carried(
         self, geometry: LimbGeometry, frames: Frames, o: Array, wrenches: Array, names: Sequence[str] | None = None
     ) -> tuple[Array, Array, Array, Array]:
-        """Return the sums of wrenches outboard of passive freedoms, of beams and of springs, and their forces on actuators.
+        """Return the sums of the wrenches outboard of passive freedoms, beams and springs, and the wrenches' forces on actuators.
 
         Args:
             geometry, frames, o: geometry of the limbs at given frames, with the reference point o (3, N) [m].
@@ -257,7 +257,7 @@ class LimbGroup:
         return table
 
     def joint_equations(self, geometry: LimbGeometry) -> Array:
-        """Return the equations (k, 6 M, g, N) of zero power on the passive freedoms, Eq. (2), of scaled cut-joint wrenches."""
+        """Return the equations (k, 6 M, g, N) for zero power of scaled cut-joint wrenches on the k passive freedoms, Eq. (2)."""
         scaled = (geometry.twists[:, self.passive] * self.twist_scale).swapaxes(0, 1) / self.power_scale
         signs = self.dof_cut_signs[self.passive]
         rows = zeros_for((*signs.shape, *scaled.shape[1:]), scaled)
@@ -277,16 +277,16 @@ class LimbGroup:
 
     @property
     def twist_scale(self) -> Array:
-        """Factors (6, 1, 1, 1) of twists for moments divided by the characteristic length."""
+        """Factors (6, 1, 1, 1) that scale twists, for use with moments divided by the characteristic length."""
         return np.array([1.0] * 3 + [self.model.length] * 3).reshape(6, 1, 1, 1)
 
     def even_twists(self, geometry: LimbGeometry) -> Array:
-        """Return dimensionless twists (6, k, g, N) of all freedoms: rotations by 1 rad, translations by the length."""
+        """Return dimensionless twists (6, k, g, N) of all freedoms: rotations by 1 rad, translations by the robot's length."""
         return geometry.twists * self.twist_scale / np.where(self.rotates, self.model.length, 1.0)[:, None, None]
 
     @property
     def power_scale(self) -> Array:
-        """Scale (passive freedoms, 1, 1, 1) of the powers on passive freedoms: 1, or the length [m]."""
+        """Scale (passive freedoms, 1, 1, 1) of powers: 1 for translations, the characteristic length [m] for rotations."""
         return np.where(self.rotates[self.passive], self.model.length, 1.0).reshape(-1, 1, 1, 1)
 
     def platform_wrench(self, cut_wrenches: Array) -> Array:
@@ -295,7 +295,7 @@ class LimbGroup:
 
 
 def carried_wrench(signs: NDArray[np.int8], cut_wrenches: Array) -> Array:
-    """Return the signed sum (6, …) of cut-joint wrenches (M, 6, …): the part of an edge's wrench with ``signs`` (M,)."""
+    """Return the sum (6, …) of cut-joint wrenches (M, 6, …) with an edge's ``signs`` (M,): part of the wrench in this edge."""
     if len(signs) == 1 and signs[0] == 1:
         return cut_wrenches[0]
     total = np.zeros(cut_wrenches.shape[1:])
@@ -305,6 +305,6 @@ def carried_wrench(signs: NDArray[np.int8], cut_wrenches: Array) -> Array:
 
 
 def _members_last(rows: list[list[Array]], shape: tuple[int, ...]) -> Array:
-    """Return constants of the members of g limbs as (*shape, members, g)."""
+    """Return constants of the members (such as beams) of g limbs as an array (*shape, members, g)."""
     array: Array = np.array(rows, dtype=float).reshape(len(rows), len(rows[0]), *shape)
     return np.moveaxis(array, (0, 1), (-1, -2))

@@ -16,7 +16,7 @@ from kinetostatics.mechanism.tree import Frames, joined_frames
 
 
 def make_limb_groups(model: StaticModel, frames: Frames, ordinary: Frames) -> tuple[LimbGroup, ...]:
-    """Decide ranks at generic ``frames``, choose bases that are valid at ``ordinary`` ones too, and stack equal limbs.
+    """Decide ranks at generic ``frames``, choose bases that are also valid at ``ordinary`` frames, and stack equal limbs.
 
     Raises:
         StaticsError: a limb's wrenches cannot be completed to a basis.
@@ -65,7 +65,7 @@ def _decided(
 
 
 def _stacked(model: StaticModel, members: list[tuple[LimbGroup, Basis]]) -> LimbGroup:
-    """Join groups of one limb each, all equal, to one group."""
+    """Join several groups, each of one limb, into one group; all limbs are equal."""
     first = members[0][0]
     numbers, bases = [limb.numbers[0] for limb, _ in members], [basis for _, basis in members]
     return LimbGroup(model, numbers).decided(first.elimination, bases, first.rigid_directions, first.soft)

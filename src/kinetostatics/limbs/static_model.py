@@ -37,8 +37,8 @@ class StaticModel(ShortRepr):
         weights: weights of links and beams.
         zero_frames: frames of the closed zero pose, a batch of one.
         length: characteristic length [m], which makes forces and moments comparable.
-        rank_tolerance: relative singular value below which a direction counts as dependent.
-        closing_error: residual of the loops due to rounding in the file [scaled m, rad].
+        rank_tolerance: relative singular value below which a direction is taken as dependent.
+        closing_error: residual of the closed loops due to rounding in the file [scaled m, rad].
     """
 
     NOT_RECORDED: ClassVar = ("zero_frames", "example")
@@ -73,7 +73,7 @@ class BranchJoint:
     freedoms: Freedoms
 
     def twist(self, frames: Frames, o: Array) -> Array:
-        """Return the twist (6, N) of its outer side about o, per unit of the actuator's coordinate."""
+        """Return the twist (6, N) of the joint's outer side about o, per unit of the actuator's coordinate."""
         return self.freedoms.twists(frames, o)[:, 0] * self.ratio
 
 
@@ -111,7 +111,7 @@ def limb_drives(model: StaticModel, drives: Sequence[Drive], freedoms: Sequence[
 
     Args:
         model: the robot.
-        drives: all its elastic actuators.
+        drives: all elastic actuators of the robot.
         freedoms: for every limb, the names of the joints of its freedoms, inboard ones first.
     """
     rows = []

@@ -108,7 +108,7 @@ def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array
 
 
 def _carried(group: LimbGroup, T: Array, demand: Array) -> tuple[Array, Array]:
-    """Return a wrench (6, g, N) with the power −``demand`` on the twists ``T``, and the residual."""
+    """Return a wrench (6, g, N) whose powers on the twists ``T`` are −``demand``, and the residual."""
     twists = T * group.twist_scale / np.swapaxes(group.power_scale, 0, 1)
     chosen = list(group.basis.independent)
     factor = Cholesky(np.einsum("ia...,ib...->ab...", twists[:, chosen], twists[:, chosen]))
@@ -121,7 +121,7 @@ def _carried(group: LimbGroup, T: Array, demand: Array) -> tuple[Array, Array]:
 
 
 def _crossed(group: LimbGroup, geometry: LimbGeometry) -> Mask:
-    """Return the mask (g, N) of limbs whose platform joint may have dependent twists; a single compound joint has none."""
+    """Return the mask (g, N) of limbs whose platform joint may have dependent twists; False for a single compound joint."""
     carried = list(group.basis.carried)
     if len({int(compound) for compound in group.compound_of[carried]}) < 2:
         return np.zeros(geometry.limb_axes.shape[2:], dtype=bool)
@@ -232,7 +232,7 @@ def limb_statics_under(group: LimbGroup, frames: Frames, o: Array, wrenches: Map
 def with_loads(statics: LimbStatics, parts: Sequence[tuple[LimbStatics, Array]]) -> LimbStatics:
     """Return the statics of limbs under their weights and several loads, by superposition.
 
-    ``parts`` are the statics under each load alone, with the factor (N,) of this load.
+    ``parts`` are the statics under each single load, with the factor (N,) of this load.
     """
 
     def total(name: str) -> Array:
@@ -309,7 +309,7 @@ def _statics(
 def _straining(group: LimbGroup, geometry: LimbGeometry, columns: Array, C: Array) -> Mask:
     """Return the mask (g, N) of limbs in which any of the wrenches (M, 6, n, g, N) strains a beam or spring.
 
-    Otherwise the compliance along them consists of rounding errors only.
+    In the other limbs, the compliance along these wrenches consists of rounding errors only.
     """
     forces = np.max(np.abs(columns) / group.twist_scale, axis=(0, 1, 2), initial=0.0)
     largest = np.einsum("ii...->i...", C).max(axis=0, initial=0.0)
@@ -317,14 +317,14 @@ def _straining(group: LimbGroup, geometry: LimbGeometry, columns: Array, C: Arra
 
 
 def _may_stiffen(group: LimbGroup, C: Array) -> Mask:
-    """Return the mask (g, N) of limbs whose number of rigid directions may differ from generic poses; False with beams."""
+    """Return the mask (g, N) of limbs whose number of rigid directions may differ from generic poses; False with any beams."""
     if not group.only_springs or len(group.soft) != len(C) - group.rigid_directions:
         return np.full(C.shape[2:], group.only_springs)
     return ~split_rigid(C, group.soft)[2]
 
 
 def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
-    """Return the self-stress per unit strain along it (s, s, g, N), and the cut-joint wrenches of rigid self-stresses.
+    """Return the amounts of s self-stresses per unit strain along each (s, s, g, N), and the cut-joint wrenches of rigid ones.
 
     ``gram`` (n + s, n + s, g, N) is the compliance along n intensities and s self-stresses together.
     """
@@ -343,7 +343,7 @@ def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
 
 
 def _by_eigenvectors(scaled: Array, unit: Array) -> tuple[Array, Array]:
-    """Return the self-stress per unit strain (s, s, P), and rigid combinations (P, s, s) of self-stresses, by eigenvectors."""
+    """Return the self-stresses per unit strain (s, s, P), and their rigid combinations (P, s, s), by eigenvectors."""
     values, vectors = np.linalg.eigh(scaled)
     soft = values > RIGID
     inverse = np.where(soft, 1 / np.where(soft, values, 1.0), 0.0)
@@ -352,7 +352,7 @@ def _by_eigenvectors(scaled: Array, unit: Array) -> tuple[Array, Array]:
 
 
 def _errors_are_incompatible(group: LimbGroup, loose: Array, assembly_error: Array | None) -> Mask:
-    """Return the mask (g, N) of limbs with incompatible assembly errors: they do work on self-stresses without compliance."""
+    """Return the mask (g, N) of limbs with incompatible assembly errors: self-stresses without compliance do work on them."""
     if assembly_error is None:
         return np.zeros(loose.shape[3:], dtype=bool)
     length = group.model.length

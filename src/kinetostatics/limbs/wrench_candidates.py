@@ -1,4 +1,4 @@
-"""Candidates for wrench bases: forces through joint centres along limb, beam and joint axes, and couples along these.
+"""Candidates for wrench bases: forces through joint centres along limb, beam and joint axes, and couples along these axes.
 
 The order of preference is that of the method page, sections 3 and 4; candidates for bent links and general joints follow.
 """
@@ -25,7 +25,7 @@ def beam_candidates(group: LimbGroup) -> Iterator[Candidate]:
 
 
 def as_component(candidate: Candidate) -> Candidate:
-    """Return a candidate of a limb with rings, labelled as a component of the limb's wrench, not as the wrench of a part."""
+    """Return a candidate of a limb with rings, whose label says that it is only a component of the limb's wrench."""
     words = candidate.label.split(" ", 1)
     if words[0] not in ("force", "couple"):
         return candidate
@@ -83,7 +83,7 @@ def common_point(group: LimbGroup, geometry: LimbGeometry) -> tuple[int, int] | 
 
 
 def central_candidates(group: LimbGroup, f: int, h: int) -> Iterator[Candidate]:
-    """Yield forces through the common point of all passive axes, along two of them and normal to both, and a normal couple."""
+    """Yield forces through the common point of all passive axes, along two axes and normal to both, and a normal couple."""
     names = [group.dofs[0][k].label for k in (f, h)]
     yield Candidate(("axis", f), (f, h), f"force along the axis of {names[0]}")
     yield Candidate(("axis", h), (f, h), f"force along the axis of {names[1]}")
@@ -147,7 +147,8 @@ def _platform_centre(compounds: Sequence[CompoundJoint]) -> int:
 def _candidate_axes(group: LimbGroup) -> list[int]:
     """Return the freedoms whose axes are features of the limb.
 
-    Rotations of single-axis joints come first, then universal joints, then translations; within each, the platform side first.
+    Rotations of single-axis joints come first, then universal joints, then translations; in each set,
+    outer joints come first.
     """
     rotates, joints = group.rotates, [group.compounds[0][k] for k in group.compound_of]
     free = [int(f) for f in np.flatnonzero(group.passive)[::-1] if joints[f].has_axis(bool(rotates[f]))]
