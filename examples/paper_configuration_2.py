@@ -153,7 +153,7 @@ def story() -> str:
         ),
         "",
         "The twist without bending is that of rods with their weight [lumped at the ends](beside_other_methods.md). But Table 4 "
-        "contradicts this explanation: with bending, f_12 and f_22 agree with it to 0.03 %; without, they differ by "
+        "contradicts this explanation: with bending, f_12 and f_22 agree with the table to 0.03 %; without, they differ by "
         f"{f2_off[0]:+.1f} % and {f2_off[1]:+.1f} %. [Solid elements](solid_finite_elements.md) confirm the bending of rod 3.",
     ]
     return "\n".join(lines)

@@ -253,8 +253,8 @@ def _reach(what: str, values: xr.DataArray, tilt: xr.DataArray, limit: float, un
     """Return the largest value on our grid, and the tilt up to which values are below the paper's maximum, in words."""
     most, nearest = float(values.max()), float(tilt.where(values > limit).min())
     if most <= limit:
-        return f"On it {what} is at most {most:{form}}{unit} (paper: {limit:g}{unit})."
-    return f"On it {what} is at most {most:{form}}{unit}; up to a tilt of {nearest:.0f}° it is below the paper's {limit:g}{unit}."
+        return f"There {what} is at most {most:{form}}{unit} (paper: {limit:g}{unit})."
+    return f"There {what} is at most {most:{form}}{unit}; up to a tilt of {nearest:.0f}° it is below the paper's {limit:g}{unit}."
 
 
 def figures(coarse: bool = False) -> Iterator[tuple[str, object]]:

@@ -28,6 +28,6 @@ def test_thresholds_are_those_of_the_code():
 
 def test_limits_of_the_theory_are_those_of_the_warnings():
     page = " ".join(text_of("explanation/limits").split())
-    assert f"From {100 * EULER_WARNING:.0f} % on a warning" in page
+    assert f"From {100 * EULER_WARNING:.0f} % on, a warning" in page
     assert f"for a beam shorter than { {3.0: 'three', 5.0: 'five'}[STUBBY] } times its depth" in page
     assert f"by more than {LARGE_MOTION:g} times `robot.length`, or turns by more than {LARGE_MOTION:g} rad" in page
