@@ -118,7 +118,8 @@ class ParametricRobot:
 
         Args:
             patterns: names of arguments of the file and of numbers of parts; ``*`` is a wildcard.
-            what: name of the argument with the patterns, if numbers must not be named twice.
+            what: name of the argument that contains the patterns, for the error if a number is named twice; empty: this is
+                allowed.
             errors: whether assembly errors such as ``revolute_*.error.[xyz]`` are included.
 
         Raises:
@@ -210,7 +211,7 @@ def _changed(description: RobotDescription, changes: Sequence[tuple[RobotNumber,
 
 
 def check_unit(number: RobotNumber | ErrorParameter, typed: str, what: str) -> None:
-    """Check that the unit in which a number is given has the dimension of the number, if that is known.
+    """Check that the unit in which a number is given has the number's dimension, if this dimension is known.
 
     Raises:
         ArgumentError: the dimensions differ.
@@ -237,10 +238,10 @@ def _bare(item: DataclassInstance) -> dict[str, object]:
 
 
 def same_pose(configuration: Configuration, robot: Robot, loops: SolverChoice) -> Configuration:
-    """Return the pose of another robot at the coordinates by which a pose was assembled, of the platform or the actuators.
+    """Return the pose of another robot at the coordinates, of platform or actuators, by which a given pose was assembled.
 
     Args:
-        configuration: the pose, at which the straight line to the new pose starts; both have the same assembly mode.
+        configuration: the given pose, where the straight line to the new pose starts; both poses have the same assembly mode.
         robot: the other robot.
         loops: function that chooses the solver.
     """
@@ -287,7 +288,7 @@ def varied(robot: Robot, description: RobotDescription, own: PoseModel) -> tuple
 
 
 def _with_beam_axes(robot: Robot, description: RobotDescription) -> RobotDescription:
-    """Return a description in which all beams have the y axes of ``robot``; default axes could change."""
+    """Return a description whose beams have the y axes that they have in ``robot``; default axes could change."""
     beams = {}
     for name, beam in description.beams.items():
         rotation = robot.mechanism.body_of[beam.link][1][:3, :3]

@@ -39,7 +39,7 @@ class RobotNumber:
 
     Attributes:
         name: name of the argument, or of part and number: ``rod_1.outer_diameter``, ``revolute_1.placement.x``.
-        unit: SI unit; "1" for a ratio, empty if unknown.
+        unit: SI unit; "1" for a ratio; empty if unknown.
         value: value, SI; 0 for a placement, which is given as a displacement.
         step: step of finite differences; None if the number cannot be changed.
         description: description of the robot.
@@ -226,7 +226,7 @@ def errors_of(robot: Robot) -> dict[str, ErrorParameter]:
 
 
 def together(errors: Sequence[ErrorParameter], amounts: Array) -> dict[str, Keyword]:
-    """Return errors of given amounts (errors, N) as the argument ``assembly_errors`` of :func:`kinetostatics.analyze`."""
+    """Return errors with the given amounts (errors, N) as the argument ``assembly_errors`` of :func:`kinetostatics.analyze`."""
     found: dict[str, Keyword] = {}
     for error, row in zip(errors, amounts, strict=True):
         if error.kind in COMPONENTS:
