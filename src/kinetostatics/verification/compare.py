@@ -53,9 +53,9 @@ class Verification(ShortRepr, Reported, builder="reports.verification:verificati
         result: the analysis.
         ours, finite_elements: both solutions: twist, compliance, stiffness, wrenches of joints and in beams, actuator forces.
         differences: largest relative difference, by quantity.
-        joint_differences: relative difference of the wrench, by joint.
-        scatter: relative change of the finite-element result if its finest level is omitted, by quantity: smaller differences
-            are not significant.
+        joint_differences: relative difference of each joint's wrench, by joint.
+        scatter: relative change of the finite-element result if its finest level is omitted, by quantity; differences smaller
+            than this are not significant.
         not_compared: reasons why quantities were not compared, by quantity, joint or beam.
         length: scale of rotations and moments [m].
         within: largest relative difference of a verified pose; natural frequencies may differ by 1e-5.
@@ -125,7 +125,7 @@ def verify(
         assembly_errors: errors of joints and beams by name, as in :func:`kinetostatics.analyze`.
         loads: loads on links, as in :func:`kinetostatics.analyze`.
         payload: payload on the platform or a link.
-        modes: number of natural frequencies to compare; in the finite elements, beams are divided and have consistent masses.
+        modes: number of natural frequencies to compare; for these, the finite elements divide beams and use consistent masses.
         within: largest relative difference of a verified pose; natural frequencies may differ by 1e-5.
 
     Raises:
@@ -197,7 +197,7 @@ def verify(
 
 
 def _ends(beam: BeamResult) -> Array:
-    """Return the section wrenches (2, 6) at the two ends of a beam, each about its section's centroid, in world axes."""
+    """Return the section wrenches (2, 6) at both ends of a beam, each about the section's centroid at that end, in world axes."""
     sections = beam.section_wrenches[[0, -1]].reshape(2, 2, 3)
     return np.asarray(sections @ beam.axes.T).reshape(2, 6)
 

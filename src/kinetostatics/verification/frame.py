@@ -32,7 +32,7 @@ class FrameBeam:
         points: (2, 3) positions of its ends [m].
         axes: (3, 3) x (along), y, z as columns.
         stiffness: EA, κGA_y, κGA_z [N], GJ, EI_y, EI_z [N·m²].
-        load: (6,) its weight, force and moment per length [N/m, N].
+        load: (6,) the beam's weight: force and moment per length [N/m, N].
         length_error: excess of its unstrained length over the distance of its ends [m].
         lever: (3,) vector from its centre line to its mass [m].
         mass: mass per length [kg/m].
@@ -126,7 +126,7 @@ class Actuator:
 
     Attributes:
         name: its name.
-        moves: transmission ratio and coordinate of each joint that it moves, its own first.
+        moves: transmission ratio and coordinate of each joint that the actuator moves, the driven joint first.
         stiffness: stiffness [N/m, N·m/rad] of an elastic actuator that moves several joints; infinite otherwise. An elastic
             actuator of one joint is a spring of this joint.
     """
@@ -137,7 +137,7 @@ class Actuator:
 
     @property
     def rotates(self) -> bool:
-        """Whether its own joint rotates."""
+        """Whether the driven joint rotates."""
         return self.moves[0][1].rotates
 
 
@@ -152,9 +152,9 @@ class FrameModel:
         beams, joints: connections of the pieces.
         actuators: the driven joints.
         size: diagonal of the box around all points [m].
-        length: scale of rotations [m]: mean distance of the platform's joints and beam ends from o; if that vanishes, the size.
+        length: scale of rotations [m]: mean distance of the platform's joints and beam ends from o; if this is zero, the size.
         ties: springs between pieces; their forces at the pose are among the loads.
-        within: names of joints inside the base or the platform, and of floating joints.
+        within: names of the joints inside the base or the platform, and of all floating joints.
         runs: for each compound joint of the analysis, the names of its hinges, whose axes meet in a point.
         pulls: forces of springs and weights of rigid links, each as piece, point (3,) [m] and force (3,) [N].
         masses: rigid links, and the payload.
@@ -177,7 +177,7 @@ class FrameModel:
 
     @property
     def at_the_pose(self) -> FrameModel:
-        """The frame under the forces of springs and weights alone, without assembly errors."""
+        """The frame under the forces of springs and weights only, without assembly errors."""
         loads = np.zeros_like(self.loads)
         for piece, point, force in self.pulls:
             loads[piece] += np.append(force, np.cross(point - self.references[piece], force))
@@ -234,7 +234,7 @@ def axes_along(x: Array, y: Array) -> Array:
 def joint_axes(joint: PlacedJoint) -> Array:
     """Return axes (3, 3): x along the joint's axis; of a universal joint, y along its first axis and x normal to both.
 
-    For a joint without an axis, they are those of the joint frame on the predecessor.
+    For a joint without an axis, these are the axes of the joint frame on the predecessor.
     """
     frame = joint.frames[0][:3, :3]
     if not joint.type.has_axis:

@@ -1,4 +1,4 @@
-"""Frame of rigid pieces, beams and joints of a robot at one pose, from its file and the poses of its links alone.
+"""Frame of rigid pieces, beams and joints of a robot at one pose, only from the robot's file and the poses of its links.
 
 SI units, world axes.
 """
@@ -252,7 +252,7 @@ class _FrameBuilder:
     # ---- weights and points -----------------------------------------------------------------------------------------
 
     def _mass(self, name: str) -> float:
-        """Return a beam's mass [kg]: by density, or the part of the link's mass in proportion to the beam's length."""
+        """Return a beam's mass [kg]: from its density, or else from the link's mass, in proportion to the beam's length."""
         beam = self.description.beams[name]
 
         def length(other: str) -> float:

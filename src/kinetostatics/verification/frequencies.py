@@ -2,8 +2,8 @@
 
 Rigid bodies and eccentric masses of beams are point masses on rigid arms. The error of an eigenvalue is a series in even powers
 of the element length and in all powers of the inverse penalty of joints; results of several meshes and penalties are
-extrapolated. An eigenvalue proportional to the small stiffness of free directions counts as zero, one proportional to the penalty
-as infinite.
+extrapolated. An eigenvalue proportional to the small stiffness of free directions is taken as zero, an eigenvalue proportional to
+the penalty as infinite.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ def _at_levels(mesh: Frame, regularization: float, number: int) -> Array:
 
 
 def _limit(meshes: list[Array]) -> Array:
-    """Return the square roots (count,) of the eigenvalues extrapolated from (levels, count) of each mesh."""
+    """Return the square roots (count,) of the eigenvalues, extrapolated from the eigenvalues (levels, count) of each mesh."""
     rigid = ~(meshes[0][1] < FOLLOWS * meshes[0][0])
     with np.errstate(invalid="ignore"):
         rows = [weights_at_zero(np.array([0.5**k for k in range(len(mesh))])) @ mesh for mesh in meshes]

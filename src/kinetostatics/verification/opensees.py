@@ -91,11 +91,11 @@ def levels(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> tuple
 
 
 def least_scatter(regularizations: Iterable[float], sure: float, solved: Callable[[float], tuple[float, Solved]]) -> Solved:
-    """Return the result of the first stiffness of free directions with a scatter below ``sure``, else the one of least scatter.
+    """Return the result for the first stiffness of free directions with a scatter below ``sure``, else that of least scatter.
 
     Args:
         regularizations: the stiffnesses.
-        sure: the scatter.
+        sure: scatter below which a result is accepted at once.
         solved: function that returns scatter and result for a stiffness.
 
     Raises:
@@ -121,7 +121,7 @@ def least_scatter(regularizations: Iterable[float], sure: float, solved: Callabl
 
 
 class FrameUnits:
-    """Units of length [m], stiffness [N/m] and force [N] in which the frame is of order one."""
+    """Units of length [m], stiffness [N/m] and force [N] in which the numbers of the frame are of order one."""
 
     def __init__(self, model: FrameModel) -> None:
         self.length = model.size
@@ -274,18 +274,18 @@ def _extrapolated(levels: list[dict[str, Array]], h: Array) -> dict[str, Array]:
 
 
 def _scatter(some: Mapping[str, Array], other: Mapping[str, Array]) -> float:
-    """Return the largest relative difference of two scaled results; reference values are at least 1e-3."""
+    """Return the largest relative difference of two scaled results, with reference values of at least 1e-3."""
     gaps = [np.abs(some[key] - other[key]).max(initial=0.0) / max(np.abs(some[key]).max(initial=0.0), 1e-3) for key in some]
     return float(max(gaps)) if np.all(np.isfinite(gaps)) else float("inf")
 
 
 def of_platform(raw: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the results with the displacements of the first probe, the platform, only: other pieces may spin freely."""
+    """Return the results with displacements of the first probe only, the platform; other pieces may spin freely."""
     return {**raw, "twist": raw["twist"][:6], "compliance": raw["compliance"][:6, :6]}
 
 
 def answer(model: FrameModel, scale: FrameUnits, raw: Mapping[str, Array]) -> FrameSolution:
-    """Return results in SI units, by name."""
+    """Return the solution in SI units."""
     wrenches: dict[str, Array] = {}
     row = 0
     for joint in model.joints:

@@ -68,7 +68,7 @@ class PlacedJoint:
         frames: (4, 4) joint frames fixed to predecessor and successor.
         axis: (3,) first axis, fixed to the predecessor.
         axis2: (3,) second axis of a universal joint, fixed to the successor.
-        locked: whether it is driven, or follows a driven one.
+        locked: whether it is driven, or follows a driven joint.
     """
 
     name: str
@@ -149,7 +149,7 @@ class RigidPieces:
     Attributes:
         joints: all joints and loops by name.
         jointed: joints with their pieces, in the order of the file. A joint inside a telescopic beam connects pieces of that
-            beam; one inside several beams has one entry for each.
+            beam; a joint inside several beams has one entry for each beam.
         beams: all beams by name.
         base, platform: pieces of base and platform.
     """
@@ -176,7 +176,7 @@ class RigidPieces:
         self.base, self.platform = self.of_link(self.description.base), self.of_link(self.description.platform)
 
     def find(self, piece: int) -> int:
-        """Return the piece that stands for all pieces merged with a given one."""
+        """Return the piece that represents all pieces merged with a given piece."""
         while self._parent[piece] != piece:
             piece = self._parent[piece]
         return piece

@@ -32,7 +32,7 @@ def solve(model: FrameModel) -> tuple[FrameSolution, FrameSolution]:
     """Solve a frame: first with rigid actuators, then with the deflections of elastic actuators that move several joints.
 
     Returns:
-        The solution; and one extrapolated from all levels but the last, to estimate the accuracy.
+        The solution; and a second one, extrapolated from all levels but the last, to estimate the accuracy.
 
     Raises:
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
@@ -98,7 +98,7 @@ def _with_elastic_actuators(
 
 
 def _solve(model: FrameModel, robot: FrameModel) -> tuple[FrameSolution, FrameSolution]:
-    """Solve a frame as :func:`solve`, with rigid actuators where they move several joints."""
+    """Solve a frame like :func:`solve`, but actuators that move several joints are rigid."""
     scale = FrameUnits(model)
     answers = _with_springs(model, robot, scale) if model.ties else levels(model, scale, [model.platform])
     all_levels, one_less = (answer(model, scale, raw) for raw in answers)
@@ -110,7 +110,7 @@ def _with_springs(model: FrameModel, robot: FrameModel, scale: FrameUnits) -> tu
 
     OpenSees computes these forces, the displacements u₀ without K_G, and the compliance C of all pieces under unit loads. The
     displacements are u = (1 + C K_G)⁻¹ u₀. To remove rounding errors of C, the loads −K_G u are added to the frame, which is
-    solved again; the residual corrects u, until these loads are constant.
+    solved again; the residual corrects u, until these loads no longer change.
     """
     pieces = [model.platform, *(piece for piece in range(len(model.references)) if piece not in (model.base, model.platform))]
     at_the_pose, loaded = levels(robot.at_the_pose, scale, pieces), levels(model, scale, pieces)

@@ -44,7 +44,7 @@ class BeamInput(TypedDict):
 
 
 class Frame(TypedDict):
-    """A frame; if ``modes`` is not 0, this number of lowest eigenvalues is computed in place of displacements."""
+    """A frame; if ``modes`` is not 0, that many lowest eigenvalues are computed in place of displacements."""
 
     nodes: list[list[float]]
     fixed: list[int]
@@ -69,8 +69,8 @@ Answer: TypeAlias = dict[str, list[list[float]]]
 def load_opensees() -> ModuleType:
     """Import OpenSees.
 
-    Its wheel for Linux contains BLAS, LAPACK and their dependencies. Where the system has none of its own, the loader does not
-    find the dependencies; they are loaded first.
+    The wheel for Linux contains BLAS, LAPACK and their dependencies. Where the system lacks these, the loader does not find them
+    in the wheel; therefore they are loaded first.
     """
     try:
         import openseespy.opensees as ops
@@ -173,7 +173,7 @@ def under_loads(ops: ModuleType, frame: Frame, penalty: float) -> Answer:
     """Return displacements and forces under loads and assembly errors.
 
     An assembly error is replaced by equivalent forces on both nodes of a spring or beam, which are not part of its internal
-    force; likewise a uniform moment along a beam, which OpenSees does not support.
+    force. A uniform moment along a beam, which OpenSees does not support, is replaced in the same way.
 
     The force of a stiff spring is a small difference of displacements and loses digits. The residual forces are therefore applied
     to the unloaded frame, twice, and the results are added.
