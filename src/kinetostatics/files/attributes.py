@@ -1,7 +1,7 @@
 """Attributes of XML elements: functions that read them, and tables by which elements are read and written.
 
-A value is a number, a vector, a name or the name of another part. Errors name the element, the attribute and the valid form. Each
-row of a table is an attribute, with the kind of its value, its default and its field in the description.
+A value is a number, a vector, a new name or the name of another part. Errors name the element, the attribute and the valid form.
+Each row of a table describes an attribute: the kind of its value, its default, and its field in the description.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _TOO_SMALL = f"is too small to compute with; it is in SI units, and at least {SM
 
 
 def allow(element: XmlElement, attributes: Iterable[str], children: Iterable[str] = ()) -> None:
-    """Raise an error for an unknown attribute or child of the element; those with a namespace are ignored."""
+    """Raise an error for an unknown attribute or child of the element, except attributes and children with a namespace."""
     attributes, children = tuple(attributes), tuple(children)
     for name in element.attributes:
         if name not in attributes and name != "xmlns" and ":" not in name:
@@ -96,7 +96,7 @@ def _parse(element: XmlElement, name: str, item: str, largest: float = LARGEST) 
 
 
 def si_hint(item: str) -> str:
-    """Return a hint at the SI value of a number with a unit; empty for other texts."""
+    """Return a hint with the SI value of a number that has a unit; empty for other texts."""
     typed = re.match(_NUMBER, item)
     unit = None if typed is None else find_unit(item[typed.end() :])
     if typed is None or unit is None or not unit.kind:
@@ -212,7 +212,7 @@ class Row:
         kind: kind of its value.
         default: value if the attribute or its element is missing; NEEDED: required.
         name: field in the description, such as ``axis`` or ``cone.angle``; empty: name of the attribute.
-        must: whether it is required if its optional element exists.
+        must: whether the attribute is required if its element, which is optional, exists.
     """
 
     attribute: str
@@ -245,7 +245,7 @@ class ElementTable:
 
     Attributes:
         tag: name of the element.
-        rows: its attributes, and those of its child elements, by their path, such as ``predecessor/origin``.
+        rows: the attributes, by path of the element: "" for the element itself, ``predecessor/origin`` for a child element.
         children: further allowed child elements.
         open: paths of elements in which unknown attributes and children are ignored.
     """
@@ -265,7 +265,7 @@ class ElementTable:
         return found
 
     def read(self, element: XmlElement, without: Collection[str] = ()) -> dict[str, Keyword]:
-        """Return the values of an element by field; those that combine several attributes are objects of ``PARTS``.
+        """Return the values of an element by field; values that combine several attributes are objects of classes in ``PARTS``.
 
         Child elements with paths in ``without`` are skipped.
 

@@ -1,4 +1,4 @@
-"""CSV tables: a header of column names with optional units, such as ``z [mm]``, and rows of as many cells."""
+"""CSV tables: a header of column names with optional units, such as ``z [mm]``, and rows with one cell per column."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def read_csv(
         least: smallest number of rows.
 
     Raises:
-        ArgumentError: the file cannot be read or is not such a table; the message names file and line.
+        ArgumentError: the file cannot be read or is not a table as required; the message names file and line.
     """
     name = os.fspath(path)
     try:
@@ -71,7 +71,7 @@ def read_csv(
 
 
 def column_name(title: str, place: str) -> tuple[str, str]:
-    """Return name and unit, or "", of a column's title."""
+    """Return the name and the unit in a column's title; the unit is "" if there is none."""
     found = re.fullmatch(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]+)\])?\s*", title)
     if found is None:
         raise ArgumentError(f"{place}: {title.strip()!r} is not a name, or a name with its unit: z [mm]")

@@ -72,7 +72,7 @@ class SourceRobot:
         Exporters mark a frame by a link that is fixed to its parent; then the parent and the fixed joint's origin are returned.
 
         Raises:
-            RobotFileError: nothing has that name, or a link and a joint elsewhere both have it.
+            RobotFileError: nothing has that name; or a link and a joint have it, and the link is not the joint's child.
         """
         joint = self.joints.get(name)
         link = name if name in self.links else None

@@ -23,7 +23,7 @@ _X, _Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 @dataclass(frozen=True)
 class Actuators:
-    """The actuators of a source: joints named by its YAML file (None: it names none), and joints with a ``<transmission>``."""
+    """The actuators of a source: joints named by its YAML file (None if it names none), and joints with a ``<transmission>``."""
 
     named: tuple[str, ...] | None
     transmissions: tuple[str, ...]
@@ -104,7 +104,7 @@ def complete(
 
 
 def unread_loops(path: str, root: XmlElement, links: Iterable[str]) -> str:
-    """Return where a robot has loops in the format of another tool, which robot files must not have; empty without such loops."""
+    """Return where a file has loops in the format of another tool, which robot files must not contain; empty if it has none."""
     if yaml := gepetto.beside(path):
         return yaml
     if root.named("loop_joint"):

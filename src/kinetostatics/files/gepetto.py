@@ -75,7 +75,7 @@ class GepettoFile:
 
 @dataclass(frozen=True)
 class Node:
-    """A text or list of a YAML file (None: a mapping), and its place."""
+    """A value of a YAML file: a text or a list (None: a mapping); and its place."""
 
     value: str | list[Node] | None
     place: Place

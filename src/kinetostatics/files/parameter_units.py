@@ -1,7 +1,7 @@
 """Units of the parameters of a robot file, from derivatives of the robot's numbers.
 
 A parameter has the unit of the numbers whose derivative with respect to the parameter is 1 or −1: it is a length if, for example,
-the diameter of a rod increases by the same amount. Without such numbers, or if their units differ, the unit is unknown.
+the diameter of a rod increases by as much as the parameter. Without such numbers, or if their units differ, the unit is unknown.
 """
 
 from __future__ import annotations

@@ -75,7 +75,7 @@ def parameter_values(path: str | os.PathLike[str], parameters: Mapping[str, obje
 
     Args:
         path: see :func:`read_robot_file`.
-        parameters: given values; the others are those of the file.
+        parameters: given values; the other arguments have the values in the file.
     """
     data, name = read_robot(path)
     values: dict[str, str] = {}
@@ -199,7 +199,7 @@ def _check_robot_level(root: XmlElement) -> None:
 
 
 def _only(root: XmlElement, table: ElementTable, links: Mapping[str, Link]) -> XmlElement | None:
-    """Return the only element of a table, which names a link; None if there is none."""
+    """Return the only element with the tag of a table, None if there is none; the element must name a link."""
     found = root.named(table.tag)
     if len(found) > 1:
         raise found[1].error(f"there are two <{table.tag}>; a robot has one")

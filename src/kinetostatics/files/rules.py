@@ -124,7 +124,7 @@ def with_counterweights(
 def read_beams(
     root: XmlElement, links: Collection[str], connections: Collection[str], rigid: Mapping[str, str]
 ) -> dict[str, Beam]:
-    """Read all ``<beam>``; ``rigid``: links that have no beams, base and platform, with their roles."""
+    """Read all ``<beam>``; ``rigid``: the links that must not have beams, each with its role, "base" or "platform"."""
     beams: dict[str, Beam] = {}
     for element in root.named("beam"):
         beam = _beam(element, links, connections, rigid)
@@ -327,7 +327,7 @@ def read_joint_stiffness(
 def _check_group(element: XmlElement, group: str, values: Vector, joint: Joint | Loop, locked: bool) -> None:
     """Check the linear or angular stiffnesses of a joint, which may be zero along its freedoms only.
 
-    If the frame's axes are no freedoms of the joint, all three must be finite and greater than zero.
+    If the joint moves along or about other directions than the axes of its frame, all three must be finite and greater than zero.
     """
     kind = JOINT_TYPES[joint.type]
     axes = kind.slides if group == "linear" else kind.turns

@@ -1,6 +1,7 @@
 """Writing of robot files, with all digits of the numbers, and of CSV tables; validation of descriptions.
 
-To validate a description, it is converted to an element ``<robot>``, which is read. Its parts keep file and line for errors.
+To validate a description, it is converted to an element ``<robot>``, which is read. Parts read from a file keep file and line for
+errors.
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ def validate(description: RobotDescription) -> RobotDescription:
         description: the description; returned unchanged if valid already.
 
     Returns:
-        The same description as read from a file: with defaults, unit axes, and numbers as floats.
+        The description as if read from a file: with defaults, unit axes, and numbers as floats.
 
     Raises:
         RobotFileError: the description is invalid; with file and line for parts of a file.

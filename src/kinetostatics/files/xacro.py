@@ -177,7 +177,7 @@ def _reason(error: Exception, arguments: _Arguments) -> str:
 
 
 def _where(traceback: TracebackType | None) -> tuple[Place | None, list[Place]]:
-    """Return the place of the element that xacro was expanding, and those of the macro calls that contain it."""
+    """Return the place of the element that xacro was expanding, and the places of the macro calls around it."""
     place: Place | None = None
     calls: list[Place] = []
     while traceback is not None:

@@ -1,7 +1,7 @@
 """Parsing of XML text to a tree of :class:`XmlElement` with file and line of each.
 
 The text is first parsed to a minidom document, which xacro requires. File and line of an element are DOM user data: xacro's
-clones of the element inherit them, and they do not appear in its text.
+clones of the element inherit them, and they do not appear in the XML text.
 """
 
 from __future__ import annotations
@@ -153,7 +153,7 @@ def parse(data: bytes | str, file: str, plain: bool = False) -> tuple[minidom.Do
 
 
 def _parse_failure(error: expat.ExpatError, builder: _DocumentBuilder) -> str:
-    """Return the reason of a parse error; for a missing end tag, with the element that is not closed."""
+    """Return the reason of a parse error; for a missing end tag, it names the element that is not closed."""
     reason = f"this is not well-formed XML: {expat.ErrorString(error.code)}"
     if error.code == _UNBOUND_PREFIX:
         return f'{reason}; declare it, as in <robot xmlns:xacro="http://www.ros.org/wiki/xacro">'
