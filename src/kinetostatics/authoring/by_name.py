@@ -47,10 +47,10 @@ def new_robot(
             Without marks, the usual actuators are chosen: in each limb the first prismatic joint, otherwise the joint at the
             base.
         path: path of the new xacro file; None: no file. An existing file is not replaced.
-        base_radius: distance of the limbs' base points from Z [m]; default: that of the name, else 0.3.
-        platform_radius: distance of their platform points from o [m]; default: that of the name, else 0.2.
+        base_radius: distance of the limbs' base points from Z [m]; default: that of the common name, else 0.3.
+        platform_radius: distance of the limbs' platform points from o [m]; default: that of the common name, else 0.2.
         height: height of the platform's reference point o above the base frame's origin O, at the zero pose [m]; default: that of
-            the name, else 0.5; negative for a suspended platform.
+            the common name, else 0.5; negative for a suspended platform.
         arrangement: "symmetric" (evenly around Z), "planar" (the same, all revolute axes along Z, height 0 unless given),
             "cartesian" (three limbs along X, Y and Z) or "spherical" (limbs RRR whose axes all pass through O); default: that of
             the common name, or of the only named mechanism with these limbs, else symmetric.

@@ -253,7 +253,7 @@ def _limb_options(
 
 
 def _check_oblique(architecture: Architecture, k: int, skeleton: Skeleton, span: np.ndarray) -> None:
-    """Check that the last link of a limb can leave the plane normal to its revolute axes: between U and S joints."""
+    """Check that a limb's last link can leave the plane normal to the limb's revolute axes: each of its two joints is U or S."""
     ends = skeleton.points[-2:]
     if len(ends) < 2 or any(point.kind not in ("U", "S") for point in ends) or (ends[0].axes == "xn" or ends[1].axes == "nx"):
         raise ArgumentError(
@@ -263,7 +263,7 @@ def _check_oblique(architecture: Architecture, k: int, skeleton: Skeleton, span:
 
 
 def _head(skeleton: Skeleton, place: LimbPlace, *, polar: bool, axes: bool) -> tuple[str, tuple[str, ...], str]:
-    """Return the parameters of a limb's macro, the lines of its call of ``limb_frame``, and the direction of its guide."""
+    """Return the parameters of a limb's macro, the lines that call ``limb_frame``, and the direction of the limb's guide."""
     vectors = {
         "vertical": "[0, 0, 1]",
         "radial": "[cos(at_base), sin(at_base), 0]",

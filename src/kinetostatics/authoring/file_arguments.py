@@ -66,7 +66,7 @@ class FileArguments:
         return number
 
     def check_all_used(self, reasons: Mapping[str, str]) -> None:
-        """Raise an error for an unknown argument; the message contains its reason in ``reasons``, or else similar names."""
+        """Raise an error for an unknown argument; the message contains the reason in ``reasons``, or else similar names."""
         for name in self.given:
             if name not in self.texts:
                 reason = reasons.get(name, near_names(name, self.texts))

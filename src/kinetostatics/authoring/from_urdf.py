@@ -63,12 +63,12 @@ def extend_robot(
         base_link: link fixed to the ground; None: the one named in the file, or the root of its tree.
         actuators: driven joints besides those with a ``<transmission>``; None: all other moving joints, if there are no loops.
             Joints outside the limbs, such as a gripper's, are locked in any case. With loops of another tool: all driven joints,
-            including loops; an empty list for none.
+            driven loops included; an empty list for none.
         elastic: sections and materials of links that are beams, such as ``{"upper_arm": "tube 60mm 50mm steel"}``; each is a
             straight beam between the two adjacent moving joints. "suggested": all suggested beams. The mass of a beam is that of
             the link's ``<inertial>``; without one, that of its material.
-        joint_stiffness: stiffnesses of actuators [N·m/rad; N/m for prismatic joints], such as ``{"elbow": 3e4}``. "suggested": as
-            in the comments.
+        joint_stiffness: stiffnesses of actuators [N·m/rad; N/m for prismatic joints], such as ``{"elbow": 3e4}``. "suggested":
+            those in the comments.
         yaml: a ``robot.yaml`` of Gepetto; None: the one of the same name beside the source, if it has loops.
         types: joint types of loops of another tool, ``{loop: type}`` with the types of ``<loop>``, or one type for all loops
             without a type in the source.
@@ -275,7 +275,7 @@ def _beam_text(description: RobotDescription, candidates: Mapping[str, Span], li
 
 
 def _tip(description: RobotDescription) -> str:
-    """Return advice for a platform that a moving joint carries and that should be elastic; else empty."""
+    """Return advice on an elastic platform if a moving joint carries the platform; else an empty text."""
     joint = next((item for item in description.joints.values() if item.child == description.platform), None)
     if joint is None or JOINT_TYPES[joint.type].is_fixed or description.loops:
         return ""

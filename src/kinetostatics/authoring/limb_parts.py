@@ -19,7 +19,7 @@ class LimbPoint:
         symbol: the joint in the notation, None for a rigid end.
         axes: order of the axes of a universal joint: "n" for the axis parallel to the limb's revolute axes, "x" for the
             perpendicular one.
-        letter: suffix of its name if the limb has several joints of this kind; else empty.
+        letter: suffix of the joint's name if the limb has several joints of this kind; else empty.
     """
 
     kind: str
@@ -65,7 +65,7 @@ class Skeleton:
 
     @property
     def has_elbow(self) -> bool:
-        """Whether it has a point between base and platform."""
+        """Whether the limb has a point between those at base and platform."""
         return len(self.points) == MAX_POINTS
 
     @property

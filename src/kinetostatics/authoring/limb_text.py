@@ -49,8 +49,8 @@ class _Walk:
     Attributes:
         link: name of the outermost link.
         end: position of the next joint in that link's frame.
-        pitch, roll: expressions of its angles; "0" if zero.
-        last_joint: name of the joint at its inner end.
+        pitch, roll: expressions of that link's angles; "0" if zero.
+        last_joint: name of the joint at that link's inner end.
         lines: the text so far.
         actuators: names of the driven joints so far.
     """
@@ -98,7 +98,7 @@ def _property(name: str, value: str) -> str:
 
 
 def _geometry(skeleton: Skeleton, options: LimbOptions) -> list[str]:
-    """Return pitch, roll and length of each link at zero, as expressions."""
+    """Return the lines that define pitch, roll and length of each link at zero by expressions."""
     if len(skeleton.points) < 2:
         return []
     lines: list[str] = []

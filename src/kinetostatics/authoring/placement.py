@@ -215,7 +215,7 @@ def read_placements(path: str | os.PathLike[str]) -> list[dict[str, Point]]:
     ``guide_x, …``; lengths in metres, or with their unit.
 
     Raises:
-        ArgumentError: it cannot be read; the message has file and line.
+        ArgumentError: the table cannot be read; the message names file and line.
     """
     kinds = {f"{column}_{letter}": kind for column, kind in COLUMNS.items() for letter in "xyz"}
     points = list(kinds)[:6]

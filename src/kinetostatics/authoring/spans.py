@@ -29,11 +29,11 @@ class Span:
 
     Attributes:
         link: name of the link.
-        start, end: names of the joints at its inner and outer end; empty if the link has no other joints.
+        start, end: names of the joints at its inner and outer end; empty in a robot with loops, where the link has no others.
         along: unit vector from start to end at the zero pose, in the link's frame.
         axis: axis of the revolute or prismatic joint ``start``, in the link's frame.
         length: distance of the two joints at the zero pose [m].
-        mass: mass of the link alone [kg].
+        mass: mass of the link, without links fixed to it [kg].
     """
 
     link: str
@@ -53,9 +53,9 @@ class Span:
 
     @property
     def tube(self) -> tuple[float, float] | None:
-        """Outer and inner diameter [m], with two digits, of a tube with the link's mass, or a thinner one that is slender.
+        """Outer and inner diameter [m] of a tube with the link's mass, or of a thinner one if that tube would not be slender.
 
-        None if the link has no mass, or if the tube with its mass is far too thick or too thin for a beam.
+        None if the link has no mass, or if a tube of this mass is far too thick or too thin for a beam.
         """
         if self.mass <= 0:
             return None
@@ -93,7 +93,7 @@ def chain_joints(description: RobotDescription) -> list[tuple[Joint, bool]]:
 def spans(description: RobotDescription, frames: Mapping[str, NDArray[np.float64]]) -> dict[str, Span]:
     """Return the links between consecutive moving joints of the chain from base to platform, by name.
 
-    If the platform's link is fixed to another, its fixed joint is the last end. Of several links fixed to each other, the
+    If the platform's link is fixed to another link, the fixed joint is the last end. Of several links fixed to each other, the
     heaviest one except the platform is returned. In a robot with loops, all links with two joints or loops are returned.
     ``frames`` are the frames (4, 4) of the links with all joints at zero.
     """

@@ -80,7 +80,7 @@ def _check_arcs(
 
 
 def spherical_limb(skeleton: Skeleton, prefixes: Mapping[str, str], flat: Mapping[str, bool]) -> tuple[list[str], list[str]]:
-    """Return the lines of a limb's macro, and its driven joints; ``flat``: whether the section of a role needs a y axis."""
+    """Return the lines of a limb's macro, and its driven joints; ``flat``: for each role, whether its section needs a y axis."""
     names = [f"revolute_${{i}}{point.letter}" for point in skeleton.points]
     driven = [point.symbol is not None and point.symbol.driven for point in skeleton.points]
     limit = ["drive_angle_max" if item else "joint_angle_max" for item in driven]
