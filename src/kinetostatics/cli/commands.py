@@ -67,7 +67,7 @@ class Command:
         arguments: names of its arguments in :data:`kinetostatics.arguments.ARGUMENTS`.
         examples: command lines.
         function: the function that it calls, as "module:name".
-        own: arguments of this command only, or with a meaning of their own.
+        own: arguments that only this command has, or that have another meaning in it.
         description: longer description than ``help``.
         required: names of required arguments.
         usage: usage line instead of a list of all options.

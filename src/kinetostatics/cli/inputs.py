@@ -247,7 +247,7 @@ def assembled(robot: Robot, option: str, coordinates: Mapping[str, object], args
 
 
 def where_of(robot: Robot, option: str, coordinates: Mapping[str, object], args: argparse.Namespace) -> dict[str, Keyword]:
-    """Return the arguments of :meth:`Robot.assemble` for the poses at coordinates of ``--platform`` or ``--actuators``."""
+    """Return the arguments of :meth:`Robot.assemble` that give the poses at coordinates of ``--platform`` or ``--actuators``."""
     options: dict[str, Keyword] = given_of(("orientation", "closure_tolerance"), args)
     near = near_pose(robot, args.near, options) if args.near else None
     return {**options, "near": near, option[2:]: coordinates or None}

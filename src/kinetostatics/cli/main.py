@@ -52,7 +52,7 @@ class Parser(argparse.ArgumentParser):
         super().__init__(**options)
 
     def error(self, message: str) -> NoReturn:
-        """Raise the error of argparse."""
+        """Raise a :class:`UsageError` in place of argparse's exit."""
         if message.endswith("required: ROBOT"):
             message = "ROBOT is missing; it comes before the options"
         raise UsageError(f"{message} (see {self.prog} --help)")
@@ -136,7 +136,7 @@ def _run(arguments: list[str]) -> int:
 
 
 def make_parser(names: Iterable[str]) -> argparse.ArgumentParser:
-    """Return the parser of the command line; it has the commands of these names."""
+    """Return the parser of the command line with the commands of these names."""
     parser = Parser(prog="kinetostatics", description=DESCRIPTION, epilog=EXAMPLES)
     parser.add_argument("--version", action=Version)
     commands = parser.add_subparsers(metavar="COMMAND", required=True, title="commands")
@@ -160,7 +160,7 @@ def _fail(message: str) -> int:
 
 
 def _offer(error: PlatformMissingError, arguments: list[str]) -> int:
-    """Print an error, and the same command with each probable platform link; if another robot has the error, the error only."""
+    """Print an error, and the same command with each probable platform link; if the error is in another robot, only the error."""
     place = arguments.index(error.file) if error.file in arguments else None
     if place is None or "--compare" in arguments[:place] or "--platform-link" in arguments:
         return _fail(str(error))

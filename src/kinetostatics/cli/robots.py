@@ -203,7 +203,7 @@ def _report(args: argparse.Namespace) -> int:
 
 
 def _map(configuration: Configuration, args: argparse.Namespace, loads: dict[str, Keyword]) -> xr.Dataset:
-    """Return the workspace map over the coordinates of ``--sweep``; the other coordinates are those of the pose."""
+    """Return the workspace map over the coordinates of ``--sweep``; the other coordinates have their values at the pose."""
     from kinetostatics.kinematics.alternatives import choices
     from kinetostatics.robot import robot_of
     from kinetostatics.workspace import sweep

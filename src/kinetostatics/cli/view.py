@@ -88,7 +88,7 @@ def _page(args: argparse.Namespace) -> int:
 
 
 def _shown(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) -> tuple[Result | UnloadedPose, list[str]]:
-    """Return the result and warnings; if there is none, the unloaded pose, and the reason as a warning."""
+    """Return the result and warnings; if there is no result, the unloaded pose, and the reason as a warning."""
     from kinetostatics.analysis import analyze
     from kinetostatics.status import Status
     from kinetostatics.viewer.single_poses import UnloadedPose
@@ -195,7 +195,7 @@ def _start(robot: Robot, args: argparse.Namespace) -> tuple[Configuration | Robo
     """Return the first pose, an error message or None, and warnings.
 
     If the given pose cannot be assembled, the first pose is the closed zero pose or, if the loops cannot be closed at all, the
-    robot; the message is that of the error.
+    robot; the message is then that of the error.
     """
     try:
         pose, found = pose_of(robot, args)
