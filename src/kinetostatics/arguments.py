@@ -168,12 +168,12 @@ class Argument:
             moments), or the kind of a number: "length", "angle", "force", "mass", "acceleration".
         help: description in the help of the command.
         metavar: placeholder of the value, or of each value, in the help.
-        size: number of numbers; 0: one.
+        size: how many numbers the value has; 0: it is a single number.
         choices: accepted words.
         least: smallest value of a count.
         expected: description of the expected positive number, for errors.
         example: example of a mapping, for errors.
-        option: name on the command line, if it differs from ``--`` and the name; a positional argument has no dashes.
+        option: name on the command line, if not ``--`` followed by the name; that of a positional argument has no dashes.
         group: heading in the help.
     """
 

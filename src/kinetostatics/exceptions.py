@@ -40,7 +40,7 @@ class KinetostaticsError(Exception):
 
 
 class ArgumentError(KinetostaticsError, ValueError):
-    """An argument has an invalid value; the message names it and the valid ones."""
+    """An argument has an invalid value; the message names the argument and its valid values."""
 
 
 #: Largest length of the reason of a RobotFileError [characters]; longer ones lose their middle.
@@ -99,7 +99,7 @@ class AssemblyError(KinetostaticsError):
 
     Attributes:
         residuals: gap of each loop, ``{loop name: (metres, radians)}``.
-        residual: the largest of these numbers, in m or rad.
+        residual: the largest of these gaps, in m or rad.
         mobility: the robot's mobility, or None if not known.
         reached: fraction (0 to 1) of the straight line to the coordinates along which the loops close, or None.
     """

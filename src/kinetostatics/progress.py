@@ -55,7 +55,7 @@ class _Line:
 
     @contextmanager
     def showing(self, text: Callable[[], str]) -> Iterator[None]:
-        """Show a text in place of those of the surrounding tasks."""
+        """Show a text in place of the texts of the surrounding tasks."""
         with self._lock:
             self._write("")
             if not self.texts:

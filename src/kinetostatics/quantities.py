@@ -248,14 +248,14 @@ def reported_names(owner: str) -> list[str]:
 
 
 def axes_of(robot: RobotStatics) -> dict[str, tuple[str, ...]]:
-    """Return the labels along those axes that are equal in all results of a robot, by name of the axis."""
+    """Return, by name of the axis, the labels of those axes whose labels are equal in all results of a robot."""
     components = {"component": COMPONENTS, "component_2": COMPONENTS, "axis": COMPONENTS[:3]}
     robots = {"actuator": robot.description.driven, "spring": tuple(robot.description.springs)}
     return {**components, "source": sources_of(robot), **robots}
 
 
 def units_along(robot: RobotStatics) -> dict[str, list[str] | list[list[str]]]:
-    """Return the units along an axis for those keys of :data:`UNITS` for which they are equal in all results of a robot."""
+    """Return the units along an axis, by key of :data:`UNITS`, for those keys whose units are equal in all results of a robot."""
     actuators = [robot.mechanism.connections[name].type for name in robot.description.driven]
     return {
         "component_unit": list(TWIST_UNITS),
@@ -270,7 +270,7 @@ def units_along(robot: RobotStatics) -> dict[str, list[str] | list[list[str]]]:
 
 
 def value_at(result: object, path: str) -> object:
-    """Return the attribute of a result at a dotted path; beyond a mapping, a mapping with the attribute of each of its items."""
+    """Return the attribute of a result at a dotted path; of a mapping on the path, the attribute of every item."""
     for name in path.split("."):
         if isinstance(result, Mapping):
             result = {key: getattr(item, name) for key, item in result.items()}

@@ -177,7 +177,7 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
             closure_tolerance: largest gap of a closed loop [m, rad]. Overconstrained robots whose files have rounded angles need
                 more than the default; their loops are closed in the least-squares sense. If no motion closes the loops and their
                 gaps at the zero pose exceed 1e-4 of the robot's size (or 1e-4 rad), the tolerance must cover these gaps too, and
-                counts only up to 1e-3 of the size (1e-3 rad).
+                gaps above 1e-3 of the size (1e-3 rad) are never accepted.
             on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
             engine: "numpy", "compiled", or "auto": see :func:`kinetostatics.analyze`.
 

@@ -53,7 +53,7 @@ class Fact:
         name: attribute of a result and variable of a Dataset.
         status: status of a pose for which this is the most severe fact; None: the fact does not affect the status.
         words: description in reports.
-        summary: description after a number of poses in reports.
+        summary: description in reports, following a number of poses.
     """
 
     name: str

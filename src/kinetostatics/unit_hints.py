@@ -63,7 +63,7 @@ def tolerance_hint(name: str, amount: float, own: float, size: float) -> list[st
 
 
 def limit_hints(limits: Mapping[str, float], size: float) -> list[str]:
-    """Return hints at limits [m] of prismatic joints far beyond the robot's size; limits still larger mean "no limit"."""
+    """Return hints at limits [m] of prismatic joints far beyond the robot's size; even larger limits mean "no limit"."""
     names: dict[float, list[str]] = {}
     for name, limit in limits.items():
         if limit <= 1000 * FAR * size:

@@ -199,7 +199,7 @@ class Card:
 
 @dataclass(frozen=True)
 class BeamQuantity:
-    """A quantity along beams for colours: key in :attr:`Card.lines`, title, number format, largest magnitude [SI], is signed."""
+    """A quantity for colours of beams: key in :attr:`Card.lines`, title, number format, largest magnitude [SI], if signed."""
 
     key: str
     words: str

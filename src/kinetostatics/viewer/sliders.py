@@ -133,7 +133,7 @@ class Sliders:
         }  # fmt: skip
 
     def _load(self, k: int, name: str, load: Array, weight: float) -> dict[str, Json]:
-        """Return the slider of component ``k`` of the load: up to twice the given load, or to the robot's weight [N]."""
+        """Return the slider of load component ``k``, at least up to twice the given load and, for forces, the robot's weight."""
         force = max(2 * float(np.abs(load[:3]).max()), weight, 100.0)
         most = force if k < 3 else max(2 * float(np.abs(load[3:]).max()), 0.25 * force * self.size)
         step = 10.0 ** math.floor(math.log10(most) - 2)
