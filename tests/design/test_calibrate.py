@@ -347,6 +347,12 @@ def test_invalid_arguments_are_refused(cantilever, changes, said):
         ks.calibrate(**{**options, **changes})
 
 
+def test_file_argument_of_a_changed_robot_is_refused_with_the_reason(cantilever):
+    changed = ks.Robot(cantilever.description.changed("rod", density=1000.0))
+    with pytest.raises(ks.ArgumentError, match=r"has no 'diameter'.*; the robot .* differs from its file"):
+        ks.calibrate(changed, {"Fz": [-10.0], "dz": [-1e-6]}, ["diameter"])
+
+
 WRONG_FILES = [
     ("Fz,dz\n", "a table of measurements has a line of titles"),
     ("Fz;dz\n1;2\n", r"mine.csv:1: separate columns by commas"),

@@ -309,6 +309,8 @@ def test_changed_robots_and_uncomputed_results_are_refused(cantilever):
     pose = cantilever.result.configuration
     with pytest.raises(ks.ArgumentError, match="needs a Configuration"):
         ks.sensitivities(pose.robot)
+    with pytest.raises(ks.ArgumentError, match="the batch is empty"):
+        ks.sensitivities(package_robots.robot("3rps").assemble(platform={"z": [], "rx": 0.0, "ry": 0.0}))
     changed = ks.Robot(pose.robot.description.changed("rod", density=1000.0))
     with pytest.raises(ks.ArgumentError, match="differs from its file"):
         ks.sensitivities(changed.assemble(), ["diameter"])

@@ -195,6 +195,7 @@ def test_second_order_of_rotated_robots_batches_and_points():
     moved, arm = one.at_point(tip).second_order, pose.platform_frame[:3, :3] @ tip
     twist = one.second_order.twist
     np.testing.assert_allclose(moved.twist[:3], twist[:3] + np.cross(twist[3:], arm), rtol=1e-9)
+    assert ks.analyze(pose, np.zeros((0, 6))).second_order.stiffness.shape == (0, 6, 6)
 
 
 def test_portal_mode_is_sway_of_both_columns():

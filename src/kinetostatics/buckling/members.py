@@ -239,7 +239,7 @@ class Members:
         forces = forces_of(self.structure, solution)
         forces = forces if poses is None else forces.take(poses)
         parts = []
-        for some in self._chunks(forces.o.shape[1]):
+        for some in self._chunks(forces.o.shape[1]) or [np.arange(0)]:
             here = forces.take(some)
             parts.append(BucklingModes.of(stability(self.structure, here)).second_order(here))
         return tuple(np.concatenate(items, axis=-1) for items in zip(*parts, strict=True))

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -133,16 +132,20 @@ class Unknowns:
             scale = {"m": self.robot.length, "rad": 1.0, "K": 100.0}[error.unit]
             return Unknown(name, "error", error.unit, 0.0, scale, (("error", name),))
         arguments: Mapping[str, float] = {}
+        reason = ""
         if "." not in name and len(parts) == 1:
-            with suppress(ArgumentError):  # if the robot differs from its file
+            try:
                 arguments = self._robots.arguments
+            except ArgumentError as error:
+                reason = f"; {error}"
         if name not in (*self._robots.parts, *arguments):
             known = [*self._sources, *arguments, *PAYLOAD, *(f"offset.{gauge}" for gauge in self._gauges), "offsets"]
             known += [*self._robots.parts, *self._robots.errors] if "." in name else []
             wrong = next((part for part in parts if part not in self._sources), name)
             raise ArgumentError(
                 f"unknowns: {self.robot.name!r} has no {wrong!r}; give a beam, elastic joint or actuator, an argument of the "
-                f"file, a number of a part, JOINT.error.rx, payload.mass, payload.x or offset.GAUGE: {near_names(wrong, known)}"
+                f"file, a number of a part, JOINT.error.rx, payload.mass, payload.x or offset.GAUGE: "
+                f"{near_names(wrong, known)}{reason}"
             )
         number = self._robots.number(name)
         scale = abs(number.value) or (1.0 if name in arguments else self.robot.length)

@@ -96,6 +96,8 @@ def sensitivities(
     check_keywords(sensitivities, analysis)
     if not isinstance(configuration, Configuration):
         raise ArgumentError(f"sensitivities needs a Configuration, got {configuration!r}; create one with robot.assemble(…)")
+    if not configuration.reached.size:
+        raise ArgumentError("sensitivities needs at least one pose; the batch is empty")
     robot = robot_of(configuration)
     robots = ParametricRobot(robot)
     numbers = _all_numbers(robots) if by is None else robots.select(names_in("by", by, '["rod_diameter"]'))
