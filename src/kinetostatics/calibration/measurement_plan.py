@@ -73,7 +73,7 @@ def plan_measurements(
 
     Returns:
         Different combinations of a pose (reachable, not singular, within joint limits) and a load, the expected standard errors
-        of the unknowns, and the ratio of those of random plans to these. From six initial plans, measurements are exchanged one
+        of the unknowns, and how much larger those of random plans are. From six initial plans, measurements are exchanged one
         by one while the determinant increases; the best resulting plan is returned.
 
     Raises:

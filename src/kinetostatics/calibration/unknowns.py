@@ -1,7 +1,8 @@
 """Unknowns of a calibration: stiffnesses, arguments of the robot's file, assembly errors, a payload, offsets of gauges.
 
-The fit varies quantities in which the readings of a statically determinate robot are linear: the compliance factor c = 1 / factor
-instead of the factor of a stiffness, and the first moment instead of a centre of mass, if the mass is unknown as well.
+The fit varies quantities in which the readings of a statically determinate robot are linear. Instead of the factor of a
+stiffness, it varies the compliance factor c = 1 / factor; if the mass of the payload is unknown, first moments instead of its
+centre.
 Combinations of unknowns that no reading determines span the null space of the Jacobian.
 """
 

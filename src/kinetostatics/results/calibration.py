@@ -30,8 +30,8 @@ class Estimate:
         value: estimate, SI.
         unit: unit of the value; empty for a factor or an unknown unit.
         start: initial value of the search, from the file.
-        interval: confidence interval. For a stiffness, it is the inverse of the interval of the compliance, which is not
-            symmetric about the value; an infinite end means no bound.
+        interval: confidence interval; an infinite end means no bound. For a stiffness, the inverse of the compliance's interval,
+            so that the value is not at its centre.
         standard_error: standard error of the value; infinite if the readings do not determine it.
         identified: whether the readings determine the value; if not, ``value`` is the fitting value nearest to the start.
     """
@@ -98,8 +98,8 @@ class Calibration(Reported, builder="reports.calibration:calibration_report"):
         estimates: estimates by name of the unknown.
         unidentifiable: combined changes of unknowns that affect no reading; empty if all unknowns are determined.
         level: confidence level of the intervals.
-        covariance: (p, p) covariance of the variables of the fit, in the order of ``estimates``: the compliance factor for a
-            stiffness, the first moment for a centre of mass if the mass is unknown too.
+        covariance: (p, p) covariance of the variables of the fit, in the order of ``estimates``. The variable is the compliance
+            factor for a stiffness, and the first moment for a centre of mass if the mass is unknown too.
         gauges: gauges with readings, by name.
         rows: (n,) row of each reading: line of the file, or index of the row.
         gauge_of: (n,) gauge of each reading.

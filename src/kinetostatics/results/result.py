@@ -365,8 +365,8 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
         """Twists at o [m, rad] by part: ``{"beams": {name: (…, 6)}, "joints": …, "actuators": …, "assembly_errors": …}``.
 
         Each is the twist P_sᵀ c_s w_s due to the deformation or assembly error of one part s; P_s are the wrenches of the part
-        under unit loads on the platform. These twists sum to the twist of the platform (method page, section 6). A rigid part
-        would change the twist by another amount, because the forces redistribute.
+        under unit loads on the platform. These twists sum to the twist of the platform (method page, section 6). If a part were
+        rigid, the twist would change by another amount, because the forces redistribute.
         """
         found = contributions.source_contributions(*self._motions)
         return ResultMapping(

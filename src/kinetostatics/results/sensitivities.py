@@ -42,9 +42,9 @@ class Sensitivity(ShortRepr):
         name: name of the parameter.
         value: value of the parameter.
         unit: SI unit of the value; empty if unknown.
-        derivatives: derivatives of all outputs by name, also available as attributes: ``twist`` (…, 6) [m, rad], ``stiffness``
-            and ``compliance`` (…, 6, 6) at o, actuators locked, ``actuator_forces`` (…) by actuator [N or N·m], ``actuators``
-            (…), coordinates [m, rad] of the actuators at the same coordinates of the platform, ``mass`` (…) [kg].
+        derivatives: derivatives of all outputs by name, also available as attributes: ``twist`` (…, 6) [m, rad]; ``stiffness``
+            and ``compliance`` (…, 6, 6) at o, actuators locked; ``actuator_forces`` (…) by actuator [N or N·m]; ``actuators``
+            (…), their coordinates [m, rad], while the coordinates used for assembly are constant; ``mass`` (…) [kg].
         exact: True if only the robot's constants are differentiated by finite differences; False if whole analyses are.
     """
 

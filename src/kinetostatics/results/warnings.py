@@ -264,14 +264,14 @@ def _changed_stiffness(result: Result) -> str:
 
 
 def _motions(values: Array, vectors: Array, k: int, scale: Array) -> str:
-    """Describe the motions of all eigenvalues (6,) equal to the k-th one, whose eigenvectors are arbitrary."""
+    """Describe the space of motions of all eigenvalues (6,) equal to the k-th; single eigenvectors in it are arbitrary."""
     alike = np.abs(values - values[k]) <= 1e-6 * abs(values[k])
     spanned = np.linalg.svd(np.concatenate([vectors[:, alike].real, vectors[:, alike].imag], axis=1))[0][:, : np.sum(alike)]
     return " and ".join(describe_twist(twist / scale, scale[-1]) for twist in canonical_basis(spanned).T)
 
 
 def _negative(solution: Solution) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the number of unstable motions at each pose (N,) within the limbs, and the number of those of the platform."""
+    """Return the numbers (N,) of unstable motions at each pose, first within the limbs, then of the platform."""
     counts = []
     for tangent in solution.tangents:
         matrices = np.nan_to_num(np.moveaxis(tangent, 2, 0))
