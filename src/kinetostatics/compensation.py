@@ -155,7 +155,7 @@ def _controlled(
 
 
 def _well_conditioned(target: Configuration, names: tuple[str, ...]) -> tuple[tuple[str, ...], Orientation]:
-    """Return coordinates equivalent to ``names``, with two rotations for azimuth and tilt, which are singular at tilt 0."""
+    """Return ``names``; near tilt 0, where azimuth and tilt are singular, with rx and ry instead of them, and the convention."""
     if {"azimuth", "tilt"} <= set(names) and np.all(np.cos(target.platform["tilt"]) > UPRIGHT):
         others = {"azimuth": "rx", "tilt": "ry", "torsion": "rz"}
         return tuple(others.get(name, name) for name in names), orientation_named("XYZ")

@@ -184,7 +184,7 @@ class VariedNumbers:
 
     Attributes:
         robots: the parametric robot.
-        alike: numbers by name; by a pattern such as ``rod_*.outer_diameter``, several numbers that have one common value.
+        alike: numbers by name, or by a pattern such as ``rod_*.outer_diameter``, whose numbers have one common value.
     """
 
     robots: ParametricRobot

@@ -44,7 +44,7 @@ def names(ds: xr.Dataset) -> list[str]:
 
 
 def _applies(ds: xr.Dataset, index: str) -> bool:
-    """Return whether an index exists for a Dataset; those of actuators do not exist without any, or with forces and torques."""
+    """Return whether a Dataset has the variable of an index, for actuator forces with a unit common to all actuators."""
     name = _variable(INDICES[index])
     return (name in ds or not name.startswith(("actuator", "residual", "frequency"))) and (
         name != "actuator_force" or len(set(units_of(ds, name).values.ravel())) == 1
@@ -60,7 +60,7 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
 
     Args:
         ds: the map, see :func:`kinetostatics.sweep`.
-        what: the name of an index ("linear_sag"; of one contribution "linear_sag:limb_1"), "stiffness_along:z",
+        what: the name of an index: "linear_sag" (due to one contribution: "linear_sag:limb_1"), "stiffness_along:z",
             "deflection_any_direction(500 N)", "rotation_any_direction(20 N·m)", as in requirements of
             :func:`kinetostatics.optimize` (or with a colon, "deflection_any_direction:500N"; default units N and N·m), or a
             variable of the Dataset with its labels: "twist:rx", "contribution:limb_1:z", "gravity_mechanism:attached:z",

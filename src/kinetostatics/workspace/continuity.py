@@ -4,8 +4,8 @@ A straight line may lead to another assembly mode if two modes are close, and it
 inside. Both cases are detected by comparison with neighbouring poses:
 
 1. Joint coordinates are continuous functions of the prescribed ones, so that their steps between neighbours vary little. Where a
-step is much larger than adjacent ones, the path from one neighbour to the other is followed. If this path ends at a third pose,
-both neighbours are assembled again from the zero pose in small steps. Then neighbours of changed poses are assembled again, too.
+step is much larger than adjacent steps, the path between its two poses is followed. If it ends at a third pose, the two
+poses are assembled again from the zero pose in small steps, and then the neighbours of changed poses.
 2. Unreached neighbours of reached poses are assembled from these, ring by ring, until no more poses are reached.
 """
 
@@ -50,7 +50,7 @@ class JointScale:
 
     Attributes:
         weights: (nq,) factors.
-        angles: (nq,) mask of angles.
+        angles: (nq,) mask of the coordinates that are angles.
     """
 
     weights: Array

@@ -140,7 +140,7 @@ def _compensated(robot: Robot, kind: str, given: Sequence[str], orientation: str
 def _with_units(
     varying: Sequence[Axis], first: Robot, links: Links, start: Mapping[str, object], given: Mapping[str, str] | None
 ) -> list[Axis]:
-    """Return the axes of parameters with known units, after checking the given units."""
+    """Return the axes of parameters, with their units where known, after checking the given units."""
     given = {} if given is None else given
     check_mapping("parameter_units", given, '{"rod_diameter": "m"}')
     for name, text in given.items():
