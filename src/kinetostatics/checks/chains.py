@@ -1,4 +1,4 @@
-"""Limbs as chains of bodies and joints from base to platform, with parallel branches, found in the body graph; their text.
+"""Limbs as chains of bodies and joints from base to platform, with parallel branches: found in the body graph, written as text.
 
 Edges in series are merged into runs, which end at bodies with three or more edges. The chain is divided at the bodies that lie on
 every path from base to platform; several runs between two such bodies are branches. Dead ends and rings are listed with the body

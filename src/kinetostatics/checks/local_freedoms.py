@@ -102,7 +102,7 @@ class Motions:
 
 
 def actuators_of(motions: Motions) -> tuple[int, int]:
-    """Return the number of redundant actuators, and that of the platform's freedoms with locked actuators."""
+    """Return the number of redundant actuators, and the number of the platform's freedoms with locked actuators."""
     D = motions.actuators
     moved = D @ motions.free
     held = motions.rank(moved)

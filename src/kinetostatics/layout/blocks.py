@@ -83,7 +83,7 @@ class Column:
     def of(
         cls, title: str, values: Sequence[ArrayLike | None], form: NumberFormat | Units, with_unit: bool = True, digits: int = 4
     ) -> Column:
-        """Return a column of numbers [SI] in a common unit, which suits the largest value; this value has ``digits`` digits."""
+        """Return a column of numbers [SI] in the unit that suits the largest value, which is written with ``digits`` digits."""
         if not isinstance(form, NumberFormat):
             form = NumberFormat.of(largest(value for value in values if value is not None), form, digits=digits)
         cells = [None if value is None else float(np.asarray(value)) for value in values]

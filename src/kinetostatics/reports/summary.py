@@ -39,7 +39,7 @@ def component_table(linear: NumberFormat, angular: NumberFormat, columns: Mappin
 
 
 def stiffness_blocks(result: Result) -> list[Block]:
-    """Return the stiffness along each axis, with the other motions fixed and with them free; the extreme stiffnesses as text."""
+    """Return the stiffness along each axis, with the other motions fixed, and free; the extreme stiffnesses as text."""
     constrained, free = np.diag(result.stiffness), _reciprocal(np.diag(result.compliance), result)
     linear = NumberFormat.of([constrained[:3], free[:3]], STIFFNESSES, digits=6)
     angular = NumberFormat.of([constrained[3:], free[3:]], TURNING_STIFFNESSES, digits=6)
