@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kinetostatics.math.profiles import minimum_jerk, trapezoid_times, trapezoids
+from kinetostatics.dynamics.trajectory import minimum_jerk, trapezoid_times, trapezoids
 
 TIMES = np.array([0.5, 0.9, 2.0, 2.3, 3.1])
 POINTS = np.random.default_rng(1).normal(size=(2, 5))
