@@ -124,7 +124,7 @@ class PoseCode:
         return self.code.results([x, load, gravity, *wrenches], self._parameters, rows, self._truths, stage)
 
     def bound(self, x: Array) -> tuple[Array, Array, Callable[[], tuple[Array, Mask]]]:
-        """Return arrays for load (6, 1) and gravity (3, 1) of one pose, and a function that computes its outputs from them.
+        """Return arrays for load (6, 1) and gravity (3, 1) of one pose, and a function that computes the outputs at this pose.
 
         Args:
             x: (nq', n) array of coordinates; each call reads its first column.

@@ -60,7 +60,7 @@ def _answering(
     Args:
         programs: all programs of one kind.
         robot: the robot.
-        key: identifies the program among those of the robot.
+        key: identifies the program among the programs of the robot.
         engine: "auto" or "compiled".
         poses: number of poses of the call.
         find: function that returns the code on disk, or None; if its argument is True, it compiles missing code.

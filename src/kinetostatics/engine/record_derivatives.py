@@ -88,7 +88,7 @@ def values(tape: Tape, needed: Sequence[bool], inputs: Sequence[Array], paramete
 def gradients(tape: Tape, found: Sequence[Number], outputs: Sequence[int], leaves: Iterable[int], N: int) -> dict[int, Array]:
     """Return the derivatives (outputs, N) of some results with respect to each of some inputs and parameters.
 
-    The keys are the operations of the inputs and parameters; those without influence are omitted.
+    The keys are the operations of the inputs and parameters; inputs and parameters without influence are omitted.
 
     Args:
         tape: the record.

@@ -27,7 +27,7 @@ class NotRecordedError(Exception):
 
 
 class Tape:
-    """Operations in the order in which they were recorded; equal ones are stored once.
+    """Operations in the order in which they were recorded; equal operations are stored once.
 
     Attributes:
         operations: name and operands of each operation; the operands are numbers of earlier operations.
@@ -43,7 +43,7 @@ class Tape:
         self._known: dict[Operation, Scalar] = {}
 
     def write(self, operation: Operation, value: float | bool) -> Scalar:
-        """Return the scalar of an operation."""
+        """Record an operation, unless an equal one exists, and return its scalar."""
         found = self._known.get(operation)
         if found is None:
             found = Scalar(self, len(self.operations), value)

@@ -97,7 +97,7 @@ class Line:
         side: program of the test for a singular pose between two poses; None if freedoms are local.
         start: program that chooses among equivalent coordinates at the start of a line, such as angles that differ by full turns;
             None if no angles are prescribed.
-        impose: lines of C that write given coordinates into ``x`` and ``c``.
+        impose: C statements that write given coordinates into ``x`` and ``c``.
         strides: (n,) largest change of each coordinate in one step [m, rad].
     """
 
@@ -133,7 +133,7 @@ def example_at(robot: Robot, prescribed: PrescribedCoordinates) -> SolverState:
 
 
 def _imposed(robot: Robot, prescribed: PrescribedCoordinates) -> Iterator[str]:
-    """Yield the lines of C that write given coordinates into x and c; see :meth:`Solver.impose`."""
+    """Yield the C statements that write given coordinates into x and c; see :meth:`Solver.impose`."""
     for row, column in enumerate(prescribed.columns):
         yield from _written(robot.solver.joint_of_column[column], f"target[{row}]")
     for item in robot.equations.couplings.items:

@@ -174,7 +174,7 @@ class Function:
         """Write the function as C99 for a controller, with header, C++ wrapper, test program, CMakeLists.txt and README.
 
         The code uses no heap and no library except libm, has bounded iterations, and takes its state as an argument. It is
-        generated from the records from which Python's compiled code is generated.
+        generated from the same records as Python's compiled code.
 
         Args:
             folder: folder of the files; created if missing.

@@ -179,7 +179,7 @@ class Card:
         rows: the numbers of the part.
         note: explanation of the numbers.
         first: index of a beam's first station.
-        lines: (F, n) or (F, 1) quantities along a beam [SI], by name: ``T``, ``M_y``, ``M_z`` and those for colours.
+        lines: (F, n) or (F, 1) quantities along a beam [SI], by name: ``T``, ``M_y``, ``M_z`` and the quantities for colours.
     """
 
     kind: str

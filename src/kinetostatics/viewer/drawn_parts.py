@@ -42,7 +42,7 @@ class DrawnJoint:
 
 
 def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
-    """Return all joints with freedoms, except floating ones without stiffness."""
+    """Return all joints with freedoms, except floating joints without stiffness."""
     robot = poses.robot
     inside = {name: beam for beam, span in robot.topology.beams.items() for name in span.spanned}
     found: list[DrawnJoint] = []

@@ -319,7 +319,7 @@ def serve(
         analyze: function that analyses a pose, for example ``lambda pose: ks.analyze(pose, load=[0, 0, -500, 0, 0, 0])``.
         orientation, closure_tolerance: see :meth:`Robot.assemble`.
         coordinates: platform coordinates with sliders; default: well-conditioned ones that determine the pose.
-        load: (6,) initial force and moment at o, world axes [N, N·m]; they have sliders. ``analyze`` is called with the sliders'
+        load: (6,) initial force and moment at o, world axes [N, N·m], changed by sliders. ``analyze`` is called with the sliders'
             values as ``load=``, for example ``lambda pose, load: ks.analyze(pose, load=load)``.
         port: port of 127.0.0.1; 0: any free port.
         message: note shown with the first pose.

@@ -103,7 +103,7 @@ class _Drawing:
             self.root.window.send(_Swing(self.animation, self._node("animation").path, first))
 
     def _node(self, path: str) -> Visualizer:
-        """Return the visualizer at a path below the robot's node, without empty names, which mean the root in meshcat."""
+        """Return the visualizer at a path below the robot's node; empty names, which mean the root in meshcat, are omitted."""
         return self.root["/".join(filter(None, path.split("/")))]
 
     def _moving(self, node: Visualizer, placed: Callable[[Array], Array]) -> None:
@@ -224,7 +224,7 @@ class _Svg(NamedTuple):
 
 
 class _Swing(NamedTuple):
-    """An animation, stored at a separate node, which the server sends to windows opened later, after the nodes that move."""
+    """An animation at a separate node; windows opened later receive this node after the nodes that the animation moves."""
 
     animation: Animation
     path: Path
