@@ -55,7 +55,7 @@ def new_robot(
             "cartesian" (three limbs along X, Y and Z) or "spherical" (limbs RRR whose axes all pass through O); default: that of
             the common name, or of the only named mechanism with these limbs, else symmetric.
         azimuths: azimuths of the limbs [rad]; default: evenly spaced.
-        placements: instead of radii and azimuths: for each limb ``{"base": (x, y, z), "platform": (x, y, z)}`` in the frames of
+        placements: in place of radii and azimuths, for each limb ``{"base": (x, y, z), "platform": (x, y, z)}`` in the frames of
             base and platform [m], optionally with "axis" (direction of its revolute axes) and "guide" (direction of its
             carriage's guide); or the path of a CSV file with these columns.
         guide: direction of the guides of limbs that begin with P: "vertical" (the default; "tangential" if planar), "radial" or

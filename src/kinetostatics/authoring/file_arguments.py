@@ -30,7 +30,7 @@ class FileArguments:
         given: given values by name.
         texts: texts of the values by name, in the order of the file.
         comments: meanings by name.
-        headings: comments on a separate line before an argument, by its name.
+        headings: comments on a separate line before an argument, by name of the argument.
     """
 
     given: Mapping[str, object]

@@ -64,7 +64,7 @@ def extend_robot(
         actuators: driven joints besides those with a ``<transmission>``; None: all other moving joints, if there are no loops.
             Joints outside the limbs, such as a gripper's, are locked in any case. With loops of another tool: all driven joints,
             driven loops included; an empty list for none.
-        elastic: sections and materials of links that are beams, such as ``{"upper_arm": "tube 60mm 50mm steel"}``; each is a
+        elastic: sections and materials of links that become beams, such as ``{"upper_arm": "tube 60mm 50mm steel"}``; each is a
             straight beam between the two adjacent moving joints. "suggested": all suggested beams. The mass of a beam is that of
             the link's ``<inertial>``; without one, that of its material.
         joint_stiffness: stiffnesses of actuators [N·m/rad; N/m for prismatic joints], such as ``{"elbow": 3e4}``. "suggested":
@@ -157,7 +157,7 @@ def extension(
 
 
 def _turned_axes(description: RobotDescription) -> str:
-    """Return a comment on the platform's axes if, with all joints at zero, they are not parallel to those of the base."""
+    """Return a comment if, with all joints at zero, the axes of the platform are not parallel to those of the base."""
     robot = Robot(description)
     try:
         rotation = robot.mechanism.platform_pose(robot.zero_frames)[0][..., 0]

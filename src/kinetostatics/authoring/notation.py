@@ -78,7 +78,7 @@ class JointSymbol:
 
 @dataclass(frozen=True)
 class AlikeLimbs:
-    """Equal limbs: their number, the joints of one from base to platform, and their position in the notation, from 1."""
+    """Equal limbs: their number, the joints of one limb from base to platform, and their position in the notation, from 1."""
 
     count: int
     joints: tuple[JointSymbol, ...]

@@ -99,8 +99,8 @@ def limb_line(place: LimbPlace, height: float) -> np.ndarray:
 def azimuths_of(architecture: Architecture, given: Sequence[float] | None) -> list[float | None]:
     """Return the azimuths of the limbs [rad], None for a limb at the centre.
 
-    By default limbs are evenly spaced about Z, with two exceptions. Of 2 + 1 limbs, the two equal ones are at Y and −Y, the other
-    one at X. A single limb besides three or more equal ones is at the centre.
+    By default limbs are evenly spaced about Z, with two exceptions. Of 2 + 1 limbs, the two equal limbs are at Y and −Y, the
+    third at X. A single limb beside three or more equal limbs is at the centre.
     """
     count = len(architecture.limbs)
     if given is not None:
@@ -170,7 +170,7 @@ def arranged(
 
 
 def _pair(k: int, values: Mapping[str, float]) -> tuple[Angle, Angle]:
-    """Return the azimuths of the k-th of six limbs: pairs on the base at 0, 120, 240 degrees, on the platform between them."""
+    """Return the azimuths of the k-th of six limbs: pairs on the base at 0, 120, 240 degrees, on the platform at 60, 180, 300."""
     middle, side = 120 * (k // 2), 1 if k % 2 else -1
     far = middle + 60 * side
     signs = ("-", "+") if side < 0 else ("+", "-")

@@ -269,7 +269,7 @@ def near_pose(robot: Robot, near: Iterable[str], options: Mapping[str, Keyword])
 
 
 def single_values(robot: Robot, option: str, items: Iterable[str], typed: str | None = None) -> dict[str, float]:
-    """Return the value of each coordinate, by name, for options with a single value of each coordinate.
+    """Return the value of each coordinate, by name; ranges and lists are errors.
 
     Args:
         robot: the robot.

@@ -46,7 +46,7 @@ def print_report(report: Report, warnings: Sequence[str] = ()) -> None:
 
 
 def answer(found: Keyword, args: argparse.Namespace, warnings: Sequence[str] = ()) -> None:
-    """Print warnings of the pose, and a result or a report; with ``--json``, its data, which include the warnings."""
+    """Print warnings of the pose, and a result or a report; with ``--json``, the result's data, which include the warnings."""
     written = getattr(args, "out", ())
     if args.json:
         values = found.to_dict()

@@ -67,7 +67,7 @@ class SourceRobot:
         return frames
 
     def frame(self, name: str, place: Place) -> tuple[str, Origin]:
-        """Return link and origin of a frame of Pinocchio, which has the name of a link or joint.
+        """Return link and origin of one of Pinocchio's frames, whose name is that of a link or joint.
 
         Exporters mark a frame by a link that is fixed to its parent; then the parent and the fixed joint's origin are returned.
 

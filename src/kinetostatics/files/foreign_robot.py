@@ -74,8 +74,8 @@ def complete(
     """Return the loops, the driven joints without a ``<transmission>``, and warnings.
 
     Raises:
-        ArgumentError: information is missing both in the source and in the arguments of :func:`kinetostatics.extend_robot` (the
-            message lists all of it), or an argument does not fit the source.
+        ArgumentError: information is missing both in the source and in the arguments of :func:`kinetostatics.extend_robot`, and
+            the message lists all that is missing; or an argument does not fit the source.
         RobotFileError: two loops have the same name, or a loop and a joint.
     """
     _check_names(source, found)
