@@ -285,7 +285,7 @@ def _complain(robot: Robot, solution: Solution) -> None:
 
 
 def free_twists(robot: Robot, solution: Solution, pose: int) -> Array:
-    """Return the twists (6, k) at o that no constraint wrench of any limb resists, at least one."""
+    """Return the twists (6, k) at o, at least one, that no constraint wrench of any limb resists."""
     scale = np.array([1.0] * 3 + [1 / robot.length] * 3)[:, None]
     columns = [np.zeros((6, 0)), *(item.J_c[..., pose].reshape(6, -1) for item in solution.statics)]
     wrenches = np.concatenate(columns, axis=1) * scale

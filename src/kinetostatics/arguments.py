@@ -1,4 +1,4 @@
-"""Checks of arguments (type, range, choice), and the table of those that functions and commands share.
+"""Checks of arguments (type, range, choice), and the table of the arguments that functions and commands share.
 
 An argument of a function and the corresponding option of a command have the same name (``closure_tolerance=``,
 ``--closure-tolerance``), unless a row of the table contains another ``option``. Every error names the argument.

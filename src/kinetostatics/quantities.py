@@ -43,7 +43,7 @@ class Entry:
 
     Attributes:
         words: description, with reference point and axes.
-        dims: names of the axes of its array, after those of the batch.
+        dims: names of the axes of its array that follow the batch axes.
         unit: unit, or key of :data:`UNITS` for the units along an axis.
         of: function that computes its array (*dims, N); None: the attribute of the result computes it.
         moves_as: transformation to another reference point, for a quantity at o.

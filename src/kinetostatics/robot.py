@@ -47,8 +47,8 @@ def load_robot(
             :func:`kinetostatics.robots`.
         parameters: values of the file's xacro arguments, SI units.
         platform_link: link that is the platform; its frame is o-xyz. Default: the link that the file names as platform, or the
-            only end of the file's tree. If the file names no platform and has no loops, as the plain URDF of an arm, all movable
-            joints are driven.
+            only end of the file's tree. If the file names no platform and has no loops, like the plain URDF of an arm, all
+            movable joints are driven.
         base_link: link fixed to the ground; default: the link that the file names as base, or the root of the file's tree.
 
     Raises:
@@ -172,8 +172,9 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
                 angles of orientation [rad], in world axes.
             orientation: meaning of ``rx ry rz``: None or "rotation_vector"; an Euler sequence such as "XYZ" (moving axes) or
                 "xyz" (fixed axes); or "tilt_torsion" for ``azimuth tilt torsion``.
-            near: start of the straight line: a pose, a batch of the same shape, or values of joints by name [m, rad], passive
-                ones too, for the closed pose nearest to them. From there the platform turns by the shorter rotation.
+            near: start of the straight line: a pose, a batch of the same shape, or values of joints by name [m, rad], including
+                passive joints, for the closed pose nearest to these values. From there the platform turns by the shorter
+                rotation.
             closure_tolerance: largest gap of a closed loop [m, rad]. Overconstrained robots whose files have rounded angles need
                 more than the default; their loops are closed in the least-squares sense. If no motion closes the loops and their
                 gaps at the zero pose exceed 1e-4 of the robot's size (or 1e-4 rad), the tolerance must cover these gaps too, and

@@ -85,7 +85,7 @@ def looks_like_degrees(*angles: float) -> bool:
 
 
 def turns_hint(name: str, angle: float, is_usual: bool) -> list[str]:
-    """Return a hint if an angle [rad] exceeds a turn; if ``is_usual`` (turns are usual), only if it looks like degrees."""
+    """Return a hint if an angle [rad] exceeds a turn; if ``is_usual`` (turns are usual), only if the angle looks like degrees."""
     if abs(angle) <= TURN or (is_usual and not looks_like_degrees(angle)):
         return []
     return [

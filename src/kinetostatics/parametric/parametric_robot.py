@@ -41,7 +41,7 @@ class ParametricRobot:
 
     Args:
         robot: the robot.
-        links: ``platform_link`` and ``base_link`` of its file; None: those with which the file yields this robot.
+        links: ``platform_link`` and ``base_link`` of its file; None: the links for which the file yields this robot.
     """
 
     def __init__(self, robot: Robot, links: Mapping[str, str | None] | None = None) -> None:
@@ -256,7 +256,7 @@ def same_pose(configuration: Configuration, robot: Robot, loops: SolverChoice) -
 def varied(robot: Robot, description: RobotDescription, own: PoseModel) -> tuple[PoseModel, Array]:
     """Return the model and the constants (P,) of a slightly changed robot.
 
-    Ranks and wrench bases are those of ``own``, the model of the original robot.
+    Ranks and wrench bases are taken from ``own``, the model of the original robot.
 
     Raises:
         KinetostaticsError: the description is invalid, or has other coordinates, loops or limbs than the original robot.

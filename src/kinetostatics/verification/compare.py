@@ -205,7 +205,7 @@ def _ends(beam: BeamResult) -> Array:
 def _determined(
     ours: Mapping[str, Array], theirs: Mapping[str, Array], result: Result, not_compared: dict[str, str]
 ) -> list[str]:
-    """Return the joints or beams whose wrenches both computations determine; add indeterminate ones to ``not_compared``."""
+    """Return the joints or beams whose wrenches both computations determine; add the others to ``not_compared``."""
     found = []
     for name in sorted(set(ours) & set(theirs), key=list(theirs).index):
         if np.any(np.isnan(ours[name])) and result.indeterminate:

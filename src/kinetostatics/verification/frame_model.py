@@ -175,7 +175,7 @@ class _FrameBuilder:
         return FrameTie((pieces[0], pieces[1]), np.array(points), axes, stiffness), tension * axes[:, 0]
 
     def _loaded(self, link: str, point: Array) -> int:
-        """Return the piece on which a load at a point of a link acts; of an elastic link, the one at the nearest beam end."""
+        """Return the piece on which a load at a point of a link acts; for an elastic link, the piece at the nearest beam end."""
         if self.pieces.is_rigid(link):
             return self.number(self.pieces.of_link(link))
         beams = [self.pieces.beams[name] for name, beam in self.description.beams.items() if beam.link == link]

@@ -60,7 +60,7 @@ def _by_unit_deflection(model: FrameModel, actuator: Actuator) -> FrameModel:
 def _with_elastic_actuators(
     model: FrameModel, soft: Sequence[Actuator], rigid: FrameSolution, units: Sequence[FrameSolution]
 ) -> FrameSolution:
-    """Add the deflections w of elastic actuators to a solution with rigid ones.
+    """Add the deflections w of elastic actuators to a solution with rigid actuators.
 
     The deflections satisfy f₀ + G w = −k w, with the actuator forces f₀ of the rigid solution, the actuator forces G by unit
     deflections, and the stiffnesses k. By reciprocity, the actuator forces under a unit load on the platform are the negative
@@ -231,7 +231,7 @@ def _symmetric(matrix: Array) -> Array:
 def _of_joint(joint: FrameJoint, wrench: Array, inner: Array, outer: Array) -> Array:
     """Return the second derivative (12, 12) of −F·d − M·φ for the force F and the moment M of a joint.
 
-    d is the displacement of the joint's centre on the outer piece relative to the one on the inner piece, in the mean of both
+    d is the displacement of the joint's centre on the outer piece relative to its centre on the inner piece, in the mean of both
     pieces' axes; φ is the relative rotation vector, to second order θ₂ − θ₁ − ½ θ₁ × θ₂. The second-order displacements of the
     centres are not included; :func:`_of_arm` gives their part.
     """

@@ -87,7 +87,7 @@ def load_opensees() -> ModuleType:
 
 
 def build(ops: ModuleType, frame: Frame, penalty: float, regularization: float) -> None:
-    """Build the frame with blocked directions of stiffness ``penalty`` and free ones of stiffness ``regularization``."""
+    """Build the frame with stiffness ``penalty`` in blocked directions and ``regularization`` in free directions."""
     ops.wipe()
     ops.model("basic", "-ndm", 3, "-ndf", 6)
     for tag, point in enumerate(frame["nodes"]):
