@@ -125,7 +125,7 @@ MECHANISMS = ("platform_weight", "attached", "deformation")
 
 
 def by_mechanism_of_gravity(platform_weight: Array, limbs: Mapping[str, Mapping[str, Array]]) -> dict[str, Array]:
-    """Return the parts of a quantity due to each mechanism of gravity; ``limbs``: those of the limbs, by limb and mechanism."""
+    """Return the parts of a quantity due to each mechanism of gravity; ``limbs``: parts by limb and mechanism."""
     sums = {name: sum((parts[name] for parts in limbs.values()), np.zeros_like(platform_weight)) for name in MECHANISMS[1:]}
     return {"platform_weight": platform_weight, **sums}
 

@@ -177,9 +177,9 @@ class BeamResult(Reported, builder="reports.parts:beam_report"):
         rotations: (…, n, 3) rotation of the sections, world axes [rad].
         stress: (…) largest von Mises stress of the stations, from all six section forces [Pa]; NaN for ``<section>``, whose
             outline is unknown. Stress concentrations at inner corners of rectangular tubes are ignored.
-        euler_ratio: (…) ratio of the forces to the critical forces of the buckling modes in which the beam takes part; it buckles
-            at 1 and above. For a strut between two hinges it is N/N_Euler; see :mod:`kinetostatics.buckling`. Collinear beams
-            that are welded or telescopic form one member with one ratio.
+        euler_ratio: (…) ratio of the forces to the critical forces of the buckling modes in which the beam takes part; 1 and
+            above means buckling. For a strut between two hinges the ratio is N/N_Euler; see :mod:`kinetostatics.buckling`.
+            Collinear beams that are welded or telescopic form one member with one ratio.
         member: names of the beams of this member, from its base end to its platform end.
         strain_energy: (…) strain energy [J].
     """

@@ -123,8 +123,8 @@ class OverTime:
     """A quantity over time.
 
     Attributes:
-        words: its name in reports and on axes of figures.
-        unit: its unit.
+        words: name of the quantity in reports and on axes of figures.
+        unit: unit of the quantity.
         of: function that computes the values (N,) along a path, by name of the reference point, actuator, joint, beam or source.
     """
 

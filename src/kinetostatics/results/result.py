@@ -274,7 +274,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
     def joint_wrenches(self) -> Mapping[str, Array]:
         """(…, 6) wrench of each joint's base side on its platform side, at the joint's centre, world axes [N, N·m].
 
-        For a joint within a ring, which has no base and platform side, it is the wrench of the predecessor on the successor.
+        A joint within a ring has no base and platform side; its wrench is that of the predecessor on the successor.
         """
         chunks = self._joint_wrenches
         return ResultMapping(

@@ -81,7 +81,7 @@ class Tolerance:
         value: nominal value, SI.
         unit: unit of the value; empty if unknown.
         tolerance: largest deviation (±) [unit].
-        standard_deviation: standard deviation of its distribution.
+        standard_deviation: standard deviation of the parameter [unit].
     """
 
     name: str
