@@ -201,7 +201,7 @@ def check_robot(what: str, robot: object, payload: object) -> None:
     """Check that ``robot`` is a robot, and that the payload is on the platform.
 
     Raises:
-        ArgumentError: one of them is invalid.
+        ArgumentError: the robot or the payload is invalid.
     """
     if not isinstance(robot, Robot):
         raise ArgumentError(f"{what} needs a Robot, got {robot!r}; load one with ks.load_robot(…)")

@@ -38,8 +38,8 @@ class JointStep:
         name: name of the joint; for several revolutes, the common part of their names.
         joints: the joints' names.
         kind: URDF or loop type.
-        driven: whether it is driven.
-        elastic: whether it or its actuator is elastic.
+        driven: whether the joint is driven.
+        elastic: whether the joint or its actuator is elastic.
         follows: name of the joint that it mimics, or None.
     """
 

@@ -29,7 +29,7 @@ class Redundancy:
 
     Attributes:
         count: number of constraints.
-        limbs: names of the limbs between which they act, or of the limb that contains them.
+        limbs: names of the limbs between which the constraints act, or of the limb that contains them.
         joints, beams: joints and beams loaded by the self-stress inside a limb; else empty.
         wrenches: descriptions of the wrenches between these limbs at the zero pose; None if their number differs there.
     """

@@ -196,7 +196,7 @@ class Problem:
     Attributes:
         sizes: varied numbers, and the robots with these numbers.
         coordinates: (P,) coordinates of all poses.
-        is_platform: whether these are coordinates of the platform; otherwise of the actuators.
+        is_platform: whether ``coordinates`` are those of the platform; otherwise of the actuators.
         orientation: convention of the orientation coordinates, see :meth:`Robot.assemble`.
         analysis: arguments of :func:`kinetostatics.analyze`, with every load case at every pose.
         cases: shape of the load cases; () for one.

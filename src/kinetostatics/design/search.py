@@ -2,8 +2,8 @@
 
 Ranges are searched by SciPy's SLSQP (D. Kraft, A software package for sequential quadratic programming, 1988) from several
 starts. Gradients are central differences of whole analyses, which agree with exact derivatives to 4e-8 and take a third of the
-time (one parameter, two dozen poses). Values from lists and catalogues are enumerated. If there are ranges and lists, only listed
-values near the optimum of the relaxed problem, in which these values vary continuously, are tried.
+time (one parameter, two dozen poses). Values from lists and catalogues are enumerated. If there are ranges and lists, the listed
+values are first treated as continuous; only those near the resulting optimum are tried.
 """
 
 from __future__ import annotations

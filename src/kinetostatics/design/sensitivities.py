@@ -66,8 +66,8 @@ def sensitivities(
         analysis: arguments of :func:`kinetostatics.analyze`: ``load``, ``gravity``, ``point``, ….
 
     Returns:
-        Derivatives per unit of each parameter. If :attr:`Sensitivity.exact` is False, they are differences of analyses; times the
-        parameter's value, their errors are about 1e-7 of the quantity. Also exact derivatives per relative change of the
+        Derivatives per unit of each parameter. If :attr:`Sensitivity.exact` is False, they are differences of analyses; their
+        errors, times the parameter's value, are about 1e-7 of the quantity. Also exact derivatives per relative change of the
         stiffness of each beam, elastic joint and actuator.
 
     Raises:
@@ -163,7 +163,7 @@ def slopes_by(
 ) -> tuple[dict[str, Array], bool]:
     """Return the derivatives of quantities with respect to one number, batch axes first, and whether they are exact.
 
-    Exact derivatives use finite differences for the constants of the robot only. If they do not exist at all poses, differences
+    Exact derivatives use finite differences for the constants of the robot only. If one does not exist at some pose, differences
     of whole analyses are used. The last axis of actuator quantities is the axis of actuators.
     """
     if derivatives is not None:

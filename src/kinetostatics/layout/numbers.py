@@ -146,7 +146,7 @@ def vector(values: Iterable[ArrayLike], scale: NumberFormat) -> str:
 
 
 def join_words(names: Sequence[str], limit: int = 6) -> str:
-    """Return names as text, ``a, b and c``; with more than ``limit``, only the first ones and the last one, and their number."""
+    """Return names as text, ``a, b and c``; of more than ``limit`` names, only the first and the last, with the number of all."""
     if len(names) > limit:
         return f"{', '.join(names[: limit - 2])}, … {names[-1]} ({len(names)})"
     return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))

@@ -79,7 +79,7 @@ class Edges:
 
 
 def neighbours(shape: Sequence[int]) -> Iterator[tuple[int, tuple[slice, ...], tuple[slice, ...]]]:
-    """Yield each axis with the slices of the lower and of the upper poses of all neighbours along it."""
+    """Yield each axis with the slices of the lower and of the upper poses of all neighbours along this axis."""
     for axis, size in enumerate(shape):
         if size > 1:
             everything = [slice(None)] * len(shape)

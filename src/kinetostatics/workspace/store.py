@@ -126,11 +126,11 @@ class Arrays:
         return False
 
     def changes(self, region: str) -> dict[str, Any] | None:
-        """Return the corrections that :meth:`keep` stored before the interruption."""
+        """Return the corrections of a region that :meth:`keep` stored before the interruption."""
         return None
 
     def keep(self, region: str, changes: Mapping[str, Any]) -> None:
-        """Store the corrections of a region by name, before they are applied."""
+        """Store the corrections of the region with this name, before they are applied."""
 
 
 class Store(Arrays):
@@ -224,7 +224,7 @@ class Store(Arrays):
         return os.path.exists(os.path.join(self.folder, "status", chunk))
 
     def changes(self, region: str) -> dict[str, Any] | None:
-        """Return the corrections that :meth:`keep` stored before the interruption."""
+        """Return the corrections of a region that :meth:`keep` stored before the interruption."""
         path = os.path.join(self.folder, CHANGES + region)
         if not os.path.exists(path):
             return None
@@ -232,7 +232,7 @@ class Store(Arrays):
             return dict(found)
 
     def keep(self, region: str, changes: Mapping[str, Any]) -> None:
-        """Store the corrections of a region by name, before they are applied."""
+        """Store the corrections of the region with this name, before they are applied."""
         path = os.path.join(self.folder, CHANGES + region)
         with self.naming_the_file():
             with open(f"{path}.partial", "wb") as file:
