@@ -56,7 +56,7 @@ class Workspace:
 
 
 WORKSPACES = (
-    Workspace("2pru_upr", "limits of its text: \\|θ_X\\|, \\|θ_y\\| ≤ 10°, 0.3 ≤ z ≤ 0.6 m", (0.3, 0.6), 10),
+    Workspace("2pru_upr", "limits of the text: \\|θ_X\\|, \\|θ_y\\| ≤ 10°, 0.3 ≤ z ≤ 0.6 m", (0.3, 0.6), 10),
     Workspace("2pru_upr", "the same, without J_3g2 W_3g2 in Eq. (12)", (0.3, 0.6), 10, left_out=True),
     Workspace("3rps", "tilt ≤ 45°, 0.2 ≤ z ≤ 0.875 m, only poses within the limits", (0.2, 0.875), 45, tilted=True),
     Workspace("3rps", "tilt ≤ 47°, 0.65 ≤ z ≤ 0.775 m, limits ignored", (0.65, 0.775), 47, tilted=True, beyond_limits=True),
