@@ -78,7 +78,7 @@ def limit_hints(limits: Mapping[str, float], size: float) -> list[str]:
 def looks_like_degrees(*angles: float) -> bool:
     """Return whether angles [rad] exceed two turns, or exceed one turn and are all multiples of 5, as 90, 10, -180.
 
-    The margin is for sums of angles computed by xacro, which may slightly exceed one turn.
+    Other angles of up to two turns are accepted: sums of angles computed by xacro may slightly exceed one turn.
     """
     most = max(map(abs, angles))
     return most > 2 * TURN or (most > TURN and all(angle % 5 == 0 for angle in angles))

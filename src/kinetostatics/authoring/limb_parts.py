@@ -78,7 +78,7 @@ def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
     """Return the parts of a limb.
 
     Raises:
-        ArgumentError: the directions of its joints do not follow from the notation.
+        ArgumentError: the directions of the limb's joints do not follow from the notation.
     """
     text, joints = architecture.source, list(group.joints)
     guide = joints.pop(0) if joints[0].kind == "P" or (joints[0].kind == "C" and len(joints) > 1) else None

@@ -113,8 +113,8 @@ def pose_code(
         engine: see :func:`check_engine`.
         poses: number of poses of the call.
         applied: loads on links; the code depends on their places.
-        stability: whether to return the code of the sufficient condition of stability instead. There is none for robots with
-            springs or loads on links.
+        stability: whether to return the code of the sufficient condition of stability instead. There is no such code for robots
+            with springs or loads on links.
     """
     if engine == "numpy" or poses == 0 or (stability and (applied or statics.description.springs)):
         return None

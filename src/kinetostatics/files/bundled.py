@@ -79,7 +79,7 @@ def copy_robots(names: Iterable[str], folder: str | os.PathLike[str] = ".") -> l
         folder: folder of the copies; the library is copied to its subfolder ``library``, unless that exists.
 
     Returns:
-        The copies.
+        Paths of the copies.
 
     Raises:
         ArgumentError: a robot is unknown, or its file exists already; nothing is copied then.

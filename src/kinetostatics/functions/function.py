@@ -140,7 +140,7 @@ class Function:
         return Values(arrays, lambda: pose, compiled.origin(pose, coordinates))
 
     def jacobian(self, of: str | Sequence[str], by: str | Sequence[str]) -> Jacobian:
-        """Return a function that computes the exact derivatives of outputs by inputs and parameters, with closed loops.
+        """Return a function that computes the exact derivatives of outputs by inputs and parameters; the loops remain closed.
 
         Args:
             of: one or more outputs, except "status" and "residual".

@@ -50,7 +50,7 @@ class FrameBeam:
 
     @property
     def length(self) -> float:
-        """Distance of its ends [m]."""
+        """Distance of the beam's ends [m]."""
         return float(np.linalg.norm(self.points[1] - self.points[0]))
 
     def divided(self, elements: int) -> Array:

@@ -106,7 +106,7 @@ def _solve(model: FrameModel, robot: FrameModel) -> tuple[FrameSolution, FrameSo
 
 
 def _with_springs(model: FrameModel, robot: FrameModel, scale: FrameUnits) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Return results as :func:`levels`, with the geometric stiffness K_G of the forces at the pose.
+    """Return results like those of :func:`levels`, with the geometric stiffness K_G of the forces at the pose.
 
     OpenSees computes these forces, the displacements u₀ without K_G, and the compliance C of all pieces under unit loads. The
     displacements are u = (1 + C K_G)⁻¹ u₀. To remove rounding errors of C, the loads −K_G u are added to the frame, which is

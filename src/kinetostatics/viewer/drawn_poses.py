@@ -28,7 +28,7 @@ class DrawnPoses(ABC):
     Attributes:
         robot: the robot.
         count: number of poses, F.
-        step: every ``step``-th station of a beam is shown, which includes its ends and its middle.
+        step: every ``step``-th station of a beam is shown, among them both ends and the middle.
         rigid: names of the links that move as rigid bodies.
         sources: names of the contributions.
         labels: labels of the contributions on the page.
