@@ -85,7 +85,7 @@ class Sliders:
     def ends(
         self, pose: Configuration, kind: str, displacements: Mapping[str, Array], go_on: Callable[[], bool] = lambda: True
     ) -> list[End]:
-        """Return the ends of straight lines from a pose, see :func:`.find_ends`, or points just before singular ends."""
+        """Return the ends of straight lines from a pose, see :func:`.find_ends`; just before a pose that is singular or open."""
         chosen = compiled_loops(check_engine("auto"))
         ends = find_ends(pose, kind, displacements, self.orientation, chosen, go_on)
         return [end if end.reason in ("", "limit") else replace(end, part=NEARLY * end.part) for end in ends]
