@@ -1,6 +1,6 @@
 """Bending stiffness and geometric stiffness of a straight beam by polynomial shape functions.
 
-The deflection v(s) relative to the start is the cubic polynomial given by the deflection of the end and both slopes, plus five
+The deflection v(s) relative to the start is a cubic polynomial, given by the deflection of the end and both slopes, plus five
 polynomials whose values and slopes vanish at both ends. The matrices are those of the strain energy ∫ EI v″² ds / 2 and of the
 energy ∫ N v′² ds / 2 of a linearly varying axial force N (S. P. Timoshenko and J. M. Gere, Theory of Elastic Stability, chapter
 2). Shear deformation is neglected.
@@ -61,7 +61,7 @@ def bending(EI: float, length: Array) -> Array:
 def tension(forces: Array, EI: float, length: Array) -> Array:
     """Return the geometric stiffness (8, 8, N) of axial forces (2, N) [N] at start and end, tension positive.
 
-    The first three coordinates are those of :func:`bending`; the others are scaled to a bending stiffness of 1.
+    The first three coordinates are those of :func:`bending`; the others are scaled so that their bending stiffness is 1.
     """
     first, last = forces / length
     scale = np.ones((3 + INNER, len(length)))

@@ -1,6 +1,6 @@
 """Buckling modes, the changes of twist and stiffness due to geometric stiffness (P-Delta), and the members that buckle.
 
-With the modes φ of (K + λ K_G) φ = 0, φ · K φ = 1, and μ = 1/λ, the inverse of K + K_G exceeds that of K by Σ μ/(1 − μ) φ φᵀ.
+With the modes φ of (K + λ K_G) φ = 0, φ · K φ = 1, and μ = 1/λ, (K + K_G)⁻¹ = K⁻¹ + Σ μ/(1 − μ) φ φᵀ.
 Members are collinear beams, welded or telescopic, that buckle together.
 """
 
@@ -55,7 +55,8 @@ class BucklingModes:
     def first(self, count: int) -> BucklingModes:
         """Return the ``count`` modes with the largest ratios, in descending order; NaN where there are fewer.
 
-        The largest component of the platform's twist is positive; if the platform does not move, that of the coordinates is.
+        The largest component of the platform's twist is positive; if the platform does not move, the largest coordinate is
+        positive.
         """
         ratios, shapes = self.ratios[:, ::-1][:, :count], self.shapes[:, ::-1][:, :count]
         twists = BucklingModes(ratios, shapes, self.robot).of_body(self.motions.structure.platform, self.motions.o)
@@ -66,15 +67,15 @@ class BucklingModes:
         return BucklingModes(np.pad(ratios, missing), np.pad(shapes, (*missing, (0, 0)), constant_values=np.nan), self.robot)
 
     def of_body(self, body: RigidBody, point: Array) -> Array:
-        """Return displacement of a point (3, N) of a body, and rotation of the body, world axes (N, m, 6) [m, rad]."""
+        """Return the displacement of a point (3, N) of a body and the rotation of the body (N, m, 6), world axes [m, rad]."""
         return self.motions.of_body(self.shapes, body, point)
 
     def of_beam(self, name: str, stations: int) -> Array:
-        """Return displacement and rotation along a beam's centre line, beam axes (N, m, stations, 6) [m, rad]."""
+        """Return displacement and rotation (N, m, stations, 6) along a beam's centre line, beam axes [m, rad]."""
         return self._line(name, np.linspace(0, 1, stations))
 
     def _line(self, name: str, fractions: Array) -> Array:
-        """Return displacement and rotation at fractions (S,) of a beam's length, beam axes (N, m, S, 6) [m, rad]."""
+        """Return displacement and rotation (N, m, S, 6) at fractions (S,) of a beam's length, beam axes [m, rad]."""
         structure, item, energy = self.motions.structure, self.motions.structure.model.beams[name], self.robot.beams[name]
         frames, ends = self.motions.frames, next(beam for beam in structure.beams if beam.name == name)
         start, length = item.ends(frames)[0], item.length(frames)[:, None]
@@ -114,9 +115,9 @@ class BucklingModes:
     def second_order(self, forces: Forces) -> tuple[Array, Array, Array, Array]:
         """Return the effects of geometric stiffness on the platform.
 
-        They are the changes of its twist (6, N) and of its compliance (6, 6, N) about o; the relative changes (6, N) of its
-        stiffness; and the corresponding motions, the columns of (6, 6, N), with rotations multiplied by the robot's length; 0
-        where the platform is rigid. All are NaN where the robot buckles.
+        These are the changes of its twist (6, N) and of its compliance (6, 6, N) about o; the relative changes (6, N) of its
+        stiffness along six motions; and these motions, as columns of (6, 6, N), with rotations multiplied by the robot's length.
+        A motion is 0 where the platform is rigid. Where the robot buckles, the changes are NaN and the motions 0.
         """
         structure = self.motions.structure
         with np.errstate(divide="ignore"):
@@ -202,7 +203,8 @@ class Members:
     def ratios(self, solution: Solution) -> dict[str, Array]:
         """Return for every beam the ratio (N,) of the forces to the critical forces of its member.
 
-        It is the largest 1/λ of all buckling modes in which the member takes part; 0 without such a mode, as under tension.
+        The ratio is the largest 1/λ of the buckling modes in which the member takes part; 0 without such a mode, as under
+        tension.
         """
         found = np.zeros((len(self.names), solution.o.shape[1]))
         if self.names:
@@ -235,7 +237,7 @@ class Members:
             yield BucklingModes.of(stability(self.structure, forces.take(some))).first(count)
 
     def second_order(self, solution: Solution, poses: Index | None = None) -> tuple[Array, ...]:
-        """Return the changes due to geometric stiffness at all or at the given poses, see :meth:`BucklingModes.second_order`."""
+        """Return the effects of geometric stiffness at all or at the given poses, see :meth:`BucklingModes.second_order`."""
         forces = forces_of(self.structure, solution)
         forces = forces if poses is None else forces.take(poses)
         parts = []
@@ -255,8 +257,8 @@ class Members:
         """Return an upper bound (N,) of the largest ratio.
 
         The sum of the moments of all forces about joints and beam ends is multiplied by the sum of all rotational compliances, as
-        if all parts were in series. The bound is rigorous for robots without loops; in loops, parts may rotate further, which the
-        margin of ``_NO_RISK`` covers.
+        if all parts were in series. This is a strict bound for robots without loops; in loops, parts may rotate further, which
+        the margin of ``_NO_RISK`` covers.
         """
         model, freedoms = self.structure.model, self.structure.freedoms
         lengths = {name: beam.length(forces.frames) for name, beam in model.beams.items()}

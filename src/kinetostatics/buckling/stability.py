@@ -44,10 +44,10 @@ class BeamEnergy:
     """Strain energy of a beam as a function of the coordinates.
 
     Attributes:
-        columns: indices (k,) of the coordinates that move its ends.
-        motions: (m, k, N) motions of its ends per unit of each of them.
-        stiffness: diagonal blocks of the stiffness of these motions.
-        inner: indices of its inner coordinates, whose stiffness is 1.
+        columns: indices (k,) of the coordinates that move the beam's ends.
+        motions: (m, k, N) motions of the ends per unit of each coordinate.
+        stiffness: diagonal blocks of the beam's stiffness with respect to these motions.
+        inner: indices of the beam's inner coordinates, whose stiffness is 1.
     """
 
     columns: tuple[int, ...]
@@ -66,8 +66,8 @@ class Stability:
     """Stiffness and geometric stiffness of a robot at N poses.
 
     Attributes:
-        stiffness: K (N, n, n) of the n coordinates of small motions [N/m]; that of the b inner coordinates of beams is 1.
-        geometric: K_G (N, n + b, n + b) of all coordinates.
+        stiffness: K (N, n, n) of the n coordinates of small motions [N/m]; beams also have b inner coordinates of stiffness 1.
+        geometric: K_G (N, n + b, n + b) of all n + b coordinates.
         beams: the strain energy of every beam, by name.
         motions: coordinates of the small motions of rigid bodies.
     """
@@ -80,7 +80,7 @@ class Stability:
     def modes(self) -> tuple[Array, Array]:
         """Return the ratios 1/λ (N, n + b) of forces to critical forces, and the buckling modes (N, n + b, n + b) as columns.
 
-        Free motions are left out. The ratios are NaN where K or K_G is not finite.
+        Motions without stiffness are left out. The ratios are NaN where K or K_G is not finite.
         """
         n = self.stiffness.shape[1]
         fine = np.all(np.isfinite(self.stiffness), axis=(1, 2)) & np.all(np.isfinite(self.geometric), axis=(1, 2))
@@ -111,9 +111,9 @@ class Forces:
         gravity: (3, N) gravity, world axes [m/s²].
         beams: section forces (2, 3, N) at the start and the end of every beam, world axes, by name [N].
         joints: (3, J, N) forces of the predecessor on the successor of every joint of the joint table, world axes [N].
-        centres: (3, J, N) their points of application [m].
-        others: loads and weights on rigid bodies: the body, the wrench (6, N) about o [N, N·m], and the point of application of
-            its force (3, N) [m].
+        centres: (3, J, N) points of application of these forces [m].
+        others: loads and weights on rigid bodies: the body, the wrench (6, N) about o [N, N·m], and the point of application
+            (3, N) of its force [m].
         lines: (12, N) loads along beams except their weights, by name, see
             :class:`kinetostatics.statics.link_loads.AppliedLoad`.
     """
@@ -137,7 +137,7 @@ class Forces:
 
 
 def forces_of(structure: SmallMotions, solution: Solution) -> Forces:
-    """Return all forces at the poses of a solution; if they are statically indeterminate, one equilibrium is returned."""
+    """Return all forces at the poses of a solution; if they are statically indeterminate, those of one equilibrium."""
     model, frames, table = structure.model, solution.frames, structure.model.joint_table
     signs = np.array([table.signs[name] for name in table.names])
     lines: dict[str, Array] = {}
@@ -182,7 +182,8 @@ def surely_stable(structure: SmallMotions, forces: Forces) -> Mask:
 class _Assembly:
     """Assembly of K (n, n, N) and K_G (n + b, n + b, N).
 
-    If ``condensed``, of the diagonal (n, N) of K, and of a lower bound (n, n, N) of K + K_G with inner coordinates eliminated.
+    If ``condensed``, only the diagonal (n, N) of K and a lower bound (n, n, N) of K + K_G without inner coordinates are
+    assembled.
     """
 
     def __init__(self, structure: SmallMotions, forces: Forces, condensed: bool = False) -> None:
@@ -219,12 +220,12 @@ class _Assembly:
         return self.K if self.condensed else np.einsum("iin->in", self.K)
 
     def _add(self, columns: tuple[int, ...], motions: Array, stiffness: _Blocks = (), geometric: _Blocks = ()) -> None:
-        """Add to K and K_G the terms of diagonal blocks on m motions, which are linear in k coordinates.
+        """Add terms to K and K_G: diagonal blocks with respect to m motions, which are linear in k coordinates.
 
         Args:
             columns: (k,) indices of the coordinates.
             motions: (m, k, N) motions per unit of each coordinate.
-            stiffness, geometric: diagonal blocks of the matrices of these motions.
+            stiffness, geometric: diagonal blocks with respect to the motions.
         """
         self.coupled.add(columns)
         where, products = list(columns), [_product(blocks, motions) for blocks in (stiffness, geometric)]
@@ -295,7 +296,7 @@ class _Assembly:
             self._add(*self.motions.stretched(spring), [(slice(0, 3), stiff)], [(slice(0, 3), unstable)])
 
     def _joints(self) -> None:
-        """Add the stiffness of elastic joints, and the geometric stiffness of forces on sliding sides of rotating bodies."""
+        """Add the stiffness of elastic joints, joint forces on bodies, and the geometric stiffness of forces in slides."""
         structure, one = self.structure, np.ones_like(self.o[:1, None])
         for joint in structure.joints:
             k, bodies = self.places.get(joint.connection.name), (joint.inner, joint.outer)

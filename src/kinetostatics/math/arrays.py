@@ -58,7 +58,7 @@ def zeros_for(shape: tuple[int, ...], *sources: Array) -> Array:
 
 
 def is_filled(array: Array) -> Mask:
-    """Return the mask of nonzero entries; recorded numbers count as nonzero."""
+    """Return the mask of nonzero entries; recorded numbers are taken as nonzero."""
     if array.dtype != object:
         return array != 0
     return np.array([not isinstance(entry, int | float) or entry != 0 for entry in array.flat], dtype=bool).reshape(array.shape)
@@ -72,8 +72,8 @@ def everywhere(condition: Mask) -> bool:
 def settles(condition: Mask) -> bool:
     """Return whether a condition is true everywhere.
 
-    A condition on recorded numbers is evaluated at the example pose. If true there, it becomes a guard: compiled code is valid
-    only where the condition is true.
+    A condition on recorded numbers is evaluated at the example pose. If it is true there, it becomes a guard: compiled code is
+    valid only where the condition is true.
     """
     found = np.all(condition)
     return bool(getattr(found, "value", True)) and bool(found)
@@ -128,7 +128,7 @@ def threads() -> int:
 def in_threads(
     function: Callable[[Part], Found], parts: Iterable[Part], enabled: bool = True, most: int | None = None
 ) -> list[Found]:
-    """Return the results of a function for all parts, in order. Calls from these threads use no further threads.
+    """Return the results of a function for all parts, in order; calls of this function in these threads use no further threads.
 
     ``enabled``: whether to use threads. ``most``: largest number of threads, including those that ``function`` starts; None:
     :func:`threads`.

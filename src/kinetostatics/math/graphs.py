@@ -14,7 +14,7 @@ PATIENCE = 20_000
 
 
 def reachable(starts: Iterable[Node], neighbours: Callable[[Node], Iterable[Node]]) -> dict[Node, None]:
-    """Return the nodes reachable from some nodes, these included, in breadth-first order."""
+    """Return the nodes ``starts`` and all nodes reachable from them, in breadth-first order."""
     seen = dict.fromkeys(starts)
     queue = list(seen)
     for node in queue:
@@ -42,7 +42,7 @@ def joined(nodes: Iterable[Node], pairs: Iterable[tuple[Node, Node]]) -> dict[No
 def blocks(
     edges: Sequence[Edge], ends: Callable[[Edge], tuple[Node, Node]], start: Node, goal: Node
 ) -> list[tuple[Node, Node, list[Edge]]]:
-    """Return the subgraphs in series between the nodes that all paths from ``start`` to ``goal`` pass.
+    """Divide a graph at the nodes that all paths from ``start`` to ``goal`` pass, and return the subgraphs in series.
 
     Each subgraph is a tuple: its first node, its last node, its edges.
     """
@@ -90,7 +90,7 @@ class Paths(Generic[Key, Node]):
             return False
 
         def steps(node: Node, path: Set[Node]) -> Iterator[Node]:
-            """Yield the nodes after which both parts of the path can still be completed."""
+            """Yield the next nodes with which the path can still reach ``first``, and continue from ``second`` to the goal."""
             for key, other in self._at[node]:
                 if key == edge or other in path or other in (second, goal):
                     continue
@@ -119,7 +119,7 @@ class Paths(Generic[Key, Node]):
         return True
 
     def connected(self, start: Node, goal: Node, barred: Set[Node], without: Key) -> bool:
-        """Whether ``goal`` can be reached from ``start`` without the nodes ``barred`` and one edge."""
+        """Whether ``goal`` can be reached from ``start`` without the nodes ``barred`` and the edge ``without``."""
         if start in barred or goal in barred:
             return False
 

@@ -1,8 +1,8 @@
 """Small dense linear algebra with the batch axes last; NumPy's own routines need them first.
 
 Matrices are ``(n, m, …)``. Thousands of small matrices are factorized column by column, in a few passes over contiguous memory
-instead of thousands of LAPACK calls. Symmetric robots have numbers that are equal except for rounding: of such numbers, functions
-that choose the largest choose the first.
+instead of thousands of LAPACK calls. In symmetric robots, some numbers are equal except for rounding; functions
+that choose the largest number choose the first of equal ones.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def normalize(a: Array) -> Array:
 def correlation(matrix: Array) -> tuple[Array, Array]:
     """Return symmetric positive semidefinite matrices (…, n, n) scaled to a unit diagonal, and the scale factors (…, n).
 
-    Rows whose diagonal entry is a rounding error relative to the largest are scaled as the row of the largest.
+    Rows whose diagonal entry is a rounding error relative to the largest entry are scaled like the row of the largest entry.
     """
     diagonal = np.sqrt(np.maximum(np.einsum("...ii->...i", np.nan_to_num(matrix)), 0.0))
     largest = np.max(diagonal, axis=-1, keepdims=True, initial=0.0)
@@ -75,9 +75,9 @@ def correlation(matrix: Array) -> tuple[Array, Array]:
 
 
 def canonical_basis(basis: Array) -> Array:
-    """Return an orthonormal basis (n, k) that depends only on the span of ``basis`` (n, k), unlike LAPACK's.
+    """Return an orthonormal basis (n, k) that depends only on the span of ``basis`` (n, k); bases by LAPACK do not.
 
-    Unit vectors are projected on the space and orthogonalized, the largest residual first (of equals, the first).
+    Unit vectors are projected on the span and orthogonalized, those with the largest residuals first (of equal ones, the first).
     """
     rest, found = np.array(basis), np.empty_like(basis)
     for k in range(basis.shape[1]):
@@ -91,8 +91,8 @@ def canonical_basis(basis: Array) -> Array:
 def null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
     """Return the canonical orthonormal basis of the null space (n, k), the rank r, and the ratio of singular values r and r + 1.
 
-    Singular values up to ``tolerance`` times the largest (at least times 1) count as zero: entries of ``matrix`` are of order 1,
-    so that a matrix of rounding errors has rank 0.
+    Singular values up to ``tolerance`` times the larger of 1 and the largest one are zero: entries of ``matrix``
+    are of order 1, so that a matrix of rounding errors has rank 0.
     """
     if matrix.size == 0:
         return np.eye(matrix.shape[1]), 0, np.inf
@@ -184,8 +184,8 @@ class Cholesky:
 def definite(a: Array, limit: float) -> Mask:
     """Return the mask (…) of symmetric matrices (n, n, …) whose smallest eigenvalue certainly exceeds ``limit``.
 
-    It does if the determinant is large, since the product of the other eigenvalues is at most (trace / (n − 1))ⁿ⁻¹; otherwise the
-    bound :meth:`Cholesky.smallest_eigenvalue` decides. Pivots do not, because pivots after a small one are rounding errors.
+    A large determinant suffices, since the product of the other eigenvalues is at most (trace / (n − 1))ⁿ⁻¹; otherwise the bound
+    :meth:`Cholesky.smallest_eigenvalue` decides. Pivots cannot decide, because pivots after a small one are rounding errors.
     """
     n = a.shape[0]
     if n == 0:
@@ -203,8 +203,8 @@ def definite(a: Array, limit: float) -> Mask:
 def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
     """Return the x (n, k, …) of least norm that minimize |a x − b| for ``a`` (m, n, …) and ``b`` (m, k, …).
 
-    The columns of ``a`` have comparable sizes. ``nullity`` is the number of independent directions of x without influence. The
-    result has no components along these directions; they would be amplified rounding errors.
+    The columns of ``a`` have comparable sizes. ``nullity`` is the dimension of the null space of ``a``. The result has
+    no components in this space; they would be amplified rounding errors.
     """
     n = a.shape[1]
     if n == 0:
@@ -234,11 +234,11 @@ def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
 def step_across(a: Array, b: Array) -> Array:
     """Return the correction (n, m, …), to be subtracted from m unit columns ``b``, that makes them orthogonal to ``a`` (n, k, …).
 
-    The columns of ``a`` and ``b`` are almost orthogonal, and ``a`` has rank n − m except for rounding (also of a file): its small
-    components in the span of ``b`` are ignored. With an orthonormal basis Q of this span and P = 1 − Q Qᵀ, the correction is
-    (P a aᵀ P + Q Qᵀ)⁻¹ P a aᵀ b. It is one step of an iteration for the invariant subspace of a aᵀ with the smallest eigenvalues;
-    the error of the step is of third order (G. W. Stewart, Error and perturbation bounds for subspaces associated with certain
-    eigenvalue problems, SIAM Review 15, 1973).
+    The columns of ``a`` and ``b`` are almost orthogonal, and ``a`` has rank n − m except for rounding in the computation or a
+    file: its small components in the span of ``b`` are ignored. With an orthonormal basis Q of this span and P = 1 − Q Qᵀ, the
+    correction is (P a aᵀ P + Q Qᵀ)⁻¹ P a aᵀ b. It is one step of an iteration for the invariant subspace of a aᵀ with the
+    smallest eigenvalues; the error of the step is of third order (G. W. Stewart, Error and perturbation bounds for subspaces
+    associated with certain eigenvalue problems, SIAM Review 15, 1973).
     """
     half = Cholesky(np.einsum("ki...,kj...->ij...", b, b)).forward(transpose(b))
     along = np.einsum("ki...,kj...->ij...", half, half)
@@ -277,7 +277,7 @@ def solve_by_elimination(a: Array, b: Array) -> Array:
 def have_one_sign(one: Array, two: Array) -> Mask:
     """Return the mask (N,) of pairs of matrices G (m, n, N), m ≥ n, whose determinants have equal signs: det G₁ᵀ G₂ > 0.
 
-    It is true also where a matrix is singular within rounding, so that the sign is undetermined.
+    The mask is also true where a matrix is singular within rounding, so that its sign is undetermined.
     """
     first, second = np.moveaxis(one, 2, 0), np.moveaxis(two, 2, 0)
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
@@ -358,7 +358,7 @@ def first_largest(values: ArrayLike, margin: float = EQUAL) -> int:
 def ranked(values: ArrayLike, margin: float = EQUAL) -> list[int]:
     """Return the positions of non-negative values (n,), from the largest to the smallest; equal values keep their order.
 
-    Values that are rounding errors relative to the largest count as equal.
+    Values that are rounding errors relative to the largest are treated as equal.
     """
     values = np.asarray(values, dtype=np.float64)
     values = np.where(values > NOTHING * np.max(values, initial=0.0), values, 0.0)
@@ -372,7 +372,7 @@ def ranked(values: ArrayLike, margin: float = EQUAL) -> list[int]:
 
 
 def axis_across(directions: ArrayLike) -> NDArray[np.float64]:
-    """Return, for each unit vector (3, …), the axis x, y or z (3, …) with the largest angle to it; of equals, the first."""
+    """Return, for each unit vector (3, …), the axis x, y or z (3, …) with the largest angle to it; of equal angles, the first."""
     sizes = np.abs(np.asarray(directions, dtype=np.float64))
     with np.errstate(invalid="ignore"):
         farthest = np.argmax(sizes <= np.min(sizes, axis=0) + EQUAL, axis=0)

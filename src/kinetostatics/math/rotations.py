@@ -74,7 +74,7 @@ def quaternion_of_matrix(R: Array) -> Array:
 def logarithm(R: Array, at_half_turns: bool = False) -> Array:
     """Return the rotation vectors (3, …) [rad] of rotation matrices; their length is at most π.
 
-    With recorded numbers, the result is accurate near half a turn only ``at_half_turns``, which takes more operations.
+    With recorded numbers, the result is accurate near half a turn only if ``at_half_turns`` is true, which takes more operations.
     """
     v = empty_for((3, *R.shape[2:]), R)
     v[0], v[1], v[2] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
@@ -135,7 +135,7 @@ def rotation_between(a: Array, b: Array) -> Array:
 
 
 def three_angles(axes: Array, R: Array, near: Array, locked: float = 1e-13) -> Array:
-    """Return the angles q (3, N) with exp(a q₀) exp(b q₁) exp(c q₂) = R: of the two solutions, the nearer one to ``near``.
+    """Return the angles q (3, N) with exp(a q₀) exp(b q₁) exp(c q₂) = R: of the two solutions, the one nearer to ``near``.
 
     The first two angles follow from the vector R c, the last angle from the remaining rotation. If the first and last axes
     coincide, only the sum or difference of their angles is determined; the first angle is then that of ``near``.
@@ -144,7 +144,7 @@ def three_angles(axes: Array, R: Array, near: Array, locked: float = 1e-13) -> A
         axes: (3, 3) the unit vectors a, b, c as columns, b at right angles to a and c.
         R: (3, 3, N) rotation matrices.
         near: (3, N) angles near which the solution and full turns are chosen.
-        locked: sine of the angle between the first and the last axis up to which they count as coincident.
+        locked: sine of the angle between the first and the last axis up to which these are treated as coincident.
     """
     a, b, c = axes.T[:, :, None]
     end = np.einsum("ijn,j->in", R, c[:, 0])
@@ -189,7 +189,7 @@ class Orientation:
 
     @property
     def unique_below(self) -> float:
-        """Magnitude [rad] of the largest coordinate below which the coordinates of a rotation are unique; 0 if they never are."""
+        """The coordinates of a rotation are unique if all magnitudes are below this value [rad]; 0 if they never are unique."""
         return 1.5 if self.sequence is None or sorted(self.sequence) == [0, 1, 2] else 0.0
 
     def matrix(self, c: Array) -> Array:
@@ -221,7 +221,8 @@ class Orientation:
             near: (3, N) coordinates near which one of the two solutions and full turns are chosen. They also determine the first
                 angle if the first and last axes coincide. None: all magnitudes are at most π, tilts are not negative, and an
                 undetermined first angle is 0.
-            locked: sine of the angle between these axes up to which they count as coincident; also the accuracy of R.
+            locked: sine of the angle between the first and last axes up to which these are treated as coincident; R is as
+                accurate.
         """
         if self.sequence is None:
             c = logarithm(R, at_half_turns=True)
@@ -241,7 +242,7 @@ class Orientation:
         """Return coordinates (3, N) of the same rotations as ``c``, but nearer to ``near``.
 
         Full turns are added if ``always``, or where ``c`` has a half turn, whose sign depends on rounding. Where the first and
-        the last axes coincide, only the sum or difference of their angles is determined; their values are chosen near ``near``.
+        the last axes coincide, only the sum or difference of their angles is determined; the angles are chosen near ``near``.
         """
         changed = always | _half_turn(np.sqrt(dot(c, c)) if self.sequence is None else c)
         if self.sequence is None:
@@ -294,7 +295,7 @@ def _about(axis: int, angle: Array) -> Array:
 
 
 def orientation_named(name: str | None) -> Orientation:
-    """Return the convention with a name: "rotation_vector" (also None), an Euler sequence, or "tilt_torsion".
+    """Return the convention of the given name: "rotation_vector" (also None), an Euler sequence, or "tilt_torsion".
 
     Raises:
         CoordinatesError: there is no such convention.

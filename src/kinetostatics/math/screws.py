@@ -51,7 +51,7 @@ def wrench_of_couple(couple: Array) -> Array:
 def unit_twist(axis: Array, arm: Array, rotates: Mask | bool = True) -> Array:
     """Return the unit twist of a rotation about ``axis`` through a point at ``arm`` [m] from the reference point.
 
-    Where ``rotates`` (…) is false, it is that of a translation along ``axis``.
+    Where ``rotates`` (…) is false, return the unit twist of a translation along ``axis``.
     """
     linear = cross(arm, axis)
     result = empty_for((6, *linear.shape[1:]), linear)
@@ -90,9 +90,9 @@ def move(kind: Kind, array: Array, shift: Array, components_last: bool = False) 
         kind: kind of the quantity.
         array: twists or wrenches (6, …), or stiffness or compliance matrices (6, 6, …). Rows and columns of a stiffness are moved
             as wrenches, rows and columns of a compliance as twists.
-        shift: vector [m] to the new reference point; its axes (…) are the last axes of ``array``.
-        components_last: whether the axes of components are the last ones, as in results, not the first: of ``array``, ``shift``
-            and the returned quantity.
+        shift: vector [m] to the new reference point; its batch axes (…) are the last batch axes of ``array``.
+        components_last: whether ``array``, ``shift`` and the returned quantity have their axes of components last, as in
+            results, instead of first.
     """
     moved = move_twist if kind in ("twist", "compliance") else move_wrench
     count = 2 if kind in ("stiffness", "compliance") else 1

@@ -37,7 +37,7 @@ THINNEST = 1e-5
 
 @dataclass(frozen=True)
 class Section:
-    """A section given by area and moments alone, ``<section>``.
+    """A section given only by its area and moments, ``<section>``.
 
     Attributes:
         area: A [m²].
@@ -61,7 +61,7 @@ class Section:
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Half sizes of the outline along y and z [m]; those of an ellipse with equal I/A if the outline is unknown."""
+        """Half sizes of the outline along y and z [m]; if it is unknown, half sizes of the ellipse with equal I_y/A and I_z/A."""
         return 2 * math.sqrt(self.I_z / self.area), 2 * math.sqrt(self.I_y / self.area)
 
     def shear_coefficients(self, poisson_ratio: float) -> tuple[float, float] | None:
@@ -84,7 +84,7 @@ class Section:
             poisson_ratio: ν.
 
         Returns:
-            (…) stress. NaN for a section given by area and moments alone, whose outline is unknown.
+            (…) stress. NaN for a section given only by its area and moments, because its outline is unknown.
         """
         return np.full(np.shape(wrench)[1:], np.nan)
 
@@ -151,8 +151,8 @@ class Tube(Section):
 def _tube_forms(tube: Tube, poisson_ratio: float) -> Array:
     """Return the squared von Mises stresses (rings, 8, 21) at eight angles on rings from the inner to the outer face.
 
-    Forms as in :func:`.von_mises_forms`. The flexure function of a force along z is (a r + b / r − r³ / 4) sin θ; a and b make
-    both faces free of stress.
+    They are forms as in :func:`.von_mises_forms`. The flexure function of a force along z is (a r + b / r − r³ / 4) sin θ; a and
+    b make both faces free of stress.
     """
     outer, inner, nu = tube.outer_diameter / 2, tube.inner_diameter / 2, poisson_ratio
     r = np.linspace(inner, outer, 5)[:, None]

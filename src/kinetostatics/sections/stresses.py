@@ -1,8 +1,9 @@
 """Stresses in cross-sections: shear stresses of rectangles and rectangular tubes by finite elements, largest von Mises stresses.
 
 The shear stresses of a long beam under a torque T and transverse forces V_y, V_z follow from functions on its section with given
-Laplacian and normal derivative at the edges (S. P. Timoshenko and J. N. Goodier, Theory of Elasticity, chapters 10 and 11). They
-are computed on a quarter of the section with elements of degree 6, graded towards the inner corner, in any unit of length.
+Laplacian, and given normal derivative at the edges (S. P. Timoshenko and J. N. Goodier, Theory of Elasticity, chapters 10 and
+11). They are computed on a quarter of the section with elements of degree 6, graded towards the inner corner, in any unit of
+length.
 
 The square of the von Mises stress at a point is a quadratic form of the section wrench with 21 coefficients, one for each product
 of two components. The stresses at many points under many wrenches are therefore one matrix product.
@@ -34,8 +35,9 @@ class _Axis:
     Attributes:
         nodes: number n of nodes.
         edges: borders of the elements.
-        stiffness, mass: (2, n, n) integrals of f'g' and fg: from the middle to the wall (0), through the wall (1).
-        moments, slopes: (2, 3, n) integrals of s^k f and s^k f', k = 0, 1, 2, over the same ranges.
+        stiffness, mass: (2, n, n) integrals of f'g' and fg of shape functions f, g: first from the middle to the wall, then
+            through the wall.
+        moments, slopes: (2, 3, n) integrals of s^k f and s^k f', k = 0, 1, 2, over the same two ranges.
     """
 
     def __init__(self, half: float, wall: float, smallest: float) -> None:
@@ -65,14 +67,14 @@ class _Axis:
             self.slopes[beyond][:, at] += powers @ g
 
     def nodes_of(self, beyond: int) -> slice:
-        """Return the nodes from the middle to the wall (0), or those of the wall (1)."""
+        """Return the nodes between the middle and the wall if ``beyond`` is 0, those in the wall if it is 1."""
         nodes = np.flatnonzero(self.mass[beyond].diagonal())
         return slice(nodes[0], nodes[-1] + 1) if len(nodes) else slice(0, 0)
 
     def at(self, points: Array) -> tuple[Array, Array]:
         """Return the matrices (m, n) from nodal values to values and slopes at points.
 
-        At the border of two elements, the slope is that of the outer one.
+        At the border of two elements, the slope is that of the outer element.
         """
         which = np.clip(np.searchsorted(self.edges, points, side="right") - 1, 0, len(self.edges) - 2)
         size = np.diff(self.edges)[which]
@@ -100,7 +102,7 @@ class ShearFunctions:
     """Shear stresses of one section under torque and transverse forces.
 
     Attributes:
-        width, height, thickness: outer sides along y and z and the wall; a wall of half the smaller side is a full rectangle.
+        width, height, thickness: outer sides along y and z, and thickness of the wall; a full rectangle if this is half a side.
         J: torsion constant.
     """
 
@@ -128,7 +130,7 @@ class ShearFunctions:
 
     @cached_property
     def _flexure(self) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-        """Return for V_y and for V_z Ψ_0 and Ψ_1 at the nodes (2, ny, nz), Ψ = Ψ_0 + ν Ψ_1, and their ∫ s Ψ dA (2,)."""
+        """Return, for V_y and for V_z, Ψ_0 and Ψ_1 (2, ny, nz) at the nodes, with Ψ = Ψ_0 + ν Ψ_1, and ∫ s Ψ dA (2,) of both."""
         y, z = self._axes
         along_z, moment_z = _flexure(y, z)
         along_y, moment_y = _flexure(z, y)
@@ -190,8 +192,8 @@ class ShearFunctions:
     def points(self) -> tuple[Array, Array]:
         """Return y and z (P,) of points of the first quarter that suffice for the largest stress (see :meth:`Section.stress`).
 
-        Points closer to the sharp inner corner than the wall thickness, and than a quarter of the hole's sides, are excluded: the
-        stress at the corner is unbounded, and in reality limited by the fillet.
+        Points closer to the sharp inner corner than both the wall thickness and a quarter of the hole's smaller side are
+        excluded: the stress at the corner is unbounded, and in reality limited by the fillet.
         """
         half = np.array([self.width, self.height]) / 2
         t = self.thickness
@@ -214,7 +216,7 @@ class ShearFunctions:
 
 
 def _spread(end: float, scale: float, distances: tuple[float, ...]) -> Array:
-    """Return five even positions from 0 to ``end``, and positions at given ``distances`` from the end, in units of ``scale``."""
+    """Return five equidistant positions from 0 to ``end``, and positions at ``distances`` times ``scale`` before the end."""
     close = [end - d * scale for d in distances if d * scale < end]
     return np.unique([*np.linspace(0, end, 5), *close])
 
@@ -230,18 +232,18 @@ _PARTS = (0, 1), (1, 0), (1, 1)
 
 
 def _over(integrand: Callable[[int, int], Array]) -> Array:
-    """Return the sum over the three parts of the quarter."""
+    """Return the sum of an integral over the three parts of a quarter section: both walls and the corner."""
     first, second, corner = (integrand(i, j) for i, j in _PARTS)
     return first + second + corner
 
 
 def _area(y: _Axis, z: _Axis, i: int, j: int, p: int, q: int) -> Array:
-    """Return ∫ y^p z^q dA over one part."""
+    """Return ∫ y^p z^q dA over one part of the quarter section."""
     return np.asarray(y.moments[i, p].sum() * z.moments[j, q].sum())
 
 
 def _flexure(r: _Axis, s: _Axis) -> tuple[Array, Array]:
-    """Return Ψ_0 and Ψ_1 of a force along s at the nodes (2, nr, ns), and their ∫ s Ψ dA (2,) over the section; ∇²Ψ = −2s."""
+    """Return Ψ_0 and Ψ_1 (2, nr, ns) at the nodes for a force along s, with ∇²Ψ = −2s, and ∫ s Ψ dA (2,) over the section."""
     load = _over(lambda i, j: 2 * np.outer(r.moments[i, 0], s.moments[j, 1]))
     lateral = _over(
         lambda i, j: (
@@ -254,7 +256,7 @@ def _flexure(r: _Axis, s: _Axis) -> tuple[Array, Array]:
 
 
 def _solve(y: _Axis, z: _Axis, right: Array, odd_y: bool, odd_z: bool) -> Array:
-    """Return functions (k, ny, nz), odd or even along y and z; ``right`` are the integrals of their source and edge terms."""
+    """Return functions (k, ny, nz), odd or even along y and z; ``right`` are the integrals of source and edge terms."""
     ny, nz = y.nodes, z.nodes
     inside = (y.mass[1].diagonal() > 0)[:, None] | (z.mass[1].diagonal() > 0)
     inside[0] &= not odd_y
@@ -299,9 +301,10 @@ def largest_at_points(forms: Array, wrench: Array) -> Array:
 
 
 def largest_on_rings(forms: Array, wrench: Array) -> Array:
-    """Return the largest stress (…) on rings, given at eight even angles (R, 8, 21) on each, under wrenches (6, …).
+    """Return the largest stress (…) on rings under wrenches (6, …), from forms (R, 8, 21) at eight equidistant angles per ring.
 
-    Around a ring the square is a + b cos θ + c sin θ + d cos 2θ + e sin 2θ; its largest value is found by Newton's method.
+    Around a ring the square of the stress is a + b cos θ + c sin θ + d cos 2θ + e sin 2θ; its largest value is found by Newton's
+    method.
     """
     angle = np.linspace(0, 2 * np.pi, 8, endpoint=False)
     to_waves = _waves(angle) * np.array([1, 2, 2, 2, 2])[:, None] / 8
@@ -329,7 +332,7 @@ def largest_on_rings(forms: Array, wrench: Array) -> Array:
 
 
 def unit_stresses(forms: Array) -> Array:
-    """Return the largest stress (6,) under each unit component of the wrench alone, from the ``forms`` (…, 21) of all points."""
+    """Return the largest stress (6,) under each single unit component of the wrench, from the ``forms`` (…, 21) of all points."""
     return np.sqrt(forms[..., _FIRST == _SECOND].reshape(-1, 6).max(axis=0))
 
 
@@ -337,7 +340,7 @@ def may_be_largest(units: Array, wrench: Array) -> NDArray[np.bool_]:
     """Return the mask (n, …) of the sections of a beam that may be the most stressed one.
 
     Args:
-        units: (6,) largest stresses under unit components; those of axial force and bending occur at one point and add up.
+        units: (6,) largest stresses under unit components; stresses by axial force and bending occur at one point and add up.
         wrench: (6, n, …) section wrenches.
     """
     alone = units.reshape(6, *[1] * (wrench.ndim - 1)) * np.abs(wrench)

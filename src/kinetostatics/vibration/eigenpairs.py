@@ -1,8 +1,8 @@
 """Natural frequencies and modes, D(λ) u = 0: at the k-th λ the k-th smallest eigenvalue of D(λ) vanishes.
 
-Below the lowest frequency of its rods with clamped ends, D is concave in λ, and the k-th root of its linearization K̃ − λ M̃ is
-an upper bound of that of D. Newton's method therefore descends to the k-th root from the bound of Rayleigh and Ritz, however
-close other roots are: no mode is missed or found twice.
+Below the lowest frequency of the robot's rods with clamped ends, D is concave in λ, and the k-th root of its linearization
+K̃ − λ M̃ is an upper bound of the k-th root of D. Newton's method therefore descends to the k-th root from the bound of Rayleigh
+and Ritz, however close other roots are: no mode is missed or found twice.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Eigenpairs:
 
     Attributes:
         square: λ = ω² (N, m), ascending [1/s²]; infinite where there are fewer modes, NaN where a motion has negative stiffness.
-        free: (N,) number of motions without stiffness; their frequency is zero, and they are left out.
+        free: (N,) number of motions without stiffness, whose frequency is zero; they are not among the modes.
         shapes: (N, m, n) modes in the coordinates of ``model``, with modal masses of 1 kg.
         model: the robot, with beams divided as required by these modes.
     """
@@ -77,7 +77,10 @@ def modes_below(model: VibrationModel, square: Array) -> Index:
 
 
 def independent_motions(model: VibrationModel) -> list[tuple[Index, Array | None]]:
-    """Return groups of poses, each with a basis (P, n, r) of motions with stiffness or mass that keep loops closed; None: all."""
+    """Return groups of poses, each with a basis (P, n, r) of the motions that keep loops closed and have stiffness or mass.
+
+    The basis is None where all motions do.
+    """
     K, M = (matrix[:, 0] for matrix in model.pencil(np.zeros((model.poses, 1))))
     return [(space.poses, space.basis) for space in _spaces(model, K, M)]
 
@@ -149,13 +152,14 @@ def _align(shapes: Array, vectors: Array, equal: Mask, free: int, platform: Arra
     """Normalize modes (N, m, n) in place: reproducible bases of eigenspaces, and signs.
 
     In an eigenspace, the first mode has the largest component of the platform's twist along the first axis with a nonzero
-    component, the next one has none along this axis, and so on; if the platform does not move, the coordinates replace its twist.
+    component, the next mode has none along this axis, and so on. If the platform does not move, the coordinates replace its
+    twist.
     The largest component of the platform's twist, or of the coordinates, is positive.
 
     Args:
         shapes: the modes.
         vectors: (N, m, n, r) all eigenvectors at the λ of each mode.
-        equal: (N, m, r) mask of those in the eigenspace of each mode.
+        equal: (N, m, r) mask of the eigenvectors in the eigenspace of each mode.
         free: number of modes of frequency zero, which are first.
         platform: see :class:`VibrationModel`.
     """
@@ -181,7 +185,7 @@ def _align(shapes: Array, vectors: Array, equal: Mask, free: int, platform: Arra
 
 
 def _spaces(model: VibrationModel, K: Array, M: Array) -> Iterator[_Space]:
-    """Yield groups of poses with the same number of independent motions, and of independent motions without stiffness.
+    """Yield groups of poses with equal numbers of independent motions, and of independent motions without stiffness.
 
     Poses at which a motion has negative stiffness are separate groups.
     """
@@ -195,7 +199,7 @@ def _spaces(model: VibrationModel, K: Array, M: Array) -> Iterator[_Space]:
 
 
 def _with_mass(space: _Space, K: Array, M: Array) -> Iterator[_Space]:
-    """Yield groups of poses with the same number of motions without stiffness and mass; these motions are removed."""
+    """Yield groups of poses with the same number of motions that have neither stiffness nor mass, without these motions."""
     K, M = space.restricted(K), space.restricted(M)
     scaled, size = _scaled(K)
     axes = np.linalg.eigh(scaled)[1] / size[:, :, None]
@@ -217,7 +221,7 @@ def _with_mass(space: _Space, K: Array, M: Array) -> Iterator[_Space]:
 
 
 def _scaled(matrix: Array) -> tuple[Array, Array]:
-    """Return symmetric matrices (…, n, n) scaled to diagonals of 1 or, where these are rounding, 0; and the scale (…, n)."""
+    """Return symmetric matrices (…, n, n) scaled to diagonal entries 1, or near 0 for rounding errors; and the scale (…, n)."""
     size = np.sqrt(np.abs(np.einsum("...ii->...i", matrix)))
     largest = size.max(axis=-1, keepdims=True, initial=0.0)
     size = np.where(size > _NONE * largest, size, np.where(largest > 0, largest, 1.0))
@@ -225,7 +229,7 @@ def _scaled(matrix: Array) -> tuple[Array, Array]:
 
 
 def _roots(K: Array, M: Array, shift: Array, modes: bool = False) -> tuple[Array, Array]:
-    """Return all λ (…, n) of K u = λ M u, ascending, infinite without mass, and modes (…, n, n) of modal masses 1.
+    """Return all λ (…, n) of K u = λ M u, ascending, infinite for modes without mass, and modes (…, n, n) of modal mass 1.
 
     Args:
         K, M: (…, n, n) positive semidefinite matrices.

@@ -22,13 +22,13 @@ from kinetostatics.vibration.vibration_model import Part, PlacedRod, VibrationMo
 
 @dataclass(frozen=True)
 class ModeShapes:
-    """The lowest m modes of N poses, with the motions of bodies and beams per coordinate."""
+    """The lowest m modes of N poses, with the robot's motions per unit of each coordinate."""
 
     pairs: Eigenpairs
     motions: PlacedMotions
 
     def of_body(self, body: RigidBody, point: Array) -> Array:
-        """Return the displacement of a point (3, N) of a body and its rotation (N, m, 6), world axes [m, rad]."""
+        """Return the displacement of a point (3, N) of a body and the rotation of the body (N, m, 6), world axes [m, rad]."""
         return self.motions.of_body(self.pairs.shapes, body, point)
 
     def of_beam(self, name: str, stations: int) -> Array:
@@ -87,7 +87,7 @@ class ModeShapes:
         return _shares(found)
 
     def _energy_of(self, name: str, matrix: Array) -> Array:
-        """Return the sum (N, m) of u · A u over all pieces of a beam."""
+        """Return the sum (N, m) over a beam's pieces of u · A u, with the displacements u of a piece's ends, and its matrix A."""
         parts = [_energy(u, matrix) for u in self._pieces(self.pairs.model.beams[name], name)]
         return np.sum(parts, axis=0)
 
@@ -108,12 +108,12 @@ class ModeShapes:
 
 
 def _energy(u: Array, matrix: Array) -> Array:
-    """Return u · A u of displacements (N, m, r)."""
+    """Return u · A u (N, m) for displacements u (N, m, r) and a matrix A."""
     return np.asarray(np.einsum("nmr,nmr->nm", u, (matrix @ u[..., None])[..., 0]))
 
 
 def _shares(energies: Mapping[str, Array]) -> dict[str, Array]:
-    """Return energies as parts of their sum."""
+    """Return each energy divided by the sum of all."""
     total = sum(energies.values(), np.zeros(()))
     with np.errstate(invalid="ignore", divide="ignore"):
         return {name: energy / total for name, energy in energies.items()}
@@ -143,8 +143,8 @@ def responses(model: VibrationModel, platform: Array, carried: Array, omega: Arr
 
     Args:
         model: the robot at N poses.
-        platform: (N, 6, n) twist of the platform at the point per coordinate.
-        carried: (N, 6, 6) twist of the platform at the point per translation and rotation of the floor about o.
+        platform: (N, 6, n) twist of the platform at the point per unit of each coordinate.
+        carried: (N, 6, 6) twist of the platform at the point per unit translation and rotation of the floor about o.
         omega: (F,) angular frequencies [1/s].
         damping: damping of all parts.
     """

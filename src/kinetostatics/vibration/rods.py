@@ -30,7 +30,7 @@ _CLAMPED = 4.730040744862704
 
 @dataclass(frozen=True)
 class Rod:
-    """Uniform rods, arrays of any common shape.
+    """Uniform rods; arrays have any common shape.
 
     Attributes:
         length: length [m].
@@ -72,7 +72,7 @@ class Rod:
     def pencil(self, square: Array) -> tuple[Array, Array]:
         """Return K̃ and M̃ (…, 12, 12) of D(λ) = K̃ − λ M̃ with M̃ = −dD/dλ at λ (…).
 
-        They are stiffness and mass matrices with the exact shapes of rods at λ; at λ = 0, the static shapes under end forces.
+        K̃ and M̃ are stiffness and mass matrices with the rod's exact shapes at λ; at λ = 0, its static shapes under end forces.
         """
         step = _STEP * np.maximum(square, 1.0)
         D = self.dynamic_stiffness(square + 1j * step)
@@ -148,9 +148,9 @@ def _series(x: Numbers) -> tuple[Numbers, Numbers]:
 
 
 def _bending(x: Numbers, s: Array, r: Array) -> tuple[Numbers, ...]:
-    """Return the entries of the dynamic stiffness of bending over EI/L³, EI/L² and EI/L.
+    """Return the entries of the dynamic stiffness of bending, divided by EI/L³, EI/L² or EI/L.
 
-    Pairs of coordinates in order, w₀, p₀ deflection and slope at the start, w₁, p₁ at the end: (w₀, w₀), (w₀, p₀), (p₀, p₀),
+    With deflection and slope w₀, p₀ at the start and w₁, p₁ at the end, the order of the entries is (w₀, w₀), (w₀, p₀), (p₀, p₀),
     (w₀, w₁), (w₀, p₁), (p₀, p₁).
 
     Args:

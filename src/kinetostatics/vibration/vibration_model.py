@@ -1,7 +1,7 @@
 """Dynamic stiffness D(λ) of a whole robot at the square λ = ω² of the angular frequency, without discretization.
 
 The coordinates are those of the small motions of rigid bodies and joints. A beam is an exact rod, or several rods in line, whose
-frequencies with clamped ends are above the requested ones. At requested frequencies, the number of negative eigenvalues of D(λ)
+frequencies with clamped ends are above the requested ones. At a requested frequency, the number of negative eigenvalues of D(λ)
 is then the number of natural frequencies below λ (W. H. Wittrick and F. W. Williams, Quarterly Journal of Mechanics and Applied
 Mathematics 24, 1971).
 """
@@ -30,10 +30,10 @@ class Part:
     """A mass, or a spring, at N poses.
 
     Attributes:
-        columns: the k coordinates that move it.
-        motions: (N, r, k) its displacements per coordinate.
+        columns: the k coordinates that move the part.
+        motions: (N, r, k) displacements of the part per unit of each coordinate.
         matrix: (N, r, r) mass [kg, kg·m²] or stiffness [N/m, N·m/rad] with respect to these displacements.
-        carried: (N, r, 6) its displacements per translation, and rotation about o, of the whole robot as one body.
+        carried: (N, r, 6) displacements of the part per unit translation, and rotation about o, of the whole robot as one body.
     """
 
     columns: tuple[int, ...]
@@ -46,7 +46,7 @@ class Part:
         return Part(self.columns, self.motions[poses], self.matrix[poses], self.carried[poses])
 
     def of_coordinates(self) -> Array:
-        """Return the matrix (N, k, k) with respect to its coordinates."""
+        """Return the mass or stiffness (N, k, k) with respect to the part's k coordinates."""
         return np.asarray(np.swapaxes(self.motions, 1, 2) @ self.matrix @ self.motions)
 
 
@@ -56,8 +56,8 @@ class PlacedRod:
 
     Attributes:
         columns: the k coordinates that move its ends.
-        motions: (N, 12, k) displacement and rotation of start and end per coordinate, beam axes.
-        carried: (N, 12, 6) displacements per motion of the whole robot as one body, see :class:`Part`.
+        motions: (N, 12, k) displacement and rotation of start and end per unit of each coordinate, beam axes.
+        carried: (N, 12, 6) displacement and rotation of start and end when the whole robot moves as one body, see :class:`Part`.
         rod: the beam.
         pieces: number of equal rods in line.
     """
@@ -78,16 +78,16 @@ class PlacedRod:
         return replace(self, motions=self.motions[poses], carried=self.carried[poses], rod=self.rod.take(poses))
 
     def carried_piece(self, number: int) -> Array:
-        """Return the displacements (N, 12, 6) of the ends of a piece per motion of the whole robot as one body."""
+        """Return the displacements (N, 12, 6) of a piece's ends when the whole robot moves as one body, see :class:`Part`."""
         start, end = self.carried[:, :6], self.carried[:, 6:]
         return np.concatenate([start + (end - start) * ((number + k) / self.pieces) for k in (0, 1)], axis=1)
 
     def moved(self, first: int, size: float) -> Iterator[tuple[list[int], Array]]:
-        """Yield for every piece the coordinates that move its ends, and displacements and rotations of the ends (…, 12, k).
+        """Yield for every piece the k coordinates that move its ends, and the unit motions (…, 12, k) of its ends.
 
         Args:
             first: index of the first coordinate of points between the pieces.
-            size: the robot's characteristic length [m], by which rotations are multiplied as coordinates.
+            size: the robot's characteristic length [m]; rotations multiplied by it are the coordinates.
         """
         own = np.diag([1.0] * 3 + [1 / size] * 3)[None]
         inner = [(range(first + 6 * k, first + 6 * k + 6), own) for k in range(self.pieces - 1)]
@@ -147,7 +147,7 @@ class VibrationModel:
         )
 
     def divided(self, square: float) -> VibrationModel | None:
-        """Return the model with one more piece in each beam whose λ with clamped ends is at most ``square``; None: no beam."""
+        """Return the model with one more piece in each beam whose pieces, clamped, have λ ≤ ``square``; None if none has."""
         lowest = {name: float(item.piece.clamped_square().min()) for name, item in self.beams.items()}
         low = {name for name, bound in lowest.items() if bound <= square and np.isfinite(bound)}
         if not low:
@@ -187,7 +187,7 @@ class VibrationModel:
         return K, M
 
     def _assembled(self, constant: Numbers, rods: Mapping[str, Numbers]) -> Numbers:
-        """Return matrices (N, m, …) of all coordinates from those of rigid bodies and joints, and of single rods."""
+        """Return matrices (N, m, …) for all coordinates, from those ``constant`` in λ and those of single rods."""
         n = constant.shape[-1]
         found = np.zeros((*constant.shape[:2], self.coordinates, self.coordinates), dtype=constant.dtype)
         found[..., :n, :n] = constant
@@ -198,7 +198,7 @@ class VibrationModel:
         return found
 
     def forces_of_floor(self, square: Numbers) -> Numbers:
-        """Return the forces (N, m, n, 6) on all coordinates per motion of the whole robot as one body, at λ (N, m)."""
+        """Return the forces (N, m, n, 6) on all coordinates at λ (N, m) when the whole robot moves as one body."""
         found = np.zeros((*square.shape, self.coordinates, 6), dtype=square.dtype)
         for part in self.masses.values():
             own = np.swapaxes(part.motions, 1, 2) @ part.matrix @ part.carried
@@ -210,7 +210,7 @@ class VibrationModel:
         return found
 
     def closed_motions(self) -> list[tuple[Index, Array | None]]:
-        """Return groups of poses, each with a basis (P, n, r) of motions that keep all loops closed; None: all motions."""
+        """Return groups of poses, each with a basis (P, n, r) of the motions that keep all loops closed (None: all do)."""
         if not self.closure.shape[1]:
             return [(np.arange(self.poses), None)]
         _, values, axes = np.linalg.svd(self.closure)
@@ -240,7 +240,7 @@ def vibration_model(motions: PlacedMotions) -> VibrationModel:
 
 
 def mass_at(motions: PlacedMotions, body: RigidBody, point: Array, matrix: Array) -> Part:
-    """Return the part of a mass matrix (N, 6, 6) about a point (3, N) of a body, world axes."""
+    """Return the part that has the given mass matrix (N, 6, 6) about a point (3, N) of a body, world axes."""
     columns, placed = motions.structure.columns[body], _Placement(motions)
     return Part(columns, placed.moved(columns, body, point), matrix, motions.carried(point))
 
@@ -307,6 +307,6 @@ class _Placement:
         return PlacedRod(columns, turned @ moved, turned @ carried, rod)
 
     def moved(self, columns: tuple[int, ...], body: RigidBody, point: Array) -> Array:
-        """Return displacement of a point (3, N) of a body and rotation, per coordinate (N, 6, k)."""
+        """Return the twists (N, 6, k) of a body at a point (3, N) per unit of each of k coordinates."""
         turns, shifts = self.motions.moved(columns, body, point)
         return np.ascontiguousarray(np.concatenate([shifts, turns]).transpose(2, 0, 1))
