@@ -1,4 +1,4 @@
-"""Ends of beams: those of the file and default ones, for beams of one link and telescopic beams."""
+"""Ends of beams, given in the file or by default, for beams of one link and telescopic beams."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class BeamSpan:
 
     Attributes:
         beam: description of the beam.
-        start_body, start: body of the end towards the base, and its position (3,) in this body.
-        end_body, end: body and position (3,) of the end towards the platform.
+        start_body, start: body of the end towards the base, and position (3,) of this end in the body.
+        end_body, end: the same for the end towards the platform.
         carrier: the body that carries the beam's weight.
         start_link, end_link: the links of the ends.
-        inward, outward: the fixed and prismatic joints from the beam's link to these links, if these are other links.
+        inward, outward: fixed and prismatic joints from the beam's link to the start link and to the end link; empty if equal.
     """
 
     beam: Beam
@@ -62,7 +62,7 @@ def beam_error(beam: Beam, reason: str) -> RobotFileError:
 
 
 def ends_nowhere(mechanism: Mechanism) -> list[tuple[str, str]]:
-    """Return (link, joint) of every link whose only joint is a moving one, except base and platform."""
+    """Return (link, joint) for every link, except base and platform, that has only one joint, a moving one."""
     description = mechanism.description
     return [
         (link, here[0].name)
@@ -80,7 +80,7 @@ def _may_be_spanned(connection: Connection) -> bool:
 
 
 def _point_on(link: str, path: Iterable[Connection], point: Array) -> Array:
-    """Return a point (3,) [m] in the body of ``link``; it is given in the body at the end of a path of fixed joints and loops."""
+    """Return a point (3,) [m] in the body of ``link``, given in the body at the end of a path of fixed joints and loops."""
     placement = np.eye(4)
     for item in path:
         near, far = item.predecessor_frame, item.successor_frame
@@ -132,7 +132,7 @@ class SpanFinder:
         return set(reachable([link], fixed_to))
 
     def _reaches(self, link: str, connection: Connection, target: set[str], barred: set[str]) -> bool:
-        """Whether a path from ``link`` through ``connection`` reaches links ``target`` without passing links ``barred``."""
+        """Whether a path from ``link`` through ``connection`` reaches a link of ``target`` without passing links ``barred``."""
 
         def onward(here: str) -> list[str]:
             if here in barred:
@@ -164,8 +164,8 @@ class SpanFinder:
     def _joints_to_base(self, link: str, connection: Connection) -> tuple[float, float]:
         """Return the smallest number of joints from ``link`` to the base through ``connection``.
 
-        It is returned twice: for paths that avoid the platform, and for all paths; ``inf`` without a path. Passive joints that
-        form one universal, spherical or cylindrical joint count once.
+        Two numbers are returned, for paths that avoid the platform and for all paths; ``inf`` without a path. Passive joints that
+        form one universal, spherical or cylindrical joint are counted once.
         """
 
         def count(barred: set[str]) -> float:

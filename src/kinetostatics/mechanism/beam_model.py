@@ -1,4 +1,4 @@
-"""Data of beams that do not depend on the pose, and lengths and masses at given frames."""
+"""Beams: data independent of the pose, and lengths and masses at given frames."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True, repr=False)
 class BeamModel(ShortRepr):
-    """Data of a beam that do not depend on the pose.
+    """Data of a beam, independent of the pose.
 
     Attributes:
         name: name of the beam.
-        span: its ends.
+        span: the beam's ends.
         axes: (3, 3) beam axes x, y, z as columns, in the carrier body.
         compliances: (6,) section compliances.
         mass_per_length: mass per length [kg/m], or None if the total ``mass`` is given.
         mass: total mass [kg] if ``mass_per_length`` is None, distributed uniformly over the length at every pose; else 0.
-        centre: (3,) centre of ``mass`` in the carrier body [m]: the mass is distributed along a shifted parallel line, rigidly
-            connected to the sections. None: along the beam.
+        centre: (3,) centre of ``mass`` in the carrier body [m]: the mass is distributed along a parallel line through it, rigidly
+            connected to the sections. None: the mass is distributed along the beam.
     """
 
     name: str
@@ -61,7 +61,7 @@ class BeamModel(ShortRepr):
 
     @property
     def telescopic(self) -> bool:
-        """Whether its length changes with the pose."""
+        """Whether the beam's length changes with the pose."""
         return self.span.start_body != self.span.end_body
 
     def remaining_length(self, frames: Frames) -> Array:
@@ -75,11 +75,11 @@ class BeamModel(ShortRepr):
         return self.mass_of(self.length(frames))
 
     def mass_of(self, length: Array) -> Array:
-        """Return the mass [kg] at given lengths (…) [m]; zero for a density and a negative length."""
+        """Return the mass [kg] at given lengths (…) [m]; for a beam with a density, zero if the length is negative."""
         return np.full_like(length, self.mass) if self.mass_per_length is None else self.mass_per_length * np.maximum(length, 0)
 
     def line_density(self, length: Array) -> Array:
-        """Return the mass per length [kg/m] at given lengths (…) [m]; infinite if a given mass has zero length."""
+        """Return the mass per length [kg/m] at given lengths (…) [m]; infinite for a beam with a given mass and zero length."""
         if self.mass_per_length is not None:
             return np.full_like(length, self.mass_per_length)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -91,7 +91,7 @@ class BeamModel(ShortRepr):
         return np.zeros_like(start) if self.centre is None else frames.point(self.span.carrier, self.centre) - (start + end) / 2
 
     def rod(self, frames: Frames) -> tuple[int, pin.Inertia]:
-        """Return the beam as a rigid prism at one pose: the carrier body, and ``pin.Inertia`` in this body.
+        """Return the beam as a rigid prism at one pose: the carrier body, and the prism's ``pin.Inertia`` in this body.
 
         About the prism's centre, the moments of inertia are m (I_y + I_z)/A along the axis and m (L²/12 + I/A) across.
         """
@@ -116,7 +116,7 @@ def without_length(beams: Iterable[BeamModel], frames: Frames, pose: int) -> str
 
 
 def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Frames) -> dict[str, BeamModel]:
-    """Compute the data of all beams; at the closed pose ``zero``, the direction of telescopic beams is determined.
+    """Compute the data of all beams; the closed pose ``zero`` determines the direction of telescopic beams.
 
     Raises:
         RobotFileError: a prismatic joint of a telescopic beam is not parallel to the beam, or the ``y_axis`` of a beam is
@@ -163,8 +163,8 @@ def _with_spread_mass(
 ) -> BeamModel:
     """Return a beam with its mass; without a density this is a share of the link's mass, in proportion to the beam's length.
 
-    All shares together have the link's centre of mass. ``middles``: length [m] and middle (3,) of every beam at the closed zero
-    pose, in the carrier body.
+    The common centre of mass of all shares is that of the link. ``middles``: length [m] and middle (3,) of every beam at the
+    closed zero pose, in the carrier body.
     """
     if model.mass_per_length is not None:
         return model

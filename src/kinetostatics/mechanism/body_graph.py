@@ -3,10 +3,10 @@
 A *body* is a link without beams, or one end of a link with beams. Joints, loops and beams are the *edges* between bodies. The
 graph depends neither on names nor on the cuts of loops in the file.
 
-An edge is directed as the paths from base to platform that pass the edge. If, and only if, all of them pass the edge in one
-direction, the current in an electrical network with the same graph has this direction for all resistances (R. J. Duffin,
-*Topology of series-parallel networks*, J. Math. Anal. Appl. 10, 1965). A path search decides whether a path passes an edge
-against the current. Edges passed in both directions have the direction of the current, so that there are no directed rings.
+An edge has the direction in which paths from base to platform pass it. If, and only if, all of these paths pass it in one
+direction, the current through it in an electrical network with the same graph has this direction for all resistances (R. J.
+Duffin, *Topology of series-parallel networks*, J. Math. Anal. Appl. 10, 1965). A path search decides whether a path passes an
+edge against the current. Edges passed in both directions have the direction of the current, so that there are no directed rings.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ class RigidBody:
     """Links and ends of beams that move together.
 
     Attributes:
-        links: its links; a link with beams belongs to each body at an end of its beams.
+        links: links of the body; a link with beams belongs to every body at an end of its beams.
         rigid_links: links without beams.
         weights: rigid links with mass.
-        places: places of loads: rigid links and ends of beams.
+        places: places at which loads may act: rigid links and ends of beams.
     """
 
     links: list[str] = field(default_factory=list)
@@ -41,7 +41,7 @@ class RigidBody:
 
 @dataclass(eq=False)
 class BodyEdge:
-    """A joint or a beam between two bodies: predecessor and successor, or the beam's start and end."""
+    """A joint or a beam between two bodies: those of predecessor and successor, or those at the beam's start and end."""
 
     ends: tuple[RigidBody, RigidBody]
     connection: Connection | None = None
@@ -49,7 +49,7 @@ class BodyEdge:
 
     @property
     def key(self) -> str:
-        """The joint's name, or ``beam:`` and the beam's, as in :class:`~kinetostatics.mechanism.limbs.Edge`."""
+        """The name of the joint, or ``beam:`` and the name of the beam, as in :class:`~kinetostatics.mechanism.limbs.Edge`."""
         if self.connection is not None:
             return self.connection.name
         return f"beam:{self.beam.beam.name}" if self.beam else ""
@@ -73,7 +73,7 @@ class BodyGraph:
         spans: all beams, from start to end as in the file.
         bodies: all bodies, in the order of the file.
         edges: all edges between different bodies: beams in the order of the file, joints in that of their links.
-        misplaced: joints attached to a beam between its ends, each with the beam's link.
+        misplaced: joints attached to a beam between the beam's ends, each with the beam's link.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -151,7 +151,7 @@ class BodyGraph:
         return bodies[0]
 
     def _join_links_in_spans(self) -> None:
-        """Join the links inside a span to the beam's end on their side, and the beam's link to the start."""
+        """Join the links inside a beam's span to the end of the beam on their side, and the beam's link to its start."""
         for span in self.spans.values():
             ends = self._ends(span)
             for path, body in zip((span.inward, span.outward), ends, strict=True):
@@ -213,8 +213,8 @@ class DirectedEdge:
     Attributes:
         edge: the edge.
         inner, outer: the bodies at its inboard and outboard end.
-        in_tree: whether the spanning tree reaches ``outer`` through it.
-        both_ways: whether paths from base to platform pass it in both directions.
+        in_tree: whether the spanning tree reaches ``outer`` through the edge.
+        both_ways: whether paths from base to platform pass the edge in both directions.
     """
 
     edge: BodyEdge
@@ -225,7 +225,7 @@ class DirectedEdge:
 
 
 def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) -> list[DirectedEdge]:
-    """Return the edges of one component in depth-first order from the base, or from the platform if none is at the base.
+    """Return the edges of one component in depth-first order from the base, or from the platform if no edge is at the base.
 
     Every edge comes after the edges on the tree's path to its inner body. ``edges`` are all edges at the component's bodies, or
     one edge between base and platform.
@@ -267,7 +267,7 @@ def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) 
 
 
 def _in_ring(edge: BodyEdge, at: _Edges, on_paths: Iterable[RigidBody]) -> bool:
-    """Whether an edge of a dead end is part of a ring: both its ends are reached without it."""
+    """Whether an edge that no path passes is part of a ring: both ends of the edge are reached without it."""
     found = reachable(on_paths, lambda body: [item.other(body) for item in at[body] if item is not edge])
     return all(end in found for end in edge.ends)
 

@@ -28,9 +28,9 @@ class ElasticJoint:
 
     Attributes:
         joint: name of the joint.
-        body, frame: the joint frame (4, 4) in the body on the predecessor's side.
-        linear: (3, 3) displacement of one side relative to the other per force, in the frame [m/N].
-        angular: (3, 3) rotation per moment about the frame's origin [rad/(N·m)].
+        body, frame: the body on the predecessor's side, and the joint frame (4, 4) in this body.
+        linear: (3, 3) displacement of one side relative to the other per unit force, in the joint frame [m/N].
+        angular: (3, 3) rotation per unit moment about the frame's origin [rad/(N·m)].
     """
 
     joint: str
@@ -42,12 +42,12 @@ class ElasticJoint:
 
 @dataclass(frozen=True)
 class Drive:
-    """An elastic actuator. Its force is the sum of the forces along the joints that it moves, each times the joint's motion.
+    """An elastic actuator. Its force is the sum of the forces along the joints that it moves, times their ``moves``.
 
     Attributes:
-        joint: name of its joint.
+        joint: name of the driven joint.
         compliance: compliance along the joint's coordinate [m/N, rad/(N·m)].
-        moves: names of this joint and of joints that mimic it, each with its motion per unit of this joint's coordinate.
+        moves: names of the driven joint and of joints that mimic it, each with its motion per unit of the driven coordinate.
     """
 
     joint: str
@@ -56,7 +56,7 @@ class Drive:
 
 
 def springs_of(mechanism: Mechanism, joint: str) -> tuple[ElasticJoint, ...]:
-    """Return the elasticity of a joint in its bearings and springs; empty if there is none."""
+    """Return the elasticity of a joint's bearings and springs; empty if there is none."""
     stiffness = mechanism.description.joint_stiffness.get(joint)
     if stiffness is None:
         return ()
@@ -100,7 +100,7 @@ def is_sprung(stiffness: JointStiffness | None, rotates: bool, axis: Array | Non
 
 
 def _compliances(stiffness: Vector | None) -> Array:
-    """Return the (3,) inverses, 0 for rigid or free directions."""
+    """Return the inverses (3,) of three stiffnesses, 0 for rigid or free directions."""
     if stiffness is None:
         return np.zeros(3)
     return np.array([1 / k if 0 < k < np.inf else 0.0 for k in stiffness])
@@ -111,7 +111,7 @@ class Freedom:
     """One freedom of a joint: a rotation about, or a translation along, an axis (3,) fixed in a body.
 
     ``centre`` is a point (3,) of ``centre_body`` on the axis; ``sign`` is −1 if the joint's successor is its inboard side.
-    ``passive``: neither driven nor elastic; ``stiffness`` [N/m, N·m/rad]: of its spring, if any.
+    ``passive``: neither driven nor elastic; ``stiffness``: that of the freedom's spring, or 0 [N/m, N·m/rad].
     """
 
     rotates: bool
@@ -169,15 +169,15 @@ class CompoundJoint:
     """A joint of a limb, or two or three consecutive revolutes with a common point.
 
     Attributes:
-        type: its type; for two or three revolutes ``universal`` or ``spherical``.
-        label: its name in reports.
-        joints: names of its joints.
+        type: type of the joint; for two or three revolutes ``universal`` or ``spherical``.
+        label: name in reports.
+        joints: names of the joints of which it consists.
         passive: whether at least one of its freedoms is passive (neither driven nor elastic).
-        dofs: its freedoms, base to platform.
-        edge: index of its last joint among the limb's edges.
+        dofs: its freedoms, from base to platform.
+        edge: index of the last of ``joints`` among the limb's edges.
         has_centre: whether its centre is a geometric feature of the robot, not an arbitrary point of its axis; see
             :func:`has_centre`.
-        shift: distance of its centre from the origin of its last joint, along the axis of this joint [m].
+        shift: distance of the centre from the origin of the last of ``joints``, along this joint's axis [m].
     """
 
     type: JointType
@@ -191,11 +191,11 @@ class CompoundJoint:
 
     @property
     def has_point(self) -> bool:
-        """Whether forces through its centre are candidates for the wrench basis: its centre is a feature, or on an axis."""
+        """Whether forces through the centre are candidates for wrench bases: the centre is a feature, or on a rotation axis."""
         return self.has_centre or any(dof.rotates for dof in self.dofs)
 
     def has_axis(self, rotates: bool) -> bool:
-        """Whether the axes of its rotations or translations are features of the robot, not arbitrary axes of the file."""
+        """Whether the axes of the joint's rotations or translations are features of the robot, not arbitrary axes of the file."""
         return (self.type.turns if rotates else self.type.slides) in (Axes.AXIS, Axes.BOTH)
 
 
@@ -216,7 +216,7 @@ def compound_joints(
 ) -> tuple[CompoundJoint, ...]:
     """Return the compound joints of a limb, inboard ones first, without fixed joints.
 
-    ``together``: names of the joints of each compound joint, if known from another pose; None: found by their geometry.
+    ``together``: names of the joints of each compound joint, if these are known from another pose; None: found by geometry.
     """
     steps: list[tuple[int, Edge, Connection]] = []
     compounds: list[CompoundJoint] = []
@@ -255,12 +255,13 @@ class Element:
     """A beam or a joint of a limb; limbs of equal structure have corresponding elements.
 
     Attributes:
-        edges: indices of its edges in the limb; the last is its outboard end.
-        parent: index of the element on its inboard side, −1 for none.
-        cut_joints: signs of the cut-joint wrenches in it, by index.
+        edges: indices of the element's edges in the limb; the last edge is the outboard end.
+        parent: index of the element on the inboard side, −1 for none.
+        cut_joints: signs of the cut-joint wrenches in the element's wrench, by index of the cut joint.
         compound: index of the compound joint, None for a beam or a fixed joint.
-        is_beam: whether it is a beam.
-        turned: whether paths from base to platform pass it in both directions, and its direction is opposite to the file's.
+        is_beam: whether the element is a beam.
+        turned: whether paths from base to platform pass the element in both directions, and its direction is opposite to that
+            in the file.
     """
 
     edges: tuple[int, ...]
@@ -304,7 +305,7 @@ def sides(edge: Edge, connection: Connection) -> tuple[tuple[int, Array], tuple[
 
 
 def _common_centre(run: Sequence[tuple[Edge, Connection]]) -> tuple[float, float] | None:
-    """Return the position of the common point of 2 or 3 revolutes on the first and on the last axis [m from the origin].
+    """Return the position of the common point of 2 or 3 revolutes on the first and on the last axis [m from the joint's origin].
 
     None without a common point.
     """

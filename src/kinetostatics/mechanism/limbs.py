@@ -26,12 +26,13 @@ class Edge:
         outboard: names of the weights outboard of the edge (for a beam, of its outer end): a link, or ``beam:`` and a beam. Also
             names of other places at which loads may act: massless links, and ``start:`` or ``end:`` and a beam.
         excluded: names of weights outboard in the tree that this edge does not carry: links inside a telescopic beam that move
-            with its outer end although they are attached on the inboard side of this joint.
-        parent: ``key`` of the edge on its inboard side, None for the base (for bodies attached to the platform: the platform).
-        cut_joints: ``{number: sign}`` of cut joints: the wrench of its outboard side on its inboard side is the signed sum of
-            their wrenches and of the weights outboard.
-        both_ways: whether paths from base to platform pass it in both directions; its results then refer to the direction of the
-            file, from predecessor to successor or from start to end.
+            with the beam's outer end although they are attached on the inboard side of this joint.
+        parent: ``key`` of the edge on the inboard side; None if this is the base, or for bodies attached to the platform, the
+            platform.
+        cut_joints: ``{number: sign}`` of cut joints: the wrench of the edge's outboard side on its inboard side is the sum of the
+            cut joints' wrenches, with these signs, and of the weights outboard.
+        both_ways: whether paths from base to platform pass the edge in both directions; results then refer to the direction in
+            the file, from predecessor to successor or from start to end.
     """
 
     joint: str | None
@@ -45,7 +46,7 @@ class Edge:
 
     @property
     def key(self) -> str:
-        """The joint's name, or ``beam:`` and the beam's."""
+        """The name of the joint, or ``beam:`` and the name of the beam."""
         return self.joint if self.joint is not None else f"beam:{self.beam}"
 
 
@@ -56,12 +57,12 @@ def carries(edge: Edge, name: str) -> int:
 
 @dataclass(frozen=True)
 class LimbSegment:
-    """A part of a limb between two bodies through which all paths of the limb pass.
+    """A part of a limb between two bodies through which all the limb's paths from base to platform pass.
 
     Attributes:
-        keys: keys of its edges, inboard ones first.
-        start, end: names of links of its first and its last body.
-        is_serial: whether its edges are a single chain.
+        keys: keys of the part's edges, inboard ones first.
+        start, end: names of links of the part's first and last body.
+        is_serial: whether the edges are a single chain.
     """
 
     keys: tuple[str, ...]
@@ -81,11 +82,11 @@ class Limb(ShortRepr):
         branches: joints and beams of open branches on the limb.
         weights: names of its weights.
         places: names of the places at which loads may act: its rigid links, and ``start:`` and ``end:`` of beams.
-        ends: for each edge, whether it is a cut joint, or its outboard body has a weight, or has fewer or more than two edges.
+        ends: for each edge, whether it is a cut joint, or its outboard body has a weight or a number of edges other than two.
         to_platform: for each cut joint, whether it ends at the platform.
-        on_platform: whether it is attached to the platform alone, which is then the root of its spanning tree.
-        parts: its parts in series from base to platform, divided at bodies that all its paths pass. Consecutive joints and beams
-            in series form one part.
+        on_platform: whether the limb is attached only to the platform, which is then the root of its spanning tree.
+        parts: parts in series from base to platform, divided at the bodies that all the limb's paths pass. Consecutive joints
+            and beams in series form one part.
     """
 
     name: str
@@ -101,7 +102,7 @@ class Limb(ShortRepr):
 
     @property
     def is_serial(self) -> bool:
-        """Whether its edges are a single chain from base to platform."""
+        """Whether the limb's edges are a single chain from base to platform."""
         return self.to_platform == (True,)
 
     @property
@@ -113,9 +114,9 @@ class Limb(ShortRepr):
 
 @dataclass(frozen=True)
 class AttachedBodies:
-    """The base and the bodies attached only to it, or the platform and the bodies attached only to it.
+    """The base and the bodies attached only to the base, or the platform and the bodies attached only to the platform.
 
-    ``edges`` are those of open branches only; ``places`` are the places at which loads may act, as in :class:`Limb`.
+    ``edges`` are the edges of open branches; ``places`` are the places at which loads may act, as in :class:`Limb`.
     """
 
     links: tuple[str, ...]
@@ -131,7 +132,7 @@ class Topology(ShortRepr):
     ``hanging``: closed chains attached only to the base or only to the platform, as limbs. ``carried_by``: for every place for
     loads on a limb or open branch, the ``key`` of the edge with this place on its outer side. ``beam_ends``: the places at the
     ends of every beam of ``beams``. ``without_support``: places at which no load can act, since a joint attaches them to a beam
-    between its ends, each with this joint.
+    between the beam's ends; each with the name of this joint.
     """
 
     NOT_RECORDED: ClassVar = ("warnings",)

@@ -1,6 +1,6 @@
 """A robot as bodies and the joints between them: the Pinocchio model, and all joints and loops with their frames on both sides.
 
-A *connection* is a joint of the tree or a loop; most other modules do not distinguish between these.
+A *connection* is a joint of the tree or a loop; most other modules do not distinguish between the two.
 """
 
 from __future__ import annotations
@@ -38,16 +38,16 @@ class Connection:
 
     Attributes:
         name, type: its name and type.
-        predecessor, successor: its links; parent and child of a tree joint.
+        predecessor, successor: the two links; parent and child of a tree joint.
         predecessor_body, successor_body: the bodies of these links.
         predecessor_frame, successor_frame: the joint's frame (4, 4) on either side, in the body.
         axis, axis2: (3,) unit vectors, in the joint frames of predecessor and successor.
         lower, upper: limits of a one-freedom joint [m, rad].
         cone: limit of a universal or spherical loop.
-        driven: whether it is locked in the statics: it is driven itself, or mimics another joint.
-        is_loop: whether it closes a loop of the file's tree.
+        driven: whether the joint is locked in the statics: it is driven itself, or mimics another joint.
+        is_loop: whether the connection closes a loop of the file's tree.
         place: file and line.
-        mimic: how it mimics a driven joint, if it does; it has no actuator force then.
+        mimic: how the joint mimics a driven joint, without an actuator force of its own; None if it does not.
     """
 
     name: str
@@ -75,7 +75,7 @@ class Connection:
     def axis_on(self, predecessor_side: bool) -> Array:
         """Return ``axis`` (3,) in the coordinates of the body on one side.
 
-        On the successor's side only for joints whose axis is fixed in both bodies, such as revolute and prismatic joints.
+        The successor's side is valid only for joints whose axis is fixed in both bodies, such as revolute and prismatic joints.
         """
         frame = self.predecessor_frame if predecessor_side else self.successor_frame
         return np.asarray(frame[:3, :3] @ self.axis)
@@ -161,9 +161,9 @@ class Mechanism:
         connections: all joints and loops by name, fixed ones too, in the order of the file, loops last.
         body_of: body of every link, and the link's placement (4, 4) in this body.
         tree: the tree in Pinocchio's coordinates.
-        platform_frame: body and placement (4, 4) of the frame o-xyz.
-        base_frame: body and placement of the base link, None if this is fixed to the root of the tree. The world frame is that of
-            the base link, or that of the root link if None.
+        platform_frame: body of the platform, and placement (4, 4) of the frame o-xyz in this body.
+        base_frame: body and placement of the base link, whose frame is then the world frame; None if the base link is fixed to
+            the root of the tree, and the root link's frame is the world frame.
     """
 
     NOT_RECORDED = ("model", "at_link", "link_inertias")

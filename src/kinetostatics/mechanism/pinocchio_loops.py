@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def _closes(loop: Connection) -> bool:
-    """Whether Pinocchio can close a joint as it is."""
+    """Whether Pinocchio has a constraint for this type of loop."""
     return loop.type.slides is Axes.NONE and loop.type.turns is not Axes.BOTH
 
 
@@ -79,7 +79,7 @@ def constraint_models(
     Args:
         mechanism: the robot.
         model: ``pin.Model`` on which the constraints work.
-        length: distance [m] of the two points that constrain a hinge.
+        length: distance [m] between the two points that constrain a hinge.
         anchors: whether to return constraints of Pinocchio 4 instead of ``pin.RigidConstraintModel``.
         welds: for each loop replaced by joints, body and ``pin.SE3`` of both sides of the weld.
     """

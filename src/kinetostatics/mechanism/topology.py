@@ -85,7 +85,7 @@ class _TopologyBuilder:
     def _moved_together(
         self, limbs: list[tuple[list[RigidBody], list[BodyEdge]]]
     ) -> Iterator[tuple[list[RigidBody], list[BodyEdge]]]:
-        """Yield the bodies and edges of limbs; limbs coupled by an elastic actuator with mimic joints are joined."""
+        """Yield the bodies and edges of limbs; limbs coupled by an elastic actuator with mimic joints become one limb."""
         owner = {joint: k for k, (_, edges) in enumerate(limbs) for edge in edges for joint in _joints_of(edge)}
         rows = [[owner[name] for name, _ in drive.moves if name in owner] for drive in drives_of(self.mechanism).values()]
         together = joined(range(len(limbs)), (pair for row in rows for pair in itertools.pairwise(row)))
@@ -145,7 +145,7 @@ class _TopologyBuilder:
         )
 
     def _ends_in_span(self, step: DirectedEdge) -> tuple[list[str], list[str]]:
-        """Return the places at the inner and outer end of a beam whose span has joints between this end and base or platform."""
+        """Return the places at a beam's inner and outer end, each only if joints in the span connect it to base or platform."""
         if step.edge.beam is None:
             return [], []
         roots, name = (self.graph.base, self.graph.platform), step.edge.beam.beam.name
@@ -189,7 +189,7 @@ class _TopologyBuilder:
     def _chain_length(steps: list[DirectedEdge]) -> int:
         """Return the number of bodies at the outer ends of edges, or 0 if two edges begin at one body.
 
-        The number equals that of the edges if, and only if, these are a single chain.
+        The number of bodies equals the number of edges if, and only if, the edges are a single chain.
         """
         return len({step.outer for step in steps}) if len({step.inner for step in steps}) == len(steps) else 0
 
@@ -318,8 +318,8 @@ def _path_to_root(body: RigidBody, reached_by: dict[RigidBody, DirectedEdge]) ->
 def _cut_joints_carried(steps: list[DirectedEdge], reached_by: dict[RigidBody, DirectedEdge]) -> dict[BodyEdge, dict[int, int]]:
     """Return for each edge the signs of the cut-joint wrenches in the wrench of its outboard side on its inboard side.
 
-    The wrench of a cut joint acts from its outer on its inner side: its sign is positive in the edges of the path to its inner
-    end, and negative in those of the path to its outer end.
+    The wrench of a cut joint acts from its outer on its inner side. The sign is positive in the edges of the tree's path to the
+    inner end of the cut joint, and negative in the edges of the path to its outer end.
     """
     carries: dict[BodyEdge, dict[int, int]] = {step.edge: {} for step in steps}
     for number, cut_joint in enumerate(step for step in steps if not step.in_tree):
@@ -336,7 +336,7 @@ def _cut_joints_carried(steps: list[DirectedEdge], reached_by: dict[RigidBody, D
 def _edges_towards_cut_joints(
     steps: list[DirectedEdge], reached_by: dict[RigidBody, DirectedEdge], carries: dict[BodyEdge, dict[int, int]]
 ) -> set[BodyEdge]:
-    """Return the edges that carry a cut-joint wrench, and the edges inboard of them."""
+    """Return the edges that carry a cut-joint wrench, and the edges inboard of these edges."""
     found: set[BodyEdge] = set()
     for step in steps:
         if carries[step.edge]:

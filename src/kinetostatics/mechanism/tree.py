@@ -22,7 +22,9 @@ from kinetostatics.math.screws import unit_twist
 
 @dataclass(frozen=True)
 class TreeJoint:
-    """One moving joint between the bodies ``parent`` and ``body``; ``placement`` (4, 4): its frame in the parent, ``axis`` in it.
+    """One moving joint between the bodies ``parent`` and ``body``.
+
+    ``placement`` (4, 4): the joint's frame in the parent; ``axis`` (3,): the axis in this frame.
 
     ``first_q``, ``first_v``: indices of its first coordinate in q and of its first velocity in v. Coordinates are Pinocchio's:
     (cos, sin) of a continuous joint, (x, y, cos, sin) of a planar joint with the axis z, a quaternion (x, y, z, w) of a spherical
@@ -185,7 +187,7 @@ class _Group:
             found[self.q[first:]] = np.stack([-turn[1], turn[0]]) * by if self.type.endless else by
 
     def _shift(self, turn: Array, shift: Array) -> Array:
-        """Return a displacement in the axes of the joint's placement; it is given in those of the rotated body."""
+        """Return a displacement in the axes of the joint's placement; ``shift`` is in the axes of the rotated body."""
         if self.type.slides is Axes.ACROSS:
             shift = np.stack([turn[0] * shift[0] - turn[1] * shift[1], turn[1] * shift[0] + turn[0] * shift[1]])
         elif self.type.slides is Axes.ALL:

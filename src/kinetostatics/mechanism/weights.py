@@ -1,6 +1,7 @@
 """Weights of a robot: masses of rigid links and of beams, their centres, and their wrenches under gravity.
 
-Rigid links have the inertias of Pinocchio's model. Pinocchio computes the wrenches of single poses, NumPy those of batches.
+Rigid links have the inertias of Pinocchio's model. Pinocchio computes the wrenches at single poses, NumPy the wrenches at batches
+of poses.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ class Weights:
         self._beam_centre = np.array([centre for _, _, centre in own]).reshape(-1, 3).T
 
     def masses(self, frames: Frames) -> Array:
-        """Return all masses (W, N) [kg]; those of telescopic beams with a density depend on the pose."""
+        """Return all masses (W, N) [kg]; masses of telescopic beams with a density depend on the pose."""
         result = empty_for((len(self.names), frames.position.shape[2]), frames.position, self._mass)
         result[self._is_rigid] = self._mass[:, None]
         if self._beams:
@@ -105,7 +106,7 @@ class Weights:
         return np.array(wrenches).reshape(-1, 6).T[..., None]
 
     def _bodies_at(self, frames: Frames) -> list[tuple[int, pin.Inertia]]:
-        """Return body and ``pin.Inertia`` of every weight at one pose; those that do not depend on the pose are stored."""
+        """Return body and ``pin.Inertia`` of every weight at one pose; pairs that do not depend on the pose are stored."""
         if self._known is None:
             fixed = {number: beam.rod(frames) for number, beam in self._beam_of.items() if not beam.telescopic}
             rigid = zip(self._body.tolist(), self.inertias.values(), strict=True)
@@ -144,8 +145,8 @@ class Weights:
 def link_inertias(model: pin.Model) -> dict[str, pin.Inertia]:
     """Return every link's own ``pin.Inertia``, in the frame of its body (Pinocchio's joint).
 
-    Pinocchio adds the inertias of links joined by fixed joints. The share of a link at a fixed joint is stored with this joint's
-    frame; the remainder is that of the link at the moving joint.
+    Pinocchio adds the inertias of links joined by fixed joints. The inertia of a link at a fixed joint is stored with this
+    joint's frame; the remainder belongs to the link at the moving joint.
 
     Args:
         model: ``pin.Model`` built from a URDF.
@@ -171,7 +172,7 @@ def link_inertias(model: pin.Model) -> dict[str, pin.Inertia]:
 
 
 def weighed(model: pin.Model, bodies: Iterable[tuple[int, pin.Inertia]]) -> pin.Model:
-    """Return a copy of a ``pin.Model`` with other inertias: for each body the sum of those given as (body, ``pin.Inertia``)."""
+    """Return a copy of a ``pin.Model`` with other inertias: for each body, the sum of its pairs (body, ``pin.Inertia``)."""
     import pinocchio as pin
 
     copy = model.copy()
