@@ -180,7 +180,7 @@ Profile: TypeAlias = tuple[Array, Array, Array]
 
 
 def _powers(tau: Array, order: int) -> Array:
-    """Return the derivative (6, N) of this order of 1, τ, …, τ⁵ with respect to τ."""
+    """Return the derivatives (6, N) of 1, τ, …, τ⁵ with respect to τ, of the given order."""
     return np.array([math.perm(j, order) * tau ** max(j - order, 0) for j in range(6)])
 
 
@@ -223,8 +223,8 @@ def minimum_jerk(times: Array, points: Array, at: Array) -> Profile:
 def trapezoid_times(points: Array, speed: Array, acceleration: Array) -> tuple[Array, Array, Array]:
     """Return the times (n,) [s] of the points, and the largest velocities [1/s] and accelerations [1/s²] (n − 1,) on each line.
 
-    These are time derivatives of the travelled fraction of the line, 0 to 1. All coordinates reach a point at the same time, and
-    at least one of them reaches a limit.
+    Velocities and accelerations are time derivatives of the travelled fraction of a line, 0 to 1. All coordinates reach a point
+    at the same time, and at least one of them reaches a limit.
 
     Args:
         points: (c, n) points at which the motion stops; successive points differ.

@@ -39,7 +39,7 @@ def prescribed_platform(names: tuple[str, ...], orientation: Orientation) -> Pre
 def choices(robot: RobotKinematics, orientation: Orientation, given: Sequence[str], pose: SolverState) -> list[tuple[str, ...]]:
     """Return the sets of coordinates that determine the pose of the platform.
 
-    If some of them also determine it at ``pose``, which may be singular, only these are returned. Sets with the fewest
+    If some sets also determine the pose at ``pose``, which may be singular, only these are returned. Sets with the fewest
     coordinates that are not ``given`` come first, then the order is z, x, y, rz, rx, ry.
     """
     known = [name for name in PREFERRED if name in orientation.pose_names]
@@ -116,9 +116,9 @@ def closed_near(robot: RobotKinematics, values: Mapping[str, float]) -> SolverSt
 
 
 def tried_start(robot: RobotKinematics, prescribed: PrescribedCoordinates, target: Array) -> str:
-    """Return, as text, joint values for ``near=`` at which a straight line to the target (n, 1) can start.
+    """Return, as text, joint values for ``near=`` from which a straight line to the target (n, 1) can be followed.
 
-    If the target is given by actuators, a start suffices from which the platform reaches zero coordinates. The text is empty if
+    If the target is given by actuators, a start from which the platform can reach zero coordinates suffices. The text is empty if
     no start is found.
     """
     for values, pose in _starts(robot):
@@ -137,7 +137,7 @@ def tried_start(robot: RobotKinematics, prescribed: PrescribedCoordinates, targe
 
 
 def _starts(robot: RobotKinematics) -> Iterator[tuple[dict[str, float], SolverState]]:
-    """Yield joint values and a closed pose near them: all passive hinges have the same angle.
+    """Yield joint values, the same angle for all passive hinges, and a closed pose near these values.
 
     A hinge whose child link is the platform is left out.
     """

@@ -125,14 +125,14 @@ def closed_pose(
     solved: tuple[Solver, PrescribedCoordinates, Array] | None = None,
     names: tuple[str, ...] = (),
 ) -> Configuration:
-    """Return a configuration of solved poses; poses with open loops are marked as not reached.
+    """Return the configuration of solved poses, in which poses with open loops are marked as not reached.
 
     Solved poses whose residuals are larger than usual are corrected once more.
 
     Args:
         robot: the robot.
         poses: the solved poses.
-        placed: their Pinocchio coordinates, frames and residuals.
+        placed: Pinocchio's coordinates, frames and residuals of these poses.
         shape: batch shape.
         arrived: (N,) mask of poses at the target coordinates.
         convention: convention for orientations.
@@ -204,7 +204,7 @@ def platform_coordinates(
     """Return the prescribed coordinates of the platform for the solver, and their names in the order of the solver.
 
     Raises:
-        CoordinatesError: they are unknown, too few or too many, or do not determine the pose.
+        CoordinatesError: the coordinates are unknown, too few or too many, or do not determine the pose.
     """
     convention = orientation_named(orientation)
     check_mapping("platform", platform, '{"z": 0.5}')

@@ -1,4 +1,4 @@
-"""Prescribed coordinates of poses, starts of straight lines to these coordinates, and mimic joints, which follow a leader."""
+"""Prescribed coordinates of poses, starts of straight lines to these coordinates, and mimic joints: followers of a leader."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class PrescribedCoordinates:
         angles: indices of prescribed orientation coordinates.
         orientation: convention of the orientation coordinates.
         fixed_dofs: freedoms of the tree that remain constant.
-        local_dofs: number of further freedoms that do not move the platform; steps have no component along them.
+        local_dofs: number of further freedoms that do not move the platform; steps have no component along these freedoms.
 
     Targets (n, N) contain columns, loops, positions and angles, in this order.
     """
@@ -74,8 +74,8 @@ def line_start(
 ) -> tuple[Array, Array]:
     """Return the prescribed coordinates (n, N) and all orientation coordinates (3, N) at the starts of lines to targets.
 
-    They describe the poses of ``origin``, but may differ from its coordinates: by full turns of the platform for the ``shorter``
-    line, and where two rotations have coincident axes, so that only their sum is determined.
+    The starts are the poses of ``origin``, but their coordinates may differ: by full turns of the platform for the ``shorter``
+    line, and where two rotations have coincident axes, so that only the sum of their angles is determined.
     """
     first, c = (for_each(array, target.shape[1]) for array in origin)
     if prescribed.angles and prescribed.orientation is not None:
@@ -96,7 +96,7 @@ class _Coupling(NamedTuple):
     offset: float
 
     def error(self, x: Array, value: Array) -> Array:
-        """Return the error (N,) [m, rad] of the follower at its leader's coordinate ``value``."""
+        """Return the error (N,) [m, rad] of the follower if its leader has the coordinate ``value``."""
         error = self.follower.coordinate(x) - self.multiplier * value - self.offset
         if self.follower.type.endless:
             error = error - 2 * np.pi * np.round(error / (2 * np.pi))
@@ -109,9 +109,9 @@ class Couplings:
     Attributes:
         names: names of the followers.
         count: number of followers.
-        items: leader, follower, multiplier and offset of each.
+        items: leader, follower, multiplier and offset of each mimic joint.
         columns: the followers' freedoms in the tree.
-        is_length: whether each follower is prismatic (else it rotates).
+        is_length: for each follower, whether it is prismatic; otherwise it rotates.
     """
 
     def __init__(self, mechanism: Mechanism, tree: Tree) -> None:
@@ -194,7 +194,7 @@ class Couplings:
         return np.array([item.follower.first_v for item in self.items if item.leader.first_v in columns], dtype=np.intp)
 
     def moving_with(self, column: int) -> list[tuple[int, float]]:
-        """Return a freedom and the freedoms of its followers, each with its rate per unit rate of the first."""
+        """Return a freedom and its followers' freedoms, each with its rate per unit rate of the given freedom."""
         return [
             (column, 1.0),
             *((item.follower.first_v, item.multiplier) for item in self.items if item.leader.first_v == column),

@@ -1,8 +1,8 @@
 """Constraint equations of loops and of joints that mimic others.
 
 The unknowns are the freedoms of Pinocchio's spanning tree, except that three revolutes of a spherical joint are one joint here.
-Every equation corresponds to a constraint wrench of a joint; its gradient consists of the powers of this wrench on the unit
-twists of the tree. Overconstrained loops are closed in the least-squares sense.
+Every equation corresponds to a constraint wrench of a joint; the equation's gradient consists of the powers of this wrench on the
+unit twists of the tree. Overconstrained loops are closed in the least-squares sense.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _Row: TypeAlias = tuple[int, Connection, tuple[Array, ...]]
 
 @dataclass(frozen=True)
 class _Table:
-    """Equations of one kind: their number, the bodies (n,) on both sides, and the equations' vectors (k, 3, n)."""
+    """Equations of one kind: their number n, the bodies (n,) on both sides, and k vectors (k, 3, n) fixed in these bodies."""
 
     count: int
     predecessor: Index
@@ -169,10 +169,10 @@ class LoopEquations(Closures):
     Attributes:
         tree: the spanning tree; three revolutes of a spherical joint are one joint.
         couplings: the mimic joints, with one equation each.
-        loop_axes: directions of each one-freedom loop, by its index.
+        loop_axes: directions of each one-freedom loop, by the index of the loop.
         count: number of all equations, including the couplings.
-        signs: (closures, nv) sign of each freedom in each equation: 1 if it moves the successor only, −1 the predecessor only,
-            else 0.
+        signs: (closures, nv) sign of each freedom in each equation: 1 if it moves only the successor, −1 if it moves only the
+            predecessor, else 0.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -271,7 +271,7 @@ class LoopEquations(Closures):
 
 
 def world_frames(mechanism: Mechanism, frames: Frames) -> Frames:
-    """Return frames relative to the base link, if it moves relative to the root of the tree."""
+    """Return frames relative to the base link if this moves relative to the root of the tree, else ``frames``."""
     if mechanism.base_frame is None:
         return frames
     body, placement = mechanism.base_frame

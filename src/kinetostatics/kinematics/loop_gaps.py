@@ -1,4 +1,4 @@
-"""Gaps of open loops: their text, their closure by motions of joints, and their closure at zero by the correction of one frame.
+"""Gaps of open loops: as text, closed by motions of joints, and closed at zero by the correction of one frame.
 
 Candidates for corrections are the origins of all joints, and of all loops on both sides. The corrections of all candidates are
 found at once by Gauss–Newton steps of smallest norm, with the equations of :mod:`kinetostatics.kinematics.loop_constraints`.
@@ -39,7 +39,7 @@ def gaps_at(equations: LoopEquations, pose: SolverState) -> dict[str, tuple[floa
 
 
 def are_within(gaps: Mapping[str, tuple[float, float]], metres: float, radians: float) -> bool:
-    """Whether all gaps are at most so many ``metres`` and ``radians``."""
+    """Whether all gaps are at most ``metres`` [m] and ``radians`` [rad]."""
     return all(a <= metres and b <= radians for a, b in gaps.values())
 
 
@@ -89,13 +89,13 @@ def close(
         solver: solver with the equations.
         poses: initial poses.
         prescribed: prescribed coordinates.
-        target: (n, 1) their values.
+        target: (n, 1) values of the prescribed coordinates.
         weight: weight of the equations of prescribed coordinates relative to those of the loops.
         cutoff: relative singular value below which there is no step in a direction. In an overconstrained robot with rounded
-            numbers, every motion changes the gaps slightly; the steps must not undo the motion to close these gaps.
+            numbers, every motion changes the gaps slightly; steps must not move the robot back in order to close such gaps.
 
     Returns:
-        The poses with the smallest residuals found, and the largest scaled residual (N,) of each.
+        The poses with the smallest residuals found, and the largest scaled residual of each pose (N,).
     """
     found = SolverState(np.array(poses.x), np.array(poses.c))
     solver.impose(prescribed, found, target)
@@ -137,8 +137,8 @@ def close(
 class FrameCorrection:
     """A correction of the origin of a joint or loop that closes all loops at zero.
 
-    The origin moves by ``shift`` (3,) [m], and its frame turns about it by the rotation vector ``turn`` (3,) [rad], both in the
-    axes of ``link``, in which the origin is given.
+    The origin moves by ``shift`` (3,) [m], and the frame turns about it by the rotation vector ``turn`` (3,) [rad]; both vectors
+    are in the axes of ``link``, in which the file gives the origin.
     """
 
     joint: str
@@ -174,7 +174,7 @@ def _vector(values: Array) -> str:
 
 @dataclass(frozen=True)
 class _Candidates:
-    """N possibly wrong frames: name of the joint or loop, whether it is a loop, and the link in which the origin is given.
+    """N possibly wrong frames: name of the joint or loop, whether it is a loop, and the link in which the file gives the origin.
 
     ``rotation`` (3, 3, N) are the orientations of these links at zero, ``origin`` (3, N) the origins of the frames [m];
     ``carried`` (2K, N) is the mask of the sides of loops that move with each frame: K predecessors, K successors.
@@ -211,7 +211,7 @@ def frame_corrections(mechanism: Mechanism, size: float) -> tuple[FrameCorrectio
 class OtherLink:
     """A joint, or a side of a loop, that is probably attached to the wrong link.
 
-    If it were attached to one of the links ``others`` with the same origin, all loops would be closed at zero.
+    If it were attached to one of the links ``others``, with the same numbers as origin, all loops would be closed at zero.
     """
 
     joint: str
@@ -225,7 +225,7 @@ class OtherLink:
 
 
 def other_links(mechanism: Mechanism, size: float) -> tuple[OtherLink, ...]:
-    """Return all joints and sides of loops that would close all loops at zero on another link, with unchanged origins."""
+    """Return all joints and sides of loops that would close all loops at zero if on another link, with the same origin."""
     closures, sides, links, candidates = _at_zero(mechanism)
     parents = {joint.child: joint.parent for joint in mechanism.description.joints.values()}
     found = []
@@ -249,7 +249,7 @@ def are_closed_at_zero(mechanism: Mechanism, size: float) -> bool:
 
 
 def _at_zero(mechanism: Mechanism) -> tuple[Closures, Array, dict[str, Array], _Candidates]:
-    """Return the loops, the frames (2K, 4, 4) of their sides and of all links at zero, and the possibly wrong frames.
+    """Return the K loops, the frames (2K, 4, 4) of their sides and of all links at zero, and the possibly wrong frames.
 
     The sides, predecessors first, are the bodies of the returned loops.
     """

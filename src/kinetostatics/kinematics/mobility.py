@@ -21,12 +21,12 @@ IDLE = 1e-13
 
 
 def rank_tolerance(closing_error: float) -> float:
-    """Return the relative singular value below which a direction counts as dependent, above the rounding errors of the file."""
+    """Return the relative singular value below which a direction is taken as dependent, above the rounding errors of the file."""
     return max(RANK_TOLERANCE, 30 * closing_error)
 
 
 def generic_poses(solver: Solver, zero: SolverState, closing_error: float) -> tuple[SolverState, float]:
-    """Return three generic poses, and the largest of their scaled residuals and of the ``closing_error`` of the ``zero`` pose."""
+    """Return three generic poses, and the largest of their scaled residuals and of the residual ``closing_error`` at ``zero``."""
     random, tree, worst = np.random.default_rng(7), solver.tree, closing_error
     nothing = PrescribedCoordinates(), np.zeros((0, 1))
     tolerance = rank_tolerance(worst)
@@ -51,7 +51,7 @@ class Mobility:
     Attributes:
         platform: freedoms of the platform.
         local: freedoms that do not move the platform (a strut that spins about its axis, a loose link).
-        redundant_constraints: number of dependent loop equations: the degree of overconstraint.
+        redundant_constraints: number of dependent loop equations, which is the degree of overconstraint.
         gap: ratio of the smallest kept to the largest dropped singular value; if small, the mobility is doubtful.
     """
 
@@ -70,7 +70,7 @@ class MobilityAnalysis:
     Args:
         solver: solver with the loop equations.
         generic: the generic poses.
-        rank_tolerance: relative singular value below which a direction counts as dependent.
+        rank_tolerance: relative singular value below which a direction is taken as dependent.
     """
 
     def __init__(self, solver: Solver, generic: SolverState, rank_tolerance: float) -> None:
@@ -104,7 +104,7 @@ class MobilityAnalysis:
         return float(np.abs(moving).max(initial=0.0)) < 1e-6
 
     def with_dofs(self, prescribed: PrescribedCoordinates) -> PrescribedCoordinates:
-        """Return prescribed coordinates that determine the platform's pose, with the remaining freedoms at generic poses.
+        """Complete prescribed coordinates that determine the platform's pose by the remaining freedoms at generic poses.
 
         ``fixed_dofs`` are freedoms of single joints that change neither loops nor prescribed coordinates, such as spins of rods;
         ``local_dofs`` is the number of the other remaining freedoms.
@@ -126,7 +126,7 @@ class MobilityAnalysis:
     def free_motions(self, prescribed: PrescribedCoordinates, pose: SolverState) -> tuple[Array, Array]:
         """Return a basis (6, k) of the platform's twists at o [m, rad] with fixed prescribed coordinates, at one pose.
 
-        Also return the corresponding rates (nv, k) of the tree's freedoms of smallest norm.
+        Also return the corresponding rates (nv, k) of the tree's freedoms, those of smallest norm.
         """
         solver, columns = self.solver, self.solver.free_columns(prescribed)
         basis = self._free_motions(prescribed, pose)[: len(columns)]
@@ -140,7 +140,7 @@ class MobilityAnalysis:
     def motions_at(self, poses: SolverState) -> Array:
         """Return the bases of :meth:`platform_motions` (N, 6, n) at N poses; n is the mobility at generic poses.
 
-        They are NaN at poses with another mobility or another rank of the loop equations.
+        The bases are NaN at poses with another mobility or another rank of the loop equations.
         """
         N, none = poses.x.shape[1], PrescribedCoordinates()
         gradient = np.moveaxis(self.solver.system(none, poses, np.zeros((0, N)))[1], 2, 0)

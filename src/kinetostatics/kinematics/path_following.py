@@ -35,7 +35,8 @@ def follow(
         prescribed: the prescribed coordinates.
         start: one pose, or as many as there are targets.
         target: (n, N) coordinates at the ends of the lines [m, rad].
-        origin: result of :meth:`Solver.origin` for the start; full turns are not changed then. None: shorter lines are chosen.
+        origin: result of :meth:`Solver.origin` for the start; then full turns remain unchanged. None: full turns that shorten
+            the lines are chosen.
 
     Returns:
         The last pose on each line, the mask (N,) of lines followed to their end, and the fraction (N,) of each line, 0 to 1, that
@@ -113,14 +114,14 @@ def _follow_chunk(
 
 
 def is_too_far(solver: Solver, prescribed: PrescribedCoordinates, start: SolverState, target: Array) -> Mask:
-    """Return the mask of targets (n, N) beyond the largest length of a line."""
+    """Return the mask (N,) of targets (n, N) whose lines are too long."""
     strides = _strides(solver, prescribed, solver.line(prescribed, start, target)[0], target)
     most_turned, most_shifted = _longest(solver, prescribed, strides)
     return _beyond(most_turned, most_shifted * (LONGEST_SHIFT * solver.length / solver.reach))
 
 
 def _strides(solver: Solver, prescribed: PrescribedCoordinates, first: Array, target: Array) -> Array:
-    """Return the lengths (n, N) of lines along each coordinate, relative to the largest step; zero without unknowns."""
+    """Return the lengths (n, N) of lines along each coordinate, relative to the largest step; zero if there are no unknowns."""
     with np.errstate(over="ignore", invalid="ignore"):
         lengths = np.abs(target - first) / longest_strides(solver, prescribed)[:, None]
         return lengths if solver.free_columns(prescribed).size or prescribed.unknown_angles else 0 * lengths
@@ -146,7 +147,7 @@ def _step(
     before: Array | None = None,
     passing: Mask | None = None,
 ) -> tuple[SolverState, Mask]:
-    """Return poses at ``goal`` (n, N), and the mask (N,) of those reached without a singular pose since the poses ``here``.
+    """Return poses at ``goal`` (n, N), and the mask (N,) of those reached from ``here`` without a singular pose between.
 
     Newton's method starts from ``guess`` (None: ``here``); ``before`` and ``passing`` are as in :meth:`Solver.newton`.
     """
@@ -161,7 +162,7 @@ def _step(
 def _predicted(
     solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, changes: Array, which: Mask
 ) -> tuple[SolverState, Array]:
-    """Return poses, of which those ``which`` (N,) are moved to first order in ``changes`` (n, N) of the coordinates.
+    """Return poses; those in the mask ``which`` (N,) are moved, to first order, by ``changes`` (n, N) of the coordinates.
 
     Also return the sizes (N,) of the steps, infinite for poses that are not moved.
     """

@@ -31,8 +31,8 @@ _WEIGHTS = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
 def freedom_rates(solver: Solver, prescribed: PrescribedCoordinates, gradient: Array, rates: Array, step: Array) -> Array:
     """Return the rates (nv, k, N) of the unknown freedoms; NaN where the residuals cannot remain zero.
 
-    The scaled residuals change at partial ``rates`` (m, k, N), and by the ``gradient`` (m, n, N) with scaled steps of the
-    unknowns. The ``step`` (n, k, N) compensates the rates in the least-squares sense.
+    The scaled residuals change at ``rates`` (m, k, N) if the unknowns are fixed, and by ``gradient`` (m, n, N) per scaled step of
+    each unknown. The ``step`` (n, k, N) of the unknowns compensates the rates in the least-squares sense.
     """
     left = np.max(np.abs(rates + np.einsum("mnN,nkN->mkN", gradient, step)), axis=0, initial=0.0)
     stays_open = left > _OPEN * np.max(np.abs(rates), axis=0, initial=0.0) + 1e-12
@@ -43,7 +43,7 @@ def freedom_rates(solver: Solver, prescribed: PrescribedCoordinates, gradient: A
 
 
 def with_given(solver: Solver, prescribed: PrescribedCoordinates, v: Array) -> Array:
-    """Return the rates (nv, n, N) per prescribed coordinate: ``v`` plus those of prescribed freedoms and their followers."""
+    """Return the rates (nv, n, N) per prescribed coordinate: ``v``, plus rates of prescribed freedoms and their followers."""
     found = np.array(v, subok=True)
     for k, column in enumerate(prescribed.columns):
         for moved, by in solver.equations.couplings.moving_with(column):

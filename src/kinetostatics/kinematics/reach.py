@@ -2,8 +2,8 @@
 
 A line ends at a joint limit, at a singular pose, or where the loops cannot be closed. Ordinary poses are the zero pose and poses
 at which one actuator is moved. Ranks are decided at generic poses, which are near the zero pose and without symmetry. Choices
-made once per robot must be valid at ordinary poses, too; these depend on the actuators only, not on frames, axes and cut loops of
-the file.
+made once per robot must be valid at ordinary poses, too. Ordinary poses depend only on the actuators, not on frames, axes and cut
+loops of the file.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def find_ends(
 
 
 def _reasons(found: Configuration, pose: Configuration) -> list[list[End | None]]:
-    """Return, for each pose (L, n) on the lines, the reason for which it is inadmissible; None if it is admissible."""
+    """Return, for each pose (L, n) on the lines, the reason why it is inadmissible; None if it is admissible."""
     robot, (count, n) = pose.robot, found.shape
     reasons: list[End | None] = [None] * (count * n)
     prescribed = robot.actuator_coordinates

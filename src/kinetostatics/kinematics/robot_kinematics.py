@@ -60,7 +60,7 @@ class JointCoordinates:
         return result
 
     def limited(self, q: Array, frames: Frames) -> Iterator[tuple[str, Array, tuple[float, float], Mask]]:
-        """Yield name, value (N,), limits, and the mask (N,) of admissible values, of every one-freedom joint or loop and cone."""
+        """Yield name, value (N,), limits and mask (N,) of admissible values for every one-freedom joint or loop and cone."""
         coordinates = self.at(q, frames)
         for item in self.solver.mechanism.connections.values():
             if item.cone is not None:
@@ -119,7 +119,7 @@ class RobotKinematics:
         return characteristic_length(self.mechanism, self.topology, self.size)
 
     def _solver(self, slack: float = 1e-7) -> Solver:
-        """Return a solver with its scales of lengths relative to angles."""
+        """Return a solver with the robot's scales of lengths relative to angles."""
         return Solver(self.equations, self.length, max(self.length, self.size / 4), slack)
 
     # ---- the zero pose ----------------------------------------------------------------------------------------------------
@@ -131,7 +131,7 @@ class RobotKinematics:
 
     @cached_property
     def _unclosable(self) -> AssemblyError | None:
-        """The error if no pose near zero closes the loops, else None."""
+        """The error that no pose near zero closes the loops; None if one does."""
         best, residual = self._closed_zero
         if residual <= zero_pose.OPEN:
             return None
@@ -177,7 +177,7 @@ class RobotKinematics:
 
     @cached_property
     def actuators_outside_limbs(self) -> tuple[str, ...]:
-        """Names of the driven joints outside the limbs, which only move open branches."""
+        """Names of the driven joints outside the limbs; these joints move only open branches."""
         in_limbs = {edge.joint for limb in self.topology.limbs for edge in limb.edges}
         return tuple(name for name in self.description.driven if name not in in_limbs)
 
@@ -197,7 +197,7 @@ class RobotKinematics:
 
     @cached_property
     def wrong_zero(self) -> AssemblyError | None:
-        """The error of the zero pose, or None; see :attr:`has_wrong_zero`."""
+        """The error to be raised if :attr:`has_wrong_zero`, else None."""
         if self._unclosable is not None or not self.has_wrong_zero:
             return self._unclosable
         text = zero_pose.wrong_zero_text(self.mechanism, self.zero_loop_gaps, self.size)
@@ -207,7 +207,7 @@ class RobotKinematics:
         """Whether a closure tolerance [m, rad] is admissible.
 
         If :attr:`has_wrong_zero`, the file is probably wrong, although the loops may almost close at another pose. Then the
-        tolerance must be at least as large as the gaps at zero, and these may not exceed ``zero_pose.ACCEPTED``.
+        tolerance must be at least as large as the gaps at zero, and these gaps may not exceed ``zero_pose.ACCEPTED``.
         """
         if not self.has_wrong_zero:
             return True
@@ -232,7 +232,7 @@ class RobotKinematics:
 
     @property
     def closing_error(self) -> float:
-        """Residual of the loops at the zero and generic poses [scaled m, rad], by rounding errors of computation or file."""
+        """Residual of the loops at the zero and generic poses [scaled m, rad], due to rounding in computation or file."""
         return self._generic[1]
 
     @cached_property
@@ -242,7 +242,7 @@ class RobotKinematics:
 
     @property
     def rank_tolerance(self) -> float:
-        """Relative singular value below which a direction counts as dependent, above the rounding errors of the file."""
+        """Relative singular value below which a direction is taken as dependent, above the rounding errors of the file."""
         return mobility.rank_tolerance(self.closing_error)
 
     @cached_property

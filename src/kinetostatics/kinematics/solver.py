@@ -41,7 +41,8 @@ class Correction(ShortRepr):
     """Result of one Newton correction of N poses.
 
     ``poses`` are unchanged where corrections do not decrease. ``size`` (N,) are the sizes of the scaled steps, ``shrunk`` (N,)
-    their ratios to the previous steps. ``done`` is the mask of converged poses, ``going`` of poses to be corrected again.
+    the ratios of these sizes to the previous ones. ``done`` is the mask of converged poses, ``going`` of poses to be corrected
+    again.
     """
 
     poses: SolverState
@@ -54,8 +55,8 @@ class Correction(ShortRepr):
 class Solver:
     """Newton's method for loops, mimic joints and prescribed coordinates.
 
-    ``length`` [m] is the scale of lengths relative to angles in residuals and unknowns, ``reach`` [m] in the sizes of steps.
-    ``slack`` is the scaled residual that counts as rounding of the file. ``joint_of_column`` has the joints of the tree, each by
+    ``length`` [m] is the scale of lengths relative to angles in residuals and unknowns, ``reach`` [m] that in the sizes of steps.
+    Scaled residuals up to ``slack`` are taken as rounding of the file. ``joint_of_column`` has the joints of the tree, each by
     the index of its first freedom. If ``is_compiled``, chunks of poses are solved in threads.
     """
 
@@ -86,7 +87,7 @@ class Solver:
     # ---- coordinates of a pose --------------------------------------------------------------------------------------
 
     def loop_coordinate(self, number: int, frames: Frames) -> Array:
-        """Return the coordinate (N,) of a one-freedom loop: successor relative to predecessor [m, rad]."""
+        """Return the coordinate (N,) [m, rad] of a one-freedom loop, positive for motion of the successor."""
         loop = self.equations.loops[number]
         here, there = loop.predecessor_body, loop.successor_body
         own = self.equations.loop_axes[number]
@@ -126,7 +127,7 @@ class Solver:
     # ---- equations --------------------------------------------------------------------------------------------------
 
     def system(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> tuple[Array, Array]:
-        """Return scaled residuals (m, N) of all equations, and gradients (m, n, N) by free freedoms and unknown angles."""
+        """Return scaled residuals (m, N) of all equations, and their gradients (m, n, N) with respect to the n unknowns."""
         equations, tree = self.equations, self.tree
         free, (loop_factors, platform_factors) = self.free_columns(prescribed), self._factors(prescribed)
         N, f, extra = poses.x.shape[1], len(free), len(prescribed.unknown_angles)
@@ -184,7 +185,7 @@ class Solver:
         return np.nan_to_num(-least_squares(gradient, rates, prescribed.local_dofs))
 
     def rates(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> tuple[Array, Array]:
-        """Return the derivatives of the m scaled residuals by scaled steps of f unknowns, and by n prescribed coordinates.
+        """Return the derivatives of m scaled residuals with respect to scaled steps of f unknowns, and n prescribed coordinates.
 
         The unknowns are free freedoms of the tree and unknown angles; the derivatives are (m, f, N) and (m, n, N).
         """
@@ -258,16 +259,17 @@ class Solver:
     ) -> tuple[SolverState, Mask]:
         """Solve for ``target`` from nearby ``poses``; also return the mask (N,) of poses that converged steadily.
 
-        A pose counts as converged only if the corrections decrease from the first one on, at ratios that do not grow, as they do
-        when Newton's method converges quadratically (P. Deuflhard, Newton Methods for Nonlinear Problems, section 5.1): then the
-        solution belongs to the branch of the starting pose.
+        A pose has converged steadily only if the corrections decrease from the first one on, at ratios that do not grow, as
+        happens when Newton's method converges quadratically (P. Deuflhard, Newton Methods for Nonlinear Problems, section 5.1):
+        then the solution belongs to the branch of the starting pose.
 
         Args:
             prescribed: prescribed coordinates.
             poses: starting poses.
             target: (n, N) values of the prescribed coordinates [m, rad].
             before: (N,) sizes of the scaled steps by which the starting poses were predicted; None or infinite: not predicted.
-            passing: (N,) mask of intermediate poses on a path, which are solved only to :data:`ROUGHLY`; None: no pose is one.
+            passing: (N,) mask of intermediate poses on a path, which are solved only to :data:`ROUGHLY`; None: no intermediate
+                poses.
         """
         N = poses.x.shape[1]
         result = SolverState(np.array(poses.x), np.array(poses.c))
@@ -309,7 +311,7 @@ class Solver:
     ) -> Correction:
         """Correct poses with imposed coordinates once, see :meth:`newton`.
 
-        ``before`` (N,) are the sizes of the previous steps, ``shrunk`` (N,) their ratios to the steps before.
+        ``before`` (N,) are the sizes of the previous steps, ``shrunk`` (N,) the ratios of these sizes to those one step earlier.
         """
         residual, gradient = self.system(prescribed, poses, target)
         step = -least_squares(gradient, residual[:, None], prescribed.local_dofs)[:, 0]
@@ -331,7 +333,7 @@ class Solver:
         return Correction(self.advance(prescribed, poses, step), size, shrunk, done, ok & ~last)
 
     def on_one_side(self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState, target: Array) -> Mask:
-        """Return the mask (N,) of pairs of poses without a singular pose between: their gradients' determinants have one sign."""
+        """Return the mask (N,) of pairs of poses with no singular pose between: their gradients' determinants have one sign."""
         one, two = (self.system(prescribed, poses, target)[1] for poses in (first, second))
         return have_one_sign(one, two)
 

@@ -86,7 +86,7 @@ def written_zero(equations: LoopEquations) -> SolverState:
 
 
 def closed_zero(solver: Solver, actuators: PrescribedCoordinates) -> tuple[SolverState, float]:
-    """Return the closed pose near zero, found by damped least squares, and its scaled residual.
+    """Return the closed pose near zero, found by damped least squares, and the scaled residual of this pose.
 
     The actuators remain at zero if the other joints can close the loops.
     """
@@ -116,7 +116,8 @@ def closed_zero(solver: Solver, actuators: PrescribedCoordinates) -> tuple[Solve
 def is_one_frame(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]], size: float) -> bool:
     """Whether the correction of one frame would close several open loops at zero, although some motion nearly closes them.
 
-    Any frame of a single loop could close it; a rotation of a frame about its joint's axis changes only the joint's zero.
+    False for a single open loop, which each of its frames could close, and if a correction is a motion of the frame's own joint,
+    which changes only the joint's zero.
     """
     if sum(max(pair) > CLOSED for pair in gaps.values()) < 2:
         return False
@@ -152,9 +153,9 @@ def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]
 
 
 def corrections_hint(mechanism: Mechanism, size: float) -> str | None:
-    """Return a hint at corrections of axes, or of one frame, that would close the loops at zero, for loops closed by a motion.
+    """Return a hint at corrections of axes, or of one frame, that would close at zero the loops that a motion closes.
 
-    None without such a correction, and if an axis is missing in the file, which has its own warning.
+    None if there is no such correction, or if an axis is missing in the file, of which another warning tells.
     """
     if _missing_axes(mechanism):
         return None
@@ -205,7 +206,7 @@ def _missing_axes(mechanism: Mechanism) -> str:
 
 
 def _other_links_text(mechanism: Mechanism, size: float) -> str:
-    """Return, as text, the joints and loops that would close all loops at zero if they were attached to another link."""
+    """Return, as text, the joints and loops, each of which would close all loops at zero if attached to another link."""
     found = other_links(mechanism, size)
     shown = ", or ".join(map(str, found[:_SHOWN]))
     return f". Or a link is wrong: all loops would close with {shown}, with unchanged numbers" if found else ""
@@ -226,7 +227,7 @@ def _listed(mechanism: Mechanism, corrections: tuple[FrameCorrection, ...]) -> s
 def with_wrong_parent(error: RobotFileError, mechanism: Mechanism) -> RobotFileError:
     """Return the error that a joint, or a side of a loop, is on a wrong link; the given error if this is not likely.
 
-    It is likely if all loops would close at zero with one joint, or side of a loop, on a link that ends nowhere.
+    A wrong link is likely if all loops would close at zero with one joint, or side of a loop, on a link that ends nowhere.
     """
     size, empty = box_diagonal(mechanism), [link for link, _ in ends_nowhere(mechanism)]
     if not empty or not mechanism.description.loops or are_closed_at_zero(mechanism, size):
