@@ -113,7 +113,7 @@ class Forces:
         joints: (3, J, N) forces of the predecessor on the successor of every joint of the joint table, world axes [N].
         centres: (3, J, N) points of application of these forces [m].
         others: loads and weights on rigid bodies: the body, the wrench (6, N) about o [N, N·m], and the point of application
-            (3, N) of its force [m].
+            (3, N) of the wrench's force [m].
         lines: (12, N) loads along beams except their weights, by name, see
             :class:`kinetostatics.statics.link_loads.AppliedLoad`.
     """

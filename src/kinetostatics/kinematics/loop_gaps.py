@@ -1,4 +1,4 @@
-"""Gaps of open loops: as text, closed by motions of joints, and closed at zero by the correction of one frame.
+"""Gaps of open loops: their text, and how motions of joints, or at zero the correction of one frame, close them.
 
 Candidates for corrections are the origins of all joints, and of all loops on both sides. The corrections of all candidates are
 found at once by Gauss–Newton steps of smallest norm, with the equations of :mod:`kinetostatics.kinematics.loop_constraints`.

@@ -104,7 +104,7 @@ class MobilityAnalysis:
         return float(np.abs(moving).max(initial=0.0)) < 1e-6
 
     def with_dofs(self, prescribed: PrescribedCoordinates) -> PrescribedCoordinates:
-        """Complete prescribed coordinates that determine the platform's pose by the remaining freedoms at generic poses.
+        """Return prescribed coordinates that determine the platform's pose, with the freedoms that remain at generic poses.
 
         ``fixed_dofs`` are freedoms of single joints that change neither loops nor prescribed coordinates, such as spins of rods;
         ``local_dofs`` is the number of the other remaining freedoms.

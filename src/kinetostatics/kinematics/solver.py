@@ -87,7 +87,7 @@ class Solver:
     # ---- coordinates of a pose --------------------------------------------------------------------------------------
 
     def loop_coordinate(self, number: int, frames: Frames) -> Array:
-        """Return the coordinate (N,) [m, rad] of a one-freedom loop, positive for motion of the successor."""
+        """Return the coordinate (N,) [m, rad] of a one-freedom loop: the successor relative to the predecessor."""
         loop = self.equations.loops[number]
         here, there = loop.predecessor_body, loop.successor_body
         own = self.equations.loop_axes[number]

@@ -128,7 +128,7 @@ def threads() -> int:
 def in_threads(
     function: Callable[[Part], Found], parts: Iterable[Part], enabled: bool = True, most: int | None = None
 ) -> list[Found]:
-    """Return the results of a function for all parts, in order; calls of this function in these threads use no further threads.
+    """Return the results of a function for all parts, in order; nested calls of ``in_threads`` use no further threads.
 
     ``enabled``: whether to use threads. ``most``: largest number of threads, including those that ``function`` starts; None:
     :func:`threads`.

@@ -91,7 +91,7 @@ def canonical_basis(basis: Array) -> Array:
 def null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
     """Return the canonical orthonormal basis of the null space (n, k), the rank r, and the ratio of singular values r and r + 1.
 
-    Singular values up to ``tolerance`` times the larger of 1 and the largest one are zero: entries of ``matrix``
+    Singular values up to ``tolerance`` times the larger of 1 and the largest one are taken as zero: entries of ``matrix``
     are of order 1, so that a matrix of rounding errors has rank 0.
     """
     if matrix.size == 0:

@@ -267,7 +267,7 @@ def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) 
 
 
 def _in_ring(edge: BodyEdge, at: _Edges, on_paths: Iterable[RigidBody]) -> bool:
-    """Whether an edge that no path passes is part of a ring: both ends of the edge are reached without it."""
+    """Whether an edge that no path from base to platform passes is part of a ring: both its ends are reached without it."""
     found = reachable(on_paths, lambda body: [item.other(body) for item in at[body] if item is not edge])
     return all(end in found for end in edge.ends)
 

@@ -187,7 +187,7 @@ class VibrationModel:
         return K, M
 
     def _assembled(self, constant: Numbers, rods: Mapping[str, Numbers]) -> Numbers:
-        """Return matrices (N, m, …) for all coordinates, from those ``constant`` in λ and those of single rods."""
+        """Return matrices (N, m, …) for all coordinates: ``constant`` of rigid bodies and joints, ``rods`` of single rods."""
         n = constant.shape[-1]
         found = np.zeros((*constant.shape[:2], self.coordinates, self.coordinates), dtype=constant.dtype)
         found[..., :n, :n] = constant
