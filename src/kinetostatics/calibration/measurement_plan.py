@@ -121,7 +121,7 @@ def plan_measurements(
     n = whole_number("n", n, 1)
     if n > count:
         raise ArgumentError(
-            f"{n} measurements cannot be chosen from {count} combinations of pose and load: give more poses or loads, or reduce n"
+            f"{n} measurements cannot be chosen from {count} combinations of pose and load: give more, or plan fewer"
         )
     J = blocks[usable].reshape(count * each, -1)
     columns, seen, null = determined(J)

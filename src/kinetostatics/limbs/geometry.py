@@ -241,7 +241,7 @@ class _Vectors:
 
 
 def _nearest_centres(has_centre: Sequence[bool], is_serial: bool) -> dict[int, int | None]:
-    """Return, for each joint without a centre, the nearest joint with one (of two, the outer); None in limbs with rings."""
+    """Return, for each joint without a centre, the nearest joint with one (of two, the outer); None: none, or rings."""
     known = [u for u, has in enumerate(has_centre) if has and is_serial]
     return {
         u: min(known, key=lambda other: (abs(other - u), -other), default=None) for u, has in enumerate(has_centre) if not has
