@@ -53,7 +53,7 @@ class Span:
 
     @property
     def tube(self) -> tuple[float, float] | None:
-        """Outer and inner diameter [m] of a tube with the link's mass, or of a thinner one if that tube would not be slender.
+        """Outer and inner diameter [m] of a tube with the link's mass; both are smaller if that tube would not be slender.
 
         None if the link has no mass, or if a tube of this mass is far too thick or too thin for a beam.
         """

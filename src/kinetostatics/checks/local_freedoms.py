@@ -45,7 +45,7 @@ class LocalFreedom:
 
 
 class Motions:
-    """The motions of a robot at the generic pose where most constraints are independent.
+    """The motions of a robot at the generic pose with the largest number of independent constraints.
 
     ``free`` (nv, k) are scaled velocities that keep the loops closed. They are mapped to the platform's scaled twist at o by
     ``platform`` (6, nv), and to the rates of the actuators by ``actuators`` (n, nv).

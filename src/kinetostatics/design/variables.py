@@ -170,7 +170,7 @@ def _size(name: str) -> str:
 
 
 def combinations(choices: Sequence[Choice]) -> list[dict[str, float]]:
-    """Return all combinations of rows, as values by name."""
+    """Return all combinations of one row of each choice, as values of the parameters by name."""
     found = []
     for rows in itertools.product(*(choice.rows for choice in choices)):
         pairs = zip(choices, rows, strict=True)

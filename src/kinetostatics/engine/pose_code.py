@@ -111,14 +111,14 @@ class PoseCode:
         return bool(truths[0, 0]) and all(agree(expected[name], found[name]) for name in found if name not in closed)
 
     def computed(self, x: Array, load: Array, gravity: Array, *wrenches: Array, stage: int = LAST) -> tuple[Array, Mask]:
-        """Return numbers and truth values, see :meth:`OutputPlace.of`; the first truth value is whether all guards are met.
+        """Return numbers and truth values of the outputs, see :meth:`OutputPlace.of`; the first tells where the code is valid.
 
         Args:
             x: (nq', N) coordinates.
             load: (6, N) [N, N·m].
             gravity: (3, N) [m/s²].
             wrenches: (6 P, N) wrenches at the P loaded places of links [N, N·m], if any.
-            stage: the last stage computed.
+            stage: outputs up to this stage are computed.
         """
         rows = self._ends[min(stage, len(self._ends) - 1)]
         return self.code.results([x, load, gravity, *wrenches], self._parameters, rows, self._truths, stage)

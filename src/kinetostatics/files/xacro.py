@@ -1,4 +1,4 @@
-"""Expansion of xacro, with errors that name file and line; text of xacro files that include another file.
+"""Expands xacro files, with errors that name file and line, and writes the text of xacro files that include another file.
 
 The ``xacro`` package keeps its state in its module and reports errors without lines. During an expansion its parser is replaced
 by that of this package, which records file and line of each element. The position of an error is that of the element being

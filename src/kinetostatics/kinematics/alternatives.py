@@ -118,8 +118,8 @@ def closed_near(robot: RobotKinematics, values: Mapping[str, float]) -> SolverSt
 def tried_start(robot: RobotKinematics, prescribed: PrescribedCoordinates, target: Array) -> str:
     """Return, as text, joint values for ``near=`` from which a straight line to the target (n, 1) can be followed.
 
-    If the target is given by actuators, a start from which the platform can reach zero coordinates suffices. The text is empty if
-    no start is found.
+    If the target is given by actuators, a start from which the platform can be moved to zero platform coordinates suffices. The
+    text is empty if no start is found.
     """
     for values, pose in _starts(robot):
         near = " ".join(f"{name}={value:g}" for name, value in values.items())

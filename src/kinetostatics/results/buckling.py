@@ -129,8 +129,8 @@ def second_order_of(
 ) -> SecondOrder:
     """Return results of second order.
 
-    ``linear`` are twist, compliance and stiffness of first order at the reference point; ``moved`` transforms a twist, or a
-    "compliance", from o to this point.
+    ``linear`` are twist, compliance and stiffness of first order at the reference point; ``moved(values)``
+    transforms a twist, and ``moved(values, "compliance")`` a compliance, from o to this point.
 
     Raises:
         StaticsError: the robot has springs.

@@ -154,12 +154,13 @@ def _with_springs(model: FrameModel, robot: FrameModel, scale: FrameUnits) -> tu
 
 
 def _constrained(difference: Array, K: Array) -> Array:
-    """Return the projection (n, n) onto constrained motions and all motions of the platform, the first piece.
+    """Return the projection (n, n) that removes motions without stiffness, except those that move the platform.
 
-    Excluded are motions without any stiffness, such as the spin of a strut between two spherical joints.
+    A removed motion is, for example, the spin of a strut between two spherical joints. The platform is the first piece.
 
     Args:
-        difference: (n, n) difference of two extrapolations of C, which vanishes for motions constrained by the robot itself.
+        difference: (n, n) difference of C extrapolated from all levels and from one less; zero for motions that the robot
+            resists even without the small stiffness added to free directions.
         K: (n, n) the geometric stiffness.
     """
     values, vectors = np.linalg.eigh((difference + difference.T) / 2)

@@ -156,7 +156,7 @@ def _with_units(
 def _source(
     robot: Robot | RobotDescription | str | os.PathLike[str], parameters: Mapping[str, object], varying: bool, links: Links
 ) -> tuple[Robot, Source]:
-    """Return the first robot, and the source of all robots of the sweep."""
+    """Return the first robot, and the description or file from which all robots of the sweep are made."""
     if isinstance(robot, (str, os.PathLike)):
         path = os.fspath(robot_path(robot))
         found = load_robot(path, parameters, **links)
