@@ -189,7 +189,7 @@ QUANTITIES: Mapping[str, Entry] = {
     "platform_weight": Entry("weight of the platform and its branches, about o, world axes", _COMPONENT, _WRENCH,
         lambda robot, solution: solution.platform_weight),
     "link_loads": Entry("load on the link, or weight of the payload, about o, world axes", ("source", "component"), _WRENCH),
-    "platform_wrench": Entry("load, weight and loads on links of the platform, about o, world axes", _COMPONENT, _WRENCH,
+    "platform_wrench": Entry("load, the platform's weight and loads on its links, about o, world axes", _COMPONENT, _WRENCH,
         _platform_wrench, symbol="W", equation="(5)"),
     "base_wrench": Entry("wrench of the ground on the robot, about the base link's origin, world axes", _COMPONENT, _WRENCH),
     "joint_wrenches": Entry("wrench of the joint's base side on its platform side, at the joint's centre, world axes",

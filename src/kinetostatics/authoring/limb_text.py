@@ -25,8 +25,8 @@ class LimbOptions:
         parameters: parameters of the macro.
         guide_direction: direction of the carriage's guide in base axes, an expression.
         oblique: whether the last link may leave the plane normal to the revolute axes.
-        prefixes: prefixes of the section arguments of each role; with a ``cylinder``, a telescope consists of cylinder and rod
-            of constant lengths.
+        prefixes: prefixes of the section arguments of each role; with the role ``cylinder``, telescopes consist of cylinder and
+            rod of constant lengths.
         widths: expressions for the drawing of each role: diameter, or width and height.
         given: names of the file's arguments. With ``crank_angle``, the rod's length follows from this angle; without it, the
             lengths of crank and rod are given. With ``actuator_stiffness``, actuators are elastic. With ``crank_arc``, all axes

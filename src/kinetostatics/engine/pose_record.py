@@ -86,7 +86,7 @@ class Pose:
     def frames(self) -> Frames:
         """Frames of all bodies.
 
-        Only the frames of bodies inside spherical joints depend on the angles of the joints' hinges, which may be singular.
+        The hinge angles of spherical joints may be singular; only the frames of the bodies between these hinges depend on them.
         """
         frames = self.solver.equations.forward(self.x)
         inside = [joint.body for *_, joints in self.solver.equations.runs for joint in joints[:2]]

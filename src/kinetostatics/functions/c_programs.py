@@ -161,7 +161,7 @@ class CJacobian:
 
     Attributes:
         rates: program for the derivatives of the pose x by each coordinate, from x and the orientation coordinates c; its last
-            result is whether all guards are met.
+            result is whether the program is valid at this pose: whether all recorded conditions of branches (guards) hold.
         tangent: program for the rates of outputs, from x, load, gravity and their rates.
         at: for each output, the index of its first rate among the results of ``tangent``.
         pairs: for each derivative, the output, the input, and the name of the field in C.

@@ -30,7 +30,11 @@ _INDEPENDENT, _HELD = 1e-5, 1e-9
 
 @dataclass(frozen=True)
 class _Split:
-    """Wrenches of partly rigid limbs: W = rigid μ + give (Jᵀ Δ − Δ_gc), with any μ; arrays (g, N, …)."""
+    """Intensities of the wrenches of partly rigid limbs: W = rigid μ + give (Jᵀ Δ − Δ_igc); arrays (g, N, …).
+
+    Δ is the twist of the platform, Δ_igc the displacement of the limbs' ends at W = 0. The limbs' compliance does not determine
+    the intensities μ of the rigid directions.
+    """
 
     rigid: Array  # (g, N, n, r)
     give: Array  # (g, N, n, n)

@@ -262,7 +262,7 @@ def unit_responses(robot: RobotStatics, before: Balanced, loads: Sequence[Applie
 
 
 def with_more(robot: RobotStatics, before: Balanced, more: Mapping[str, Array], names: Sequence[str], twists: Array) -> Solution:
-    """Return an equilibrium under further loads, which are parts of existing contributions.
+    """Return the equilibrium under further loads, one for each existing contribution, to which its effects are added.
 
     Args:
         robot: the robot.

@@ -116,7 +116,7 @@ class _SceneBuilder:
     def _without_loads(self, mesh: Mesh) -> Mesh:
         """Return a mesh in one colour instead of colours of deflections.
 
-        If the platform has no free motion, ``Deformed`` replaces ``Rest``, so that the mesh is drawn only once.
+        If the platform has no free motion, nothing moves, and the mesh is drawn only once: under ``Deformed``.
         """
         roots = mesh.roots
         if not self.poses.sources:

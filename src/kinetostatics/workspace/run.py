@@ -84,14 +84,15 @@ def sweep(
         loads: loads on links, see :func:`kinetostatics.analyze`; the same at all poses.
         payload: see :func:`kinetostatics.analyze`; the same at all poses.
         parameters: values of the file's xacro arguments; an array is a dimension of the grid, a number or string is constant.
-        parameter_units: SI units of parameters, such as ``{"rod_diameter": "m"}``. Default: the unit of the robot's lengths,
-            angles, masses, densities, moduli or stiffnesses whose derivative with respect to the parameter is 1 or −1.
+        parameter_units: SI units of parameters, such as ``{"rod_diameter": "m"}``. Default: the unit of those lengths, angles,
+            masses, densities, moduli or stiffnesses of the robot that increase or decrease by as much as the parameter.
         platform_link, base_link: see :func:`kinetostatics.load_robot`.
         outputs: variables, or groups of them: "default"; "beams" (stress, Euler ratio and deflection of each beam);
-            "gravity_mechanisms" (contributions of gravity to twist and actuator forces by platform weight, attached wrenches and
-            deformation of the limbs); "compensation" (corrections of the actuators that bring the loaded platform to the target,
-            and the residual error, see :func:`kinetostatics.compensate`; on a grid of actuators, the best conditioned platform
-            coordinates are corrected). Status, mode, ``platform_pose``, ``q`` and ``characteristic_length`` are always included.
+            "gravity_mechanisms" (three parts of gravity's effect on twist and actuator forces: by the platform's weight, by the
+            limbs' weights that the platform carries (attached wrenches), and by the limbs' deformation); "compensation"
+            (corrections of the actuators that bring the loaded platform to the target, and the residual error, see
+            :func:`kinetostatics.compensate`; on a grid of actuators, the target consists of the platform coordinates that are
+            best conditioned). Status, mode, ``platform_pose``, ``q`` and ``characteristic_length`` are always included.
         modes: number of natural frequencies, with locked actuators and the payload, see :func:`kinetostatics.modes`; unless it is
             0, ``frequency`` and ``zero_frequencies`` are among the variables.
         closure_tolerance: largest gap of a closed loop [m, rad].
