@@ -52,7 +52,7 @@ def test_invalid_arguments_of_save_report_are_errors(tmp_path):
     with pytest.raises(ks.ArgumentError, match=r"not a Dataset of ks\.sweep"):
         ks.save_report(pose, tmp_path / "x.html", workspace={})
     for name in ("x.pdf", "x.txt", "x"):
-        with pytest.raises(ks.ArgumentError, match=f"{name}: this is an HTML page, .*; name it 'x.html'"):
+        with pytest.raises(ks.ArgumentError, match=f"{name}: the page is an HTML file, .*; name it 'x.html'"):
             ks.save_report(pose, tmp_path / name)
     with pytest.raises(ks.KinetostaticsError, match="cannot write the page"):
         ks.save_report(pose, tmp_path / "none" / "x.html")
