@@ -258,7 +258,7 @@ class BeamEnd(ShortRepr):
     """One end of a beam: the centre of a joint or loop.
 
     ``side`` is ``"parent"`` or ``"child"`` (for a loop: predecessor or successor) if given in the file; None: the side nearest to
-    the beam's link. The side has no effect if the joint is one of this link and cannot slide.
+    the beam's link. The side has no effect if the joint is attached to the beam's link and cannot slide.
     """
 
     joint: str

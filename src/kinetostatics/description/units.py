@@ -191,7 +191,7 @@ def article(noun: str) -> str:
 
 
 def _split(text: str, sign: str) -> list[str]:
-    """Return the parts of a text between signs that are not in brackets."""
+    """Return the parts of a text, divided at every ``sign`` outside brackets."""
     parts, depth = [""], 0
     for letter in text:
         depth += (letter == "(") - (letter == ")")

@@ -39,8 +39,8 @@ def prescribed_platform(names: tuple[str, ...], orientation: Orientation) -> Pre
 def choices(robot: RobotKinematics, orientation: Orientation, given: Sequence[str], pose: SolverState) -> list[tuple[str, ...]]:
     """Return the sets of coordinates that determine the pose of the platform.
 
-    If some sets also determine the pose at ``pose``, which may be singular, only these are returned. Sets with the fewest
-    coordinates that are not ``given`` come first, then the order is z, x, y, rz, rx, ry.
+    The sets do so at generic poses; those that fail at the given ``pose`` are omitted, unless all fail there. Sets with the
+    fewest coordinates that are not ``given`` come first, then the order is z, x, y, rz, rx, ry.
     """
     known = [name for name in PREFERRED if name in orientation.pose_names]
     sets = [
@@ -118,8 +118,8 @@ def closed_near(robot: RobotKinematics, values: Mapping[str, float]) -> SolverSt
 def tried_start(robot: RobotKinematics, prescribed: PrescribedCoordinates, target: Array) -> str:
     """Return, as text, joint values for ``near=`` from which a straight line to the target (n, 1) can be followed.
 
-    If the target is given by actuators, a start from which the platform can be moved to zero platform coordinates suffices. The
-    text is empty if no start is found.
+    For a target of actuators, a line to platform coordinates zero is tried, too; the text then names these coordinates. The
+    text is empty if no line can be followed.
     """
     for values, pose in _starts(robot):
         near = " ".join(f"{name}={value:g}" for name, value in values.items())
@@ -137,7 +137,7 @@ def tried_start(robot: RobotKinematics, prescribed: PrescribedCoordinates, targe
 
 
 def _starts(robot: RobotKinematics) -> Iterator[tuple[dict[str, float], SolverState]]:
-    """Yield joint values, the same angle for all passive hinges, and a closed pose near these values.
+    """Yield joint values (one angle for all passive hinges) and a closed pose near these values.
 
     A hinge whose child link is the platform is left out.
     """

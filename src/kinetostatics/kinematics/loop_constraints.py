@@ -271,7 +271,7 @@ class LoopEquations(Closures):
 
 
 def world_frames(mechanism: Mechanism, frames: Frames) -> Frames:
-    """Return frames relative to the base link if this moves relative to the root of the tree, else ``frames``."""
+    """Return frames relative to the base link; equal to ``frames`` if the base link is fixed to the root of the tree."""
     if mechanism.base_frame is None:
         return frames
     body, placement = mechanism.base_frame

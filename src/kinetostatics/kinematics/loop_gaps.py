@@ -1,4 +1,4 @@
-"""Gaps of open loops: their text, and how motions of joints, or at zero the correction of one frame, close them.
+"""Gaps of open loops: their text, motions of joints that close them, and corrections of one frame that close them at zero.
 
 Candidates for corrections are the origins of all joints, and of all loops on both sides. The corrections of all candidates are
 found at once by Gauss–Newton steps of smallest norm, with the equations of :mod:`kinetostatics.kinematics.loop_constraints`.
@@ -225,7 +225,7 @@ class OtherLink:
 
 
 def other_links(mechanism: Mechanism, size: float) -> tuple[OtherLink, ...]:
-    """Return all joints and sides of loops that would close all loops at zero if on another link, with the same origin."""
+    """Return joints and sides of loops whose attachment to another link, with the same origin, would close all loops at zero."""
     closures, sides, links, candidates = _at_zero(mechanism)
     parents = {joint.child: joint.parent for joint in mechanism.description.joints.values()}
     found = []
@@ -249,9 +249,9 @@ def are_closed_at_zero(mechanism: Mechanism, size: float) -> bool:
 
 
 def _at_zero(mechanism: Mechanism) -> tuple[Closures, Array, dict[str, Array], _Candidates]:
-    """Return the K loops, the frames (2K, 4, 4) of their sides and of all links at zero, and the possibly wrong frames.
+    """Return the equations of K loops, and at zero: the frames (2K, 4, 4) of their sides, the frames of links, the candidates.
 
-    The sides, predecessors first, are the bodies of the returned loops.
+    Bodies of the equations are the sides of the loops: K predecessors, then K successors.
     """
     loops = [item for item in mechanism.connections.values() if item.is_loop]
     frames = mechanism.tree.forward(mechanism.tree.neutral[:, None])

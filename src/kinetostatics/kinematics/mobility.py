@@ -26,7 +26,7 @@ def rank_tolerance(closing_error: float) -> float:
 
 
 def generic_poses(solver: Solver, zero: SolverState, closing_error: float) -> tuple[SolverState, float]:
-    """Return three generic poses, and the largest of their scaled residuals and of the residual ``closing_error`` at ``zero``."""
+    """Return three generic poses, and the largest scaled residual: theirs, or that of ``zero``, which is ``closing_error``."""
     random, tree, worst = np.random.default_rng(7), solver.tree, closing_error
     nothing = PrescribedCoordinates(), np.zeros((0, 1))
     tolerance = rank_tolerance(worst)

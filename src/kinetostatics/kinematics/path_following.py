@@ -114,21 +114,21 @@ def _follow_chunk(
 
 
 def is_too_far(solver: Solver, prescribed: PrescribedCoordinates, start: SolverState, target: Array) -> Mask:
-    """Return the mask (N,) of targets (n, N) whose lines are too long."""
+    """Return the mask (N,) of targets (n, N) whose lines are too long to be followed."""
     strides = _strides(solver, prescribed, solver.line(prescribed, start, target)[0], target)
     most_turned, most_shifted = _longest(solver, prescribed, strides)
     return _beyond(most_turned, most_shifted * (LONGEST_SHIFT * solver.length / solver.reach))
 
 
 def _strides(solver: Solver, prescribed: PrescribedCoordinates, first: Array, target: Array) -> Array:
-    """Return the lengths (n, N) of lines along each coordinate, relative to the largest step; zero if there are no unknowns."""
+    """Return each coordinate's change (n, N) on lines, over :func:`longest_strides`; zero if there are no unknowns."""
     with np.errstate(over="ignore", invalid="ignore"):
         lengths = np.abs(target - first) / longest_strides(solver, prescribed)[:, None]
         return lengths if solver.free_columns(prescribed).size or prescribed.unknown_angles else 0 * lengths
 
 
 def _longest(solver: Solver, prescribed: PrescribedCoordinates, strides: Array) -> tuple[Array, Array]:
-    """Return the largest rotation and the largest displacement (N,) of each line, relative to the largest steps."""
+    """Return, for each line, the largest of the ``strides`` of angles (N,) and the largest of those of lengths (N,)."""
     turns = _turns(solver, prescribed)
     most_turned, most_shifted = (np.max(strides[rows], axis=0, initial=0.0) for rows in (turns, ~turns))
     return most_turned, most_shifted
@@ -175,7 +175,7 @@ def _predicted(
 
 
 def longest_strides(solver: Solver, prescribed: PrescribedCoordinates) -> Array:
-    """Return the largest steps of the prescribed coordinates (n,) [m, rad]."""
+    """Return the largest permitted step of each prescribed coordinate (n,) [m, rad]."""
     return np.where(_turns(solver, prescribed), LONGEST_TURN, LONGEST_SHIFT * solver.length)
 
 

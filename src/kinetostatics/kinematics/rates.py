@@ -43,7 +43,7 @@ def freedom_rates(solver: Solver, prescribed: PrescribedCoordinates, gradient: A
 
 
 def with_given(solver: Solver, prescribed: PrescribedCoordinates, v: Array) -> Array:
-    """Return the rates (nv, n, N) per prescribed coordinate: ``v``, plus rates of prescribed freedoms and their followers."""
+    """Return rates ``v`` (nv, n, N) per prescribed coordinate, with those of prescribed freedoms and their followers added."""
     found = np.array(v, subok=True)
     for k, column in enumerate(prescribed.columns):
         for moved, by in solver.equations.couplings.moving_with(column):

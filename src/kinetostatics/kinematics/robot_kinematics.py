@@ -60,7 +60,7 @@ class JointCoordinates:
         return result
 
     def limited(self, q: Array, frames: Frames) -> Iterator[tuple[str, Array, tuple[float, float], Mask]]:
-        """Yield name, value (N,), limits and mask (N,) of admissible values for every one-freedom joint or loop and cone."""
+        """Yield name, value (N,), limits and mask (N,) of admissible values for each one-freedom joint or loop, and each cone."""
         coordinates = self.at(q, frames)
         for item in self.solver.mechanism.connections.values():
             if item.cone is not None:
@@ -126,12 +126,12 @@ class RobotKinematics:
 
     @cached_property
     def _closed_zero(self) -> tuple[SolverState, float]:
-        """The zero pose with smallest gaps of the loops, and its scaled residual."""
+        """The closed pose near zero, or else the pose with the smallest gaps found, and its scaled residual."""
         return zero_pose.closed_zero(self._solver(), self.actuator_coordinates)
 
     @cached_property
     def _unclosable(self) -> AssemblyError | None:
-        """The error that no pose near zero closes the loops; None if one does."""
+        """The error that no pose near zero closes the loops; None if such a pose exists."""
         best, residual = self._closed_zero
         if residual <= zero_pose.OPEN:
             return None

@@ -180,7 +180,7 @@ class Solver:
         return residuals, gradient
 
     def predictors(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> Array:
-        """Return the scaled steps (f, n, N) of the unknowns per change of each prescribed coordinate, at solved poses."""
+        """Return the scaled steps (f, n, N) of f unknowns per change of each of n prescribed coordinates, at solved poses."""
         gradient, rates = self.rates(prescribed, poses, target)
         return np.nan_to_num(-least_squares(gradient, rates, prescribed.local_dofs))
 

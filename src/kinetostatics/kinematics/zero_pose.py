@@ -86,7 +86,7 @@ def written_zero(equations: LoopEquations) -> SolverState:
 
 
 def closed_zero(solver: Solver, actuators: PrescribedCoordinates) -> tuple[SolverState, float]:
-    """Return the closed pose near zero, found by damped least squares, and the scaled residual of this pose.
+    """Return the closed pose near zero, or else the pose with the smallest gaps found, and its scaled residual.
 
     The actuators remain at zero if the other joints can close the loops.
     """
@@ -116,8 +116,8 @@ def closed_zero(solver: Solver, actuators: PrescribedCoordinates) -> tuple[Solve
 def is_one_frame(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]], size: float) -> bool:
     """Whether the correction of one frame would close several open loops at zero, although some motion nearly closes them.
 
-    False for a single open loop, which each of its frames could close, and if a correction is a motion of the frame's own joint,
-    which changes only the joint's zero.
+    False for a single open loop, since a correction of any of its frames could close it. Also False if a correction is a motion
+    of the frame's own joint, since only the joint's zero would change.
     """
     if sum(max(pair) > CLOSED for pair in gaps.values()) < 2:
         return False
@@ -153,9 +153,9 @@ def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]
 
 
 def corrections_hint(mechanism: Mechanism, size: float) -> str | None:
-    """Return a hint at corrections of axes, or of one frame, that would close at zero the loops that a motion closes.
+    """Return a hint at corrections of axes, or of one frame, that would close all loops at zero without motion of the joints.
 
-    None if there is no such correction, or if an axis is missing in the file, of which another warning tells.
+    None if there is no such correction, or if an axis is missing in the file; another warning tells of missing axes.
     """
     if _missing_axes(mechanism):
         return None
@@ -174,7 +174,7 @@ def corrections_hint(mechanism: Mechanism, size: float) -> str | None:
 def _wrong_axes(mechanism: Mechanism) -> str:
     """Return, as text, the axes x, y or z of revolute loops that would close all loops at zero; empty if there are none.
 
-    At zero the successor's frame is turned relative to the predecessor's by R: the axis of R closes the loop.
+    At zero the successor's frame is turned relative to the predecessor's; a loop whose axis is that of this turn is closed.
     """
     found: dict[str, list[str]] = {}
     frames = mechanism.forward(mechanism.tree.neutral[:, None])
@@ -225,9 +225,9 @@ def _listed(mechanism: Mechanism, corrections: tuple[FrameCorrection, ...]) -> s
 
 
 def with_wrong_parent(error: RobotFileError, mechanism: Mechanism) -> RobotFileError:
-    """Return the error that a joint, or a side of a loop, is on a wrong link; the given error if this is not likely.
+    """Return the error that a joint, or a side of a loop, is on a wrong link; if this is not likely, return the given error.
 
-    A wrong link is likely if all loops would close at zero with one joint, or side of a loop, on a link that ends nowhere.
+    A wrong link is likely if exactly one such change, to a link of :func:`.ends_nowhere`, would close all loops at zero.
     """
     size, empty = box_diagonal(mechanism), [link for link, _ in ends_nowhere(mechanism)]
     if not empty or not mechanism.description.loops or are_closed_at_zero(mechanism, size):

@@ -90,7 +90,7 @@ class Paths(Generic[Key, Node]):
             return False
 
         def steps(node: Node, path: Set[Node]) -> Iterator[Node]:
-            """Yield the next nodes with which the path can still reach ``first``, and continue from ``second`` to the goal."""
+            """Yield the next nodes from which ``first`` can be reached, and which do not cut ``second`` off from the goal."""
             for key, other in self._at[node]:
                 if key == edge or other in path or other in (second, goal):
                     continue

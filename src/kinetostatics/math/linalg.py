@@ -77,7 +77,7 @@ def correlation(matrix: Array) -> tuple[Array, Array]:
 def canonical_basis(basis: Array) -> Array:
     """Return an orthonormal basis (n, k) that depends only on the span of ``basis`` (n, k); bases by LAPACK do not.
 
-    Unit vectors are projected on the span and orthogonalized, those with the largest residuals first (of equal ones, the first).
+    The n unit vectors are projected on the span and orthogonalized; each step takes the longest remainder (the first of equals).
     """
     rest, found = np.array(basis), np.empty_like(basis)
     for k in range(basis.shape[1]):
@@ -91,8 +91,8 @@ def canonical_basis(basis: Array) -> Array:
 def null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
     """Return the canonical orthonormal basis of the null space (n, k), the rank r, and the ratio of singular values r and r + 1.
 
-    Singular values up to ``tolerance`` times the larger of 1 and the largest one are taken as zero: entries of ``matrix``
-    are of order 1, so that a matrix of rounding errors has rank 0.
+    Singular values up to ``tolerance`` · max(1, largest singular value) are taken as zero. Entries of ``matrix`` are of
+    order 1; thus a matrix of rounding errors has rank 0.
     """
     if matrix.size == 0:
         return np.eye(matrix.shape[1]), 0, np.inf
@@ -291,7 +291,7 @@ def have_one_sign(one: Array, two: Array) -> Mask:
 
 
 def surely_have_one_sign(one: Array, two: Array) -> Mask:
-    """Return the mask (N,) of pairs whose signs are certainly equal: the elimination of G₁ᵀ G₂ has no small or negative pivot."""
+    """Return the mask (N,) of pairs for which :func:`have_one_sign` is certain: G₁ᵀ G₂ has no small or negative pivot."""
     one, two = one[:, ::-1], two[:, ::-1]  # as in least_squares
     rest = np.einsum("ia...,ib...->ab...", one, two)
     least = _SURE * np.sqrt(np.sum(one * one, axis=0) * np.sum(two * two, axis=0))

@@ -135,7 +135,7 @@ def rotation_between(a: Array, b: Array) -> Array:
 
 
 def three_angles(axes: Array, R: Array, near: Array, locked: float = 1e-13) -> Array:
-    """Return the angles q (3, N) with exp(a q₀) exp(b q₁) exp(c q₂) = R: of the two solutions, the one nearer to ``near``.
+    """Return the angles q (3, N) with exp(a q₀) exp(b q₁) exp(c q₂) = R: the solution with q₁ nearest to ``near[1]``.
 
     The first two angles follow from the vector R c, the last angle from the remaining rotation. If the first and last axes
     coincide, only the sum or difference of their angles is determined; the first angle is then that of ``near``.
@@ -143,7 +143,7 @@ def three_angles(axes: Array, R: Array, near: Array, locked: float = 1e-13) -> A
     Args:
         axes: (3, 3) the unit vectors a, b, c as columns, b at right angles to a and c.
         R: (3, 3, N) rotation matrices.
-        near: (3, N) angles near which the solution and full turns are chosen.
+        near: (3, N) angles; the result is the solution, including full turns, near these angles.
         locked: sine of the angle between the first and the last axis up to which these are treated as coincident.
     """
     a, b, c = axes.T[:, :, None]
@@ -218,11 +218,11 @@ class Orientation:
 
         Args:
             R: rotation matrices.
-            near: (3, N) coordinates near which one of the two solutions and full turns are chosen. They also determine the first
-                angle if the first and last axes coincide. None: all magnitudes are at most π, tilts are not negative, and an
-                undetermined first angle is 0.
-            locked: sine of the angle between the first and last axes up to which these are treated as coincident; R is as
-                accurate.
+            near: (3, N) coordinates; of all solutions, including full turns, one near them is returned. If the first and last
+                axes coincide, the first angle is that of ``near``. None: all magnitudes are at most π, tilts are not negative,
+                and an undetermined first angle is 0.
+            locked: sine of the angle between the first and last axes up to which these are treated as coincident; the accuracy
+                of ``R``.
         """
         if self.sequence is None:
             c = logarithm(R, at_half_turns=True)

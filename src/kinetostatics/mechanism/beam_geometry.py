@@ -30,7 +30,8 @@ class BeamSpan:
         end_body, end: the same for the end towards the platform.
         carrier: the body that carries the beam's weight.
         start_link, end_link: the links of the ends.
-        inward, outward: fixed and prismatic joints from the beam's link to the start link and to the end link; empty if equal.
+        inward, outward: fixed and prismatic joints from the beam's link to the start link, and to the end link; empty if that
+            link is the beam's link.
     """
 
     beam: Beam

@@ -34,8 +34,8 @@ class BeamModel(ShortRepr):
         compliances: (6,) section compliances.
         mass_per_length: mass per length [kg/m], or None if the total ``mass`` is given.
         mass: total mass [kg] if ``mass_per_length`` is None, distributed uniformly over the length at every pose; else 0.
-        centre: (3,) centre of ``mass`` in the carrier body [m]: the mass is distributed along a parallel line through it, rigidly
-            connected to the sections. None: the mass is distributed along the beam.
+        centre: (3,) centre of ``mass`` in the carrier body [m]. The mass, rigidly connected to the sections, is distributed along
+            the line through this centre parallel to the beam. None: the mass is distributed along the beam.
     """
 
     name: str
@@ -119,8 +119,8 @@ def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Fra
     """Compute the data of all beams; the closed pose ``zero`` determines the direction of telescopic beams.
 
     Raises:
-        RobotFileError: a prismatic joint of a telescopic beam is not parallel to the beam, or the ``y_axis`` of a beam is
-            parallel to it.
+        RobotFileError: a prismatic joint of a telescopic beam is not parallel to the beam, or a beam's ``y_axis`` is parallel
+            to the beam.
     """
     models = {}
     middles: dict[str, tuple[float, Array]] = {}

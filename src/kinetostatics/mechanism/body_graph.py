@@ -151,7 +151,7 @@ class BodyGraph:
         return bodies[0]
 
     def _join_links_in_spans(self) -> None:
-        """Join the links inside a beam's span to the end of the beam on their side, and the beam's link to its start."""
+        """Join each link inside a beam's span to the beam's end on its side, and the beam's own link to the beam's start."""
         for span in self.spans.values():
             ends = self._ends(span)
             for path, body in zip((span.inward, span.outward), ends, strict=True):

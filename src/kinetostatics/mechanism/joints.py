@@ -42,7 +42,7 @@ class ElasticJoint:
 
 @dataclass(frozen=True)
 class Drive:
-    """An elastic actuator. Its force is the sum of the forces along the joints that it moves, times their ``moves``.
+    """An elastic actuator. Its force is the sum of the forces along the joints that it moves, each times the joint's ``moves``.
 
     Attributes:
         joint: name of the driven joint.
@@ -305,7 +305,7 @@ def sides(edge: Edge, connection: Connection) -> tuple[tuple[int, Array], tuple[
 
 
 def _common_centre(run: Sequence[tuple[Edge, Connection]]) -> tuple[float, float] | None:
-    """Return the position of the common point of 2 or 3 revolutes on the first and on the last axis [m from the joint's origin].
+    """Return where the common point of 2 or 3 revolutes lies on the first and on the last axis: distances from their origins [m].
 
     None without a common point.
     """

@@ -25,10 +25,10 @@ class Edge:
         sign: +1 if the joint's predecessor is its inboard side, else −1.
         outboard: names of the weights outboard of the edge (for a beam, of its outer end): a link, or ``beam:`` and a beam. Also
             names of other places at which loads may act: massless links, and ``start:`` or ``end:`` and a beam.
-        excluded: names of weights outboard in the tree that this edge does not carry: links inside a telescopic beam that move
-            with the beam's outer end although they are attached on the inboard side of this joint.
-        parent: ``key`` of the edge on the inboard side; None if this is the base, or for bodies attached to the platform, the
-            platform.
+        excluded: names among ``outboard`` that a joint inside a telescopic beam does not carry: the beam's outer end, and
+            links inboard of this joint that move with this end.
+        parent: ``key`` of the next edge inboard; None if the next body inboard is the base (for bodies attached only to the
+            platform: the platform).
         cut_joints: ``{number: sign}`` of cut joints: the wrench of the edge's outboard side on its inboard side is the sum of the
             cut joints' wrenches, with these signs, and of the weights outboard.
         both_ways: whether paths from base to platform pass the edge in both directions; results then refer to the direction in

@@ -162,8 +162,8 @@ class Mechanism:
         body_of: body of every link, and the link's placement (4, 4) in this body.
         tree: the tree in Pinocchio's coordinates.
         platform_frame: body of the platform, and placement (4, 4) of the frame o-xyz in this body.
-        base_frame: body and placement of the base link, whose frame is then the world frame; None if the base link is fixed to
-            the root of the tree, and the root link's frame is the world frame.
+        base_frame: body and placement of a base link that moves relative to the root of the tree; the world frame is then the
+            base link's. None: the base link is fixed to the root; the world frame is the root link's.
     """
 
     NOT_RECORDED = ("model", "at_link", "link_inertias")

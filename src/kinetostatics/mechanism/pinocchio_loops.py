@@ -114,7 +114,7 @@ def constraint_models(
 def _run(loop: Connection, placements: Sequence[pin.SE3]) -> tuple[int, Array, int, Array, list[tuple[bool, Array, float]]]:
     """Return a loop as a chain of joints: first body and frame, last body and frame, and (slides, axis, value) of each joint.
 
-    The chain begins at the predecessor, or at the successor if this does not move.
+    The chain begins at the predecessor; if the successor is fixed to the root, it begins at the successor.
     """
     first = placements[loop.predecessor_body].homogeneous @ loop.predecessor_frame
     second = placements[loop.successor_body].homogeneous @ loop.successor_frame

@@ -172,7 +172,7 @@ def link_inertias(model: pin.Model) -> dict[str, pin.Inertia]:
 
 
 def weighed(model: pin.Model, bodies: Iterable[tuple[int, pin.Inertia]]) -> pin.Model:
-    """Return a copy of a ``pin.Model`` with other inertias: for each body, the sum of its pairs (body, ``pin.Inertia``)."""
+    """Return a copy of a ``pin.Model`` in which each body has the sum of its inertias in ``bodies``, and no other inertia."""
     import pinocchio as pin
 
     copy = model.copy()

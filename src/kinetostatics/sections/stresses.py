@@ -37,7 +37,7 @@ class _Axis:
         edges: borders of the elements.
         stiffness, mass: (2, n, n) integrals of f'g' and fg of shape functions f, g: first from the middle to the wall, then
             through the wall.
-        moments, slopes: (2, 3, n) integrals of s^k f and s^k f', k = 0, 1, 2, over the same two ranges.
+        moments, slopes: (2, 3, n) integrals of s^k f and s^k f' along the axis s, k = 0, 1, 2, over the same two ranges.
     """
 
     def __init__(self, half: float, wall: float, smallest: float) -> None:
@@ -238,12 +238,12 @@ def _over(integrand: Callable[[int, int], Array]) -> Array:
 
 
 def _area(y: _Axis, z: _Axis, i: int, j: int, p: int, q: int) -> Array:
-    """Return ∫ y^p z^q dA over one part of the quarter section."""
+    """Return ∫ y^p z^q dA over the part (i, j) of the quarter section."""
     return np.asarray(y.moments[i, p].sum() * z.moments[j, q].sum())
 
 
 def _flexure(r: _Axis, s: _Axis) -> tuple[Array, Array]:
-    """Return Ψ_0 and Ψ_1 (2, nr, ns) at the nodes for a force along s, with ∇²Ψ = −2s, and ∫ s Ψ dA (2,) over the section."""
+    """Return Ψ_0 and Ψ_1 (2, nr, ns) at nodes for a force along s, with ∇²Ψ_0 = −2s and ∇²Ψ_1 = 0, and their ∫ s Ψ dA (2,)."""
     load = _over(lambda i, j: 2 * np.outer(r.moments[i, 0], s.moments[j, 1]))
     lateral = _over(
         lambda i, j: (
