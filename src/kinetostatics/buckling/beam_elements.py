@@ -73,7 +73,7 @@ def condensed_tension(forces: Array, EI: float, length: Array) -> Array:
     """Return a lower bound (3, 3, N) of the matrix of :func:`tension` with the inner coordinates eliminated.
 
     The sum of bending and geometric stiffness of the inner coordinates is at least 1 − β, with the ratio β of the larger
-    compressive force to the critical force of a beam clamped at both ends. The bound is NaN for β ≥ 1.
+    compressive end force to the critical force of a beam clamped at both ends. The bound is NaN for β ≥ 1.
     """
     first, last = forces / length
     least = 1 - np.maximum(-forces.min(axis=0), 0.0) * length**2 / EI * _CLAMPED  # 1 − β

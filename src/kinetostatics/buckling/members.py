@@ -32,7 +32,7 @@ class BucklingModes:
     """The m buckling modes of each of N poses.
 
     Attributes:
-        ratios: (N, m) ratios 1/λ of forces to critical forces; ascending, or descending from :meth:`first`.
+        ratios: (N, m) ratios 1/λ of forces to critical forces, ascending; descending if returned by :meth:`first`.
         shapes: (N, m, n + b) modes in the coordinates of ``robot``.
         robot: stiffness and geometric stiffness at the poses.
     """

@@ -39,9 +39,9 @@ RECIPROCAL = 1e-14
 def evaluate_bases(group: LimbGroup, geometry: LimbGeometry, allowed: Array) -> tuple[Array, Array, Mask]:
     """Return J_ic (6, n_c, g, N), J_ig (6, n_g, g, N) about o, and the mask (g, N) of degenerate canonical bases.
 
-    Degenerate bases are replaced by orthonormal ones, from singular values. In other bases, wrenches that are only almost
-    reciprocal are projected on the reciprocal ones. ``allowed`` (6, k, g, N) are twists about o that span the permitted motions
-    of the platform; for a serial limb, the twists of its passive joints.
+    ``allowed`` (6, k, g, N) are twists about o that span the permitted motions of the platform; for a serial limb, the twists of
+    its passive joints. Degenerate bases are replaced by orthonormal ones, from singular values. In other bases, wrenches that
+    are only almost reciprocal to ``allowed`` (J_ig: to the platform joint's twists) are projected to be reciprocal.
     """
     scale = _scale(group)[:, None]
     mine = [allowed[:, k] for k in group.basis.independent]
@@ -78,7 +78,7 @@ def _power(twists: Array, unit: Array) -> Array:
 
 
 def _moved(J: Array, twists: Array, scale: Array) -> Array:
-    """Project a maximal set of wrenches J (6, n, g, N) so that they are reciprocal to all twists (6, k, g, N)."""
+    """Return wrenches J (6, n, g, N), which must be a maximal set, projected to be reciprocal to all twists (6, k, g, N)."""
     size = np.sqrt(dot(J * scale, J * scale))
     return J - step_across(normalize(twists / scale), J * scale / size) * size / scale
 
@@ -116,7 +116,7 @@ def _replace(group: LimbGroup, J: Array, count: int, scale: Array, geometry: Lim
 
 
 def choose_basis(group: LimbGroup, geometry: LimbGeometry, generic: int) -> Basis:
-    """Choose ranks and canonical wrenches of one limb, whose order of elimination is known.
+    """Choose ranks and canonical wrenches of one limb with known order of elimination.
 
     Args:
         group: the limb.
@@ -271,7 +271,7 @@ def _complete(spanned: list[Array], seeds: Array, chosen: Sequence[int]) -> list
 
 
 def _complement(spanned: list[Array], seeds: Array, count: int, judged: Index) -> list[Candidate]:
-    """Choose the ``count`` seeds that, with ``spanned``, are best conditioned at the poses ``judged``."""
+    """Choose ``count`` seeds one by one: the best conditioned together with ``spanned`` at the poses ``judged``."""
     chosen: list[int] = []
     for number in range(count):
         completed = [*(normalize(column) for column in spanned), *_complete(spanned, seeds, chosen)]

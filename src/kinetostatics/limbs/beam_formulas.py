@@ -147,7 +147,7 @@ def turned_forces(c: Array, length: Array, wrench: Array, load: Array, lever: Ar
 
 
 def of_arm(force: Array, arm: Array) -> Array:
-    """Return the matrix (3, 3, N) of −f · (θ × (θ × r)), for a force f at an arm r."""
+    """Return the matrix (3, 3, N) of the quadratic form −f · (θ × (θ × r)) of rotations θ, for a force f at an arm r."""
     product = arm[:, None] * force[None]
     return np.einsum("iin->n", product) * np.eye(3)[:, :, None] - (product + np.swapaxes(product, 0, 1)) / 2
 

@@ -145,11 +145,11 @@ def assembly_error_strains(group: LimbGroup, columns: Array, assembly_error: Arr
 
 
 def split_rigid(C: Array, soft: tuple[int, ...]) -> tuple[Array, Array, Mask]:
-    """Split the wrenches of partly rigid limbs: W = rigid μ + give (J_icᵀ Δ − Δ_igc), with arbitrary μ.
+    """Split the intensities W of the wrenches of partly rigid limbs: W = rigid μ + give (J_icᵀ Δ − Δ_igc), with arbitrary μ.
 
     Args:
         C: (n, n, g, N) compliance of the limbs along n constraint wrenches.
-        soft: n − r of these wrenches, which span the range of the compliance.
+        soft: indices of n − r of these wrenches; their columns of C span its range.
 
     Returns:
         ``rigid`` (g, N, n, r), combinations of the wrenches along which the limbs are rigid; ``give`` (g, N, n, n), a generalized

@@ -1,9 +1,9 @@
-"""Statics of a limb with several cut joints by the force method: A X = −demand for the passive joints, P X = w.
+"""Statics of a limb with several cut joints by the force method.
 
-The unknowns are the wrenches X of all cut joints (:mod:`kinetostatics.mechanism.limbs`). Every passive freedom gives one row of A
-X = −d, with the solutions X = X_0 + N y; the wrench on the platform is P X, the sum over the cut joints at the platform. The limb
-transmits the wrenches in the range of P N; solutions of P N y = 0 are self-stress (method page, section 9; S. P. Timoshenko and
-D. H. Young, *Theory of Structures*, chapter on the force method).
+The unknowns are the wrenches X of all cut joints (:mod:`kinetostatics.mechanism.limbs`). Every passive freedom gives one row of
+A X = −d, with the power d of the weights on it. The solutions are X = X_0 + N y. The platform's wrench w on the limb is P X, the
+sum over the cut joints at the platform. The limb transmits the wrenches in the range of P N; solutions of P N y = 0 are
+self-stress (method page, section 9; S. P. Timoshenko and D. H. Young, *Theory of Structures*, chapter on the force method).
 
 The pivots of the elimination are chosen once, at generic poses. Arrays are ``(…, limb, pose)``; the caller scales lengths so that
 forces and moments are comparable.
@@ -155,7 +155,7 @@ def _eliminate(M: Array, pivots: tuple[tuple[int, int], ...], filled: Mask | Non
 
 
 def _runs(mask: Mask) -> list[slice]:
-    """Return the true ranges of a mask as slices."""
+    """Return the runs of true entries of a mask as slices."""
     ends = np.flatnonzero(np.diff(mask, prepend=False, append=False))
     return [slice(first, last) for first, last in ends.reshape(-1, 2).tolist()]
 

@@ -205,7 +205,10 @@ class LimbSkeleton:
         return np.where(far, normalize(axis), np.array([0.0, 0.0, 1.0])[:, None, None])
 
     def _choose_y(self, axes: Array, z: Array) -> tuple[str, int]:
-        """Choose the reference of the y axis, not parallel to ``z`` (3,): an axis (passive, universal, driven) or the world."""
+        """Choose the reference of the y axis, not parallel to ``z`` (3,).
+
+        In order of preference: a passive single axis, an axis of a passive universal joint, a driven single axis, the world.
+        """
         for turns, passive in ((Axes.AXIS, True), (Axes.BOTH, True), (Axes.AXIS, False)):
             for f, k in enumerate(self.compound_of):
                 kind = self._compounds[k].type
@@ -241,7 +244,10 @@ class _Vectors:
 
 
 def _nearest_centres(has_centre: Sequence[bool], is_serial: bool) -> dict[int, int | None]:
-    """Return, for each joint without a centre, the nearest joint with one (of two, the outer); None: none, or rings."""
+    """Return, for each joint without a centre, the nearest joint with one; None without such a joint, or in a limb with rings.
+
+    Of two equally near joints, the outer one is returned.
+    """
     known = [u for u, has in enumerate(has_centre) if has and is_serial]
     return {
         u: min(known, key=lambda other: (abs(other - u), -other), default=None) for u, has in enumerate(has_centre) if not has

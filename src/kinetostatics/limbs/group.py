@@ -208,7 +208,7 @@ class LimbGroup:
         return elsewhere.union(*(limb.places for limb in self.limbs))
 
     def _outboard_of(self, names: Sequence[str]) -> list[Array]:
-        """Return for the edges of freedoms, of beams and of springs a mask (g, edges, W): which weights or loads are outboard."""
+        """Return for freedoms, for beams and for springs a mask (g, edges, W) of the weights or loads outboard of each edge."""
         tables = [[[[carries(edge, name) for name in names] for edge in row] for row in rows] for rows in self._edges]
         return [np.array(table, dtype=float).reshape(len(table), len(table[0]), len(names)) for table in tables]
 

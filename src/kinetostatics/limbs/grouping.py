@@ -56,7 +56,7 @@ def _decided(
     both: tuple[Frames, Array],
     plans: dict[tuple[object, ...], list[force_method.EliminationOrder]],
 ) -> tuple[LimbGroup, Basis, force_method.EliminationOrder | None]:
-    """Return one limb with decisions made at generic poses; the basis is valid at the ordinary poses too."""
+    """Return one limb with decisions made at generic poses, its basis (valid at ordinary poses too), and elimination order."""
     geometry = limb.geometry(*generic)
     elimination = None if limb.is_serial else _elimination(limb, geometry, plans.setdefault(limb.signature, []))
     basis = choose_basis(limb.decided(elimination), limb.geometry(*both), generic[1].shape[1])
@@ -83,7 +83,7 @@ def _rigid_directions(limb: LimbGroup, frames: Frames, o: Array) -> tuple[int, t
 def _elimination(
     limb: LimbGroup, geometry: LimbGeometry, known: list[force_method.EliminationOrder]
 ) -> force_method.EliminationOrder:
-    """Return the elimination order of an equal limb from ``known`` if it is suitable; otherwise a new one, added to ``known``."""
+    """Return a suitable elimination order from ``known``, those of equal limbs; otherwise a new one, added to ``known``."""
     A, P, tolerance = limb.joint_equations(geometry)[:, :, 0], limb.platform_sum, limb.model.rank_tolerance
     for elimination in known:
         if force_method.suits(elimination, A, P, tolerance):

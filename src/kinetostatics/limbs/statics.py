@@ -317,14 +317,14 @@ def _straining(group: LimbGroup, geometry: LimbGeometry, columns: Array, C: Arra
 
 
 def _may_stiffen(group: LimbGroup, C: Array) -> Mask:
-    """Return the mask (g, N) of limbs whose number of rigid directions may differ from generic poses; False with any beams."""
+    """Return the mask (g, N) of limbs whose number of rigid directions may differ from generic poses; False with beams."""
     if not group.only_springs or len(group.soft) != len(C) - group.rigid_directions:
         return np.full(C.shape[2:], group.only_springs)
     return ~split_rigid(C, group.soft)[2]
 
 
 def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
-    """Return the amounts of s self-stresses per unit strain along each (s, s, g, N), and the cut-joint wrenches of rigid ones.
+    """Return the amounts (s, s, g, N) of s self-stresses per unit strain along each, and cut-joint wrenches of rigid ones.
 
     ``gram`` (n + s, n + s, g, N) is the compliance along n intensities and s self-stresses together.
     """
@@ -343,7 +343,7 @@ def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
 
 
 def _by_eigenvectors(scaled: Array, unit: Array) -> tuple[Array, Array]:
-    """Return the self-stresses per unit strain (s, s, P), and their rigid combinations (P, s, s), by eigenvectors."""
+    """Return the amounts (s, s, P) of self-stresses per unit strain, and the rigid combinations (P, s, s), by eigenvectors."""
     values, vectors = np.linalg.eigh(scaled)
     soft = values > RIGID
     inverse = np.where(soft, 1 / np.where(soft, values, 1.0), 0.0)

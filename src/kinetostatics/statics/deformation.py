@@ -32,7 +32,7 @@ from kinetostatics.statics.solution import Solution
 
 @dataclass(frozen=True)
 class ElasticDeformation:
-    """Deformation of corresponding beams, joints or actuators of g limbs, or their assembly errors.
+    """Deformation, or assembly errors, of corresponding beams, joints or actuators of g limbs.
 
     Attributes:
         kind: ``beams``, ``joints``, ``actuators`` or ``assembly_errors``.
@@ -172,7 +172,7 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
 
 
 def _with_loads(solution: Solution, number: int, weights: Array, name: str, element: int) -> Array:
-    """Return the wrenches (6, S, g, N) of the weights and of the loads on links that corresponding elements of limbs carry.
+    """Return the wrenches (6, S, g, N) that corresponding elements of limbs carry: weights, and loads on links.
 
     Args:
         solution: the chunk of poses.
@@ -219,7 +219,7 @@ def _add_assembly_errors(
 def _joint_motions(
     solution: Solution, statics: LimbStatics, geometry: LimbGeometry, deformed: dict[int, Array], signs: NDArray[np.int8], S: int
 ) -> Array:
-    """Return the motions (k, S, g, N) of all freedoms with which the limbs remain closed; local freedoms do not move.
+    """Return the freedoms' motions (k, S, g, N) that keep the limbs closed; local freedoms do not move.
 
     The motions of all edges that transmit the wrench of a cut joint add up to the platform's motion, or in a ring to zero.
     """
@@ -268,11 +268,11 @@ def _deform_branches(
         robot: the robot.
         solution: the chunk of poses.
         edges: joints and beams of the branches, inboard ones first.
-        forces: index of the contribution of the branches' weight; for branches on the base, whose weight displaces nothing else
-            and is no contribution, the index after the last contribution.
+        forces: index of the contribution of the branches' weight. The weight of branches on the base displaces nothing else and
+            is no contribution; for it, the index after the last contribution.
         strains: index of the contribution of the strains due to the branches' weight.
         root: motion of the body that carries the first edges; None: fixed.
-        moved: joints of branches moved by elastic actuators: by the moved joint's key, the actuator's joint and the moved joint.
+        moved: by key of each joint that an elastic actuator moves, the actuator's name and the moved joint.
         out: receives the motions.
     """
     frames, assembly_errors = solution.frames, solution.assembly_errors
@@ -320,7 +320,7 @@ def _deform_branches(
 def _deform_branch_drives(
     robot: RobotStatics, solution: Solution, branches: Sequence[tuple[tuple[Edge, ...], int]], out: Deformation
 ) -> dict[str, tuple[str, BranchJoint]]:
-    """Compute the deformations of actuators that move joints of open branches only; return the moved joints of all branches.
+    """Compute deformations of actuators that move joints of open branches only; return ``moved`` for :func:`_deform_branches`.
 
     Args:
         robot: the robot.
@@ -346,7 +346,7 @@ def _deform_branch_drives(
 
 
 def _with_branch_loads(solution: Solution, edge: Edge, weights: Array) -> Array:
-    """Return the wrenches (6, S, N) of the weights and of the loads on links that an edge of an open branch carries."""
+    """Return the wrenches (6, S, N) that an edge of an open branch carries: weights, and loads on links."""
     loads = []
     for item in solution.applied:
         carried = [wrench for place, wrench in item.load.wrenches.items() if carries(edge, place)]

@@ -50,7 +50,7 @@ class PlacedSpring:
     tangent: Array
 
     def pull(self, force: Array, o: Array) -> tuple[dict[str, Array], dict[str, Array]]:
-        """Return wrenches about o and points, by place: a force (3, N) on the first end, its opposite on the second."""
+        """Return, by place, wrenches about o and points of application of a force (3, N) on the first end and of its reaction."""
         wrenches: dict[str, Array] = {}
         points: dict[str, Array] = {}
         for sign, point, place in zip((1, -1), self.points, self.places, strict=True):
@@ -73,7 +73,8 @@ class GeometricTerms:
         Args:
             robot: the robot at N poses.
             acting: forces on pieces of parts: place, arm from o and force (3, N).
-            passages: each passage with the arm of its centre from o, the axes (3, k, N) of its slides, and its B (9, 9, N).
+            passages: each passage with the arm of its centre from o, the axes (3, k, N) of its slides, and the matrix B (9, 9, N)
+                of its energy, see :meth:`GeometricStiffness._of_joint`.
         """
         self._robot, self._where, self._parts, self._o = robot, robot.coordinates, robot.parts, robot.o
         self._springs, self._acting, self._passages = robot.springs, acting, passages
@@ -90,7 +91,7 @@ class GeometricTerms:
             self._add_spring(number, spring)
 
     def _add(self, one: Block, two: Block, block: Array) -> None:
-        """Add uᵀ B v, with B = ``block``, u = ``one`` and v = ``two``, to the quadratic form, if u and v are coordinates."""
+        """Add uᵀ B v, with B = ``block``, u = ``one`` and v = ``two``, to the quadratic form; only if both are coordinates."""
         if one in self._where.sizes and two in self._where.sizes:
             self._found[one, two] = self._found.get((one, two), 0.0) + block
             self._found[two, one] = self._found.get((two, one), 0.0) + np.swapaxes(block, 0, 1)
@@ -297,7 +298,7 @@ class GeometricStiffness:
     def _of_beam(
         self, solution: Solution, name: str, axes: Array, arm: Array, force: Array, moment: Array
     ) -> tuple[Array, Array, Array]:
-        """Return B (9, 9, N) of a beam under force and moment (3, N) on its outer part; also arm and force on its inner part."""
+        """Return B (9, 9, N) of a beam with force and moment (3, N) on its outer part; also arm and force on its inner part."""
         model = self._robot.beams[name]
         length, lever = model.length(self._frames), model.lever(self._frames)
         weight = self._robot.weights.sum([f"beam:{name}"], solution.weights)[:3]

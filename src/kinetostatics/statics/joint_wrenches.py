@@ -124,7 +124,7 @@ def _masked(wrenches: Array, undetermined: Array | None) -> Array:
 
 
 def _open_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[int] | None = None) -> Array | None:
-    """Return the undetermined joint wrenches (6, J, K, N) of K states of self-stress in rigid parts, normalized, or None."""
+    """Return the normalized joint wrenches (6, J, K, N) of K undetermined self-stresses of rigid parts; None without any."""
     table, N = robot.joint_table, solution.o.shape[1]
     # self-stress between rigid limbs changes the forces of several limbs together
     shared = np.zeros((6, table.cut_signs.shape[1], max((item.shape[1] for item in solution.open), default=0), N))

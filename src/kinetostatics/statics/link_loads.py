@@ -213,7 +213,7 @@ class LinkLoads:
         )
 
     def at(self, frames: Frames, gravity: Array) -> tuple[AppliedLoad, ...]:
-        """Return the loads at the N poses of ``frames``, to which their arrays were broadcast; ``gravity`` is (3, N) [m/s²].
+        """Return the loads, already broadcast to N poses, at the ``frames`` of these poses; ``gravity`` is (3, N) [m/s²].
 
         Raises:
             ArgumentError: a load acts on a beam between its ends, or on a link without support.
@@ -307,7 +307,7 @@ def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: 
 
 
 def _joint_around(robot: RobotStatics, link: str) -> tuple[str, ...]:
-    """Return the revolute joints of the universal or spherical joint that contains a link."""
+    """For a link inside a universal or spherical joint, return the revolute joints that form this joint."""
     key = robot.topology.carried_by.get(link)
     for group in robot.groups:
         for limb, compounds in zip(group.limbs, group.compounds, strict=True):

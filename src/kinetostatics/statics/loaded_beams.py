@@ -29,9 +29,9 @@ class LoadedBeams:
         load: (6, S, g, N) own weight, force and moment per length [N/m, N].
         inner: (6, S, g, N) motion of the base end as a rigid body, about o, world axes.
         stretch: (S, g, N) excess length by error or temperature [m].
-        elsewhere: (S, g, N) correction of axial forces [N]: it moves the axial force due to the limb's weight from the
-            contribution of the strains, in which ``wrench`` has it, to that of the forces; 0 if both are the same contribution,
-            see :func:`kinetostatics.statics.solution.by_mechanism`.
+        elsewhere: (S, g, N) correction of axial forces [N]. ``wrench`` has the axial force due to the limb's weight in the
+            contribution of the strains; the correction moves it to the contribution of the forces. It is 0 if both are the
+            same contribution, see :func:`kinetostatics.statics.solution.by_mechanism`.
         line: (12, S, g, N) linearly varying load, force and moment per length at the base end, then at the platform end
             [N/m, N]; None: zero. Its resultants at the ends are part of ``wrench``, see
             :func:`kinetostatics.statics.inertia.line_resultants`.
@@ -61,7 +61,7 @@ class LoadedBeams:
         return cls(tuple(models), compliances, axes, length, mass, end, wrench, load, none, none[0], none[0])
 
     def axial_force(self) -> Array:
-        """Return the axial force (S, g, N) at the platform end, tension positive, by the contributions that cause forces."""
+        """Return the axial force (S, g, N) at the platform end, tension positive, with the correction ``elsewhere``."""
         return np.asarray(self.sections(self.length[None])[0, 0] + self.elsewhere)
 
     def end_twist(self) -> Array:

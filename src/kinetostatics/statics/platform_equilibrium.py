@@ -30,7 +30,7 @@ _INDEPENDENT, _HELD = 1e-5, 1e-9
 
 @dataclass(frozen=True)
 class _Split:
-    """Intensities of the wrenches of partly rigid limbs: W = rigid μ + give (Jᵀ Δ − Δ_igc); arrays (g, N, …).
+    """Intensities W of the wrenches J of partly rigid limbs: W = rigid μ + give (Jᵀ Δ − Δ_igc); arrays (g, N, …).
 
     Δ is the twist of the platform, Δ_igc the displacement of the limbs' ends at W = 0. The limbs' compliance does not determine
     the intensities μ of the rigid directions.
@@ -201,9 +201,10 @@ def _invert(K: Array, scale: Array) -> tuple[Array, NDArray[np.bool_]]:
 
 
 def _by_projection(A: Array, K: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return the platform's compliance without motion along rigid wrenches, and A⁺, which divides a wrench among the rigid ones.
+    """Return the platform's compliance in the motions that rigid limbs permit, and the pseudoinverse A⁺ of the rigid wrenches A.
 
-    With the projection P = 1 − A A⁺ on the permitted motions, the compliance is the pseudoinverse of P K P.
+    With the projection P = 1 − A A⁺ on the permitted motions, the compliance is the pseudoinverse of P K P. A⁺ divides a wrench
+    on the platform among the wrenches A.
 
     Args:
         A: (N, 6, n) unit wrenches along which the limbs are rigid.

@@ -113,7 +113,7 @@ def _size(wrench: Array, length: float) -> Array:
 def groups_of_poses(
     robot: RobotStatics, frames: Frames, o: Array, statics: tuple[LimbStatics, ...]
 ) -> dict[int, tuple[LimbGroup, ...]]:
-    """Return the groups of limbs for every pose, by index, at which the rank of a limb differs from that at generic poses.
+    """Return, by index of the pose, the groups of limbs at every pose where a limb's rank differs from that at generic poses.
 
     Args:
         robot: the robot.
@@ -188,7 +188,7 @@ def _regrouped(
         robot: the robot.
         group: the group of limbs.
         changed: indices of limbs whose ranks change; they get new bases.
-        rigid: number of rigid directions by index of the limb, where it changes.
+        rigid: number of rigid directions, by index of the limb; only for limbs with a new number.
         frames: frames of the pose.
     """
     if not (changed | rigid.keys()).intersection(group.numbers):

@@ -40,7 +40,7 @@ class MovedJoint:
 
 @dataclass(frozen=True)
 class Follower:
-    """A coordinate of a joint that mimics an elastic actuator: it is ``times`` the coordinate ``master``, both as lengths [m]."""
+    """A coordinate of a joint that mimics an elastic actuator: ``times`` the actuator's coordinate ``master``, both in [m]."""
 
     column: int
     master: int
@@ -203,7 +203,7 @@ class PlacedMotions:
         return found
 
     def stretched(self, spring: PlacedSpring) -> tuple[tuple[int, ...], Array]:
-        """Return the k coordinates that move the ends of a spring, and the displacement (3, k, N) between its ends per unit."""
+        """Return the k coordinates that move the ends of a spring, and the ends' relative displacements (3, k, N) per unit."""
         bodies = [self.structure.body_at[place] for place in spring.places]
         columns = self.structure.columns_of(*bodies)
         start, end = (self.moved(columns, body, point)[1] for body, point in zip(bodies, spring.points, strict=True))

@@ -96,13 +96,13 @@ class Solution(ShortRepr):
     def contribution_mask(self, group: LimbGroup, strains: bool = False) -> Array:
         """Return (S, g, 1): 1 for the contribution of each limb's own weight, else 0.
 
-        Closed chains attached only to the base belong to no contribution: an index after the last source is added for them. Those
-        attached only to the platform belong to the contribution of its weight.
+        Closed chains attached only to the platform belong to the contribution of the platform's weight; those attached only to
+        the base belong to none, and the mask has an additional last index for them.
 
         Args:
             group: the group of limbs.
-            strains: whether to mark the contribution of the strains due to the own weight, instead of that of the forces due to
-                it; the two differ after :func:`by_mechanism`.
+            strains: whether to mark the contribution of the strains due to the own weight, instead of the contribution of the
+                forces due to it; these contributions differ after :func:`by_mechanism`.
         """
         hanging_on_base = group.is_attached and not group.limbs[0].on_platform
         share = np.zeros((len(self.sources) + hanging_on_base, len(group.limbs), 1))
@@ -234,9 +234,9 @@ def unit_responses(robot: RobotStatics, before: Balanced, loads: Sequence[Applie
     """Return the responses of a robot in equilibrium to n additional unit loads on links.
 
     Returns:
-        The resultant wrench on the platform (6, n, N) of each unit load, which by reciprocity is also the displacement along the
-        load per unit twist of the platform; and the equilibrium under each unit load with a fixed platform, as contributions
-        after those of ``before``.
+        The resultant wrench on the platform (6, n, N) of each unit load; by reciprocity, this is also the displacement along the
+        load per unit twist of the platform. And the equilibrium with a fixed platform, in which the unit loads are
+        contributions after those of ``before``.
     """
     solution, n, S = before.solution, len(loads), len(before.solution.sources)
     groups = tuple(item.group for item in solution.statics)
@@ -262,15 +262,15 @@ def unit_responses(robot: RobotStatics, before: Balanced, loads: Sequence[Applie
 
 
 def with_more(robot: RobotStatics, before: Balanced, more: Mapping[str, Array], names: Sequence[str], twists: Array) -> Solution:
-    """Return the equilibrium under further loads, one for each existing contribution, to which its effects are added.
+    """Return the equilibrium under one further load for each contribution; its effects are added to that contribution.
 
     Args:
         robot: the robot.
         before: the equilibrium without the further loads.
         more: wrenches (6, S, N) about o for each contribution, by place.
         names: names of the further loads, one for each contribution.
-        twists: (6, S, N) the twists of the result; adding twists here would lose digits where the further loads stiffen an almost
-            free motion.
+        twists: (6, S, N) twists of the result; computing them here, as sums, would lose digits where the further loads stiffen an
+            almost free motion.
     """
     solution, S = before.solution, len(names)
     items = [AppliedLoad(name, {place: w[:, s] for place, w in more.items()}, {}, "change") for s, name in enumerate(names)]

@@ -101,8 +101,9 @@ def _response(
 ) -> tuple[Array, Array, tuple[Array, ...], Array]:
     """Return the displacements u (n, S, N), twists (6, S, N), the tangents, and the platform's compliance (6, 6, N).
 
-    The displacements of limbs are u = u_0 + U Δ + F t, with the twist Δ of the platform, the changes t of the forces, and u_0 at
-    Δ = 0 and t = 0; the displacements of the platform are P Δ. Then t = −K_g u and Δ = Δ_0 + C (Uᵀ t + Pᵀ t_platform).
+    With the twist Δ of the platform and the changes t of the forces, the displacements of limbs are u = u_0 + U Δ + F t, those of
+    the platform P Δ. Then t = −K_g u and Δ = Δ_0 + C (Uᵀ t + Pᵀ t_platform), with the twist Δ_0 and the compliance C of the
+    platform without K_g, and the changes t_platform conjugate to P Δ.
     """
     solution, where, S = before.solution, geometric.coordinates, len(before.solution.sources)
     pull, fixed = unit_responses(robot, before, geometric.unit_loads())

@@ -47,7 +47,7 @@ class Passage:
     """A joint or beam between two parts, or between two pieces of one part.
 
     Attributes:
-        edge: the joint or beam; for hinges that form one joint, the outermost.
+        edge: the joint or beam; if several hinges form the joint, the outermost of them.
         owner: index of its limb, or of the carrier of its open branch.
         inner, outer: indices of the parts.
         places: a place for loads on either side, the inner one first.
@@ -102,7 +102,7 @@ def turning_parts(model: StaticModel) -> TurningParts:
 
 @dataclass(frozen=True)
 class _Step:
-    """A joint or beam, directed outwards; of hinges that form one joint, ``edge`` is the outermost, ``first`` the innermost."""
+    """A joint or beam, directed outwards; if hinges form one joint, ``edge`` is the outermost hinge, ``first`` the innermost."""
 
     edge: Edge
     first: Edge
@@ -254,7 +254,7 @@ class _Finder:
         return min(ends, key=lambda end: float(np.sum((end[1] - at) ** 2)))[0]
 
     def _spins(self, passages: Sequence[Passage]) -> dict[int, tuple[int, int]]:
-        """Return the pairs of ball joints between which connected parts may spin freely, by part."""
+        """Return, by part, the indices of the two ball joints about whose connecting line the part may spin freely."""
         neighbours: dict[int, list[int]] = {k: [] for k in range(len(self.places))}
         for item in passages:
             if not item.is_ball:

@@ -160,7 +160,7 @@ def _align(shapes: Array, vectors: Array, equal: Mask, free: int, platform: Arra
         shapes: the modes.
         vectors: (N, m, n, r) all eigenvectors at the λ of each mode.
         equal: (N, m, r) mask of the eigenvectors in the eigenspace of each mode.
-        free: number of modes of frequency zero, which are first.
+        free: number of modes of frequency zero; these modes are first.
         platform: see :class:`VibrationModel`.
     """
     sizes = equal.sum(axis=-1)
@@ -199,7 +199,7 @@ def _spaces(model: VibrationModel, K: Array, M: Array) -> Iterator[_Space]:
 
 
 def _with_mass(space: _Space, K: Array, M: Array) -> Iterator[_Space]:
-    """Yield groups of poses with the same number of motions that have neither stiffness nor mass, without these motions."""
+    """Leave out motions that have neither stiffness nor mass; yield groups of poses with equal numbers of such motions."""
     K, M = space.restricted(K), space.restricted(M)
     scaled, size = _scaled(K)
     axes = np.linalg.eigh(scaled)[1] / size[:, :, None]

@@ -87,7 +87,7 @@ class PlacedRod:
 
         Args:
             first: index of the first coordinate of points between the pieces.
-            size: the robot's characteristic length [m]; rotations multiplied by it are the coordinates.
+            size: the robot's characteristic length [m]; the coordinates are displacements, and rotations multiplied by it.
         """
         own = np.diag([1.0] * 3 + [1 / size] * 3)[None]
         inner = [(range(first + 6 * k, first + 6 * k + 6), own) for k in range(self.pieces - 1)]
@@ -147,7 +147,7 @@ class VibrationModel:
         )
 
     def divided(self, square: float) -> VibrationModel | None:
-        """Return the model with one more piece in each beam whose pieces, clamped, have λ ≤ ``square``; None if none has."""
+        """Return the model with one more piece in each beam whose pieces, clamped, may have λ ≤ ``square``; None without such."""
         lowest = {name: float(item.piece.clamped_square().min()) for name, item in self.beams.items()}
         low = {name for name, bound in lowest.items() if bound <= square and np.isfinite(bound)}
         if not low:
