@@ -53,8 +53,8 @@ def calibrate(
         unknowns: names of unknowns. A beam, an elastic joint or an actuator stands for a factor of its stiffness
             ("actuators:slide" if the joint is elastic as well; "rod_1+rod_2" for a common factor). Further unknowns are arguments
             of the file; dimensions of parts (see :func:`kinetostatics.tolerances`), such as "slide.actuator_stiffness" or
-            "rod_1.outer_diameter"; assembly errors, such as "hinge.error.rx" or "rod_1.error.length", which the returned robot
-            does not have; "payload.mass"; the centre of the payload from o in platform axes, "payload.x", "payload.y",
+            "rod_1.outer_diameter"; assembly errors, such as "hinge.error.rx" or "rod_1.error.length" (the returned robot has none
+            of them); "payload.mass"; the centre of the payload from o in platform axes, "payload.x", "payload.y",
             "payload.z"; and the zero reading of a gauge, "offset.NAME", or of all gauges, "offsets".
         gauges: a :class:`Gauge` by name, or the path of a CSV file of gauges.
         reference: state of zero readings: "undeformed", the robot without weight; "unloaded", the same pose with weight and

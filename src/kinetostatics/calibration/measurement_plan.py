@@ -1,6 +1,6 @@
 """D-optimal measurements: subsets of a grid of poses and loads.
 
-The determinant of the information matrix Σ JᵀJ is maximized by exchanging each measurement in turn for the best of the others,
+The determinant of the information matrix Σ JᵀJ is maximized by exchanging each measurement in turn for the best candidate,
 from several starts (V. V. Fedorov, Theory of Optimal Experiments, 1972, as modified by R. D. Cook, C. J. Nachtsheim,
 Technometrics 22, 1980).
 """

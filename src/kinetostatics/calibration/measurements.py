@@ -90,10 +90,10 @@ def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
 
 
 def readings_by_twist(gauges: Sequence[Gauge], which: Index, pose: Configuration, rows: Index) -> Array:
-    """Return a row (n, 6) for each reading, whose product with the twist [d; r] at o is the reading; world axes [1, m].
+    """Return rows (n, 6), one for each reading: row times twist [d; r] at o is the reading; world axes [1, m].
 
-    A gauge of direction u at the arm a from o reads the displacement u · d + (a × u) · r, or the rotation u · r. ``which`` (n,)
-    and ``rows`` (n,) are the indices of the gauge and of the pose of each reading.
+    A gauge of direction u at the arm a from o reads the displacement u · d + (a × u) · r, or the rotation u · r. For each
+    reading, ``which`` (n,) is the index of its gauge, and ``rows`` (n,) the index of its pose.
     """
     R, o = robot_of(pose).mechanism.platform_pose(pose.frames)
     found = np.zeros((len(which), 6))

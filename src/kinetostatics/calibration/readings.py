@@ -1,9 +1,9 @@
 """Readings as functions of the unknowns, with their Jacobian.
 
-The derivative of the twist by the compliance factor of a part is exactly the contribution of the part to the twist
-(:attr:`kinetostatics.Result.source_contributions`), divided by the factor. The derivative by the mass or a first moment of the
-payload is the platform's compliance times the derivative of the weight. For arguments of the file see
-:mod:`kinetostatics.functions.derivatives`.
+The compliance of a part is multiplied by its compliance factor. The derivative of the twist by this factor is exactly the
+part's contribution to the twist (:attr:`kinetostatics.Result.source_contributions`), divided by the factor. The derivative by
+the mass or a first moment of the payload is the platform's compliance times the derivative of the weight. For arguments of the
+file see :mod:`kinetostatics.functions.derivatives`.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ class Model:
         return pose if given else spread(pose, (self._size,))
 
     def result(self, values: Array) -> Result:
-        """Return the analysis of all rows, followed by the reference poses; the last analysis is cached."""
+        """Return the analysis of all rows and then of the reference poses; the latest analysis is cached."""
         key = values.tobytes()
         if self._known is None or self._known[0] != key:
             robot = Robot(self.unknowns.described(values))

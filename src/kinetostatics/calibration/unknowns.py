@@ -1,8 +1,9 @@
 """Unknowns of a calibration: stiffnesses, arguments of the robot's file, assembly errors, a payload, offsets of gauges.
 
 The fit varies quantities in which the readings of a statically determinate robot are linear. Instead of the factor of a
-stiffness, it varies the compliance factor c = 1 / factor; if the mass of the payload is unknown, first moments instead of its
-centre.
+stiffness, it varies the compliance factor c = 1 / factor; if the mass of the payload is unknown, it varies the
+payload's first moments instead of the centre.
+
 Combinations of unknowns that no reading determines span the null space of the Jacobian.
 """
 

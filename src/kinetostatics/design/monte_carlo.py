@@ -2,7 +2,7 @@
 
 The operations of loop closure and equilibrium are recorded once. The constants of the robots are inputs of this record; every
 robot is a column of a batch. The constants are computed from the description for four deviations of each parameter, and
-interpolated for all other robots. Logarithms are interpolated, which is
+interpolated for all other robots. Where a constant changes by less than a factor of 5, its logarithm is interpolated; this is
 exact for products of powers such as 1/(EI). For every robot, Newton's method closes the loops, and the equilibrium is solved.
 
 Records are evaluated by NumPy, because compiling them takes about as long as evaluating 10,000 robots.
@@ -132,7 +132,7 @@ class Constants:
 
     Args:
         nominal: (P,) constants of the nominal robot.
-        nodes: (len(NODES), P) constants at the nodes, for each change.
+        nodes: for each change, (len(NODES), P) constants of robots with the fractions ``NODES`` of this change.
     """
 
     def __init__(self, nominal: Array, nodes: Sequence[Array]) -> None:

@@ -240,7 +240,7 @@ def prepare(
 
 
 def _odd_ranges(sizes: VariedNumbers, ranges: Sequence[Range], choices: Sequence[Choice]) -> list[str]:
-    """Return hints at ranges of lengths without a unit that are probably in millimetres."""
+    """Return hints at ranges of lengths that are given without a unit, but are probably in millimetres."""
     tried = [(item.name, item.low, item.units) for item in ranges]
     for choice in choices:
         rows = zip(choice.names, zip(*choice.rows, strict=True), choice.units, strict=False)

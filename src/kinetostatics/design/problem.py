@@ -168,7 +168,7 @@ class Evaluation:
 
     Attributes:
         objective: value of the objective, SI; infinite if the parameters are invalid.
-        margins: (m,) margins of all requirements at all poses; then for each pose and load 1, or −1 without results.
+        margins: (m,) margins of all requirements at all poses; then, for each pose and load, 1 with results or −1 without.
         result: the analysis (P, …), None if the parameters are invalid; the axes of load cases follow the axis of poses.
         values: values (N, k) of each requirement at the N entries of the result.
     """

@@ -317,7 +317,7 @@ def _worst(effects: Sequence[Effect]) -> PoseQuantities:
 
 
 def _deviation(effects: Sequence[Effect], ratio: float) -> PoseQuantities:
-    """Return √Σ (ratio · effect)²; for displacement and rotation, the root mean square of their magnitudes."""
+    """Return √Σ (ratio · effect)², ratio = σ / tolerance; effects on displacement and rotation are magnitudes."""
 
     def total(parts: Array) -> Array:
         return np.asarray(ratio * np.linalg.norm(parts, axis=0))
@@ -336,9 +336,9 @@ def _combined(effects: Sequence[Effect], total: Callable[[Array], Array], displa
 def longest_sum(vectors: Array) -> float:
     """Return the largest magnitude of a sum Σ ± v of vectors (n, 3) over all signs.
 
-    The sums lie in a zonotope whose faces are spanned by two vectors each; the longest sum is a corner of a face. At this corner,
-    each other vector has the sign of its component along the face's normal. (G. M. Ziegler, Lectures on Polytopes, 1995,
-    section 7.3.)
+    The sums lie in a zonotope; each of its faces is spanned by two of the vectors. The longest sum is a corner of a face. At this
+    corner, each vector outside the face has the sign of its component along the face's normal. (G. M. Ziegler, Lectures on
+    Polytopes, 1995, section 7.3.)
     """
     largest, n = float(np.abs(vectors).max(initial=0.0)), len(vectors)
     own = np.concatenate([vectors, np.zeros((2, 3))]) / (largest or 1.0)

@@ -44,7 +44,7 @@ def names(ds: xr.Dataset) -> list[str]:
 
 
 def _applies(ds: xr.Dataset, index: str) -> bool:
-    """Return whether a Dataset has the variable of an index, for actuator forces with a unit common to all actuators."""
+    """Return whether an index suits a Dataset: optional variables must be there, actuator forces have one common unit."""
     name = _variable(INDICES[index])
     return (name in ds or not name.startswith(("actuator", "residual", "frequency"))) and (
         name != "actuator_force" or len(set(units_of(ds, name).values.ravel())) == 1

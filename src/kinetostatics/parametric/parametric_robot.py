@@ -238,7 +238,7 @@ def _bare(item: DataclassInstance) -> dict[str, object]:
 
 
 def same_pose(configuration: Configuration, robot: Robot, loops: SolverChoice) -> Configuration:
-    """Return the pose of another robot at the coordinates, of platform or actuators, by which a given pose was assembled.
+    """Return another robot's pose, at the coordinates of platform or actuators by which a given pose was assembled.
 
     Args:
         configuration: the given pose, where the straight line to the new pose starts; both poses have the same assembly mode.
@@ -288,7 +288,7 @@ def varied(robot: Robot, description: RobotDescription, own: PoseModel) -> tuple
 
 
 def _with_beam_axes(robot: Robot, description: RobotDescription) -> RobotDescription:
-    """Return a description whose beams have the y axes that they have in ``robot``; default axes could change."""
+    """Return a description with the beams' y axes of ``robot``; default axes could change."""
     beams = {}
     for name, beam in description.beams.items():
         rotation = robot.mechanism.body_of[beam.link][1][:3, :3]

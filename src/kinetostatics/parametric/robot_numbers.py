@@ -175,7 +175,7 @@ def _changed(item: Part, path: Path, by: float) -> Part:
 
 
 def _displaced(origin: Origin, k: int, by: float) -> Origin:
-    """Return a frame shifted along (k = 0, 1, 2) or turned about one of its own axes."""
+    """Return a frame shifted along (k = 0, 1, 2) or turned about (k = 3, 4, 5) one of its own axes."""
     matrix = origin.matrix
     if k < 3:
         return Origin(tuple((matrix[:3, 3] + by * matrix[:3, k]).tolist()), origin.rpy)

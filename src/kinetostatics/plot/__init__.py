@@ -2,9 +2,9 @@
 
 A quantity of a map (:func:`kinetostatics.sweep`) is drawn over two coordinates by :func:`slice`, in colour, and :func:`surface`,
 like the paper's Figs 6, 7, 12 and 13; over three by :func:`workspace`, on the body of valid poses; over one by :func:`line`,
-also from :meth:`Compensation.to_dataset`. Other results are drawn by :func:`sensitivities`, :func:`tolerances`, :func:`pareto`,
-:func:`calibration`, :func:`frequency_response` and :func:`path`. All functions return Matplotlib's axes; :func:`save` writes them
-as PDF, SVG or PNG.
+which also draws :meth:`Compensation.to_dataset`. Other results are drawn by :func:`sensitivities`, :func:`tolerances`,
+:func:`pareto`, :func:`calibration`, :func:`frequency_response` and :func:`path`. All functions return Matplotlib's axes;
+:func:`save` writes them as PDF, SVG or PNG.
 
 All figures have units, and are legible in grey and with colour blindness (cividis; lines differ in dashes and markers). Poses
 without valid numbers are hatched grey areas; the legend gives the reason.

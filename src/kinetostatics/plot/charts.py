@@ -129,7 +129,7 @@ def tolerances(found: Tolerances, what: str = "displacement", *, ax: Axes | None
 
 
 def _first_order(found: Tolerances, what: str) -> Array:
-    """Return a quantity (samples,), to first order."""
+    """Return the first-order approximation (samples,) of a quantity."""
     parts = [(found.effects[name], (found.values[name] - item.value) / item.tolerance) for name, item in found.parameters.items()]
     if what in LENGTHS:
         change = sum(np.outer(part, effect.twist[LENGTHS[what]]) for effect, part in parts)
@@ -139,14 +139,14 @@ def _first_order(found: Tolerances, what: str) -> Array:
 
 @styled
 def pareto(found: ParetoFront, *, ax: Axes | None = None) -> Axes:
-    """Draw a Pareto front; the points are labelled with the values of the varied parameter, if there is only one.
+    """Draw a Pareto front; if only one parameter varies, the points are labelled with its values.
 
     Args:
         found: the front, see :func:`kinetostatics.pareto`.
         ax: axes to draw on; default: a new figure one column wide.
 
     Returns:
-        The axes; the first quantity is horizontal; the second is vertical, on a logarithmic scale beyond a factor of ten.
+        The axes; the first quantity is horizontal; the second is vertical, logarithmic if it varies by more than a factor of ten.
 
     Raises:
         ArgumentError: ``found`` is no Pareto front.

@@ -62,7 +62,7 @@ def _typeset_unit(name: str) -> str:
 
 
 def coordinate_unit(units: str, values: ArrayLike) -> tuple[float, str]:
-    """Return size and name of the display unit of a swept coordinate: degrees; m, or mm if all lengths are below 0.1 m."""
+    """Return size and name of the display unit of a coordinate: degrees for angles; m, or mm if all lengths are below 0.1 m."""
     if units == "rad":
         return unit("deg").size, "°"
     if units == "m":

@@ -53,7 +53,7 @@ def masks_of(values: Array, status: NDArray[np.int8]) -> list[Mask]:
 
 
 def common_masks(parts: Sequence[Selection]) -> list[Mask]:
-    """Return the reasons at the poses at which all quantities are missing."""
+    """Return the reasons for missing values, at the poses at which all quantities are missing."""
     everywhere = np.all([np.isnan(part.values) for part in parts], axis=0)
     return masks_of(np.where(everywhere, np.nan, 0.0), parts[0].status)
 
@@ -132,7 +132,7 @@ def level_of(inside: NDArray[np.bool_], closed: bool = False) -> Array:
 
 
 def continued(values: Array) -> Array:
-    """Return values over a grid; at poses without a value (NaN) beside others, they are extrapolated linearly."""
+    """Return values over a grid, linearly extrapolated to poses without a value (NaN) beside poses with one."""
     for _ in range(2):  # the second step covers corners
         total, count = np.zeros(values.shape), np.zeros(values.shape)
         for axis, size in enumerate(values.shape):

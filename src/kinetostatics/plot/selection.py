@@ -167,8 +167,8 @@ def select_each(
     Args:
         ds, what, dims, at, beyond_limits: see :func:`select`.
         series: the coordinate with its values; or its name, for all values; None: one selection, of empty name.
-        most: largest number of selections for a name; of more values, evenly distributed ones are selected. The note and a
-            warning state this.
+        most: largest number of selections if ``series`` is a name; of more values, evenly distributed ones are selected. The
+            note and a warning state this.
     """
     if series is None:
         return {"": select(ds, what, dims, at, beyond_limits)}, ""
@@ -245,7 +245,7 @@ def _status(part: xr.Dataset, dims: Sequence[str], beyond_limits: bool) -> NDArr
 
 
 def place_of(coordinate: xr.DataArray, axis: ShownAxis, value: float) -> int:
-    """Return the index of the value of a coordinate that is nearest to a number, or equal to a name."""
+    """Return the index of a coordinate's value: the value nearest to a number, or equal to a name."""
     if axis.ticks:
         if str(value) not in axis.ticks:
             raise ArgumentError(f"no {axis.name} {value!r}: {near_names(str(value), axis.ticks)}")

@@ -143,7 +143,7 @@ def slice(
 
 
 def _axes(plane: Plane, count: int) -> list[Axes]:
-    """Return axes on a new figure: one is a column wide; several are side by side."""
+    """Return axes on a new figure: single axes are a column wide; several are side by side."""
     width = ONE_COLUMN if count == 1 else 0.62 * ONE_COLUMN
     if plane.ratio is None:
         height = (0.86 if count == 1 else 1.0) * width
@@ -264,7 +264,7 @@ class Plane:
         return len(self.lines) > len(set(self.lines.tolist()))
 
     def continued(self, values: Array) -> Array:
-        """Return values (len x, len y), extrapolated to poses without a value beside others."""
+        """Return values (len x, len y), extrapolated to poses without a value beside poses with one."""
         return continued(np.pad(values, ((2, 2), (0, 0)), "wrap"))[2:-2] if self.closed else continued(values)
 
     def field(self, where: NDArray[np.bool_]) -> tuple[Array, Array, Array]:

@@ -62,7 +62,7 @@ def make_ready(plan: SweepPlan, labels: Labels, combination: Combination) -> Rob
 def _numbers(
     plan: SweepPlan, labels: Labels, combination: Combination, configuration: Configuration, cases: Block, coordinates: Block
 ) -> dict[str, Values]:
-    """Return the variables (cases…, N, …), (N, …) or (…) of the poses (N,) of one robot in a block of cases and coordinates."""
+    """Return the variables of one robot in a block of N poses: (cases…, N, …), (N, …) or (…), by what they depend on."""
     at = (*(slice(k, k + 1) for k in combination), *cases, *coordinates)
     counts, count = sizes_of(cases), math.prod(sizes_of(coordinates))
 
@@ -147,7 +147,7 @@ def _wrenches(result: Result, kind: str) -> list[str]:
 
 
 def _intensities(result: Result, labels: Labels, kind: str, shape: tuple[int, ...]) -> Array:
-    """Return intensities (…, wrenches) in the order of the first robot's wrenches; NaN for wrenches that this robot lacks."""
+    """Return intensities (…, wrenches) in the order of the wrenches of ``labels``; NaN for wrenches that ``result`` lacks."""
     arrays = [array for limb in result.limbs.values() for array in np.moveaxis(getattr(limb, f"{kind}intensities"), -1, 0)]
     columns, nothing = dict(zip(_wrenches(result, kind), arrays, strict=True)), np.full(shape, np.nan)
     return np.stack([columns.get(wrench, nothing) for wrench in labels.axes[f"{kind}wrench"]], axis=-1)

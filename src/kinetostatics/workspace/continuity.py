@@ -5,7 +5,7 @@ inside. Both cases are detected by comparison with neighbouring poses:
 
 1. Joint coordinates are continuous functions of the prescribed ones, so that their steps between neighbours vary little. Where a
 step is much larger than adjacent steps, the path between its two poses is followed. If it ends at a third pose, the two
-poses are assembled again from the zero pose in small steps, and then the neighbours of changed poses.
+poses are assembled again from the zero pose in small steps; where a pose changes, its neighbours are assembled again, too.
 2. Unreached neighbours of reached poses are assembled from these, ring by ring, until no more poses are reached.
 """
 
@@ -74,7 +74,7 @@ class Edges:
         return len(self.first)
 
     def where(self, chosen: Mask) -> Edges:
-        """Return the edges of a mask."""
+        """Return the edges at which a mask is True."""
         return Edges(self.first[chosen], self.second[chosen])
 
 
@@ -110,7 +110,7 @@ def suspect_edges(q: Array, reached: Mask, scale: JointScale) -> Edges:
 
 
 def _suspect(joints: Single, both: Mask, scale: JointScale) -> Mask:
-    """Return the mask of suspect steps (n − 1, …) of joints (nq, n, …) along the first axis; ``both``: both poses are reached."""
+    """Return the mask (n − 1, …) of suspect steps along axis n of joints (nq, n, …); ``both``: both poses are reached."""
     step = np.zeros(both.shape, dtype=np.float32)
     turn = np.zeros((both.shape[0] - 1, *both.shape[1:]), dtype=np.float32)  # difference between consecutive steps
     for row, weight, circular in zip(joints, scale.weights, scale.angles, strict=True):
@@ -282,9 +282,9 @@ class _Front:
         return found.where(~np.isin(found.first * self.reached.size + found.second, self._sound))
 
     def examine(self, edges: Edges) -> tuple[Edges, Mask]:
-        """Follow edges, in small steps if necessary; return those that do not lead to the stored pose at their end, and a mask.
+        """Follow edges, in small steps if necessary; return the edges that do not lead to the stored pose, and a mask.
 
-        The mask is True for edges that lead to another pose, False for those on which no pose is reached.
+        The mask is True for edges that lead to another pose, False for edges at whose end no pose is reached.
         """
         elsewhere = np.zeros(0, dtype=bool)
         for steps in (1, FINE):
@@ -304,8 +304,8 @@ class _Front:
     def take_back(self) -> int:
         """Retract poses that are not in the mode of the zero pose, and return the number of retracted poses.
 
-        Poses reached on the straight line from the zero pose are followed again in small steps. Poses reached from neighbours are
-        retracted together with all poses reached from these, because the path may have passed a singular pose.
+        Poses reached on the straight line from the zero pose are followed again in small steps. A pose reached from a neighbour
+        is retracted together with all poses reached from it, because the path may have passed a singular pose.
         """
         edges, elsewhere = self.examine(self.suspects())
         if not len(edges):
@@ -354,7 +354,7 @@ class _Front:
         return self._try(targets, starts, directions)
 
     def spread(self, everywhere: bool = True) -> None:
-        """Assemble neighbours of reached poses, ring by ring; each is tried at most once from each neighbour.
+        """Assemble the poses beside reached ones, ring by ring; a pose is tried at most once from each of its neighbours.
 
         With ``everywhere`` False, only poses between two reached ones are tried.
         """
@@ -373,7 +373,7 @@ class _Front:
         return self.count > count
 
     def _ring(self, everywhere: bool = True) -> tuple[Index, Index, Index]:
-        """Return neighbours of reached poses, a reached start for each, and its direction 2 · axis + side (0: lower, 1: upper).
+        """Return poses to try, a reached neighbour of each, and this neighbour's direction 2 · axis + side (0: lower, 1: upper).
 
         A pose that could not be reached from one neighbour is tried again only from neighbours that have been reached since then;
         a pose between two reached ones is tried from all its neighbours.

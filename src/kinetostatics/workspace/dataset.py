@@ -87,7 +87,7 @@ FLAGS: Mapping[str, Mapping[str, object]] = {
 
 
 def attributes_of(name: str) -> dict[str, object]:
-    """Return the attributes of a variable; ``unit_coordinate`` names the coordinate with its units if they differ."""
+    """Return the attributes of a variable; if units differ within it, ``unit_coordinate`` names the coordinate of units."""
     entry = VARIABLES[name]
     units = {"unit_coordinate" if entry.unit in UNITS else "units": entry.unit} if entry.unit else {}
     return {"long_name": entry.words, **units, **FLAGS.get(name, {})}

@@ -91,8 +91,8 @@ def sweep(
             "gravity_mechanisms" (three parts of gravity's effect on twist and actuator forces: by the platform's weight, by the
             limbs' weights that the platform carries (attached wrenches), and by the limbs' deformation); "compensation"
             (corrections of the actuators that bring the loaded platform to the target, and the residual error, see
-            :func:`kinetostatics.compensate`; on a grid of actuators, the target consists of the platform coordinates that are
-            best conditioned). Status, mode, ``platform_pose``, ``q`` and ``characteristic_length`` are always included.
+            :func:`kinetostatics.compensate`; on a grid of actuators, the target consists of those platform coordinates that best
+            determine the zero pose). Status, mode, ``platform_pose``, ``q`` and ``characteristic_length`` are always included.
         modes: number of natural frequencies, with locked actuators and the payload, see :func:`kinetostatics.modes`; unless it is
             0, ``frequency`` and ``zero_frequencies`` are among the variables.
         closure_tolerance: largest gap of a closed loop [m, rad].
@@ -100,8 +100,8 @@ def sweep(
         out: a file ``….nc`` or ``….zarr``, written during the computation in bounded memory. After an interruption, the same call
             resumes the sweep.
         restart: overwrite ``out``.
-        chunks: sizes along dimensions, ``{"z": 10}`` (others undivided), or "auto": return a lazy Dataset of dask arrays, whose
-            chunks dask's scheduler computes.
+        chunks: chunk sizes of a lazy Dataset of dask arrays, computed by dask's scheduler: ``{"z": 10}`` (other dimensions are
+            undivided), or "auto".
         workers: number of threads; None: ``OMP_NUM_THREADS``, or the number of cores.
         progress: whether to show the number of computed poses on standard error; None: on a terminal, or in a notebook.
         command_line: command stored in the attributes.

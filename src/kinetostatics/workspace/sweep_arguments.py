@@ -130,7 +130,7 @@ def read_plan(
 
 
 def _compensated(robot: Robot, kind: str, given: Sequence[str], orientation: str | None) -> tuple[str, ...]:
-    """Return the coordinates to be corrected: the given ones, or the best conditioned ones on a grid of actuators."""
+    """Return the coordinates to be corrected: the given ones; on a grid of actuators, those that best determine the zero pose."""
     found = tuple(given) if kind == "platform" else best_choice(robot, orientation_named(orientation), robot.zero_poses)
     if not found:
         raise ArgumentError(f"{robot.name!r} has no platform coordinates that its actuators can correct")
