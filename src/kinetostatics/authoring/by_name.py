@@ -44,8 +44,8 @@ def new_robot(
     Args:
         architecture: a common name, such as "Delta" (``kinetostatics new --list``), or limbs as strings of the joints R, P, U, S,
             C from base to platform, actuators in brackets or underlined, limbs joined by +: ``"2-[P]RU+U[P]R"``, ``"3-[R](4S)"``.
-            Without marks, the usual actuators are chosen: in each limb the first prismatic joint, otherwise the joint at the
-            base.
+            Without marks, the usual actuators are chosen: in each limb the first prismatic joint, otherwise the first
+            revolute or cylindrical one.
         path: path of the new xacro file; None: no file. An existing file is not replaced.
         base_radius: distance of the limbs' base points from Z [m]; default: that of the common name, else 0.3.
         platform_radius: distance of the limbs' platform points from o [m]; default: that of the common name, else 0.2.

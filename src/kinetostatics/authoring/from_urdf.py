@@ -62,8 +62,8 @@ def extend_robot(
         platform_link: link that is the moving platform; None: the one named in the file.
         base_link: link fixed to the ground; None: the one named in the file, or the root of its tree.
         actuators: driven joints besides those with a ``<transmission>``; None: all other moving joints, if there are no loops.
-            Joints outside the limbs, such as a gripper's, are locked in any case. With loops of another tool: all driven joints,
-            driven loops included; an empty list for none.
+            Joints outside the limbs, such as a gripper's, are locked in any case. With loops of another tool: all driven joints
+            and loops, those with a ``<transmission>`` included; an empty list for none.
         elastic: sections and materials of links that become beams, such as ``{"upper_arm": "tube 60mm 50mm steel"}``; each is a
             straight beam between the two adjacent moving joints. "suggested": all suggested beams. The mass of a beam is that of
             the link's ``<inertial>``; without one, that of its material.
@@ -179,7 +179,7 @@ def _turned_axes(description: RobotDescription) -> str:
 def _actuators(
     root: XmlElement, description: RobotDescription, given: Collection[str] | None
 ) -> tuple[tuple[str, ...], list[str]]:
-    """Return the joints that become actuators, and joints outside the chain, which a transmission locks."""
+    """Return the joints that become actuators, and the joints outside the limbs, to be locked by transmissions."""
     there = {entry.attributes.get("name", "") for item in root.named("transmission") for entry in item.named("joint")}
     free = [] if description.loops else [name for name in drivable(description.joints) if name not in there]
     if given is None:

@@ -134,7 +134,7 @@ def options_of(text: str, architecture: str, given: Mapping[str, Keyword]) -> di
     Args:
         text: name, or limbs in the notation.
         architecture: the limbs in the notation, actuators in brackets.
-        given: the given arguments; with placements or another arrangement among them, limbs have no defaults.
+        given: the given arguments; limbs have no defaults if these include placements, or an arrangement unlike the mechanism's.
 
     Raises:
         ArgumentError: the architecture is that of several mechanisms, such as 3-RRR, planar or spherical.

@@ -25,12 +25,12 @@ class LimbOptions:
         parameters: parameters of the macro.
         guide_direction: direction of the carriage's guide in base axes, an expression.
         oblique: whether the last link may leave the plane normal to the revolute axes.
-        prefixes: prefixes of the section arguments of each role; with the role ``cylinder``, telescopes consist of cylinder and
-            rod of constant lengths.
+        prefixes: prefixes of the section arguments of each role. If ``cylinder`` is one of the roles, a telescope is made of a
+            cylinder and a rod, both of constant length.
         widths: expressions for the drawing of each role: diameter, or width and height.
-        given: names of the file's arguments. With ``crank_angle``, the rod's length follows from this angle; without it, the
-            lengths of crank and rod are given. With ``actuator_stiffness``, actuators are elastic. With ``crank_arc``, all axes
-            of a limb intersect in O.
+        given: names of the file's arguments. If ``crank_angle`` is one, the rod's length follows from it; otherwise crank and
+            rod have given lengths. With ``actuator_stiffness``, actuators are elastic. With ``crank_arc``, all axes of a limb
+            intersect in O.
     """
 
     macro: str
@@ -45,7 +45,7 @@ class LimbOptions:
 
 @dataclass
 class _Walk:
-    """The text of a limb as it is written from the base outwards, and its outermost link.
+    """The text of a limb as it is written from the base outwards, and the outermost link so far.
 
     Attributes:
         link: name of the outermost link.

@@ -78,7 +78,7 @@ class JointSymbol:
 
 @dataclass(frozen=True)
 class AlikeLimbs:
-    """Equal limbs: their number, the joints of one limb from base to platform, and their position in the notation, from 1."""
+    """Equal limbs: their number, the joints of one limb from base to platform, and where they are in the notation, from 1."""
 
     count: int
     joints: tuple[JointSymbol, ...]
@@ -140,7 +140,7 @@ def parse_architecture(text: str) -> Architecture:
 
     Without marks of actuators, the usual ones are chosen: the first prismatic joint of each limb, otherwise its first revolute or
     cylindrical joint. Limbs with fewer than six freedoms remain passive if the number of the other limbs equals the freedoms of
-    the mechanism (the tube of 3-UPS+UP).
+    the mechanism, as UP in 3-UPS+UP.
 
     Raises:
         ArgumentError: the notation is invalid.

@@ -29,9 +29,9 @@ class Span:
 
     Attributes:
         link: name of the link.
-        start, end: names of the joints at its inner and outer end; empty in a robot with loops, where the link has no others.
+        start, end: names of the joints at its inner and outer end; empty in a robot with loops, whose link has only these.
         along: unit vector from start to end at the zero pose, in the link's frame.
-        axis: axis of the revolute or prismatic joint ``start``, in the link's frame.
+        axis: axis of the joint at the start, in the link's frame.
         length: distance of the two joints at the zero pose [m].
         mass: mass of the link, without links fixed to it [kg].
     """
@@ -94,7 +94,7 @@ def spans(description: RobotDescription, frames: Mapping[str, NDArray[np.float64
     """Return the links between consecutive moving joints of the chain from base to platform, by name.
 
     If the platform's link is fixed to another link, the fixed joint is the last end. Of several links fixed to each other, the
-    heaviest one except the platform is returned. In a robot with loops, all links with two joints or loops are returned.
+    heaviest one except the platform is returned. In a robot with loops, all links with exactly two joints or loops are returned.
     ``frames`` are the frames (4, 4) of the links with all joints at zero.
     """
     if description.loops:

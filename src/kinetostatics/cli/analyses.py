@@ -239,7 +239,7 @@ def _poses(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, dict[
 
 
 def _read_table(robot: Robot, args: argparse.Namespace, timed: bool = False) -> tuple[str, dict[str, list[float]]]:
-    """Return the option that corresponds to the coordinates of ``--table``, "--platform" or "--actuators", and its columns in SI.
+    """Return "--platform" or "--actuators", depending on the coordinates in ``--table``, and the table's columns in SI.
 
     ``timed``: whether the table also has a column "time".
     """

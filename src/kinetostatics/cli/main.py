@@ -160,7 +160,7 @@ def _fail(message: str) -> int:
 
 
 def _offer(error: PlatformMissingError, arguments: list[str]) -> int:
-    """Print an error, and the same command with each probable platform link; if the error is in another robot, only the error."""
+    """Print an error; if it concerns the ROBOT of the command, also the command with each probable platform link."""
     place = arguments.index(error.file) if error.file in arguments else None
     if place is None or "--compare" in arguments[:place] or "--platform-link" in arguments:
         return _fail(str(error))

@@ -212,7 +212,7 @@ class Row:
         kind: kind of its value.
         default: value if the attribute or its element is missing; NEEDED: required.
         name: field in the description, such as ``axis`` or ``cone.angle``; empty: name of the attribute.
-        must: whether the attribute is required if its element, which is optional, exists.
+        must: whether an optional element, if present, must have the attribute.
     """
 
     attribute: str

@@ -107,7 +107,7 @@ def limits(found: dict[str, Keyword], element: XmlElement) -> None:
 
 
 def _unlimited(item: Joint | Loop) -> dict[str, Keyword]:
-    """Return the limit attributes of a joint without limits."""
+    """Return values that omit the attributes ``lower`` and ``upper``, if a joint has no limits; else none."""
     return {"lower": None, "upper": None} if (item.lower, item.upper) == (-math.inf, math.inf) else {}
 
 
@@ -275,7 +275,7 @@ def write_spring(spring: Spring) -> XmlElement:
 
 
 def write_stiffness(item: JointStiffness) -> XmlElement:
-    """Return a ``<joint_stiffness>``; if all is rigid, with infinite linear stiffnesses."""
+    """Return a ``<joint_stiffness>``; if the item has no stiffnesses, infinite linear ones are written."""
     rigid = item.linear is None and item.angular is None and item.drive is None
     given = {"linear": (math.inf,) * 3} if rigid else None
     return JOINT_STIFFNESS.write(item, item.place, f"stiffness {item.joint!r}", given=given)

@@ -104,7 +104,7 @@ def complete(
 
 
 def unread_loops(path: str, root: XmlElement, links: Iterable[str]) -> str:
-    """Return where a file has loops in the format of another tool, which robot files must not contain; empty if it has none."""
+    """Return where a file has loops in the format of another tool, empty if it has none; robot files must not have any."""
     if yaml := gepetto.beside(path):
         return yaml
     if root.named("loop_joint"):

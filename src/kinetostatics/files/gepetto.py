@@ -12,7 +12,7 @@ The keys are interpreted as by ``loader_tools.py`` (``completeRobotLoader``) of
 https://github.com/Gepetto/example-parallel-robots and ``ActuationModel`` of
 https://github.com/Gepetto/toolbox-parallel-robots:
 
-- ``closed_loop``: pairs of Pinocchio's frames, which are links or joints, that coincide when the loops are closed.
+- ``closed_loop``: pairs of Pinocchio's frames (links or joints) that coincide when the loops are closed.
 - ``type``, one for each pair: ``3d`` constrains the origins of the frames (``CONTACT_3D``: a spherical joint), ``6d`` the whole
   frames (``CONTACT_6D``: a fixed joint).
 - ``name_mot``: joints whose names contain one of these texts are driven.
@@ -134,7 +134,7 @@ def _read_yaml(path: str | os.PathLike[str]) -> dict[str, Node]:
 
 
 def beside(path: str) -> str | None:
-    """Return the path of the YAML file with the name and folder of a URDF, if it has ``closed_loop``; else None."""
+    """Return the path of the YAML file with the name and folder of a URDF, if that file has ``closed_loop``; else None."""
     file = f"{os.path.splitext(path)[0]}.yaml"
     try:
         return file if re.search(rb"^closed_loop\s*:", read_file(file), re.MULTILINE) else None

@@ -41,7 +41,7 @@ STEPS, SLOPE = (1e-3, 2e-3), 1e-7
 
 
 def parameter_unit(value: object, read: Callable[[float], RobotDescription]) -> str:
-    """Return the SI unit of a parameter, empty if uncertain; ``read`` returns the description with another value."""
+    """Return the SI unit of a parameter, empty if uncertain; ``read`` returns the description for another value."""
     if isinstance(value, bool) or not isinstance(value, Real):
         return ""
     for sign in (1, -1):  # one of the two may be invalid in the file

@@ -327,7 +327,7 @@ def read_joint_stiffness(
 def _check_group(element: XmlElement, group: str, values: Vector, joint: Joint | Loop, locked: bool) -> None:
     """Check the linear or angular stiffnesses of a joint, which may be zero along its freedoms only.
 
-    If the joint moves along or about other directions than the axes of its frame, all three must be finite and greater than zero.
+    If the joint moves along or about other directions than the axes of its frame, all three values must be finite and positive.
     """
     kind = JOINT_TYPES[joint.type]
     axes = kind.slides if group == "linear" else kind.turns

@@ -128,7 +128,7 @@ def _link(element: XmlElement, warnings: list[str]) -> Link:
 
 
 def _moments(link: XmlElement, inertial: XmlElement, warnings: list[str]) -> tuple[float, float, float, float, float, float]:
-    """Return ixx, ixy, ixz, iyy, iyz, izz, with zero for missing or impossible values; the statics does not use them."""
+    """Return ixx, ixy, ixz, iyy, iyz, izz; missing or negative moments are zero, because the statics needs none of them."""
     tensor = inertial.child("inertia")
     if tensor is None:
         warnings.append(

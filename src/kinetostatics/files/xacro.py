@@ -109,7 +109,7 @@ def _note_arguments(document: minidom.Document, arguments: _Arguments) -> None:
 
 @contextlib.contextmanager
 def _own_state(xacro: ModuleType, arguments: _Arguments) -> Iterator[None]:
-    """Replace xacro's parser by ours, and restore its module afterwards, even after errors."""
+    """Replace xacro's parser by ours, and restore xacro's state afterwards, even after errors."""
     from xacro import substitution_args
 
     saved = {name: getattr(xacro, name) for name in ("parse", "safe_eval", "filestack", "macrostack", "verbosity")}
@@ -208,7 +208,7 @@ def read_document(
         path, parameters, values: see :func:`expand`.
 
     Raises:
-        RobotFileError: the file is invalid, has another outermost element, or no parameters although some are given.
+        RobotFileError: the file is invalid, its outermost element is not ``<robot>``, or parameters are given and it has none.
         ArgumentError: a parameter is neither a number nor a string.
     """
     check("parameters", parameters)

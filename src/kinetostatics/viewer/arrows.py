@@ -19,8 +19,8 @@ from kinetostatics.viewer.shapes import crossed, frames_along
 class Wrenches:
     """Arrows of a scene.
 
-    Every arrow is the sum of K + 1 parts, along one axis of its array: one part for each contribution, which the page multiplies
-    by the contribution's share; and last a remainder, which does not depend on the shares.
+    Every arrow is the sum of K + 1 parts, along axis 1 of its array. The first K parts belong to the contributions; the page
+    multiplies each by its contribution's share. The last part, the remainder, does not depend on the shares.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class Wrenches:
                 yield Arrow("spring forces", name, name, "force", at, sign * pull, anchor=-sign * spring.direction)
 
     def _only(self, source: str, wrench: Array) -> Array:
-        """Return a quantity (F, …) as parts (F, K + 1, …): as the part of the contribution ``source``, else as remainder."""
+        """Return a quantity (F, …) as parts (F, K + 1, …): that of the contribution ``source`` if any, else the remainder."""
         sources = self.poses.sources
         parts = np.zeros((len(wrench), len(sources) + 1, *wrench.shape[1:]))
         parts[:, sources.index(source) if source in sources else -1] = wrench
@@ -121,7 +121,7 @@ class Wrenches:
     def _screw(
         self, group: str, limb: str, label: str, joints: list[DrawnJoint], unit: Array, parts: Array, outward: Array
     ) -> Iterator[Arrow]:
-        """Yield force, couple or both of a wrench: a unit wrench (F, 6) about o times the parts (F, K + 1) of its intensity."""
+        """Yield force, couple or both of a wrench: ``unit`` (F, 6) about o times its intensity, given by ``parts`` (F, K + 1)."""
         name, short = f"{limb}: {label}", f"{limb} {label.split(' at ')[0]}"
         forces, couples = (group, group) if group != "constraint" else ("constraint forces", "constraint couples")
         force, moment = unit[:, :3], unit[:, 3:]

@@ -44,7 +44,7 @@ class FrameFacts:
         on_links: (F, 6) loads on links about their points of application, world axes [N, N·m], by name.
         payload: (F,) mass [kg], (F, 3) centre of mass [m], and the link in whose frame the centre is given (None: o-xyz); None if
             there is no payload.
-        status: (F,) texts of the states, the most severe one first.
+        status: (F,) texts, each with the states of one pose, the most severe state first.
         displacement, rotation: number formats of displacements and rotations in the legend and in tables.
     """
 
@@ -199,7 +199,7 @@ class Card:
 
 @dataclass(frozen=True)
 class BeamQuantity:
-    """A quantity for colours of beams: key in :attr:`Card.lines`, title, number format, largest magnitude [SI], if signed."""
+    """Quantity for colours of beams: key in :attr:`Card.lines`, title, format, largest magnitude [SI], whether it is signed."""
 
     key: str
     words: str

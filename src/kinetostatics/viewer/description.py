@@ -157,7 +157,7 @@ class Scene:
 
     Attributes:
         title: heading.
-        stations: moving frames.
+        stations: moving coordinate systems.
         size: size of the robot [m].
         exaggeration: initial factor of displacements.
         readout: station whose twist is shown in numbers.
@@ -194,7 +194,7 @@ class Scene:
 
     @property
     def shares(self) -> Array:
-        """(K,) initial shares: 1 for each contribution of a result; of free motions or modes, 1 for the first one shown only."""
+        """(K,) initial shares: 1 for all contributions of a result; of free motions or modes, 1 at index ``first`` only."""
         count = len(self.stations.sources)
         return np.eye(1, count, self.first)[0] if self.unloaded else np.ones(count)
 

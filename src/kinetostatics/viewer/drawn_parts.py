@@ -95,7 +95,7 @@ def _axis(poses: DrawnPoses, connection: Connection) -> Array:
 
 
 def _twist(poses: DrawnPoses, connection: Connection, centre: Array) -> Array:
-    """Return the twists (F, K, 6) of a joint's centre as a point of one of its two links, a rigid one if possible."""
+    """Return the twists (F, K, 6) of a joint's centre as a point of the successor, or the predecessor if only this is rigid."""
     rigid = poses.rigid
     link = connection.successor if connection.successor in rigid else connection.predecessor
     return poses.twist_at(link if link in rigid else connection.successor, centre)

@@ -53,7 +53,7 @@ class LiveRobot:
     A pose that cannot be analysed is drawn without loads; a note gives the reason.
 
     Attributes:
-        configuration: the last pose, from which the next one is reached; None, without sliders, if the loops cannot be closed.
+        configuration: the present pose, start of the way to the next one; None if the loops cannot be closed (no sliders then).
         load: (6,) force and moment at o [N, N·m]; None if it is not changed by sliders.
     """
 

@@ -36,9 +36,9 @@ ROUNDINGS = ((None, ""), (20, ""), (16, "0.001 %"), (12, "0.02 %"))
 
 
 def fitting_page(describe: Callable[[int], Scene], every: int = 1) -> str:
-    """Return the page of a path, with as many digits and poses as fit into :data:`MOST`; a note and a warning state losses.
+    """Return the page of a path, with as many digits and poses as fit into :data:`MOST`; a note and a warning tell what is lost.
 
-    ``describe(n)`` returns the scene with every n-th pose of the path; ``every`` is the first n.
+    ``describe(n)`` returns the scene with every n-th pose of the path; ``every`` is the smallest n to try.
     """
     scene = describe(every)
     one_pose = max(shown.stations.frames for shown in (scene, scene.compare) if shown is not None) == 1

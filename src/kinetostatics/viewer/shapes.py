@@ -184,7 +184,7 @@ def frames_along(axes: Array, origins: Array | None = None) -> Array:
 def carried_along(start: Array, directions: Array) -> Array:
     """Return unit vectors (n, 3), each normal to one of the unit vectors ``directions`` (n, 3), turning as little as possible.
 
-    Each is the previous vector (for the first, ``start`` (3,)) projected onto the plane normal to its direction and normalized.
+    The vector before (``start`` (3,) for the first one) is projected onto the plane normal to the direction, and normalized.
     """
     result, side = np.empty_like(directions), start
     for k, along in enumerate(directions):

@@ -85,7 +85,7 @@ class Sliders:
     def ends(
         self, pose: Configuration, kind: str, displacements: Mapping[str, Array], go_on: Callable[[], bool] = lambda: True
     ) -> list[End]:
-        """Return the ends of straight lines from a pose, see :func:`.find_ends`; just before a pose that is singular or open."""
+        """Return the ends of straight lines from a pose (:func:`.find_ends`), moved back slightly from singular or open poses."""
         chosen = compiled_loops(check_engine("auto"))
         ends = find_ends(pose, kind, displacements, self.orientation, chosen, go_on)
         return [end if end.reason in ("", "limit") else replace(end, part=NEARLY * end.part) for end in ends]
@@ -133,7 +133,7 @@ class Sliders:
         }  # fmt: skip
 
     def _load(self, k: int, name: str, load: Array, weight: float) -> dict[str, Json]:
-        """Return the slider of load component ``k``, at least up to twice the given load and, for forces, the robot's weight."""
+        """Return the slider of load component ``k``, for at least twice the given load and, if a force, the robot's weight."""
         force = max(2 * float(np.abs(load[:3]).max()), weight, 100.0)
         most = force if k < 3 else max(2 * float(np.abs(load[3:]).max()), 0.25 * force * self.size)
         step = 10.0 ** math.floor(math.log10(most) - 2)

@@ -173,10 +173,10 @@ COARSEST, FINEST = 4, 4096
 
 
 def decimated(surface: Surface, most: int) -> Surface:
-    """Return a surface with at most ``most`` triangles, if the coarsest grid of cells allows it.
+    """Return a surface with at most ``most`` triangles: all vertices in a cell of a grid are replaced by their mean.
 
-    All vertices in a cell are replaced by their mean; degenerate and duplicate triangles are removed. The grid is the finest one
-    that leaves few enough triangles. The mesh need be neither closed nor manifold.
+    Degenerate and duplicate triangles are removed. The grid is the finest one that leaves few enough triangles, or the coarsest
+    one if none does. The mesh need be neither closed nor manifold.
     """
     if len(surface.faces) <= most:
         return surface
