@@ -1,8 +1,8 @@
 """Sine, cosine and arctangent of two arguments as vector instructions of LLVM, without calls of functions.
 
 Sines and cosines are Taylor polynomials of the angle minus the nearest multiple of π/2, which is subtracted in three parts.
-Arctangents are polynomials of the tangent, which a rotation by π/4 reduces to at most tan π/8; the Chebyshev coefficients of
-these polynomials are proportional to powers of tan π/16.
+Arctangents are polynomials of the tangent; a rotation of the point by π/4 keeps the tangent below tan π/8. The Chebyshev
+coefficients of these polynomials decrease as powers of tan π/16.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ class CProgram:
     """A record in C.
 
     Attributes:
-        text: static functions; the last one, ``name``, calls the others.
+        text: static functions; the last function, ``name``, calls the others.
         work: length of the work array.
         counts: number of operations of each kind, by name in a :class:`Tape`.
     """
@@ -142,7 +142,7 @@ def _expression(kind: str, taken: Sequence[str]) -> str:
 def _places(
     pieces: Sequence[Sequence[int]], piece_of: Mapping[int, int], last_use: Mapping[int, int]
 ) -> tuple[dict[int, int], int]:
-    """Return the index in the work array of each value used in later functions, by operation; and the length of the array."""
+    """Return the index in the work array of each value used outside its own function, by operation; and the array's length."""
     places: dict[int, int] = {}
     free: list[int] = []
     ends: list[tuple[int, int]] = []

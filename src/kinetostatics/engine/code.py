@@ -105,12 +105,12 @@ class Code:
 def found_or_made(
     keys: Sequence[str], make: Sequence[Callable[[], bytes]] | None, is_right: Callable[[list[Code]], bool]
 ) -> list[Code]:
-    """Return compiled functions from disk, or compile them if they are missing or incorrect; empty if no code is correct.
+    """Return compiled functions from disk, or compile missing or incorrect ones; the list is empty if no code is correct.
 
     Args:
         keys: names of the stored files.
         make: functions that return the content of the files, see :func:`packed`; None: nothing is compiled.
-        is_right: comparison of the functions with NumPy.
+        is_right: function that returns whether the results of the code agree with NumPy's.
     """
     codes = [Code(item) for item in map(read_stored, keys) if item is not None]
     if len(codes) == len(keys) and is_right(codes):

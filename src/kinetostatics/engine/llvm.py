@@ -54,8 +54,8 @@ def module_of(
         inputs: number of input arrays.
         repeats: 0, or the largest number of iterations: a block of poses is computed again while the first truth value of any of
             its poses is true. Results may then share memory with inputs.
-        stages: for each stage 0, 1, …, how many of ``numbers`` are computed if this is the last stage. In a stage after these,
-            all are computed. Truth values are computed in every stage.
+        stages: for each stage 0, 1, …, how many of ``numbers`` are computed by a call with this ``stage``; all of them, if
+            ``stage`` is larger. Truth values are always computed.
         lanes: poses per instruction.
         short_blocks: whether to divide the code into short basic blocks, which compile quickly.
     """

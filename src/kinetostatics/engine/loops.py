@@ -228,7 +228,7 @@ class CompiledSolver(Solver):
         return self._step_of(codes) if codes else self._single
 
     def _step_of(self, codes: list[Code]) -> Step:
-        """Return a step by given code: of corrections and, unless freedoms are local, also of the test for singular poses."""
+        """Return a step by given code: corrections, and the test for singular poses unless there are local freedoms."""
         size, n = self.tree.nq, codes[0].lanes
         state, given, first = np.empty((size + 8, n)), np.zeros((self._own.size + 1, n)), np.empty((size + 3, n))
         moved, flags, expected = state[: size + 3], state[size + 3 :], given[:-1]
@@ -340,7 +340,7 @@ class _LaterFrames(Frames):
         return self.known.take(poses) if "known" in vars(self) else _LaterFrames(self.x[:, poses], vars(self)["_place"])
 
     def put(self, poses: Index, others: Frames) -> None:
-        """Replace the frames of some poses; nothing is done before the first use, when the coordinates still determine them."""
+        """Replace the frames of some poses; before the first use nothing is replaced, since frames still follow from ``x``."""
         if "known" in vars(self):
             self.known.put(poses, others)
 

@@ -44,7 +44,7 @@ class OutputPlace(NamedTuple):
 def pose_model(
     robot: RobotKinematics, statics: RobotStatics, stages: Sequence[Sequence[str]], places: LoadedPlaces | None = None
 ) -> tuple[PoseModel, tuple[Array, ...]]:
-    """Return the model of :class:`PoseCode`, and the example: coordinates, load, gravity, wrenches on links."""
+    """Return the model for :class:`PoseCode`, and example inputs: coordinates, load, gravity, wrenches on links."""
     members = SmallMotions(statics) if stages == STABILITY else None
     model = PoseModel(JointCoordinates(robot.solver), statics, None, places, members)
     return model, (robot.generic_poses.x[:, :1], *example_of(statics, places)[1:])
@@ -111,7 +111,7 @@ class PoseCode:
         return bool(truths[0, 0]) and all(agree(expected[name], found[name]) for name in found if name not in closed)
 
     def computed(self, x: Array, load: Array, gravity: Array, *wrenches: Array, stage: int = LAST) -> tuple[Array, Mask]:
-        """Return numbers and truth values of the outputs, see :meth:`OutputPlace.of`; the first tells where the code is valid.
+        """Return numbers and truth values of the outputs, see :meth:`OutputPlace.of`; truth value 0: whether the code is valid.
 
         Args:
             x: (nq', N) coordinates.

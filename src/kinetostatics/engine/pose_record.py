@@ -86,7 +86,7 @@ class Pose:
     def frames(self) -> Frames:
         """Frames of all bodies.
 
-        The hinge angles of spherical joints may be singular; only the frames of the bodies between these hinges depend on them.
+        The hinge angles of spherical joints may be singular; only frames of bodies between the hinges depend on these angles.
         """
         frames = self.solver.equations.forward(self.x)
         inside = [joint.body for *_, joints in self.solver.equations.runs for joint in joints[:2]]
@@ -264,7 +264,7 @@ def _recording_equilibrium(robot: RobotStatics) -> Iterator[None]:
 
 
 def example_of(robot: RobotStatics, places: LoadedPlaces | None = None) -> tuple[Number, ...]:
-    """Return the example: frames of one generic pose, load (6, 1), gravity (3, 1), and wrenches at ``places`` (6 P, 1)."""
+    """Return example inputs: frames of one generic pose, load (6, 1), gravity (3, 1), and wrenches at ``places`` (6 P, 1)."""
     plain = robot.example, np.array([_EXAMPLE_LOAD]).T, np.array([_EXAMPLE_GRAVITY]).T
     if places is None:
         return plain

@@ -145,7 +145,7 @@ def gradients(tape: Tape, found: Sequence[Number], outputs: Sequence[int], leave
 def tangent_record(tape: Tape, outputs: Sequence[int], inputs: int) -> list[int]:
     """Record the rates of results for given rates of the inputs; return the operations of these rates.
 
-    The rates of the inputs are inputs of the same tape: the rates of the input array k are the array ``inputs`` + k.
+    The rates of the inputs are inputs of the same tape: the rates of input array number k are input array number ``inputs`` + k.
 
     Args:
         tape: the record, to which operations are added.

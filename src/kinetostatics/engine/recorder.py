@@ -1,8 +1,8 @@
 """Arrays of recorded scalars: NumPy's functions applied to them are recorded. A robot's numbers are parameters of the record.
 
-The data of a robot are copied with recorded parameters in place of numbers; all other data are its structure, the key of compiled
-code. Records are computed from the copy alone, and therefore depend on structure and parameters only. To save operations, numbers
-that are 0, 1 or −1 within rounding belong to the structure; so do infinite numbers and NaN.
+The data of a robot are copied with recorded parameters in place of numbers; all other data are the robot's structure, by
+which compiled code is found. Records are computed from the copy alone, and therefore depend on structure and parameters only. To
+save operations, numbers that are 0, 1 or −1 within rounding belong to the structure; so do infinite numbers and NaN.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ def recorded_input(tape: Tape, number: int, array: Array) -> Number:
 
 @contextmanager
 def recording() -> Iterator[None]:
-    """Convert the errors of functions that cannot be recorded, as a context manager.
+    """Convert the errors of functions that cannot be recorded into one error, as a context manager.
 
     Raises:
         NotRecordedError: a function needs floats in place of recorded scalars.
@@ -197,10 +197,10 @@ class Structure:
         return self._object(item)
 
     def _object(self, item: Number) -> Number:
-        """Copy the attributes of an object on which records may depend.
+        """Copy those attributes of an object that may influence records.
 
-        Excluded are cached properties, the fields of a dataclass that are not compared, and the names in ``NOT_RECORDED`` of its
-        class, such as labels and places in files.
+        Excluded are cached properties, the fields of a dataclass that are not compared, and those in ``NOT_RECORDED`` of the
+        object's class, such as labels and places in files.
         """
         kind = type(item)
         copy = object.__new__(kind)

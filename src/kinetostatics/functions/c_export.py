@@ -112,7 +112,7 @@ def export_c(
 def _references(
     parts: Programs, jacobian: Differentiated | None, near: Configuration | None, poses: int, scalar: type[np.floating]
 ) -> list[Reference]:
-    """Return poses around the initial pose, with loads and Python's results; every third pose is up to six times as far away.
+    """Return poses around the initial pose, with loads and Python's results; every third pose is up to six times as far from it.
 
     All numbers are representable in ``scalar``, so that C and Python compute the same poses.
     """

@@ -94,7 +94,7 @@ class Line:
         prefix: prefix of the functions' names in C.
         prescribed: the coordinates.
         newton: program of a correction.
-        side: program of the test for a singular pose between two poses; None if freedoms are local.
+        side: program of the test for a singular pose between two poses; None if there are local freedoms.
         start: program that chooses among equivalent coordinates at the start of a line, such as angles that differ by full turns;
             None if no angles are prescribed.
         impose: C statements that write given coordinates into ``x`` and ``c``.

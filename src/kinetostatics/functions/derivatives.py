@@ -2,10 +2,10 @@
 
 The outputs y(x, load, gravity, θ) and the residuals r(x, c, target, θ) of loops and prescribed coordinates are one record; x are
 the solved coordinates, c the orientation coordinates, θ the robot's constants. The reverse mode of automatic differentiation
-gives all derivatives of y and r. When θ changes, the freedoms move so that r remains zero: v' = −G⁺ ∂r/∂θ θ' and y' = ∂y/∂x T(x)
-v' + ∂y/∂θ θ', where G is the gradient of r by the freedoms and T(x) v are the rates of the coordinates; the derivatives by the
-target follow in the same way. Only θ', the rates of constants such as 1/EI with respect to a number of the description, are
-central differences, with relative errors of about 10⁻¹².
+gives all derivatives of y and r. When θ changes at rates θ', the freedoms move at rates v' so that r remains zero:
+v' = −G⁺ ∂r/∂θ θ' and y' = ∂y/∂x T(x) v' + ∂y/∂θ θ'. Here G is the gradient of r by the freedoms, and T(x) v' are the rates of
+the coordinates. The derivatives by the target follow in the same way. Only θ', the rates of constants such as 1/EI with respect
+to a number of the description, are central differences, with relative errors of about 10⁻¹².
 """
 
 from __future__ import annotations

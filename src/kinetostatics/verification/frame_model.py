@@ -265,7 +265,7 @@ class _FrameBuilder:
         return self.description.links[beam.link].mass * length(name) / sum(map(length, siblings))
 
     def _lever(self, placed: PlacedBeam) -> Array:
-        """Return the vector (3,) [m] from the centroid of a link's beams to the link's centre of mass; zero for given density."""
+        """Return the vector (3,) [m] from the centroid of a link's beams to the link's centre of mass; 0 for a given density."""
         beam = self.description.beams[placed.name]
         if beam.density is not None:
             return np.zeros(3)

@@ -2,8 +2,8 @@
 
 Rigid bodies and eccentric masses of beams are point masses on rigid arms. The error of an eigenvalue is a series in even powers
 of the element length and in all powers of the inverse penalty of joints; results of several meshes and penalties are
-extrapolated. An eigenvalue proportional to the small stiffness of free directions is taken as zero, an eigenvalue proportional to
-the penalty as infinite.
+extrapolated. Free directions have a small stiffness: an eigenvalue proportional to it is taken as zero, an eigenvalue
+proportional to the penalty as infinite.
 """
 
 from __future__ import annotations
@@ -80,9 +80,9 @@ def frequencies(model: FrameModel, count: int) -> Frequencies:
 
 
 def _without_zeros(mesh: Frame, count: int, regularization: float) -> tuple[float, tuple[float, int, Array]]:
-    """Return the scatter of a mesh; and the stiffness of free directions, the number of zeros, the eigenvalues (levels, count).
+    """Return the scatter of a mesh; and the given ``regularization``, the number of zeros, the other eigenvalues (levels, count).
 
-    Zeros are the leading eigenvalues that are proportional to the stiffness of free directions.
+    Lowest eigenvalues proportional to ``regularization``, the stiffness of free directions, are zeros.
     """
     zeros, number = 0, count
     while True:

@@ -71,7 +71,7 @@ class FrameSolution(ShortRepr):
 
 
 def levels(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Solve a frame, and return the displacements of some pieces, the probes, see :func:`_arrays`.
+    """Solve a frame with several penalties of joints, the levels; return :func:`_arrays` with displacements of the ``probes``.
 
     Returns:
         Results extrapolated from all levels, in units of the scale; and from all levels but the last, to estimate the accuracy.
@@ -91,7 +91,7 @@ def levels(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> tuple
 
 
 def least_scatter(regularizations: Iterable[float], sure: float, solved: Callable[[float], tuple[float, Solved]]) -> Solved:
-    """Return the result for the first stiffness of free directions with a scatter below ``sure``, else that of least scatter.
+    """Return the result for the first stiffness of free directions with scatter below ``sure``, else the result of least scatter.
 
     Args:
         regularizations: the stiffnesses.
@@ -228,8 +228,8 @@ def frame_of(model: FrameModel, scale: FrameUnits, probes: Sequence[int], elemen
 def _at_ends(beam: FrameBeam) -> Array:
     """Return the wrenches (12,) on a beam's ends, base end first, equivalent to its uniform moment and its length error.
 
-    For a clamped Timoshenko beam under a uniform transverse moment m, the forces are m/(1 + φ) along the other transverse axis,
-    with φ = 12 EI/(κGA L²). The length error is compensated by an axial force.
+    For a clamped Timoshenko beam under a uniform transverse moment m, the forces are m/(1 + φ) along the transverse axis normal
+    to m, with φ = 12 EI/(κGA L²). The length error is compensated by an axial force.
     """
     L, (EA, GA_y, GA_z, _, EI_y, EI_z) = beam.length, beam.stiffness
     x, y, z = beam.axes.T @ beam.load[3:]
@@ -280,7 +280,7 @@ def _scatter(some: Mapping[str, Array], other: Mapping[str, Array]) -> float:
 
 
 def of_platform(raw: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the results with displacements of the first probe only, the platform; other pieces may spin freely."""
+    """Return the results with the displacements of the platform only, the first probe; other pieces may spin freely."""
     return {**raw, "twist": raw["twist"][:6], "compliance": raw["compliance"][:6, :6]}
 
 

@@ -143,8 +143,8 @@ class RigidPieces:
     """All rigid pieces of one pose.
 
     A telescopic beam spans joints and belongs to one of the links between its ends, its carrier. The joints between its start
-    and the carrier connect the start to the beam; the other joints connect the beam to its end. The other links between these
-    joints are intermediate pieces.
+    and the carrier connect the start to the beam; the other joints connect the beam to its end. The links between all these
+    joints, except the carrier, are intermediate pieces.
 
     Attributes:
         joints: all joints and loops by name.

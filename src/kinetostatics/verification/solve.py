@@ -1,8 +1,8 @@
 """Solution of a frame with geometric stiffness and with elastic actuators that move several joints.
 
 A force f of constant direction, on a piece at the arm r, has the second-order potential −½ f·(θ × (θ × r)) under a rotation θ of
-the piece. The force and moment of a joint between two pieces rotate with the mean of both rotations. In a beam with the section
-forces F and M along its axis e, displacement u and rotation θ, the second-order work is
+the piece. The force and moment of a joint rotate with the mean of the rotations of its two pieces. In a beam with axis direction
+e, section force F and moment M, displacement u and rotation θ, the second-order work is
 ∫ F·(½ θ × (θ × e) − θ × u′) − ½ M·(θ × θ′) ds (J. C. Simo and L. Vu-Quoc, Comput. Methods Appl. Mech. Eng. 58, 1986). The sum
 of these terms is the second-order energy of springs and weights.
 """
@@ -109,8 +109,8 @@ def _with_springs(model: FrameModel, robot: FrameModel, scale: FrameUnits) -> tu
     """Return results like those of :func:`levels`, with the geometric stiffness K_G of the forces at the pose.
 
     OpenSees computes these forces, the displacements u₀ without K_G, and the compliance C of all pieces under unit loads. The
-    displacements are u = (1 + C K_G)⁻¹ u₀. To remove rounding errors of C, the loads −K_G u are added to the frame, which is
-    solved again; the residual corrects u, until these loads no longer change.
+    displacements are u = (1 + C K_G)⁻¹ u₀. To remove rounding errors of C, the frame is solved again with the further loads
+    −K_G u; the difference between its displacements and u corrects u. This is repeated until these loads no longer change.
     """
     pieces = [model.platform, *(piece for piece in range(len(model.references)) if piece not in (model.base, model.platform))]
     at_the_pose, loaded = levels(robot.at_the_pose, scale, pieces), levels(model, scale, pieces)
@@ -159,8 +159,8 @@ def _constrained(difference: Array, K: Array) -> Array:
     A removed motion is, for example, the spin of a strut between two spherical joints. The platform is the first piece.
 
     Args:
-        difference: (n, n) difference of C extrapolated from all levels and from one less; zero for motions that the robot
-            resists even without the small stiffness added to free directions.
+        difference: (n, n) difference of two compliances, extrapolated from all levels of :func:`levels` and from one less; zero
+            for motions that the robot resists even without the small stiffness added to free directions.
         K: (n, n) the geometric stiffness.
     """
     values, vectors = np.linalg.eigh((difference + difference.T) / 2)
@@ -233,8 +233,8 @@ def _of_joint(joint: FrameJoint, wrench: Array, inner: Array, outer: Array) -> A
     """Return the second derivative (12, 12) of −F·d − M·φ for the force F and the moment M of a joint.
 
     d is the displacement of the joint's centre on the outer piece relative to its centre on the inner piece, in the mean of both
-    pieces' axes; φ is the relative rotation vector, to second order θ₂ − θ₁ − ½ θ₁ × θ₂. The second-order displacements of the
-    centres are not included; :func:`_of_arm` gives their part.
+    pieces' axes; φ is the relative rotation vector, to second order θ₂ − θ₁ − ½ θ₁ × θ₂ for the rotations θ₁ of the inner and θ₂
+    of the outer piece. The second-order displacements of the centres are not included; :func:`_of_arm` gives their part.
     """
     mean, apart = (inner[3:] + outer[3:]) / 2, outer[:3] - inner[:3]
     found = _symmetric(outer[3:].T @ _cross(wrench[3:]) @ inner[3:] / 2 - mean.T @ _cross(wrench[:3]) @ apart)
@@ -256,7 +256,7 @@ def _of_beam(beam: FrameBeam, end: Array, first: Array, last: Array) -> Array:
     Args:
         beam: the beam.
         end: (6,) wrench on its last end [N, N·m].
-        first, last: (6, 12) displacements of its ends.
+        first, last: (6, 12) displacements of its ends by unit displacements of its two pieces.
     """
     L, R = beam.length, np.kron(np.eye(2), beam.axes)
     first, last = R.T @ first, R.T @ last
@@ -283,9 +283,9 @@ def _of_beam(beam: FrameBeam, end: Array, first: Array, last: Array) -> Array:
 
 
 def _bent(beam: FrameBeam, s: float, derivative: int = 0) -> Array:
-    """Return the displacements (6, 6) at s of a beam, clamped at its first end, by unit wrenches on its last end.
+    """Return the displacements (6, 6) at the arc length s of a beam, clamped at its first end, by unit wrenches on its last end.
 
-    With ``derivative`` 1, return their derivatives by s.
+    With ``derivative`` 1, return the derivatives of these displacements by s.
     """
     L, (EA, GA_y, GA_z, GJ, EI_y, EI_z) = beam.length, beam.stiffness
     one, two, three = ((s, s**2 / 2, s**3 / 6), (1.0, s, s**2 / 2))[derivative]

@@ -1,8 +1,8 @@
 """Program that solves frames in OpenSeesPy: it reads a frame as JSON from standard input and writes the solution as JSON.
 
-It runs in a separate process because OpenSees has a single model per process, which the caller may be using, prints messages even
-when Python exits, and ends the process on some errors. It imports nothing of the package, since that would take longer than the
-solution.
+It runs in a separate process: OpenSees has a single model per process, and the caller may be using it. OpenSees also
+prints messages even when Python exits, and ends the process on some errors. The program imports nothing of the package, since
+that would take longer than the solution.
 
 The frame's numbers are dimensionless: :mod:`kinetostatics.verification.opensees` divides stiffnesses by the largest one, so that
 the penalties of joints are in the range of double precision.
@@ -44,7 +44,7 @@ class BeamInput(TypedDict):
 
 
 class Frame(TypedDict):
-    """A frame; if ``modes`` is not 0, that many lowest eigenvalues are computed in place of displacements."""
+    """A frame; if ``modes`` is not 0, the ``modes`` lowest eigenvalues are computed in place of displacements."""
 
     nodes: list[list[float]]
     fixed: list[int]
@@ -172,11 +172,11 @@ def assembly_error_forces(spring: SpringInput, penalty: float) -> list[float]:
 def under_loads(ops: ModuleType, frame: Frame, penalty: float) -> Answer:
     """Return displacements and forces under loads and assembly errors.
 
-    An assembly error is replaced by equivalent forces on both nodes of a spring or beam, which are not part of its internal
+    An assembly error is replaced by equivalent forces on both nodes of a spring or beam; these are not part of its internal
     force. A uniform moment along a beam, which OpenSees does not support, is replaced in the same way.
 
-    The force of a stiff spring is a small difference of displacements and loses digits. The residual forces are therefore applied
-    to the unloaded frame, twice, and the results are added.
+    The force of a stiff spring follows from a small difference of displacements and loses digits. The unbalanced forces of all
+    nodes are therefore applied to the unloaded frame, twice, and the results are added.
     """
     answer: Answer = {"moved": [], "springs": [], "beams": []}
     assembly_errors = [assembly_error_forces(spring, penalty) for spring in frame["springs"]]
