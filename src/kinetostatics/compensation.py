@@ -155,7 +155,7 @@ def _controlled(
 
 
 def _well_conditioned(target: Configuration, names: tuple[str, ...]) -> tuple[tuple[str, ...], Orientation]:
-    """Return ``names``; near tilt 0, where azimuth and tilt are singular, with rx and ry instead of them, and the convention."""
+    """Return coordinates and their convention: near tilt 0, where azimuth and tilt are singular, rx and ry replace these."""
     if {"azimuth", "tilt"} <= set(names) and np.all(np.cos(target.platform["tilt"]) > UPRIGHT):
         others = {"azimuth": "rx", "tilt": "ry", "torsion": "rz"}
         return tuple(others.get(name, name) for name in names), orientation_named("XYZ")
@@ -353,7 +353,7 @@ class BroydenSearch:
 
     @classmethod
     def started(cls, u: Array, inverse: Array, error: Array) -> BroydenSearch:
-        """Return the first step from the target pose (n, N), with an inverse Jacobian (n, n, N) and the error there (n, N)."""
+        """Return the search after its first step from ``u`` (n, N), with inverse Jacobian (n, n, N) and error (n, N) at ``u``."""
         size = _size(error)
         still, never = zeros_for(u.shape, u), zeros_for(size.shape, size)
         return cls(u, still, inverse, error, size, never, np.isfinite(size) & (size > EXACT)).moved()
@@ -364,7 +364,7 @@ class BroydenSearch:
         return replace(self, u=self.u + step, step=step)
 
     def updated(self, error: Array, tolerance: float) -> BroydenSearch:
-        """Return the search after an update with the error (n, N) at the present ``u``, and after the next step."""
+        """Return the search, updated by the error (n, N) at the present ``u`` and moved by the next step."""
         inverse = _broyden_update(self.inverse, self.step, error - self.error, self.going)
         smaller = _size(error) < self.size / 2
         stale = np.where(smaller, 0.0, self.stale + 1.0)

@@ -226,6 +226,6 @@ def facts_of_poses(result: Result, where: str = "") -> list[str]:
 
 
 def poses_of(robot: Robot, poses: SolverState, first_only: bool = False) -> Configuration:
-    """Return solver poses, or the first one, as a configuration, with a closure tolerance above the gaps due to rounded files."""
+    """Return solver poses, or the first one, as a configuration; loop gaps due to rounded numbers in the file are tolerated."""
     q = robot.model_q(poses).T
     return robot.configuration(q[0] if first_only else q, closure_tolerance=1e-9 + 1e3 * robot.closing_error, on_failure="nan")

@@ -222,7 +222,7 @@ def _symbols(chain: Chain) -> str:
 
 
 def first_like(limb: LimbFacts, basis: Basis, beams: list[BeamFacts], alike: dict[tuple[object, ...], str]) -> str | None:
-    """Return the name of the first limb equal to this one; None if this is the first one, which is then added to ``alike``."""
+    """Return the name of an equal limb in ``alike``; if there is none, add this limb to ``alike`` and return None."""
 
     def rounded(value: float | None) -> str:
         return "" if value is None else f"{value * (1 + EQUAL**2):.5g}"  # avoids ties in the rounding of short decimals

@@ -212,7 +212,7 @@ def _kind(motions: Motions, links: tuple[str, ...], moving: list[int], table: Ar
 
 
 def _joint_along(motions: Motions, links: tuple[str, ...], axis: Array, foot: Array | None) -> str | None:
-    """Return the prismatic joint of some links along ``axis`` or, with a point ``foot``, their revolute joint about this line.
+    """Return the prismatic joint of links along ``axis``; with a point ``foot``, their revolute joint on the axis through it.
 
     Revolutes inside universal or spherical joints are excluded.
     """

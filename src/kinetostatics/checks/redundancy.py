@@ -29,9 +29,10 @@ class Redundancy:
 
     Attributes:
         count: number of constraints.
-        limbs: names of the limbs between which the constraints act, or of the limb that contains them.
-        joints, beams: joints and beams loaded by the self-stress inside a limb; else empty.
-        wrenches: descriptions of the wrenches between these limbs at the zero pose; None if their number differs there.
+        limbs: names of the limbs between which the constraints act, or of the limb that contains them; else empty.
+        joints, beams: joints and beams loaded by a self-stress inside a limb; joints of loops outside limbs; else empty.
+        wrenches: descriptions of the wrenches between ``limbs`` at the zero pose; None inside a limb, or if the robot has
+            another number of self-stresses at the zero pose.
     """
 
     count: int
@@ -42,7 +43,7 @@ class Redundancy:
 
 
 def redundancies(motions: Motions) -> list[Redundancy]:
-    """Return the redundant constraints inside limbs, then those between limbs, then the rest."""
+    """Return the redundant constraints inside limbs, then those between limbs, then those of other loops."""
     robot = motions.robot
     total = robot.mobility.redundant_constraints
     if not total or robot.equations.count > _MANY:
@@ -67,7 +68,7 @@ class _SelfStress:
     """All self-stresses of a robot at one pose, with the actuators free.
 
     Attributes:
-        states: (6 M, r) scaled wrenches of all cut joints of all limbs.
+        states: (6 M, r) independent self-stresses, as scaled wrenches of all M cut joints of the limbs.
         first: position of each limb's first cut-joint wrench.
     """
 
@@ -103,7 +104,7 @@ class _SelfStress:
 
     @property
     def platform_wrenches(self) -> Array:
-        """Scaled wrenches of the platform on each limb (limbs, 6, r)."""
+        """Scaled wrenches of the platform on each limb in the r self-stresses (limbs, 6, r)."""
         found = []
         for number, limb in enumerate(self.robot.topology.limbs):
             mine = self.states[self.first[number] : self.first[number + 1]].reshape(len(limb.to_platform), 6, -1)

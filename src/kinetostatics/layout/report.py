@@ -39,7 +39,7 @@ def plain(value: object) -> Json:
 
 
 def attributes(item: object, names: Iterable[str]) -> dict[str, Json]:
-    """Return the attributes of these names of an object as JSON data."""
+    """Return the attributes ``names`` of an object as JSON data."""
     return {name: plain(getattr(item, name)) for name in names}
 
 

@@ -1,4 +1,4 @@
-"""Report of a workspace map: numbers of poses by state, worst sag, largest actuator force, and the poses of both."""
+"""Report of a workspace map: numbers of poses by state; worst sag and largest actuator force, with their poses."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ WORDS = {Status.OK: "reached", Status.UNREACHABLE: "unreachable", Status.SINGULA
 
 
 def map_report(ds: xr.Dataset, seconds: float | None = None) -> Report:
-    """Return the report of a map: numbers of poses by state, worst sag, largest actuator force, and the poses of both.
+    """Return the report of a map: numbers of poses by state; worst sag and largest actuator force, with their poses.
 
     The extremes are those within the joint limits; if no such pose has results, those of the other poses.
 

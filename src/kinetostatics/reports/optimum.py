@@ -62,7 +62,7 @@ def _sentences(found: Optimum) -> list[str]:
 
 
 def _margin(margin: float) -> str:
-    """Return the margin to the limit in per cent; as a factor if it is ten times the limit or more."""
+    """Return a margin, relative to its limit, as text: in per cent, or as a multiple of the limit from ten times on."""
     if abs(margin) <= 1e-5:
         return "0"
     return f"{100 * margin:.3g} %" if abs(margin) < 10 else f"{margin:+.0f} ×"

@@ -151,7 +151,7 @@ def _networks(result: Result, noise: NoiseFloor) -> list[Block]:
 
 
 def _joints(result: Result, noise: NoiseFloor) -> list[Block]:
-    """Return a table of the magnitudes of all joint wrenches; the revolutes of a universal or spherical joint share a row."""
+    """Return a table of the magnitudes of all joint wrenches; concentric revolutes that carry the same wrench share a row."""
     mechanism, wrenches = result.robot.mechanism, result.joint_wrenches
     compounds = [item for limb in result.robot.topology.all_limbs for item in compound_joints(mechanism, limb)]
     whole = {item.joints[0]: item for item in compounds if len(item.joints) > 1 and _carry_alike(item.joints, wrenches, noise)}

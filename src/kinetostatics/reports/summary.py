@@ -39,7 +39,7 @@ def component_table(linear: NumberFormat, angular: NumberFormat, columns: Mappin
 
 
 def stiffness_blocks(result: Result) -> list[Block]:
-    """Return the stiffness along each axis, with the other motions fixed, and free; the extreme stiffnesses as text."""
+    """Return a table of the stiffness along each axis, with all other motions fixed or free, and texts on the extremes."""
     constrained, free = np.diag(result.stiffness), _reciprocal(np.diag(result.compliance), result)
     linear = NumberFormat.of([constrained[:3], free[:3]], STIFFNESSES, digits=6)
     angular = NumberFormat.of([constrained[3:], free[3:]], TURNING_STIFFNESSES, digits=6)
@@ -48,7 +48,7 @@ def stiffness_blocks(result: Result) -> list[Block]:
 
 
 def stiffness_extremes(result: Result) -> list[tuple[str, str]]:
-    """Return the words "softest" and "stiffest", each with the stiffness against a force and its direction, in one unit."""
+    """Return the words "softest" and "stiffest", each with the direction of a force and the stiffness against it, as text."""
     values, axes = np.linalg.eigh(result.compliance[:3, :3])
     sizes = _reciprocal(values, result)
     form = NumberFormat.of(sizes, STIFFNESSES)

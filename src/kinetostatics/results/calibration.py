@@ -62,7 +62,7 @@ class Unidentifiable:
         direction: relative change of each unknown involved. A stiffness stands for its compliance; changes of a centre of mass
             are relative to the characteristic length; those of an assembly error to this length, 1 rad or 100 K; those of an
             offset to the gauge's readings; all others to the unknown's value.
-        words: the unidentifiable combination, and the identifiable one, if any, as text.
+        words: text that names the unknowns and, if there are two, the combination of them that the readings do determine.
     """
 
     direction: Mapping[str, float]

@@ -146,7 +146,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
     @cached_property
     def status(self) -> NDArray[np.int8]:
-        """:class:`Status` of every corrected pose (…), or of the target pose if this has no results.
+        """:class:`Status` of every corrected pose (…); where the target pose has no results, status of the target pose.
 
         LIMIT_EXCEEDED if an actuator exceeds its range, UNREACHABLE if no correction was found.
         """
@@ -305,8 +305,8 @@ def uncorrectable_directions(configuration: Configuration, tool: Array | None) -
     """Return the twists (6, k, N) [m, rad] of :attr:`Compensation.uncorrectable_directions`; NaN where no pose was found.
 
     The free twists of the platform, with unlocked actuators, are moved to the reference point, with displacements divided by the
-    characteristic length; the result spans their orthogonal complement. Of its orthonormal bases, the one nearest to coordinate
-    axes is chosen, with the same axes along a batch.
+    characteristic length; the result spans the orthogonal complement of these twists. Of the complement's orthonormal bases, the
+    one nearest to coordinate axes is chosen; these axes are the same for all poses of a batch, if possible.
     """
     robot = robot_of(configuration)
     n, length = robot.mobility.platform, robot.length

@@ -47,7 +47,7 @@ def _of_beams(
     deformations: Sequence[Deformation],
     of: Callable[[LoadedBeams], Array],
 ) -> Mapping[str, Mapping[str, Array]]:
-    """Return the quantity that ``of`` computes for stacks of beams (…, S, g, N), by beam and contribution."""
+    """Return a quantity by beam and contribution; ``of`` computes it for g beams and S contributions, (…, S, g, N)."""
     stacks = [[of(beams) for beams in d.beams] for d in deformations]
     found: dict[str, Mapping[str, Array]] = {}
     for name in robot.description.beams:
@@ -84,7 +84,7 @@ def link_contributions(
 def source_contributions(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, Mapping[str, Array]]:
-    """Return the parts P_sᵀ c_s w_s of the twist (…, 6), by kind and name of the elastic part s (method page, section 6)."""
+    """Return the twists (…, 6) due to each part, by kind and name of the part; see :attr:`Result.source_contributions`."""
     parts: dict[str, dict[str, list[Array]]] = {}
     for solution, deformation in zip(solutions, deformations, strict=True):
         units = unit_cut_wrenches(robot.statics, solution)

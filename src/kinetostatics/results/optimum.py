@@ -80,8 +80,8 @@ class Optimum(Reported, builder="reports.optimum:optimum_report"):
         requirements: all requirements, evaluated.
         at_bounds: parameters at an end of their range, as text: "rod_diameter at its lower bound".
         no_influence: names of parameters whose ranges affect neither objective nor requirements at the optimum.
-        starts: results of the searches from several starts; agreement suggests a global optimum. With lists of values: the best
-            combinations instead, ten for each range, at least ten.
+        starts: results of the searches from several starts; agreement suggests a global optimum. If parameters have
+            lists of values: the best combinations, at most ten times the number of ranges (without ranges, ten).
         alike: number of searches that end at the optimum; None with lists of values.
         searched: description of the search.
         evaluations: number of robots analysed.

@@ -118,7 +118,7 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
 
 
 def _inverse(statics: LimbStatics) -> Array:
-    """Return K_ic (n_c, n_c, g, N) of a group of limbs; NaN for rigid limbs."""
+    """Return the stiffness K_ic (n_c, n_c, g, N) of each of g limbs; NaN for rigid limbs."""
     C = statics.C
     if statics.group.rigid_directions:
         return np.full_like(C, np.nan)
@@ -126,12 +126,12 @@ def _inverse(statics: LimbStatics) -> Array:
 
 
 def _intensities(solution: Solution, number: int) -> Array:
-    """Return W_ic due to each contribution (n_c, S, g, N) for a group of limbs, NaN where W_ic is indeterminate."""
+    """Return the intensities W_ic of g limbs due to S contributions (n_c, S, g, N); NaN where they are indeterminate."""
     return np.where(solution.undetermined[number][:, None], np.nan, solution.intensities[number])
 
 
 def _attached_intensities(solution: Solution, number: int) -> Array:
-    """Return W_ig due to each contribution (n_g, S, g, N) for a group of limbs."""
+    """Return the attached intensities W_ig of g limbs due to S contributions (n_g, S, g, N)."""
     statics = solution.statics_of_weights(number)
     total = statics.W_g[:, None] * solution.contribution_mask(statics.group)
     parts = [item.statics[number] for item in solution.applied]

@@ -64,7 +64,7 @@ class Chunk:
 
     Attributes:
         robot: the robot.
-        solutions: the equilibria of consecutive parts of the chunk; a pose at which a limb has another rank is a separate part.
+        solutions: the equilibria of consecutive parts of the chunk; each pose with an unusual rank of a limb is a separate part.
         sources: names of the contributions to the twist.
     """
 
@@ -86,7 +86,7 @@ class Chunk:
 
 
 class CompiledChunk(Chunk):
-    """Results by compiled code, and by NumPy at poses where the record is invalid or the rank of a limb may differ."""
+    """Results by compiled code; by NumPy at poses where this code is not valid or a limb may have an unusual rank."""
 
     def __init__(
         self,
@@ -97,11 +97,12 @@ class CompiledChunk(Chunk):
         given: Sequence[Array],
         solve: Callable[[slice | Index], Sequence[Solution]],
     ) -> None:
-        """Compute the first outputs, and find the poses to be solved by NumPy.
+        """Run at least the first stage of the compiled code, and find the poses to be solved by NumPy.
 
         Args:
             robot, sources: see :class:`Chunk`.
-            code, stability: the compiled analysis, and a function that returns the compiled sufficient condition for stability.
+            code: the compiled analysis.
+            stability: function that returns the compiled sufficient condition for stability, or None.
             given: inputs of the code: coordinates, load, gravity and loads on links.
             solve: solves given poses by NumPy.
         """
@@ -116,9 +117,9 @@ class CompiledChunk(Chunk):
         self._by_numpy = Chunk(robot, solve(self._which)) if self._which.size else None
 
     def _computed(self, name: str, least: int = 0) -> Array:
-        """Return an output (…, N) of the compiled code, which is run up to the output's stage if it has not been.
+        """Return an output (…, N) of the compiled code.
 
-        ``least``: stage up to which the code is run at least.
+        If necessary, the code is run up to the stage of this output, and at least up to the stage ``least``.
         """
         place = self._code.places[name]
         if (stage := max(place.stage, least)) > self._stage:
@@ -225,11 +226,11 @@ class PoseArrays:
         return in_threads(pick, self.chunks, isinstance(self.chunks[0], CompiledChunk))
 
     def _any_pose(self, name: str) -> NDArray[np.bool_]:
-        """Return a truth value of every pose (N,)."""
+        """Return the truth value of this name, for every pose (N,)."""
         return np.concatenate(self._of_chunks(lambda chunk: chunk[name])).astype(bool)
 
     def _fact(self, name: str) -> NDArray[np.bool_]:
-        """Return a truth value of every pose (…), False at poses without results."""
+        """Return the truth value of this name, for every pose (…); False at poses without results."""
         return self._truth(self._valid & self._any_pose(name))
 
     def _truth(self, flat: NDArray[np.bool_]) -> NDArray[np.bool_]:

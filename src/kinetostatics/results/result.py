@@ -224,7 +224,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def payload_coefficients(self) -> PayloadCoefficients:
-        """Twist and forces per unit of mass and first moment of the payload; without payload, of one on the platform."""
+        """Twist and forces per unit of mass and first moment of the payload; without payload, of any payload on the platform."""
         link = None if self.payload is None else self.payload.link
         return payload_coefficients(self.robot.statics, self._batch, self.solutions, link)
 
@@ -306,10 +306,10 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def actuator_mechanism_contributions(self) -> Mapping[str, Mapping[str, Mapping[str, Array]]]:
-        """(…) both parts of :attr:`mechanism_contributions` in the force of each actuator, by actuator and limb [N or N·m].
+        """(…) force of each actuator due to each limb's weight, by actuator, limb, and "attached" or "deformation" [N or N·m].
 
-        They sum to the contribution of the limb's weight (:attr:`actuator_contributions`). The part due to deformation is zero in
-        a robot that is not overconstrained.
+        The two parts are as in :attr:`mechanism_contributions`, and sum to the contribution of the limb's weight
+        (:attr:`actuator_contributions`). The part due to deformation is zero in a robot that is not overconstrained.
         """
         forces = self.by_mechanism.actuator_contributions
         limbs = [limb.name for limb in self.robot.topology.limbs]

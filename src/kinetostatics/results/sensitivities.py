@@ -70,9 +70,9 @@ class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_repor
 
     Attributes:
         result: the analysis at the nominal parameters.
-        parameters: sensitivities by name: arguments of the file and dimensions of parts, ranked by the displacement of the
-            reference point (or the mass, without the twist among the outputs) per relative change; then placements and centres of
-            mass, ranked by displacement per length or angle.
+        parameters: sensitivities by name: arguments of the file and dimensions of parts, ranked by the change of
+            displacement per relative change of the parameter (by that of mass, if the twist is not among the outputs); then
+            placements and centres of mass, ranked by the change of displacement per length or angle.
         sources: −∂twist/∂ln(stiffness) (…, 6) [m, rad] of each beam, elastic joint and actuator by name; it equals the part of
             the twist due to the deformation of this element.
         skipped: by name of each parameter without derivatives, the reason why the robot is invalid after a small change.
@@ -110,7 +110,7 @@ class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_repor
         return tuple(int(k) for k in np.unravel_index(int(np.argmax(size)), size.shape)) if size.shape else ()
 
     def effect(self, name: str) -> tuple[float, float]:
-        """Return the changes of displacement, along the displacement [m], and mass [kg] if a parameter increases by 1 %.
+        """Return the changes of the displacement's magnitude [m] and of the mass [kg] if a parameter increases by 1 %.
 
         Both are zero for a parameter that is zero. NaN if twist or mass is not among the outputs.
         """
@@ -119,7 +119,7 @@ class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_repor
         return one_per_cent * move, one_per_cent * (float(item.mass[self.worst]) if "mass" in self.outputs else math.nan)
 
     def shift_effect(self, name: str) -> float:
-        """Return the change of displacement [m], along the displacement, per mm or mrad of a placement or centre of mass.
+        """Return the change of the displacement's magnitude [m] per mm or mrad of a placement or centre of mass.
 
         NaN if the twist is not among the outputs.
         """
@@ -134,7 +134,7 @@ class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_repor
         return is_location(name), 0.0 if math.isnan(effect) else -abs(effect)
 
     def source_effect(self, name: str) -> float:
-        """Return the change of displacement [m], along the displacement, if the stiffness of a part increases by 1 %."""
+        """Return the change of the displacement's magnitude [m] if the stiffness of a part increases by 1 %."""
         return -0.01 * self._along(self.sources[name])
 
     def _along(self, twist: Array) -> float:

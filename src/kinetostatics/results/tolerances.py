@@ -100,10 +100,10 @@ class Tolerances(Reported, builder="reports.tolerances:tolerances_report"):
         parameters: parameters with their tolerances, by name.
         effects: effects of each parameter alone, by name, ranked by ``ranked_by``.
         ranked_by: "force", "displacement" or "rotation".
-        worst_case: Σ |∂f/∂p| t of each quantity, to first order; for displacement and rotation, the largest magnitude of Σ ±
-            (∂d/∂p) t.
-        standard_deviation: √Σ (∂f/∂p σ)² of each quantity, to first order; for displacement and rotation, the root mean square of
-            the magnitude, √(σx² + σy² + σz²).
+        worst_case: Σ |∂f/∂p| t of each quantity f, over the parameters p with tolerances t, to first order; for displacement and
+            rotation d, the largest magnitude of Σ ± (∂d/∂p) t.
+        standard_deviation: √Σ (∂f/∂p σ)² of each quantity f, with the parameters' standard deviations σ, to first order; for
+            displacement and rotation, the root mean square of the magnitude, √(σx² + σy² + σz²).
         samples: quantities of the random samples; NaN for samples that cannot reach the pose.
         values: (samples,) parameters of the samples, by name.
         distribution: distribution of the parameters, "normal" or "uniform".

@@ -27,9 +27,9 @@ class NearSingularity:
     """Measures of the joint geometry at poses (N,), lengths divided by the characteristic length; NaN at poses without results.
 
     Attributes:
-        constraint_index: (N,) √(min tᵀ (Σ Q_i Q_iᵀ) t) over unit twists t of the platform, with an orthonormal basis Q_i of J_ic;
-            0 at a singular pose. Under a unit load along t the wrenches of the limbs are about 1/index. The bundled robots have
-            0.12 to 1 at their zero poses.
+        constraint_index: (N,) √(min tᵀ (Σ Q_i Q_iᵀ) t) over unit twists t of the platform; the columns of Q_i are an orthonormal
+            basis of the constraint wrenches of limb i. 0 at a singular pose. Under a unit load along t the wrenches of the limbs
+            are about 1/index. The bundled robots have 0.12 to 1 at their zero poses.
         force_amplification: (N,) the largest joint force of a limb with internal loops under a unit wrench of the platform,
             relative to the joint force at generic poses near the zero pose; infinite where the limb is singular, 0 if no limb has
             internal loops.
@@ -82,7 +82,7 @@ def near_singular_warnings(result: Result) -> list[str]:
 
 
 def _bases(statics: LimbStatics, length: float) -> tuple[Array, Array]:
-    """Return Q (g, N, 6, n_c) and R of the decomposition J_ic = Q R; moments of J_ic are divided by the length."""
+    """Return Q (g, N, 6, n_c) and R of the QR decomposition of each limb's constraint wrenches, moments divided by ``length``."""
     columns = np.moveaxis(np.nan_to_num(statics.J_c), (2, 3), (0, 1)) * np.repeat([1.0, 1 / length], 3)[:, None]
     Q, R = np.linalg.qr(columns)
     return Q, R
