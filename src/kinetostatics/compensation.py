@@ -364,7 +364,7 @@ class BroydenSearch:
         return replace(self, u=self.u + step, step=step)
 
     def updated(self, error: Array, tolerance: float) -> BroydenSearch:
-        """Return the search, updated by the error (n, N) at the present ``u`` and moved by the next step."""
+        """Return the search after the next step, which follows from the error (n, N) at the present ``u``."""
         inverse = _broyden_update(self.inverse, self.step, error - self.error, self.going)
         smaller = _size(error) < self.size / 2
         stale = np.where(smaller, 0.0, self.stale + 1.0)

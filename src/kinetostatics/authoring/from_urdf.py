@@ -112,7 +112,7 @@ def extension(
     axes: Mapping[str, object] | None = None,
     parameters: Mapping[str, object] | None = None,
 ) -> tuple[str, bool, list[str]]:
-    """Return the text of :func:`extend_robot` for a file ``out``, whether it includes the source, and warnings."""
+    """Return the text that :func:`extend_robot` writes to ``out``, whether it includes the source file, and warnings."""
     named = None if actuators is None else tuple(dict.fromkeys(names_in("actuators", actuators, '["elbow"]')))
     data, name = read_robot(source)
     root, uses_xacro, _ = read_document(data, name, parameters or {})

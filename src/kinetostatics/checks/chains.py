@@ -213,7 +213,7 @@ class GraphReader:
 
 @dataclass(eq=False)
 class _Run:
-    """A run during the reduction of the graph, with the bodies at its ends."""
+    """A run of joints, with the bodies at its ends, while the graph is reduced."""
 
     start: RigidBody
     end: RigidBody

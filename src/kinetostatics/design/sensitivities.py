@@ -163,7 +163,7 @@ def slopes_by(
 ) -> tuple[dict[str, Array], bool]:
     """Return the derivatives of quantities with respect to one number, batch axes first, and whether they are exact.
 
-    Exact derivatives use finite differences for the constants of the robot only. If an exact derivative does not exist
+    In exact derivatives, finite differences are used for the robot's constants only. If an exact derivative does not exist
     at some pose, differences of whole analyses are used. The last axis of actuator quantities is the axis of actuators.
     """
     if derivatives is not None:

@@ -160,7 +160,7 @@ def compiled_loops(engine: str) -> SolverChoice:
 
 
 def loops_for(analysis: Mapping[str, object]) -> SolverChoice:
-    """Return :func:`compiled_loops` for the engine among given arguments of :func:`kinetostatics.analyze`."""
+    """Return :func:`compiled_loops` for the ``engine`` in arguments of :func:`kinetostatics.analyze`."""
     return compiled_loops(check_engine(str(analysis.get("engine", "auto"))))
 
 

@@ -61,7 +61,7 @@ class Tape:
         return found
 
     def number_of(self, scalar: Number) -> int:
-        """Return the number of a scalar's operation; for a constant, an operation is added."""
+        """Return the index of the operation that gives a scalar; for a constant, an operation is added."""
         if isinstance(scalar, Scalar):
             return scalar.number
         if isinstance(scalar, bool | np.bool_):

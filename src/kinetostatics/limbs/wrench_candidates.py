@@ -25,7 +25,7 @@ def beam_candidates(group: LimbGroup) -> Iterator[Candidate]:
 
 
 def as_component(candidate: Candidate) -> Candidate:
-    """Return a candidate of a limb with rings, labelled as only a component of the limb's wrench."""
+    """Return the candidate of a limb with rings; its label states that it is one component of the limb's wrench."""
     words = candidate.label.split(" ", 1)
     if words[0] not in ("force", "couple"):
         return candidate

@@ -136,7 +136,7 @@ class Arrow:
 
     @property
     def size(self) -> float:
-        """Largest magnitude in any frame, with all shares at 1 [N, N·m]."""
+        """Largest magnitude over all frames of the path, with all contributions at full size [N, N·m]."""
         return float(np.linalg.norm(self.vector.sum(axis=1), axis=-1).max())
 
     def plain(self, metres_per_unit: float, radius: float, colour: str, packing: Packing) -> dict[str, object]:

@@ -130,7 +130,7 @@ class Arrays:
         return None
 
     def keep(self, region: str, changes: Mapping[str, Any]) -> None:
-        """Store the corrections of the region with this name, before they are applied."""
+        """Store the corrections of poses in this region, before they are applied."""
 
 
 class Store(Arrays):
@@ -232,7 +232,7 @@ class Store(Arrays):
             return dict(found)
 
     def keep(self, region: str, changes: Mapping[str, Any]) -> None:
-        """Store the corrections of the region with this name, before they are applied."""
+        """Store the corrections of poses in this region, before they are applied."""
         path = os.path.join(self.folder, CHANGES + region)
         with self.naming_the_file():
             with open(f"{path}.partial", "wb") as file:
