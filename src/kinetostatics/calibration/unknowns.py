@@ -23,6 +23,7 @@ from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.numbers import join_words
 from kinetostatics.math.arrays import Array, Mask
+from kinetostatics.math.linalg import pivot_rows
 from kinetostatics.parametric.parametric_robot import ParametricRobot
 from kinetostatics.parametric.robot_numbers import RobotNumber, together
 from kinetostatics.results.calibration import Unidentifiable
@@ -226,12 +227,7 @@ def _sparse(null: Array) -> Array:
 
     The basis is first the identity in k pivot rows; then each direction is scaled so that its largest entry is ±1.
     """
-    rest, pivots = null, list[int]()
-    for _ in range(null.shape[1]):  # the row farthest from the span of the previous ones
-        pivots.append(int(np.argmax(np.sum(rest**2, axis=1))))
-        row = rest[pivots[-1]]
-        rest = rest - np.outer(rest @ row, row) / (row @ row)
-    found = null @ np.linalg.inv(null[sorted(pivots)])
+    found = null @ np.linalg.inv(null[pivot_rows(null)])
     found = found / np.abs(found).max(axis=0, initial=0.0)
     return np.where(np.abs(found) < NOTHING, 0.0, found)
 

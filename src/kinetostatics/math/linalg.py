@@ -112,6 +112,20 @@ def _rank_of(values: Array, tolerance: float) -> tuple[int, float]:
     return number, float(values[number - 1]) / dropped if number and dropped > 0 else np.inf
 
 
+def pivot_rows(basis: Array) -> list[int]:
+    """Return k rows of a matrix (n, k) of rank k, chosen by Gram-Schmidt elimination with pivoting, in ascending order.
+
+    Each is farthest from the span of the previous ones, and of nearly equal rows the first is taken.
+    """
+    left, rows = np.array(basis), list[int]()
+    for _ in range(basis.shape[1]):
+        sizes = np.linalg.norm(left, axis=1)
+        rows.append(int(np.argmax(sizes > sizes.max() - 1e-6)))
+        along = left[rows[-1]] / sizes[rows[-1]]
+        left = left - np.outer(left @ along, along)
+    return sorted(rows)
+
+
 class Cholesky:
     """Cholesky factor of symmetric positive (semi)definite matrices ``(n, n, …)``, of which only the lower triangles are read.
 

@@ -18,7 +18,7 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, batch_first, chunks, frozen
-from kinetostatics.math.linalg import matmul
+from kinetostatics.math.linalg import matmul, pivot_rows
 from kinetostatics.math.rotations import exponential, logarithm
 from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS, move_twist
 from kinetostatics.quantities import VARIABLES
@@ -323,21 +323,10 @@ def uncorrectable_directions(configuration: Configuration, tool: Array | None) -
         found[which[regular]] = np.linalg.svd(moves[regular])[0][:, :, n:]
     left = np.flatnonzero(np.all(np.isfinite(found), axis=(1, 2)))
     while n < 6 and left.size:
-        axes = _nearest_axes(found[left[0]])
+        axes = pivot_rows(found[left[0]])
         U, sizes, V = np.linalg.svd(np.swapaxes(found[left][:, axes], 1, 2))
         distinct = (sizes[:, -1] >= ASKEW) | (np.arange(left.size) == 0)
         found[left[distinct]] = (found[left] @ U @ V)[distinct]
         left = left[~distinct]
     found[:, :3] *= length
     return np.moveaxis(found, 0, 2)
-
-
-def _nearest_axes(basis: Array) -> list[int]:
-    """Return the k coordinate axes nearest to the span of a basis (6, k), by Gram-Schmidt elimination with pivoting."""
-    left, axes = np.array(basis), []
-    for _ in range(basis.shape[1]):
-        sizes = np.linalg.norm(left, axis=1)
-        axes.append(int(np.argmax(sizes > sizes.max() - 1e-6)))  # of nearly equal ones, the first
-        along = left[axes[-1]] / sizes[axes[-1]]
-        left = left - np.outer(left @ along, along)
-    return sorted(axes)
