@@ -1,6 +1,7 @@
 """The API reference has an entry for every public name, and the page of the command line for every command."""
 
 import importlib
+import inspect
 import re
 from types import ModuleType
 
@@ -29,6 +30,20 @@ def test_every_name_of_a_module_has_an_entry(module):
         pytest.importorskip("matplotlib")
     found = importlib.import_module(f"kinetostatics.{module}")
     assert {f"{module}.{name}" for name in found.__all__ if name not in ks.__all__} - set(ENTRIES) == set()
+
+
+@pytest.mark.parametrize("entry", ENTRIES)
+def test_functions_methods_and_properties_of_the_api_have_docstrings(entry):
+    if entry.startswith(("indices", "plot")):
+        pytest.importorskip("xarray")
+        pytest.importorskip("matplotlib")
+    module, _, name = f"kinetostatics.{entry}".rpartition(".")
+    found = getattr(importlib.import_module(module), name)
+    members = [getattr(found, item) for item in dir(found)] if inspect.isclass(found) else [found]
+    for member in members:
+        function = inspect.unwrap(getattr(member, "fget", member))
+        if inspect.isfunction(function) and function.__module__.startswith("kinetostatics") and function.__name__[0] != "_":
+            assert inspect.getdoc(member), function.__qualname__
 
 
 def test_every_command_has_its_help_on_the_page():

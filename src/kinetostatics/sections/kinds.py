@@ -122,18 +122,18 @@ class Tube(Section):
         return cls(area, second, second, 2 * second, outer_diameter=outer_diameter, inner_diameter=inner_diameter)
 
     @property
-    def extent(self) -> tuple[float, float]:  # noqa: D102
+    def extent(self) -> tuple[float, float]:
         return self.outer_diameter / 2, self.outer_diameter / 2
 
-    def shear_coefficients(self, poisson_ratio: float) -> tuple[float, float]:  # noqa: D102
+    def shear_coefficients(self, poisson_ratio: float) -> tuple[float, float]:
         nu, m2 = poisson_ratio, (self.inner_diameter / self.outer_diameter) ** 2
         kappa = 6 * (1 + nu) * (1 + m2) ** 2 / ((7 + 6 * nu) * (1 + m2) ** 2 + (20 + 12 * nu) * m2)
         return kappa, kappa
 
-    def stress(self, wrench: Array, poisson_ratio: float = 0.3) -> Array:  # noqa: D102
+    def stress(self, wrench: Array, poisson_ratio: float = 0.3) -> Array:
         return largest_on_rings(_tube_forms(self, float(poisson_ratio)), wrench)
 
-    def largest_stress(self, wrenches: Array, poisson_ratio: float = 0.3) -> Array:  # noqa: D102
+    def largest_stress(self, wrenches: Array, poisson_ratio: float = 0.3) -> Array:
         # rotated axes in which the bending moment is about z
         size = np.hypot(wrenches[4], wrenches[5])
         along_z = np.reshape([1.0, 0.0], (2, *[1] * size.ndim))
@@ -203,14 +203,14 @@ class Rectangle(Section):
         return cls(width * height, I_y, I_z, _rectangle_torsion(width, height), width=width, height=height)
 
     @property
-    def extent(self) -> tuple[float, float]:  # noqa: D102
+    def extent(self) -> tuple[float, float]:
         return self.width / 2, self.height / 2
 
-    def shear_coefficients(self, poisson_ratio: float) -> tuple[float, float]:  # noqa: D102
+    def shear_coefficients(self, poisson_ratio: float) -> tuple[float, float]:
         kappa = 10 * (1 + poisson_ratio) / (12 + 11 * poisson_ratio)
         return kappa, kappa
 
-    def stress(self, wrench: Array, poisson_ratio: float = 0.3) -> Array:  # noqa: D102
+    def stress(self, wrench: Array, poisson_ratio: float = 0.3) -> Array:
         return largest_at_points(_rectangle_forms(self, float(poisson_ratio)), wrench)
 
     @property

@@ -137,7 +137,7 @@ class ShearFunctions:
         return (np.swapaxes(along_y, 1, 2), moment_y), (along_z, moment_z)
 
     @property
-    def J(self) -> float:  # noqa: D102
+    def J(self) -> float:
         return self._torsion[1]
 
     @property
