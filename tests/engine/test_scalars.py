@@ -21,8 +21,8 @@ OF_TWO = {
     "angle_of": math.atan2,
     "larger": lambda a, b: math.nan if math.isnan(a) or math.isnan(b) else max(a, b),
     "smaller": lambda a, b: math.nan if math.isnan(a) or math.isnan(b) else min(a, b),
-    "both": lambda a, b: bool(a) and bool(b),
-    "either": lambda a, b: bool(a) or bool(b),
+    "logical_and": lambda a, b: bool(a) and bool(b),
+    "logical_or": lambda a, b: bool(a) or bool(b),
 }
 OF_ONE = {
     "negative": operator.neg,
@@ -31,7 +31,7 @@ OF_ONE = {
     "cosine": lambda a: math.cos(a) if math.isfinite(a) else math.nan,
     "absolute": abs,
     "sign": lambda a: float(np.sign(a)),
-    "opposite": lambda a: not a,
+    "logical_not": lambda a: not a,
     "is_nan": math.isnan,
     "is_finite": math.isfinite,
     "without_nan": lambda a: 0.0 if math.isnan(a) else a,
@@ -120,8 +120,10 @@ def test_neutral_operations_are_not_recorded():
     ):
         assert found == plain and not isinstance(found, Scalar)
     assert len(tape.operations) == count
-    assert scalars.both(tape.write(("parameter", 0), 2.0), truth) is truth  # a robot's number that is 0 has a guard of its own
-    assert (a + b) is (b + a) and (a * b) is (b * a) and scalars.both(truth, more) is scalars.both(more, truth)
+    assert (
+        scalars.logical_and(tape.write(("parameter", 0), 2.0), truth) is truth
+    )  # a robot's number that is 0 has a guard of its own
+    assert (a + b) is (b + a) and (a * b) is (b * a) and scalars.logical_and(truth, more) is scalars.logical_and(more, truth)
     assert (a - b) is not (b - a) and scalars.angle_of(a, b) is not scalars.angle_of(b, a)
 
 

@@ -1,1 +1,1 @@
-"""Compiled code of kinematics and statics, recorded once per structure of a robot from the NumPy functions."""
+"""Compiled code of a robot's kinematics and statics: the scalar operations of the NumPy functions are recorded and compiled."""

@@ -1,4 +1,4 @@
-"""Sine, cosine and arctangent of two arguments as vector instructions of LLVM, without calls of functions.
+"""Sine, cosine and arctangent as LLVM instructions on vectors with one value per pose (a lane), without calls of functions.
 
 Sines and cosines are Taylor polynomials of the angle minus the nearest multiple of π/2, which is subtracted in three parts.
 Arctangents are polynomials of the tangent; a rotation of the point by π/4 keeps the tangent below tan π/8. The Chebyshev
@@ -29,17 +29,17 @@ _ARCTANGENT = (
 
 
 def kind_of(kind: str, lanes: int) -> str:
-    """Return the type of a vector of ``lanes`` values of a kind; with 0 lanes, the type of a single value."""
+    """Return the LLVM type of a vector of ``lanes`` values of type ``kind``; with 0 lanes, the type of a single value."""
     return f"<{lanes} x {kind}>" if lanes else kind
 
 
 def suffix(lanes: int) -> str:
-    """Return the suffix of the name of an intrinsic function, for operands of ``lanes`` values."""
+    """Return the suffix of an intrinsic function's name for operands of ``lanes`` values."""
     return f"v{lanes}f64" if lanes else "f64"
 
 
 def constant(value: float | bool, lanes: int) -> str:
-    """Return a truth value, an integer or a floating-point number as a constant, equal in all lanes."""
+    """Return the text of a constant with ``value`` in all lanes: a truth value, an integer or a floating-point number."""
     if isinstance(value, bool):
         kind, digits = "i1", "true" if value else "false"
     elif isinstance(value, int):
@@ -50,11 +50,11 @@ def constant(value: float | bool, lanes: int) -> str:
 
 
 class Instructions:
-    """Sequence of LLVM instructions for one operation.
+    """LLVM instructions of one operation.
 
     Args:
         result: name of the final result; intermediate results are called ``result_0``, ``result_1``, ….
-        lanes: poses per instruction; 0: the instructions do not depend on the pose.
+        lanes: poses per instruction; 0: the operation does not depend on the pose.
     """
 
     def __init__(self, result: str, lanes: int) -> None:
@@ -63,7 +63,7 @@ class Instructions:
         self.real, self.whole, self.truth = kind_of("double", lanes), kind_of("i64", lanes), kind_of("i1", lanes)
 
     def add(self, text: str, last: bool = False) -> str:
-        """Add an instruction and return the name of its result."""
+        """Add an instruction and return the name of its result; ``last``: whether this is the final result."""
         name = self._result if last else f"{self._result}_{next(self._numbers)}"
         self.lines.append(f"{name} = {text}")
         return name
@@ -78,11 +78,11 @@ class Instructions:
         return self.add(f"call {self.real} @llvm.{what}.{suffix(self._lanes)}({taken})", last)
 
     def choose(self, condition: str, a: str | float, b: str | float) -> str:
-        """Add a selection: a where the condition is true, else b."""
+        """Add a selection: ``a`` where the condition is true, else ``b``."""
         return self.add(f"select {self.truth} {condition}, {self.real} {self.text(a)}, {self.real} {self.text(b)}")
 
     def polynomial(self, z: str, coefficients: Sequence[float]) -> str:
-        """Add a polynomial, by Horner's rule."""
+        """Add the polynomial Σ ``coefficients[k]`` zᵏ, by Horner's rule."""
         result: str | float = coefficients[-1]
         for value in coefficients[-2::-1]:
             result = self.call("fmuladd", result, z, value)
@@ -93,12 +93,12 @@ class Instructions:
         return self.add(f"{what} {self.whole} {text}, {constant(value, self._lanes)}")
 
     def text(self, item: str | float) -> str:
-        """Return the text of an operand: a constant, or the name of a result."""
+        """Return the text of an operand: the name of a result unchanged, a number as a constant."""
         return item if isinstance(item, str) else constant(item, self._lanes)
 
 
 def sine_or_cosine(lines: Instructions, angle: str, of_cosine: bool) -> None:
-    """Add the instructions that compute the sine or cosine of an angle."""
+    """Add the instructions that compute the sine of an angle or, if ``of_cosine``, its cosine."""
     shifted = lines.call("fmuladd", angle, 2 / math.pi, _ROUNDER)
     quarters = lines.of("fsub", shifted, _ROUNDER)
     rest = angle
@@ -119,7 +119,7 @@ def sine_or_cosine(lines: Instructions, angle: str, of_cosine: bool) -> None:
 
 
 def angle_of_point(lines: Instructions, y: str, x: str) -> None:
-    """Add the instructions that compute the angle atan2(y, x) of the point (x, y)."""
+    """Add the instructions that compute atan2(y, x)."""
     across, along = lines.call("fabs", y), lines.call("fabs", x)
     steep = lines.add(f"fcmp ogt {lines.real} {across}, {along}")
     large, small = lines.choose(steep, across, along), lines.choose(steep, along, across)

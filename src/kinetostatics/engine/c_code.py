@@ -1,7 +1,7 @@
-"""C code of a record: functions of bounded size that pass intermediate values in a small work array.
+"""C code of recorded scalar operations: functions of bounded size that pass intermediate values in a small work array.
 
 A value used in only one function is a local constant. Any other value has an entry in the work array, which is reused after the
-value's last use. This bounds the time of compilation and the size of the stack.
+value's last use. The bounded functions limit the time of compilation, the reuse limits the memory.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ _CALLS = {"square_root": "sqrt", "absolute": "fabs", "sine": "sin", "cosine": "c
 
 @dataclass(frozen=True)
 class CProgram:
-    """A record in C.
+    """C code of recorded operations.
 
     Attributes:
-        text: static functions; the last function, ``name``, calls the others.
+        text: static functions; the last function calls the others.
         work: length of the work array.
         counts: number of operations of each kind, by name in a :class:`Tape`.
     """
@@ -39,17 +39,14 @@ class CProgram:
 
     @property
     def operations(self) -> int:
-        """Number of operations."""
         return sum(self.counts.values())
 
 
 def c_program(name: str, tape: Tape, outputs: Sequence[int], constants: Array, inputs: Sequence[str]) -> CProgram:
-    """Return ``static void name(const double *…, double *work, double *out)``; truth values are written as 0 and 1.
+    """Return the C code of ``static void name(const double *…, double *w, double *out)``; truth values are written as 0 and 1.
 
     Args:
-        name: name of the function.
-        tape: the record.
-        outputs: the operations whose results are written to ``out``, in order.
+        outputs: indices of the operations whose results are written to ``out``, in order.
         constants: values of the parameters.
         inputs: names of the input arrays.
     """
@@ -115,7 +112,7 @@ def c_program(name: str, tape: Tape, outputs: Sequence[int], constants: Array, i
 
 
 def literal(value: float) -> str:
-    """Return a number as a C literal with all digits."""
+    """Return a number as a C literal with all digits; NaN and infinity as macros."""
     if value != value:
         return "(double)NAN"
     if value in (float("inf"), float("-inf")):
@@ -142,7 +139,7 @@ def _expression(kind: str, taken: Sequence[str]) -> str:
 def _places(
     pieces: Sequence[Sequence[int]], piece_of: Mapping[int, int], last_use: Mapping[int, int]
 ) -> tuple[dict[int, int], int]:
-    """Return the index in the work array of each value used outside its own function, by operation; and the array's length."""
+    """Return ({operation: index in the work array} of the values used outside their own function, length of the array)."""
     places: dict[int, int] = {}
     free: list[int] = []
     ends: list[tuple[int, int]] = []

@@ -1,6 +1,7 @@
-"""Compiled functions of arrays, stored on disk with a table of their inputs and outputs.
+"""Compiled functions that compute outputs of a robot at many poses, stored on disk.
 
-The code of a structure is compiled once per computer. Concurrent processes can use the same files.
+Code is compiled once per computer and structure of a robot, that is all data of the robot except its numbers, which are
+parameters. A file has the object code and a table that describes it. Concurrent processes can use the same files.
 """
 
 from __future__ import annotations
@@ -38,11 +39,10 @@ class Code:
 
     Attributes:
         table: the table stored with the code.
-        lanes: poses per instruction.
     """
 
     def __init__(self, kept: bytes) -> None:
-        """Load the result of :func:`packed`."""
+        """Load the content of a file, as returned by :func:`packed`."""
         start = 8 + int.from_bytes(kept[:8], "little")
         self.table: dict[str, Json] = json.loads(kept[8:start])
         self.lanes = int(self.table["lanes"])
@@ -52,7 +52,7 @@ class Code:
         self._bound: dict[int, tuple[list[Array], Bound, Array, Mask]] = {}  # by stage
 
     def __call__(self, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask, stage: int = LAST) -> None:
-        """Compute outputs of n ≥ ``lanes`` poses; in all arrays the poses are contiguous.
+        """Compute outputs at n ≥ ``lanes`` poses; in all arrays the poses are contiguous.
 
         Args:
             inputs: arrays (k, n).
@@ -74,13 +74,13 @@ class Code:
     def results(
         self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int, stage: int = LAST
     ) -> tuple[Array, Mask]:
-        """Return the results at N poses: arrays (``numbers``, N) and (``truths``, N); see :meth:`__call__`."""
+        """Return the outputs at the N poses of the last input, (``numbers``, N) and (``truths``, N); see :meth:`__call__`."""
         N = inputs[-1].shape[1]
         if N == 1:
-            return self._alone(inputs, parameters, numbers, truths, stage)
+            return self._at_one_pose(inputs, parameters, numbers, truths, stage)
         n = max(N, llvm.LANES)
         found, flags = np.empty((numbers, n)), np.empty((truths, n), dtype=bool)
-        taken = [side_by_side(array, max(array.shape[1], llvm.LANES)) for array in inputs]
+        taken = [contiguous(array, max(array.shape[1], llvm.LANES)) for array in inputs]
 
         def compute(part: slice) -> None:
             self([array[:, part] for array in taken], parameters, found[:, part], flags[:, part], stage)
@@ -88,8 +88,10 @@ class Code:
         in_threads(compute, chunks(n))
         return found[:, :N], flags[:, :N]
 
-    def _alone(self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int, stage: int) -> tuple[Array, Mask]:
-        """Return the results at one pose, see :meth:`results`; the arrays of a stage are allocated once."""
+    def _at_one_pose(
+        self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int, stage: int
+    ) -> tuple[Array, Mask]:
+        """Return :meth:`results` at one pose; the arrays of each stage are allocated once."""
         with self._calling:
             if stage not in self._bound:
                 taken = [np.empty((len(array), llvm.LANES)) for array in inputs]
@@ -105,12 +107,14 @@ class Code:
 def found_or_made(
     keys: Sequence[str], make: Sequence[Callable[[], bytes]] | None, is_right: Callable[[list[Code]], bool]
 ) -> list[Code]:
-    """Return compiled functions from disk, or compile missing or incorrect ones; the list is empty if no code is correct.
+    """Return the stored code; if a file is missing or its code is incorrect, compile and store all of it.
 
     Args:
-        keys: names of the stored files.
         make: functions that return the content of the files, see :func:`packed`; None: nothing is compiled.
         is_right: function that returns whether the results of the code agree with NumPy's.
+
+    Returns:
+        The code; an empty list if the compiled code is incorrect, or if nothing is compiled.
     """
     codes = [Code(item) for item in map(read_stored, keys) if item is not None]
     if len(codes) == len(keys) and is_right(codes):
@@ -132,7 +136,7 @@ class Bound:
     def __init__(
         self, code: Code, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask, stage: int = LAST
     ) -> None:
-        """Bind the arrays; see :meth:`Code.__call__`. Inputs may have more poses than the results."""
+        """Bind the arrays of :meth:`Code.__call__`. Inputs may have more poses than the results, see :meth:`move`."""
         self._code, n = code, numbers.shape[1]
         self._pointers = (ctypes.c_void_p * len(inputs))(*[array.ctypes.data for array in inputs])
         self._moving = [(k, array.ctypes.data) for k, array in enumerate(inputs) if array.shape[1] > n]
@@ -144,30 +148,28 @@ class Bound:
         self._arguments = (*pointers, ctypes.c_int64(n), ctypes.c_int64(stage))
 
     def move(self, first: int) -> None:
-        """Set the first pose of the next call, for those inputs that have more poses than the results."""
+        """Start the next call at pose ``first`` of the inputs that have more poses than the results."""
         for k, address in self._moving:
             self._pointers[k] = address + 8 * first
 
     def __call__(self) -> None:
-        """Compute the results in the bound arrays."""
         self._code.function(*self._arguments)
 
 
 def packed(table: Mapping[str, Json], text: str, lanes: int = llvm.LANES, level: int = 1) -> bytes:
-    """Return the content of a cache file: the size of a table, the table as JSON, and the object code.
+    """Return the content of a file: the size of the table, the table as JSON, and the object code.
 
     Args:
-        table: entries of the table.
+        table: entries of the table besides ``lanes``.
         text: text of the module, see :func:`kinetostatics.engine.llvm.module_of`.
-        lanes: poses per instruction.
         level: optimization level, see :func:`kinetostatics.engine.llvm.compiled`.
     """
     head = json.dumps({"lanes": lanes, **table}).encode()
     return len(head).to_bytes(8, "little") + head + llvm.compiled(text, level)
 
 
-def side_by_side(array: Array, n: int) -> Array:
-    """Return an array (k, N) as an array (k, n) with contiguous poses; missing columns repeat the last pose."""
+def contiguous(array: Array, n: int) -> Array:
+    """Return an array (k, N) as an array (k, n ≥ N) with contiguous poses; additional columns repeat the last pose."""
     N = array.shape[1]
     if n > N:
         found = np.empty((array.shape[0], n))
@@ -177,13 +179,13 @@ def side_by_side(array: Array, n: int) -> Array:
 
 
 def code_key(structure: str) -> str:
-    """Return the key of stored code: a digest of the structure, the recorded functions, all versions and the processor."""
+    """Return the name of a file of code: a digest of the structure, the recorded functions, all versions and the processor."""
     return hashlib.sha256(f"{structure} {_versions()} {llvm.processor()}".encode()).hexdigest()
 
 
 @cache
 def _versions() -> str:
-    """Return a digest of the source text of recorded functions and recorder, and NumPy's version."""
+    """Return a digest of the source text in :data:`_SOURCES`, and NumPy's version."""
     root = Path(__file__).resolve().parent.parent
     digest = hashlib.sha256()
     for folder in _SOURCES:
@@ -199,7 +201,7 @@ _MAGIC = b"kinetostatics object code 1\n"
 
 
 def cache_folder() -> Path:
-    """Return the folder of object code: ``KINETOSTATICS_CACHE``, or the user's cache folder of this system."""
+    """Return the folder of compiled code: ``KINETOSTATICS_CACHE``, or the user's cache folder of this system."""
     if given := os.environ.get("KINETOSTATICS_CACHE"):
         return Path(given)
     if sys.platform == "darwin":
@@ -210,8 +212,8 @@ def cache_folder() -> Path:
 
 
 def read_stored(key: str) -> bytes | None:
-    """Return the content stored under a key, or None if there is none; a damaged file is removed."""
-    folder = _own(cache_folder())
+    """Return the content of a file; None if there is no file or it is damaged. A damaged file is removed."""
+    folder = _if_private(cache_folder())
     if folder is None:
         return None
     path = folder / f"{key}.code"
@@ -228,10 +230,10 @@ def read_stored(key: str) -> bytes | None:
 
 
 def store(key: str, content: bytes) -> None:
-    """Store content under a key, unless the folder cannot be created or others may write there too."""
+    """Store the content of a file, unless the folder cannot be created or others may write there too."""
     with contextlib.suppress(OSError):
         cache_folder().mkdir(parents=True, exist_ok=True, mode=0o700)
-        folder = _own(cache_folder())
+        folder = _if_private(cache_folder())
         if folder is None:
             return
         number, name = tempfile.mkstemp(dir=folder)
@@ -244,8 +246,8 @@ def store(key: str, content: bytes) -> None:
             raise
 
 
-def _own(folder: Path) -> Path | None:
-    """Return a folder if only the user may write there, else None; code in the folder is executed."""
+def _if_private(folder: Path) -> Path | None:
+    """Return a folder if only the user may write there, else None: code in the folder is executed."""
     try:
         facts = folder.stat()
     except OSError:

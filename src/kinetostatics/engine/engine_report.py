@@ -1,4 +1,4 @@
-"""Report on the parts of a robot that run as compiled code, with reasons for the other parts."""
+"""Report on the computations for a robot that run as compiled code, with reasons for the others."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class _HasStatics(Protocol):
 
 @dataclass(frozen=True, repr=False)
 class EngineReport(ShortRepr):
-    """Parts of a robot that run as compiled code.
+    """Computations for a robot that run as compiled code.
 
     Attributes:
         robot: name of the robot.
@@ -76,7 +76,7 @@ class EngineReport(ShortRepr):
 
 
 def engine_report(robot: _HasStatics) -> EngineReport:
-    """Return a report on the parts of a robot that run as compiled code with ``engine="compiled"``.
+    """Return a report on the computations for a robot that run as compiled code with ``engine="compiled"``.
 
     Code that is not on disk yet is compiled and stored, which takes a second or more.
     """

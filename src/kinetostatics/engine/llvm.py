@@ -1,4 +1,4 @@
-"""Machine code of a record by LLVM's intermediate representation, with instructions for eight poses or for one.
+"""Machine code of recorded scalar operations, by LLVM; an instruction computes eight poses (lanes), or one.
 
 Operations that depend on parameters only are executed once per call, all others in a loop over blocks of eight poses. The last
 block may overlap the one before it, so that the code is valid for any number of poses n ≥ 8.
@@ -49,13 +49,13 @@ def module_of(
     component k of input a at pose i is ``inputs[a][k * strides[a] + i]``, the k-th result ``numbers[k * n + i]``, n ≥ lanes.
 
     Args:
-        tape: the record.
-        numbers, truths: the operations of the outputs, in order.
+        tape: the recorded operations.
+        numbers, truths: indices of the operations whose results are written to the arrays of the same names.
         inputs: number of input arrays.
-        repeats: 0, or the largest number of iterations: a block of poses is computed again while the first truth value of any of
-            its poses is true. Results may then share memory with inputs.
-        stages: for each stage 0, 1, …, how many of ``numbers`` are computed by a call with this ``stage``; all of them, if
-            ``stage`` is larger. Truth values are always computed.
+        repeats: largest number of iterations of a block of poses, or 0: the block is computed again while the first truth value
+            of any of its poses is true. Results may then share memory with inputs.
+        stages: how many of ``numbers`` are computed by a call with ``stage`` 0, 1, …; a call with a larger ``stage`` computes
+            all. Truth values are always computed.
         lanes: poses per instruction.
         short_blocks: whether to divide the code into short basic blocks, which compile quickly.
     """
@@ -139,10 +139,10 @@ def module_of(
 
 
 class _Writer:
-    """Instructions of the operations of a record.
+    """LLVM instructions of recorded operations, which are named by their indices.
 
     Attributes:
-        varies: for each operation, whether its result depends on the pose.
+        varies: True for each operation whose result depends on the pose.
     """
 
     def __init__(self, tape: Tape, lanes: int) -> None:
@@ -200,7 +200,7 @@ class _Writer:
         return f"%{'v' if lanes else 's'}{number}"
 
     def spread(self, number: int) -> list[str]:
-        """Return instructions that copy a result that is independent of the pose into all lanes."""
+        """Return the instructions that copy a result that is independent of the pose into all lanes."""
         if self._tape.operations[number][0] in ("constant", "truth"):
             return []
         kind = "i1" if isinstance(self._tape.values[number], bool) else "double"
@@ -211,7 +211,7 @@ class _Writer:
         ]
 
     def stored(self, number: int, kind: str, row: int) -> list[str]:
-        """Return instructions that store a result in a row of the numbers or the truth values."""
+        """Return the instructions that store a result of kind "number" or "truth" in row ``row`` of the result array."""
         name, value = f"{kind[0]}{row}", self.operand(number, self._lanes)
         unit, size = ("double", 8) if kind == "number" else ("i8", 1)
         lines = []
@@ -243,7 +243,7 @@ class MachineCode:
 
 
 def compiled(text: str, level: int = 1) -> bytes:
-    """Return the object code of a module for this processor, without optimization passes: the record is already simplified.
+    """Return the object code of a module for this processor, without optimization passes: the operations are already simplified.
 
     Args:
         text: see :func:`module_of`.
@@ -255,7 +255,7 @@ def compiled(text: str, level: int = 1) -> bytes:
 
 
 def processor() -> str:
-    """Return the versions of LLVM and its binding and the name of the processor; object code depends on them."""
+    """Return the versions of LLVM and llvmlite, the platform and the processor with its features: object code depends on them."""
     binding = _binding()
     features = binding.get_host_cpu_features().flatten()
     import llvmlite

@@ -1,6 +1,7 @@
-"""Records of loop closure: corrections by Newton's method, frames, rates, and the test for singular poses between two poses.
+"""Records of loop closure: the scalar operations of methods of :class:`kinetostatics.kinematics.solver.Solver`.
 
-The functions of :class:`kinetostatics.kinematics.solver.Solver` are recorded, with lengths and placements as parameters.
+Lengths and placements are parameters of the records. A pose has coordinates x (nq',) of the tree of joints and orientation
+coordinates c (3,) of the platform. A record is valid at poses that meet its guards, which are the conditions of its branches.
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import least_squares
 
-#: Rows of the state of :func:`newton_record` after the coordinates: size of the last correction; its ratio to the one before; and
-#: three truth values: whether the pose needs another correction, has converged, and has met all guards of the record.
-BEFORE, SHRUNK, GOING, GOOD, HOLDS = range(5)
+#: Rows of the state of :func:`newton_record` after the coordinates: size of the last correction; its ratio to the size of the
+#: correction before; whether the pose needs another correction, has converged, and has met all guards in all corrections.
+SIZE, RATIO, AGAIN, CONVERGED, VALID = range(5)
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class Program:
 
     Attributes:
         tape: the record.
-        numbers, truths: the operations of the outputs, in order.
+        numbers, truths: indices of the operations whose results are the outputs, numbers and truth values.
         stages: see :func:`kinetostatics.engine.llvm.module_of`.
     """
 
@@ -40,25 +41,23 @@ class Program:
 
 
 def _copy_of(solver: Solver, prescribed: PrescribedCoordinates) -> tuple[Tape, Solver]:
-    """Return a tape, and a copy of a solver with parameters recorded on the tape in place of numbers."""
+    """Return a tape, and a copy of the solver with parameters recorded on the tape in place of numbers."""
     tape = Tape()
     return tape, Structure((solver, prescribed), tape).copy[0]
 
 
 def guards_met(tape: Tape) -> Number:
-    """Return whether all guards recorded so far are met, as a recorded array (1,)."""
+    """Whether all guards recorded so far are met: a recorded array (1,)."""
     return recorded(np.array([tape.holds()], dtype=object))
 
 
 def program_of(
     tape: Tape, examples: Sequence[Array], computed: Callable[..., Sequence[Array]], stages: tuple[int, ...] = ()
 ) -> Program:
-    """Record a function of arrays (k, 1); the last entry of the arrays that it returns is a truth value.
+    """Record a function of arrays (k, 1); the last entry of the arrays that it returns is the truth value.
 
     Args:
-        tape: the tape of the record.
         examples: values (k, 1) of the inputs; where the function branches, the branch for these values is recorded.
-        computed: the function.
         stages: see :func:`kinetostatics.engine.llvm.module_of`.
     """
     inputs = [recorded_input(tape, number, array) for number, array in enumerate(examples)]
@@ -68,11 +67,11 @@ def program_of(
 
 
 def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
-    """Record :meth:`Solver.correct` as a step from a state to the next.
+    """Record :meth:`Solver.correct` as a step from a state to the next state.
 
-    Inputs: the state, that is the coordinates x (nq',), the orientation coordinates c (3,) and the five numbers ``BEFORE`` …
-    ``HOLDS``; the prescribed coordinates (n,), followed by 1 for an intermediate pose of a path, else 0. Outputs: the next state;
-    the truth value is whether the pose needs another correction.
+    A state has the coordinates x and c and the five rows ``SIZE`` … ``VALID``. Inputs: the state (nq' + 8,); the prescribed
+    coordinates (n,), followed by 1 for an intermediate pose of a path, else 0. Outputs: the next state. Truth value: whether the
+    pose needs another correction.
     """
     tape, copy = _copy_of(solver, prescribed)
     size = example.x.shape[0]
@@ -81,20 +80,24 @@ def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: So
 
     def computed(state: Array, given: Array) -> list[Array]:
         poses, more = SolverState(state[:size], state[size : size + 3]), state[size + 3 :]
-        going, passing = more[GOING] != 0, given[-1] != 0
-        found = copy.correct(prescribed, poses, given[:-1], more[BEFORE], more[SHRUNK], passing)
+        going, passing = more[AGAIN] != 0, given[-1] != 0
+        found = copy.correct(prescribed, poses, given[:-1], more[SIZE], more[RATIO], passing)
         holds = guards_met(tape)
-        again, good = going & found.going & holds, (more[GOOD] != 0) | (going & found.done)
+        again, good = going & found.going & holds, (more[CONVERGED] != 0) | (going & found.done)
         now = [*found.poses.x, *found.poses.c, found.size, found.shrunk]
         moved = [np.where(going, new, old) for new, old in zip(now, state[: size + 5], strict=True)]
-        flags = [np.where(flag, 1.0, 0.0) for flag in (again, good, (more[HOLDS] != 0) & (holds | ~going))]
+        flags = [np.where(flag, 1.0, 0.0) for flag in (again, good, (more[VALID] != 0) & (holds | ~going))]
         return [*moved, *flags, again]
 
     return program_of(tape, [np.concatenate([example.x, example.c, flags]), given], computed)
 
 
 def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
-    """Record :meth:`Solver.surely_on_one_side`. Inputs: x and c of both poses."""
+    """Record :meth:`Solver.surely_on_one_side`.
+
+    Inputs: x and c of a first pose, x and c of a second pose. Truth value: whether a sufficient condition excludes a singular
+    pose between the two poses, and all guards are met.
+    """
     tape, copy = _copy_of(solver, prescribed)
 
     def computed(x: Array, c: Array, other_x: Array, other_c: Array) -> list[Array]:
@@ -105,11 +108,11 @@ def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: Solv
 
 
 def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
-    """Record :meth:`Solver.line`.
+    """Record :meth:`Solver.line`: coordinates at the start of a straight line of the prescribed coordinates.
 
-    Inputs: x and c of the pose at the start of a line, the target (n,), and 1 if angles turn the shorter way, else 0 (1,).
-    Outputs: the prescribed coordinates (n,) and the orientation coordinates (3,) at the start; the truth value is whether all
-    guards are met.
+    Inputs: x and c of the pose at the start, the prescribed coordinates (n,) at the end, and 1 if angles turn the shorter way,
+    else 0. Outputs: prescribed coordinates (n,) and orientation coordinates (3,) at the start. Truth value: whether all guards
+    are met.
     """
     tape, copy = _copy_of(solver, prescribed)
 
@@ -123,8 +126,8 @@ def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
 def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
     """Record the rates dx/dt for unit rates of each prescribed coordinate, see :mod:`kinetostatics.kinematics.rates`.
 
-    Inputs: x and c of a closed pose. Outputs: for each prescribed coordinate, the rates (nq',); the truth value is whether all
-    guards are met.
+    Inputs: x and c of a closed pose. Outputs: the rates (nq',), one prescribed coordinate after the other. Truth value: whether
+    all guards are met.
     """
     tape, copy = _copy_of(solver, prescribed)
 
@@ -141,10 +144,10 @@ def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
 
 
 def place_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
-    """Record :meth:`Solver.place`.
+    """Record :meth:`LoopEquations.place`.
 
-    Input: x. Outputs: q and residual in a first stage, rotations and positions in a second; the truth value is whether all guards
-    are met.
+    Input: x. Outputs of stage 0: Pinocchio's coordinates (nq,) and the loops' residual. Further outputs of stage 1: rotations
+    (3, 3, B) and positions (3, B) of the B bodies. Truth value: whether all guards are met.
     """
     tape, copy = _copy_of(solver, prescribed)
 

@@ -1,4 +1,8 @@
-"""Newton's method for the loops by compiled code, and by NumPy where the record is not valid."""
+"""Newton's method for closed loops by compiled code, and by NumPy at poses where the recorded branches do not apply.
+
+A pose has coordinates x (nq', N) of the tree of joints and orientation coordinates c (3, N) of the platform. The conditions under
+which the compiled code is valid are called guards.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +18,8 @@ from numpy.typing import NDArray
 from kinetostatics.engine import llvm
 from kinetostatics.engine.code import BLOCK, LAST, Bound, Code, code_key, found_or_made, packed
 from kinetostatics.engine.loop_record import (
-    GOOD,
-    HOLDS,
+    CONVERGED,
+    VALID,
     Program,
     newton_record,
     place_record,
@@ -30,9 +34,9 @@ from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, Solver,
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.mechanism.tree import Frames
 
-#: An array, and a function for one step from a closed pose to prescribed coordinates. The function takes x and c of the pose
-#: (nq' + 3, 1) and the coordinates (n, 1); it returns whether Newton's method converged and there is no singular pose between
-#: both poses. If so, all columns of the array are x and c of the new pose. Every call overwrites the array.
+#: A step from a closed pose to prescribed coordinates: an array for the new pose, and a function. The function takes x and c of
+#: the closed pose (nq' + 3, 1) and the prescribed coordinates (n, 1); it returns whether Newton's method converged and no
+#: singular pose lies between the poses. If so, all columns of the array are x and c of the new pose. Each call overwrites it.
 Step: TypeAlias = tuple[Array, Callable[[Array, Array], bool]]
 
 #: Step of the prescribed coordinates [m, rad] by which code is tested, and tolerance of the comparison with NumPy.
@@ -50,7 +54,7 @@ _START: _Function = ("start", start_record, 4, 0)
 
 
 class CompiledSolver(Solver):
-    """A solver whose corrections are compiled, for one choice of prescribed coordinates.
+    """A solver with compiled corrections, for one choice of prescribed coordinates.
 
     Attributes:
         operations: number of operations of a correction.
@@ -63,8 +67,6 @@ class CompiledSolver(Solver):
         """Load the code from disk, or compile it.
 
         Args:
-            solver: the solver with the corrections.
-            prescribed: prescribed coordinates.
             example: one pose with closed loops.
             anew: whether to compile code that is not on disk.
 
@@ -77,7 +79,7 @@ class CompiledSolver(Solver):
         structure = Structure((solver, prescribed))
         self._parameters, self._structure = structure.values, structure.key
         self._sizes = {"parameters": len(structure.values), "coordinates": self.tree.nq, "given": prescribed.size}
-        # the test for singular poses is not used where freedoms are local
+        # the test for singular poses is not used if some freedoms are local: if they do not move the platform
         self._functions = _FUNCTIONS[:2] if prescribed.local_dofs else _FUNCTIONS
         self.is_there = bool(self._codes(self._functions, self._is_right, llvm.LANES if anew else 0))
         if anew and not self.is_there:
@@ -120,7 +122,7 @@ class CompiledSolver(Solver):
 
     @cached_property
     def _start(self) -> Code | None:
-        """Code for the start of lines, compiled on first use; None if it cannot be recorded."""
+        """Code of :func:`.start_record`, compiled on first use; None if it cannot be recorded."""
         target = self.values(self._own, self._example) + _TRIED
         expected = Solver.line(self, self._own, self._example, target)
 
@@ -136,7 +138,7 @@ class CompiledSolver(Solver):
         return None
 
     def _started(self, code: Code, start: SolverState, target: Array, shorter: bool) -> tuple[Array, Array, NDArray[np.bool_]]:
-        """Return prescribed and orientation coordinates at the start of lines, and the mask of poses that meet the guards."""
+        """Return prescribed coordinates (n, N) and orientation coordinates (3, N) at line starts; True where guards are met."""
         n, N = target.shape
         x, c = (start.x, start.c) if N == 1 else (for_each(start.x, N), for_each(start.c, N))
         inputs = x, c, target, np.full((1, N), float(shorter))
@@ -146,7 +148,6 @@ class CompiledSolver(Solver):
     def line(
         self, prescribed: PrescribedCoordinates, start: SolverState, target: Array, shorter: bool = True
     ) -> tuple[Array, Array]:
-        """Return the coordinates at which lines from poses to targets (n, N) start, see :meth:`Solver.line`."""
         # the record turns actuators the shorter way
         known = prescribed == self._own and (shorter or bool(prescribed.angles)) and target.shape[1] > 0
         code = self._start if known else None
@@ -167,7 +168,6 @@ class CompiledSolver(Solver):
         before: Array | None = None,
         passing: NDArray[np.bool_] | None = None,
     ) -> tuple[SolverState, NDArray[np.bool_]]:
-        """Solve for ``target`` from nearby ``poses``; see :meth:`Solver.newton`."""
         if prescribed != self._own or target.shape[1] == 0:
             return super().newton(prescribed, poses, target, before, passing)
         found, good, holds = self._corrected(poses, target, before, passing)
@@ -181,7 +181,7 @@ class CompiledSolver(Solver):
     def _corrected(
         self, poses: SolverState, target: Array, before: Array | None, passing: NDArray[np.bool_] | None
     ) -> tuple[SolverState, NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return the corrected poses, and two masks: poses that converged, and poses that meet the guards."""
+        """Return the corrected poses; True where Newton's method has converged (N,); True where the guards are met (N,)."""
         (size, N), count = poses.x.shape, target.shape[0]
         n = max(N, llvm.LANES)
         state, given = np.empty((size + 8, n)), np.empty((count + 1, n))
@@ -194,10 +194,9 @@ class CompiledSolver(Solver):
             state[:, N:], given[:, N:] = state[:, N - 1 : N], given[:, N - 1 : N]
         self._newton((state, given), self._parameters, state, np.empty((1, n), dtype=bool))
         flags = state[size + 3 :, :N]
-        return SolverState(state[:size, :N], state[size : size + 3, :N]), flags[GOOD] != 0, flags[HOLDS] != 0
+        return SolverState(state[:size, :N], state[size : size + 3, :N]), flags[CONVERGED] != 0, flags[VALID] != 0
 
     def in_one_go(self, prescribed: PrescribedCoordinates, start: SolverState, target: Array) -> SolverState | None:
-        """Return the pose at coordinates (n, 1) near one pose, see :meth:`Solver.in_one_go`."""
         if prescribed != self._own:
             return None
         with self._lock:
@@ -212,7 +211,7 @@ class CompiledSolver(Solver):
         return self._step_of([self._newton] if self._side is None else [self._newton, self._side])
 
     def single_step(self) -> Step:
-        """Return a function for one step between closed poses, see :data:`Step`, compiled for single poses."""
+        """Return a :data:`Step` by code that is compiled for single poses."""
         functions = [(f"{item[0]}_of_one", *item[1:]) for item in self._functions if item[0] != "place"]
         target = self.values(self._own, self._example) + _TRIED
         start = np.concatenate([self._example.x, self._example.c])
@@ -228,7 +227,7 @@ class CompiledSolver(Solver):
         return self._step_of(codes) if codes else self._single
 
     def _step_of(self, codes: list[Code]) -> Step:
-        """Return a step by given code: corrections, and the test for singular poses unless there are local freedoms."""
+        """Return a :data:`Step` by the code of the corrections and, unless freedoms are local, of the test for singular poses."""
         size, n = self.tree.nq, codes[0].lanes
         state, given, first = np.empty((size + 8, n)), np.zeros((self._own.size + 1, n)), np.empty((size + 3, n))
         moved, flags, expected = state[: size + 3], state[size + 3 :], given[:-1]
@@ -243,7 +242,7 @@ class CompiledSolver(Solver):
             flags[:], expected[:] = rule, target
             self.impose(self._own, poses, target)
             newton()
-            if not (flags[GOOD, 0] and flags[HOLDS, 0]):
+            if not (flags[CONVERGED, 0] and flags[VALID, 0]):
                 return False
             if side is not None:
                 side()
@@ -254,7 +253,6 @@ class CompiledSolver(Solver):
     def on_one_side(
         self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState, target: Array
     ) -> NDArray[np.bool_]:
-        """Return the mask (N,) of pairs of poses without a singular pose between them."""
         if prescribed != self._own or self._side is None or first.x.shape[1] == 0:
             return super().on_one_side(prescribed, first, second, target)
         found = self._surely(self._side, first, second)
@@ -264,7 +262,6 @@ class CompiledSolver(Solver):
         return found
 
     def place(self, x: Array) -> Placed:
-        """Return joint coordinates, frames and residual of the loops at coordinates ``x`` (nq', N)."""
         if x.shape[1] == 0:
             return super().place(x)
         found, holds = self._placed(x, 0 if x.shape[1] > 2 * BLOCK else LAST)
@@ -276,7 +273,7 @@ class CompiledSolver(Solver):
         return found
 
     def _placed(self, x: Array, stage: int = LAST) -> tuple[Placed, NDArray[np.bool_]]:
-        """Return the placed bodies and the mask of poses that meet the guards; in stage 0 frames are computed on first use."""
+        """Return the placed bodies; True where the guards are met (N,). In stage 0 the frames are computed on first use."""
         nq, bodies, soon = self.mechanism.tree.nq, self.mechanism.tree.bodies, self.mechanism.tree.nq + self.equations.closures
         turned, N = soon + 9 * bodies, x.shape[1]
         numbers, truths = self._place.results([x], self._parameters, turned + 3 * bodies if stage else soon, 1, stage)
@@ -299,7 +296,7 @@ class CompiledSolver(Solver):
 def _compiled(
     record: Callable[..., Program], given: tuple[object, ...], sizes: dict[str, int], inputs: int, repeats: int, lanes: int
 ) -> bytes:
-    """Return the content of a cache file: the compiled record of one function."""
+    """Return the content of a file of code: the compiled record of one function."""
     program = record(*given)
     operations = sum(needed_by(program.tape, (*program.numbers, *program.truths)))
     text = llvm.module_of(program.tape, program.numbers, program.truths, inputs, repeats, program.stages, lanes)
@@ -321,22 +318,18 @@ class _LaterFrames(Frames):
 
     @cached_property
     def known(self) -> Frames:
-        """The computed frames."""
         place: Callable[[Array], Frames] = vars(self)["_place"]
         return place(self.x)
 
     @property
     def rotation(self) -> Array:  # type: ignore[override]
-        """(3, 3, B, N)."""
         return self.known.rotation
 
     @property
     def position(self) -> Array:  # type: ignore[override]
-        """(3, B, N) [m]."""
         return self.known.position
 
     def take(self, poses: Index | slice) -> Frames:
-        """Return some of the poses."""
         return self.known.take(poses) if "known" in vars(self) else _LaterFrames(self.x[:, poses], vars(self)["_place"])
 
     def put(self, poses: Index, others: Frames) -> None:

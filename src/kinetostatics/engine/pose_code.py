@@ -1,4 +1,7 @@
-"""Outputs of closed poses by compiled code, from coordinates, load and gravity."""
+"""Outputs of a robot at closed poses by compiled code, from coordinates, load and gravity.
+
+The outputs are computed in stages: a call computes the outputs of the stages up to a given one.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,7 @@ class OutputPlace(NamedTuple):
     stage: int
 
     def of(self, numbers: Array, truths: Mask) -> Number:
-        """Return the output (*shape, N)."""
+        """Return one output, poses last, from the results of all outputs, see :meth:`PoseCode.computed`."""
         return (truths if self.truth else numbers)[self.rows].reshape(*self.shape, truths.shape[1])
 
 
@@ -71,9 +74,7 @@ class PoseCode:
         """Load the code from disk, or compile it.
 
         Args:
-            robot, statics: the robot.
-            stages: names of the outputs by stage, see :data:`ANALYSIS`; a stage is computed together with those before it.
-            places: places of loads on links.
+            stages: names of the outputs of each stage, see :data:`ANALYSIS`.
             lanes: poses per instruction.
             anew: whether to compile code that is not on disk.
 
@@ -111,10 +112,10 @@ class PoseCode:
         return bool(truths[0, 0]) and all(agree(expected[name], found[name]) for name in found if name not in closed)
 
     def computed(self, x: Array, load: Array, gravity: Array, *wrenches: Array, stage: int = LAST) -> tuple[Array, Mask]:
-        """Return numbers and truth values of the outputs, see :meth:`OutputPlace.of`; truth value 0: whether the code is valid.
+        """Return the numbers (R, N) and truth values (T, N) of all outputs; the first truth value is whether the code is valid.
 
         Args:
-            x: (nq', N) coordinates.
+            x: (nq', N) coordinates of the solver.
             load: (6, N) [N, N·m].
             gravity: (3, N) [m/s²].
             wrenches: (6 P, N) wrenches at the P loaded places of links [N, N·m], if any.
@@ -143,7 +144,7 @@ class PoseCode:
 def compiled(
     model: PoseModel, stages: Sequence[Sequence[str]], example: Sequence[Array], sizes: Sequence[int], lanes: int = llvm.LANES
 ) -> bytes:
-    """Return the content of a cache file: the compiled outputs and the table of their places."""
+    """Return the content of a file of code: the compiled outputs and the table of their places."""
     record = pose_record(model, [name for stage in stages for name in stage], example)
     rows: tuple[list[int], list[int]] = [], [record.all_hold()]
     places, ends = {}, []

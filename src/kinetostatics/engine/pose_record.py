@@ -1,6 +1,8 @@
-"""Records of closed poses: the operations that compute joint coordinates, frames, equilibrium and derived outputs.
+"""Records of closed poses: the scalar operations that compute joint coordinates, frames, equilibrium and other outputs.
 
-Machine code, exported C, derivatives and random samples of robots are computed from these records.
+Machine code, exported C, derivatives and random samples of robots are computed from these records. A record is valid at poses
+that meet its guards, which are the conditions of its branches. Residuals are defined by :meth:`Solver.system`; they depend on the
+coordinates x of the solver's tree, the platform's orientation coordinates c and the prescribed coordinates.
 """
 
 from __future__ import annotations
@@ -55,11 +57,9 @@ class PoseModel(NamedTuple):
 
     @classmethod
     def of(cls, solver: Solver, statics: RobotStatics, prescribed: PrescribedCoordinates | None = None) -> PoseModel:
-        """Return the model of a robot from its solver and its statics."""
         return cls(JointCoordinates(solver), statics, prescribed)
 
     def structure(self, tape: Tape | None = None, all_vary: bool = False) -> Structure:
-        """Return structure and numbers, see :class:`Structure`."""
         return Structure(self, tape, all_vary=all_vary)
 
 
@@ -67,10 +67,10 @@ class Pose:
     """Closed poses of a model, with quantities computed on first use.
 
     Args:
-        model: the robot.
         x: (nq', N) solved coordinates.
         load, gravity: (6, N) [N, N·m] and (3, N) [m/s²].
-        given: (3, N) orientation and (n, N) prescribed coordinates, if residuals are requested; or (6 P, N) wrenches on links.
+        given: for residuals, orientation coordinates (3, N) and prescribed coordinates (n, N); with loads on links, wrenches
+            (6 P, N) at their P places.
     """
 
     def __init__(self, model: PoseModel, x: Array, load: Array, gravity: Array, *given: Array) -> None:
@@ -79,14 +79,14 @@ class Pose:
 
     @cached_property
     def placed(self) -> Placed:
-        """Joint coordinates, frames and residual of the loops."""
         return self.solver.equations.place(self.x)
 
     @cached_property
     def frames(self) -> Frames:
         """Frames of all bodies.
 
-        The hinge angles of spherical joints may be singular; only frames of bodies between the hinges depend on these angles.
+        A spherical joint is modelled by three hinges, whose angles may be singular. Only the frames of the bodies between the
+        hinges are computed from these angles.
         """
         frames = self.solver.equations.forward(self.x)
         inside = [joint.body for *_, joints in self.solver.equations.runs for joint in joints[:2]]
@@ -97,7 +97,6 @@ class Pose:
 
     @cached_property
     def solution(self) -> Solution:
-        """The equilibrium."""
         _, o = self.statics.mechanism.platform_pose(self.frames)
         weights = self.statics.weights.wrenches_of_many(self.frames, o, self.gravity)
         applied: tuple[AppliedLoad, ...] = ()
@@ -115,11 +114,11 @@ class Pose:
 
     @cached_property
     def closures(self) -> Array:
-        """The loops' residuals (closures, N) [m, rad]."""
+        """Residuals of the loops (closures, N) [m, rad]."""
         return self.solver.equations.evaluate(self.frames)[0]
 
     def opening(self) -> Array:
-        """Return the largest gap (N,) of all loops [m, rad]."""
+        """Return the largest gap (N,) of all loops and mimic joints [m, rad]."""
         worst = zeros_for((self.x.shape[1],), self.x)
         for metres, radians in self.solver.equations.loop_gaps(self.closures, self.x).values():
             worst = np.maximum(worst, np.maximum(metres, radians))
@@ -132,19 +131,19 @@ class Pose:
         return np.stack(rows) if rows else zeros_for((0, self.x.shape[1]), self.x)
 
     def within(self) -> Mask:
-        """Return the mask of poses (N,) within all joint limits."""
+        """True where all joints are within their limits (N,)."""
         found: Mask = np.ones(self.x.shape[1], dtype=bool)
         for *_, inside in self.model.joints.limited(self.placed.q, self.frames):
             found = found & inside
         return found
 
     def is_stable(self) -> Mask:
-        """Return the mask of poses (N,) that certainly do not buckle."""
+        """True where a sufficient condition excludes buckling (N,)."""
         assert self.model.members is not None
         return surely_stable(self.model.members, forces_of(self.model.members, self.solution))
 
     def platform(self) -> Array:
-        """Return the platform's rotation, row by row, and position (12, N)."""
+        """Return the platform's rotation matrix, row by row, and position (12, N)."""
         R, o = self.solver.mechanism.platform_pose(self.frames)
         return np.concatenate([R.reshape(9, -1), o])
 
@@ -166,7 +165,7 @@ OUTPUTS: Mapping[str, Callable[[Pose], Array | Mask]] = {
 def outputs_at(pose: Pose, names: Sequence[str], tool: Array | None = None) -> dict[str, Number]:
     """Return outputs (…, N) by name.
 
-    Twist, stiffness and compliance are those at the point ``tool`` (3,), from o in platform axes [m]; default o.
+    Twist, stiffness and compliance have the reference point ``tool`` (3,), from o in platform axes [m]; default o.
     """
     found: dict[str, Number] = {}
     for name in names:
@@ -183,7 +182,7 @@ def outputs_at(pose: Pose, names: Sequence[str], tool: Array | None = None) -> d
 
 
 def _is_unknown(array: Array) -> bool:
-    """Whether all entries are NaN at every pose, as for an infinite stiffness; such arrays must not enter derivatives."""
+    """Whether all entries are NaN at every pose, as for an infinite stiffness; NaN must not enter derivatives."""
     return all(isinstance(entry, float) and math.isnan(entry) for entry in np.asarray(array).ravel().tolist())
 
 
@@ -192,8 +191,8 @@ class PoseRecord:
     """Recorded operations of some outputs of a robot.
 
     Attributes:
-        tape: the operations; inputs are x, load, gravity and, if residuals are requested, c and the target.
-        rows: the operations of each output's components, in order.
+        tape: the operations; inputs are x, load, gravity and, if residuals are requested, c and the prescribed coordinates.
+        rows: indices of the operations that compute the components of each output, in order.
         shapes: shape of each output.
         holds: for each output, the operation that computes whether the guards recorded up to this output are met.
     """
@@ -204,7 +203,7 @@ class PoseRecord:
     holds: Mapping[str, int]
 
     def all_rows(self, names: Sequence[str] | None = None) -> list[int]:
-        """Return the operations of some outputs, by default all of them, one output after the other."""
+        """Return the ``rows`` of some outputs, by default of all, in one list."""
         return [row for name in (self.rows if names is None else names) for row in self.rows[name]]
 
     def all_hold(self) -> int:
@@ -218,10 +217,7 @@ def pose_record(
     """Record some outputs.
 
     Args:
-        model: the robot.
-        names: names of the outputs, at least one.
-        example: x, load and gravity of one pose, and c and target if residuals are requested; where the code branches, the branch
-            at this pose is recorded.
+        example: inputs at one pose, see :class:`PoseRecord`; where the code branches, the branch at this pose is recorded.
         all_vary: whether to record 0, 1 and −1 as parameters too, see :class:`Structure`.
         tool: see :func:`outputs_at`.
 
@@ -243,11 +239,7 @@ def pose_record(
 
 @contextmanager
 def _recording_equilibrium(robot: RobotStatics) -> Iterator[None]:
-    """Record the equilibrium of a robot, as a context manager.
-
-    Raises:
-        NotRecordedError: a function is not a sequence of operations on scalars.
-    """
+    """Context manager like :func:`recording`, whose error says what prevents the recording of the robot's equilibrium."""
     try:
         with recording():
             yield

@@ -1,4 +1,4 @@
-"""Compiled programs of robots in memory, and the choice between them and NumPy."""
+"""Compiled code of robots in memory, and the choice between compiled code and NumPy."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ Key = TypeVar("Key")
 
 @dataclass
 class _Program(Generic[Made]):
-    """A program of a robot: its code, or the reason why it has none; both are None until the code is needed."""
+    """Code of a robot for one purpose, or the reason why it has none; both are None until the code is needed."""
 
     made: Made | None = None
     reason: str | None = None
@@ -52,14 +52,13 @@ _LOOPS: _Programs[PrescribedCoordinates, CompiledSolver] = WeakKeyDictionary()
 _LOCK = threading.Lock()
 
 
-def _answering(
+def _program_of(
     programs: _Programs[Key, Made], robot: RobotKinematics, key: Key, engine: str, poses: int, find: Callable[[bool], Made | None]
 ) -> _Program[Made]:
-    """Return a program; its code is loaded or compiled if the engine is "compiled", or "auto" and there are enough poses.
+    """Return a program, with its code if the engine is "compiled", or if it is "auto" and there are enough poses.
 
     Args:
-        programs: all programs of one kind.
-        robot: the robot.
+        programs: the programs of all robots for one kind of purpose.
         key: identifies the program among the programs of the robot.
         engine: "auto" or "compiled".
         poses: number of poses of the call.
@@ -93,7 +92,7 @@ def check_engine(engine: str) -> str:
 
 
 def engine_for(engine: str, poses: int) -> str:
-    """Return the engine for several calls, such as those of a map, from their total number of poses."""
+    """Return the engine for each of several calls with ``poses`` poses in total, for instance the calls of a map."""
     return "compiled" if engine == "auto" and poses >= COMPILING else engine
 
 
@@ -109,9 +108,7 @@ def pose_code(
     """Return the compiled code that analyses poses, or None if NumPy analyses them.
 
     Args:
-        robot, statics: the robot.
         engine: see :func:`check_engine`.
-        poses: number of poses of the call.
         applied: loads on links; the code depends on their places.
         stability: whether to return the code of the sufficient condition of stability instead. There is no such code for robots
             with springs or loads on links.
@@ -122,7 +119,7 @@ def pose_code(
 
 
 def compiled_statics(robot: RobotKinematics, statics: RobotStatics) -> PoseCode | str:
-    """Return the code of a robot's equilibrium, compiled now if necessary; or the reason why there is none."""
+    """Return the code of a robot's equilibrium, which is compiled if missing; a text with the reason if it cannot be compiled."""
     program = _poses_of(robot, statics, "compiled", 1)
     return program.made or str(program.reason)
 
@@ -141,11 +138,11 @@ def _poses_of(
         found = PoseCode(robot, statics, STABILITY if stability else ANALYSIS, places, anew=anew)
         return found if found.is_there else None
 
-    return _answering(_POSES, robot, (places, stability), engine, poses, find)
+    return _program_of(_POSES, robot, (places, stability), engine, poses, find)
 
 
 def compiled_loops(engine: str) -> SolverChoice:
-    """Return a function that chooses the solver of a call: one with compiled corrections, or the robot's own.
+    """Return a function that chooses the solver of a call: a :class:`CompiledSolver`, or the robot's own solver.
 
     Args:
         engine: see :func:`check_engine`.
@@ -160,12 +157,12 @@ def compiled_loops(engine: str) -> SolverChoice:
 
 
 def loops_for(analysis: Mapping[str, object]) -> SolverChoice:
-    """Return :func:`compiled_loops` for the ``engine`` in arguments of :func:`kinetostatics.analyze`."""
+    """Return :func:`compiled_loops` for the entry ``engine`` in arguments of :func:`kinetostatics.analyze`."""
     return compiled_loops(check_engine(str(analysis.get("engine", "auto"))))
 
 
 def loops_of(robot: RobotKinematics) -> CompiledSolver | str:
-    """Return the compiled solver for given actuators, compiled now if necessary; or the reason why there is none."""
+    """Return the compiled solver for given actuator coordinates; a text with the reason if it cannot be compiled."""
     program = _loops_of(robot, "compiled", robot.mobility_analysis.with_dofs(robot.actuator_coordinates), 1)
     return program.made or str(program.reason)
 
@@ -178,4 +175,4 @@ def _loops_of(robot: RobotKinematics, engine: str, prescribed: PrescribedCoordin
         found = CompiledSolver(robot.solver, prescribed, example, anew)
         return found if found.is_there else None
 
-    return _answering(_LOOPS, robot, prescribed, engine, poses, find)
+    return _program_of(_LOOPS, robot, prescribed, engine, poses, find)

@@ -1,4 +1,4 @@
-"""Derivatives of records by automatic differentiation.
+"""Derivatives of recorded scalar operations by automatic differentiation.
 
 The reverse mode computes the derivatives of results with respect to inputs and parameters by NumPy, at many poses. The forward
 mode records the rates of results. A. Griewank, A. Walther, Evaluating Derivatives, 2nd edition, 2008, chapter 3.
@@ -58,11 +58,9 @@ _FUNCTIONS: Mapping[str, Callable[..., Number]] = {
 
 
 def values(tape: Tape, needed: Sequence[bool], inputs: Sequence[Array], parameters: Sequence[Number] | Array) -> list[Number]:
-    """Return the results of all needed operations at N poses, numbers or arrays (N,); None for the others.
+    """Return the result of each needed operation at N poses, a number or an array (N,); None for operations that are not needed.
 
     Args:
-        tape: the record.
-        needed: for each operation, whether it is needed.
         inputs: the input arrays (components, N).
         parameters: the P numbers of the robot; a number that differs from pose to pose is an array (N,).
     """
@@ -86,16 +84,14 @@ def values(tape: Tape, needed: Sequence[bool], inputs: Sequence[Array], paramete
 
 
 def gradients(tape: Tape, found: Sequence[Number], outputs: Sequence[int], leaves: Iterable[int], N: int) -> dict[int, Array]:
-    """Return the derivatives (outputs, N) of some results with respect to each of some inputs and parameters.
+    """Return the derivatives (outputs, N) of results with respect to inputs and parameters, by the index of their operation.
 
-    The keys are the operations of the inputs and parameters; inputs and parameters without influence are omitted.
+    Inputs and parameters without influence are omitted.
 
     Args:
-        tape: the record.
         found: the results of all operations, see :func:`values`.
-        outputs: the operations whose results are differentiated.
-        leaves: the operations of the inputs and parameters.
-        N: number of poses.
+        outputs: indices of the operations whose results are differentiated.
+        leaves: indices of the operations of the inputs and parameters.
     """
     leaves = set(leaves)
     active = [False] * len(found)
@@ -143,13 +139,13 @@ def gradients(tape: Tape, found: Sequence[Number], outputs: Sequence[int], leave
 
 
 def tangent_record(tape: Tape, outputs: Sequence[int], inputs: int) -> list[int]:
-    """Record the rates of results for given rates of the inputs; return the operations of these rates.
+    """Record the rates of results for given rates of the inputs; return the indices of the operations of these rates.
 
-    The rates of the inputs are inputs of the same tape: the rates of input array number k are input array number ``inputs`` + k.
+    The rates of the inputs are inputs on the same tape: the rates of input array number k are input array number ``inputs`` + k.
 
     Args:
-        tape: the record, to which operations are added.
-        outputs: the operations whose results are differentiated.
+        tape: the recorded operations; operations are added.
+        outputs: indices of the operations whose results are differentiated.
         inputs: number of input arrays.
     """
     rates: dict[int, Number] = {}

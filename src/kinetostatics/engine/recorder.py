@@ -1,8 +1,9 @@
-"""Arrays of recorded scalars: NumPy's functions applied to them are recorded. A robot's numbers are parameters of the record.
+"""Arrays of recorded scalars: NumPy's functions applied to them record their scalar operations (the record).
 
-The data of a robot are copied with recorded parameters in place of numbers; all other data are the robot's structure, by
-which compiled code is found. Records are computed from the copy alone, and therefore depend on structure and parameters only. To
-save operations, numbers that are 0, 1 or −1 within rounding belong to the structure; so do infinite numbers and NaN.
+The numbers of a robot, for instance its lengths, become parameters of the record; all other data are the robot's structure, by
+which compiled code is found. Records are computed from a copy of the data with parameters in place of numbers, and therefore
+depend on structure and parameters only. To save operations, numbers that are 0, 1 or −1 within rounding belong to the structure;
+so do infinite numbers and NaN.
 """
 
 from __future__ import annotations
@@ -42,12 +43,12 @@ _ELEMENTWISE: dict[object, np.ufunc] = {
         (np.minimum, scalars.smaller),
         (np.isnan, scalars.is_nan),
         (np.isfinite, scalars.is_finite),
-        (np.logical_and, scalars.both),
-        (np.logical_or, scalars.either),
-        (np.logical_not, scalars.opposite),
-        (np.bitwise_and, scalars.both),
-        (np.bitwise_or, scalars.either),
-        (np.invert, scalars.opposite),
+        (np.logical_and, scalars.logical_and),
+        (np.logical_or, scalars.logical_or),
+        (np.logical_not, scalars.logical_not),
+        (np.bitwise_and, scalars.logical_and),
+        (np.bitwise_or, scalars.logical_or),
+        (np.invert, scalars.logical_not),
         (np.greater, lambda a, b: scalars.compare(">", a, b)),
         (np.greater_equal, lambda a, b: scalars.compare(">=", a, b)),
         (np.less, lambda a, b: scalars.compare("<", a, b)),
@@ -66,7 +67,6 @@ class Recorded(np.ndarray[tuple[int, ...], np.dtype[np.object_]]):
     """An array of recorded scalars and constants, on which NumPy's functions record their operations."""
 
     def __array_ufunc__(self, ufunc: Number, method: str, *inputs: Number, **options: Number) -> Number:
-        """Apply a ufunc scalar by scalar."""
         if ufunc not in _ELEMENTWISE and ufunc not in _NATIVE:
             raise NotRecordedError(f"numpy.{ufunc.__name__}")
         plain = [_plain(item) for item in inputs]
@@ -83,7 +83,7 @@ class Recorded(np.ndarray[tuple[int, ...], np.dtype[np.object_]]):
         return recorded(found)  # replaces an array of floats as the result of an operation in place
 
     def __array_function__(self, function: Number, types: Number, args: Number, kwargs: Number) -> Number:
-        """Apply a NumPy function; most of these functions rearrange entries or apply ufuncs."""
+        """Apply a NumPy function. Functions of ``numpy.linalg`` cannot be recorded; others rearrange entries or apply ufuncs."""
         if function.__module__.startswith("numpy.linalg"):
             raise NotRecordedError(f"{function.__module__}.{function.__name__}")
         if function is np.where and len(args) == 3:
@@ -97,7 +97,7 @@ class Recorded(np.ndarray[tuple[int, ...], np.dtype[np.object_]]):
 
 
 def recorded(found: Number) -> Number:
-    """Return an array of objects as a recorded array; for a tuple or list, do this for each array in it."""
+    """Return arrays of objects as :class:`Recorded`, also within tuples and lists; anything else unchanged."""
     if isinstance(found, tuple | list):
         return type(found)(map(recorded, found))
     if isinstance(found, np.ndarray) and found.dtype == object and not isinstance(found, Recorded):
@@ -106,7 +106,7 @@ def recorded(found: Number) -> Number:
 
 
 def recorded_input(tape: Tape, number: int, array: Array) -> Number:
-    """Return an input array of recorded scalars, with the values of the example."""
+    """Return input array ``number`` of the record; ``array`` has its values at the example pose."""
     scalars = np.empty(array.size, dtype=object)
     for k, value in enumerate(array.ravel().tolist()):
         scalars[k] = tape.write(("input", number, k), value)
@@ -115,11 +115,7 @@ def recorded_input(tape: Tape, number: int, array: Array) -> Number:
 
 @contextmanager
 def recording() -> Iterator[None]:
-    """Convert the errors of functions that cannot be recorded into one error, as a context manager.
-
-    Raises:
-        NotRecordedError: a function needs floats in place of recorded scalars.
-    """
+    """Context manager: an error of a function that cannot be recorded is raised as :class:`NotRecordedError`."""
     try:
         with np.errstate(all="ignore"):
             yield
@@ -133,8 +129,8 @@ def _plain(item: Number) -> Number:
 
 # ---- structure and parameters --------------------------------------------------------------------------------------
 
-#: Difference up to which a number counts as 1 or −1; relative to the largest entry of its array also as 0, as a computed sine of
-#: 1e-17.
+#: Difference up to which a number counts as 1 or −1; ratio to the largest entry of its array up to which it counts as 0, for
+#: instance a computed sine of 1e-17.
 ROUNDING = 1e-14
 
 
@@ -152,12 +148,12 @@ class Structure:
 
         Args:
             robot: the robot's statics, or other data of the robot.
-            tape: tape on which operations with the copy are recorded.
-            all_vary: whether 0, 1 and −1 are parameters too, for records that are evaluated for other robots.
+            tape: tape of the parameters; None: the copy keeps the numbers.
+            all_vary: whether 0, 1 and −1 are parameters too, for records that are evaluated with the numbers of other robots.
         """
         self._hash, self._tape, self._all_vary = hashlib.sha256(), tape, all_vary
         self._values: list[float] = []
-        self._copies: dict[int, tuple[int, Number, Number]] = {}  # by id: number, the item, which keeps its id, and its copy
+        self._copies: dict[int, tuple[int, Number, Number]] = {}  # by id: index, item (stored to keep its id), copy
         self.copy = self._copied(robot)
         self.key = self._hash.hexdigest()
         self.values: Array = np.array(self._values)
@@ -197,10 +193,10 @@ class Structure:
         return self._object(item)
 
     def _object(self, item: Number) -> Number:
-        """Copy those attributes of an object that may influence records.
+        """Copy the attributes of an object that may influence records.
 
-        Excluded are cached properties, the fields of a dataclass that are not compared, and those in ``NOT_RECORDED`` of the
-        object's class, such as labels and places in files.
+        Not copied: cached properties; fields of a dataclass that are not compared; attributes in ``NOT_RECORDED`` of the object's
+        class, for instance labels and places in files.
         """
         kind = type(item)
         copy = object.__new__(kind)

@@ -1,9 +1,9 @@
-"""Recording of array functions for compilation, by scalars that record every operation on them.
+"""Records: lists of the scalar operations that a NumPy function performs, for compilation.
 
-A function is called with arrays of :class:`Scalar` instead of floats, for one example pose. Every scalar has a value at the
-example, so that a data-dependent branch follows the example. The condition of the branch is recorded as a guard: the record is
-valid at poses that meet all guards. Functions that are not sequences of operations on scalars (singular values, eigenvectors)
-raise an error.
+The function is called with arrays of :class:`Scalar` in place of floats, for one pose, the example. Every scalar has a value at
+the example. Where the function branches, the branch at the example is recorded; its condition is recorded as a guard, and the
+record is valid at poses that meet all guards. Functions that are not sequences of scalar operations (singular values,
+eigenvectors) raise an error.
 """
 
 from __future__ import annotations
@@ -15,25 +15,25 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-Number: TypeAlias = Any  # a Scalar, a float, an array of either, or a container of such arrays
+Number: TypeAlias = Any  # a Scalar, a float, an array of Scalars or floats, or a container of arrays
 #: Name and operands.
 Operation: TypeAlias = tuple[Number, ...]
-#: Operations without operands.
+#: Operations without operands; their name is followed by the input array and component, the parameter, or the value.
 LEAVES = ("input", "parameter", "constant", "truth")
 
 
 class NotRecordedError(Exception):
-    """A function is not a sequence of operations on scalars."""
+    """A function is not a sequence of scalar operations."""
 
 
 class Tape:
-    """Operations in the order in which they were recorded; equal operations are stored once.
+    """Scalar operations in the order in which they were recorded; equal operations are stored once.
 
     Attributes:
-        operations: name and operands of each operation; the operands are numbers of earlier operations.
+        operations: name and operands of each operation. Operands are indices of earlier operations, except in :data:`LEAVES`.
         values: result of each operation at the example.
-        guards: for each operation on which a branch depends, its truth value at the example; the record is not valid at poses
-            with the other value.
+        guards: the truth values on which branches depend: value at the example, by index of the operation. The record is not
+            valid at poses with another value.
     """
 
     def __init__(self) -> None:
@@ -43,7 +43,7 @@ class Tape:
         self._known: dict[Operation, Scalar] = {}
 
     def write(self, operation: Operation, value: float | bool) -> Scalar:
-        """Record an operation, unless an equal one exists, and return its scalar."""
+        """Return the scalar of an operation; record it if no equal one exists. ``value`` is the result at the example."""
         found = self._known.get(operation)
         if found is None:
             found = Scalar(self, len(self.operations), value)
@@ -53,15 +53,15 @@ class Tape:
         return found
 
     def holds(self) -> Number:
-        """Return whether all guards recorded so far are met."""
+        """Whether all guards recorded so far are met: a recorded truth value, or True if there are no guards."""
         found: Number = True
         for number, expected in self.guards.items():
             guard = Scalar(self, number, self.values[number])
-            found = both(found, guard if expected else opposite(guard))
+            found = logical_and(found, guard if expected else logical_not(guard))
         return found
 
     def number_of(self, scalar: Number) -> int:
-        """Return the index of the operation that gives a scalar; for a constant, an operation is added."""
+        """Return the index of a scalar's operation; for a constant, an operation is added."""
         if isinstance(scalar, Scalar):
             return scalar.number
         if isinstance(scalar, bool | np.bool_):
@@ -72,7 +72,7 @@ class Tape:
 
 
 def needed_by(tape: Tape, outputs: Iterable[int]) -> list[bool]:
-    """Return for each operation whether it is an output, or an output depends on it."""
+    """True for each operation on which an output depends, outputs included; ``outputs``: indices of operations."""
     needed = [False] * len(tape.operations)
     for number in outputs:
         needed[number] = True
@@ -84,12 +84,17 @@ def needed_by(tape: Tape, outputs: Iterable[int]) -> list[bool]:
 
 
 def operands(operation: Operation) -> tuple[int, ...]:
-    """Return the operands of an operation, as numbers of operations."""
+    """Return the indices of the operations whose results an operation uses."""
     return () if operation[0] in LEAVES else operation[1:]
 
 
 class Scalar:
-    """Result of a recorded operation, a number or a truth value, with its ``value`` at the example."""
+    """Result of a recorded operation: a number or a truth value.
+
+    Attributes:
+        tape, number: the tape, and the index of the operation on it.
+        value: result at the example.
+    """
 
     __slots__ = ("number", "tape", "value")
 
@@ -122,7 +127,7 @@ class Scalar:
         return absolute(self)
 
     def __invert__(self) -> Number:
-        return opposite(self)
+        return logical_not(self)
 
 
 def _is_plain(value: Number, number: float) -> bool:
@@ -138,7 +143,7 @@ def _joined(name: str, a: Number, b: Number, value: float, swaps: bool = False) 
 
 
 def value_of(a: Number) -> Number:
-    """Return the value at the example of a scalar or a constant."""
+    """Return a scalar's value at the example; a constant unchanged."""
     return a.value if isinstance(a, Scalar) else a
 
 
@@ -148,7 +153,6 @@ def _quotient(a: float, b: float) -> float:
 
 
 def add(a: Number, b: Number) -> Number:
-    """Return a + b."""
     if not isinstance(a, Scalar) and not isinstance(b, Scalar):
         return a + b
     if _is_plain(a, 0.0):
@@ -159,7 +163,6 @@ def add(a: Number, b: Number) -> Number:
 
 
 def subtract(a: Number, b: Number) -> Number:
-    """Return a − b."""
     if not isinstance(a, Scalar) and not isinstance(b, Scalar):
         return a - b
     if _is_plain(b, 0.0):
@@ -170,7 +173,6 @@ def subtract(a: Number, b: Number) -> Number:
 
 
 def multiply(a: Number, b: Number) -> Number:
-    """Return a b."""
     if not isinstance(a, Scalar) and not isinstance(b, Scalar):
         return a * b
     for one, other in ((a, b), (b, a)):
@@ -185,7 +187,7 @@ def multiply(a: Number, b: Number) -> Number:
 
 
 def divide(a: Number, b: Number) -> Number:
-    """Return a / b as a · (1 / b): the inverse is recorded once for all divisions by b."""
+    """Return a / b as a · (1 / b): the reciprocal is recorded once for all divisions by b."""
     if not isinstance(a, Scalar) and not isinstance(b, Scalar):
         return _quotient(a, b)
     if _is_plain(a, 0.0):
@@ -196,7 +198,6 @@ def divide(a: Number, b: Number) -> Number:
 
 
 def negative(a: Number) -> Number:
-    """Return −a."""
     if not isinstance(a, Scalar):
         return -a
     operation = a.tape.operations[a.number]
@@ -206,7 +207,7 @@ def negative(a: Number) -> Number:
 
 
 def power(a: Number, n: Number) -> Number:
-    """Return aⁿ for an integer n."""
+    """Return aⁿ; a recorded ``a`` needs an integer n ≥ 0."""
     if not isinstance(a, Scalar):
         return a**n
     if _is_plain(n, 0):
@@ -223,14 +224,14 @@ def power(a: Number, n: Number) -> Number:
 
 
 def square_root(a: Number) -> Number:
-    """Return √a."""
+    """Return √a, NaN for a < 0."""
     if not isinstance(a, Scalar):
         return math.sqrt(a) if a >= 0 else math.nan
     return a.tape.write(("square_root", a.number), math.sqrt(a.value) if a.value >= 0 else math.nan)
 
 
 def _function(name: str, function: Callable[[float], float]) -> Callable[[Number], Number]:
-    """Return a function of one number, recorded under a name."""
+    """Return ``function``, with the addition that its application to a scalar is recorded as operation ``name``."""
 
     def of(a: Number) -> Number:
         if not isinstance(a, Scalar):
@@ -246,18 +247,16 @@ whole = _function("whole", lambda a: float(round(a)))
 
 
 def angle_of(y: Number, x: Number) -> Number:
-    """Return the angle atan2(y, x)."""
+    """Return atan2(y, x)."""
     value = math.atan2(value_of(y), value_of(x))
     return _joined("angle", y, x, value) if isinstance(y, Scalar) or isinstance(x, Scalar) else value
 
 
 def absolute(a: Number) -> Number:
-    """Return |a|."""
     return a.tape.write(("absolute", a.number), abs(a.value)) if isinstance(a, Scalar) else abs(a)
 
 
 def sign(a: Number) -> Number:
-    """Return −1, 0 or 1."""
     if isinstance(a, Scalar):
         return choose(compare(">", a, 0.0), 1.0, choose(compare("<", a, 0.0), -1.0, 0.0))
     return float(np.sign(a))
@@ -274,20 +273,18 @@ _COMPARISONS: dict[str, Callable[[Number, Number], Number]] = {
 
 
 def compare(how: str, a: Number, b: Number) -> Number:
-    """Return the truth value of a comparison."""
+    """Return whether ``a`` and ``b`` fulfil the comparison ``how``, for instance ">="."""
     value = bool(_COMPARISONS[how](value_of(a), value_of(b)))
     if not isinstance(a, Scalar) and not isinstance(b, Scalar):
         return value
     return _joined(how, a, b, value)
 
 
-def both(a: Number, b: Number) -> Number:
-    """Return whether both a and b are true."""
+def logical_and(a: Number, b: Number) -> Number:
     return _logical("and", True, a, b, bool(value_of(a)) and bool(value_of(b)))
 
 
-def either(a: Number, b: Number) -> Number:
-    """Return whether at least one of a and b is true."""
+def logical_or(a: Number, b: Number) -> Number:
     return _logical("or", False, a, b, bool(value_of(a)) or bool(value_of(b)))
 
 
@@ -300,7 +297,7 @@ def _logical(name: str, neutral: bool, a: Number, b: Number, value: bool) -> Num
 
 
 def _truth(a: Number) -> Number:
-    """Return a ≠ 0 for a number, a truth value unchanged."""
+    """Return a ≠ 0 for a number, a truth value unchanged; parameters count as ≠ 0."""
     if not isinstance(a, Scalar):
         return bool(a)
     if isinstance(a.value, bool):
@@ -308,53 +305,53 @@ def _truth(a: Number) -> Number:
     return True if a.tape.operations[a.number][0] == "parameter" else compare("!=", a, 0.0)
 
 
-def opposite(a: Number) -> Number:
-    """Return whether a is false."""
+def logical_not(a: Number) -> Number:
     a = _truth(a)
     return a.tape.write(("not", a.number), not a.value) if isinstance(a, Scalar) else not a
 
 
 def choose(condition: Number, a: Number, b: Number) -> Number:
-    """Return a if a condition is true, else b."""
+    """Return ``a`` where the condition is true, else ``b``."""
     condition = _truth(condition)
     if not isinstance(condition, Scalar):
         return a if condition else b
     if a is b:
         return a
     if isinstance(value_of(a), bool | np.bool_) and isinstance(value_of(b), bool | np.bool_):
-        return either(both(condition, a), both(opposite(condition), b))
+        return logical_or(logical_and(condition, a), logical_and(logical_not(condition), b))
     tape = condition.tape
     numbers = condition.number, tape.number_of(a), tape.number_of(b)
     return tape.write(("choose", *numbers), value_of(a) if condition.value else value_of(b))
 
 
 def larger(a: Number, b: Number) -> Number:
-    """Return the larger of two numbers, NaN if one of them is NaN."""
-    return choose(either(compare(">", a, b), is_nan(a)), a, b)
+    """Return the larger number; NaN if a or b is NaN."""
+    return choose(logical_or(compare(">", a, b), is_nan(a)), a, b)
 
 
 def smaller(a: Number, b: Number) -> Number:
-    """Return the smaller of two numbers, NaN if one of them is NaN."""
-    return choose(either(compare("<", a, b), is_nan(a)), a, b)
+    """Return the smaller number; NaN if a or b is NaN."""
+    return choose(logical_or(compare("<", a, b), is_nan(a)), a, b)
 
 
 def is_nan(a: Number) -> Number:
-    """Return whether a is NaN."""
     return compare("!=", a, a)
 
 
 def is_finite(a: Number) -> Number:
-    """Return whether a is neither NaN nor infinite."""
     return compare("<", absolute(a), math.inf)
 
 
 def without_nan(a: Number) -> Number:
-    """Return a, or 0 if it is NaN."""
+    """Return a; 0 if a is NaN."""
     return choose(is_nan(a), 0.0, a)
 
 
 def _operator(function: Callable[[Number, Number], Number], swapped: bool) -> Callable[[Scalar, Number], Number]:
-    """Return an operator between a scalar and a number; NumPy applies it to arrays entry by entry."""
+    """Return a method of :class:`Scalar` that applies ``function``, if ``swapped`` to (other, scalar).
+
+    For an array as the other operand, NumPy calls the method entry by entry.
+    """
 
     def of(scalar: Scalar, other: Number) -> Number:
         if isinstance(other, np.ndarray):
@@ -364,6 +361,13 @@ def _operator(function: Callable[[Number, Number], Number], swapped: bool) -> Ca
     return of
 
 
-for _name, _of in (("add", add), ("sub", subtract), ("mul", multiply), ("truediv", divide), ("or", either), ("and", both)):
+for _name, _of in (
+    ("add", add),
+    ("sub", subtract),
+    ("mul", multiply),
+    ("truediv", divide),
+    ("or", logical_or),
+    ("and", logical_and),
+):
     setattr(Scalar, f"__{_name}__", _operator(_of, swapped=False))
     setattr(Scalar, f"__r{_name}__", _operator(_of, swapped=True))
