@@ -24,7 +24,7 @@ from kinetostatics.kinematics.rates import moving_bodies, prescribed_motion
 from kinetostatics.math.arrays import Array, Index, chunks, in_threads
 from kinetostatics.math.linalg import canonical_basis
 from kinetostatics.math.screws import describe_twist, move_wrench, rotate
-from kinetostatics.mechanism.beam_model import without_length
+from kinetostatics.mechanism.beam_model import no_length_text
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.results.pose_arrays import Chunk, CompiledChunk
 from kinetostatics.results.result import Result
@@ -242,7 +242,7 @@ def load_at_o(robot: Robot, frames: Frames, load: Array, point: Array | None, fr
 def _complain(robot: Robot, solution: Solution) -> None:
     """Raise the error of the first failed pose of a chunk."""
     for p in np.flatnonzero(solution.singular):
-        if short := without_length(robot.beams.values(), solution.frames, int(p)):
+        if short := no_length_text(robot.beams.values(), solution.frames, int(p)):
             raise StaticsError(short)
         for spring in placed_springs(robot.statics, solution.frames.take(slice(p, p + 1))):
             if not np.all(np.isfinite(spring.force)):

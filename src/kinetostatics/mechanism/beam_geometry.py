@@ -1,4 +1,7 @@
-"""Ends of beams, given in the file or by default, for beams of one link and telescopic beams."""
+"""Start and end of every beam: positions, links and bodies, and the prismatic joints of a telescopic beam between them.
+
+The *span* of a beam reaches from its start (towards the base) to its end; it may cross fixed and prismatic joints.
+"""
 
 from __future__ import annotations
 
@@ -26,10 +29,10 @@ class BeamSpan:
 
     Attributes:
         beam: description of the beam.
-        start_body, start: body of the end towards the base, and position (3,) of this end in the body.
-        end_body, end: the same for the end towards the platform.
-        carrier: the body that carries the beam's weight.
-        start_link, end_link: the links of the ends.
+        start_body, start: body of the start, and position (3,) [m] of the start in this body.
+        end_body, end: body of the end, and position (3,) [m] of the end in this body.
+        carrier: body of the link to which the file assigns the beam.
+        start_link, end_link: links of start and end.
         inward, outward: fixed and prismatic joints from the beam's link to the start link, and to the end link; empty if that
             link is the beam's link.
     """
@@ -52,18 +55,16 @@ class BeamSpan:
 
     @property
     def reversed(self) -> BeamSpan:
-        """The span with start and end exchanged."""
         span = replace(self, start_body=self.end_body, start=self.end, end_body=self.start_body, end=self.start)
         return replace(span, start_link=self.end_link, end_link=self.start_link, inward=self.outward, outward=self.inward)
 
 
 def beam_error(beam: Beam, reason: str) -> RobotFileError:
-    """Return an error that names a beam and its line in the file."""
     return beam.place.error(f"<beam {beam.name!r}>: {reason}")
 
 
 def ends_nowhere(mechanism: Mechanism) -> list[tuple[str, str]]:
-    """Return (link, joint) for every link, except base and platform, that has only one joint, a moving one."""
+    """Return (link, joint) for every link, except base and platform, whose only joint is a moving one."""
     description = mechanism.description
     return [
         (link, here[0].name)
@@ -81,7 +82,7 @@ def _may_be_spanned(connection: Connection) -> bool:
 
 
 def _point_on(link: str, path: Iterable[Connection], point: Array) -> Array:
-    """Return a point (3,) [m] in the body of ``link``, given in the body at the end of a path of fixed joints and loops."""
+    """Return a point [m] in the body of ``link``; ``point`` is given in the body at the other end of a path of fixed joints."""
     placement = np.eye(4)
     for item in path:
         near, far = item.predecessor_frame, item.successor_frame
@@ -93,11 +94,11 @@ def _point_on(link: str, path: Iterable[Connection], point: Array) -> Array:
 
 
 class SpanFinder:
-    """Search for the two ends of every beam.
+    """Search for the start and end of every beam.
 
     Attributes:
         base_links, platform_links: links rigidly fixed to base and platform.
-        beams_of: the beams of each link with beams.
+        beams_of: beams of each link that has beams.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -114,15 +115,15 @@ class SpanFinder:
             raise description.platform_place.error(reason)
 
     def spans(self) -> dict[str, BeamSpan]:
-        """Return all beams by name.
+        """Return the span of each beam, by the beam's name.
 
         Raises:
-            RobotFileError: the ends of a beam are invalid.
+            RobotFileError: the start or end of a beam is invalid.
         """
         return {name: self._span(beam) for name, beam in self.description.beams.items()}
 
     def _rigid_with(self, link: str) -> set[str]:
-        """Return the links without beams that are joined to ``link`` by rigid fixed joints."""
+        """Return ``link`` and the links without beams that rigid fixed joints connect to it."""
 
         def fixed_to(link: str) -> Iterator[str]:
             for item in self.mechanism.at_link[link]:
@@ -133,7 +134,7 @@ class SpanFinder:
         return set(reachable([link], fixed_to))
 
     def _reaches(self, link: str, connection: Connection, target: set[str], barred: set[str]) -> bool:
-        """Whether a path from ``link`` through ``connection`` reaches a link of ``target`` without passing links ``barred``."""
+        """Whether a path from ``link`` through ``connection`` reaches a link of ``target`` and passes no link of ``barred``."""
 
         def onward(here: str) -> list[str]:
             if here in barred:
@@ -144,7 +145,7 @@ class SpanFinder:
         return not target.isdisjoint(found)
 
     def _ends(self, beam: Beam) -> tuple[BeamEnd, BeamEnd]:
-        """Return the ends of a beam from the file; by default, a beam of a link with two joints ends at these joints."""
+        """Return start and end as in the file; by default, a beam whose link has two joints lies between these joints."""
         here = self.mechanism.at_link[beam.link]
         if len(here) == 1 and (beam.start is None or beam.end is None):
             raise beam_error(
@@ -163,10 +164,10 @@ class SpanFinder:
         return beam.start or self._default_end(beam, True), beam.end or self._default_end(beam, False)
 
     def _joints_to_base(self, link: str, connection: Connection) -> tuple[float, float]:
-        """Return the smallest number of joints from ``link`` to the base through ``connection``.
+        """Return (a, b), the smallest numbers of joints from ``link`` to the base through ``connection``; ``inf`` without a path.
 
-        Two numbers are returned, for paths that avoid the platform and for all paths; ``inf`` without a path. Passive joints that
-        form one universal, spherical or cylindrical joint are counted once.
+        ``a`` is for paths that avoid the platform, ``b`` for all paths. Passive joints that form one universal, spherical or
+        cylindrical joint count as one.
         """
 
         def count(barred: set[str]) -> float:
@@ -221,7 +222,7 @@ class SpanFinder:
         return BeamEnd(found[0])
 
     def _link_path(self, start: str, goals: Collection[str], passes: Callable[[Connection], bool]) -> list[Connection] | None:
-        """Return the connections from link ``start`` to the nearest one of the links ``goals``."""
+        """Return the connections from link ``start`` to the nearest link of ``goals``; None if there is no path."""
         paths: dict[str, list[Connection]] = {start: []}
         queue = [start]
         for here in queue:
@@ -234,7 +235,7 @@ class SpanFinder:
         return None
 
     def _locate(self, beam: Beam, end: BeamEnd) -> tuple[str, list[Connection]]:
-        """Return the link to which a beam's end is fixed, and the connections from the beam's link to this link."""
+        """Return the link to which a beam's start or end is fixed, and the connections from the beam's link to this link."""
         joint = self.mechanism.connections[end.joint]
         adjacent = beam.link in (joint.predecessor, joint.successor)
         sliding = joint.type.slides is not Axes.NONE
@@ -288,7 +289,7 @@ class SpanFinder:
         return span
 
     def _check_y_axis(self, beam: Beam, along: Array) -> None:
-        """Check that a beam's y axis is not parallel to the vector ``along`` (3,) from start to end, in the carrier body."""
+        """Check that a beam's y axis is not parallel to ``along`` (3,), its direction in the carrier body."""
         if beam.y_axis is None:
             return
         y_axis = self.mechanism.body_of[beam.link][1][:3, :3] @ np.array(beam.y_axis)

@@ -1,4 +1,4 @@
-"""Beams: data independent of the pose, and lengths and masses at given frames."""
+"""Beams: data that do not depend on the pose, and the lengths and masses that do."""
 
 from __future__ import annotations
 
@@ -28,8 +28,7 @@ class BeamModel(ShortRepr):
     """Data of a beam, independent of the pose.
 
     Attributes:
-        name: name of the beam.
-        span: the beam's ends.
+        span: start and end of the beam.
         axes: (3, 3) beam axes x, y, z as columns, in the carrier body.
         compliances: (6,) section compliances.
         mass_per_length: mass per length [kg/m], or None if the total ``mass`` is given.
@@ -47,46 +46,44 @@ class BeamModel(ShortRepr):
     centre: Array | None
 
     def length(self, frames: Frames) -> Array:
-        """Return the length (N,) [m]: the component of the vector from start to end along the beam's x axis."""
+        """(N,) [m], the component of the vector from start to end along the beam's x axis."""
         start, end = self.ends(frames)
         return dot(frames.direction(self.span.carrier, self.axes[:, 0]), end - start)
 
     def ends(self, frames: Frames) -> tuple[Array, Array]:
-        """Return the positions of start and end (3, N) [m], world axes."""
+        """Positions (3, N) [m] of start and end, world axes."""
         return frames.point(self.span.start_body, self.span.start), frames.point(self.span.end_body, self.span.end)
 
     def world_axes(self, frames: Frames) -> Array:
-        """Return the beam axes x, y, z as columns (3, 3, N), world axes."""
+        """Beam axes x, y, z as columns (3, 3, N), world axes."""
         return frames.orientations(np.array([self.span.carrier]), self.axes[:, :, None])[:, :, 0]
 
     @property
     def telescopic(self) -> bool:
-        """Whether the beam's length changes with the pose."""
         return self.span.start_body != self.span.end_body
 
     def remaining_length(self, frames: Frames) -> Array:
-        """Return the length (N,) [m], rounded to 0 if tiny; negative if a telescopic beam is retracted beyond zero length."""
+        """The length (N,) [m], 0 if it is only rounding; negative if a telescopic beam is retracted beyond zero length."""
         length = self.length(frames)
         rounding = ROUNDING * np.max(np.abs(np.stack(self.ends(frames))), axis=(0, 1))
         return np.where(np.abs(length) <= rounding, 0.0, length)
 
     def mass_at(self, frames: Frames) -> Array:
-        """Return the mass (N,) [kg] at given frames."""
         return self.mass_of(self.length(frames))
 
     def mass_of(self, length: Array) -> Array:
-        """Return the mass [kg] at given lengths (…) [m]; for a beam with a density, zero if the length is negative."""
+        """Mass [kg] of a beam of the given length (…) [m]; for a beam with a density, zero if the length is negative."""
         return np.full_like(length, self.mass) if self.mass_per_length is None else self.mass_per_length * np.maximum(length, 0)
 
     def line_density(self, length: Array) -> Array:
-        """Return the mass per length [kg/m] at given lengths (…) [m]; infinite for a beam with a given mass and zero length."""
+        """Mass per length [kg/m] of a beam of the given length (…) [m]; infinite for a given mass and zero length."""
         if self.mass_per_length is not None:
             return np.full_like(length, self.mass_per_length)
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(self.mass / length)
 
     def lever(self, frames: Frames) -> Array:
-        """Return the arm (3, N) [m] from the middle of the beam to its centre of mass, world axes."""
+        """Arm (3, N) [m] from the middle of the beam to its centre of mass, world axes."""
         start, end = self.ends(frames)
         return np.zeros_like(start) if self.centre is None else frames.point(self.span.carrier, self.centre) - (start + end) / 2
 
@@ -108,15 +105,15 @@ class BeamModel(ShortRepr):
         return span.carrier, pin.Inertia(mass, R.T @ (centre - p), own)
 
 
-def without_length(beams: Iterable[BeamModel], frames: Frames, pose: int) -> str | None:
-    """Return an error message on telescopic beams without length at a pose, or None."""
+def no_length_text(beams: Iterable[BeamModel], frames: Frames, pose: int) -> str | None:
+    """Return an error message that names the telescopic beams without length at a pose; None if there is none."""
     short = {beam.name: float(beam.remaining_length(frames)[pose]) for beam in beams if beam.telescopic}
-    words = ", ".join(f"{name!r} ({length:.3g} m from start to end)" for name, length in short.items() if length <= 0)
-    return f"telescopic beams have no length at this pose: {words}" if words else None
+    named = ", ".join(f"{name!r} ({length:.3g} m from start to end)" for name, length in short.items() if length <= 0)
+    return f"telescopic beams have no length at this pose: {named}" if named else None
 
 
 def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Frames) -> dict[str, BeamModel]:
-    """Compute the data of all beams; the closed pose ``zero`` determines the direction of telescopic beams.
+    """Return the data of all beams; the closed pose ``zero`` determines the direction of telescopic beams.
 
     Raises:
         RobotFileError: a prismatic joint of a telescopic beam is not parallel to the beam, or a beam's ``y_axis`` is parallel
@@ -161,10 +158,10 @@ def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Fra
 def _with_spread_mass(
     mechanism: Mechanism, model: BeamModel, models: dict[str, BeamModel], middles: dict[str, tuple[float, Array]]
 ) -> BeamModel:
-    """Return a beam with its mass; without a density this is a share of the link's mass, in proportion to the beam's length.
+    """Return a beam with its mass. Without a density, the beams of a link share the link's mass in proportion to their lengths.
 
-    The common centre of mass of all shares is that of the link. ``middles``: length [m] and middle (3,) of every beam at the
-    closed zero pose, in the carrier body.
+    The common centre of mass of these shares is the link's. ``middles``: length [m] and middle (3,) [m] of every beam at the
+    closed zero pose; the middle is in the carrier body.
     """
     if model.mass_per_length is not None:
         return model

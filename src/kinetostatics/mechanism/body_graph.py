@@ -29,8 +29,8 @@ class RigidBody:
     Attributes:
         links: links of the body; a link with beams belongs to every body at an end of its beams.
         rigid_links: links without beams.
-        weights: rigid links with mass.
-        places: places at which loads may act: rigid links and ends of beams.
+        weights: links without beams that have mass.
+        places: places at which loads may act: links without beams, and ends of beams.
     """
 
     links: list[str] = field(default_factory=list)
@@ -41,7 +41,7 @@ class RigidBody:
 
 @dataclass(eq=False)
 class BodyEdge:
-    """A joint or a beam between two bodies: those of predecessor and successor, or those at the beam's start and end."""
+    """A joint or a beam between two bodies; ``ends``: predecessor and successor of the joint, or start and end of the beam."""
 
     ends: tuple[RigidBody, RigidBody]
     connection: Connection | None = None
@@ -55,12 +55,11 @@ class BodyEdge:
         return f"beam:{self.beam.beam.name}" if self.beam else ""
 
     def other(self, body: RigidBody) -> RigidBody:
-        """Return the body on the other side."""
         return self.ends[self.ends[0] is body]
 
 
 def place_of_end(beam: str, end: int) -> str:
-    """Return the name of the place at a beam's start (0) or end (1), as in the file."""
+    """Return the name, as in the file, of the place at a beam's start (``end`` = 0) or end (1)."""
     return f"{('start', 'end')[end]}:{beam}"
 
 
@@ -68,11 +67,11 @@ class BodyGraph:
     """Rigid bodies and edges of a mechanism.
 
     Attributes:
-        base, platform: the bodies of base and platform.
-        base_links, platform_links: the links of these bodies.
-        spans: all beams, from start to end as in the file.
+        base, platform: bodies of base and platform.
+        base_links, platform_links: links of these two bodies.
+        spans: span of each beam, from start to end as in the file.
         bodies: all bodies, in the order of the file.
-        edges: all edges between different bodies: beams in the order of the file, joints in that of their links.
+        edges: all edges between different bodies: beams in the order of the file, then joints in the order of their links.
         misplaced: joints attached to a beam between the beam's ends, each with the beam's link.
     """
 
@@ -108,13 +107,12 @@ class BodyGraph:
                 body.places.append(place_of_end(name, end))
 
     def links_of(self, bodies: list[RigidBody], edges: list[BodyEdge]) -> tuple[str, ...]:
-        """Return the links of some bodies and beams, in the order of the file."""
         found = {link for body in bodies for link in body.links}
         found.update(edge.beam.beam.link for edge in edges if edge.beam is not None)
         return tuple(link for link in self.description.links if link in found)
 
     def weighs(self, link: str) -> bool:
-        """Whether a link without beams has mass."""
+        """Whether a link has mass and no beams."""
         return self.is_rigid(link) and self.description.links[link].mass > 0
 
     def is_rigid(self, link: str) -> bool:
@@ -124,7 +122,7 @@ class BodyGraph:
     # ---- construction -----------------------------------------------------------------------------------------------
 
     def _bodies_of(self, link: str) -> list[tuple[Array | None, RigidBody]]:
-        """Return the bodies of a link before they are joined to others: one for each end point of its beams, or a single one."""
+        """Return (point, body) for each end point (3,) of the beams of a link; (None, body) for a link without beams."""
         points: list[Array] = []
         for beam in self.beams_of.get(link, []):
             span = self.spans[beam.name]
@@ -134,24 +132,26 @@ class BodyGraph:
         return [(point, RigidBody()) for point in points] or [(None, RigidBody())]
 
     def _body_at(self, link: str, point: Array) -> RigidBody | None:
-        """Return the body of a link at a point, None if the point is between the ends of a beam."""
+        """Return the body of a link at a point (3,); None if the point is between the ends of a beam."""
         return next((body for other, body in self._at[link] if other is None or _are_one_point(point, other)), None)
 
     def _ends(self, span: BeamSpan) -> tuple[RigidBody, RigidBody]:
-        """Return the bodies at a beam's ends."""
         start, end = self._body_at(span.start_link, span.start), self._body_at(span.end_link, span.end)
         if start is None or end is None:
             raise beam_error(span.beam, "it ends in the middle of another beam; split that beam with a fixed joint")
         return start, end
 
     def _join(self, bodies: list[RigidBody]) -> RigidBody:
-        """Join several bodies, and return the joined body."""
+        """Replace several bodies by the first of them, and return it."""
         for link, here in self._at.items():
             self._at[link] = [(point, bodies[0] if body in bodies else body) for point, body in here]
         return bodies[0]
 
     def _join_links_in_spans(self) -> None:
-        """Join each link inside a beam's span to the beam's end on its side, and the beam's own link to the beam's start."""
+        """Join each link within a beam's span to the start or end on its side of the beam's link.
+
+        A beam's link without end points joins the start.
+        """
         for span in self.spans.values():
             ends = self._ends(span)
             for path, body in zip((span.inward, span.outward), ends, strict=True):
@@ -188,7 +188,7 @@ class BodyGraph:
         return found
 
     def _in_order(self, edges: list[BodyEdge]) -> list[BodyEdge]:
-        """Sort joints and loops by the order of their links in the file; beams remain first."""
+        """Sort joints by the order of their links in the file; beams remain first."""
         order: dict[RigidBody, int] = {}
         for number, here in enumerate(self._at.values()):
             for _, body in here:
@@ -211,8 +211,7 @@ class DirectedEdge:
     """An edge with its direction.
 
     Attributes:
-        edge: the edge.
-        inner, outer: the bodies at its inboard and outboard end.
+        inner, outer: bodies at the edge's inboard and outboard end.
         in_tree: whether the spanning tree reaches ``outer`` through the edge.
         both_ways: whether paths from base to platform pass the edge in both directions.
     """
@@ -227,8 +226,8 @@ class DirectedEdge:
 def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) -> list[DirectedEdge]:
     """Return the edges of one component in depth-first order from the base, or from the platform if no edge is at the base.
 
-    Every edge comes after the edges on the tree's path to its inner body. ``edges`` are all edges at the component's bodies, or
-    one edge between base and platform.
+    Every edge comes after the tree edges on the way from the root to its inner body. ``edges``: all edges at the component's
+    bodies, or one edge between base and platform.
     """
     at: _Edges = {}
     for edge in edges:
@@ -293,7 +292,7 @@ def _depth_first(
 
 
 def _currents(edges: list[BodyEdge], at: _Edges, base: RigidBody, platform: RigidBody) -> Array:
-    """Return the currents (edges,) relative to the total; positive if the current enters at the first end."""
+    """Return the current (edges,) through each edge, relative to the total; positive if it enters at ``ends[0]``."""
     bodies = [body for body in at if body not in (base, platform)]
     number = {body: k for k, body in enumerate([*bodies, base, platform])}
     incidence = np.zeros((len(edges), len(number)))

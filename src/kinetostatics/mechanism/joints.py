@@ -1,8 +1,9 @@
-"""Joints of all types: their elasticity, their freedoms, and the compound joints and elements of limbs.
+"""Joints: their elasticity, their freedoms, compound joints, and the elements of limbs.
 
 A joint's compliances refer to its centre and its frame on the predecessor's side. Along a constrained direction of a joint, a
 missing or infinite stiffness means rigid. Along a freedom, a finite positive stiffness is a spring; with any other value the
-freedom is passive. Consecutive revolutes with a common point form one universal or spherical joint.
+freedom is passive. A *compound joint* is one joint, or two or three consecutive revolutes with a common point, which form a
+universal or spherical joint. An *element* is a beam, a compound joint or a fixed joint. *Inboard* means towards the base.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ class ElasticJoint:
     Attributes:
         joint: name of the joint.
         body, frame: the body on the predecessor's side, and the joint frame (4, 4) in this body.
-        linear: (3, 3) displacement of one side relative to the other per unit force, in the joint frame [m/N].
+        linear: (3, 3) displacement of the successor relative to the predecessor per unit force, in the joint frame [m/N].
         angular: (3, 3) rotation per unit moment about the frame's origin [rad/(N·m)].
     """
 
@@ -42,7 +43,7 @@ class ElasticJoint:
 
 @dataclass(frozen=True)
 class Drive:
-    """An elastic actuator. Its force is the sum of the forces along the joints that it moves, each times the joint's ``moves``.
+    """An elastic actuator. Its force is the sum, over the joints in ``moves``, of the joint's force times the joint's motion.
 
     Attributes:
         joint: name of the driven joint.
@@ -68,22 +69,22 @@ def springs_of(mechanism: Mechanism, joint: str) -> tuple[ElasticJoint, ...]:
 
 
 def drives_of(mechanism: Mechanism) -> dict[str, Drive]:
-    """Return all elastic actuators by the name of their joint."""
+    """Return all elastic actuators, by the name of the driven joint."""
     given = {name: stiffness.drive for name, stiffness in mechanism.description.joint_stiffness.items()}
     return {name: drive_of(mechanism, name, 1 / k) for name, k in given.items() if k is not None and k < np.inf}
 
 
 def drive_of(mechanism: Mechanism, name: str, compliance: float) -> Drive:
-    """Return the actuator of a joint with a compliance [m/N, rad/(N·m)]; infinite for an actuator without force."""
+    """Return a joint's actuator with the given compliance [m/N, rad/(N·m)]; infinite for an actuator without force."""
     followers = [(item.name, item.mimic) for item in mechanism.connections.values() if item.mimic is not None]
     moves = ((follower, mimic.multiplier) for follower, mimic in followers if mimic.joint == name)
     return Drive(name, compliance, ((name, 1.0), *moves))
 
 
 def is_sprung(stiffness: JointStiffness | None, rotates: bool, axis: Array | None) -> bool:
-    """Whether a rotational or translational freedom of a joint has a spring.
+    """Whether a freedom of a joint, rotational if ``rotates``, has a spring.
 
-    ``axis`` (3,) is the axis of the freedom in the joint frame on the predecessor's side, None if the axis moves in this frame.
+    ``axis`` (3,) is the axis of the freedom in the joint frame on the predecessor's side; None if the axis moves in this frame.
     """
     if stiffness is None:
         return False
@@ -108,10 +109,10 @@ def _compliances(stiffness: Vector | None) -> Array:
 
 @dataclass(frozen=True)
 class Freedom:
-    """One freedom of a joint: a rotation about, or a translation along, an axis (3,) fixed in a body.
+    """One freedom of a joint: a rotation about an axis (3,) fixed in a body, or a translation along it.
 
     ``centre`` is a point (3,) of ``centre_body`` on the axis; ``sign`` is −1 if the joint's successor is its inboard side.
-    ``passive``: neither driven nor elastic; ``stiffness``: that of the freedom's spring, or 0 [N/m, N·m/rad].
+    ``passive``: whether the freedom is neither driven nor elastic; ``stiffness``: stiffness of its spring, or 0 [N/m, N·m/rad].
     """
 
     rotates: bool
@@ -126,7 +127,7 @@ class Freedom:
 
 
 class Freedoms:
-    """Freedoms as arrays; ``rotates`` (k,): mask of rotations."""
+    """Freedoms as arrays; ``rotates`` (k,): True for rotations, False for translations."""
 
     def __init__(self, items: Sequence[Freedom]) -> None:
         self.rotates = np.array([item.rotates for item in items], dtype=bool)
@@ -136,13 +137,13 @@ class Freedoms:
         self._centres = np.array([item.centre for item in items], dtype=float).reshape(-1, 3).T
 
     def twists(self, frames: Frames, o: Array) -> Array:
-        """Return their unit twists (6, k, N) about o (3, N)."""
+        """Unit twists (6, k, N) of the freedoms about ``o`` (3, N)."""
         arms = frames.points(self._centre_bodies, self._centres) - o[:, None]
         return unit_twist(frames.directions(self._bodies, self._axes), arms, self.rotates[:, None])
 
 
 def freedoms_of(mechanism: Mechanism, connection: Connection, sign: int = 1) -> tuple[Freedom, ...]:
-    """Return the freedoms of a joint or loop, from base to platform; driven and elastic freedoms are not passive."""
+    """Return the freedoms of a joint or loop, from predecessor to successor; in the opposite order if ``sign`` is −1."""
     kind, stiffness = connection.type, mechanism.description.joint_stiffness.get(connection.name)
     here, frame, there, other = (
         *(connection.predecessor_body, connection.predecessor_frame),
@@ -171,13 +172,13 @@ class CompoundJoint:
     Attributes:
         type: type of the joint; for two or three revolutes ``universal`` or ``spherical``.
         label: name in reports.
-        joints: names of the joints of which it consists.
-        passive: whether at least one of its freedoms is passive (neither driven nor elastic).
+        joints: names of the joints that form it.
+        passive: whether at least one freedom is neither driven nor elastic.
         dofs: its freedoms, from base to platform.
-        edge: index of the last of ``joints`` among the limb's edges.
+        edge: index of its outermost joint among the limb's edges.
         has_centre: whether its centre is a geometric feature of the robot, not an arbitrary point of its axis; see
             :func:`has_centre`.
-        shift: distance of the centre from the origin of the last of ``joints``, along this joint's axis [m].
+        shift: distance [m] of the centre from the origin of its outermost joint, along this joint's axis.
     """
 
     type: JointType
@@ -191,18 +192,18 @@ class CompoundJoint:
 
     @property
     def has_point(self) -> bool:
-        """Whether forces through the centre are candidates for wrench bases: the centre is a feature, or on a rotation axis."""
+        """Whether the basis of a limb's wrenches may contain forces through the centre."""
         return self.has_centre or any(dof.rotates for dof in self.dofs)
 
     def has_axis(self, rotates: bool) -> bool:
-        """Whether the axes of the joint's rotations or translations are features of the robot, not arbitrary axes of the file."""
+        """Whether the axes of the joint's rotations (or translations) are features of the robot, not arbitrary in the file."""
         return (self.type.turns if rotates else self.type.slides) in (Axes.AXIS, Axes.BOTH)
 
 
 def has_centre(mechanism: Mechanism, connection: Connection) -> bool:
     """Whether a joint's origin is a geometric feature of the robot, not an arbitrary point of its axis.
 
-    Beams end at origins, and the axes of a universal or spherical joint meet there.
+    It is a feature if a beam ends there, or if axes of a universal or spherical joint meet there.
     """
     if not connection.type.is_on_axis:
         return True
@@ -212,11 +213,11 @@ def has_centre(mechanism: Mechanism, connection: Connection) -> bool:
 
 
 def compound_joints(
-    mechanism: Mechanism, limb: Limb, together: Collection[tuple[str, ...]] | None = None
+    mechanism: Mechanism, limb: Limb, known: Collection[tuple[str, ...]] | None = None
 ) -> tuple[CompoundJoint, ...]:
     """Return the compound joints of a limb, inboard ones first, without fixed joints.
 
-    ``together``: names of the joints of each compound joint, if these are known from another pose; None: found by geometry.
+    ``known``: names of the joints of each compound joint, as found at another pose; None: any revolutes with a common point.
     """
     steps: list[tuple[int, Edge, Connection]] = []
     compounds: list[CompoundJoint] = []
@@ -225,7 +226,7 @@ def compound_joints(
         while steps:
             for count in (3, 2, 1):
                 centres, names = None, tuple(item.name for _, _, item in steps[:count])
-                if len(names) == count and (together is None or names in together):
+                if len(names) == count and (known is None or names in known):
                     centres = _common_centre([(edge, item) for _, edge, item in steps[:count]])
                 if count == 1 or centres is not None:
                     compounds.append(_compound_of_run(mechanism, steps[:count], centres))
@@ -252,14 +253,13 @@ def compound_joints(
 
 @dataclass(frozen=True)
 class Element:
-    """A beam or a joint of a limb; limbs of equal structure have corresponding elements.
+    """A beam, a compound joint or a fixed joint of a limb; limbs of equal structure have corresponding elements.
 
     Attributes:
-        edges: indices of the element's edges in the limb; the last edge is the outboard end.
+        edges: indices of the element's edges in the limb, the outermost edge last.
         parent: index of the element on the inboard side, −1 for none.
-        cut_joints: signs of the cut-joint wrenches in the element's wrench, by index of the cut joint.
+        cut_joints: (k, sign): the element's wrench contains the wrench of the limb's cut joint k with this sign.
         compound: index of the compound joint, None for a beam or a fixed joint.
-        is_beam: whether the element is a beam.
         turned: whether paths from base to platform pass the element in both directions, and its direction is opposite to that
             in the file.
     """
@@ -278,7 +278,6 @@ class Element:
 
 
 def limb_elements(limb: Limb, compounds: Sequence[CompoundJoint]) -> tuple[Element, ...]:
-    """Return a limb's elements, inboard ones first."""
     compound_of = {joint: number for number, compound in enumerate(compounds) for joint in compound.joints}
     found: list[Element] = []
     ends: dict[str, int] = {}
@@ -298,16 +297,16 @@ def limb_elements(limb: Limb, compounds: Sequence[CompoundJoint]) -> tuple[Eleme
 
 
 def sides(edge: Edge, connection: Connection) -> tuple[tuple[int, Array], tuple[int, Array]]:
-    """Return body and joint frame (4, 4) on the inboard and on the outboard side of a joint."""
+    """Return (body, joint frame (4, 4)) on the inboard side of a joint, and on its outboard side."""
     first, second = connection.predecessor_body, connection.successor_body
     sides = (first, connection.predecessor_frame), (second, connection.successor_frame)
     return sides if edge.sign > 0 else (sides[1], sides[0])
 
 
 def _common_centre(run: Sequence[tuple[Edge, Connection]]) -> tuple[float, float] | None:
-    """Return where the common point of 2 or 3 revolutes lies on the first and on the last axis: distances from their origins [m].
+    """Return where the common point of 2 or 3 revolutes lies on the innermost and on the outermost axis [m]; None without one.
 
-    None without a common point.
+    Each number is the distance along the axis from the joint's origin.
     """
     if len(run) < 2:
         return None

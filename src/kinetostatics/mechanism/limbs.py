@@ -3,7 +3,10 @@
 Base and platform divide the graph into components. A component joined to both of them is a limb; a component joined to one of
 them is an attached body (method page, section 2). A spanning tree, rooted at the base, reaches every body of a limb. The edges
 outside the tree are the *cut joints* of the limb. By equilibrium, their wrenches determine those of all other edges. A serial
-limb has one cut joint, its joint to the platform.
+limb has one cut joint, its joint to the platform. An *open branch* carries no cut-joint wrench: only weights and loads.
+
+A *weight* is a link without beams that has mass, or a beam. A *place* is a point at which loads may act: a link without beams, or
+an end of a beam. *Inboard* and *outboard* of an edge mean towards the root of the tree and away from it.
 """
 
 from __future__ import annotations
@@ -22,15 +25,15 @@ class Edge:
     Attributes:
         joint: name of the joint or loop, or None for a beam.
         beam: name of the beam, or None for a joint.
-        sign: +1 if the joint's predecessor is its inboard side, else −1.
-        outboard: names of the weights outboard of the edge (for a beam, of its outer end): a link, or ``beam:`` and a beam. Also
-            names of other places at which loads may act: massless links, and ``start:`` or ``end:`` and a beam.
+        sign: +1 if the joint's predecessor, or the beam's start, is the inboard side, else −1.
+        outboard: names of the weights and places outboard of the edge (for a beam, of its outer end): a link, ``beam:`` and a
+            beam, ``start:`` or ``end:`` and a beam.
         excluded: names among ``outboard`` that a joint inside a telescopic beam does not carry: the beam's outer end, and
             links inboard of this joint that move with this end.
         parent: ``key`` of the next edge inboard; None if the next body inboard is the base (for bodies attached only to the
             platform: the platform).
-        cut_joints: ``{number: sign}`` of cut joints: the wrench of the edge's outboard side on its inboard side is the sum of the
-            cut joints' wrenches, with these signs, and of the weights outboard.
+        cut_joints: (number, sign) of cut joints: the wrench of the edge's outboard side on its inboard side is the sum of the cut
+            joints' wrenches, with these signs, and of the weights outboard.
         both_ways: whether paths from base to platform pass the edge in both directions; results then refer to the direction in
             the file, from predecessor to successor or from start to end.
     """
@@ -51,7 +54,7 @@ class Edge:
 
 
 def carries(edge: Edge, name: str) -> int:
-    """Return 1 if a weight or a place for loads lies outboard of an edge, else 0."""
+    """Return 1 if an edge carries the weight or place of this name, else 0."""
     return (name in edge.outboard) - (name in edge.excluded)
 
 
@@ -60,8 +63,8 @@ class LimbSegment:
     """A part of a limb between two bodies through which all the limb's paths from base to platform pass.
 
     Attributes:
-        keys: keys of the part's edges, inboard ones first.
-        start, end: names of links of the part's first and last body.
+        keys: keys of the segment's edges, inboard ones first.
+        start, end: name of a link of the body at the segment's inner end, and at its outer end.
         is_serial: whether the edges are a single chain.
     """
 
@@ -80,13 +83,12 @@ class Limb(ShortRepr):
         links: its links, in the order of the file.
         edges: joints and beams that carry cut-joint wrenches, inboard ones first; joints inside a telescopic beam are next to it.
         branches: joints and beams of open branches on the limb.
-        weights: names of its weights.
-        places: names of the places at which loads may act: its rigid links, and ``start:`` and ``end:`` of beams.
+        weights, places: names of its weights and of its places.
         ends: for each edge, whether it is a cut joint, or its outboard body has a weight or a number of edges other than two.
         to_platform: for each cut joint, whether it ends at the platform.
         on_platform: whether the limb is attached only to the platform, which is then the root of its spanning tree.
-        parts: parts in series from base to platform, divided at the bodies that all the limb's paths pass. Consecutive joints
-            and beams in series form one part.
+        parts: segments in series from base to platform, divided at the bodies that all the limb's paths pass. Consecutive joints
+            and beams in series form one segment.
     """
 
     name: str
@@ -107,7 +109,7 @@ class Limb(ShortRepr):
 
     @property
     def platform_edges(self) -> tuple[Edge, ...]:
-        """The limb's outermost edges, at the platform: joints, and beams welded to the platform."""
+        """The edges at the platform: joints, and beams welded to the platform."""
         cut_joints = [number for number, ends in enumerate(self.to_platform) if ends]
         return tuple([edge for edge in self.edges if number in dict(edge.cut_joints)][-1] for number in cut_joints)
 
@@ -116,7 +118,7 @@ class Limb(ShortRepr):
 class AttachedBodies:
     """The base and the bodies attached only to the base, or the platform and the bodies attached only to the platform.
 
-    ``edges`` are the edges of open branches; ``places`` are the places at which loads may act, as in :class:`Limb`.
+    ``edges`` are the edges of open branches.
     """
 
     links: tuple[str, ...]
@@ -129,10 +131,12 @@ class AttachedBodies:
 class Topology(ShortRepr):
     """The robot's limbs, beams and attached bodies.
 
-    ``hanging``: closed chains attached only to the base or only to the platform, as limbs. ``carried_by``: for every place for
-    loads on a limb or open branch, the ``key`` of the edge with this place on its outer side. ``beam_ends``: the places at the
-    ends of every beam of ``beams``. ``without_support``: places at which no load can act, since a joint attaches them to a beam
-    between the beam's ends; each with the name of this joint.
+    Attributes:
+        hanging: closed chains attached only to the base or only to the platform, as limbs.
+        carried_by: for every place on a limb or open branch, the ``key`` of the edge with this place on its outer side.
+        beam_ends: the places at inner and outer end of each beam of ``beams``.
+        without_support: places at which no load can act, since a joint attaches them to a beam between the beam's ends; each with
+            the name of this joint.
     """
 
     NOT_RECORDED: ClassVar = ("warnings",)
@@ -148,7 +152,6 @@ class Topology(ShortRepr):
     without_support: dict[str, str]
 
     def link_of(self, place: str) -> str:
-        """Return the link of a place for loads."""
         kind, _, beam = place.partition(":")
         return self.beams[beam].beam.link if kind in ("start", "end") and beam in self.beams else place
 

@@ -37,10 +37,9 @@ class Connection:
     """A joint or loop between two links.
 
     Attributes:
-        name, type: its name and type.
         predecessor, successor: the two links; parent and child of a tree joint.
-        predecessor_body, successor_body: the bodies of these links.
-        predecessor_frame, successor_frame: the joint's frame (4, 4) on either side, in the body.
+        predecessor_body, successor_body: bodies of these links.
+        predecessor_frame, successor_frame: the joint's frame (4, 4) in the body of the predecessor, and of the successor.
         axis, axis2: (3,) unit vectors, in the joint frames of predecessor and successor.
         lower, upper: limits of a one-freedom joint [m, rad].
         cone: limit of a universal or spherical loop.
@@ -69,19 +68,18 @@ class Connection:
     mimic: Mimic | None = None
 
     def other(self, link: str) -> str:
-        """Return the link on the other side."""
         return self.successor if link == self.predecessor else self.predecessor
 
     def axis_on(self, predecessor_side: bool) -> Array:
-        """Return ``axis`` (3,) in the coordinates of the body on one side.
+        """Return ``axis`` (3,) in the body of the predecessor, or else of the successor.
 
-        The successor's side is valid only for joints whose axis is fixed in both bodies, such as revolute and prismatic joints.
+        The successor's is valid only if the axis is fixed in both bodies, as for revolute and prismatic joints.
         """
         frame = self.predecessor_frame if predecessor_side else self.successor_frame
         return np.asarray(frame[:3, :3] @ self.axis)
 
     def centre_on(self, link: str) -> Array:
-        """Return the joint's centre (3,) [m] in the body of one of its links."""
+        """Return the joint's centre (3,) [m] in the body of ``link``."""
         frame = self.predecessor_frame if link == self.predecessor else self.successor_frame
         return np.asarray(frame[:3, 3])
 
@@ -94,11 +92,11 @@ class SphericalRun:
 
     Attributes:
         joints: names of the three joints, from parent to child.
-        bodies: the child bodies of these joints.
-        parent: the parent body of the first joint.
-        centre: the common point (3,) of the axes in the parent body; it is the origin of the last body.
+        bodies: child bodies of the three joints.
+        parent: parent body of the first joint.
+        centre: (3,) common point of the axes in the parent body; it is the origin of the last joint's child body.
         axes: (3, 3) the three axes as columns, in the parent body, with all three joints at zero.
-        orientation: (3, 3) orientation of the last body in the parent body, with all three joints at zero.
+        orientation: (3, 3) orientation of the last joint's child body in the parent body, with all three joints at zero.
     """
 
     joints: tuple[str, str, str]
@@ -129,7 +127,7 @@ def _silence() -> Iterator[None]:
 
 
 def meeting_points(a: Array, p: Array, b: Array, q: Array) -> tuple[float, float] | None:
-    """Return the parameters (s, t) of the intersection of two lines p + s a and q + t b, or None if there is none."""
+    """Return (s, t) of the intersection of two lines p + s a and q + t b; None if there is none."""
     normal = np.cross(a, b)
     square = float(normal @ normal)
     size = 1.0 + float(np.linalg.norm(q - p))
@@ -229,7 +227,6 @@ class Mechanism:
 
     @cached_property
     def at_link(self) -> dict[str, list[Connection]]:
-        """The connections of every link."""
         result: dict[str, list[Connection]] = {name: [] for name in self.description.links}
         for connection in self.connections.values():
             result[connection.predecessor].append(connection)
@@ -237,7 +234,7 @@ class Mechanism:
         return result
 
     def platform_pose(self, frames: Frames) -> tuple[Array, Array]:
-        """Return the platform's orientation (3, 3, N) and the position of o (3, N) [m], world axes."""
+        """Return the platform's orientation (3, 3, N) and the position (3, N) [m] of o, world axes."""
         body, placement = self.platform_frame
         R = frames.rotation[:, :, body]
         position = frames.position[:, body] + np.einsum("ijn,j->in", R, placement[:3, 3])

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
 
-def _closes(loop: Connection) -> bool:
+def _has_constraint(loop: Connection) -> bool:
     """Whether Pinocchio has a constraint for this type of loop."""
     return loop.type.slides is Axes.NONE and loop.type.turns is not Axes.BOTH
 
@@ -44,15 +44,15 @@ class LoopModel:
 
 
 def loop_model(mechanism: Mechanism, model: pin.Model, q: Array, length: float, anchors: bool) -> LoopModel:
-    """Return a robot's tree, ``model``, and its loops at a pose ``q`` (nq,); see :func:`constraint_models`."""
+    """Return a robot's tree and loops at a pose ``q`` (nq,); the other arguments as in :func:`constraint_models`."""
     import pinocchio as pin
 
     copy, coordinates, welds = model.copy(), list(np.asarray(q)), {}
     data = model.createData()
     pin.forwardKinematics(model, data, np.asarray(q, dtype=float))
     for loop in mechanism.connections.values():
-        if loop.is_loop and not _closes(loop):
-            body, frame, other, other_frame, steps = _run(loop, data.oMi)
+        if loop.is_loop and not _has_constraint(loop):
+            body, frame, other, other_frame, steps = _as_chain(loop, data.oMi)
             copy.inertias[other] = pin.Inertia(
                 copy.inertias[other].mass / 2, copy.inertias[other].lever, copy.inertias[other].inertia / 2
             )
@@ -91,14 +91,14 @@ def constraint_models(
     for loop in mechanism.connections.values():
         if not loop.is_loop:
             continue
-        if not _closes(loop) and welds is None:
+        if not _has_constraint(loop) and welds is None:
             raise ArgumentError(
                 f"Pinocchio has no constraint for the {loop.type.name} loop {loop.name!r}: use configuration.loop_model(), "
                 "which replaces such a loop by joints of the tree"
             )
         own = (loop.predecessor_body, pin.SE3(loop.predecessor_frame), loop.successor_body, pin.SE3(loop.successor_frame))
         body, first, other, second = (welds or {}).get(loop.name, own)
-        whole = loop.type.is_fixed or not _closes(loop)
+        whole = loop.type.is_fixed or not _has_constraint(loop)
         for shift in [np.zeros(3), length * loop.axis] if loop.type.is_hinge else [np.zeros(3)]:
             by = pin.SE3(np.eye(3), shift)
             where = (model, body, first * by, other, second * by)
@@ -111,10 +111,10 @@ def constraint_models(
     return found
 
 
-def _run(loop: Connection, placements: Sequence[pin.SE3]) -> tuple[int, Array, int, Array, list[tuple[bool, Array, float]]]:
-    """Return a loop as a chain of joints: first body and frame, last body and frame, and (slides, axis, value) of each joint.
+def _as_chain(loop: Connection, placements: Sequence[pin.SE3]) -> tuple[int, Array, int, Array, list[tuple[bool, Array, float]]]:
+    """Return a loop as a chain of joints: body and frame at its start, body and frame at its end, and its joints.
 
-    The chain begins at the predecessor; if the successor is fixed to the root, it begins at the successor.
+    A joint is (whether it slides, axis, value). The chain begins at the predecessor, or at a successor that is fixed to the root.
     """
     first = placements[loop.predecessor_body].homogeneous @ loop.predecessor_frame
     second = placements[loop.successor_body].homogeneous @ loop.successor_frame
@@ -123,11 +123,11 @@ def _run(loop: Connection, placements: Sequence[pin.SE3]) -> tuple[int, Array, i
     slides, turns = loop.type.axes(axis)
     steps = [(True, along, float(along @ p)) for along in slides.T]
     if loop.type.turns is Axes.AXIS:
-        steps.append((False, axis, _turn(axis, R)))
+        steps.append((False, axis, _angle_of(axis, R)))
     elif loop.type.turns is Axes.BOTH:
-        turned = _angle(axis, loop.axis2, R @ loop.axis2)
+        turned = _angle_between(axis, loop.axis2, R @ loop.axis2)
         rest = exponential(-turned * axis[:, None])[..., 0] @ R
-        steps += [(False, axis, turned), (False, loop.axis2, _turn(loop.axis2, rest))]
+        steps += [(False, axis, turned), (False, loop.axis2, _angle_of(loop.axis2, rest))]
     elif loop.type.turns is Axes.ALL:
         angles = three_angles(np.eye(3), R[..., None], np.zeros((3, 1)))[:, 0]
         steps += [(False, about, float(angle)) for about, angle in zip(turns.T, angles, strict=True)]
@@ -137,13 +137,13 @@ def _run(loop: Connection, placements: Sequence[pin.SE3]) -> tuple[int, Array, i
     return 0, loop.successor_frame, loop.predecessor_body, loop.predecessor_frame, back
 
 
-def _turn(axis: Array, R: Array) -> float:
+def _angle_of(axis: Array, R: Array) -> float:
     """Return the angle [rad] by which R turns about an axis."""
     sine = float(axis @ [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     return float(np.arctan2(sine, np.trace(R) - 1))
 
 
-def _angle(axis: Array, start: Array, end: Array) -> float:
-    """Return the angle [rad] about an axis from one direction to another."""
+def _angle_between(axis: Array, start: Array, end: Array) -> float:
+    """Return the angle [rad] about an axis from direction ``start`` to direction ``end``."""
     a, b = start - axis * (axis @ start), end - axis * (axis @ end)
     return float(np.arctan2(axis @ np.cross(a, b), a @ b))

@@ -1,4 +1,7 @@
-"""Limbs, attached bodies and open branches of a mechanism, found in its graph of rigid bodies."""
+"""Limbs, attached bodies and open branches of a mechanism, found in its graph of rigid bodies.
+
+Terms are defined in :mod:`kinetostatics.mechanism.limbs`; a *step* is a directed edge of a limb.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +17,10 @@ from kinetostatics.mechanism.mechanism import Mechanism
 
 
 def analyze_topology(mechanism: Mechanism) -> Topology:
-    """Find limbs, beams and attached bodies.
+    """Return the limbs, beams and attached bodies.
 
     Raises:
-        RobotFileError: the ends of a beam or the joints along it are invalid.
+        RobotFileError: the start or end of a beam, or a joint along it, is invalid.
     """
     return _TopologyBuilder(mechanism).build()
 
@@ -63,7 +66,7 @@ class _TopologyBuilder:
             is_unconstrained = joint and joint.type.is_free and joint.name not in graph.description.joint_stiffness
             if set(edge.ends) == {base, platform} and not is_unconstrained:
                 limbs.append(([], [edge]))
-        made = [self._limb(*item) for item in self._moved_together(limbs)]
+        made = [self._limb(*item) for item in self._coupled_limbs(limbs)]
         made.sort(key=lambda limb: min((order[link] for link in limb.links), default=len(order)))
         numbered = tuple(replace(limb, name=f"limb_{k}") for k, limb in enumerate(made, 1))
         self._check_actuators((*numbered, *hanging))
@@ -82,10 +85,10 @@ class _TopologyBuilder:
             without_support=unsupported,
         )
 
-    def _moved_together(
+    def _coupled_limbs(
         self, limbs: list[tuple[list[RigidBody], list[BodyEdge]]]
     ) -> Iterator[tuple[list[RigidBody], list[BodyEdge]]]:
-        """Yield the bodies and edges of limbs; limbs coupled by an elastic actuator with mimic joints become one limb."""
+        """Yield the bodies and edges of each limb; limbs coupled by an elastic actuator with mimic joints become one limb."""
         owner = {joint: k for k, (_, edges) in enumerate(limbs) for edge in edges for joint in _joints_of(edge)}
         rows = [[owner[name] for name, _ in drive.moves if name in owner] for drive in drives_of(self.mechanism).values()]
         together = joined(range(len(limbs)), (pair for row in rows for pair in itertools.pairwise(row)))
@@ -145,7 +148,10 @@ class _TopologyBuilder:
         )
 
     def _ends_in_span(self, step: DirectedEdge) -> tuple[list[str], list[str]]:
-        """Return the places at a beam's inner and outer end, each only if joints in the span connect it to base or platform."""
+        """Return the places at a beam's inner end and at its outer end, each a list of one name or none.
+
+        A place is listed only if joints in the beam's span connect that end to base or platform.
+        """
         if step.edge.beam is None:
             return [], []
         roots, name = (self.graph.base, self.graph.platform), step.edge.beam.beam.name
@@ -201,7 +207,7 @@ class _TopologyBuilder:
         return self.graph.links_of([body], [])[0]
 
     def _weights_outboard(self, steps: list[DirectedEdge]) -> dict[BodyEdge, list[str]]:
-        """Return the names of weights and places for loads outboard of each edge of the tree."""
+        """Return, for each edge, the names of weights and places outboard of it."""
         hanging: dict[RigidBody, list[str]] = {}
         outboard: dict[BodyEdge, list[str]] = {}
         for step in reversed(steps):  # outer edges come after inner ones
@@ -263,7 +269,11 @@ class _TopologyBuilder:
     # ---- checks and attached bodies ---------------------------------------------------------------------------------
 
     def _check_misplaced(self, limbs: tuple[Limb, ...], attached: tuple[Edge, ...]) -> dict[str, str]:
-        """Raise an error if a joint between the ends of a beam carries load; return the places without support."""
+        """Return the places that no joint supports, each with the name of the joint between the ends of a beam that should.
+
+        Raises:
+            RobotFileError: a joint between the ends of a beam carries a cut-joint wrench or a weight.
+        """
         carrying = {edge.joint for limb in limbs for edge in limb.edges}
         branches = [edge for limb in limbs for edge in limb.branches]
         outboard = {edge.joint: edge.outboard for edge in (*branches, *attached)}
@@ -290,11 +300,11 @@ class _TopologyBuilder:
                 )
 
     def _is_weight(self, name: str) -> bool:
-        """Whether a place is a beam, or a rigid link with mass."""
+        """Whether the name is that of a weight, not of a massless place."""
         return name.startswith("beam:") or (name in self.graph.description.links and self.graph.weighs(name))
 
     def _attached(self, root: RigidBody, components: list[tuple[list[RigidBody], Limb]], on_limbs: set[str]) -> AttachedBodies:
-        """Return the bodies attached to base or platform, without the places ``on_limbs``."""
+        """Return the bodies attached to base or platform; places ``on_limbs`` are left out."""
         bodies = [root, *(body for component, _ in components for body in component)]
         weights = [*root.weights, *(name for _, limb in components for name in limb.weights)]
         edges = [edge for _, limb in components if not limb.to_platform for edge in limb.branches]
@@ -303,7 +313,7 @@ class _TopologyBuilder:
 
 
 def _joints_of(edge: BodyEdge) -> list[str]:
-    """Return the names of an edge's joints: the joint, or the joints inside the span of a beam."""
+    """Return the name of the edge's joint, or of the joints inside the span of a beam."""
     inside = () if edge.beam is None else (*edge.beam.inward, *edge.beam.outward)
     return [item.name for item in (edge.connection, *inside) if item is not None]
 
@@ -316,7 +326,7 @@ def _path_to_root(body: RigidBody, reached_by: dict[RigidBody, DirectedEdge]) ->
 
 
 def _cut_joints_carried(steps: list[DirectedEdge], reached_by: dict[RigidBody, DirectedEdge]) -> dict[BodyEdge, dict[int, int]]:
-    """Return for each edge the signs of the cut-joint wrenches in the wrench of its outboard side on its inboard side.
+    """Return for each edge ``{number: sign}`` of the cut joints whose wrenches it carries, as in :class:`.limbs.Edge`.
 
     The wrench of a cut joint acts from its outer on its inner side. The sign is positive in the edges of the tree's path to the
     inner end of the cut joint, and negative in the edges of the path to its outer end.

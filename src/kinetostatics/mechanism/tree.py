@@ -24,9 +24,8 @@ from kinetostatics.math.screws import unit_twist
 class TreeJoint:
     """One moving joint between the bodies ``parent`` and ``body``.
 
-    ``placement`` (4, 4): the joint's frame in the parent; ``axis`` (3,): the axis in this frame.
-
-    ``first_q``, ``first_v``: indices of its first coordinate in q and of its first velocity in v. Coordinates are Pinocchio's:
+    ``placement`` (4, 4) is the joint's frame in the parent body, ``axis`` (3,) the axis in this frame. ``first_q`` and
+    ``first_v`` are the indices of its first coordinate in q and of its first velocity in v. Coordinates are Pinocchio's:
     (cos, sin) of a continuous joint, (x, y, cos, sin) of a planar joint with the axis z, a quaternion (x, y, z, w) of a spherical
     joint, (x, y, z, quaternion) of a floating joint.
     """
@@ -50,7 +49,7 @@ class TreeJoint:
         return self.type.freedoms
 
     def coordinate(self, q: Array) -> Array:
-        """Return the coordinate (N,) [m, rad] of a one-freedom joint at coordinates ``q`` (nq, N)."""
+        """Coordinate (N,) [m, rad] of a one-freedom joint at ``q`` (nq, N)."""
         if self.type.endless:
             angle: Array = np.arctan2(q[self.first_q + 1], q[self.first_q])
             return angle
@@ -66,17 +65,17 @@ class TreeJoint:
 
 @dataclass(frozen=True, repr=False)
 class Frames(ShortRepr):
-    """Positions and orientations of all bodies: ``rotation`` (3, 3, B, N), ``position`` (3, B, N) [m]."""
+    """Orientations ``rotation`` (3, 3, B, N) and positions ``position`` (3, B, N) [m] of B bodies at N poses."""
 
     rotation: Array
     position: Array
 
     def points(self, bodies: Index, local: Array) -> Array:
-        """Return world positions (3, M, N) of points ``local`` (3, M) fixed in ``bodies`` (M,)."""
+        """World positions (3, M, N) of points ``local`` (3, M) fixed in ``bodies`` (M,)."""
         return self.position[:, bodies] + self.directions(bodies, local)
 
     def directions(self, bodies: Index, local: Array) -> Array:
-        """Return world components (3, M, N) of vectors ``local`` (3, M) fixed in ``bodies`` (M,)."""
+        """World components (3, M, N) of vectors ``local`` (3, M) fixed in ``bodies`` (M,)."""
         filled = is_filled(local) if local.dtype == object else local  # recorded values may be 0 at the example pose only
         used = [j for j, row in enumerate(filled.tolist()) if any(row)] or [0]  # faster than NumPy for few numbers
         result = self.rotation[:, used[0], bodies] * local[used[0]][:, None]
@@ -85,19 +84,19 @@ class Frames(ShortRepr):
         return result
 
     def point(self, body: int, local: Array) -> Array:
-        """Return the world position (3, N) of one point ``local`` (3,) fixed in a body."""
+        """World position (3, N) of a point ``local`` (3,) fixed in a body."""
         return self.points(np.array([body]), local[:, None])[:, 0]
 
     def direction(self, body: int, local: Array) -> Array:
-        """Return the world components (3, N) of one vector ``local`` (3,) fixed in a body."""
+        """World components (3, N) of a vector ``local`` (3,) fixed in a body."""
         return self.directions(np.array([body]), local[:, None])[:, 0]
 
     def orientations(self, bodies: Index, local: Array) -> Array:
-        """Return the rotations (3, 3, M, N) of frames with orientations ``local`` (3, 3, M) in ``bodies`` (M,)."""
+        """World orientations (3, 3, M, N) of frames with orientations ``local`` (3, 3, M) in ``bodies`` (M,)."""
         return np.einsum("ijmn,jkm->ikmn", self.rotation[:, :, bodies], local)
 
     def matrices(self, body: int, placement: Array) -> Array:
-        """Return homogeneous matrices (4, 4, N) of a frame ``placement`` (4, 4) fixed in a body."""
+        """Homogeneous matrices (4, 4, N) of a frame fixed in a body at ``placement`` (4, 4)."""
         R, p = self.rotation[:, :, body], self.position[:, body]
         result = np.zeros((4, 4, R.shape[2]))
         result[:3, :3] = np.einsum("ijn,jk->ikn", R, placement[:3, :3])
@@ -106,20 +105,19 @@ class Frames(ShortRepr):
         return result
 
     def take(self, poses: Index | slice) -> Frames:
-        """Return some of the poses."""
         return Frames(self.rotation[..., poses], self.position[..., poses])
 
     def are_finite(self) -> Mask:
-        """Return the mask (N,) of poses at which the frames of all bodies are finite."""
+        """(N,) True where the frames of all bodies are finite."""
         return np.all(np.isfinite(self.position), axis=(0, 1)) & np.all(np.isfinite(self.rotation), axis=(0, 1, 2))
 
     def put(self, poses: Index, others: Frames) -> None:
-        """Replace some poses by others, in place."""
+        """Replace the frames at ``poses`` by ``others``, in place."""
         self.rotation[..., poses], self.position[..., poses] = others.rotation, others.position
 
 
 def joined_frames(parts: Sequence[Frames]) -> Frames:
-    """Return the frames of several batches of poses, one after the other."""
+    """Concatenate several batches of poses."""
     rotation = np.concatenate([part.rotation for part in parts], axis=-1)
     return Frames(rotation, np.concatenate([part.position for part in parts], axis=-1))
 
@@ -147,7 +145,7 @@ class _Group:
         self.R_fixed = np.einsum("im,jm->ijm", np.einsum("ijm,jm->im", self.R0[..., 0], axis), axis)[..., None]
 
     def local(self, q: Array) -> tuple[Array, Array]:
-        """Return rotations (3, 3, k, N) and positions (3, k, N) of the bodies relative to their parents."""
+        """Return rotations (3, 3, k, N) and positions (3, k, N) of the k bodies relative to their parents."""
         c = q[self.q]
         R, p, first, turns = self.R0, self.p0, self.shifts, self.type.turns
         if turns is Axes.ALL:
@@ -212,9 +210,10 @@ class Tree:
         joints: the moving joints.
         bodies: number of bodies, the root included.
         nq, nv: numbers of coordinates and of freedoms.
-        column_body, column_axis, column_rotates: for every freedom, the body in which its axis is fixed, the axis (3, nv) in this
-            body, and whether it is a rotation (about an axis through the body's origin) or a translation.
-        moves: (B, nv) whether a freedom moves a body.
+        column_body: (nv,) body in which the axis of each freedom is fixed.
+        column_axis: (3, nv) the axis of each freedom in this body.
+        column_rotates: (nv,) True for a rotation (about an axis through the body's origin), False for a translation.
+        moves: (B, nv) True where a freedom moves a body.
     """
 
     def __init__(self, joints: Sequence[TreeJoint], bodies: int, nq: int, nv: int) -> None:
@@ -280,7 +279,7 @@ class Tree:
         return found
 
     def twists(self, frames: Frames) -> Array:
-        """Return the unit twists (6, nv, N) of all freedoms, about the world's origin."""
+        """Unit twists (6, nv, N) of all freedoms, about the world's origin."""
         axis = frames.directions(self.column_body, self.column_axis)
         centre = frames.position[:, self.column_body]
         return unit_twist(axis, centre, self.column_rotates[:, None])

@@ -1,4 +1,4 @@
-"""Weights of a robot: masses of rigid links and of beams, their centres, and their wrenches under gravity.
+"""Weights of a robot: masses of links without beams (*rigid links*) and of beams, their centres, their wrenches under gravity.
 
 Rigid links have the inertias of Pinocchio's model. Pinocchio computes the wrenches at single poses, NumPy the wrenches at batches
 of poses.
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from kinetostatics.exceptions import StaticsError
 from kinetostatics.math.arrays import Array, empty_for
 from kinetostatics.math.screws import wrench_of_force
-from kinetostatics.mechanism.beam_model import BeamModel, without_length
+from kinetostatics.mechanism.beam_model import BeamModel, no_length_text
 from kinetostatics.mechanism.limbs import Edge, Topology, carries
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
 #: Mass of a link, relative to that of its body, that counts as zero (rounding).
-_NOTHING = 1e-14
+_NEGLIGIBLE = 1e-14
 
 
 class Weights:
-    """The robot's weights.
+    """The W weights of a robot.
 
     Attributes:
-        names: name of each rigid link, or ``beam:`` and the beam; weights of the limbs first, then of base and platform.
-        owner: limb of each weight, or ``base`` or ``platform``.
+        names: (W) name of each rigid link, or ``beam:`` and the beam; weights of the limbs first, then of base and platform.
+        owner: (W) limb of each weight, or ``base`` or ``platform``.
         inertias: ``pin.Inertia`` of every rigid link with weight, in the frame of its body.
     """
 
@@ -65,7 +65,7 @@ class Weights:
         self._beam_centre = np.array([centre for _, _, centre in own]).reshape(-1, 3).T
 
     def masses(self, frames: Frames) -> Array:
-        """Return all masses (W, N) [kg]; masses of telescopic beams with a density depend on the pose."""
+        """(W, N) [kg]; masses of telescopic beams with a density depend on the pose."""
         result = empty_for((len(self.names), frames.position.shape[2]), frames.position, self._mass)
         result[self._is_rigid] = self._mass[:, None]
         if self._beams:
@@ -73,7 +73,7 @@ class Weights:
         return result
 
     def centres(self, frames: Frames) -> Array:
-        """Return all centres of mass (3, W, N) [m]."""
+        """Centres of mass (3, W, N) [m], world axes."""
         result = empty_for((3, len(self.names), frames.position.shape[2]), frames.position)
         result[:, self._is_rigid] = frames.points(self._body, self._centre)
         if self._beams:
@@ -85,13 +85,13 @@ class Weights:
         return result
 
     def wrenches(self, frames: Frames, o: Array, gravity: Array) -> Array:
-        """Return the weights' wrenches (6, W, N) about ``o`` (3, N) under ``gravity`` (3, N) [m/s²]."""
+        """Wrenches (6, W, N) about ``o`` (3, N) under ``gravity`` (3, N) [m/s²]."""
         if o.shape[1] == 1 and frames.are_finite()[0]:  # Pinocchio rejects NaN
             return self._wrenches_of_one(frames, o[:, 0], gravity[:, 0])
         return self.wrenches_of_many(frames, o, gravity)
 
     def wrenches_of_many(self, frames: Frames, o: Array, gravity: Array) -> Array:
-        """Return the wrenches (6, W, N) of any number of poses, by NumPy."""
+        """The result of :meth:`wrenches` for any number of poses, by NumPy."""
         force = self.masses(frames)[None] * gravity[:, None]
         return wrench_of_force(force, self.centres(frames) - o[:, None])
 
@@ -120,36 +120,33 @@ class Weights:
             StaticsError: a telescopic beam has no length.
         """
         if any(float(beam.remaining_length(frames)[0]) < 0 for beam in self._beams):
-            raise StaticsError(without_length(self._beams, frames, 0))
+            raise StaticsError(no_length_text(self._beams, frames, 0))
         return weighed(model, self._bodies_at(frames))
 
     def sum(self, names: Iterable[str], wrenches: Array) -> Array:
-        """Return the sum (6, N) of the wrenches (6, W, N) with given names; names without weight are ignored."""
+        """Return the sum (6, N) of the ``wrenches`` (6, W, N) of the named weights; other names are ignored."""
         which = [self._number[name] for name in names if name in self._number]
         total: Array = wrenches[:, which].sum(axis=1)
         return total
 
     def carried_by(self, edge: Edge, wrenches: Array) -> Array:
-        """Return the sum (6, N) of the wrenches (6, W, N) of the weights that an edge carries."""
+        """Return the sum (6, N) of the ``wrenches`` (6, W, N) of the weights that an edge carries."""
         return self.sum([name for name in edge.outboard if carries(edge, name)], wrenches)
 
     def outboard_of(self, edge: Edge) -> Array:
-        """Return (W,) 1 for each weight that an edge carries, else 0."""
+        """(W,) 1 for each weight that an edge carries, else 0."""
         return np.array([carries(edge, name) for name in self.names], dtype=float)
 
     def of(self, owner: str) -> NDArray[np.bool_]:
-        """Return the mask (W,) of the weights of a limb, of ``base`` or of ``platform``."""
+        """(W,) True for the weights of ``owner``: a limb, ``base`` or ``platform``."""
         return np.array([item == owner for item in self.owner], dtype=bool)
 
 
 def link_inertias(model: pin.Model) -> dict[str, pin.Inertia]:
-    """Return every link's own ``pin.Inertia``, in the frame of its body (Pinocchio's joint).
+    """Return every link's own ``pin.Inertia``, in the frame of its body (Pinocchio's joint); ``model`` was built from a URDF.
 
     Pinocchio adds the inertias of links joined by fixed joints. The inertia of a link at a fixed joint is stored with this
     joint's frame; the remainder belongs to the link at the moving joint.
-
-    Args:
-        model: ``pin.Model`` built from a URDF.
     """
     import pinocchio as pin
 
@@ -167,7 +164,7 @@ def link_inertias(model: pin.Model) -> dict[str, pin.Inertia]:
         else:
             first[body] = frame.name
     for body, name in first.items():
-        found[name] = rest[body] if rest[body].mass > _NOTHING * totals[body] else pin.Inertia.Zero()
+        found[name] = rest[body] if rest[body].mass > _NEGLIGIBLE * totals[body] else pin.Inertia.Zero()
     return found
 
 
