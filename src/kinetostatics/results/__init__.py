@@ -1,4 +1,4 @@
-"""Results of analyses, compensation, design and calibration; types are imported on first use."""
+"""Classes of results, imported on first use."""
 
 import lazy_loader
 

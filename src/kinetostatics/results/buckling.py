@@ -1,4 +1,4 @@
-"""Stability of loaded robots: load factors and modes of buckling, and results of second order."""
+"""Buckling of members (beams, or collinear beams that buckle as one), and results with the stiffness due to the forces."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ from kinetostatics.statics.springs import inverse
 class Buckling(Shapes[BucklingModes], Reported, builder="reports.dynamics:buckling_report"):
     """Load factors and buckling modes of a loaded robot; see :meth:`kinetostatics.Result.buckling`.
 
-    Arrays are read-only, batch axes first, then the mode; NaN where a pose has no results, or a mode has no shape. The amplitude
-    of a mode is arbitrary; the largest component of the platform's twist is positive. Any combination of modes with equal load
-    factors is a mode, too.
+    Arrays are read-only: batch axes first, then the mode. They are NaN where a pose has no results. If a pose has fewer than
+    ``count`` modes, the other load factors are infinite, and all other arrays NaN. The amplitude of a mode is arbitrary; the
+    largest component of the platform's twist is positive. Any combination of modes with equal load factors is a mode, too.
 
     Attributes:
         configuration: the pose or poses, broadcast against the loads.
         count: number of modes of each pose.
         chunks: the modes of the poses with results, in the order of the poses.
-        valid: (N,) mask of poses with results.
+        valid: (N,) True at poses with results.
 
     Examples:
         >>> import kinetostatics as ks
@@ -51,9 +51,9 @@ class Buckling(Shapes[BucklingModes], Reported, builder="reports.dynamics:buckli
 
     @cached_property
     def load_factors(self) -> Array:
-        """(…, count) common factors of all forces at which the robot buckles, ascending; infinite where there are fewer modes.
+        """(…, count) factors of all forces at which the robot buckles, ascending; infinite where there are fewer modes.
 
-        With a factor below 1, the robot cannot carry its loads at this pose.
+        If a factor is below 1, the robot buckles under its loads.
         """
 
         def factors(chunk: BucklingModes) -> Array:
@@ -64,7 +64,7 @@ class Buckling(Shapes[BucklingModes], Reported, builder="reports.dynamics:buckli
 
     @cached_property
     def energy_shares(self) -> Mapping[str, Array]:
-        """(…, count) share of each member in the strain energy of all beams; beams of one member are joined by "+"."""
+        """(…, count) share of each member in the strain energy of all beams, by names of its beams: "rod_1", "rod_2+tube_2"."""
 
         def shares(chunk: BucklingModes, member: tuple[str, ...]) -> Array:
             energies = chunk.energies()
@@ -80,14 +80,14 @@ class Buckling(Shapes[BucklingModes], Reported, builder="reports.dynamics:buckli
 
     @cached_property
     def members(self) -> NDArray[np.str_]:
-        """(…, count) the member with the largest of the :attr:`energy_shares` in each mode; "" for a mode without a shape."""
+        """(…, count) name of the member with the largest share of the strain energy; "" where there are fewer modes."""
         names = np.array(["", *self.energy_shares])
         shares = [self._array((self.count,), lambda chunk: np.zeros(chunk.ratios.shape)), *self.energy_shares.values()]
         return np.asarray(names[np.argmax(np.round(np.nan_to_num(shares), 9), axis=0)])
 
 
 def buckling_of(configuration: Configuration, solutions: Iterable[Solution], valid: Mask, count: int) -> Buckling:
-    """Return the first ``count`` buckling modes of all poses in the mask ``valid`` (N,)."""
+    """Return the ``count`` lowest buckling modes at those of the N poses of ``solutions`` where ``valid`` (N,) is True."""
     members, chunks, first = robot_of(configuration).members, list[BucklingModes](), 0
     for solution in solutions:
         last = first + solution.o.shape[1]
@@ -98,17 +98,17 @@ def buckling_of(configuration: Configuration, solutions: Iterable[Solution], val
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SecondOrder(ShortRepr):
-    """Twist, compliance and stiffness of the loaded robot: (K + K_G) u = f with the forces of first order (P-Delta).
+    """Twist, compliance and stiffness with the geometric stiffness K_G due to the forces: (K + K_G) u = f (P-Delta).
 
-    The change due to the forces is added to the results of first order; the effect of assembly errors is that of first order. NaN
-    where the robot buckles or has no results. For robots with springs, ``Result.second_order`` raises a :class:`StaticsError`,
-    because their stiffness already includes the effects of springs and weights.
+    K_G and the twist due to assembly errors are those of the linear analysis. Arrays are NaN where the robot buckles or has no
+    results. For robots with springs, ``Result.second_order`` raises a :class:`StaticsError`, because their stiffness K already
+    includes the effects of springs and weights.
 
     Attributes:
         twist: (…, 6) [m, rad].
         compliance: (…, 6, 6) [m/N, rad/(N·m)].
         stiffness: (…, 6, 6) [N/m, N·m/rad]; NaN where limbs are rigid.
-        change: (…) largest relative change of the platform's stiffness, over all directions of motion.
+        change: (…) relative change of the platform's stiffness by K_G in the direction where its magnitude is largest.
 
     Examples:
         >>> import kinetostatics as ks
@@ -127,10 +127,12 @@ class SecondOrder(ShortRepr):
 def second_order_of(
     robot: Robot, batch: Batch, solutions: Iterable[Solution], linear: tuple[Array, Array, Array], moved: Callable[..., Array]
 ) -> SecondOrder:
-    """Return results of second order.
+    """Return results of second order at the reference point.
 
-    ``linear`` are twist, compliance and stiffness of first order at the reference point; ``moved(values)``
-    transforms a twist, and ``moved(values, "compliance")`` a compliance, from o to this point.
+    Args:
+        robot, batch, solutions: robot, poses and their equilibria.
+        linear: twist, compliance and stiffness of the linear analysis at the reference point.
+        moved: ``moved(twist)`` and ``moved(compliance, "compliance")`` transform from o to the reference point.
 
     Raises:
         StaticsError: the robot has springs.

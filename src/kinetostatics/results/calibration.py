@@ -1,4 +1,4 @@
-"""Results of calibrations, with confidence intervals and unidentifiable parameters, and plans of measurements."""
+"""Results of calibrations and of plans of measurements: which unknowns the readings of gauges determine, and how well."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ class Estimate:
 
     Attributes:
         name: name of the unknown.
-        kind: "stiffness" (``value`` is a factor of the stiffness in the file), "argument" (of the file, or a dimension of a
-            part), "error" (of assembly), "payload" or "offset".
-        value: estimate, SI.
-        unit: unit of the value; empty for a factor or an unknown unit.
+        kind: "stiffness", "argument" (an argument of the file, or a dimension of a part), "error" (of assembly), "payload" or
+            "offset" (of a gauge).
+        value: estimate, SI; for a stiffness, its ratio to the stiffness in the file.
+        unit: unit of the value; empty for a ratio or an unknown unit.
         start: initial value of the search, from the file.
-        interval: confidence interval; an infinite end means no bound. For a stiffness, the inverse of the compliance's interval,
-            so that the value is not at its centre.
+        interval: lower and upper end of the confidence interval, infinite where there is no bound. The value of a stiffness is
+            not at its centre, because the interval is the inverse of that of the compliance.
         standard_error: standard error of the value; infinite if the readings do not determine it.
-        identified: whether the readings determine the value; if not, ``value`` is the fitting value nearest to the start.
+        identified: whether the readings determine the value; if not, ``value`` is the nearest to ``start`` that fits them.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Estimate:
 
     @property
     def impossible(self) -> str:
-        """The reason why the value is physically impossible; empty if the value is possible."""
+        """The reason why the value is physically impossible, such as "no mass is negative"; "" for a possible value."""
         what = _NEVER_NEGATIVE.get(self.unit)
         if what is None or self.value >= 0 or self.start < 0:
             return ""
@@ -59,10 +59,10 @@ class Unidentifiable:
     """A combined change of unknowns that affects no reading.
 
     Attributes:
-        direction: relative change of each unknown involved. A stiffness stands for its compliance; changes of a centre of mass
-            are relative to the characteristic length; those of an assembly error to this length, 1 rad or 100 K; those of an
-            offset to the gauge's readings; all others to the unknown's value.
-        words: text that names the unknowns and, if there are two, the combination of them that the readings do determine.
+        direction: change of each unknown (of a stiffness: change of its compliance), relative to its value; but relative to the
+            characteristic length for a centre of mass; to this length, 1 rad or 100 K for an assembly error; to the magnitude of
+            the gauge's readings for an offset.
+        words: text with the names of the unknowns; for two unknowns, also with their combination that the readings determine.
     """
 
     direction: Mapping[str, float]
@@ -74,12 +74,12 @@ class Unidentifiable:
 
 @dataclass(frozen=True)
 class Outlier:
-    """A reading inconsistent with the others.
+    """A reading that is inconsistent with the other readings.
 
     Attributes:
-        row: line of the file, or index of the row.
+        row: line of the file of measurements; without a file, index of the row.
         gauge: name of the gauge.
-        measured, computed: the reading and its computed value, SI.
+        measured, computed: the reading, and its value computed with the estimates [m, rad].
         studentized: externally studentized residual.
     """
 
@@ -98,23 +98,23 @@ class Calibration(Reported, builder="reports.calibration:calibration_report"):
         estimates: estimates by name of the unknown.
         unidentifiable: combined changes of unknowns that affect no reading; empty if all unknowns are determined.
         level: confidence level of the intervals.
-        covariance: (p, p) covariance of the variables of the fit, in the order of ``estimates``. The variable is the compliance
-            factor for a stiffness, and the first moment for a centre of mass if the mass is unknown too.
+        covariance: (p, p) covariance of the variables of the fit, in the order of ``estimates``. For a stiffness, the variable
+            is its compliance relative to that in the file; for a centre of mass, if the mass is unknown too, the first moment.
         gauges: gauges with readings, by name.
-        rows: (n,) row of each reading: line of the file, or index of the row.
-        gauge_of: (n,) gauge of each reading.
-        measured, computed: (n,) readings [m, rad].
-        used: (n,) bool, False where a reading was left out as an outlier.
+        rows: (n,) row of each reading: line of the file of measurements; without a file, index of the row.
+        gauge_of: (n,) name of the gauge of each reading.
+        measured, computed: (n,) readings, and their values computed with the estimates [m, rad].
+        used: (n,) False where a reading was left out as an outlier, True elsewhere.
         studentized: (n,) externally studentized residuals.
-        leave_one_out: (n,) measured readings less those predicted from the other rows; NaN where there is no prediction.
-        outliers: readings inconsistent with the others.
-        sigma: (n,) standard deviation of each reading, given or estimated from the residuals.
+        leave_one_out: (n,) readings less their predictions from the other rows [m, rad]; NaN where there is no prediction.
+        outliers: readings that are inconsistent with the other readings.
+        sigma: (n,) standard deviation of each reading [m, rad], given or estimated from the residuals.
         sigma_known: whether the standard deviations were given.
         reduced_chi_square: Σ (residual/sigma)² per degree of freedom, about 1 if model and sigma are right; NaN without given
-            sigma.
+            sigma or without degrees of freedom.
         degrees_of_freedom: number of readings minus number of identified unknowns.
         converged: whether the fit converged.
-        payload: the payload, or None.
+        payload: the payload with its estimates; None if its mass is zero.
         robot: the robot with the estimates.
     """
 
@@ -145,7 +145,7 @@ class Calibration(Reported, builder="reports.calibration:calibration_report"):
         return np.asarray(self.measured - self.computed)
 
     def root_mean_square(self, errors: Array, kind: str = "length") -> float:
-        """Return the root mean square of errors of the used readings of one kind.
+        """Return the root mean square of errors, over the used readings of lengths or of angles; NaN if there are none.
 
         Args:
             errors: (n,) errors of all readings, such as ``residuals`` or ``leave_one_out``.
@@ -164,17 +164,18 @@ class MeasurementPlan(Reported, builder="reports.calibration:plan_report"):
     """Result of :func:`kinetostatics.plan_measurements`.
 
     Attributes:
-        coordinates: (n,) coordinates of the poses, by name [m, rad].
-        load: (n, 6) loads [N, N·m].
-        gauges: names of the gauges to be read.
-        standard_errors: expected standard errors of the identified unknowns, for the gauges' sigma (default: 1 µm, 1 µrad);
-            relative for a stiffness.
-        random_standard_errors: standard errors of random plans, geometric mean.
-        gain: ratio of the standard errors of random plans to those of this plan, geometric mean over all directions.
-        unidentifiable: combined changes of unknowns that affect no reading at any candidate.
-        candidates: number of candidates (poses times loads).
-        left_out: number of candidates that are unreachable, singular or beyond a joint limit.
-        chosen: (n,) indices of the chosen candidates.
+        coordinates: (n,) coordinates of the poses of the n measurements, by name [m, rad].
+        load: (n, 6) loads on the platform in the measurements [N, N·m].
+        gauges: names of the gauges to be read in each measurement.
+        standard_errors: expected standard error of each identified unknown, SI; of a stiffness, relative to its value. The
+            readings have the standard deviation ``sigma`` of their gauge (default: 1 µm, 1 µrad).
+        random_standard_errors: geometric mean of the standard errors of random plans.
+        gain: factor by which the standard errors are smaller than those of random plans, geometric mean over all independent
+            combinations of unknowns that the readings determine; NaN if no random plan determines them.
+        unidentifiable: combined changes of unknowns that affect no reading, whatever the pose and load.
+        candidates: number of combinations of pose and load from which the measurements were chosen.
+        left_out: number of other combinations, whose poses are unreachable, singular or beyond a joint limit.
+        chosen: (n,) indices of the measurements among all combinations of pose and load.
         robot: the robot to be measured.
     """
 

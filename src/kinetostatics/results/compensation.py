@@ -1,4 +1,4 @@
-"""Corrected actuator positions and feedforward forces, pose errors, and the twists that the actuators cannot produce."""
+"""Corrected actuator positions, feedforward forces and pose errors: displacement and rotation vector from the target pose."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
     Attributes:
         target: target pose of the loaded platform, broadcast against the loads.
         controlled: the platform coordinates that are corrected, as many as the mobility.
-        uncorrected: the analysis at the actuator positions of the unloaded robot at the target pose.
+        uncorrected: the analysis of the target pose, to which the uncorrected actuators bring the unloaded robot.
         result: the analysis at the corrected actuator positions.
-        tool: (3,) point from o in platform axes [m], to which x, y and z of ``controlled`` and the pose errors refer; None: o.
+        tool: (3,) the tool's tip, from o in platform axes [m], reference point of ``controlled`` and of pose errors; None: o.
     """
 
     target: Configuration
@@ -146,9 +146,9 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
     @cached_property
     def status(self) -> NDArray[np.int8]:
-        """:class:`Status` of every corrected pose (…); where the target pose has no results, status of the target pose.
+        """:class:`Status` of every corrected pose (…), UNREACHABLE if no correction was found.
 
-        LIMIT_EXCEEDED if an actuator exceeds its range, UNREACHABLE if no correction was found.
+        Where the target pose of the unloaded robot is UNREACHABLE or SINGULAR, this is the status.
         """
         before = self.uncorrected.status
         found = np.where(np.isin(before, WITHOUT_NUMBERS), before, self.result.status).astype(np.int8)
@@ -157,17 +157,17 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings in full sentences: those of the corrected poses, or of the target poses if no correction was found."""
+        """Warnings about the corrected poses, in full sentences; if no pose was corrected, about the uncorrected poses."""
         return (self.uncorrected if np.all(np.isin(self.status, WITHOUT_NUMBERS)) else self.result).warnings
 
     @cached_property
     def actuators(self) -> Mapping[str, Array]:
-        """The corrected coordinate (…) of every actuator [m, rad]."""
+        """(…) corrected coordinate of every actuator [m, rad]."""
         return ResultMapping({name: frozen(self.target.actuators[name] + shift) for name, shift in self.corrections.items()})
 
     @cached_property
     def corrections(self) -> Mapping[str, Array]:
-        """Correction (…) of every actuator: corrected coordinate less the coordinate at the target pose [m, rad]."""
+        """(…) correction of every actuator: corrected coordinate less coordinate at the target pose [m, rad]."""
         connections = self.target.robot.mechanism.connections
         found: dict[str, Array] = {}
         for name, value in self.configuration.actuators.items():
@@ -193,13 +193,13 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
     @cached_property
     def uncorrected_error_coordinates(self) -> Mapping[str, Array]:
-        """Error (…) in each coordinate of the platform without correction [m, rad]."""
-        return self._coordinates_off(self.uncorrected)
+        """(…) error in each coordinate of the platform without correction [m, rad]."""
+        return self._coordinate_errors(self.uncorrected)
 
     @cached_property
     def residual_error_coordinates(self) -> Mapping[str, Array]:
-        """Residual error (…) in each coordinate of the platform [m, rad]; nearly zero in controlled coordinates."""
-        return self._coordinates_off(self.result)
+        """(…) error in each coordinate of the platform after correction [m, rad]; nearly zero in controlled coordinates."""
+        return self._coordinate_errors(self.result)
 
     @cached_property
     def uncorrectable_directions(self) -> Array:
@@ -223,11 +223,10 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
         return frozen(np.asarray(parts))
 
     def _error(self, result: Result) -> Array:
-        """Return the pose error (…, 6) of the loaded pose: displacement of o or tool, and rotation vector [m, rad]."""
         error = pose_error(target_frame(self.target, self.tool), loaded_frame(result, self.tool))
         return batch_first(error, result.shape)
 
-    def _coordinates_off(self, result: Result) -> Mapping[str, Array]:
+    def _coordinate_errors(self, result: Result) -> Mapping[str, Array]:
         orientation = self.target.orientation
         R, position = target_frame(self.target, self.tool)
         loaded_R, loaded_position = loaded_frame(result, self.tool)
@@ -239,24 +238,24 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
 
 def shift_of(target: Array, corrected: Array, is_slide: bool) -> Array:
-    """Return the correction (N,) of an actuator [m, rad]; an angle is corrected the shorter way."""
+    """(N,) corrected less target coordinate of an actuator [m, rad]; angles differ by at most π."""
     shift = corrected - target
     return shift if is_slide else shift - 2 * np.pi * np.round(shift / (2 * np.pi))
 
 
 def target_frame(target: Configuration, tool: Array | None) -> tuple[Array, Array]:
-    """Return rotation (3, 3, N) of the target pose, and position (3, N) of the tool's tip or of o."""
+    """Return (R, p) at the target pose: rotation (3, 3, N) of the platform, position (3, N) of the tool's tip or of o."""
     return _at(tool, *target.robot.mechanism.platform_pose(target.frames))
 
 
 def loaded_frame(result: Result, tool: Array | None) -> tuple[Array, Array]:
-    """Return rotation (3, 3, N) of the loaded platform, and position (3, N) of the tool's tip or of o."""
+    """Return (R, p) of the loaded platform: rotation (3, 3, N), position (3, N) of the tool's tip or of o."""
     R, position = result.configuration.robot.mechanism.platform_pose(result.configuration.frames)
     return _at(tool, *loaded(R, position, result.twist.reshape(-1, 6).T))
 
 
 def loaded(R: Array, position: Array, twist: Array) -> tuple[Array, Array]:
-    """Return rotation (3, 3, N) and position of o (3, N) of the loaded platform: the unloaded pose displaced by the twist."""
+    """Return rotation (3, 3, N) and position (3, N) of o after displacing a pose by ``twist`` (6, N)."""
     return matmul(exponential(twist[3:]), R), position + twist[:3]
 
 
@@ -265,7 +264,7 @@ def _at(tool: Array | None, R: Array, position: Array) -> tuple[Array, Array]:
 
 
 def pose_error(target: tuple[Array, Array], found: tuple[Array, Array]) -> Array:
-    """Return displacement and rotation vector (6, N) from the target poses to the poses found [m, rad]."""
+    """(6, N) displacement and rotation vector from pose ``target`` to pose ``found``, each given as (R, p) [m, rad]."""
     (R, position), (other_R, other_position) = target, found
     turn = logarithm(np.einsum("ikn,jkn->ijn", other_R, R), at_half_turns=True)
     return np.concatenate([other_position - position, turn])
@@ -275,7 +274,6 @@ def pose_error(target: tuple[Array, Array], found: tuple[Array, Array]) -> Array
 
 
 def _table_columns(found: Compensation) -> dict[str, list[str]]:
-    """Return the columns of the table by title, with a row for each pose; cells without a correction are empty."""
     connections, units = found.target.robot.mechanism.connections, _units(found)
     columns = {f"{name} [{units[name]}]": cells(value) for name, value in found.target.platform.items()}
     columns["status"] = [Status(int(item)).name for item in found.status.ravel()]
@@ -289,7 +287,6 @@ def _table_columns(found: Compensation) -> dict[str, list[str]]:
 
 
 def _units(found: Compensation) -> dict[str, str]:
-    """Return the units of the coordinates of platform and actuators."""
     connections = found.target.robot.mechanism.connections
     units = {name: "m" if name in "xyz" else "rad" for name in found.target.platform}
     return units | {name: connections[name].type.unit for name in found.actuators}
@@ -297,16 +294,16 @@ def _units(found: Compensation) -> dict[str, str]:
 
 # ---- twists that the actuators cannot produce ----------------------------------------------------------------------
 
-#: Smallest singular value of the projection on the chosen coordinate axes; below it, other axes are chosen for a pose.
+#: If a singular value of the basis, projected on the coordinate axes nearest to it, is below this, a pose gets other axes.
 ASKEW = 0.1
 
 
 def uncorrectable_directions(configuration: Configuration, tool: Array | None) -> Array:
-    """Return the twists (6, k, N) [m, rad] of :attr:`Compensation.uncorrectable_directions`; NaN where no pose was found.
+    """(6, k, N) twists of :attr:`Compensation.uncorrectable_directions` [m, rad]; NaN where no pose was found.
 
-    The free twists of the platform, with unlocked actuators, are moved to the reference point, with displacements divided by the
-    characteristic length; the result spans the orthogonal complement of these twists. Of the complement's orthonormal bases, the
-    one nearest to coordinate axes is chosen; these axes are the same for all poses of a batch, if possible.
+    With displacements divided by the characteristic length, they are an orthonormal basis of the orthogonal complement of all
+    twists that the platform can have if the actuators move. Of these bases, the one nearest to some coordinate axes is chosen,
+    with the same axes at all poses of the batch, if possible.
     """
     robot = robot_of(configuration)
     n, length = robot.mobility.platform, robot.length

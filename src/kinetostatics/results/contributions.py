@@ -1,4 +1,4 @@
-"""Contributions to the motions of beams, links and platform: by load, elastic part and mechanism, and per unit of a payload."""
+"""Parts of motions due to each contribution (load or weight), elastic part and mechanism of gravity; effect of a payload."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ from kinetostatics.statics.springs import solve_with_springs
 def beam_contributions(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, Mapping[str, Array]]:
-    """Return displacement and rotation of the stations of all beams (…, n, 6), by beam and contribution."""
+    """(…, n, 6) displacement and rotation at n stations of each beam, world axes [m, rad], by beam and contribution."""
     return _of_beams(robot, batch, solutions, deformations, lambda beams: np.swapaxes(beams.lines(FRACTIONS), 0, 1))
 
 
 def axial_contributions(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, Mapping[str, Array]]:
-    """Return the axial forces (…) at the platform ends of all beams, by beam and contribution."""
+    """(…) axial force at the platform end of each beam [N], tension positive, by beam and contribution."""
     return _of_beams(robot, batch, solutions, deformations, LoadedBeams.axial_force)
 
 
@@ -47,7 +47,7 @@ def _of_beams(
     deformations: Sequence[Deformation],
     of: Callable[[LoadedBeams], Array],
 ) -> Mapping[str, Mapping[str, Array]]:
-    """Return a quantity by beam and contribution; ``of`` computes it for g beams and S contributions, (…, S, g, N)."""
+    """Return a quantity by beam and contribution; ``of`` returns it as (…, S, g, N) for g beams and S contributions."""
     stacks = [[of(beams) for beams in d.beams] for d in deformations]
     found: dict[str, Mapping[str, Array]] = {}
     for name in robot.description.beams:
@@ -60,7 +60,7 @@ def _of_beams(
 def link_contributions(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, Mapping[str, Array]]:
-    """Return the twists (…, 6) of all rigid links at the links' origins, by link and contribution; links of beams are omitted."""
+    """(…, 6) twist of each rigid link at the link's origin, world axes [m, rad], by link and contribution."""
     topology, mechanism, sources = robot.topology, robot.mechanism, solutions[0].sources
     elastic = {beam.link for beam in robot.description.beams.values()}
     result: dict[str, Mapping[str, Array]] = {}
@@ -84,7 +84,7 @@ def link_contributions(
 def source_contributions(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, Mapping[str, Array]]:
-    """Return the twists (…, 6) due to each part, by kind and name of the part; see :attr:`Result.source_contributions`."""
+    """(…, 6) twist of the platform at o due to each elastic part and each assembly error, by kind and name of the part."""
     parts: dict[str, dict[str, list[Array]]] = {}
     for solution, deformation in zip(solutions, deformations, strict=True):
         units = unit_cut_wrenches(robot.statics, solution)
@@ -102,9 +102,9 @@ def source_contributions(
 
 
 def part_contributions(robot: Robot, batch: Batch, sources: Mapping[str, Mapping[str, Array]]) -> Mapping[str, tuple[Array, ...]]:
-    """Return the twists (…, 6) due to the parts in series of each divided limb, inboard parts first.
+    """(…, 6) twist due to each of the parts in series of a limb, from base to platform; limbs of a single part are omitted.
 
-    ``sources`` are the twists of :func:`source_contributions`; those of the elements of a part are summed.
+    ``sources``: twist of each elastic part, from :func:`source_contributions`; those within a part of the limb are added.
     """
     beams, nothing = robot.description.beams, batch.public([np.zeros((6, len(batch.valid)))])
     twists = [
@@ -125,14 +125,14 @@ MECHANISMS = ("platform_weight", "attached", "deformation")
 
 
 def by_mechanism_of_gravity(platform_weight: Array, limbs: Mapping[str, Mapping[str, Array]]) -> dict[str, Array]:
-    """Return the parts of a quantity due to each mechanism of gravity; ``limbs``: parts by limb and mechanism."""
+    """Return the part of a quantity due to each of the ``MECHANISMS``; ``limbs``: the part due to each limb, by mechanism."""
     sums = {name: sum((parts[name] for parts in limbs.values()), np.zeros_like(platform_weight)) for name in MECHANISMS[1:]}
     return {"platform_weight": platform_weight, **sums}
 
 
 # ---- coefficients of a payload ------------------------------------------------------------------------------------
 
-#: Names of the four parameters.
+#: Names of the parameters of a payload to which its weight is proportional.
 PARAMETERS = ("mass", "first_moment_x", "first_moment_y", "first_moment_z")
 
 
@@ -140,8 +140,8 @@ PARAMETERS = ("mass", "first_moment_x", "first_moment_y", "first_moment_z")
 class PayloadCoefficients(ShortRepr):
     """Twist and forces due to a payload of mass m [kg] with its centre at c [m], per unit of m, m c_x, m c_y and m c_z.
 
-    ``coefficients.twist @ [m, *(m * c)]`` is its contribution to the twist; c is given in o-xyz, or in the frame of the link that
-    carries the payload.
+    ``coefficients.twist @ [m, *(m * c)]`` is the payload's contribution to the twist; c is in o-xyz, or in the frame of the link
+    that carries the payload.
 
     Attributes:
         parameters: names of the four parameters: "mass" [kg], "first_moment_x", "first_moment_y", "first_moment_z" [kg·m].
@@ -159,7 +159,7 @@ class PayloadCoefficients(ShortRepr):
 def payload_coefficients(
     robot: RobotStatics, batch: Batch, solutions: Sequence[Solution], link: str | None
 ) -> PayloadCoefficients:
-    """Return twist and forces due to a payload on ``link`` (None: the platform), per unit, at the poses of ``solutions``."""
+    """Return the coefficients of a payload that is carried by ``link`` (None: the platform)."""
     twists, forces, wrenches = [], [], []
     for solution in solutions:
         units = _unit_payloads(robot, solution.frames, solution.gravity, link, _places(robot, solution))
@@ -180,7 +180,7 @@ def payload_coefficients(
 
 
 def _places(robot: RobotStatics, solution: Solution) -> Mapping[str, Mask]:
-    """Return the bodies that carry the payload, each with the mask (N,) of the poses at which it does."""
+    """Return the bodies that carry the payload at some pose, each with a mask (N,): True at poses where this body carries it."""
     everywhere = np.ones(solution.o.shape[1], dtype=bool)
     for item in solution.applied:
         if item.load.name == PAYLOAD:
@@ -192,9 +192,9 @@ def _places(robot: RobotStatics, solution: Solution) -> Mapping[str, Mask]:
 def _unit_payloads(
     robot: RobotStatics, frames: Frames, gravity: Array, link: str | None, places: Mapping[str, Mask]
 ) -> tuple[AppliedLoad, ...]:
-    """Return the weights of a unit mass at the origin of a payload's frame, and of unit first moments along its axes.
+    """Return the weights of a mass of 1 kg at the origin of the frame of ``link`` (None: o-xyz), and of 1 kg·m along each axis.
 
-    The frame is that of ``link`` (None: o-xyz); ``places``: see :func:`_places`.
+    ``places``: the bodies that carry the payload, from :func:`_places`.
     """
     _, o = robot.mechanism.platform_pose(frames)
     R, origin = link_frame(robot, link, frames)

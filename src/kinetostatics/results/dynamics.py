@@ -40,7 +40,7 @@ class Modes(Shapes[ModeShapes], Reported, builder="reports.dynamics:modes_report
         drives: whether the actuators are "locked" or "free".
         payload: the payload, or None.
         chunks: the modes of the poses with results, in the order of the poses.
-        valid: (N,) mask of poses with results.
+        valid: (N,) True at poses with results.
     """
 
     configuration: Configuration
@@ -65,7 +65,7 @@ class Modes(Shapes[ModeShapes], Reported, builder="reports.dynamics:modes_report
 
     @cached_property
     def zero_frequencies(self) -> Array:
-        """(…) number of free motions, such as the spin of a strut between ball joints; they are not among the modes."""
+        """(…) number of motions of frequency zero, such as the spin of a strut between ball joints; they are not modes."""
         return self._array((), lambda chunk: chunk.pairs.free)
 
     def count_below(self, frequency: ArrayLike) -> Array:
@@ -137,7 +137,7 @@ class FrequencyResponse(Reported, builder="reports.dynamics:frequency_response_r
         frequencies: (F,) frequencies [Hz].
         compliance: (…, F, 6, 6) complex twist per wrench on the platform [m/N, rad/(N·m)].
         transmissibility: (…, F, 6, 6) complex twist of the platform per twist of the floor about o.
-        damping: the given damping.
+        damping: damping ratio, or factors of proportional damping; see :func:`kinetostatics.frequency_response`.
         drives: whether the actuators are "locked" or "free".
         payload: the payload, or None.
         tool: (3,) reference point, from o in platform axes [m]; None: o.

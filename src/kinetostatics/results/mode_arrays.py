@@ -1,4 +1,4 @@
-"""Shapes of modes of vibration and of buckling: motions of platform, links and beams, as arrays of all poses."""
+"""Shapes of modes of vibration and of buckling: arrays of the motions of platform, links and beams."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from kinetostatics.mechanism.body_graph import RigidBody
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.small_motions import PlacedMotions
 
-#: Number of stations along the centre line of a beam.
+#: Number of equally spaced points of the centre line of a beam, at which its motion is computed.
 STATIONS = 21
 
 
@@ -25,13 +25,13 @@ class ChunkOfModes(Protocol):
 
     @property
     def motions(self) -> PlacedMotions:
-        """Frames of the poses and coordinates of the small motions of rigid bodies."""
+        """Coordinates of the small motions of the rigid bodies, at the frames of the poses."""
 
     def of_body(self, body: RigidBody, point: Array) -> Array:
-        """Return displacement (of a point (3, n) of a body) and rotation of the body, world axes (n, count, 6)."""
+        """(n, count, 6) displacement of a point (3, n) [m] of a body and rotation of the body, world axes."""
 
     def of_beam(self, name: str, stations: int) -> Array:
-        """Return displacement and rotation along a beam's centre line, beam axes (n, count, stations, 6)."""
+        """(n, count, stations, 6) displacement and rotation at equally spaced points of a beam's centre line, beam axes."""
 
 
 Chunk = TypeVar("Chunk", bound=ChunkOfModes)
@@ -44,7 +44,7 @@ class Shapes(Generic[Chunk]):
         configuration: the pose or poses.
         count: number of modes of each pose.
         chunks: the modes of the poses with results, in the order of the poses.
-        valid: (N,) mask of poses with results.
+        valid: (N,) True at poses with results.
     """
 
     configuration: Configuration
@@ -102,7 +102,7 @@ class Shapes(Generic[Chunk]):
         )
 
     def _array(self, dims: tuple[int, ...], of: Callable[[Chunk], NDArray[np.generic]]) -> Array:
-        """Return an array (…, *dims) of all poses, from arrays (n, *dims) of the chunks; NaN at poses without results."""
+        """Join arrays (n, *dims) of the chunks to an array (…, *dims); NaN at poses without results."""
         found = np.full((len(self.valid), *dims), np.nan)
         if self.chunks:
             found[self.valid] = np.concatenate([of(chunk) for chunk in self.chunks])

@@ -51,7 +51,7 @@ class CheckedRequirement:
 
 @dataclass(frozen=True)
 class Start:
-    """Result of one of several searches.
+    """The end of one of several searches, which begin at different parameters.
 
     Attributes:
         parameters: final parameters.
@@ -80,9 +80,9 @@ class Optimum(Reported, builder="reports.optimum:optimum_report"):
         requirements: all requirements, evaluated.
         at_bounds: parameters at an end of their range, as text: "rod_diameter at its lower bound".
         no_influence: names of parameters whose ranges affect neither objective nor requirements at the optimum.
-        starts: results of the searches from several starts; agreement suggests a global optimum. If parameters have
-            lists of values: the best combinations, at most ten times the number of ranges (without ranges, ten).
-        alike: number of searches that end at the optimum; None with lists of values.
+        starts: the ends of all searches; agreement suggests a global optimum. If parameters have lists of values: the best
+            combinations, at most ten times the number of ranges (without ranges, ten).
+        alike: number of searches that end at the optimum; None if parameters have lists of values.
         searched: description of the search.
         evaluations: number of robots analysed.
         robot: the robot with the optimal parameters.
@@ -113,7 +113,7 @@ class Optimum(Reported, builder="reports.optimum:optimum_report"):
 
     @property
     def active(self) -> tuple[CheckedRequirement, ...]:
-        """The active requirements."""
+        """The requirements whose worst value is at the limit."""
         return tuple(item for item in self.requirements if item.active)
 
     def save(self, path: str | os.PathLike[str]) -> None:

@@ -1,4 +1,7 @@
-"""Results of single parts: wrenches, compliance and sag of limbs; section wrenches, deflections and stresses of beams."""
+"""Results of single parts: wrenches, compliance and sag of limbs; section wrenches, deflections and stresses of beams.
+
+Internal arrays contain g equal limbs, or g beams, at N poses. A station is a section of a beam.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,7 @@ from kinetostatics.statics.solution import Solution
 
 
 class LimbResult(Reported, builder="reports.parts:limb_report"):
-    """Wrenches, compliance and sag of one limb; wrenches are those of the platform on the limb, about o, world axes.
+    """Wrenches, compliance and sag of one limb. The platform exerts the wrenches on the limb; they are about o, world axes.
 
     In a network (a limb with rings or several joints to the platform), intensities are coordinates of the limb's wrench in a
     basis; :attr:`Result.beams` and :attr:`Result.joint_wrenches` give the forces in its beams and joints.
@@ -59,7 +62,7 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
         return self._batch.by_source(sources, parts)
 
     def _where_canonical(self, solution: Solution, pick: Callable[[Solution, int], Array], size: tuple[int, ...]) -> Array:
-        """Return a quantity of a chunk (*size, N), NaN where the labels do not describe the wrench basis of the limb."""
+        """(*size, N) quantity in the limb's wrench basis, NaN at poses where the labels do not describe this basis."""
         number, position = solution.places[self.name]
         statics = solution.statics[number]
         if statics.group.at_one_pose:
@@ -94,7 +97,7 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
     @cached_property
     def stiffness(self) -> Array:
         """(…, n_c, n_c) K_ic = C_ic⁻¹, Eq. (1) [N/m, N·m/rad]; NaN if the limb is rigid along a constraint wrench."""
-        return self._canonical(lambda s, k: _inverse(s.statics[k]), len(self.labels), len(self.labels))
+        return self._canonical(lambda s, k: _stiffness(s.statics[k]), len(self.labels), len(self.labels))
 
     @cached_property
     def sag(self) -> Array:
@@ -108,7 +111,7 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
 
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
-        """(…, n_c) W_ic due to each contribution to the twist; they sum to the intensities."""
+        """(…, n_c) part of the intensities W_ic due to each contribution to the twist."""
         return self._by_source(_intensities, len(self.labels))
 
     @cached_property
@@ -117,8 +120,8 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
         return self._batch.public([_limb_wrench(s, *s.places[self.name]) for s in self._found.solutions])
 
 
-def _inverse(statics: LimbStatics) -> Array:
-    """Return the stiffness K_ic (n_c, n_c, g, N) of each of g limbs; NaN for rigid limbs."""
+def _stiffness(statics: LimbStatics) -> Array:
+    """(n_c, n_c, g, N) stiffness K_ic of each limb; NaN if the limbs are rigid along a constraint wrench."""
     C = statics.C
     if statics.group.rigid_directions:
         return np.full_like(C, np.nan)
@@ -126,12 +129,12 @@ def _inverse(statics: LimbStatics) -> Array:
 
 
 def _intensities(solution: Solution, number: int) -> Array:
-    """Return the intensities W_ic of g limbs due to S contributions (n_c, S, g, N); NaN where they are indeterminate."""
+    """(n_c, S, g, N) intensities W_ic due to each of S contributions; NaN where they are indeterminate."""
     return np.where(solution.undetermined[number][:, None], np.nan, solution.intensities[number])
 
 
 def _attached_intensities(solution: Solution, number: int) -> Array:
-    """Return the attached intensities W_ig of g limbs due to S contributions (n_g, S, g, N)."""
+    """(n_g, S, g, N) attached intensities W_ig due to each of S contributions."""
     statics = solution.statics_of_weights(number)
     total = statics.W_g[:, None] * solution.contribution_mask(statics.group)
     parts = [item.statics[number] for item in solution.applied]
@@ -139,7 +142,7 @@ def _attached_intensities(solution: Solution, number: int) -> Array:
 
 
 def _limb_wrench(solution: Solution, number: int, position: int) -> Array:
-    """Return the wrench of the platform on a limb (6, N) about o; NaN where it is indeterminate."""
+    """(6, N) wrench of the platform on a limb about o; NaN where it is indeterminate."""
     unknown = np.any(solution.undetermined[number][:, position], axis=0)
     return np.where(unknown, np.nan, limb_wrench(solution, number, position))
 
@@ -155,7 +158,7 @@ def wrench_units(labels: Sequence[str], wrenches: Array) -> list[str]:
     return units
 
 
-#: Stations along a beam, ends included.
+#: Number of stations of a beam, ends included, and their positions relative to its length.
 STATIONS = 21
 FRACTIONS = frozen(np.linspace(0, 1, STATIONS))
 
@@ -208,11 +211,10 @@ class BeamResult(Reported, builder="reports.parts:beam_report"):
 def beam_results(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, BeamResult]:
-    """Return the results of all beams by name, in the order of the file."""
     found: dict[str, BeamResult] = {}
     ratios = [robot.members.ratios(solution) for solution in solutions]
     members = {beam: member for member in robot.members.names for beam in member}
-    numbers = [[_numbers(stack, solution) for stack in d.beams] for d, solution in zip(deformations, solutions, strict=True)]
+    numbers = [[_beam_arrays(stack, solution) for stack in d.beams] for d, solution in zip(deformations, solutions, strict=True)]
     for name, beam in robot.description.beams.items():
         places = [d.places[name] for d in deformations]
         pieces = [(stacks[k], position) for stacks, (k, position) in zip(numbers, places, strict=True)]
@@ -225,8 +227,8 @@ def beam_results(
     return ResultMapping(found)
 
 
-def _points(beams: LoadedBeams, solution: Solution) -> Array:
-    """Return the undeformed centre lines (n, 3, g, N)."""
+def _centre_lines(beams: LoadedBeams, solution: Solution) -> Array:
+    """(n, 3, g, N) stations on the undeformed centre lines, world axes [m]."""
     start = solution.o[:, None] + beams.end - beams.axes[:, 0] * beams.length
     return np.swapaxes(start[:, None] + beams.axes[:, :1] * (FRACTIONS[:, None, None] * beams.length), 0, 1)
 
@@ -234,8 +236,8 @@ def _points(beams: LoadedBeams, solution: Solution) -> Array:
 def centre_lines(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, tuple[Array, Array]]:
-    """Return axes and points of :class:`BeamResult` of all beams by name."""
-    stacks = [[(stack.axes, _points(stack, s)) for stack in d.beams] for d, s in zip(deformations, solutions, strict=True)]
+    """Return ``axes`` and ``points`` of the :class:`BeamResult` of each beam."""
+    stacks = [[(stack.axes, _centre_lines(stack, s)) for stack in d.beams] for d, s in zip(deformations, solutions, strict=True)]
     found = {}
     for name in robot.description.beams:
         places = [d.places[name] for d in deformations]
@@ -245,8 +247,8 @@ def centre_lines(
     return ResultMapping(found)
 
 
-def _numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
-    """Return the arrays (…, g, N) of a :class:`BeamResult` except the stress."""
+def _beam_arrays(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
+    """Return the arrays of :class:`BeamResult` by name, as (…, g, N), without ``stress`` and ``euler_ratio``."""
     parts = {name: getattr(beams, name).sum(axis=1, keepdims=True) for name in ("wrench", "load", "inner")}
     line = None if beams.line is None else beams.line.sum(axis=1, keepdims=True)
     total = replace(beams, **parts, stretch=beams.stretch.sum(axis=0, keepdims=True), line=line)
@@ -259,7 +261,7 @@ def _numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
         "length": beams.length,
         "mass": beams.mass,
         "axes": beams.axes,
-        "points": _points(beams, solution),
+        "points": _centre_lines(beams, solution),
         "section_wrenches": np.swapaxes(sections, 0, 1),
         "deflections": np.swapaxes(lines[:3], 0, 1),
         "rotations": np.swapaxes(lines[3:], 0, 1),

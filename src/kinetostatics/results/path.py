@@ -52,13 +52,13 @@ class PathResult(Reported, builder="reports.dynamics:path_report"):
         return replace(self, result=self.result.at_point(point))
 
     def over_time(self, what: str) -> Mapping[str, Array]:
-        """Return a quantity over time, (N,) by name.
+        """Return a quantity over time, (N,) by name of the reference point, contribution, actuator, beam or joint.
 
         Args:
-            what: "displacement", "rotation", magnitudes by reference point [m, rad]; "contributions" to the displacement, along
-                its direction [m]; "actuator_force" [N], "actuator_torque" [N·m], "actuator_speed" [m/s], "actuator_rate" [rad/s]
-                and "actuator_power" [W] by actuator; "stress", the largest of each beam [Pa]; "joint_force" [N], "joint_moment"
-                [N·m], magnitudes by joint.
+            what: "displacement" [m] and "rotation" [rad], magnitudes; "contributions", components of the contributions to the
+                displacement along its direction [m]; "actuator_force" [N], "actuator_torque" [N·m], "actuator_speed" [m/s],
+                "actuator_rate" [rad/s], "actuator_power" [W]; "stress", the largest of each beam [Pa]; "joint_force" [N] and
+                "joint_moment" [N·m], magnitudes.
 
         Raises:
             ArgumentError: there is no such quantity.
@@ -67,7 +67,7 @@ class PathResult(Reported, builder="reports.dynamics:path_report"):
         return ResultMapping({name: frozen(values) for name, values in OVER_TIME[what].of(self).items()})
 
     def peaks(self, what: str) -> Mapping[str, Peak]:
-        """Return the peak of each quantity of :meth:`over_time` by name.
+        """Return the value of largest magnitude of each quantity of :meth:`over_time`, and its time.
 
         Raises:
             ArgumentError: there is no such quantity.
@@ -125,7 +125,7 @@ class OverTime:
     Attributes:
         words: name of the quantity in reports and on axes of figures.
         unit: unit of the quantity.
-        of: function that computes the values (N,) along a path, by name of the reference point, actuator, joint, beam or source.
+        of: function that returns the values (N,) along a path, by name; see :meth:`PathResult.over_time`.
     """
 
     words: str

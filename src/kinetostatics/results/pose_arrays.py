@@ -1,4 +1,7 @@
-"""Arrays of a result: chunks of poses (batch axis last) joined to read-only arrays (batch axes first), NaN at failed poses."""
+"""Arrays of a result: arrays (*dims, N) of chunks of poses are joined to read-only arrays (…, *dims), NaN at failed poses.
+
+An output is an array of :data:`kinetostatics.quantities.OF_EQUILIBRIUM`.
+"""
 
 from __future__ import annotations
 
@@ -29,13 +32,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """The poses of a result: the batch ``shape``, and the mask ``valid`` (N,) of poses with results."""
+    """The N poses of a result: the batch ``shape``, and ``valid`` (N,), True at poses with results."""
 
     shape: tuple[int, ...]
     valid: NDArray[np.bool_]
 
     def public(self, chunks: Sequence[Array]) -> Array:
-        """Join chunks (…, n) of all N poses to an array with batch axes first, NaN at failed poses."""
+        """Join arrays (*dims, n) of chunks, together N poses, to an array (…, *dims); NaN at poses without results."""
         if len(chunks) == 1 and not self.shape:
             return batch_first(chunks[0] if self.valid[0] else np.full_like(chunks[0], np.nan), ())
         inner = chunks[0].shape[:-1]
@@ -50,12 +53,12 @@ class Batch:
         return frozen(result.reshape(self.shape + inner))
 
     def by_source(self, sources: Sequence[str], chunks: Sequence[Array]) -> Mapping[str, Array]:
-        """Join chunks (…, S, n) of S contributions to a quantity, by contribution; see :meth:`public`."""
+        """Join arrays (*dims, S, n) for S contributions to an array (…, *dims) for each contribution."""
         whole = self.public(chunks)
         return ResultMapping({name: whole[..., k] for k, name in enumerate(sources)})
 
 
-#: Largest number of poses for which all quickly computed outputs are computed together.
+#: Up to this number of poses, compiled code computes all outputs in its first run; for more, the twist first.
 _FEW = 512
 
 
@@ -64,7 +67,7 @@ class Chunk:
 
     Attributes:
         robot: the robot.
-        solutions: the equilibria of consecutive parts of the chunk; each pose with an unusual rank of a limb is a separate part.
+        solutions: the equilibria, in the order of the poses; a pose where the rank of a limb is not the usual one has its own.
         sources: names of the contributions to the twist.
     """
 
@@ -72,13 +75,12 @@ class Chunk:
         self.robot, self.solutions, self.sources = robot, tuple(solutions), solutions[0].sources
 
     def __getitem__(self, name: str) -> Array:
-        """Return an output (…, N), see :data:`kinetostatics.quantities.OF_EQUILIBRIUM`."""
+        """(*dims, N) output of this name."""
         found = [OF_EQUILIBRIUM[name](self.robot.statics, solution) for solution in self.solutions]
         return np.asarray(found[0] if len(found) == 1 else np.concatenate(found, axis=-1))
 
     @property
     def buckles(self) -> Mask:
-        """The mask (N,) of poses at which the robot buckles."""
         return np.concatenate([self.robot.members.buckles(solution) for solution in self.solutions])
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -86,7 +88,7 @@ class Chunk:
 
 
 class CompiledChunk(Chunk):
-    """Results by compiled code; by NumPy at poses where this code is not valid or a limb may have an unusual rank."""
+    """N poses analysed by compiled code; NumPy solves poses where this code is not valid or the rank of a limb may be unusual."""
 
     def __init__(
         self,
@@ -102,9 +104,9 @@ class CompiledChunk(Chunk):
         Args:
             robot, sources: see :class:`Chunk`.
             code: the compiled analysis.
-            stability: function that returns the compiled sufficient condition for stability, or None.
-            given: inputs of the code: coordinates, load, gravity and loads on links.
-            solve: solves given poses by NumPy.
+            stability: function that returns the compiled sufficient condition for stability; None if there is none.
+            given: inputs of the code (…, N): coordinates, load, gravity, loads on links.
+            solve: function that solves some of the poses by NumPy.
         """
         self.robot, self.sources, self._code, self._given, self._solve = robot, sources, code, given, solve
         self._stability = stability
@@ -117,10 +119,7 @@ class CompiledChunk(Chunk):
         self._by_numpy = Chunk(robot, solve(self._which)) if self._which.size else None
 
     def _computed(self, name: str, least: int = 0) -> Array:
-        """Return an output (…, N) of the compiled code.
-
-        If necessary, the code is run up to the stage of this output, and at least up to the stage ``least``.
-        """
+        """(*dims, N) output of the compiled code, which runs up to this output's stage, or up to ``least`` if this is later."""
         place = self._code.places[name]
         if (stage := max(place.stage, least)) > self._stage:
             self._found, self._stage = self._code.computed(*self._given, stage=stage), stage
@@ -140,7 +139,7 @@ class CompiledChunk(Chunk):
 
     @property
     def buckles(self) -> Mask:
-        """The mask (N,) of poses at which the robot buckles, computed only where the sufficient condition for stability fails."""
+        """(N,) True where the robot buckles; this is computed only where the sufficient condition for stability fails."""
         code = self._stability()
         if code is None:
             return super().buckles
@@ -215,23 +214,23 @@ class PoseArrays:
 
     @cached_property
     def _valid(self) -> NDArray[np.bool_]:
-        return self._reached & ~self._any_pose("singular")
+        return self._reached & ~self._flags("singular")
 
     @cached_property
     def _batch(self) -> Batch:
         return Batch(self.shape, self._valid)
 
     def _of_chunks(self, pick: Callable[[Chunk], Found]) -> list[Found]:
-        """Return a quantity of every chunk (…, N), in threads if compiled code computes it."""
+        """Return ``pick(chunk)`` of every chunk, computed in threads if the code is compiled."""
         return in_threads(pick, self.chunks, isinstance(self.chunks[0], CompiledChunk))
 
-    def _any_pose(self, name: str) -> NDArray[np.bool_]:
-        """Return the truth value of this name, for every pose (N,)."""
+    def _flags(self, name: str) -> NDArray[np.bool_]:
+        """(N,) output of this name, a truth value."""
         return np.concatenate(self._of_chunks(lambda chunk: chunk[name])).astype(bool)
 
     def _fact(self, name: str) -> NDArray[np.bool_]:
-        """Return the truth value of this name, for every pose (…); False at poses without results."""
-        return self._truth(self._valid & self._any_pose(name))
+        """(…) output of this name, a truth value; False at poses without results."""
+        return self._truth(self._valid & self._flags(name))
 
     def _truth(self, flat: NDArray[np.bool_]) -> NDArray[np.bool_]:
         found = flat.reshape(self.shape)
@@ -239,7 +238,7 @@ class PoseArrays:
         return found
 
     def _of(self, name: str) -> Array:
-        """Return an output (…, *dims), see :data:`kinetostatics.quantities.OF_EQUILIBRIUM`."""
+        """(…, *dims) output of this name, at the reference point."""
         values = self._batch.public(self._of_chunks(lambda chunk: chunk[name]))
         kind = QUANTITIES[name].moves_as
         return values if kind is None else self._moved(values, kind)
@@ -254,7 +253,7 @@ class PoseArrays:
         return frozen(move(kind, values, arm.reshape(*self.shape, *(1,) * own, 3), components_last=True))
 
     def _by(self, name: str, labels: Sequence[str]) -> Mapping[str, Array]:
-        """Return an output at the reference point, by the labels of its first axis."""
+        """Return the rows of an output along the first of ``dims``, by their labels, at the reference point."""
         rows = np.moveaxis(self._of(name), len(self.shape), 0)
         return ResultMapping({label: rows[k, ...] for k, label in enumerate(labels)})
 
@@ -263,7 +262,6 @@ class PoseArrays:
 
 
 def point_name(tool: object) -> str:
-    """Return the name of the reference point in sentences: "the tool's tip", or "o" without a tool."""
     return "o" if tool is None else "the tool's tip"
 
 
@@ -282,10 +280,7 @@ def point_of_platform(what: str, point: ArrayLike) -> Array:
 def point_on_robot(what: str, point: ArrayLike, robot: Robot) -> Array:
     """Return a point as :func:`point_of_platform` does, with a warning if it is probably in mm.
 
-    Args:
-        what: name of the point in messages.
-        point: (3,) from o in the platform's axes [m].
-        robot: the robot.
+    ``what`` is the name of the point in messages.
     """
     place = point_of_platform(what, point)
     for hint in point_hint(what, place, robot.zero_size):
@@ -294,5 +289,5 @@ def point_on_robot(what: str, point: ArrayLike, robot: Robot) -> Array:
 
 
 def tool_on_robot(tool: ArrayLike | None, robot: Robot) -> Array | None:
-    """Return ``tool`` as a point of the platform, see :func:`point_on_robot`; None without a tool."""
+    """Return ``tool`` checked by :func:`point_on_robot`; None without a tool."""
     return None if tool is None else point_on_robot("tool", tool, robot)

@@ -79,17 +79,17 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def facts(self) -> Mapping[str, NDArray[np.bool_]]:
-        """Truth values of every pose (…), by name: those of :data:`kinetostatics.status.FACTS`, independent of one another."""
+        """(…) whether each of :data:`kinetostatics.status.FACTS` is true of each pose, by name; several can be true."""
         return ResultMapping({name: getattr(self, name) for name in FACTS})
 
     @cached_property
     def limit_exceeded(self) -> NDArray[np.bool_]:
-        """(…) whether a joint is beyond its limit or cone (all results remain valid); False at poses that are not reached."""
+        """(…) whether a joint is beyond its limit or cone; all results remain valid. False at poses that are not reached."""
         return self._truth(self.configuration.limit_exceeded.ravel()[self._which])
 
     @cached_property
     def indeterminate(self) -> NDArray[np.bool_]:
-        """(…) whether forces in rigid limbs or rings are statically indeterminate: these are NaN, the twist is valid."""
+        """(…) whether rigid limbs or rings have statically indeterminate forces: these forces are NaN, the twist is valid."""
         return self._fact("indeterminate")
 
     @cached_property
@@ -99,7 +99,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def buckles(self) -> NDArray[np.bool_]:
-        """(…) whether the robot buckles under its loads, see :attr:`BeamResult.euler_ratio`; the results do not apply then."""
+        """(…) whether the robot buckles under its loads, see :attr:`BeamResult.euler_ratio`; if it does, no result applies."""
         if not self.robot.members.names:
             return self._truth(np.zeros(len(self._valid), dtype=bool))
         return self._truth(self._valid & np.concatenate(self._of_chunks(lambda chunk: chunk.buckles)))
@@ -111,7 +111,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
-        """Parts of the twist (…, 6) [m, rad]: load, weights of platform and limbs, loads on links, payload, assembly errors."""
+        """(…, 6) parts of the twist [m, rad] due to load, weights of platform and limbs, link loads, payload, inertia, errors."""
         return self._by("contributions", self.sources)
 
     def at_point(self, point: ArrayLike) -> Result:
@@ -138,20 +138,19 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
     def mechanism_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """Twist of the platform due to each limb's weight (…, 6) [m, rad]: ``{"limb_1": {"attached": …, "deformation": …}, …}``.
 
-        ``attached`` is the part due to attached wrenches, −C J_ig W_ig; ``deformation`` the part due to elastic deformation along
-        the constraint wrenches, C J_ic K_ic Δ_igc: the second decoupling of Eq. (12). Each part depends on the choice of J_ig
-        (method page, section 4); their sum, the contribution of the limb, does not.
+        The parts are terms of Eq. (12): −C J_ig W_ig due to attached wrenches, and C J_ic K_ic Δ_igc due to elastic deformation
+        along the constraint wrenches. Each depends on the choice of J_ig (method page, section 4); their sum, the contribution of
+        the limb, does not.
         """
         twists = self.by_mechanism.contributions
         return ResultMapping({limb.name: _both_mechanisms(twists, limb.name) for limb in self.robot.topology.limbs})
 
     @cached_property
     def by_mechanism(self) -> Result:
-        """The same result with the weight of every limb divided into two contributions, in all quantities by contribution.
+        """The same result with two contributions of every limb's weight, in all quantities by contribution.
 
-        "limb_1" is the part due to attached wrenches, "deformation of limb_1" the part due to deformation; see
-        :attr:`mechanism_contributions`. The forces that carry the limb's own weight belong to "limb_1", the strains due to these
-        forces to "deformation of limb_1".
+        "limb_1" is the part due to attached wrenches, with the forces that carry the limb's own weight; "deformation of limb_1",
+        the part due to the strains by these forces. See :attr:`mechanism_contributions`.
         """
         chunk = Chunk(self.robot, [by_mechanism(self.robot.statics, solution) for solution in self.solutions])
         found = Result(self.configuration, self.shape, self._which, (chunk,), self._reached, self.payload)
@@ -185,7 +184,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def second_order(self) -> SecondOrder:
-        """Twist, compliance and stiffness with the change of stiffness due to the forces; not for robots with springs."""
+        """Twist, compliance and stiffness of second order: with the change of stiffness due to the forces."""
         moved = self.twist, self.compliance, self.stiffness
         return second_order_of(self.robot, self._batch, self.solutions, moved, self._moved)
 
@@ -208,12 +207,12 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def platform_wrench(self) -> Array:
-        """(…, 6) external wrench on the platform, about o: load, platform weight, loads on its links [N, N·m], Eq. (5)."""
+        """(…, 6) external wrench on the platform about o, world axes [N, N·m], Eq. (5): load, its weight, loads on its links."""
         return self._of("platform_wrench")
 
     @cached_property
     def link_loads(self) -> Mapping[str, Array]:
-        """(…, 6) loads on links and the payload's weight by contribution, about o, world axes [N, N·m]."""
+        """(…, 6) load on each link, and weight of the payload, by contribution, about o, world axes [N, N·m]."""
         names = [(k, item.load.name) for k, item in enumerate(self.solutions[0].applied) if item.load.kind == "load"]
         return ResultMapping({name: self._batch.public([sum_of([s.applied[k]]) for s in self.solutions]) for k, name in names})
 
@@ -224,7 +223,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def payload_coefficients(self) -> PayloadCoefficients:
-        """Twist and forces per unit of mass and first moment of the payload; without payload, of any payload on the platform."""
+        """Twist and forces per unit of the payload's mass and first moments; without payload, of one on the platform."""
         link = None if self.payload is None else self.payload.link
         return payload_coefficients(self.robot.statics, self._batch, self.solutions, link)
 
@@ -247,8 +246,8 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
         """Forces of the limbs by the names of the paper: ``{"limb_1": {"f_11": …, "f_12": …, "f_1a": …}, …}``, (…) [N or N·m].
 
         f_ik is the intensity W_ick, Eq. (11). f_ia, Eq. (17), is the axial force at the base end of the limb's innermost beam,
-        tension positive; f_ia equals the actuator force only if the actuator carries the whole rod. Networks are omitted, because
-        their intensities are coordinates only; f_ia is omitted for limbs without a beam.
+        tension positive; it equals the actuator force only if the actuator carries the whole rod. Limbs without a beam have no
+        f_ia. Networks are omitted, because their intensities are only coordinates in a basis.
         """
         found = {}
         for number, (name, limb) in enumerate(self.limbs.items(), 1):
@@ -274,7 +273,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
     def joint_wrenches(self) -> Mapping[str, Array]:
         """(…, 6) wrench of each joint's base side on its platform side, at the joint's centre, world axes [N, N·m].
 
-        A joint within a ring has no base and platform side; its wrench is that of the predecessor on the successor.
+        A joint within a ring has no base and platform side; its wrench is exerted by its predecessor on its successor.
         """
         chunks = self._joint_wrenches
         return ResultMapping(
@@ -308,8 +307,8 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
     def actuator_mechanism_contributions(self) -> Mapping[str, Mapping[str, Mapping[str, Array]]]:
         """(…) force of each actuator due to each limb's weight, by actuator, limb, and "attached" or "deformation" [N or N·m].
 
-        The two parts are as in :attr:`mechanism_contributions`, and sum to the contribution of the limb's weight
-        (:attr:`actuator_contributions`). The part due to deformation is zero in a robot that is not overconstrained.
+        Both parts are explained at :attr:`mechanism_contributions`; their sum is the contribution of the limb's weight to the
+        force (:attr:`actuator_contributions`). The part due to deformation is zero in a robot that is not overconstrained.
         """
         forces = self.by_mechanism.actuator_contributions
         limbs = [limb.name for limb in self.robot.topology.limbs]
@@ -339,32 +338,32 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def centre_lines(self) -> Mapping[str, tuple[Array, Array]]:
-        """Axes (…, 3, 3) and points (…, n, 3) [m] of the undeformed beams, as in :attr:`beams` but computed faster."""
+        """``axes`` (…, 3, 3) and ``points`` (…, n, 3) [m] of each :class:`BeamResult`, computed without the other results."""
         return centre_lines(*self._motions)
 
     @cached_property
     def beam_contributions(self) -> Mapping[str, Mapping[str, Array]]:
-        """Deflection of each beam by contribution: (…, n, 6) displacement and rotation of stations, world axes [m, rad].
+        """Displacement and rotation (…, n, 6) of the stations of each beam, by contribution, world axes [m, rad].
 
-        They sum to the deflections of :attr:`beams`, except for beams attached only to the base, which have no contribution.
+        Their sum is the deflection in :attr:`beams`; the weight of beams attached only to the base is not a contribution.
         """
         return contributions.beam_contributions(*self._motions)
 
     @cached_property
     def axial_contributions(self) -> Mapping[str, Mapping[str, Array]]:
-        """Axial force at each beam's platform end by contribution (…) [N], tension positive."""
+        """(…) axial force at the platform end of each beam, by contribution [N], tension positive."""
         return contributions.axial_contributions(*self._motions)
 
     @cached_property
     def link_contributions(self) -> Mapping[str, Mapping[str, Array]]:
-        """Twist of each rigid link by contribution: (…, 6) at the link's origin, world axes [m, rad]."""
+        """(…, 6) twist of each rigid link, by contribution, at the link's origin, world axes [m, rad]."""
         return contributions.link_contributions(*self._motions)
 
     @cached_property
     def source_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """Twists at o [m, rad] by part: ``{"beams": {name: (…, 6)}, "joints": …, "actuators": …, "assembly_errors": …}``.
 
-        Each is the twist P_sᵀ c_s w_s due to the deformation or assembly error of one part s; P_s are the wrenches of the part
+        The deformation c_s w_s of part s, or its assembly error, causes the twist P_sᵀ c_s w_s; P_s are the wrenches of the part
         under unit loads on the platform. These twists sum to the twist of the platform (method page, section 6). If a part were
         rigid, the twist would change by another amount, because the forces redistribute.
         """
@@ -375,7 +374,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def part_contributions(self) -> Mapping[str, tuple[Array, ...]]:
-        """Twists (…, 6) [m, rad] due to the parts in series of each divided limb, inboard parts first."""
+        """(…, 6) twist due to each part of the limbs that consist of several parts in series, from base to platform [m, rad]."""
         return contributions.part_contributions(self.robot, self._batch, self.source_contributions)
 
     @cached_property

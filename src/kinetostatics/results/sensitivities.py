@@ -16,7 +16,7 @@ from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
 
-#: Dimensions of parts that are positions, whose relative changes have no meaning.
+#: Dimensions of parts whose relative changes have no meaning, because they are positions.
 LOCATIONS = ("placement", "predecessor_placement", "successor_placement", "center_of_mass")
 
 
@@ -70,12 +70,12 @@ class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_repor
 
     Attributes:
         result: the analysis at the nominal parameters.
-        parameters: sensitivities by name: arguments of the file and dimensions of parts, ranked by the change of
-            displacement per relative change of the parameter (by that of mass, if the twist is not among the outputs); then
-            placements and centres of mass, ranked by the change of displacement per length or angle.
-        sources: −∂twist/∂ln(stiffness) (…, 6) [m, rad] of each beam, elastic joint and actuator by name; it equals the part of
-            the twist due to the deformation of this element.
-        skipped: by name of each parameter without derivatives, the reason why the robot is invalid after a small change.
+        parameters: sensitivities by name: first arguments of the file and dimensions of parts, ranked by the change of
+            displacement (without twist among the outputs: of mass) per 1 %; then placements and centres of mass, ranked by the
+            change of displacement per mm or mrad.
+        sources: −∂twist/∂ln(stiffness) (…, 6) [m, rad] for each beam, elastic joint and actuator, by name: the part of the twist
+            due to its deformation.
+        skipped: the parameters without derivatives, each with the reason why a small change of it makes the robot invalid.
         tool: (3,) reference point of twist and stiffness, from o in platform axes [m]; None: o.
         outputs: the requested quantities. Without the twist there are no ``sources``.
     """
@@ -105,14 +105,14 @@ class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_repor
 
     @cached_property
     def worst(self) -> tuple[int, ...]:
-        """Batch index of the pose with the largest displacement of the reference point, at which effects are reported."""
+        """Batch index of the pose at which the displacement of the reference point is largest; effects are those at this pose."""
         size = np.linalg.norm(np.nan_to_num(self.seen.twist[..., :3]), axis=-1)
         return tuple(int(k) for k in np.unravel_index(int(np.argmax(size)), size.shape)) if size.shape else ()
 
     def effect(self, name: str) -> tuple[float, float]:
         """Return the changes of the displacement's magnitude [m] and of the mass [kg] if a parameter increases by 1 %.
 
-        Both are zero for a parameter that is zero. NaN if twist or mass is not among the outputs.
+        Both are zero if the parameter is zero, and NaN if twist or mass, respectively, is not among the outputs.
         """
         item, one_per_cent = self[name], 0.01 * abs(self[name].value)
         move = self._along(item.twist) if "twist" in self.outputs else math.nan
@@ -126,7 +126,7 @@ class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_repor
         return 1e-3 * self._along(self[name].twist) if "twist" in self.outputs else math.nan
 
     def order(self, name: str) -> tuple[bool, float]:
-        """Return the sort key of parameters: by size of the effect, placements last."""
+        """Return the key by which parameters are sorted: those with large effects first, placements and centres of mass last."""
         displacement, mass = self.effect(name)
         effect = displacement if "twist" in self.outputs else mass
         if is_location(name):

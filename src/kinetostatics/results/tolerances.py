@@ -21,15 +21,14 @@ LENGTHS = {"displacement": slice(3), "rotation": slice(3, 6)}
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PoseQuantities(ShortRepr):
-    """Quantities of one pose that depend on tolerances, or their changes; samples are along the first axis.
+    """Quantities of one pose that depend on tolerances, or changes of these quantities.
 
-    With a tool, the reference point is its tip instead of o.
+    Random samples are along the first axis. With a tool, the reference point is its tip instead of o.
 
     Attributes:
         twist: (…, 6) twist at o [m, rad].
-        displacement: (…) distance of o from its position in the nominal robot [m]; in the nominal robot, magnitude of the
-            displacement.
-        rotation: (…) likewise for the rotation [rad].
+        displacement: (…) distance of o from its position in the nominal robot [m]; of the nominal robot: its displacement.
+        rotation: (…) angle to the platform's orientation in the nominal robot [rad]; of the nominal robot: its rotation.
         stiffness: (…, 6, 6) stiffness at o, actuators locked.
         actuator_forces: (…) force of each actuator [N or N·m].
     """
@@ -109,8 +108,8 @@ class Tolerances(Reported, builder="reports.tolerances:tolerances_report"):
         distribution: distribution of the parameters, "normal" or "uniform".
         seed: seed of the random numbers.
         at_once: whether the samples were computed as one batch, or one by one.
-        difference: largest difference between the displacements by batch and by single analyses of some samples, relative to the
-            standard deviation of the displacement; NaN without single analyses.
+        difference: largest difference of displacement of samples that were analysed in the batch and one by one, relative to the
+            standard deviation of the displacement; NaN if there are none.
         tool: (3,) reference point of twist and stiffness, from o in platform axes [m]; None: o.
     """
 
@@ -135,9 +134,9 @@ class Tolerances(Reported, builder="reports.tolerances:tolerances_report"):
         return quantities(tip.twist, tip.stiffness, self.result.actuator_forces, np.zeros(6))
 
     def sampled(self, name: str) -> tuple[float, float, float, float]:
-        """Return mean, standard deviation, and the limits of the middle 95 % of the samples.
+        """Return mean, standard deviation, 2.5 % and 97.5 % quantile of the samples.
 
-        Displacement and rotation are distances from the nominal robot; their root mean square replaces the standard deviation.
+        For displacement and rotation, which are distances from the nominal robot, the second is the root mean square.
 
         Args:
             name: name of the quantity, see :meth:`PoseQuantities.named`.
@@ -156,6 +155,6 @@ class Tolerances(Reported, builder="reports.tolerances:tolerances_report"):
 
 
 def quantities(twist: Array, stiffness: Array, actuator_forces: Mapping[str, Array], origin: Array) -> PoseQuantities:
-    """Return quantities; displacement and rotation (…) are magnitudes of the parts of ``twist`` (…, 6) − ``origin`` (6,)."""
+    """Return quantities; ``displacement`` and ``rotation`` are the magnitudes of both parts of ``twist`` − ``origin`` (6,)."""
     displacement, rotation = (np.linalg.norm((twist - origin)[..., part], axis=-1) for part in LENGTHS.values())
     return PoseQuantities(twist, displacement, rotation, stiffness, actuator_forces)

@@ -1,4 +1,4 @@
-"""Warnings about a result, and measures of nearly singular poses."""
+"""Warnings about a result, and measures of nearly singular poses. Internal arrays contain g equal limbs at N poses."""
 
 from __future__ import annotations
 
@@ -30,9 +30,8 @@ class NearSingularity:
         constraint_index: (N,) √(min tᵀ (Σ Q_i Q_iᵀ) t) over unit twists t of the platform; the columns of Q_i are an orthonormal
             basis of the constraint wrenches of limb i. 0 at a singular pose. Under a unit load along t the wrenches of the limbs
             are about 1/index. The bundled robots have 0.12 to 1 at their zero poses.
-        force_amplification: (N,) the largest joint force of a limb with internal loops under a unit wrench of the platform,
-            relative to the joint force at generic poses near the zero pose; infinite where the limb is singular, 0 if no limb has
-            internal loops.
+        force_amplification: (N,) largest joint force of a network (a limb with rings) under a unit wrench of the platform,
+            relative to this force at generic poses near the zero pose; infinite where the limb is singular, 0 without networks.
     """
 
     constraint_index: Array
@@ -40,7 +39,7 @@ class NearSingularity:
 
     @property
     def where(self) -> NDArray[np.bool_]:
-        """The mask (N,) of nearly singular poses."""
+        """(N,) True at nearly singular poses."""
         return (self.constraint_index < LEAST_CONSTRAINT) | (self.force_amplification * LEAST_CONSTRAINT > 1)
 
     @property
@@ -50,7 +49,6 @@ class NearSingularity:
 
 
 def near_singularity(result: Result) -> NearSingularity:
-    """Return the measures of all poses of a result."""
     valid = np.all(np.isfinite(result.twist.reshape(-1, 6)), axis=1)
     index, amplification = np.full((2, len(valid)), np.nan)
     if np.any(valid):
@@ -82,14 +80,14 @@ def near_singular_warnings(result: Result) -> list[str]:
 
 
 def _bases(statics: LimbStatics, length: float) -> tuple[Array, Array]:
-    """Return Q (g, N, 6, n_c) and R of the QR decomposition of each limb's constraint wrenches, moments divided by ``length``."""
+    """Return Q (g, N, 6, n_c) and R (g, N, n_c, n_c): Q R are the constraint wrenches, with moments divided by ``length``."""
     columns = np.moveaxis(np.nan_to_num(statics.J_c), (2, 3), (0, 1)) * np.repeat([1.0, 1 / length], 3)[:, None]
     Q, R = np.linalg.qr(columns)
     return Q, R
 
 
 def _constraint(result: Result) -> Array:
-    """Return the sums (N, 6, 6) of the projectors on the limbs' constraint wrenches."""
+    """(N, 6, 6) Σ Q_i Q_iᵀ over all limbs; see :class:`NearSingularity`."""
     sums = []
     for solution in result.solutions:
         total = np.zeros((solution.o.shape[1], 6, 6))
@@ -102,7 +100,7 @@ def _constraint(result: Result) -> Array:
 
 
 def _amplifications(result: Result) -> tuple[Array, Array]:
-    """Return the largest force amplification (N,) of networks, and the unit wrench (N, 6) that causes it; 0 without networks."""
+    """Return the largest force amplification (N,) of all networks, and the unit wrench (N, 6) that causes it."""
     usual: list[Array] | None = None
     amplifications, loads = [], []
     for solution in result.solutions:
@@ -127,7 +125,7 @@ def _is_network(statics: LimbStatics) -> bool:
 
 
 def _joint_forces(statics: LimbStatics, length: float) -> tuple[Array, Array]:
-    """Return the largest joint forces (g, N) of networks under unit wrenches, and these wrenches (g, N, 6)."""
+    """Return the largest joint force (g, N) of each network under a unit wrench, and the wrench (g, N, 6) that causes it."""
     Q, R = _bases(statics, length)
     forces = np.moveaxis(statics.cut_wrenches[:, :3], (3, 4), (0, 1))
     forces = np.nan_to_num(forces.reshape(*forces.shape[:2], -1, forces.shape[-1])) @ np.linalg.pinv(R)
@@ -136,7 +134,7 @@ def _joint_forces(statics: LimbStatics, length: float) -> tuple[Array, Array]:
 
 
 def _generic_forces(robot: Robot) -> list[Array]:
-    """Return the largest joint forces (g,) of each limb group, at the generic pose where they are least; infinite if unknown."""
+    """For each group, return the largest joint force (g,) under a unit wrench, at the generic pose where it is least."""
     found = [np.full(len(group.limbs), np.inf) for group in robot.statics.groups]
     frames = robot.generic_frames
     N = frames.position.shape[2]
@@ -154,7 +152,7 @@ def _clean(twist: Array) -> Array:
 
 
 def _stiffness(twist: Array, C: Array, length: float) -> str:
-    """Return the stiffness of a motion along a unit twist as text; empty for a rigid robot."""
+    """Return the stiffness against a motion along a unit twist as text; empty for a rigid robot."""
     soft = float(twist @ C @ twist)
     if soft <= 0:
         return ""
@@ -177,7 +175,6 @@ OPEN_LOOPS = 1e-9
 
 
 def result_warnings(result: Result) -> tuple[str, ...]:
-    """Return the warnings of the robot, of its poses, and of the results under the loads."""
     found = [*_instability(result), *_buckling(result), *result.robot.warnings]
     found += [*_open_loops(result), *_large_motions(result), *near_singular_warnings(result)]
     for item in result.configuration.limits_exceeded.values():
@@ -195,7 +192,7 @@ def _instability(result: Result) -> list[str]:
     """Return a warning about unstable poses of robots with springs: the tangent stiffness has an eigenvalue ≤ 0."""
     if not result.robot.description.springs:
         return []
-    inside, of_platform = (np.concatenate(counts) for counts in zip(*map(_negative, result.solutions), strict=True))
+    inside, of_platform = (np.concatenate(counts) for counts in zip(*map(_unstable_motions, result.solutions), strict=True))
     where = (inside + of_platform > 0) & np.all(np.isfinite(result.twist.reshape(-1, 6)), axis=1)
     if not np.any(where):
         return []
@@ -211,7 +208,7 @@ def _instability(result: Result) -> list[str]:
 
 
 def _poses(result: Result, where: NDArray[np.bool_]) -> str:
-    """Return subject and verb of a sentence on the poses in a mask (N,)."""
+    """Return "3 of 10 poses are", the number of poses where ``where`` (N,) is True; or "the pose is"."""
     return f"{int(where.sum())} of {where.size} poses are" if result.shape else "the pose is"
 
 
@@ -236,7 +233,7 @@ def _buckling(result: Result) -> list[str]:
 
 
 def _changed_stiffness(result: Result) -> str:
-    """Return a clause on the change of the stiffness at the pose with the largest product of compliance and forces."""
+    """Return a clause on the change of the stiffness by forces, at the pose with the largest product of compliance and forces."""
     if result.robot.description.springs or not result.twist.size:
         return ""
     scale = np.repeat([1.0, result.robot.length], 3)
@@ -264,14 +261,14 @@ def _changed_stiffness(result: Result) -> str:
 
 
 def _motions(values: Array, vectors: Array, k: int, scale: Array) -> str:
-    """Describe the space of motions of all eigenvalues (6,) equal to the k-th; single eigenvectors in it are arbitrary."""
+    """Describe the motions spanned by all eigenvectors whose eigenvalues (6,) equal the k-th; single ones are arbitrary."""
     alike = np.abs(values - values[k]) <= 1e-6 * abs(values[k])
     spanned = np.linalg.svd(np.concatenate([vectors[:, alike].real, vectors[:, alike].imag], axis=1))[0][:, : np.sum(alike)]
     return " and ".join(describe_twist(twist / scale, scale[-1]) for twist in canonical_basis(spanned).T)
 
 
-def _negative(solution: Solution) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the numbers (N,) of unstable motions at each pose, first within the limbs, then of the platform."""
+def _unstable_motions(solution: Solution) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the numbers of unstable motions (N,) within the limbs while the platform is fixed, and (N,) of the platform."""
     counts = []
     for tangent in solution.tangents:
         matrices = np.nan_to_num(np.moveaxis(tangent, 2, 0))
@@ -287,7 +284,6 @@ def _open_loops(result: Result) -> list[str]:
 
 
 def _large_motions(result: Result) -> list[str]:
-    """Return a warning if the motion of the platform is too large for linear theory."""
     twist = np.nan_to_num(result.twist)
     shift = float(np.linalg.norm(twist[..., :3], axis=-1).max(initial=0.0))
     turn = float(np.linalg.norm(twist[..., 3:], axis=-1).max(initial=0.0))
