@@ -1,8 +1,8 @@
-"""Assembly errors of joints and beams in the unloaded robot.
+"""Assembly errors: twists of joints, and excess lengths of beams, in the unloaded robot.
 
-A joint's assembly error is a twist of its platform side relative to its base side; the error of a beam is an excess
-length plus its thermal expansion α ΔT L. Errors along constrained directions displace the platform, and stress an overconstrained
-robot (method page, section 11).
+A joint's assembly error is a twist of its platform side relative to its base side. A beam's assembly error is an excess length
+plus the thermal expansion α ΔT L. Errors along constrained directions displace the platform, and stress an overconstrained robot
+(method page, section 11).
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ JOINT_KEYS, BEAM_KEYS, FRAMES = ("twist", "frame"), ("length", "temperature"), (
 
 @dataclass(frozen=True)
 class JointError:
-    """A joint's error: a ``twist`` [m, rad] at the joint's centre, in world axes or in the axes of the joint frame."""
+    """Assembly error of a joint: a ``twist`` [m, rad] at the joint's centre, in world axes or in the axes of the joint frame."""
 
     twist: Array
     in_joint_frame: bool
@@ -40,7 +40,7 @@ class JointError:
 
 @dataclass(frozen=True)
 class BeamError:
-    """A beam's ``length`` error [m] and its ``temperature`` rise [K]."""
+    """Assembly error of a beam: an excess ``length`` [m], and a ``temperature`` rise [K]."""
 
     length: Array
     temperature: Array
@@ -48,21 +48,22 @@ class BeamError:
 
 @dataclass(frozen=True)
 class AssemblyErrors:
-    """Assembly errors of joints and beams by name; arrays in the user's layout or, for a chunk of poses, batch axis last."""
+    """Assembly errors by name of the joint or beam.
+
+    Arrays of :func:`parse_assembly_errors` are (…, 6) and (…, 1); for a chunk of N poses, they are (6, N) and (1, N).
+    """
 
     robot: RobotStatics
     joints: Mapping[str, JointError]
     beams: Mapping[str, BeamError]
 
     def arrays(self) -> list[Array]:
-        """Return all arrays, component axis last, to find their common batch shape."""
         found = [item.twist for item in self.joints.values()]
         for beam in self.beams.values():
             found += [beam.length, beam.temperature]
         return found
 
     def map(self, change: Callable[[Array], Array]) -> AssemblyErrors:
-        """Return the assembly errors with a function applied to every array."""
         return AssemblyErrors(
             self.robot,
             {name: replace(item, twist=change(item.twist)) for name, item in self.joints.items()},
@@ -71,11 +72,10 @@ class AssemblyErrors:
 
     @property
     def names(self) -> frozenset[str]:
-        """Names of the joints and beams with errors."""
         return frozenset((*self.joints, *self.beams))
 
     def of(self, group: LimbGroup, frames: Frames, o: Array) -> Array | None:
-        """Return the twists (6, elements, g, N) of outboard sides about o due to the elements' errors; None without errors."""
+        """Return twists (6, elements, g, N) of outboard sides of joints and beams about o due to errors; None without errors."""
         if not any(self.concerns(edge) for limb in group.limbs for edge in limb.edges):
             return None
         result = np.zeros((6, len(group.elements[0]), len(group.limbs), o.shape[1]))
@@ -86,11 +86,10 @@ class AssemblyErrors:
         return result
 
     def concerns(self, edge: Edge) -> bool:
-        """Whether an edge has an error."""
         return edge.joint in self.joints or edge.beam in self.beams
 
     def of_edge(self, edge: Edge, frames: Frames, o: Array) -> Array:
-        """Return the twist (6, N) of an edge's outboard side relative to its inboard side, about o, due to its error."""
+        """Return the error of a joint or beam as a twist (6, N) about o of its outboard side relative to its inboard side."""
         if edge.joint in self.joints:
             return self._of_joint(edge, self.joints[str(edge.joint)], frames, o)
         result = np.zeros((6, o.shape[1]))
@@ -115,7 +114,7 @@ class AssemblyErrors:
 
 
 def parse_assembly_errors(robot: RobotStatics, assembly_errors: Mapping[str, object]) -> AssemblyErrors:
-    """Check assembly errors and return them.
+    """Check the argument ``assembly_errors`` of an analysis.
 
     Raises:
         ArgumentError: a name is unknown, a shape is wrong, or a value is not finite.

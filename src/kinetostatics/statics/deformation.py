@@ -1,8 +1,7 @@
-"""Displacements under load of the outer sides of joints, of rigid links and of beams.
+"""Displacements of all links and beams under load, for each contribution to the platform's twist (axis S).
 
 The motions of the passive joints follow from the platform's twist and the deformations of the beams. The motions of joints and
-beams add up from base to platform. The equations are linear; they are solved for each contribution to the twist (axis S).
-Arrays of equal limbs are ``(component, S, limb, pose)``.
+beams add up from base to platform. Arrays of equal limbs are ``(component, S, limb, pose)``.
 """
 
 from __future__ import annotations
@@ -32,15 +31,15 @@ from kinetostatics.statics.solution import Solution
 
 @dataclass(frozen=True)
 class ElasticDeformation:
-    """Deformation, or assembly errors, of corresponding beams, joints or actuators of g limbs.
+    """Deformation of one beam, joint or actuator in each of g equal limbs, or the assembly error of one joint or beam.
 
     Attributes:
         kind: ``beams``, ``joints``, ``actuators`` or ``assembly_errors``.
-        names: names of the beams or joints.
+        names: name of the beam or joint in each limb.
         group, number: the group that contains the limbs, and its index.
         positions: indices of the g limbs in the group.
-        cut_signs: (M,) signs of the cut-joint wrenches in the wrench that the beam or joint transmits.
-        motion: (6, g, N) twist of the outboard side relative to the inboard side about o, summed over all contributions.
+        cut_signs: (M,) sign of each cut-joint wrench in the wrench that the beam or joint transmits; 0 if it is not part of it.
+        motion: (6, g, N) twist of the outboard side relative to the inboard side about o [m, rad], the sum of all contributions.
     """
 
     kind: str
@@ -54,13 +53,12 @@ class ElasticDeformation:
 
 @dataclass(frozen=True)
 class Deformation:
-    """Displacements in one chunk of N poses; twists are about o, world axes, and S is the axis of the contributions.
+    """Displacements at N poses; twists are about o, world axes.
 
     Attributes:
-        motions: twist (6, S, N) of the outer side of every joint and beam, by the edge's key.
-        beams: the loaded beams.
-        elastic: the elastic deformations in the limbs.
-        drive_deformations: (S, N) deformation of every elastic actuator along its coordinate [m, rad], by the joint's name.
+        motions: by key of each joint and beam, the twist (6, S, N) of its outboard side.
+        elastic: deformations and assembly errors in the limbs.
+        drive_deformations: by joint, the deformation (S, N) of its elastic actuator along the joint's coordinate [m, rad].
         spring_energy: (N,) strain energy of all elastic joints and actuators of the limbs [J].
     """
 
@@ -72,12 +70,11 @@ class Deformation:
 
     @cached_property
     def places(self) -> Mapping[str, tuple[int, int]]:
-        """For each beam, by name, the index of its stack in ``beams``, and its position in the stack."""
+        """By name of a beam: the index of its entry in ``beams``, and the index of the beam in this entry."""
         return {model.name: (k, position) for k, stack in enumerate(self.beams) for position, model in enumerate(stack.models)}
 
 
 def deform(robot: RobotStatics, solution: Solution) -> Deformation:
-    """Compute all displacements in one chunk of poses."""
     out = Deformation({}, [], [], {}, zeros_for((solution.o.shape[1],), solution.o))
     for number in range(len(solution.statics)):
         _deform_limbs(solution, number, out)
@@ -118,7 +115,7 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         own = carried_wrench(signs[k], statics.particular)[:3] + statics.loads.beyond[:3, b]
         own = np.einsum("ign,ign->gn", axes[:, 0], own) + elements[k].turned * statics.loads.own[0, b] * length
         beams = LoadedBeams.under(models, group.compliances[:, b], axes, length, end, total, load)
-        beam_of[k] = replace(beams, elsewhere=moved_share * own)
+        beam_of[k] = replace(beams, axial_correction=moved_share * own)
         deformed[k] = beams.end_twist()
         names = tuple(model.name for model in models)
         out.elastic.append(ElasticDeformation("beams", names, group, number, everyone, signs[k], deformed[k].sum(axis=1)))
@@ -172,14 +169,13 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
 
 
 def _with_loads(solution: Solution, number: int, weights: Array, name: str, element: int) -> Array:
-    """Return the wrenches (6, S, g, N) that corresponding elements of limbs carry: weights, and loads on links.
+    """Add loads on links to the wrenches that one beam, elastic joint or actuator of each limb carries under weights.
 
     Args:
-        solution: the chunk of poses.
         number: index of the group of limbs.
-        weights: wrenches of the weights that the elements carry.
-        name: attribute with the loads: "beyond", "spring_beyond" or "on_drives".
-        element: index of the beam, spring or drive.
+        weights: (6, S, g, N) wrenches under weights; for an actuator, its force (1, S, g, N).
+        name: attribute with the loads: "beyond" for a beam, "spring_beyond" for an elastic joint, "on_drives" for an actuator.
+        element: index of the beam, elastic joint or actuator.
     """
     parts = [item.statics[number] for item in solution.applied]
     loads = [None if part is None else np.asarray(getattr(part.loads, name)[:, element]) for part in parts]
@@ -189,7 +185,7 @@ def _with_loads(solution: Solution, number: int, weights: Array, name: str, elem
 def _add_assembly_errors(
     solution: Solution, number: int, deformed: dict[int, Array], beam_of: dict[int, LoadedBeams], out: Deformation
 ) -> None:
-    """Add the assembly errors of a group of limbs to the motions ``deformed`` of its elements, and to ``out.elastic``."""
+    """Add the assembly errors of a group of limbs to ``deformed`` and ``beam_of``, both by element, and to ``out.elastic``."""
     statics, errors, assembly_errors = solution.statics[number], solution.errors[number], solution.assembly_errors
     if errors is None or assembly_errors is None:
         return
@@ -219,9 +215,10 @@ def _add_assembly_errors(
 def _joint_motions(
     solution: Solution, statics: LimbStatics, geometry: LimbGeometry, deformed: dict[int, Array], signs: NDArray[np.int8], S: int
 ) -> Array:
-    """Return the freedoms' motions (k, S, g, N) that keep the limbs closed; local freedoms do not move.
+    """Return the motions (k, S, g, N) of all freedoms of the joints that keep the limbs closed; local freedoms do not move.
 
-    The motions of all edges that transmit the wrench of a cut joint add up to the platform's motion, or in a ring to zero.
+    The edges that transmit the wrench of a cut joint form either a path to the platform, along which the motions add up to the
+    motion of the platform, or a ring, around which they add up to zero.
     """
     group = statics.group
     M, (g, N) = len(group.to_platform), geometry.limb_axes.shape[2:]
@@ -262,24 +259,22 @@ def _deform_branches(
     moved: Mapping[str, tuple[str, BranchJoint]],
     out: Deformation,
 ) -> None:
-    """Compute the motions of open branches: the motion of the body that carries a branch, plus deflections of the branch.
+    """Compute the motions of open branches, which are chains of links with a free end.
 
     Args:
-        robot: the robot.
-        solution: the chunk of poses.
         edges: joints and beams of the branches, inboard ones first.
         forces: index of the contribution of the branches' weight. The weight of branches on the base displaces nothing else and
-            is no contribution; for it, the index after the last contribution.
-        strains: index of the contribution of the strains due to the branches' weight.
-        root: motion of the body that carries the first edges; None: fixed.
-        moved: by key of each joint that an elastic actuator moves, the actuator's name and the moved joint.
-        out: receives the motions.
+            is no contribution; its index is the number of contributions.
+        strains: index of the contribution that contains the deflection of the branches under their own weight.
+        root: (6, S, N) twist of the body that carries edges without :attr:`Edge.parent`; None if this body is fixed.
+        moved: by key of each joint that an elastic actuator moves: the actuator's name, and the joint.
+        out: receives motions and beams.
     """
     frames, assembly_errors = solution.frames, solution.assembly_errors
-    share, elsewhere = np.zeros((2, max(len(solution.sources), forces + 1), 1, 1))
+    share, axial_correction = np.zeros((2, max(len(solution.sources), forces + 1), 1, 1))
     share[strains] = 1
-    elsewhere[forces] += 1
-    elsewhere[strains] -= 1
+    axial_correction[forces] += 1
+    axial_correction[strains] -= 1
     still = np.zeros((6, len(share), solution.o.shape[1]))
     for edge in edges:
         if edge.parent is None:
@@ -300,8 +295,8 @@ def _deform_branches(
             load = (rotate(axes, field, back=True) * model.line_density(length))[:, None] * share
             beams = LoadedBeams.under([model], model.compliances[:, None, None], axes, length, end, carried, load)
             stretch = np.einsum("ign,isn->sgn", axes[:, 0], off[:3])
-            axial = elsewhere * np.einsum("ign,in->gn", axes[:, 0], own[:3])
-            out.beams.append(replace(beams, inner=motion[:, :, None], stretch=stretch, elsewhere=axial))
+            axial = axial_correction * np.einsum("ign,in->gn", axes[:, 0], own[:3])
+            out.beams.append(replace(beams, inner=motion[:, :, None], stretch=stretch, axial_correction=axial))
             motion = motion + beams.end_twist()[:, :, 0]
         for spring in robot.branch_springs.get(str(edge.joint), ()):
             axes = frames.orientations(np.array([spring.body]), spring.frame[:3, :3, None])
@@ -320,13 +315,9 @@ def _deform_branches(
 def _deform_branch_drives(
     robot: RobotStatics, solution: Solution, branches: Sequence[tuple[tuple[Edge, ...], int]], out: Deformation
 ) -> dict[str, tuple[str, BranchJoint]]:
-    """Compute deformations of actuators that move joints of open branches only; return ``moved`` for :func:`_deform_branches`.
+    """Compute the deformations of elastic actuators that move joints of open branches only, and add them to ``out``.
 
-    Args:
-        robot: the robot.
-        solution: the chunk of poses.
-        branches: edges of open branches with the index of the contribution of the strains due to the branches' weight.
-        out: receives the deformations.
+    ``branches`` are joints and beams with ``strains`` of :func:`_deform_branches`; ``moved`` of this function is returned.
     """
     found: dict[str, tuple[str, BranchJoint]] = {}
     place_of = {edge.key: place for edges, place in branches for edge in edges}
@@ -346,7 +337,7 @@ def _deform_branch_drives(
 
 
 def _with_branch_loads(solution: Solution, edge: Edge, weights: Array) -> Array:
-    """Return the wrenches (6, S, N) that an edge of an open branch carries: weights, and loads on links."""
+    """Add loads on links to the ``weights`` (6, S, N) that a joint or beam of an open branch carries."""
     loads = []
     for item in solution.applied:
         carried = [wrench for place, wrench in item.load.wrenches.items() if carries(edge, place)]
@@ -355,9 +346,10 @@ def _with_branch_loads(solution: Solution, edge: Edge, weights: Array) -> Array:
 
 
 def beam_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
-    """Return the section forces (2, 3, N) at the start and the end of every beam, world axes [N].
+    """Return, by beam, the section forces (2, 3, N) at its start and at its end, world axes [N].
 
-    The part towards the end exerts the force on the part towards the start. This function is faster than :func:`deform`.
+    At a section, the part of the beam towards its end exerts this force on the part towards its start. This is faster than
+    :func:`deform`.
     """
     found: dict[str, Array] = {}
     for number, statics in enumerate(solution.statics):

@@ -2,9 +2,10 @@
 
 The directions of weights are constant while their lever arms rotate; springs stretch and rotate; joint wrenches rotate with the
 connected parts. Under a rotation θ of a part, a point at p moves by θ × p + ½ θ × (θ × p), so that a force f there has the
-second-order potential energy −½ f · (θ × (θ × p)). The sum is a quadratic form ½ uᵀ K_g u in a few displacements u: rotations
-of parts (:mod:`kinetostatics.statics.turning_parts`), transverse displacements across prismatic joints and beams, and relative
-displacements of the ends of springs.
+second-order potential energy −½ f · (θ × (θ × p)). The sum is a quadratic form ½ uᵀ K_g u in a few displacements u: rotations of
+parts, transverse displacements across prismatic joints and beams, and relative displacements of the ends of springs.
+:mod:`kinetostatics.statics.turning_parts` defines parts, passages (joints and beams), and blocks of u. A place is a
+rigid link, or an end of a beam.
 """
 
 from __future__ import annotations
@@ -32,12 +33,10 @@ class PlacedSpring:
     """A spring at N poses.
 
     Attributes:
-        name: name of the spring.
-        points: positions (3, N) of its first and second end [m].
-        places: the places to which its ends are attached.
-        length: (N,) [m].
-        tension: (N,) [N].
-        force: (3, N) force on the first end, directed towards the second [N].
+        points: positions (3, N) of its two ends [m].
+        places: the rigid links, or ends of beams, to which its two ends are attached.
+        length, tension: (N,) [m], [N].
+        force: (3, N) force on the first end, directed towards the second end [N].
         tangent: (3, 3, N) tangent stiffness K_t [N/m].
     """
 
@@ -50,7 +49,11 @@ class PlacedSpring:
     tangent: Array
 
     def pull(self, force: Array, o: Array) -> tuple[dict[str, Array], dict[str, Array]]:
-        """Return, by place, wrenches about o and points of application of a force (3, N) on the first end and of its reaction."""
+        """Apply a force (3, N) [N] to the first end, and its reaction to the second end.
+
+        Returns:
+            By place, the wrench (6, N) about o [N, N·m]; and by place, its point of application (3, N) [m].
+        """
         wrenches: dict[str, Array] = {}
         points: dict[str, Array] = {}
         for sign, point, place in zip((1, -1), self.points, self.places, strict=True):
@@ -60,7 +63,7 @@ class PlacedSpring:
 
 
 class GeometricTerms:
-    """The quadratic form ½ uᵀ K_g u as a sum of terms, and the loads −K_g u of given displacements."""
+    """The quadratic form ½ uᵀ K_g u as a sum of terms."""
 
     def __init__(
         self,
@@ -68,13 +71,12 @@ class GeometricTerms:
         acting: Sequence[tuple[str, Array, Array]],
         passages: Sequence[tuple[Passage, Array, Array | None, Array]],
     ) -> None:
-        """Add up the terms of the quadratic form.
+        """Add up the terms.
 
         Args:
-            robot: the robot at N poses.
-            acting: forces on pieces of parts: place, arm from o and force (3, N).
-            passages: each passage with the arm of its centre from o, the axes (3, k, N) of its slides, and the matrix B (9, 9, N)
-                of its energy, see :meth:`GeometricStiffness._of_joint`.
+            acting: forces on parts: each with its place, arm from o (3, N) [m] and force (3, N) [N].
+            passages: each passage with the arm from o to its centre (3, N) [m], the axes (3, k, N) of its k slides (None without
+                slides), and the matrix B (9, 9, N) of its energy, see :meth:`GeometricStiffness._of_joint`.
         """
         self._robot, self._where, self._parts, self._o = robot, robot.coordinates, robot.parts, robot.o
         self._springs, self._acting, self._passages = robot.springs, acting, passages
@@ -91,7 +93,7 @@ class GeometricTerms:
             self._add_spring(number, spring)
 
     def _add(self, one: Block, two: Block, block: Array) -> None:
-        """Add uᵀ B v, with B = ``block``, u = ``one`` and v = ``two``, to the quadratic form; only if both are coordinates."""
+        """Add vᵀ B w, with B = ``block`` and the displacements v and w of two blocks, if both blocks are part of u."""
         if one in self._where.sizes and two in self._where.sizes:
             self._found[one, two] = self._found.get((one, two), 0.0) + block
             self._found[two, one] = self._found.get((two, one), 0.0) + np.swapaxes(block, 0, 1)
@@ -116,11 +118,11 @@ class GeometricTerms:
                         self._add(one, two, a * b * part)
 
     def _add_spring(self, number: int, spring: PlacedSpring) -> None:
-        """Add ½ uᵀ K_t u with the relative displacement u of a spring's ends.
+        """Add ½ dᵀ K_t d, with the displacement d of one end of a spring relative to the other end.
 
-        In general, u is a separate block. For a spring between base and platform, u = d + θ × a, with the platform's displacement
-        d and rotation θ and the arm a of the spring's end from o. For a spring between two points of one part with rotation θ,
-        u = θ × a, with the vector a between the points.
+        For a spring between base and platform, d = s + θ × a, with the platform's displacement s and rotation θ, and the arm a
+        from o to the spring's end. For a spring between two points of one part with rotation θ, d = θ × a, with the vector a
+        between the points. In all other cases d is a block of u.
         """
         span = spring.points[1] - spring.points[0]
         if ("spring", number) in self._where.sizes:
@@ -136,7 +138,7 @@ class GeometricTerms:
             self._add(shift, turn, moved)
 
     def matrix(self, rows: Sequence[Block], columns: Sequence[Block]) -> Array:
-        """Return some rows and columns of K_g."""
+        """Return the part (n, m, N) of K_g in the rows and columns of given blocks."""
         sizes = self._where.sizes
         heights, widths = ([0, *np.cumsum([sizes[block] for block in blocks]).tolist()] for blocks in (rows, columns))
         matrix = zeros_for((heights[-1], widths[-1], self._o.shape[1]), self._o)
@@ -147,7 +149,7 @@ class GeometricTerms:
         return matrix
 
     def loads(self, u: Array) -> dict[str, Array]:
-        """Return the loads −K_g u as wrenches (6, S, N) about o, by place."""
+        """Return the loads −K_g u, for u (n, S, N), as wrenches (6, S, N) about o, by place."""
         first, at = 0, {}
         for block in self._where.blocks:
             at[block] = u[first : first + self._where.sizes[block]]
@@ -190,12 +192,10 @@ class GeometricTerms:
 
 
 class GeometricStiffness:
-    """The geometric stiffness of a robot at N poses, and the unit loads conjugate to its displacements u.
+    """The displacements u of a robot at N poses, the unit loads conjugate to u, and the geometric stiffness K_g.
 
     Attributes:
-        parts: parts of the robot.
-        springs: springs of the robot.
-        coordinates: definition of u.
+        coordinates: the blocks of u.
         o: (3, N) position of o [m].
     """
 
@@ -205,7 +205,7 @@ class GeometricStiffness:
         _, self.o = robot.mechanism.platform_pose(frames)
 
     def unit_loads(self) -> list[AppliedLoad]:
-        """Return the unit forces, couples and pairs of forces conjugate to the displacements."""
+        """Return for each component of u its conjugate unit load: a force, a couple, or a pair of opposite forces."""
         o, where = self.o, self.coordinates
         none, units = np.zeros_like(o), [np.broadcast_to(unit[:, None], o.shape) for unit in np.eye(3)]
         acting: list[dict[str, Array]] = []
@@ -226,7 +226,7 @@ class GeometricStiffness:
         return [AppliedLoad(name, wrenches, {}, "change") for name, wrenches in zip(where.names, acting, strict=True)]
 
     def displacements(self, motion: Callable[[str], Array], blocks: Sequence[Block]) -> Array:
-        """Return components of u (n, S, N) from the twists (6, S, N) of places about o."""
+        """Return the blocks (n, S, N) of u; ``motion(place)`` is the twist (6, S, N) of a place about o."""
         rows = []
         for kind, number in blocks:
             if kind == "shift":
@@ -246,11 +246,7 @@ class GeometricStiffness:
         return np.concatenate(rows)
 
     def under(self, solution: Solution) -> GeometricTerms:
-        """Return K_g due to weights and springs, without the load, and to joint wrenches in equilibrium with them.
-
-        Args:
-            solution: the equilibrium at the poses.
-        """
+        """Return K_g under the weights, spring forces and joint wrenches of an equilibrium, without the load on the platform."""
         carried = _Carried(self._robot, solution)
         acting: list[tuple[str, Array, Array]] = []
         centres = self._robot.weights.centres(self._frames) - self.o[:, None]
@@ -277,11 +273,12 @@ class GeometricStiffness:
         return GeometricTerms(self, acting, passages)
 
     def _of_joint(self, item: Passage, force: Array, moment: Array) -> Array:
-        """Return B (9, 9, N) of a joint, whose force F and moment M rotate with the mean rotation of its two sides.
+        """Return the matrix B (9, 9, N) of a joint's energy zᵀ B z = F · ((θ + ½ φ) × s) + ½ M · (θ × φ).
 
-        The energy is zᵀ B z = F · (θ × s) + ½ M · (θ × φ); z consists of the rotation θ of the inner side, and of the shift s and
-        the rotation φ of the outer side relative to the inner side. In a universal joint the second axis rotates with the inner
-        part of the joint: this adds ½ q_1 q_2 M · (a_1 × a_2), with the angles q of φ about the axes a.
+        The joint's force F and moment M (3, N) rotate with the mean rotation θ + ½ φ of its sides. The vector z consists of the
+        rotation θ of the inner side, and of the shift s and the rotation φ of the outer side relative to the inner side. In a
+        universal joint the second axis rotates with the inner part of the joint: this adds ½ q_1 q_2 M · (a_1 × a_2), with the
+        angles q of φ about the axes a.
         """
         found = zeros_for((9, 9, force.shape[1]), force)
         found[:3, 3:6], found[6:, 3:6] = -skew(force), -skew(force) / 2
@@ -298,7 +295,11 @@ class GeometricStiffness:
     def _of_beam(
         self, solution: Solution, name: str, axes: Array, arm: Array, force: Array, moment: Array
     ) -> tuple[Array, Array, Array]:
-        """Return B (9, 9, N) of a beam with force and moment (3, N) on its outer part; also arm and force on its inner part."""
+        """Return (B, arm, force) of a beam with given force and moment (3, N) on its outer part.
+
+        B (9, 9, N) is the matrix of its energy, see :meth:`_of_joint`. The force (3, N) [N] acts on the part at the beam's inner
+        end, at the arm (3, N) [m] from o.
+        """
         model = self._robot.beams[name]
         length, lever = model.length(self._frames), model.lever(self._frames)
         weight = self._robot.weights.sum([f"beam:{name}"], solution.weights)[:3]
@@ -317,7 +318,7 @@ class GeometricStiffness:
         return self._frames.point(item.centre.body, item.centre.vector) - self.o
 
     def without_spin(self, part: int) -> Array | None:
-        """Return the projection (3, 3, N) that removes the rotation about a part's free spin axis; None if it has none."""
+        """Return the projection (3, 3, N) that removes the rotation about a part's free spin axis; None without such an axis."""
         if part not in self.parts.spins:
             return None
         first, second = (self._arm(self.parts.passages[k]) for k in self.parts.spins[part])
@@ -326,7 +327,7 @@ class GeometricStiffness:
 
 
 class _Carried:
-    """Wrenches that passages transmit under weights and spring forces."""
+    """Wrenches that passages transmit under weights and spring forces, without the load on the platform."""
 
     def __init__(self, robot: RobotStatics, solution: Solution) -> None:
         self._robot, self._solution = robot, solution
@@ -341,7 +342,7 @@ class _Carried:
             self._cuts |= {limb: total[:, :, position] for position, limb in enumerate(statics.group.numbers)}
 
     def by_outer_side(self, item: Passage) -> Array:
-        """Return the wrench (6, N) of the inner side on the outer side, about o."""
+        """Return the wrench (6, N) of a passage's inner side on its outer side, about o [N, N·m]."""
         solution = self._solution
         total = self._robot.weights.carried_by(item.edge, solution.weights)
         for load in self._loads:

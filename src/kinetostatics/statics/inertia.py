@@ -32,12 +32,10 @@ def inertial_load(
     Local freedoms accelerate so that no inertial force acts along them, since no actuator or spring acts there.
 
     Args:
-        robot: the robot.
-        frames: frames of all bodies.
         twists: (6, B, N) twists of all bodies at the world's origin, world axes [m/s, rad/s].
-        rates: (6, B, N) time derivatives of the twists, with local freedoms at rest [m/s², rad/s²].
-        local: (6, B, k, N) unit motions of the local freedoms.
-        payload: loads on links, broadcast to the N poses; only their masses have inertia.
+        rates: (6, B, N) time derivatives of the twists if local freedoms do not move [m/s², rad/s²].
+        local: (6, B, k, N) twists of all bodies per unit of each of the k local freedoms.
+        payload: payload and loads on links, broadcast to the N poses; only masses have inertia.
     """
 
     def moving(rates: Array) -> _Moving:
@@ -53,7 +51,7 @@ def inertial_load(
 
 
 class _Moving:
-    """Inertial loads: by place, wrenches (6, N) about o and points of application (3, N); by name, loads (12, N) along beams."""
+    """Inertial loads at N poses: ``wrenches``, ``points`` and ``lines`` as in :class:`AppliedLoad`, and wrenches by body."""
 
     def __init__(self, robot: RobotStatics, frames: Frames, twists: Array, rates: Array, payload: LinkLoads | None) -> None:
         self.robot, self.frames, self.twists, self.rates = robot, frames, twists, rates
@@ -72,12 +70,12 @@ class _Moving:
             self._add_mass(place, body, R, point, mass, inertia)
 
     def _acceleration(self, body: int, point: Array) -> Array:
-        """Return the acceleration (3, N) of a point of a body [m/s²]."""
+        """Return the acceleration (3, N) [m/s²] of a point (3, N) of a body."""
         v, w = self.twists[:3, body], self.twists[3:, body]
         return self.rates[:3, body] + cross(self.rates[3:, body], point) + cross(w, v + cross(w, point))
 
     def _couple(self, body: int, R: Array, inertia: Array) -> Array:
-        """Return −(J α + ω × J ω) (3, N) of an inertia (3, 3) or (3, 3, N) in axes R (3, 3, N)."""
+        """Return −(J α + ω × J ω) (3, N) of an inertia J (3, 3) or (3, 3, N), given in the axes R (3, 3, N)."""
         full = np.broadcast_to(inertia if inertia.ndim == 3 else inertia[:, :, None], R.shape)
         world = np.einsum("ijn,jkn,lkn->iln", R, full, R)
         w = self.twists[3:, body]
@@ -85,12 +83,11 @@ class _Moving:
         return -np.einsum("ijn,jn->in", world, self.rates[3:, body]) - cross(w, momentum)
 
     def _add_mass(self, place: str, body: int, R: Array, centre: Array, mass: Array | float, inertia: Array) -> None:
-        """Add a mass and its inertia about its centre."""
         wrench = np.concatenate([-mass * self._acceleration(body, centre), self._couple(body, R, inertia)])
         self._put(place, body, wrench, centre)
 
     def _add_beam(self, name: str) -> None:
-        """Add the load along a beam; the beam moves with the body that carries its weight."""
+        """Add the load along a beam, which moves with the body that carries its weight."""
         beam, frames = self.robot.beams[name], self.frames
         body, (start, end), length = beam.span.carrier, beam.ends(frames), beam.length(frames)
         density, lever, section = beam.line_density(length), beam.lever(frames), beam.span.beam.section
@@ -106,16 +103,17 @@ class _Moving:
             self._put(place, body, wrench, point)
 
     def _put(self, place: str, body: int, wrench: Array, point: Array) -> None:
-        """Add a wrench (6, N), given about a point (3, N) [m], to the sums of a place and of a body."""
+        """Add a wrench (6, N) about a point (3, N) [m] to the wrenches of a place and of a body."""
         self.by_body[:, body] += move_wrench(wrench, -point)
         self.wrenches[place] = self.wrenches.get(place, 0.0) + move_wrench(wrench, self.o - point)
         self.points.setdefault(place, point)
 
 
 def line_resultants(beam: BeamModel, frames: Frames, load: Array) -> tuple[Array, Array]:
-    """Return the resultants (6, N) of a load (12, N) along a beam at its start and at its end, about these points, world axes.
+    """Return wrenches (6, N) at the start and at the end of a beam that replace a load (12, N) along it, world axes.
 
-    The resultants are the opposites of the reactions of the beam clamped at both ends.
+    Each wrench is about the end at which it acts. The wrenches are the opposites of the reactions of the beam clamped at both
+    ends.
     """
     axes, length = beam.world_axes(frames), beam.length(frames)
     local = np.concatenate([np.einsum("ijn,in->jn", axes, part) for part in np.split(load, 4)])

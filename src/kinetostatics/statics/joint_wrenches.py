@@ -1,6 +1,7 @@
-"""Wrenches of joints, limbs and base, and forces of actuators, from cut-joint wrenches and weights, in chunks of poses.
+"""Wrenches of joints, limbs and base, and forces of actuators, at N poses, from cut-joint wrenches and weights.
 
-A joint's wrench acts from its base side on its platform side, at the joint's centre, in world axes.
+A joint's wrench acts from its base side on its platform side, at the joint's centre, in world axes. The J joints are those of
+:class:`kinetostatics.statics.robot_statics.JointTable`. A self-stress of rigid parts makes wrenches statically indeterminate.
 """
 
 from __future__ import annotations
@@ -20,24 +21,24 @@ _NOTHING = 1e-9
 
 
 def joints_in_order(robot: RobotStatics) -> list[tuple[str, int]]:
-    """Return the names of the joints, in the order of the file, and their rows in the joint table."""
+    """Return the joints in the order of the file, each with its row in the joint table."""
     places = {name: k for k, name in enumerate(robot.joint_table.names)}
     return [(name, places[name]) for name in robot.mechanism.connections if name in places]
 
 
 def joint_wrenches(robot: RobotStatics, solution: Solution) -> Array:
-    """Return the wrenches (6, J, N) of all joints of the robot's joint table, NaN where they are indeterminate."""
-    return _masked(carried_wrenches(robot, solution), _open_wrenches(robot, solution))
+    """Return the wrenches (6, J, N) of all joints [N, N·m]; NaN where they are statically indeterminate."""
+    return _masked(carried_wrenches(robot, solution), _self_stresses(robot, solution))
 
 
 def actuator_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
-    """Return the force or torque (N,) of each actuator, positive along its coordinate, NaN where it is indeterminate."""
+    """Return the force or torque (N,) of each actuator, positive along its coordinate; NaN if statically indeterminate."""
     table = robot.joint_table
     followers = [joint.name for joint in robot.mechanism.connections.values() if joint.mimic is not None]
     names = [name for name in (*robot.description.driven, *followers) if name in table.names]
     which = [table.names.index(name) for name in names]
     forces = actuator_forces_from(robot, solution, carried_wrenches(robot, solution, which), names)
-    undetermined = _open_wrenches(robot, solution, which)
+    undetermined = _self_stresses(robot, solution, which)
     if undetermined is None:
         return forces
     changes = actuator_forces_from(robot, solution, undetermined, names)
@@ -45,10 +46,10 @@ def actuator_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]
 
 
 def carried_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[int] | None = None) -> Array:
-    """Return the wrenches (6, J, N) of joints in given rows of the table (None: all); one solution if indeterminate.
+    """Return the wrenches (6, J, N) of joints in given rows of the joint table (None: all).
 
-    For a joint of a serial limb: −(J_ic W_ic + J_ig W_ig + Σ w), with the weights w outboard of this joint (method page,
-    section 7).
+    Where they are statically indeterminate, one solution is returned. A joint of a serial limb has the wrench −(J_ic W_ic + J_ig
+    W_ig + Σ w), with the weights w outboard of this joint (method page, section 7).
     """
     table = robot.joint_table
     which = slice(None) if joints is None else list(joints)
@@ -65,7 +66,10 @@ def carried_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[i
 
 
 def joint_contributions(robot: RobotStatics, solution: Solution) -> Array:
-    """Return the wrenches (6, J, S, N) by contribution; weights of bodies attached to the base are not included."""
+    """Return the contributions (6, J, S, N) to the wrenches of all joints; NaN where these are statically indeterminate.
+
+    Weights of bodies attached only to the base are no contribution.
+    """
     table, S = robot.joint_table, len(solution.sources)
     cut_signs = np.zeros((6, table.cut_signs.shape[1], S + 1, solution.o.shape[1]))
     for number, statics in enumerate(solution.statics):
@@ -80,7 +84,7 @@ def joint_contributions(robot: RobotStatics, solution: Solution) -> Array:
         for where, wrench in item.load.wrenches.items():
             carried[:, :, :S] += table.carrying(where)[:, None, None] * (wrench[:, None] * item.share)[:, None]
     wrenches = table.reported[:, None, None] * move_wrench(carried[:, :, :S], _arms(robot, solution)[:, :, None])
-    return _masked(wrenches, _open_wrenches(robot, solution))
+    return _masked(wrenches, _self_stresses(robot, solution))
 
 
 def actuator_forces_from(
@@ -88,8 +92,8 @@ def actuator_forces_from(
 ) -> dict[str, Array]:
     """Return the force or torque f (…, N) of each actuator, positive along its coordinate, from joint wrenches (6, J, …, N).
 
-    f is the power of the joint's wrench on the actuator's unit twist, Eq. (17), plus the powers for mimic joints times
-    their multipliers. ``names`` are the joints of the wrenches (None: all joints of the robot's joint table).
+    f is the power of the joint's wrench on the actuator's unit twist, Eq. (17). Joints that mimic the actuator's joint add their
+    powers, times their multipliers. ``names`` are the joints of the wrenches (None: all of the joint table).
     """
     table = robot.joint_table
     places = {name: k for k, name in enumerate(table.names if names is None else names)}
@@ -116,21 +120,24 @@ def _arms(robot: RobotStatics, solution: Solution, which: slice | list[int] = sl
 
 
 def _masked(wrenches: Array, undetermined: Array | None) -> Array:
-    """Return joint wrenches (6, J, …, N), NaN where they are undetermined."""
+    """Return joint wrenches (6, J, …, N) with NaN where self-stresses ``undetermined`` (6, J, K, N) have a wrench."""
     if undetermined is None:
         return wrenches
     unknown = np.max(np.abs(undetermined), axis=(0, 2)) > _NOTHING
     return np.where(unknown.reshape(unknown.shape[0], *(1,) * (wrenches.ndim - 3), unknown.shape[1]), np.nan, wrenches)
 
 
-def _open_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[int] | None = None) -> Array | None:
-    """Return the normalized joint wrenches (6, J, K, N) of K undetermined self-stresses of rigid parts; None without any."""
+def _self_stresses(robot: RobotStatics, solution: Solution, joints: Sequence[int] | None = None) -> Array | None:
+    """Return the joint wrenches (6, J, K, N) of K self-stresses of rigid parts; None without self-stress.
+
+    They are scaled: the largest force, or moment divided by the characteristic length, is 1.
+    """
     table, N = robot.joint_table, solution.o.shape[1]
     # self-stress between rigid limbs changes the forces of several limbs together
-    shared = np.zeros((6, table.cut_signs.shape[1], max((item.shape[1] for item in solution.open), default=0), N))
+    shared = np.zeros((6, table.cut_signs.shape[1], max((item.shape[1] for item in solution.self_stresses), default=0), N))
     states = [shared]
     for number, statics in enumerate(solution.statics):
-        together = np.einsum("mkign,iagn->mkagn", statics.cut_wrenches, solution.open[number])
+        together = np.einsum("mkign,iagn->mkagn", statics.cut_wrenches, solution.self_stresses[number])
         loose = np.zeros((6, table.cut_signs.shape[1], statics.loose.shape[2], N))
         for position, limb in enumerate(statics.group.numbers):
             which = table.cuts_of(limb)
@@ -148,14 +155,14 @@ def _open_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[int
 
 
 def limb_wrench(solution: Solution, number: int, position: int) -> Array:
-    """Return the platform's wrench (6, N) on a limb about o; if it is indeterminate, one of the solutions."""
+    """Return the platform's wrench (6, N) on a limb about o; if it is statically indeterminate, one of the solutions."""
     statics = solution.statics[number]
     intensities = solution.intensities[number][:, :, position].sum(axis=1)
     return np.einsum("kin,in->kn", statics.J_c[:, :, position], intensities) + statics.R_g[:, position]
 
 
 def base_wrench(robot: RobotStatics, solution: Solution) -> Array:
-    """Return the ground's wrench (6, N) acting on the robot, about the base link's origin, world axes [N, N·m].
+    """Return the ground's wrench (6, N) on the robot, about the base link's origin, world axes [N, N·m].
 
     This wrench is the negative sum of all loads and weights.
     """

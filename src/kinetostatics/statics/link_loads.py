@@ -1,6 +1,7 @@
 """Loads on links and at the ends of beams: their wrenches at N poses, and their effect on limbs.
 
-Loads on a limb are treated like its weight: they cause attached wrenches and a sag. Each load is a separate contribution.
+A place, at which a load acts, is a rigid link or an end of a beam. Loads on a limb are treated like its weight: they cause
+attached wrenches and a sag. Each load is a separate contribution to the platform's twist.
 """
 
 from __future__ import annotations
@@ -33,11 +34,11 @@ class AppliedLoad:
 
     Attributes:
         name: name of the contribution.
-        wrenches: (6, N) wrenches about o, world axes, by place [N, N·m].
-        points: (3, N) points of application of forces [m], by place, for drawings.
+        wrenches: by place, (6, N) wrench about o, world axes [N, N·m].
+        points: by place, (3, N) point of application of the force [m], for drawings.
         kind: "load"; "spring": the force of a spring at the pose; "change": a load that represents geometric stiffness.
-        lines: (12, N) loads along beams, by name: force and moment per length at the start, then at the end, world axes
-            [N/m, N]. Their resultants at the beams' ends are part of ``wrenches``, see
+        lines: by beam, (12, N) load along the beam: force and moment per length at the start, then force and moment per length at
+            the end, world axes [N/m, N]. ``wrenches`` contains its resultants at the beam's ends, see
             :func:`kinetostatics.statics.inertia.line_resultants`.
     """
 
@@ -48,37 +49,33 @@ class AppliedLoad:
     lines: Mapping[str, Array] = field(default_factory=dict)
 
     def take(self, poses: Index | slice) -> AppliedLoad:
-        """Return the load of some of the poses."""
         wrenches = {place: array[:, poses] for place, array in self.wrenches.items()}
         points = {place: array[:, poses] for place, array in self.points.items()}
         lines = {beam: array[:, poses] for beam, array in self.lines.items()}
         return AppliedLoad(self.name, wrenches, points, self.kind, lines)
 
     def at(self, places: Iterable[str]) -> dict[str, Array]:
-        """Return the wrenches at some places."""
         mine = set(places)
         return {place: wrench for place, wrench in self.wrenches.items() if place in mine}
 
 
 @dataclass(frozen=True)
 class LoadedPlaces:
-    """Names of the contributions of loads on links, with the places at which they act."""
+    """Names of the loads on links, each with the places at which the load acts."""
 
     loads: tuple[tuple[str, tuple[str, ...]], ...]
 
     @classmethod
     def of(cls, applied: Iterable[AppliedLoad]) -> LoadedPlaces | None:
-        """Return the places of loads, or None without loads."""
         return cls(tuple((item.name, tuple(item.wrenches)) for item in applied)) if applied else None
 
 
 @dataclass(frozen=True)
 class AppliedStatics:
-    """A load, and its separate effect on every group of limbs.
+    """A load, and its effect on every group of limbs as if it acted alone.
 
     Attributes:
-        load: the load.
-        statics: for each group of limbs, their statics under only this load; None for groups that the load does not affect.
+        statics: for each group of limbs, their statics under this load only; None for groups that the load does not affect.
         share: (S, N) factor of the load in each contribution.
     """
 
@@ -88,7 +85,7 @@ class AppliedStatics:
 
     @property
     def times(self) -> Array:
-        """Total factor of the load (N,)."""
+        """Total factor of the load (N,), the sum of ``share``."""
         found: Array = self.share.sum(axis=0)
         return found
 
@@ -96,7 +93,10 @@ class AppliedStatics:
 def applied_statics(
     loads: Iterable[AppliedLoad], groups: Iterable[LimbGroup], frames: Frames, o: Array, first: int, sources: int
 ) -> tuple[AppliedStatics, ...]:
-    """Compute the separate effects of loads on limbs; ``first`` is the index of the first load's contribution."""
+    """Compute the effect of each load on the limbs as if it acted alone.
+
+    ``first`` is the index of the first load among the contributions, whose number is ``sources``.
+    """
     found, loads = [], list(loads)
     parts = [_under(group, loads, frames, o) for group in groups]
     for number, load in enumerate(loads):
@@ -107,9 +107,9 @@ def applied_statics(
 
 
 def _under(group: LimbGroup, loads: Sequence[AppliedLoad], frames: Frames, o: Array) -> list[LimbStatics | None]:
-    """Return the statics of a group of limbs under each single load, None for loads that do not affect them.
+    """Return the statics of a group of limbs under each load alone; None for a load that does not affect them.
 
-    At few poses, many loads are computed at once.
+    At few poses, several loads are computed at once.
     """
     found: list[LimbStatics | None] = [None] * len(loads)
     mine = {k: load.at(group.places) for k, load in enumerate(loads)}
@@ -131,13 +131,13 @@ def _under(group: LimbGroup, loads: Sequence[AppliedLoad], frames: Frames, o: Ar
 
 
 def wrenches_of(applied: Iterable[AppliedLoad]) -> list[Array]:
-    """Return a list with the concatenated wrenches (6 P, N) of all loads at P places; without loads, an empty list."""
+    """Return a list with one array (6 P, N), the wrenches of all loads below one another; without loads, an empty list."""
     rows = [wrench for load in applied for wrench in load.wrenches.values()]
     return [np.concatenate(rows)] if rows else []
 
 
 def by_place(applied: Iterable[AppliedStatics]) -> dict[str, Array]:
-    """Return the sum (6, N) of all wrenches at each place, about o."""
+    """Return the sum (6, N) of all loads at each place, about o [N, N·m]."""
     found: dict[str, Array] = {}
     for item in applied:
         for place, wrench in item.load.wrenches.items():
@@ -146,10 +146,10 @@ def by_place(applied: Iterable[AppliedStatics]) -> dict[str, Array]:
 
 
 def with_contributions(weights: Array, applied: Iterable[AppliedStatics], parts: Iterable[Array | None]) -> Array:
-    """Return a quantity (A, S, …, N) under weights and loads together, by contribution.
+    """Return a quantity (A, S, …, N) under weights and loads on links together, by contribution.
 
-    ``weights`` (A, S, …, N) is the quantity under the weights only; ``parts`` (A, …, N) has the quantity under each load, None
-    for zero. Without loads, ``weights`` itself is returned.
+    ``weights`` (A, S, …, N) is the quantity under weights only; without loads, this array itself is returned. ``parts`` (A, …, N)
+    is the quantity under each load only; None for zero.
     """
     total = weights
     for item, part in zip(applied, parts, strict=True):
@@ -162,7 +162,7 @@ def with_contributions(weights: Array, applied: Iterable[AppliedStatics], parts:
 
 
 def sum_of(applied: Iterable[AppliedStatics], places: Iterable[str] | None = None) -> Array:
-    """Return the sum (6, N) of the loads at some places (None: all), about o; zeros (6, 1) without loads."""
+    """Return the sum (6, N) of the loads at given places (None: all), about o; zeros (6, 1) if no load acts there."""
     wrenches = by_place(applied)
     mine = [wrenches[place] for place in (wrenches if places is None else dict.fromkeys(places)) if place in wrenches]
     return np.sum(mine, axis=0) if mine else np.zeros((6, 1))
@@ -176,7 +176,7 @@ PAYLOAD = "payload"
 
 @dataclass(frozen=True)
 class _Load:
-    """A wrench or a mass at ``point`` (…, 3) [m] in the frame of ``link`` (None: o-xyz); its contribution is ``name``."""
+    """A wrench or a mass at a point (…, 3) [m] of a link's frame (None: the platform and o-xyz); ``name`` is its contribution."""
 
     name: str
     link: str | None
@@ -189,18 +189,18 @@ class _Load:
 
 @dataclass(frozen=True)
 class LinkLoads:
-    """Checked loads on links; arrays are in the user's layout or, for a chunk of poses, have the batch axis last."""
+    """Checked loads on links.
+
+    Arrays of :func:`parse_link_loads` are (…, 3), (…, 6) and (…, 1); for a chunk of N poses, the batch axis is last.
+    """
 
     robot: RobotStatics
     loads: tuple[_Load, ...]
 
     def arrays(self) -> list[Array]:
-        """Return all arrays, component axis last, to find their common batch shape."""
         return [array for item in self.loads for array in (item.point, item.wrench, item.mass) if array is not None]
 
     def map(self, change: Callable[[Array], Array]) -> LinkLoads:
-        """Return the loads with a function applied to every array."""
-
         def changed(array: Array | None) -> Array | None:
             return None if array is None else change(array)
 
@@ -213,7 +213,7 @@ class LinkLoads:
         )
 
     def at(self, frames: Frames, gravity: Array) -> tuple[AppliedLoad, ...]:
-        """Return the loads, already broadcast to N poses, at the ``frames`` of these poses; ``gravity`` is (3, N) [m/s²].
+        """Return the loads as wrenches at N poses, under ``gravity`` (3, N) [m/s²]; their arrays have the poses as last axis.
 
         Raises:
             ArgumentError: a load acts on a beam between its ends, or on a link without support.
@@ -236,16 +236,16 @@ class LinkLoads:
         return tuple(AppliedLoad(name, wrenches, points[name]) for name, wrenches in found.items())
 
     def _placed(self, item: _Load, frames: Frames) -> tuple[str, Array, Array]:
-        """Return the loaded link, and the axes (3, 3, N) and the point of application (3, N) of a load."""
+        """Return the loaded link, the axes (3, 3, N) of its frame, and the point of application (3, N) [m] of the load."""
         R, origin = link_frame(self.robot, item.link, frames)
         return item.link or self.robot.description.platform, R, origin + np.einsum("ijn,jn->in", R, item.point)
 
     def masses(self, frames: Frames) -> Iterator[tuple[str, int, Array, Array, Array, Array]]:
-        """Yield, for every mass and every place at which it acts at some poses, its inertial data at N poses.
+        """Yield the inertial data of every mass, for each place at which the mass acts at some of the N poses.
 
-        These are the place; the body; the centre of mass (3, N) [m]; the mass (N,) [kg]; the axes (3, 3, N) of the link; and the
-        inertia (3, 3, N) about the centre of mass in these axes [kg·m²]. Mass and inertia are 0 where the mass acts at another
-        place.
+        The data are: the place; the body; the centre of mass (3, N) [m]; the mass (N,) [kg]; the axes (3, 3, N) of the link; the
+        inertia (3, 3, N) about the centre of mass in these axes [kg·m²]. Mass and inertia are 0 at poses at which the mass acts
+        at another place.
 
         Raises:
             ArgumentError: as for :meth:`at`.
@@ -259,7 +259,7 @@ class LinkLoads:
 
 
 def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: Array) -> dict[str, Mask]:
-    """Return the places of a load at points (3, N) of a link, each with the mask (N,) of the poses at which the load acts there.
+    """Return, by place, a mask (N,): True at the poses at which a load at ``point`` (3, N) of a link acts at this place.
 
     Raises:
         ArgumentError: the point of an elastic link is no end of a beam, or the link has no support; ``what`` begins the message.
@@ -307,7 +307,7 @@ def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: 
 
 
 def _joint_around(robot: RobotStatics, link: str) -> tuple[str, ...]:
-    """For a link inside a universal or spherical joint, return the revolute joints that form this joint."""
+    """Return the revolute joints that form a universal or spherical joint with ``link`` inside it; empty for other links."""
     key = robot.topology.carried_by.get(link)
     for group in robot.groups:
         for limb, compounds in zip(group.limbs, group.compounds, strict=True):
@@ -331,14 +331,13 @@ def _joint_around(robot: RobotStatics, link: str) -> tuple[str, ...]:
 
 
 def _is_weld(robot: RobotStatics, edge: Edge) -> bool:
-    """Whether an edge is a rigid fixed joint."""
     if edge.joint is None:
         return False
     return robot.mechanism.connections[edge.joint].type.is_fixed and edge.joint not in robot.description.joint_stiffness
 
 
 def link_frame(robot: RobotStatics, link: str | None, frames: Frames) -> tuple[Array, Array]:
-    """Return orientation (3, 3, N) and origin (3, N) of a link's frame, or of o-xyz."""
+    """Return orientation (3, 3, N) and origin (3, N) of the frame of a link, or of o-xyz for None."""
     mechanism = robot.mechanism
     if link is None:
         return mechanism.platform_pose(frames)
@@ -348,7 +347,7 @@ def link_frame(robot: RobotStatics, link: str | None, frames: Frames) -> tuple[A
 
 
 def parse_link_loads(robot: RobotStatics, loads: Mapping[str, object] | None, payload: Payload | None) -> LinkLoads | None:
-    """Check loads on links and a payload, and return them; None without loads.
+    """Check the arguments ``loads`` and ``payload`` of an analysis; return None without loads.
 
     Raises:
         ArgumentError: a link is unknown, or a value or shape is invalid.

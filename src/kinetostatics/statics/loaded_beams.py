@@ -1,4 +1,4 @@
-"""Deflection lines of loaded beams, and the twists of their ends due to their own deformation."""
+"""Beams under load: lines of deflection, section wrenches, and twists of their ends due to their own deformation."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from kinetostatics.mechanism.beam_model import BeamModel
 
 @dataclass(frozen=True)
 class LoadedBeams:
-    """Corresponding beams of g limbs with their loads by contribution; wrenches and loads in beam axes.
+    """One beam in each of g equal limbs, with its loads for each of S contributions; wrenches and loads are in beam axes.
 
     Attributes:
-        models: the beams.
         compliances: (6, g, 1) section compliances.
         axes: (3, 3, g, N) beam axes in the world.
         length: (g, N) [m].
         mass: (g, N) [kg].
-        end: (3, g, N) arm from o to the platform end.
-        wrench: (6, S, g, N) wrench at the platform end.
+        end: (3, g, N) arm from o to the platform end [m].
+        wrench: (6, S, g, N) wrench on the platform end, about this end [N, N·m].
         load: (6, S, g, N) own weight, force and moment per length [N/m, N].
-        inner: (6, S, g, N) motion of the base end as a rigid body, about o, world axes.
-        stretch: (S, g, N) excess length by error or temperature [m].
-        elsewhere: (S, g, N) correction of axial forces [N]. ``wrench`` has the axial force due to the limb's weight in the
-            contribution of the strains; the correction moves it to the contribution of the forces. It is 0 if both are the
-            same contribution, see :func:`kinetostatics.statics.solution.by_mechanism`.
-        line: (12, S, g, N) linearly varying load, force and moment per length at the base end, then at the platform end
-            [N/m, N]; None: zero. Its resultants at the ends are part of ``wrench``, see
+        inner: (6, S, g, N) motion of the base end as a rigid body, about o, world axes [m, rad].
+        stretch: (S, g, N) excess length by assembly errors or temperature [m].
+        axial_correction: (S, g, N) force that :meth:`axial_force` adds [N]. After
+            :func:`kinetostatics.statics.solution.by_mechanism` the forces and the strains due to a limb's weight belong to two
+            contributions; ``wrench`` has the axial force due to the weight in the contribution of the strains, and the correction
+            moves it to the contribution of the forces. Else the correction is 0.
+        line: (12, S, g, N) linearly varying load, force and moment per length at the base end, then force and moment per length
+            at the platform end [N/m, N]; None: zero. ``wrench`` contains its resultant at the platform end, see
             :func:`kinetostatics.statics.inertia.line_resultants`.
     """
 
@@ -47,7 +47,7 @@ class LoadedBeams:
     load: Array
     inner: Array
     stretch: Array
-    elsewhere: Array
+    axial_correction: Array
     line: Array | None = None
 
     @classmethod
@@ -61,18 +61,21 @@ class LoadedBeams:
         return cls(tuple(models), compliances, axes, length, mass, end, wrench, load, none, none[0], none[0])
 
     def axial_force(self) -> Array:
-        """Return the axial force (S, g, N) at the platform end, tension positive, with the correction ``elsewhere``."""
-        return np.asarray(self.sections(self.length[None])[0, 0] + self.elsewhere)
+        """Return the axial force (S, g, N) [N] at the platform end, tension positive."""
+        return np.asarray(self.sections(self.length[None])[0, 0] + self.axial_correction)
 
     def end_twist(self) -> Array:
-        """Return the twists (6, S, g, N) of the outboard parts due to deformation of the beams, about o, world axes."""
+        """Return the motions (6, S, g, N) of the platform ends relative to the base ends, about o, world axes [m, rad]."""
         c = self.compliances[:, None]
         local = beam_formulas.end_displacement(c, self.length, self.wrench)
         local += beam_formulas.sag(c, self.length, self.load)
         return move_twist(rotate(self.axes, local), -self.end)
 
     def turned(self, outer: Array) -> LoadedBeams:
-        """Return the beams with exchanged ends; ``outer`` (6, S, g, N) is the rigid-body motion of the new base ends."""
+        """Return the beams with base end and platform end exchanged.
+
+        ``outer`` (6, S, g, N) is the rigid-body motion of the new base ends.
+        """
         back = np.array([-1.0, 1.0, -1.0]).reshape(3, 1, 1)
         start = beam_formulas.section_wrench(self.length, self.wrench, self.load, np.zeros_like(self.length))
         signs = np.tile(back, (2, 1, 1))[:, None]
@@ -86,7 +89,7 @@ class LoadedBeams:
         )
 
     def sections(self, s: Array) -> Array:
-        """Return the section wrenches (6, n, S, g, N) at s (n, g, N) from the base end, beam axes."""
+        """Return the section wrenches (6, n, S, g, N) at distances s (n, g, N) [m] from the base end, beam axes."""
         s = s[:, None]
         found = beam_formulas.section_wrench(self.length, self.wrench[:, None], self.load[:, None], s)
         if self.line is not None:
@@ -97,7 +100,8 @@ class LoadedBeams:
         """Return the beams with linearly varying loads.
 
         Args:
-            loads: the index of each contribution, with its loads (12, N) by beam: at the start, then at the end, world axes.
+            loads: index of a contribution, and its loads (12, N) by beam, see
+                :class:`kinetostatics.statics.link_loads.AppliedLoad`.
         """
         found = np.zeros((12, *self.wrench.shape[1:]))
         for source, lines in loads:
@@ -108,7 +112,7 @@ class LoadedBeams:
         return replace(self, line=found) if np.any(found) else self
 
     def lines(self, fractions: Array) -> Array:
-        """Return displacement and rotation (6, n, S, g, N) at n given fractions of the length, world axes."""
+        """Return displacement and rotation (6, n, S, g, N) at n given fractions of the length, world axes [m, rad]."""
         s = fractions[:, None, None, None] * self.length
         c = self.compliances[:, None, None]
         local = beam_formulas.bent_line(c, self.length, self.wrench[:, None], self.load[:, None], s)

@@ -1,7 +1,8 @@
-"""Equilibrium of the platform, Eqs. (11) and (12), for any right-hand sides, with elastic and rigid limbs.
+"""Equilibrium of the platform on elastic and rigid limbs, Eqs. (11) and (12).
 
-A limb with compliance C along its wrenches J contributes J C⁻¹ Jᵀ to the stiffness. Rigid directions of limbs are constraints on
-the platform's twist (the saddle-point form of the method page, section 6).
+A limb with compliance C along its wrenches J contributes J C⁻¹ Jᵀ to the stiffness. A partly rigid limb has combinations of
+wrenches along which it does not deform, its rigid directions. They are constraints on the platform's twist, and their intensities
+are Lagrange multipliers (the saddle-point form of the method page, section 6).
 """
 
 from __future__ import annotations
@@ -30,10 +31,10 @@ _INDEPENDENT, _HELD = 1e-5, 1e-9
 
 @dataclass(frozen=True)
 class _Split:
-    """Intensities W of the wrenches J of partly rigid limbs: W = rigid μ + give (Jᵀ Δ − Δ_igc); arrays (g, N, …).
+    """The rigid directions and the elastic stiffness of a group of g partly rigid limbs; arrays (g, N, …).
 
-    Δ is the twist of the platform, Δ_igc the displacement of the limbs' ends at W = 0. The limbs' compliance does not determine
-    the intensities μ of the rigid directions.
+    The intensities of the wrenches J are W = rigid μ + give (Jᵀ Δ − Δ_igc), with the twist Δ of the platform and the displacement
+    Δ_igc of the limbs' ends at W = 0. The limbs' compliance does not determine the intensities μ of the rigid directions.
     """
 
     rigid: Array  # (g, N, n, r)
@@ -41,7 +42,7 @@ class _Split:
     J: Array  # (g, N, 6, n)
 
     def resisted(self, pull: Array) -> Array:
-        """Return the wrenches (n, S, g, N) with which the elastic directions resist displacements ``pull`` (n, S, g, N)."""
+        """Return the intensities (n, S, g, N) due to displacements ``pull`` (n, S, g, N) of the limbs' ends, for μ = 0."""
         return np.einsum("gnij,jsgn->isgn", self.give, pull)
 
 
@@ -49,12 +50,12 @@ class PlatformEquilibrium:
     """The stiffness K = Σ J_ic C_ic⁻¹ J_icᵀ of Eq. (12) at the N poses of a chunk, factorized.
 
     Attributes:
-        scale: (6,) factors that make wrenches comparable.
+        scale: (6,) 1 for forces, 1/(characteristic length) for moments.
         compliance, stiffness: (6, 6, N) C = K⁻¹ and K at o; the stiffness is NaN where rigid limbs make it infinite.
-        singular: (N,) whether the platform can still move.
-        indeterminate: (N,) whether forces in rigid limbs are statically indeterminate.
-        undetermined: for each group, (n_c, g, N) whether an intensity is indeterminate.
-        open: for each group, k combinations (n_c, k, g, N) of intensities with zero resultant on the platform.
+        singular: (N,) True where the platform can still move.
+        indeterminate: (N,) True where forces in rigid limbs are statically indeterminate.
+        undetermined: for each group, (n_c, g, N) True where an intensity is statically indeterminate.
+        self_stresses: for each group, (n_c, k, g, N) intensities in k self-stresses, which have no resultant on the platform.
     """
 
     def __init__(self, robot: RobotStatics, statics: tuple[LimbStatics, ...], N: int) -> None:
@@ -80,17 +81,17 @@ class PlatformEquilibrium:
         self._splits = splits = [factor for factor in self._factors if isinstance(factor, _Split)]
         self._rigid = _RigidPart(K, splits, self.scale) if splits else None
         self.undetermined = [np.zeros((*item.J_c.shape[1:],), dtype=bool) for item in statics]
-        self.open = [np.zeros((item.J_c.shape[1], 0, *item.J_c.shape[2:])) for item in statics]
+        self.self_stresses = [np.zeros((item.J_c.shape[1], 0, *item.J_c.shape[2:])) for item in statics]
         if self._rigid is not None:
             self.compliance, self.singular, self.indeterminate = self._rigid.compliance, self._rigid.singular, self._rigid.loose
             self.stiffness = np.full(K.shape, np.nan)
             places = [k for k, factor in enumerate(self._factors) if isinstance(factor, _Split)]
-            for k, directions, split in zip(places, self._rigid.open(splits), splits, strict=True):
+            for k, directions, split in zip(places, self._rigid.self_stresses(splits), splits, strict=True):
                 size = np.moveaxis(np.sqrt(np.sum(split.rigid**2, axis=-1)), -1, 0)
                 self.undetermined[k] = np.max(np.abs(directions), axis=1, initial=0.0) > _DEPENDENT * np.where(
                     size > 0, size, 1.0
                 )
-                self.open[k] = directions
+                self.self_stresses[k] = directions
         else:
             self.compliance, self.singular = _invert(K, self.scale)
             self.stiffness, self.indeterminate = K, np.zeros(N, dtype=bool)
@@ -103,7 +104,7 @@ class PlatformEquilibrium:
         Args:
             right: (6, S, N) external wrenches on the platform minus the attached wrenches of the limbs.
             strains: for each group, displacements (n_c, S, g, N) of the limbs' ends along their wrenches at zero intensities.
-            errors: whether the last strains are assembly errors, which also displace the ends of rigid limbs.
+            errors: whether the last contribution is due to assembly errors, which also displace the ends of rigid limbs.
         """
         total = self.pull(right, strains)
         if self._rigid is None:
@@ -118,7 +119,7 @@ class PlatformEquilibrium:
         return twists, intensities
 
     def pull(self, right: Array, strains: Sequence[Array]) -> Array:
-        """Return the resultant wrench on the platform (6, S, N): the twists are C times this wrench; see :meth:`solve`.
+        """Return the wrenches (6, S, N) on the platform that, times the compliance, are the twists; see :meth:`solve`.
 
         By reciprocity, the product of this wrench and a twist of the platform is the work that all loads do when the robot moves
         with this twist of its platform.
@@ -133,7 +134,7 @@ class PlatformEquilibrium:
         return total
 
     def with_fixed_platform(self, strains: Sequence[Array]) -> list[Array]:
-        """Return for each group the intensities (n_c, S, g, N) with the platform fixed."""
+        """Return for each group the intensities (n_c, S, g, N) while the platform is fixed."""
         found = []
         for factor, strain in zip(self._factors, strains, strict=True):
             resisted = np.zeros_like(strain) if factor is None else -strain
@@ -145,7 +146,7 @@ class PlatformEquilibrium:
         return found
 
     def intensities(self, twists: Array, right: Array, strains: Sequence[Array]) -> list[Array]:
-        """Return the intensities at given twists (6, S, N); see :meth:`solve`."""
+        """Return for each group the intensities (n_c, S, g, N) at given twists (6, S, N) of the platform; see :meth:`solve`."""
         multipliers = [] if self._rigid is None else self._rigid.multipliers(twists, self.pull(right, strains), self._splits)
         return self._intensities(twists, strains, multipliers)
 
@@ -181,7 +182,7 @@ class PlatformEquilibrium:
 
 
 def _split(item: LimbStatics) -> _Split:
-    """Split the wrenches of limbs by the soft wrenches chosen at generic poses, or by eigenvectors where this is unreliable."""
+    """Return rigid directions and elastic stiffness, by the wrenches ``group.soft``, or where these fail by eigenvectors."""
     r, J = item.group.rigid_directions, np.moveaxis(item.J_c, (2, 3), (0, 1))
     if len(item.group.soft) != len(item.C) - r:
         return _Split(*split_by_eigenvectors(np.moveaxis(item.C, (0, 1), (-2, -1)), r), J)
@@ -193,7 +194,7 @@ def _split(item: LimbStatics) -> _Split:
 
 
 def _invert(K: Array, scale: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the compliance (6, 6, N) of a stiffness (6, 6, N), and the mask (N,) of singular stiffnesses."""
+    """Return the compliance (6, 6, N), and a mask (N,): True where the stiffness K (6, 6, N) is singular."""
     factor = Cholesky(K * scale[:, None, None] * scale[None, :, None])
     unit = np.broadcast_to(np.eye(6)[:, :, None], K.shape)
     compliance = factor.solve(unit) * scale[:, None, None] * scale[None, :, None]
@@ -211,7 +212,7 @@ def _by_projection(A: Array, K: Array) -> tuple[Array, Array, NDArray[np.bool_]]
         K: (N, 6, 6) stiffness of all elastic parts.
 
     Returns:
-        The compliance (N, 6, 6), A⁺ (N, n, 6), and the mask (N,) of reliable poses: the n wrenches are independent, and the
+        The compliance (N, 6, 6); A⁺ (N, n, 6); and a mask (N,) of reliable poses, at which the n wrenches are independent and the
         projected stiffness is regular.
     """
     N, _, n = A.shape
@@ -234,7 +235,10 @@ def _by_projection(A: Array, K: Array) -> tuple[Array, Array, NDArray[np.bool_]]
 
 
 class _RigidPart:
-    """Platform on partly rigid limbs: permitted motions, and multipliers of the rigid wrenches; arrays (N, …), scaled."""
+    """Equilibrium of a platform on partly rigid limbs: the motions that they permit, and the intensities along rigid directions.
+
+    Arrays are (N, …), with rotations multiplied, and moments divided, by the characteristic length.
+    """
 
     def __init__(self, K: Array, splits: list[_Split], scale: Array) -> None:
         self.scale = scale
@@ -257,7 +261,7 @@ class _RigidPart:
         self.compliance = np.moveaxis(self.inverse * np.outer(scale, scale), 0, 2)
 
     def _by_singular_values(self, A: Array, poses: Index) -> None:
-        """Compute compliance, distribution of wrenches and undetermined multipliers at P poses, for any rank of A (P, 6, n)."""
+        """Compute ``inverse``, ``gain``, ``unknown`` and ``singular`` at P poses, for rigid wrenches A (P, 6, n) of any rank."""
         U, values, V = np.linalg.svd(A, full_matrices=True)
         ranks = np.sum(values > _DEPENDENT * values[:, :1], axis=1)
         for rank in np.unique(ranks):
@@ -275,8 +279,8 @@ class _RigidPart:
             self.gain[at] = gain @ np.swapaxes(U[which][:, :, :rank], 1, 2)
             self.unknown[at, :, : A.shape[2] - rank] = np.swapaxes(own[:, rank:], 1, 2) / self.sizes[at][:, :, None]
 
-    def open(self, splits: list[_Split]) -> list[Array]:
-        """Return the undetermined combinations of intensities (n_c, k, g, N) for each partly rigid group."""
+    def self_stresses(self, splits: list[_Split]) -> list[Array]:
+        """Return, for each partly rigid group, the intensities (n_c, k, g, N) in k self-stresses."""
         result, at = [], 0
         for split in splits:
             g, N, _, r = split.rigid.shape
@@ -286,7 +290,7 @@ class _RigidPart:
         return result
 
     def solve(self, right: Array, splits: list[_Split], strains: list[Array], errors: bool = False) -> tuple[Array, list[Array]]:
-        """Return twists (6, S, N), and for each partly rigid group the multipliers (r, S, g, N) of its rigid wrenches."""
+        """Return the twists (6, S, N), and for each partly rigid group the intensities (r, S, g, N) of its r rigid directions."""
         force = np.moveaxis(right * self.scale[:, None, None], 2, 0)
         given = []
         moves = np.zeros(right.shape[1])
@@ -310,7 +314,7 @@ class _RigidPart:
         return np.moveaxis(moved, 0, 2) * self.scale[:, None, None], self._by_group(multipliers, splits)
 
     def multipliers(self, twists: Array, right: Array, splits: list[_Split]) -> list[Array]:
-        """Return for each partly rigid group the multipliers (r, S, g, N) at given twists (6, S, N)."""
+        """Return, for each partly rigid group, the intensities (r, S, g, N) of its rigid directions at given twists (6, S, N)."""
         force = np.moveaxis(right * self.scale[:, None, None], 2, 0)
         moved = np.moveaxis(twists / self.scale[:, None, None], 2, 0)
         return self._by_group(self.gain @ (force - self.K @ moved), splits)

@@ -1,4 +1,7 @@
-"""Immutable data of a robot's statics: limbs with their wrench bases, joints that carry wrenches, passive joints of branches."""
+"""Immutable data of a robot's statics: limbs with their wrench bases, joints that carry wrenches, passive joints of branches.
+
+An open branch is a chain of links with a free end, on a limb, the base or the platform.
+"""
 
 from __future__ import annotations
 
@@ -17,15 +20,14 @@ from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.turning_parts import TurningParts, turning_parts
 
 
-class OpenBranch:
+class PassiveBranchJoint:
     """A passive joint of an open branch; the branch must be in equilibrium at the given pose.
 
     Attributes:
-        owner: the limb that carries the branch, or ``base`` or ``platform``.
-        joint: name of the joint.
+        owner: name of the limb that carries the branch, ``base`` or ``platform``.
         edge: the joint, directed outwards.
         outboard: (W,) mask of the weights that the joint carries.
-        scale: (k,) scale of the powers on its freedoms: 1 for a translation, the characteristic length for a rotation.
+        scale: (k,) 1 for a translation, the characteristic length for a rotation; the power of a load is divided by it.
     """
 
     def __init__(self, model: StaticModel, owner: str, edge: Edge) -> None:
@@ -37,12 +39,10 @@ class OpenBranch:
         self.scale = np.where(self._freedoms.rotates, model.length, 1.0)
 
     def twists(self, frames: Frames, o: Array) -> Array:
-        """Return the unit twists (6, k, N) of the joint's freedoms about o."""
         return self._freedoms.twists(frames, o)
 
 
-def open_branches_of(model: StaticModel) -> tuple[OpenBranch, ...]:
-    """Return the passive joints of all open branches."""
+def passive_branch_joints_of(model: StaticModel) -> tuple[PassiveBranchJoint, ...]:
     topology = model.topology
     parts = [(limb.name, limb.branches) for limb in topology.all_limbs]
     parts += [("base", topology.base.edges), ("platform", topology.platform.edges)]
@@ -50,20 +50,19 @@ def open_branches_of(model: StaticModel) -> tuple[OpenBranch, ...]:
     for owner, edges in parts:
         for edge in edges:
             if edge.joint is not None:
-                branch = OpenBranch(model, owner, edge)
+                branch = PassiveBranchJoint(model, owner, edge)
                 if branch.scale.size:
                     found.append(branch)
     return tuple(found)
 
 
 class JointTable:
-    """All joints that carry wrenches.
+    """The J joints that carry wrenches, also fixed ones: in limbs, in open branches, and on base and platform.
 
     Attributes:
-        names: names of the joints, also of fixed ones: in limbs, in their open branches, and on base and platform.
-        owners: the limb of each joint, or ``base`` or ``platform``.
+        owners: name of the limb of each joint, ``base`` or ``platform``.
         signs: by name, 1 if the wrench of the predecessor on the successor is reported, else −1.
-        cut_signs: (J, Q) signs of the cut-joint wrenches of all limbs in the wrench of the joint's outboard side on its inboard
+        cut_signs: (J, Q) sign of each cut-joint wrench of the robot in the wrench of the joint's outboard side on its inboard
             side.
         outboard: (J, W) mask of the weights that each joint carries.
         reported: (J,) −1 if the wrench of the inboard side on the outboard side is reported, 1 for its reaction.
@@ -113,9 +112,7 @@ class RobotStatics(StaticModel):
     """Data of a robot for the equilibrium of its platform.
 
     Attributes:
-        groups: equal limbs stacked, with their wrench bases, which are chosen once per robot.
-        open_branches: the passive joints of all open branches.
-        joint_table: all joints that carry wrenches.
+        groups: equal limbs, stacked, with their wrench bases, which are chosen once per robot.
         example: frames of one generic pose.
         parts: parts that rotate relative to one another, for a robot with springs; else None.
         branch_drives: elastic actuators that move joints of open branches, with these joints.
@@ -123,7 +120,7 @@ class RobotStatics(StaticModel):
     """
 
     groups: tuple[LimbGroup, ...]
-    open_branches: tuple[OpenBranch, ...]
+    passive_branch_joints: tuple[PassiveBranchJoint, ...]
     joint_table: JointTable
     example: Frames
     parts: TurningParts | None
@@ -131,8 +128,8 @@ class RobotStatics(StaticModel):
     branch_springs: Mapping[str, tuple[ElasticJoint, ...]]
 
     def passive_joints(self, owner: str) -> list[str]:
-        """Return the passive joints of a limb, or of the bodies attached to ``base`` or ``platform``."""
-        names = [item.joint for item in self.open_branches if item.owner == owner]
+        """Return the passive joints of a limb, or of the bodies attached only to ``base`` or only to ``platform``."""
+        names = [item.joint for item in self.passive_branch_joints if item.owner == owner]
         for limb in self.topology.all_limbs:
             for edge in limb.edges if limb.name == owner else ():
                 if edge.joint is not None:
@@ -145,29 +142,26 @@ class RobotStatics(StaticModel):
 def make_statics(model: StaticModel, generic: Frames, ordinary: Frames) -> RobotStatics:
     """Choose the wrench bases of the limbs and return the data of the statics.
 
-    Args:
-        model: the robot's bodies, limbs, beams and weights.
-        generic: frames of its generic poses, at which ranks are decided.
-        ordinary: frames of ordinary poses, at which bases must not degenerate.
+    Ranks are decided at the poses ``generic``; wrench bases must not degenerate at the poses ``ordinary``.
     """
     return _with_groups(model, make_limb_groups(model, generic, ordinary), generic.take(slice(0, 1)))
 
 
 def statics_on(statics: RobotStatics, model: StaticModel) -> RobotStatics:
-    """Return the statics of a slightly different robot with the ranks and bases decided for ``statics``."""
+    """Return the statics of a slightly different robot ``model``, with the ranks and wrench bases of ``statics``."""
     model = StaticModel(**{item.name: getattr(model, item.name) for item in fields(StaticModel)})
     return _with_groups(model, tuple(group.on(model) for group in statics.groups), statics.example)
 
 
 def _with_groups(model: StaticModel, groups: tuple[LimbGroup, ...], example: Frames) -> RobotStatics:
-    branches, table = open_branches_of(model), JointTable(model)
+    branches, table = passive_branch_joints_of(model), JointTable(model)
     parts = turning_parts(model) if model.description.springs else None
     moved = [(drive, branch_joints(model, drive)) for drive in drives_of(model.mechanism).values()]
     springs = {edge.joint: springs_of(model.mechanism, edge.joint) for edge in model.topology.branch_edges if edge.joint}
     return RobotStatics(
         **{item.name: getattr(model, item.name) for item in fields(StaticModel)},
         groups=groups,
-        open_branches=branches,
+        passive_branch_joints=branches,
         joint_table=table,
         example=example,
         parts=parts,

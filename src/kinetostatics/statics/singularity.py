@@ -37,19 +37,18 @@ UNBALANCED = 1e-7
 def where_singular(
     statics: Iterable[LimbStatics], balance: PlatformEquilibrium, unbalanced: Mapping[str, Array]
 ) -> NDArray[np.bool_]:
-    """Return the mask (N,) of poses at which the platform can still move, or a limb is not in equilibrium with its weight."""
+    """Return a mask (N,): True where the platform can still move, or a limb or branch is not in equilibrium with its loads."""
     return without_equilibrium(balance.singular | ~is_constrained(statics, balance.scale, len(balance.singular)), unbalanced)
 
 
 def without_equilibrium(singular: NDArray[np.bool_], unbalanced: Mapping[str, Array]) -> NDArray[np.bool_]:
-    """Return ``singular`` (N,), also true at poses at which a limb or branch is not in equilibrium with its loads."""
+    """Return a mask (N,): True where ``singular`` is, or where a limb or branch is not in equilibrium with its loads."""
     for part in unbalanced.values():
         singular = singular | (part > UNBALANCED)
     return singular
 
 
 def has_negative_length(robot: RobotStatics, frames: Frames) -> NDArray[np.bool_]:
-    """Return the mask (N,) of poses at which the length of a telescopic beam is negative."""
     result = np.zeros(frames.position.shape[2], dtype=bool)
     for beam in robot.beams.values():
         if beam.telescopic:
@@ -58,7 +57,7 @@ def has_negative_length(robot: RobotStatics, frames: Frames) -> NDArray[np.bool_
 
 
 def any_limb(groups: Sequence[NDArray[np.bool_]], N: int) -> NDArray[np.bool_]:
-    """Return the mask (N,) of poses at which any limb satisfies a condition, from the masks (g, N) of the groups."""
+    """Return a mask (N,): True where one of the ``groups`` of limbs has True (g, N) for any limb."""
     found = np.zeros(N, dtype=bool)
     for group in groups:
         found |= np.any(group, axis=0)
@@ -66,7 +65,7 @@ def any_limb(groups: Sequence[NDArray[np.bool_]], N: int) -> NDArray[np.bool_]:
 
 
 def is_constrained(statics: Iterable[LimbStatics], scale: Array, N: int) -> NDArray[np.bool_]:
-    """Return the mask (N,) of poses at which the platform cannot move: the wrenches' Gram matrix has no small eigenvalue."""
+    """Return a mask (N,): True where no motion of the platform is free, as the unit wrenches' Gram matrix is definite."""
     gram = np.zeros((6, 6, N))
     for item in statics:
         unit = normalize(item.J_c * scale[:, None, None, None])
@@ -82,7 +81,10 @@ def unbalanced_parts(
     statics: Iterable[LimbStatics],
     loads: Mapping[str, Array],
 ) -> dict[str, Array]:
-    """Return for each limb and branch the fraction (N,) of its weight and ``loads`` that its passive joints cannot carry."""
+    """Return the fraction (N,) of weights and ``loads`` (6, N) that passive joints cannot carry.
+
+    The fractions are by name of a limb, ``base`` and ``platform``; open branches on these count as parts of them.
+    """
     sizes = {place: _size(wrench, robot.length) for place, wrench in loads.items()}
     result: dict[str, Array] = {}
     for item in statics:
@@ -92,7 +94,7 @@ def unbalanced_parts(
             total = sum((size for place, size in sizes.items() if place in limb.places), total)
             left = np.max(np.abs(item.unbalanced[:, position]), axis=0, initial=0.0)
             result[limb.name] = np.maximum(result.get(limb.name, 0.0), left / np.where(total > 0, total, 1.0))
-    for branch in robot.open_branches:
+    for branch in robot.passive_branch_joints:
         carried = np.einsum("w,iwn->in", branch.outboard, weights)
         total = np.sqrt(np.sum((weights[:3] * branch.outboard[:, None]) ** 2, axis=0)).sum(axis=0)
         for place, wrench in loads.items():
@@ -105,7 +107,7 @@ def unbalanced_parts(
 
 
 def _size(wrench: Array, length: float) -> Array:
-    """Return the magnitude (N,) of wrenches (6, N) about o [N], moments divided by the length."""
+    """Return the magnitudes (N,) [N] of wrenches (6, N) about o, with moments divided by ``length`` [m]."""
     found: Array = np.sqrt(np.sum(wrench[:3] ** 2, axis=0)) + np.sqrt(np.sum(wrench[3:] ** 2, axis=0)) / length
     return found
 
@@ -113,12 +115,9 @@ def _size(wrench: Array, length: float) -> Array:
 def groups_of_poses(
     robot: RobotStatics, frames: Frames, o: Array, statics: tuple[LimbStatics, ...]
 ) -> dict[int, tuple[LimbGroup, ...]]:
-    """Return, by index of the pose, the groups of limbs at every pose where a limb's rank differs from that at generic poses.
+    """Return the groups of limbs at every pose at which a limb has other ranks than at generic poses, by index of the pose.
 
-    Args:
-        robot: the robot.
-        frames, o: frames and reference points of N poses.
-        statics: results of the usual groups at these poses.
+    ``statics`` are the statics of the usual groups at all N poses.
     """
     stiffening = [k for k, item in enumerate(statics) if item.group.only_springs]
     stiffening = [k for k in stiffening if statics[k].may_stiffen.any()]
@@ -154,7 +153,7 @@ def groups_of_poses(
 
 
 def _changed(item: LimbStatics, frames: Frames, o: Array, pose: int) -> list[int]:
-    """Return those limbs of a group, by index in the robot, whose ranks at one pose differ from the usual ones."""
+    """Return the limbs of a group, by index in the robot, whose ranks at one pose differ from the usual ones."""
     group, tolerance = item.group, item.group.model.rank_tolerance
     places = np.flatnonzero(item.doubtful[:, pose]).tolist()
     if not places:
@@ -185,11 +184,8 @@ def _regrouped(
     """Return the limbs of a group as several groups, because the decisions on some limbs change at one pose.
 
     Args:
-        robot: the robot.
-        group: the group of limbs.
         changed: indices of limbs whose ranks change; they get new bases.
         rigid: number of rigid directions, by index of the limb; only for limbs with a new number.
-        frames: frames of the pose.
     """
     if not (changed | rigid.keys()).intersection(group.numbers):
         return [group]

@@ -24,10 +24,10 @@ from kinetostatics.statics.robot_statics import RobotStatics
 
 @dataclass(frozen=True)
 class MovedJoint:
-    """A joint between two bodies, and the coordinates of its freedoms.
+    """A joint between two bodies, with the indices ``columns`` of the coordinates of its freedoms.
 
-    ``closes``: whether the joint closes a loop; ``sign``: 1 if its coordinates move the outer body relative to the inner one,
-    −1 for the inner body relative to the outer one.
+    ``closes``: whether the joint closes a loop; ``sign``: 1 if its coordinates move the outer body relative to the inner body, −1
+    if they move the inner body relative to the outer body.
     """
 
     connection: Connection
@@ -40,7 +40,7 @@ class MovedJoint:
 
 @dataclass(frozen=True)
 class Follower:
-    """A coordinate of a joint that mimics an elastic actuator: ``times`` the actuator's coordinate ``master``, both in [m]."""
+    """A coordinate ``column`` of a joint that mimics an elastic actuator: ``times`` the coordinate ``master`` of the actuator."""
 
     column: int
     master: int
@@ -49,7 +49,7 @@ class Follower:
 
 @dataclass(frozen=True)
 class BeamEnds:
-    """A beam between two bodies, from its start to its end."""
+    """A beam, with the body at its start (``inner``) and the body at its end (``outer``)."""
 
     name: str
     inner: RigidBody
@@ -62,11 +62,8 @@ class SmallMotions:
     Elastic actuators are those of the file, or the given ``drives``; an actuator of infinite compliance is free.
 
     Attributes:
-        model: the robot.
-        graph: the graph of its bodies.
         platform: the body of the platform.
         weights: pairs of a body and the index of the weight of one of its rigid links.
-        beams: all beams, in the order of the file.
         joints: all joints that transmit a force or moment.
         freedoms: for each coordinate its freedom; None for the six coordinates of a body that no joint connects.
         columns: for each body, the indices of the coordinates that move it.
@@ -122,13 +119,13 @@ class SmallMotions:
         self.turning.update(column for k, column in enumerate(self._loose) if k % 6 < 3)
 
     def _beam(self, name: str) -> BeamEnds:
-        """Return a beam; if joints in its span connect it to the bodies at its ends, it is between additional bodies."""
+        """Return a beam; joints in its span, which make it telescopic, add bodies at its ends."""
         span, (start, end) = self.model.beams[name].span, (self.body_at[at] for at in self.model.topology.beam_ends[name])
         inner = self._in_span(start, span.start_link, span.inward[::-1])
         return BeamEnds(name, inner, self._in_span(end, span.end_link, span.outward[::-1]))
 
     def _in_span(self, body: RigidBody, link: str, joints: Iterable[Connection]) -> RigidBody:
-        """Add the joints in a beam's span between the ``body`` at one end and the beam; return the beam's body."""
+        """Add the ``joints`` between a beam and the ``body`` at one of its ends; return the beam's own body at this end."""
         for joint in joints:
             mine, behind = self._more(self._freedoms(joint)), RigidBody()
             self.columns[behind] = self.columns[body] + mine
@@ -143,7 +140,6 @@ class SmallMotions:
         return tuple(range(first, len(self.freedoms)))
 
     def _followers(self) -> Iterator[Follower]:
-        """Yield the coordinates of joints that mimic elastic actuators."""
         joints = {joint.connection.name: joint for joint in self.joints}
         for name, drive in self._drives.items():
             for follower, times in drive.moves[1:]:
@@ -152,7 +148,7 @@ class SmallMotions:
                 yield Follower(mine.columns[0], master.columns[0], times * mine.sign * master.sign * sizes[0] / sizes[1])
 
     def _freedoms(self, joint: Connection) -> list[Freedom]:
-        """Return the passive freedoms of a joint, and its elastic directions."""
+        """Return the freedoms of a joint that are coordinates: the passive freedoms, and the elastic directions."""
         freedoms = freedoms_of(self.model.mechanism, joint)
         found = [freedom for freedom in freedoms if freedom.passive]
         if joint.name in self._moved:
@@ -168,13 +164,13 @@ class SmallMotions:
         return found
 
     def columns_of(self, *bodies: RigidBody) -> tuple[int, ...]:
-        """Return the coordinates that move at least one of the given bodies."""
+        """Return the indices of the coordinates that move at least one of the given bodies."""
         return tuple(sorted({column for body in bodies for column in self.columns[body]}))
 
     def unit_twists(self, frames: Frames, o: Array) -> Array:
-        """Return the twists (6, n, N) per unit of each coordinate: rotation, then displacement at o (3, N).
+        """Return the twists (6, n, N) per unit of each coordinate: rotation, then displacement of the point at o (3, N).
 
-        Rotational coordinates are multiplied by the characteristic length, so that all coordinates are lengths [m].
+        Coordinates that are rotations are multiplied by the characteristic length, so that all coordinates are lengths [m].
         """
         size = self.model.length
         found = zeros_for((6, len(self.freedoms), o.shape[1]), o)
@@ -195,7 +191,7 @@ class PlacedMotions:
         self._places = {name: k for k, name in enumerate(structure.model.joint_table.names)}
 
     def moved(self, columns: tuple[int, ...], body: RigidBody, point: Array) -> Array:
-        """Return the rotation of a body and the displacement of its ``point`` (3, N) per unit of k coordinates: (2, 3, k, N)."""
+        """Return (2, 3, k, N) per unit of k coordinates: the rotation of a body, and the displacement of its ``point`` (3, N)."""
         mine = list(self.structure.columns[body])
         found, where = zeros_for((2, 3, len(columns), self.o.shape[1]), self.o), [columns.index(column) for column in mine]
         turns = self.units[:3, mine]
@@ -203,16 +199,16 @@ class PlacedMotions:
         return found
 
     def stretched(self, spring: PlacedSpring) -> tuple[tuple[int, ...], Array]:
-        """Return the k coordinates that move the ends of a spring, and the ends' relative displacements (3, k, N) per unit."""
+        """Return the k coordinates that move the ends of a spring, and the ends' relative displacement (3, k, N) per unit."""
         bodies = [self.structure.body_at[place] for place in spring.places]
         columns = self.structure.columns_of(*bodies)
         start, end = (self.moved(columns, body, point)[1] for body, point in zip(bodies, spring.points, strict=True))
         return columns, end - start
 
     def gaps(self) -> Iterator[tuple[tuple[int, ...], Array]]:
-        """Yield, for each joint that closes a loop, k coordinates and the gap (6, k, N) per unit of each.
+        """Yield, for each joint that closes a loop, k coordinates, and per unit of them the gap (6, k, N) of the loop [m].
 
-        The gap consists of the rotation times the characteristic length and the displacement [m].
+        The gap consists of the rotation times the characteristic length, and of the displacement.
         """
         table = self.structure.model.joint_table
         for joint in self.structure.joints:
@@ -230,7 +226,7 @@ class PlacedMotions:
             yield columns, rows
 
     def at(self, body: RigidBody, point: Array) -> tuple[Array, Array]:
-        """Return the twists (N, 6, n) of a body at a point (3, N), per coordinate, and the result of :meth:`carried`."""
+        """Return twists of a body at a point (3, N): (N, 6, n) per unit of each coordinate, and (N, 6, 6) of :meth:`carried`."""
         turns, shifts = self.moved(tuple(range(self.units.shape[1])), body, point)
         return np.concatenate([shifts, turns]).transpose(2, 0, 1), self.carried(point)
 
@@ -241,7 +237,7 @@ class PlacedMotions:
         return np.einsum("ikn,nmk->nmi", np.concatenate([shifts, turns]), shapes[..., list(columns)])
 
     def carried(self, point: Array) -> Array:
-        """Return the twists (N, 6, 6) at a point (3, N) per unit translation and rotation of the whole robot about o."""
+        """Return the twists (N, 6, 6) at a point (3, N) when the whole robot moves as one body, per unit of its twist about o."""
         found = np.zeros((point.shape[1], 6, 6))
         found[:] = np.eye(6)
         found[:, :3, 3:] = cross(np.eye(3)[:, :, None], (point - self.o)[:, None]).transpose(2, 0, 1)
@@ -249,12 +245,15 @@ class PlacedMotions:
 
 
 def signs_of_modes(shapes: Array, twists: Array, tolerance: float) -> Array:
-    """Return signs (N, m, 1) of modes that make the largest component of the platform's twist, or of the coordinates, positive.
+    """Return signs (N, m, 1) of modes that make the largest component of the platform's twist positive.
+
+    If the platform does not move in a mode, the largest coordinate is made positive.
 
     Args:
         shapes: (N, m, n) modes in coordinates.
-        twists: (N, m, 6) twists of the platform. If a twist is smaller than ``tolerance`` times its mode, the coordinates decide.
-        tolerance: also the relative difference up to which components are equal; the first of equal ones decides the sign.
+        twists: (N, m, 6) twists of the platform.
+        tolerance: ratio of twist and mode below which the platform does not move, and relative difference below which components
+            are equal; the first of equal components decides the sign.
     """
     still = np.linalg.norm(twists, axis=-1) < tolerance * np.linalg.norm(shapes, axis=-1)
     width = max(6, shapes.shape[2])

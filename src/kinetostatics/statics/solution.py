@@ -1,6 +1,7 @@
-"""Platform equilibrium of one chunk of poses, Eqs. (11), (12): limbs, loads, gravity → twist, intensities, cut-joint wrenches.
+"""Equilibrium of the platform at the N poses of a chunk, Eqs. (11) and (12), by contribution (axis S).
 
-Arrays have the batch axis last; :mod:`kinetostatics.results.result` converts them to the public layout.
+The contributions to the platform's twist are the load, the weight of the platform, the weight of each limb, each load on a link,
+and assembly errors. Arrays have the batch axis last; :mod:`kinetostatics.results.result` converts them to the public layout.
 """
 
 from __future__ import annotations
@@ -31,24 +32,24 @@ class Solution(ShortRepr):
     Attributes:
         frames, o, gravity: frames of all bodies, o (3, N) [m], and gravity (3, N) [m/s²].
         weights: (6, W, N) the robot's weights [N, N·m].
-        statics: the groups of limbs.
-        assembly_errors: assembly errors of joints and beams.
+        statics: for each group of equal limbs, their wrenches and compliance.
         errors: for each group, the twists (6, elements, g, N) due to assembly errors, or None.
-        sources: names of the contributions to the twist.
+        sources: names of the contributions.
         twists: (6, S, N) contributions to the twist [m, rad], Eq. (12).
         compliance, stiffness: (6, 6, N) compliance and stiffness of the platform at o, world axes.
         intensities: for each group, W_ic (n_c, S, g, N) due to each contribution, Eq. (11).
         load, platform_weight: (6, N) external load and weight of the platform [N, N·m].
-        singular: (N,) whether the platform or a limb can still move, or a beam's length is negative; then there are no results.
-        indeterminate: (N,) whether forces in rigid limbs or rings are statically indeterminate.
-        basis_degenerate: (N,) whether the canonical wrench basis of a limb degenerates.
-        undetermined: for each group, (n_c, g, N) whether an intensity is indeterminate.
-        open: for each group, k combinations (n_c, k, g, N) of intensities with zero resultant on the platform.
-        unbalanced: for each limb or branch, the fraction (N,) of its weight and loads that its passive joints cannot carry.
+        singular: (N,) True where the platform or a limb can still move, or a beam's length is negative; there are no results
+            then.
+        indeterminate: (N,) True where forces in rigid limbs or rings are statically indeterminate.
+        basis_degenerate: (N,) True where the canonical wrench basis of a limb degenerates.
+        undetermined: for each group, (n_c, g, N) True where an intensity is statically indeterminate.
+        self_stresses: for each group, (n_c, k, g, N) intensities in k self-stresses, which have no resultant on the platform.
+        unbalanced: see :func:`kinetostatics.statics.singularity.unbalanced_parts`.
         applied: the loads on links, with their separate effects on limbs.
         weights_alone: ``statics`` without the loads on links; None without loads.
-        tangents: for a robot with springs, matrices 1 + K_g G (n, n, N) of geometric stiffness K_g and compliance G: of limbs
-            with fixed platform, then of the platform. Each unstable motion gives a negative eigenvalue.
+        tangents: for a robot with springs, matrices 1 + K_g G (n, n, N) of geometric stiffness K_g and compliance G: first those
+            of limbs while the platform is fixed, last that of the platform. Each unstable motion causes a negative eigenvalue.
     """
 
     frames: Frames
@@ -69,7 +70,7 @@ class Solution(ShortRepr):
     indeterminate: NDArray[np.bool_]
     basis_degenerate: NDArray[np.bool_]
     undetermined: tuple[NDArray[np.bool_], ...]
-    open: tuple[Array, ...]
+    self_stresses: tuple[Array, ...]
     unbalanced: Mapping[str, Array]
     applied: tuple[AppliedStatics, ...] = ()
     weights_alone: tuple[LimbStatics, ...] | None = None
@@ -77,16 +78,15 @@ class Solution(ShortRepr):
 
     @property
     def doubtful(self) -> NDArray[np.bool_]:
-        """Poses (N,) at which the rank of a limb may differ."""
+        """(N,) True where the rank of a limb may differ from its rank at generic poses."""
         return any_limb([item.doubtful | item.may_stiffen for item in self.statics], self.o.shape[1])
 
     def statics_of_weights(self, number: int) -> LimbStatics:
-        """Return a group of limbs under their own weights, without loads on links."""
         return (self.weights_alone or self.statics)[number]
 
     @cached_property
     def places(self) -> Mapping[str, tuple[int, int]]:
-        """By the name of each limb, the index of its group and its position in the group."""
+        """By the name of each limb, the index of its group and its index in the group."""
         return {
             limb.name: (number, position)
             for number, item in enumerate(self.statics)
@@ -96,13 +96,12 @@ class Solution(ShortRepr):
     def contribution_mask(self, group: LimbGroup, strains: bool = False) -> Array:
         """Return (S, g, 1): 1 for the contribution of each limb's own weight, else 0.
 
-        Closed chains attached only to the platform belong to the contribution of the platform's weight; those attached only to
-        the base belong to none, and the mask has an additional last index for them.
+        Closed chains attached only to the platform belong to the contribution of the platform's weight. Closed chains attached
+        only to the base belong to no contribution; for them, S is larger by 1 and the last row is 1.
 
         Args:
-            group: the group of limbs.
             strains: whether to mark the contribution of the strains due to the own weight, instead of the contribution of the
-                forces due to it; these contributions differ after :func:`by_mechanism`.
+                forces due to it; the two differ after :func:`by_mechanism`.
         """
         hanging_on_base = group.is_attached and not group.limbs[0].on_platform
         share = np.zeros((len(self.sources) + hanging_on_base, len(group.limbs), 1))
@@ -137,7 +136,7 @@ class Solution(ShortRepr):
         return total
 
     def total_cut_wrenches(self, number: int) -> Array:
-        """Return the sums (M, 6, g, N) of the cut-joint wrenches of all contributions in a group of limbs."""
+        """Return the cut-joint wrenches (M, 6, g, N) of a group, the sum of all contributions."""
         statics = self.statics[number]
         total = np.einsum("mkign,ign->mkgn", statics.cut_wrenches, self.intensities[number].sum(axis=1))
         total += statics.particular
@@ -148,10 +147,9 @@ class Solution(ShortRepr):
 
 @dataclass(frozen=True)
 class Balanced:
-    """An equilibrium with its data.
+    """An equilibrium, with the data for further loads on the same robot.
 
     Attributes:
-        solution: the equilibrium.
         platform: the stiffness of the platform, factorized.
         right, strains: the right-hand sides for each contribution, see :meth:`PlatformEquilibrium.solve`.
     """
@@ -175,13 +173,10 @@ def balanced(
     """Solve Eq. (12) for N poses.
 
     Args:
-        robot: the robot.
-        frames: frames of all bodies.
         load: (6, N) external load about o [N, N·m].
         gravity: (3, N) [m/s²].
         assembly_errors: assembly errors of joints and beams.
-        groups: the limbs; None: those of generic poses.
-        applied: loads on links.
+        groups: the limbs; None: the groups of generic poses.
         weights: (6, W, N) the robot's weights about o; if None, they are computed.
     """
     _, o = robot.mechanism.platform_pose(frames)
@@ -222,7 +217,7 @@ def balanced(
         indeterminate=balance.indeterminate | any_limb([np.any(item.loose, axis=(0, 1, 2)) for item in statics], o.shape[1]),
         basis_degenerate=any_limb([item.degenerate for item in statics], o.shape[1]),
         undetermined=tuple(balance.undetermined),
-        open=tuple(balance.open),
+        self_stresses=tuple(balance.self_stresses),
         unbalanced=unbalanced,
         applied=loads,
         weights_alone=weights_alone,
@@ -234,9 +229,9 @@ def unit_responses(robot: RobotStatics, before: Balanced, loads: Sequence[Applie
     """Return the responses of a robot in equilibrium to n additional unit loads on links.
 
     Returns:
-        The resultant wrench on the platform (6, n, N) of each unit load; by reciprocity, this is also the displacement along the
-        load per unit twist of the platform. And the equilibrium with a fixed platform, in which the unit loads are
-        contributions after those of ``before``.
+        (pull, fixed): ``pull`` (6, n, N) is the resultant wrench of each unit load on the platform; by reciprocity, it is also
+        the displacement along the load per unit twist of the platform. ``fixed`` is the equilibrium while the platform is fixed;
+        its last contributions are the unit loads.
     """
     solution, n, S = before.solution, len(loads), len(before.solution.sources)
     groups = tuple(item.group for item in solution.statics)
@@ -262,13 +257,12 @@ def unit_responses(robot: RobotStatics, before: Balanced, loads: Sequence[Applie
 
 
 def with_more(robot: RobotStatics, before: Balanced, more: Mapping[str, Array], names: Sequence[str], twists: Array) -> Solution:
-    """Return the equilibrium under one further load for each contribution; its effects are added to that contribution.
+    """Return the equilibrium under one further load for each contribution; the load's effects are added to the contribution.
 
     Args:
-        robot: the robot.
         before: the equilibrium without the further loads.
         more: wrenches (6, S, N) about o for each contribution, by place.
-        names: names of the further loads, one for each contribution.
+        names: names of the further loads.
         twists: (6, S, N) twists of the result; computing them here, as sums, would lose digits where the further loads stiffen an
             almost free motion.
     """
@@ -293,7 +287,6 @@ def with_more(robot: RobotStatics, before: Balanced, more: Mapping[str, Array], 
 
 
 def _under_loads(statics: LimbStatics, number: int, applied: Iterable[AppliedStatics]) -> LimbStatics:
-    """Return a group of limbs under their own weights and the loads on their links."""
     own = [(item.statics[number], item.times) for item in applied]
     parts = [(part, times) for part, times in own if part is not None]
     return with_loads(statics, parts) if parts else statics
@@ -304,7 +297,7 @@ def by_mechanism(robot: RobotStatics, solution: Solution) -> Solution:
 
     The part due to attached wrenches, −C J_ig W_ig of Eq. (12), has the name of the limb; the part due to deformation of beams
     and springs, C J_ic K_ic Δ_igc, is an additional contribution, named by :func:`of_deformation`. The forces that carry the
-    limb's own weight belong to the first contribution, the strains that they cause in the limb to the second.
+    limb's own weight belong to the first part, the strains that they cause in the limb to the second part.
     """
     limbs = [limb.name for limb in robot.topology.limbs]
     if solution.sources[2 + len(limbs) : 2 + 2 * len(limbs)] == tuple(map(of_deformation, limbs)):
@@ -325,12 +318,11 @@ def by_mechanism(robot: RobotStatics, solution: Solution) -> Solution:
 
 
 def of_deformation(limb: str) -> str:
-    """Return the name of the contribution due to deformation of a limb under its weight."""
     return f"deformation of {limb}"
 
 
 def unit_cut_wrenches(robot: RobotStatics, solution: Solution) -> list[Array]:
-    """Return for each group the cut-joint wrenches (M, 6, 6, g, N) under unit loads at o, world axes."""
+    """Return for each group the cut-joint wrenches (M, 6, 6, g, N) under six unit loads on the platform at o, world axes."""
     N = solution.o.shape[1]
     balance = PlatformEquilibrium(robot, solution.statics, N)
     none = [np.zeros((item.J_c.shape[1], 6, *item.J_c.shape[2:])) for item in solution.statics]
@@ -351,8 +343,9 @@ def _by_contribution(
     ``statics`` is the state of the limbs under their own weights, without loads on links or springs.
 
     Returns:
-        External wrenches on the platform less the attached wrenches of the limbs (6, S, N); and for each group the displacements
-        (n_c, S, g, N) of the limbs' ends along their wrenches due to sag and assembly errors.
+        (right, strains): ``right`` (6, S, N) are the external wrenches on the platform minus the attached wrenches of the limbs;
+        ``strains`` are, for each group, the displacements (n_c, S, g, N) of the limbs' ends along their wrenches due to sag and
+        assembly errors.
     """
     right = zeros_for((6, len(sources), load.shape[1]), load, platform_weight)
     statics = tuple(statics)
@@ -381,7 +374,7 @@ def _add_loads(
     right: Array,
     strains: Sequence[Array],
 ) -> None:
-    """Add loads on links to right-hand sides, in place."""
+    """Add loads on links to the right-hand sides of :func:`_by_contribution`, in place."""
     for loaded in applied:
         for wrench in loaded.load.at(robot.topology.platform.places).values():
             right += wrench[:, None] * loaded.share

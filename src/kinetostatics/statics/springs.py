@@ -1,10 +1,10 @@
-"""Springs between points of two links: their forces at the pose, and the stiffness of robots with springs.
+"""Springs between points of two links: their forces at the pose, and the equilibrium of robots with springs.
 
 A spring of length l, tension F = F_0 + k (l − l_0) and direction n pulls its ends together by F n. Under a relative displacement
 u of its ends the force changes to first order by K_t u with K_t = k n nᵀ + (F/l) (1 − n nᵀ), by elongation and rotation. This
-change, and the change of moments as the arms of weights and springs rotate, are the geometric stiffness K_g of the robot.
-
-The spring forces are applied as loads on links, and the effect of K_g as further loads −K_g u.
+change, and the change of moments as the arms of weights and springs rotate, are the geometric stiffness K_g of the robot. The
+spring forces are applied as loads on links, and the effect of K_g as further loads −K_g u; the displacements u are defined in
+:mod:`kinetostatics.statics.turning_parts`.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def placed_springs(robot: RobotStatics, frames: Frames) -> list[PlacedSpring]:
     if robot.parts is None:
         return []
     springs = robot.description.springs.values()
-    return [_placed(robot, spring, places, frames) for spring, places in zip(springs, robot.parts.sprung, strict=True)]
+    return [_placed(robot, spring, places, frames) for spring, places in zip(springs, robot.parts.spring_places, strict=True)]
 
 
 def _placed(robot: RobotStatics, spring: Spring, places: tuple[str, str], frames: Frames) -> PlacedSpring:
@@ -99,7 +99,7 @@ def solve_with_springs(
 def _response(
     robot: RobotStatics, geometric: GeometricStiffness, K: GeometricTerms, before: Balanced
 ) -> tuple[Array, Array, tuple[Array, ...], Array]:
-    """Return the displacements u (n, S, N), twists (6, S, N), the tangents, and the platform's compliance (6, 6, N).
+    """Return the displacements u (n, S, N), the twists (6, S, N), :attr:`Solution.tangents`, and the compliance (6, 6, N).
 
     With the twist Δ of the platform and the changes t of the forces, the displacements of limbs are u = u_0 + U Δ + F t, those of
     the platform P Δ. Then t = −K_g u and Δ = Δ_0 + C (Uᵀ t + Pᵀ t_platform), with the twist Δ_0 and the compliance C of the
@@ -148,7 +148,7 @@ def _response(
 
 
 def _solved(matrix: Array, right: Array) -> Array:
-    """Return the solutions (n, m, N) of linear equations, zero where the equations are not finite."""
+    """Return the solutions (n, m, N) of ``matrix`` x = ``right``; 0 where an equation is not finite."""
     fine = np.all(np.isfinite(matrix), axis=(0, 1)) & np.all(np.isfinite(right), axis=(0, 1))
     return solve_by_elimination(np.where(fine, matrix, np.eye(len(matrix))[:, :, None]), np.where(fine, right, 0.0))
 
@@ -156,8 +156,7 @@ def _solved(matrix: Array, right: Array) -> Array:
 def _displacements(robot: RobotStatics, solution: Solution, geometric: GeometricStiffness) -> Array:
     """Return the displacements u (n, S, N) due to every contribution.
 
-    The sag of bodies attached only to the base belongs to no contribution; here it is added to the displacements due to the
-    first spring.
+    The sag of bodies attached only to the base belongs to no contribution; it is added to the contribution of the first spring.
     """
     motion = partial(_motion, robot, solution, deform(robot, solution))
     u = geometric.displacements(motion, geometric.coordinates.blocks)
@@ -167,9 +166,9 @@ def _displacements(robot: RobotStatics, solution: Solution, geometric: Geometric
 
 
 def _motion(robot: RobotStatics, solution: Solution, deformation: Deformation, place: str) -> Array:
-    """Return the twists (6, S + 1, N) of a place about o, by each of S contributions.
+    """Return the twists (6, S + 1, N) of a place (a rigid link or end of a beam) about o, by contribution.
 
-    The last twist is due to the weight of bodies attached only to the base; it is zero for other places.
+    The last twist is due to the weight of bodies attached only to the base; it is 0 unless the place is on one of these bodies.
     """
     topology, none = robot.topology, np.zeros_like(solution.twists[:, :1])
     found = solution.twists if place in topology.platform.places else np.zeros_like(solution.twists)

@@ -1,7 +1,8 @@
 """Parts of a robot that rotate or slide relative to one another, and the displacements u of its geometric stiffness.
 
 A *part* is a set of bodies with a common rotation: no joint, bearing, actuator or beam lets them rotate relative to one another.
-Joints between two parts, and beams, are *passages*.
+A *passage* is a joint or beam, between two parts or within one part. A *block* is a group of components of u, such as the
+rotation of one part. A *place*, at which a load acts, is a rigid link or an end of a beam.
 """
 
 from __future__ import annotations
@@ -44,18 +45,18 @@ class Fixed:
 
 @dataclass(frozen=True)
 class Passage:
-    """A joint or beam between two parts, or between two pieces of one part.
+    """A joint or beam, from the part on its inner side to the part on its outer side; both may be the same part.
 
     Attributes:
         edge: the joint or beam; if several hinges form the joint, the outermost of them.
-        owner: index of its limb, or of the carrier of its open branch.
+        owner: index of the limb that contains the joint or beam; for open branches on base or platform, the next two indices.
         inner, outer: indices of the parts.
-        places: a place for loads on either side, the inner one first.
-        centre: point of application of its wrench on the outer part; the outer end of a beam.
-        turns: axes of its free rotations, inner ones first.
+        places: a place on the inner side, and a place on the outer side.
+        centre: point of application of the wrench on the outer part; for a beam, its outer end.
+        turns: axes of the free rotations, inner ones first.
         slides: orthonormal directions of free displacements of the outer side at the centre, relative to the inner side.
-        is_ball: whether it transmits no moment.
-        is_universal: whether it has two free rotations, with an axis fixed in each side.
+        is_ball: whether the joint transmits no moment.
+        is_universal: whether the joint has two free rotations, with an axis fixed in each side.
     """
 
     edge: Edge
@@ -75,14 +76,14 @@ class TurningParts:
     """The parts of a robot.
 
     Attributes:
-        passages: passages between parts, and sliding passages within a part.
-        places: a place for loads on each part, base and platform first.
-        owners: the owner of each part, as in :class:`Passage`; −1 for base and platform.
-        turning: indices of the parts with rotations in u; parts behind passive joints of open branches have none.
-        spins: by part, the indices of two ball joints whose connecting line is an axis of free rotation.
+        passages: all joints and beams; hinges that form one joint are one passage.
+        places: a place on each part; base and platform are the first parts.
+        owners: for each part :attr:`Passage.owner` of the passage to it; −1 for base and platform.
+        turning: indices of the parts whose rotations are in u; parts behind passive joints of open branches are not among them.
+        spins: by part, the indices of the two ball joints that let it rotate freely about their connecting line.
         part_of: the part of each place.
-        owner_at: the owner of each place, as in :class:`Passage`; places on base and platform are left out.
-        sprung: for each spring, the places of its two ends.
+        owner_at: for each place :attr:`Passage.owner` of the passage that carries it; without places on base and platform.
+        spring_places: for each spring, the places of its two ends.
     """
 
     passages: tuple[Passage, ...]
@@ -92,17 +93,16 @@ class TurningParts:
     spins: dict[int, tuple[int, int]]
     part_of: dict[str, int]
     owner_at: dict[str, int]
-    sprung: tuple[tuple[str, str], ...]
+    spring_places: tuple[tuple[str, str], ...]
 
 
 def turning_parts(model: StaticModel) -> TurningParts:
-    """Find the parts of a robot."""
     return _Finder(model).found()
 
 
 @dataclass(frozen=True)
 class _Step:
-    """A joint or beam, directed outwards; if hinges form one joint, ``edge`` is the outermost hinge, ``first`` the innermost."""
+    """A joint or beam, directed outwards; of hinges that form one joint, ``edge`` is the outermost, ``first`` the innermost."""
 
     edge: Edge
     first: Edge
@@ -135,12 +135,12 @@ class _Finder:
         part_of = {place: self._part(place) for place in known}
         springs = self.model.description.springs.values()
         ends = [((s.predecessor, s.predecessor_point), (s.successor, s.successor_point)) for s in springs]
-        sprung = tuple((self._place_of(*first), self._place_of(*second)) for first, second in ends)
+        spring_places = tuple((self._place_of(*first), self._place_of(*second)) for first, second in ends)
         turning = tuple(k for k in range(1, len(self.places)) if k not in self.hinged)
         owner_by_key = {edge.key: step.owner for step in steps for edge in (step.first, step.edge)}
         owner_at = {place: owner_by_key[key] for place, key in topology.carried_by.items() if key in owner_by_key}
         places, owners = tuple(self.places), tuple(self.owners)
-        return TurningParts(passages, places, owners, turning, self._spins(passages), part_of, owner_at, sprung)
+        return TurningParts(passages, places, owners, turning, self._spins(passages), part_of, owner_at, spring_places)
 
     def _steps(self) -> Iterator[_Step]:
         topology, mechanism = self.topology, self.model.mechanism
@@ -228,7 +228,7 @@ class _Finder:
         return Fixed(connection.predecessor_body, connection.predecessor_frame[:3, 3])
 
     def _place_on(self, edge: Edge, side: int) -> str:
-        """Return a place on the inner (0) or outer side (1) of an edge."""
+        """Return a place on the inner side (0) or on the outer side (1) of a joint or beam."""
         if edge.beam is not None:
             return self.topology.beam_ends[edge.beam][side]
         connection = self.connections[str(edge.joint)]
@@ -237,12 +237,11 @@ class _Finder:
         return self._nearest(link, self.model.zero_frames.point(body, frame[:3, 3]))
 
     def _place_of(self, link: str, point: Vector) -> str:
-        """Return the place of a load on a link at a point of its frame."""
         body, placement = self.model.mechanism.body_of[link]
         return self._nearest(link, self.model.zero_frames.point(body, placement[:3, :3] @ np.array(point) + placement[:3, 3]))
 
     def _nearest(self, link: str, at: Array) -> str:
-        """Return the place of a link: the link, or for an elastic link the end of its beam nearest to a point (3, 1)."""
+        """Return the link, or for an elastic link the end of its beam that is nearest to a point (3, 1)."""
         beams = [name for name, beam in self.model.description.beams.items() if beam.link == link]
         if not beams:
             return link
@@ -254,7 +253,6 @@ class _Finder:
         return min(ends, key=lambda end: float(np.sum((end[1] - at) ** 2)))[0]
 
     def _spins(self, passages: Sequence[Passage]) -> dict[int, tuple[int, int]]:
-        """Return, by part, the indices of the two ball joints about whose connecting line the part may spin freely."""
         neighbours: dict[int, list[int]] = {k: [] for k in range(len(self.places))}
         for item in passages:
             if not item.is_ball:
@@ -272,7 +270,6 @@ class _Finder:
 
 
 def _orthonormal(axes: Sequence[Array]) -> list[Array]:
-    """Return orthonormal directions (3,) with the span of ``axes``."""
     found: list[Array] = []
     for axis in axes:
         rest = axis
@@ -298,7 +295,7 @@ class Coordinates:
     Attributes:
         platform: blocks determined by the platform's twist only.
         inside: blocks inside limbs; blocks coupled by limbs or springs are in one tuple.
-        sizes: sizes of all blocks.
+        sizes: numbers of components of all blocks.
         on_platform: indices of the springs between base and platform.
     """
 
@@ -309,17 +306,15 @@ class Coordinates:
 
     @property
     def blocks(self) -> tuple[Block, ...]:
-        """All blocks, in order."""
         return (*self.platform, *(block for together in self.inside for block in together))
 
     @property
     def names(self) -> list[str]:
-        """Names of all displacements u, which are also the names of the loads conjugate to them."""
+        """Names of all components of u, which are also the names of the loads conjugate to them."""
         return [f"change {k} of {kind} {number}" for kind, number in self.blocks for k in range(self.sizes[kind, number])]
 
 
 def coordinates_of(parts: TurningParts) -> Coordinates:
-    """Return the displacements u of a robot: rotations of its parts, and displacements across joints, beams and springs."""
     count = max((item.owner for item in parts.passages), default=0) + 1
     sliding = {part for item in parts.passages if item.slides for part in (item.inner, item.outer)}
     owned: list[tuple[Block, int]] = []
@@ -328,7 +323,7 @@ def coordinates_of(parts: TurningParts) -> Coordinates:
         if part != PLATFORM:
             owned.append((("part", part), parts.owners[part]))
     owned += [(("slide", k), item.owner) for k, item in enumerate(parts.passages) if item.slides]
-    for number, places in enumerate(parts.sprung):
+    for number, places in enumerate(parts.spring_places):
         ends = [parts.part_of[place] for place in places]
         if set(ends) == {BASE, PLATFORM} and not any(place in parts.owner_at for place in places):
             on_platform.append(number)
