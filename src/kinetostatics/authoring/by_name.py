@@ -39,33 +39,33 @@ def new_robot(
 ) -> Robot:
     """Create a robot from a common name, such as ``"Delta"``, or from the notation of its limbs, ``"3-R[P]S"``.
 
-    For the conventions see ``docs/start/robot_by_name.md``.
+    The base frame has the origin O and the axes X, Y, Z; the platform's reference point is o. A limb leads from its base point to
+    its platform point. For further conventions see ``docs/start/robot_by_name.md``. Common names may have other default sizes.
 
     Args:
-        architecture: a common name, such as "Delta" (``kinetostatics new --list``), or limbs as strings of the joints R, P, U, S,
-            C from base to platform, actuators in brackets or underlined, limbs joined by +: ``"2-[P]RU+U[P]R"``, ``"3-[R](4S)"``.
-            Without marks, the usual actuators are chosen: in each limb the first prismatic joint, otherwise the first
-            revolute or cylindrical one.
+        architecture: a common name, such as "Delta" (``kinetostatics new --list``), or limbs joined by +: ``"2-[P]RU+U[P]R"``,
+            ``"3-[R](4S)"``. A limb is a string of the joints R, P, U, S, C from base to platform. Driven joints are in brackets
+            or underlined; if none is marked, the first prismatic joint of each limb is driven, or else its first revolute or
+            cylindrical joint.
         path: path of the new xacro file; None: no file. An existing file is not replaced.
-        base_radius: distance of the limbs' base points from Z [m]; default: that of the common name, else 0.3.
-        platform_radius: distance of the limbs' platform points from o [m]; default: that of the common name, else 0.2.
-        height: height of the platform's reference point o above the base frame's origin O, at the zero pose [m]; default: that of
-            the common name, else 0.5; negative for a suspended platform.
-        arrangement: "symmetric" (evenly around Z), "planar" (the same, all revolute axes along Z, height 0 unless given),
-            "cartesian" (three limbs along X, Y and Z) or "spherical" (limbs RRR whose axes all pass through O); default: that of
-            the common name, or of the only named mechanism with these limbs, else symmetric.
+        base_radius: distance of the base points from Z [m]; default: 0.3.
+        platform_radius: distance of the platform points from o [m]; default: 0.2.
+        height: height of o above O at the zero pose [m]; default: 0.5. It is negative for a suspended platform.
+        arrangement: "symmetric" (evenly around Z), "planar" (evenly around Z, all revolute axes along Z, height 0 unless given),
+            "cartesian" (three limbs along X, Y and Z) or "spherical" (limbs RRR whose axes all pass through O). Default: the
+            arrangement of the only named mechanism with these limbs, else symmetric.
         azimuths: azimuths of the limbs [rad]; default: evenly spaced.
-        placements: in place of radii and azimuths, for each limb ``{"base": (x, y, z), "platform": (x, y, z)}`` in the frames of
-            base and platform [m], optionally with "axis" (direction of its revolute axes) and "guide" (direction of its
-            carriage's guide); or the path of a CSV file with these columns.
-        guide: direction of the guides of limbs that begin with P: "vertical" (the default; "tangential" if planar), "radial" or
-            "tangential".
+        placements: in place of radii and azimuths, a list with ``{"base": (x, y, z), "platform": (x, y, z)}`` for each limb: its
+            base point in the base frame, its platform point in the platform frame [m], and optionally "axis" (direction of its
+            revolute axes) and "guide" (direction of its carriage's guide). Or the path of a CSV file with the columns base_x …
+            platform_z, and optionally axis_x …, guide_x ….
+        guide: direction of the guides of limbs that begin with P: "vertical", "radial" or "tangential"; default: vertical, or
+            tangential if planar.
         axis: direction of revolute axes: "radial", "tangential" or "vertical"; default: horizontal and perpendicular to the limb.
-        sections: sections of beams by role, such as ``{"rod": "tube 60mm 50mm steel"}``; roles are rod, crank (in limbs with an
-            elbow) and cylinder (in telescopes of two pieces); "rod_4" is the rod of limb 4 and of equal limbs.
-        name: name of the robot; default: that of the file, or the architecture.
-        values: other arguments of the file by name, SI units, such as ``rod_density=7820``, ``stroke=0.1`` or
-            ``platform_mass=12``.
+        sections: sections of beams by role, such as ``{"rod": "tube 60mm 50mm steel"}``. Roles are rod, crank (in limbs with an
+            elbow) and cylinder (in telescopes of two pieces). "rod_4" is the rod of limb 4 and of the limbs equal to it.
+        name: name of the robot; default: the file's name, or the architecture.
+        values: other arguments of the file, SI units, such as ``rod_density=7820``, ``stroke=0.1`` or ``platform_mass=12``.
 
     Returns:
         The robot, loaded from the new text.
@@ -98,14 +98,14 @@ def new_robot(
 
 
 def robot_text(architecture: str, **options: Keyword) -> str:
-    """Return the text of the file of :func:`new_robot`, with the same arguments except ``path``."""
+    """Return the text that :func:`new_robot` writes, from the same arguments except ``path``."""
     parsed = parse_architecture(architecture)
     given = {key: value for key, value in options.items() if value is not None}
     return file_text(design_robot(parsed, **(options_of(architecture, parsed.text, given) | given)))
 
 
 def _check_held(robot: Robot, architecture: str) -> None:
-    """Check that the platform is constrained with locked actuators at the zero pose."""
+    """Raise an ArgumentError unless the locked actuators hold the platform at the zero pose."""
     actuators, mobility = len(robot.description.driven), robot.mobility.platform
     if actuators < mobility:
         raise ArgumentError(f"{architecture} has {mobility} freedoms in this placement and only {actuators} actuators")
@@ -126,7 +126,7 @@ def _ruler(title: str) -> str:
 
 
 def _wrapped(line: str) -> list[str]:
-    """Return the lines of an element, broken before attributes, which are aligned."""
+    """Break an XML element between attributes into lines of at most ``WIDTH`` letters; the attributes are aligned."""
     found = []
     element = re.match(r"\s*<[\w:]+ ", line)
     while element is not None and len(line) > WIDTH:
@@ -139,7 +139,6 @@ def _wrapped(line: str) -> list[str]:
 
 
 def file_text(design: Design) -> str:
-    """Return the text of a robot file."""
     macros = dict.fromkeys(
         limb_macro(skeleton, options) for skeleton, options in zip(design.skeletons, design.options, strict=True)
     )

@@ -1,4 +1,4 @@
-"""Design of a robot from its notation and given sizes: limbs, placements, sections and file arguments."""
+"""Design of a robot from its notation and sizes. The role of a link is "crank" (from the base to an elbow) or "rod"."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from kinetostatics.authoring.placement import (
     SPHERICAL,
     SYMMETRIC,
     LimbPlace,
-    arranged,
     limb_line,
-    tabled,
+    place_by_arrangement,
+    place_by_table,
 )
 from kinetostatics.authoring.spherical import add_spherical_arguments, check_spherical
 from kinetostatics.exceptions import ArgumentError
@@ -40,16 +40,12 @@ from kinetostatics.exceptions import ArgumentError
 
 @dataclass(frozen=True)
 class Design:
-    """Data of a generated file.
+    """What the text of a robot file is made of.
 
     Attributes:
-        name: name of the robot.
-        architecture: its limbs.
-        skeletons, places: parts and placement of each limb.
-        options: options of the macro of each limb.
-        sections: sections by prefix of their file arguments.
+        skeletons, places, options: parts, placement and options of the macro, of each limb.
+        sections: sections by prefix: the prefix "rod" begins the names of arguments such as ``rod_outer_diameter``.
         shared_material: whether all beams have the same material.
-        arguments: arguments of the file.
     """
 
     name: str
@@ -79,7 +75,7 @@ def design_robot(
     name: str | None = None,
     **given: Keyword,
 ) -> Design:
-    """Return the design of a file for an architecture; the other arguments are those of :func:`new_robot`."""
+    """Design a robot; its arguments are described at :func:`new_robot`, and ``given`` are other arguments of the file."""
     by_group = {group: skeleton_of(parsed, group) for group in parsed.groups}
     skeletons = tuple(by_group[group] for group in parsed.limbs)
     for what, word in (("guide", guide), ("axis", axis)):
@@ -104,9 +100,9 @@ def design_robot(
         sizes["platform_turn"] = arguments.number("platform_turn", math.radians(turn))
     word = guide or ("tangential" if planar else "vertical")
     if placements is not None:
-        places = tabled(len(skeletons), placements, word)
+        places = place_by_table(len(skeletons), placements, word)
     else:
-        places = arranged(parsed, skeletons, arrangement, azimuths, sizes, word, axis)
+        places = place_by_arrangement(parsed, skeletons, arrangement, azimuths, sizes, word, axis)
     spans = [limb_line(place, sizes["height"]) for place in places]
     if spherical:
         lengths = add_spherical_arguments(arguments, parsed, places, sizes)
@@ -116,7 +112,7 @@ def design_robot(
     chosen, prefixes = chosen_sections(parsed, skeletons, sections or {}, lengths)
     shared = add_section_arguments(arguments, chosen)
     add_mass_arguments(arguments, skeletons, sizes)
-    arguments.check_all_used(_reasons(skeletons))
+    arguments.check_all_used(_why_missing(skeletons))
     options = tuple(
         _limb_options(k, parsed, skeletons, places, spans, prefixes[k], chosen, arguments.texts) for k in range(len(skeletons))
     )
@@ -162,7 +158,7 @@ def _geometry_arguments(
     places: Sequence[LimbPlace],
     spans: Sequence[np.ndarray],
 ) -> dict[str, float]:
-    """Add lengths and limits; return the longest length of each role."""
+    """Add lengths and joint limits to ``arguments``. Return the greatest length [m] of the links of each role."""
     longest: dict[str, float] = {}
     elbows = [k for k, skeleton in enumerate(skeletons) if skeleton.has_elbow]
     if elbows:
@@ -212,8 +208,8 @@ def _check_triangle(architecture: Architecture, k: int, span: np.ndarray, crank:
         )
 
 
-def _reasons(skeletons: Sequence[Skeleton]) -> dict[str, str]:
-    """Return, for arguments of other robots, the reason why this robot does not have them."""
+def _why_missing(skeletons: Sequence[Skeleton]) -> dict[str, str]:
+    """Return, by name, the reasons why this robot's file lacks arguments that files of other robots have."""
     found = dict.fromkeys(("base_radius", "base_height"), "its placements come from a table")
     if any(skeleton.has_elbow for skeleton in skeletons):
         found["rod_length"] = "it follows from crank_angle"
@@ -243,17 +239,19 @@ def _limb_options(
     oblique = any(places[n].axis is not None and abs(spans[n][1]) > 1e-9 * np.linalg.norm(spans[n]) for n in alike)
     if oblique:
         _check_oblique(architecture, k, skeleton, spans[k])
-    polar = all(places[n].at_base is not None for n in alike)
-    parameters, head, guide_direction = _head(skeleton, place, polar=polar, axes=any(places[n].axis is not None for n in alike))
+    by_azimuths = all(places[n].at_base is not None for n in alike)
+    parameters, frame_lines, guide_direction = _frame_lines(
+        skeleton, place, by_azimuths=by_azimuths, has_axis=any(places[n].axis is not None for n in alike)
+    )
     widths = {role: _widths(prefix, sections[prefix].shape) for role, prefix in prefixes.items()}
     kinds = "".join(kind.lower() if kind[0] != "4" else f"_{kind.lower()}" for kind in skeleton.group.kinds)
     same = [group for group in architecture.groups if group.kinds == skeleton.group.kinds]
     letter = "" if len(same) == 1 else f"_{same.index(skeleton.group) + 1}"
-    return LimbOptions(f"limb_{kinds}{letter}", head, parameters, guide_direction, oblique, prefixes, widths, names)
+    return LimbOptions(f"limb_{kinds}{letter}", frame_lines, parameters, guide_direction, oblique, prefixes, widths, names)
 
 
 def _check_oblique(architecture: Architecture, k: int, skeleton: Skeleton, span: np.ndarray) -> None:
-    """Check that a limb's last link can leave the plane normal to the limb's revolute axes: each of its two joints is U or S."""
+    """Raise an ArgumentError unless the joints of a limb's last link let it leave the plane normal to the revolute axes."""
     ends = skeleton.points[-2:]
     if len(ends) < 2 or any(point.kind not in ("U", "S") for point in ends) or (ends[0].axes == "xn" or ends[1].axes == "nx"):
         raise ArgumentError(
@@ -262,14 +260,14 @@ def _check_oblique(architecture: Architecture, k: int, skeleton: Skeleton, span:
         )
 
 
-def _head(skeleton: Skeleton, place: LimbPlace, *, polar: bool, axes: bool) -> tuple[str, tuple[str, ...], str]:
-    """Return the parameters of a limb's macro, the lines that call ``limb_frame``, and the direction of the limb's guide."""
+def _frame_lines(skeleton: Skeleton, place: LimbPlace, *, by_azimuths: bool, has_axis: bool) -> tuple[str, tuple[str, ...], str]:
+    """Return (parameters of a limb's macro, lines that call ``limb_frame``, expression of the guide's direction)."""
     vectors = {
         "vertical": "[0, 0, 1]",
         "radial": "[cos(at_base), sin(at_base), 0]",
         "tangential": "[-sin(at_base), cos(at_base), 0]",
     }
-    if polar and all(isinstance(item, str) for item in (place.axis or "", place.guide)):
+    if by_azimuths and all(isinstance(item, str) for item in (place.axis or "", place.guide)):
         axis = "" if place.axis is None else f' axis="${{{vectors[str(place.axis)]}}}"'
         lines = (
             f'<xacro:limb_frame i="${{i}}" height="${{height}}"{axis}',
@@ -278,12 +276,12 @@ def _head(skeleton: Skeleton, place: LimbPlace, *, polar: bool, axes: bool) -> t
             '                                      0]}"/>',
         )
         return "i at_base at_platform", lines, vectors[str(place.guide)]
-    axis = ' axis="${axis}"' if axes else ""
+    axis = ' axis="${axis}"' if has_axis else ""
     placed = (
         f'<xacro:limb_frame i="${{i}}" height="${{height}}"{axis} base_point="${{base_point}}"',
         '                   platform_point="${platform_point}"/>',
     )
-    more = (" axis" if axes else "") + (" guide_direction" if skeleton.guide is not None and not skeleton.guide_turns else "")
+    more = (" axis" if has_axis else "") + (" guide_direction" if skeleton.guide is not None and not skeleton.guide_turns else "")
     return f"i base_point platform_point{more}", placed, "guide_direction"
 
 

@@ -1,4 +1,4 @@
-"""The xacro arguments of a generated file: names, defaults and comments; among them sections, materials and masses."""
+"""The xacro arguments of a generated file. The prefix of a section's arguments is its role (rod, crank, cylinder) or "rod_4"."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ _LENGTH = re.compile(f"({'|'.join(LARGEST)})$")
 
 @dataclass
 class FileArguments:
-    """Arguments of a file; given values replace defaults.
+    """Arguments of a file.
 
     Attributes:
-        given: given values by name.
+        given: values that replace defaults, by name.
         texts: texts of the values by name, in the order of the file.
-        comments: meanings by name.
-        headings: comments on a separate line before an argument, by name of the argument.
+        comments: comments behind the arguments, by name.
+        headings: comments on a line before an argument, by name of the argument.
     """
 
     given: Mapping[str, object]
@@ -48,7 +48,6 @@ class FileArguments:
             self.headings[name] = heading
 
     def number(self, name: str, default: float) -> float:
-        """Return the given or default number of an argument."""
         value = self.given.get(name, default)
         try:
             number = float(value)  # type: ignore[arg-type]
@@ -59,14 +58,14 @@ class FileArguments:
         return number
 
     def length(self, name: str, default: float) -> float:
-        """Return the given or default length of an argument [m], which must be positive."""
+        """Return a given or default length [m], which must be positive."""
         number = self.number(name, default)
         if number <= 0:
             raise ArgumentError(f"{name} is {self.given.get(name)!r}; it must be greater than zero, in metres")
         return number
 
     def check_all_used(self, reasons: Mapping[str, str]) -> None:
-        """Raise an error for an unknown argument; the message contains the reason in ``reasons``, or else similar names."""
+        """Raise an ArgumentError if a given value has no argument, with its entry in ``reasons`` or similar names."""
         for name in self.given:
             if name not in self.texts:
                 reason = reasons.get(name, near_names(name, self.texts))
@@ -75,7 +74,7 @@ class FileArguments:
     def lines(self, used_in: str) -> list[str]:
         """Return the lines that declare the arguments.
 
-        An argument that occurs in an expression, in the text ``used_in`` or in another argument, is also declared as a property.
+        An argument that occurs in an expression ``${…}`` of ``used_in`` or of another argument is also declared as a property.
         """
         expressions = "".join(re.findall(r"\$\{[^}]*\}", "\n".join((used_in, *self.texts.values()))))
         used = set(re.findall(r"\w+", expressions))
@@ -98,7 +97,7 @@ class FileArguments:
 
 
 def odd_lengths(values: Mapping[str, object]) -> list[str]:
-    """Return hints at implausibly large lengths [m], which are probably in mm."""
+    """Return a hint for each length [m] above the bounds of ``LARGEST``."""
     found = []
     for name, value in values.items():
         match = _LENGTH.search(name)
@@ -115,7 +114,7 @@ def odd_lengths(values: Mapping[str, object]) -> list[str]:
 
 
 def text_of_value(name: str, value: object) -> str:
-    """Return a value as the text of an argument's default."""
+    """Return a number, a text or a list of numbers as the text of an argument."""
     if isinstance(value, str):
         if any(sign in value for sign in '<>&"'):
             raise ArgumentError(f"{name} is {value!r}; it must be a number or a plain text")
@@ -130,7 +129,7 @@ def text_of_value(name: str, value: object) -> str:
 
 
 def rounded(value: float) -> float:
-    """Return a length rounded to two digits."""
+    """Round to two significant digits."""
     return float(f"{value:.2g}")
 
 
@@ -155,7 +154,7 @@ EXAMPLE = "write it as 'tube 60mm 50mm steel', 'circle 20mm', 'rectangle 20mm 60
 
 @dataclass(frozen=True)
 class SectionText:
-    """A beam's section and material, keys of ``SHAPES`` and ``MATERIALS``, and its sizes by name [m]."""
+    """Section and material of a beam: a key of ``SHAPES``, sizes by name [m], and a key of ``MATERIALS``."""
 
     shape: str
     sizes: Mapping[str, float]
@@ -163,7 +162,7 @@ class SectionText:
 
 
 def parse_section(text: str, what: str = "section") -> SectionText:
-    """Read a section such as ``"tube 60mm 50mm steel"``: shape, sizes (metres without a unit), material (steel without one)."""
+    """Read a section such as ``"tube 60mm 50mm steel"``. The default unit of sizes is m, the default material steel."""
     words = text.split() if isinstance(text, str) else []
     if not words:
         raise ArgumentError(f"{what} is {text!r}; {EXAMPLE}")
@@ -198,7 +197,7 @@ MATERIAL_NAMES = ("youngs_modulus", "poisson_ratio", "shear_modulus", "density",
 def chosen_sections(
     architecture: Architecture, skeletons: Sequence[Skeleton], given: Mapping[str, str], lengths: Mapping[str, float]
 ) -> tuple[dict[str, SectionText], list[dict[str, str]]]:
-    """Return sections by prefix, and for each limb the prefix of each role."""
+    """Return (sections by prefix, prefix of each role for each limb); ``lengths``: greatest length of each role [m]."""
     check_mapping("sections", given, '{"rod": "tube 60mm 50mm steel"}')
     has_telescope = any(span.kind == "telescope" for skeleton in skeletons for span in skeleton.spans)
     roles = {role for skeleton in skeletons for role in skeleton.roles} | ({"cylinder"} if has_telescope else set())
@@ -221,19 +220,19 @@ def chosen_sections(
             if own in given:
                 found[own] = parse_section(given[own], f"sections, {own}")
             elif own not in found:
-                found[own] = _usual(lengths[role], paired)
+                found[own] = _default_section(lengths[role], paired)
         prefixes.append(mine)
     return found, prefixes
 
 
-def _usual(length: float, paired: bool) -> SectionText:
-    """Return the default steel tube: diameter length/15, length/40 in pairs of rods; wall a tenth of the diameter."""
+def _default_section(length: float, paired: bool) -> SectionText:
+    """Return a steel tube with the diameter length/15, or length/40 in pairs of rods, and a wall of a tenth of the diameter."""
     outer = rounded(length / (40 if paired else 15))
     return SectionText("tube", {"outer_diameter": outer, "inner_diameter": rounded(0.8 * outer)})
 
 
 def add_section_arguments(arguments: FileArguments, sections: Mapping[str, SectionText]) -> bool:
-    """Add sizes and materials; return whether all beams share one material."""
+    """Add sizes and materials of all sections. Return whether all beams have the same material."""
     for prefix, section in sections.items():
         heading = f"section of {prefix}: {section.shape}"
         for size, value in section.sizes.items():
@@ -264,7 +263,7 @@ def add_section_arguments(arguments: FileArguments, sections: Mapping[str, Secti
 
 
 def _add_wall(arguments: FileArguments, prefix: str, section: SectionText) -> None:
-    """Add a tube's wall thickness, from which the inner diameter is computed; or the inner diameter, if it is given."""
+    """Add the inner diameter of a tube if it is given; else the wall thickness, and the inner diameter computed from it."""
     inner, wall = f"{prefix}_inner_diameter", f"{prefix}_wall_thickness"
     if inner in arguments.given:
         if wall in arguments.given:
@@ -277,7 +276,6 @@ def _add_wall(arguments: FileArguments, prefix: str, section: SectionText) -> No
 
 
 def add_mass_arguments(arguments: FileArguments, skeletons: Sequence[Skeleton], sizes: Mapping[str, float]) -> None:
-    """Add the masses of rigid parts."""
     heading = "masses"
     if any(skeleton.guide for skeleton in skeletons):
         arguments.add("carriage_mass", 2.0, "of each carriage, at B_i", heading)

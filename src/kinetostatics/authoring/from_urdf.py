@@ -28,7 +28,7 @@ from kinetostatics.files.xml import XmlElement, to_text
 from kinetostatics.robot import Robot
 from kinetostatics.sections.kinds import Tube
 
-#: Deflections of actuators with suggested stiffnesses under their largest force [rad, m]; 5 mrad is usual in gears of arms.
+#: Deflections [rad, m] of suggested stiffnesses under the largest effort of the joint; 5 mrad is usual in gears of arms.
 TURN, SLIDE = 5e-3, 5e-4
 #: Argument that selects all suggested beams or stiffnesses.
 SUGGESTED = "suggested"
@@ -61,19 +61,20 @@ def extend_robot(
         path: path of the new file; None: no file. An existing file is not replaced.
         platform_link: link that is the moving platform; None: the one named in the file.
         base_link: link fixed to the ground; None: the one named in the file, or the root of its tree.
-        actuators: driven joints besides those with a ``<transmission>``; None: all other moving joints, if there are no loops.
-            Joints outside the limbs, such as a gripper's, are locked in any case. With loops of another tool: all driven joints
-            and loops, those with a ``<transmission>`` included; an empty list for none.
-        elastic: sections and materials of links that become beams, such as ``{"upper_arm": "tube 60mm 50mm steel"}``; each is a
-            straight beam between the two adjacent moving joints. "suggested": all suggested beams. The mass of a beam is that of
-            the link's ``<inertial>``; without one, that of its material.
-        joint_stiffness: stiffnesses of actuators [N·m/rad; N/m for prismatic joints], such as ``{"elbow": 3e4}``. "suggested":
-            those in the comments.
-        yaml: a ``robot.yaml`` of Gepetto; None: the one of the same name beside the source, if it has loops.
-        types: joint types of loops of another tool, ``{loop: type}`` with the types of ``<loop>``, or one type for all loops
+        actuators: joints that are driven besides those with a ``<transmission>``. In a robot without loops the default is all
+            moving joints, and joints outside the chain from base to platform, such as a gripper's, are locked in any case. With
+            loops of another tool: all driven joints and loops, those with a ``<transmission>`` included; an empty list for none;
+            default: the joints that the source declares as driven.
+        elastic: sections and materials of links that become beams, such as ``{"upper_arm": "tube 60mm 50mm steel"}``, or
+            "suggested" for all suggested beams. A beam is straight between the two moving joints of its link. It has the mass of
+            the link's ``<inertial>`` or, without one, of its material.
+        joint_stiffness: stiffnesses of actuators [N·m/rad; N/m for prismatic joints], such as ``{"elbow": 3e4}``, or "suggested"
+            for all suggested stiffnesses.
+        yaml: a ``robot.yaml`` of Gepetto; None: the YAML file beside the source with the source's name, if it has loops.
+        types: joint types of loops of another tool, ``{loop: type}`` with the types of ``<loop>``; or one type for all loops
             without a type in the source.
-        axes: ``{loop: (x, y, z)}``, axis of the joint in the loop's frame on its predecessor; two axes for universal, the second
-            in the frame on the successor.
+        axes: ``{loop: (x, y, z)}``, axis of the joint in the loop's frame on its predecessor. A universal joint has two axes; the
+            second is in the loop's frame on its successor.
         parameters: values of the source's xacro arguments.
 
     Returns:
@@ -82,7 +83,7 @@ def extend_robot(
     Raises:
         ArgumentError: a link, joint, loop, section or stiffness does not fit the source, or required information is missing; the
             message lists all of it.
-        RobotFileError: the source or the YAML file is invalid; with file and line.
+        RobotFileError: the source or the YAML file is invalid; the message names file and line.
     """
     name = path_name("source", source)
     beside = os.path.join(os.path.dirname(name), f"<extension of {os.path.basename(name)}>")
@@ -112,7 +113,7 @@ def extension(
     axes: Mapping[str, object] | None = None,
     parameters: Mapping[str, object] | None = None,
 ) -> tuple[str, bool, list[str]]:
-    """Return the text that :func:`extend_robot` writes to ``out``, whether it includes the source file, and warnings."""
+    """Return (text that :func:`extend_robot` writes to ``out``, whether it includes the source file, warnings)."""
     named = None if actuators is None else tuple(dict.fromkeys(names_in("actuators", actuators, '["elbow"]')))
     data, name = read_robot(source)
     root, uses_xacro, _ = read_document(data, name, parameters or {})
@@ -153,11 +154,11 @@ def extension(
     comment = (
         f"{os.path.basename(name)} unchanged, with what it lacks for statics; comments suggest further parts (m, kg, N, rad)"
     )
-    return including_text(description.name, include, _safe(comment), additions), True, warnings
+    return including_text(description.name, include, _comment_text(comment), additions), True, warnings
 
 
 def _turned_axes(description: RobotDescription) -> str:
-    """Return a comment if, with all joints at zero, the axes of the platform are not parallel to those of the base."""
+    """Return a comment on the platform's rotation from the base with all joints at zero; empty if it is not rotated."""
     robot = Robot(description)
     try:
         rotation = robot.mechanism.platform_pose(robot.zero_frames)[0][..., 0]
@@ -179,7 +180,7 @@ def _turned_axes(description: RobotDescription) -> str:
 def _actuators(
     root: XmlElement, description: RobotDescription, given: Collection[str] | None
 ) -> tuple[tuple[str, ...], list[str]]:
-    """Return the joints that become actuators, and the joints outside the limbs, to be locked by transmissions."""
+    """Return (joints to be driven, joints outside the chain from base to platform to be locked); all get a transmission."""
     there = {entry.attributes.get("name", "") for item in root.named("transmission") for entry in item.named("joint")}
     free = [] if description.loops else [name for name in drivable(description.joints) if name not in there]
     if given is None:
@@ -201,12 +202,14 @@ def _actuators_text(names: Iterable[str], comment: str) -> str:
 
 
 def _beams_text(description: RobotDescription, candidates: Mapping[str, Span], elastic: Mapping[str, str] | str | None) -> str:
-    texts = {link: _suggestion(description, span) for link, span in candidates.items()}
+    texts = {link: _suggested_beam(description, span) for link, span in candidates.items()}
     suggested = {link: text for link, text in texts.items() if text}
     if elastic == SUGGESTED:
         chosen = {link: "" for link in suggested}
         if not chosen:
-            raise ArgumentError(f"elastic: no link of the file has the data of a beam; {_tip(description) or 'name links'}")
+            raise ArgumentError(
+                f"elastic: no link of the file has the data of a beam; {_platform_advice(description) or 'name links'}"
+            )
     elif isinstance(elastic, str):
         raise ArgumentError(
             f"elastic is {elastic!r}; it is {SUGGESTED!r}, or sections by link: {{'upper_arm': 'tube 60mm 50mm steel'}}"
@@ -227,17 +230,17 @@ def _beams_text(description: RobotDescription, candidates: Mapping[str, Span], e
         )
         for span in (candidates[link] for link in rest):
             remark = f"{span.link}: {span.length:.3g} m between its joints, {span.mass:.3g} kg"
-            result += f"  <!-- {_safe(remark)}\n{_safe(suggested[span.link])}  -->\n"
+            result += f"  <!-- {_comment_text(remark)}\n{_comment_text(suggested[span.link])}  -->\n"
     return result
 
 
-def _safe(text: str) -> str:
-    """Return a text that is valid in a comment."""
+def _comment_text(text: str) -> str:
+    """Separate double hyphens, which XML comments must not contain."""
     return text.replace("--", "- -")
 
 
-def _suggestion(description: RobotDescription, span: Span) -> str:
-    """Return the text of the suggested beam of a link; empty if there is none."""
+def _suggested_beam(description: RobotDescription, span: Span) -> str:
+    """Return the ``<beam>`` suggested for a link; empty if the link has a beam, or if no tube of its mass is a valid beam."""
     tube = span.tube
     if tube is None or span.link in description.beams:
         return ""
@@ -249,14 +252,13 @@ def _suggestion(description: RobotDescription, span: Span) -> str:
     except KinetostaticsError:
         return ""
     sizes = f'outer_diameter="{tube[0]:g}" inner_diameter="{tube[1]:g}"'
-    return _element(span, MATERIAL, f"<tube {sizes}/>")
+    return _beam_element(span, MATERIAL, f"<tube {sizes}/>")
 
 
 def _beam_text(description: RobotDescription, candidates: Mapping[str, Span], link: str, text: str) -> str:
-    """Return the text of the chosen beam."""
     if link not in description.links:
         raise ArgumentError(f"elastic: no link {link!r}: {near_names(link, description.links)}")
-    if link == description.platform and (tip := _tip(description)):
+    if link == description.platform and (tip := _platform_advice(description)):
         raise ArgumentError(f"elastic: {tip}")
     if link not in candidates:
         between = ", ".join(map(repr, candidates)) or "none"
@@ -271,11 +273,11 @@ def _beam_text(description: RobotDescription, candidates: Mapping[str, Span], li
         more += f' y_axis="{" ".join(f"{value + 0.0:.12g}" for value in span.y_axis)}"'
     if span.mass <= 0:
         more += f' density="{MATERIALS[section.material][2]:g}"'
-    return _element(span, section.material, f"<{section.shape} {sizes}/>", more)
+    return _beam_element(span, section.material, f"<{section.shape} {sizes}/>", more)
 
 
-def _tip(description: RobotDescription) -> str:
-    """Return advice on an elastic platform if a moving joint carries the platform; else an empty text."""
+def _platform_advice(description: RobotDescription) -> str:
+    """Return advice on a platform that is to be elastic; empty unless the platform is the child of a moving joint."""
     joint = next((item for item in description.joints.values() if item.child == description.platform), None)
     if joint is None or JOINT_TYPES[joint.type].is_fixed or description.loops:
         return ""
@@ -287,7 +289,7 @@ def _tip(description: RobotDescription) -> str:
     )
 
 
-def _element(span: Span, material: str, section: str, more: str = "") -> str:
+def _beam_element(span: Span, material: str, section: str, more: str = "") -> str:
     modulus, ratio, _ = MATERIALS[material]
     ends = f" from={quoted(span.start)} to={quoted(span.end)}" if span.start else ""
     return (
@@ -311,11 +313,11 @@ def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | 
     elif isinstance(given, str):
         raise ArgumentError(f"joint_stiffness is {given!r}; it is {SUGGESTED!r}, or numbers by joint: {{'elbow': 3e4}}")
     else:
-        chosen = {str(name): _positive(description, name, value) for name, value in (given or {}).items()}
+        chosen = {str(name): _checked_stiffness(description, name, value) for name, value in (given or {}).items()}
     result = ""
     if chosen:
         result += "\n  <!-- elastic actuators and gears [N m/rad, N/m] -->\n"
-        result += "".join(f"  {_stiffness(name, value)}\n" for name, value in chosen.items())
+        result += "".join(f"  {_stiffness_element(name, value)}\n" for name, value in chosen.items())
     rest = [joint for joint in actuators if joint.name in suggested and joint.name not in chosen]
     if rest:
         result += (
@@ -323,7 +325,7 @@ def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | 
             f"       {TURN * 1e3:g} mrad or {SLIDE * 1e3:g} mm. Data sheets of gears are more precise. -->\n"
         )
         result += "".join(
-            f"  <!-- {_safe(_stiffness(joint.name, suggested[joint.name]))} effort {joint.effort:g} "
+            f"  <!-- {_comment_text(_stiffness_element(joint.name, suggested[joint.name]))} effort {joint.effort:g} "
             f"{JOINT_TYPES[joint.type].force_unit.replace('·', ' ')} -->\n"
             for joint in rest
         )
@@ -331,12 +333,12 @@ def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | 
 
 
 def _suggested_stiffness(joint: Joint) -> float:
-    """Return the stiffness [N/m, N·m/rad], with two digits, at which the effort moves an actuator by ``SLIDE`` or ``TURN``."""
+    """Return the stiffness [N/m, N·m/rad], to two digits, that deflects by ``SLIDE`` or ``TURN`` under the joint's effort."""
     moved = SLIDE if JOINT_TYPES[joint.type].is_slide else TURN
     return float(f"{joint.effort / moved:.2g}")
 
 
-def _positive(description: RobotDescription, name: str, value: object) -> float:
+def _checked_stiffness(description: RobotDescription, name: str, value: object) -> float:
     if name not in description.driven:
         raise ArgumentError(f"joint_stiffness: no actuator {name!r}: {near_names(str(name), description.driven)}")
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < float("inf"):
@@ -344,5 +346,5 @@ def _positive(description: RobotDescription, name: str, value: object) -> float:
     return float(value)
 
 
-def _stiffness(name: str, value: float) -> str:
+def _stiffness_element(name: str, value: float) -> str:
     return f'<joint_stiffness joint={quoted(name)} drive="{value:.12g}"/>'

@@ -15,11 +15,10 @@ class KnownName:
     """A mechanism with a common name.
 
     Attributes:
-        name: the common name.
         architecture: its limbs in the notation.
         about: short description.
-        options: defaults of arguments of ``new_robot``.
-        also: other names, which several mechanisms may share.
+        options: arguments of ``new_robot`` that have another default.
+        also: further names, which several mechanisms may share.
     """
 
     name: str
@@ -30,12 +29,11 @@ class KnownName:
 
     @property
     def arrangement(self) -> str:
-        """Arrangement of its limbs."""
         return str(self.options.get("arrangement", "symmetric"))
 
     @property
     def line(self) -> str:
-        """Line of a list: name, limbs and description."""
+        """Line of ``kinetostatics new --list``."""
         needs = "" if self.arrangement == "symmetric" else f" ({self.arrangement})"
         return f"{self.name:18} {self.architecture:16} {self.about}{needs}"
 
@@ -107,21 +105,23 @@ OTHERS = {
 
 
 def named(text: str) -> KnownName | None:
-    """Return the mechanism of a name such as "Stewart platform" or "5R", upper or lower case; None if unknown.
+    """Return the mechanism with a name such as "Stewart platform" or "5R"; None if there is none.
+
+    Upper and lower case are the same, and words such as "robot" or "platform" are optional.
 
     Raises:
-        ArgumentError: several mechanisms have this name, or it is not that of a parallel mechanism.
+        ArgumentError: several mechanisms have this name, or robots of another kind.
     """
-    name = _plain(text)
+    name = _normalized(text)
     for names, reason in OTHERS.items():
-        if name in map(_plain, names):
+        if name in map(_normalized, names):
             raise ArgumentError(f"{text!r} {reason}")
-    found = [known for known in KNOWN_NAMES if name in map(_plain, (known.name, *known.also))]
-    return _single(text, [known for known in found if name != _plain(known.architecture)])  # 3-RPS is notation
+    found = [known for known in KNOWN_NAMES if name in map(_normalized, (known.name, *known.also))]
+    return _single(text, [known for known in found if name != _normalized(known.architecture)])  # 3-RPS is notation
 
 
 def _single(text: str, found: list[KnownName]) -> KnownName | None:
-    """Return the only element of ``found``, or None if it is empty; several are an error."""
+    """Return the only element of ``found``, or None if it is empty. Raise an ArgumentError if it has several elements."""
     if len(found) > 1:
         commands = " or ".join(f'kinetostatics new "{known.name}" ({known.about})' for known in found)
         raise ArgumentError(f"{text!r} is more than one mechanism; write {commands}")
@@ -129,15 +129,13 @@ def _single(text: str, found: list[KnownName]) -> KnownName | None:
 
 
 def options_of(text: str, architecture: str, given: Mapping[str, Keyword]) -> dict[str, Keyword]:
-    """Return default arguments of ``new_robot``: those of a common name, or of the only named mechanism with these limbs.
+    """Return the default arguments of ``new_robot`` for ``text``, a common name or limbs in the notation.
 
-    Args:
-        text: name, or limbs in the notation.
-        architecture: the limbs in the notation, actuators in brackets.
-        given: the given arguments; limbs have no defaults if these include placements, or an arrangement unlike the mechanism's.
+    Limbs (``architecture``: with actuators in brackets) have the defaults of the only named mechanism with these limbs and the
+    given arrangement. They have no defaults if no named mechanism has these limbs, or if placements are given.
 
     Raises:
-        ArgumentError: the architecture is that of several mechanisms, such as 3-RRR, planar or spherical.
+        ArgumentError: several named mechanisms have these limbs, such as the planar and the spherical 3-RRR.
     """
     if (known := named(text)) is None and "placements" not in given:
         alike = [known for known in KNOWN_NAMES if known.architecture == architecture and "placements" not in known.options]
@@ -146,6 +144,6 @@ def options_of(text: str, architecture: str, given: Mapping[str, Keyword]) -> di
     return {} if known is None else dict(known.options)
 
 
-def _plain(text: str) -> str:
+def _normalized(text: str) -> str:
     words = re.sub(r"\b(robot|platform|mechanism|manipulator|machine|linkage|wrist)\b", "", text.lower())
     return re.sub("[^a-z0-9]", "", words)

@@ -1,4 +1,4 @@
-"""Parts of a limb, from its string of joints: guide, points with joints, and links between these points."""
+"""Parts of a limb: guide, points with joints, links between these points. Its revolute axes are along the y axis of its frame."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ class LimbPoint:
     Attributes:
         kind: R, U, S or C; "4S" for the upper spherical joints of two rods, "" for a rigid end.
         symbol: the joint in the notation, None for a rigid end.
-        axes: order of the axes of a universal joint: "n" for the axis parallel to the limb's revolute axes, "x" for the
-            perpendicular one.
+        axes: the two axes of a universal joint, from base to platform: "n" is along the limb's y, "x" perpendicular to it.
         letter: suffix of the joint's name if the limb has several joints of this kind; else empty.
     """
 
@@ -34,7 +33,7 @@ class LimbSpan:
 
     Attributes:
         kind: "rod", "telescope", "parallelogram" (four revolute joints) or "rods" (two rods between spherical joints).
-        role: name for its section and link: "crank" or "rod".
+        role: "crank" for the first of two links, else "rod"; it begins the names of link and section.
         slide: the prismatic joint of a telescope in the notation.
         turns: whether a telescope also rotates about its line, as a cylindrical joint.
     """
@@ -50,10 +49,10 @@ class Skeleton:
     """The parts of a limb.
 
     Attributes:
-        group: the limbs in the notation.
-        guide: the prismatic joint on the base, or None.
+        group: the limb in the notation.
+        guide: the prismatic or cylindrical joint of a carriage on the base, or None.
         guide_turns: whether the guide is a cylindrical joint.
-        points: its points, from base to platform.
+        points: points with joints, from base to platform.
         spans: links between consecutive points.
     """
 
@@ -65,12 +64,11 @@ class Skeleton:
 
     @property
     def has_elbow(self) -> bool:
-        """Whether the limb has a point between those at base and platform."""
+        """Whether the limb has a point between its base point and its platform point."""
         return len(self.points) == MAX_POINTS
 
     @property
     def roles(self) -> tuple[str, ...]:
-        """Names of the roles of its beams."""
         return tuple(dict.fromkeys(span.role for span in self.spans))
 
 
@@ -128,15 +126,14 @@ def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
         raise error_at(text, group.joints[-1].place, f"a limb has rotational joints at {MAX_POINTS} points at most")
     if len(spans) > 1:
         spans = [LimbSpan(span.kind, "crank" if k == 0 else "rod", span.slide, span.turns) for k, span in enumerate(spans)]
-    return Skeleton(group, guide, guide_turns, _named(_with_axes(points)), tuple(spans))
+    return Skeleton(group, guide, guide_turns, _with_letters(_with_axes(points)), tuple(spans))
 
 
 def _with_axes(points: list[LimbPoint]) -> list[LimbPoint]:
-    """Return points with the order of the axes of universal joints.
+    """Return the points with ``axes`` of their universal joints.
 
-    The axis on the side of an adjacent revolute joint is parallel to that joint. Without such a joint, the axis on the side of
-    base or platform is along the limb's y, and the other one is perpendicular to the rod. A telescope fixed to the platform has
-    the effect of a revolute joint there: the first axis is radial and fixed in the base.
+    If a neighbouring point is a revolute joint, the axis on its side is along the limb's y. A telescope that is fixed to the
+    platform counts as a revolute joint there. Without such neighbours, the axis at base or platform is along the limb's y.
     """
     found = []
     for number, point in enumerate(points):
@@ -154,8 +151,8 @@ def _with_axes(points: list[LimbPoint]) -> list[LimbPoint]:
     return found
 
 
-def _named(points: list[LimbPoint]) -> tuple[LimbPoint, ...]:
-    """Return points with distinct letters for joints of the same kind."""
+def _with_letters(points: list[LimbPoint]) -> tuple[LimbPoint, ...]:
+    """Return the points with the letters a, b, c for several joints of the same kind."""
     kinds = [point.kind for point in points]
     found = []
     for number, point in enumerate(points):

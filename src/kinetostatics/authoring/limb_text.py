@@ -1,8 +1,9 @@
 """The xacro macro of a limb: its joints, links, beams and actuators between base and platform.
 
-Its geometry consists of expressions of the file's arguments, so that the loops close for all values. Axis z of a link's frame
-is along the link. Relative to the limb's frame, whose y is along the revolute axes, the link's frame is rotated by the pitch
-about y, then by the roll about its own x.
+Its geometry, with all joints at zero, consists of expressions of the file's arguments, so that the loops close for all values.
+Axis z of a link's frame is along the link. Relative to the limb's frame, whose y is along the revolute axes, the link's frame is
+rotated by the pitch about y, then by the roll about its own x. The inner end of a link is nearer to the base. The role of a beam
+is crank, rod or cylinder.
 """
 
 from __future__ import annotations
@@ -20,38 +21,36 @@ class LimbOptions:
     """Options of the text of a limb's macro.
 
     Attributes:
-        macro: name of its macro.
-        head: lines with the call of ``limb_frame``.
-        parameters: parameters of the macro.
-        guide_direction: direction of the carriage's guide in base axes, an expression.
+        macro, parameters: name and parameters of the macro.
+        frame_lines: lines that call ``limb_frame``.
+        guide_direction: expression of the direction of the carriage's guide in base axes.
         oblique: whether the last link may leave the plane normal to the revolute axes.
-        prefixes: prefixes of the section arguments of each role. If ``cylinder`` is one of the roles, a telescope is made of a
-            cylinder and a rod, both of constant length.
-        widths: expressions for the drawing of each role: diameter, or width and height.
-        given: names of the file's arguments. If ``crank_angle`` is one, the rod's length follows from it; otherwise crank and
-            rod have given lengths. With ``actuator_stiffness``, actuators are elastic. With ``crank_arc``, all axes of a limb
-            intersect in O.
+        prefixes: for each role, the beginning of the names of its section's arguments. With the role "cylinder", a telescope is
+            made of a cylinder and a rod, both of constant length.
+        widths: for each role, expressions of the drawn diameter, or of width and height.
+        argument_names: names of the file's arguments. With ``crank_angle``, the rod's length is computed; without it, crank and
+            rod have given lengths. With ``actuator_stiffness``, actuators are elastic. With ``crank_arc``, all axes meet in O.
     """
 
     macro: str
-    head: tuple[str, ...]
+    frame_lines: tuple[str, ...]
     parameters: str
     guide_direction: str
     oblique: bool
     prefixes: dict[str, str]
     widths: dict[str, tuple[str, ...]]
-    given: Collection[str]
+    argument_names: Collection[str]
 
 
 @dataclass
 class _Walk:
-    """The text of a limb as it is written from the base outwards, and the outermost link so far.
+    """The text of a limb, written from the base outwards, and the outermost link so far.
 
     Attributes:
         link: name of the outermost link.
-        end: position of the next joint in that link's frame.
-        pitch, roll: expressions of that link's angles; "0" if zero.
-        last_joint: name of the joint at that link's inner end.
+        end: position of the next joint in the outermost link's frame.
+        pitch, roll: expressions of the outermost link's angles; "0" if zero.
+        last_joint: name of the joint at the outermost link's inner end.
         lines: the text so far.
         actuators: names of the driven joints so far.
     """
@@ -69,13 +68,12 @@ class _Walk:
 
 
 def limb_macro(skeleton: Skeleton, options: LimbOptions) -> str:
-    """Return the text of a limb's macro."""
     walk = _Walk()
-    if "crank_arc" in options.given:
+    if "crank_arc" in options.argument_names:
         flat = {role: len(width) > 1 for role, width in options.widths.items()}
         walk.lines, walk.actuators = spherical_limb(skeleton, options.prefixes, flat)
     else:
-        walk.write(*options.head, *_geometry(skeleton, options), "")
+        walk.write(*options.frame_lines, *_geometry(skeleton, options), "")
         _guide(skeleton, options, walk)
         for number in range(len(skeleton.points) - 1):
             _joint_and_link(skeleton, options, number, walk)
@@ -85,7 +83,7 @@ def limb_macro(skeleton: Skeleton, options: LimbOptions) -> str:
     for number, joint in enumerate(walk.actuators):
         letter = "abcdef"[number] if len(walk.actuators) > 1 else ""
         walk.write(f'<transmission name="drive_${{i}}{letter}"><joint name="{joint}"/></transmission>')
-        if "actuator_stiffness" in options.given:
+        if "actuator_stiffness" in options.argument_names:
             walk.write(f'<joint_stiffness joint="{joint}" drive="$(arg actuator_stiffness)"/>')
     body = textwrap.indent("\n".join(walk.lines), "    ")
     return f'  <xacro:macro name="{options.macro}" params="{options.parameters}">\n{body}\n  </xacro:macro>'
@@ -99,11 +97,11 @@ def _property(name: str, value: str) -> str:
 
 
 def _geometry(skeleton: Skeleton, options: LimbOptions) -> list[str]:
-    """Return the lines that define pitch, roll and length of each link at zero by expressions."""
+    """Return the lines that define pitch, roll and length of each link."""
     if len(skeleton.points) < 2:
         return []
     lines: list[str] = []
-    crank_angle = "crank_angle" in options.given
+    crank_angle = "crank_angle" in options.argument_names
     if skeleton.has_elbow:
         if crank_angle:
             lines += [
@@ -160,7 +158,7 @@ def _guide(skeleton: Skeleton, options: LimbOptions, walk: _Walk) -> None:
 
 
 def _turn(angle: str, before: str = "0") -> str:
-    """Return the expression of a rotation from the angle ``before`` to another."""
+    """Return the expression of the difference ``angle`` − ``before``, without a term that is zero."""
     if angle == before:
         return "0"
     if before == "0":
@@ -171,7 +169,7 @@ def _turn(angle: str, before: str = "0") -> str:
 
 
 def _joint_and_link(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Walk) -> None:
-    """Write the joint at a point and the link from there to the next point."""
+    """Write the joint at a point, and the link from this point to the next one."""
     point, span = skeleton.points[number], skeleton.spans[number]
     role = span.role
     pitch, roll = f"{role}_pitch", "rod_roll" if options.oblique and role == "rod" else "0"
@@ -199,7 +197,7 @@ def _joint_and_link(skeleton: Skeleton, options: LimbOptions, number: int, walk:
 
 
 def _tree_joint(skeleton: Skeleton, point: LimbPoint, child: str, pitch: str, roll: str, walk: _Walk) -> None:
-    """Write the joint at a point, which is the joint at the inner end of the child."""
+    """Write the joint at a point, with the link ``child`` at its outer side; the child has the angles ``pitch`` and ``roll``."""
     at = f'parent="{walk.link}" child="{child}"' + ("" if walk.end == "0 0 0" else f' xyz="{walk.end}"')
     turn, tilt = _turn(pitch, walk.pitch), _turn(roll)
     name = {"R": "revolute", "C": "turn", "U": "universal", "S": "spherical", "": "mount"}[point.kind] + f"_${{i}}{point.letter}"
@@ -251,7 +249,7 @@ def _drawn(widths: tuple[str, ...], length: str, middle: str) -> str:
 
 
 def _rod(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Walk) -> None:
-    """Write a rod or crank of constant length, after its inner joint."""
+    """Write a rod or crank of constant length, whose inner joint is already written."""
     role = skeleton.spans[number].role
     start, after = walk.last_joint, skeleton.points[number + 1]
     walk.write(
@@ -277,7 +275,7 @@ def _rod(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Walk) -> 
 
 
 def _inner_name(point: LimbPoint, *, in_tree: bool) -> str:
-    """Return the name of the joint at a point; of several revolutes in the tree, that of the innermost."""
+    """Return the name of the joint at a point; if it is a U or S in the tree, of the innermost of its revolute joints."""
     kind = {"R": "revolute", "U": "universal", "S": "spherical", "C": "cylindrical", "": "flange"}[point.kind]
     name = f"{kind}_${{i}}{point.letter}"
     if in_tree and point.kind == "U":
@@ -286,7 +284,6 @@ def _inner_name(point: LimbPoint, *, in_tree: bool) -> str:
 
 
 def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Walk) -> None:
-    """Write cylinder, slide and rod of a telescope."""
     span, start = skeleton.spans[number], walk.last_joint
     role, end = span.role, _inner_name(skeleton.points[number + 1], in_tree=number + 1 < len(skeleton.points) - 1)
     length = f"{role}_length"
@@ -359,7 +356,7 @@ def _parallelogram(options: LimbOptions, walk: _Walk) -> None:
 
 
 def _to_platform(skeleton: Skeleton, point: LimbPoint, walk: _Walk) -> None:
-    """Write the loop that closes the limb at the platform."""
+    """Write the loop that connects the limb's last link to the platform."""
     end = "${limb_x} ${limb_y} ${limb_z}" if len(skeleton.points) < 2 else walk.end
     at = f'link="{walk.link}" platform="seat_${{i}}" xyz="{end}"'
     back = f"0 {_turn('0', walk.pitch)} 0"

@@ -71,14 +71,14 @@ class JointSymbol:
 
     @property
     def text(self) -> str:
-        """The joint in the notation."""
+        """The joint in the notation: "P", or "[P]" if driven."""
         letter = self.kind if len(self.kind) == 1 else f"({self.kind})"
         return f"[{letter}]" if self.driven else letter
 
 
 @dataclass(frozen=True)
 class AlikeLimbs:
-    """Equal limbs: their number, the joints of one limb from base to platform, and where they are in the notation, from 1."""
+    """Equal limbs: their number, the joints of one limb from base to platform, and the limbs' place in the notation, from 1."""
 
     count: int
     joints: tuple[JointSymbol, ...]
@@ -86,17 +86,16 @@ class AlikeLimbs:
 
     @property
     def text(self) -> str:
-        """The limb in the notation, with actuators in brackets."""
+        """One limb in the notation, with driven joints in brackets."""
         return "".join(joint.text for joint in self.joints)
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """The kinds of its joints."""
         return tuple(joint.kind for joint in self.joints)
 
     @property
     def freedoms(self) -> int:
-        """Freedoms of the joints of one limb."""
+        """Sum of the freedoms of the joints of one limb."""
         return sum(JOINTS[kind][1] for kind in self.kinds)
 
 
@@ -107,7 +106,7 @@ class Architecture:
     Attributes:
         source: the given notation.
         groups: groups of equal limbs.
-        actuators_chosen: whether the notation has no marks of actuators, so that the usual ones are chosen.
+        actuators_chosen: whether :func:`parse_architecture` has chosen the driven joints, because the notation marks none.
     """
 
     source: str
@@ -116,7 +115,7 @@ class Architecture:
 
     @property
     def text(self) -> str:
-        """The mechanism in the notation, actuators in brackets."""
+        """The mechanism in the notation, with driven joints in brackets."""
         return "+".join(f"{group.count}-{group.text}" if group.count > 1 else group.text for group in self.groups)
 
     @property
@@ -126,21 +125,21 @@ class Architecture:
 
     @property
     def actuators(self) -> int:
-        """The number of actuators."""
+        """Number of driven joints."""
         return sum(group.count * sum(joint.driven for joint in group.joints) for group in self.groups)
 
     @property
     def formula_freedoms(self) -> int:
-        """Freedoms by Grübler's formula, sum of joint freedoms minus 6 per loop; overconstrained mechanisms have more."""
+        """Mobility by Grübler's formula: joint freedoms minus 6 for each loop. It is too small for overconstrained mechanisms."""
         return sum(limb.freedoms for limb in self.limbs) - 6 * (len(self.limbs) - 1)
 
 
 def parse_architecture(text: str) -> Architecture:
     """Return a mechanism from its notation or its common name.
 
-    Without marks of actuators, the usual ones are chosen: the first prismatic joint of each limb, otherwise its first revolute or
-    cylindrical joint. Limbs with fewer than six freedoms remain passive if the number of the other limbs equals the freedoms of
-    the mechanism, as UP in 3-UPS+UP.
+    If no joint is marked as driven, the first prismatic joint of each limb is driven, or else its first revolute or cylindrical
+    joint. Limbs with fewer than six freedoms are then passive if the number of limbs with six freedoms equals the mobility by
+    Grübler's formula, such as UP in 3-UPS+UP.
 
     Raises:
         ArgumentError: the notation is invalid.
@@ -170,7 +169,7 @@ def parse_architecture(text: str) -> Architecture:
 
 
 def _is_a_word(text: str) -> bool:
-    """Whether a text is not notation: four letters in a row, of which at least two are no joints; or a serial robot (6R)."""
+    """Whether a text is no notation: it has four letters in a row and two that denote no joint, or is a serial robot (6R)."""
     if re.fullmatch(r"\s*\dR\s*", text):
         return True
     foreign = re.sub("(?i)pa|[rpusc]|[^a-z]", "", text)
@@ -178,13 +177,13 @@ def _is_a_word(text: str) -> bool:
 
 
 def error_at(text: str, place: int, reason: str) -> ArgumentError:
-    """Return the error for a position in a notation, counted from 1."""
+    """Return an error about the sign at ``place`` in a notation, counted from 1."""
     here = repr(text[place - 1]) if place <= len(text) else "the end"
     return ArgumentError(f"architecture {text!r}, place {place} ({here}): {reason}")
 
 
 def _group(text: str, at: int) -> tuple[AlikeLimbs, int]:
-    """Return the limbs of one term of the sum, and the position of the next separator."""
+    """Read the term of a sum of limbs that begins at the index ``at``. Return its limbs and the index of the next separator."""
     place = len(text) - len(text[at:].lstrip()) + 1
     head = _TERM.match(text, at)
     count = 1
@@ -209,7 +208,7 @@ def _group(text: str, at: int) -> tuple[AlikeLimbs, int]:
 
 
 def _joint(text: str, at: int) -> tuple[list[JointSymbol], int]:
-    """Return a joint, or the driven joints in brackets, and the next position."""
+    """Read a joint, or the driven joints in brackets, at the index ``at``. Return the joints and the next index."""
     place = at + 1
     if text[at] == "[":
         end = text.find("]", at)
@@ -256,12 +255,10 @@ def _driven(text: str, joint: JointSymbol) -> JointSymbol:
 
 
 def _with_usual_actuators(found: Architecture) -> Architecture:
-    """Return an architecture with the usual actuators."""
     full = sum(group.count for group in found.groups if group.freedoms >= 6)
     only_full = 0 < full == found.formula_freedoms
 
     def driven(group: AlikeLimbs) -> AlikeLimbs:
-        """Return limbs with the first prismatic joint driven, otherwise the first joint that can be driven."""
         number = next((k for kinds in ("P", DRIVABLE) for k, kind in enumerate(group.kinds) if kind in kinds), -1)
         joints = tuple(replace(joint, driven=k == number) for k, joint in enumerate(group.joints))
         return group if only_full and group.freedoms < 6 else replace(group, joints=joints)

@@ -1,4 +1,4 @@
-"""Placement of limbs: with rotational symmetry, in a plane, along three perpendicular axes, about a point, or by a table."""
+"""Placement of limbs by symmetry or by a table. A limb leads from its base point to its platform point; base axes are X, Y, Z."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ class LimbPlace:
     """Placement of a limb.
 
     Attributes:
-        base, platform: positions of its ends in the frames of base and platform [m].
-        at_base, at_platform: azimuths of its ends, if their radii are arguments of the file; else None.
-        base_text, platform_text: expressions of the positions, if there are no azimuths.
-        axis: direction of its revolute axes in the base: one of ``DIRECTIONS``, a vector, or None: perpendicular to the limb.
+        base, platform: base point in the base's frame and platform point in the platform's frame [m].
+        at_base, at_platform: azimuths of the ends; None if the ends are placed by their coordinates.
+        base_text, platform_text: expressions of the ends' coordinates; empty if the ends are placed by azimuths.
+        axis: direction of the revolute axes in the base: one of ``DIRECTIONS``, a vector, or None: perpendicular to the limb.
         guide: direction of the carriage's guide: one of ``DIRECTIONS`` or a vector.
     """
 
@@ -58,7 +58,7 @@ class LimbPlace:
 
 
 def direction(word: str | Point, azimuth: float) -> Point:
-    """Return a direction in the base's axes."""
+    """Return one of ``DIRECTIONS`` as a vector in base axes, for a limb at ``azimuth``; a vector is returned unchanged."""
     if not isinstance(word, str):
         return word
     c, s = math.cos(azimuth), math.sin(azimuth)
@@ -66,7 +66,7 @@ def direction(word: str | Point, azimuth: float) -> Point:
 
 
 def limb_line(place: LimbPlace, height: float) -> np.ndarray:
-    """Return the line (3,) from base point to platform point in the limb's frame at zero [m].
+    """Return the vector (3,) [m] from base point to platform point in the limb's frame, with all joints at zero.
 
     The formulas are those of the macro ``limb_frame`` of the library.
     """
@@ -97,7 +97,7 @@ def limb_line(place: LimbPlace, height: float) -> np.ndarray:
 
 
 def azimuths_of(architecture: Architecture, given: Sequence[float] | None) -> list[float | None]:
-    """Return the azimuths of the limbs [rad], None for a limb at the centre.
+    """Return the azimuths of the limbs [rad]; None for a limb at the centre.
 
     By default limbs are evenly spaced about Z, with two exceptions. Of 2 + 1 limbs, the two equal limbs are at Y and −Y, the
     third at X. A single limb beside three or more equal limbs is at the centre.
@@ -118,14 +118,14 @@ def azimuths_of(architecture: Architecture, given: Sequence[float] | None) -> li
     return [2 * math.pi * k / count for k in range(count)]
 
 
-def _degrees(angle: float) -> Angle:
+def _angle_in_degrees(angle: float) -> Angle:
     degrees = round(math.degrees(angle), 9)
     exact = math.isclose(math.radians(degrees), angle, rel_tol=1e-15, abs_tol=1e-15)
     text = f"radians({degrees:g})" if exact and float(f"{degrees:g}") == degrees else repr(float(angle))
     return Angle(text, angle)
 
 
-def arranged(
+def place_by_arrangement(
     architecture: Architecture,
     skeletons: Sequence[Skeleton],
     arrangement: str,
@@ -134,15 +134,14 @@ def arranged(
     guide: str,
     axis: str | None,
 ) -> list[LimbPlace]:
-    """Return the placements of limbs without a table.
+    """Return the placements of limbs by an arrangement, one of ``ARRANGEMENTS``.
 
     Args:
-        architecture: the mechanism.
-        skeletons: parts of each limb.
-        arrangement: one of ``ARRANGEMENTS``.
+        architecture, skeletons: the limbs.
+        arrangement: if "planar", all revolute axes are vertical; if "cartesian", azimuths, guide and axis are not used.
         azimuths: azimuths of the limbs [rad]; None: evenly spaced.
         values: base_radius, base_height, platform_radius [m], base_spread, platform_spread and platform_turn [rad].
-        guide, axis: names of directions; axis None: perpendicular to the limb.
+        guide, axis: one of ``DIRECTIONS``; axis None: perpendicular to the limb.
     """
     check_choice("arrangement", arrangement, ARRANGEMENTS)
     if arrangement == CARTESIAN:
@@ -156,9 +155,9 @@ def arranged(
             height = values["base_height"]
             places.append(LimbPlace((0, 0, height), (0, 0, 0), None, None, "[0, 0, base_height]", "[0, 0, 0]", axis, guide))
             continue
-        base = platform = _degrees(angle)
+        base = platform = _angle_in_degrees(angle)
         if pairs:
-            base, platform = _pair(k, values)
+            base, platform = _pair_azimuths(k, values)
         if "platform_turn" in values:
             platform = Angle(f"{platform.text} + platform_turn", platform.value + values["platform_turn"])
         ends = [
@@ -169,8 +168,8 @@ def arranged(
     return places
 
 
-def _pair(k: int, values: Mapping[str, float]) -> tuple[Angle, Angle]:
-    """Return the azimuths of the k-th of six limbs: pairs on the base at 0, 120, 240 degrees, on the platform at 60, 180, 300."""
+def _pair_azimuths(k: int, values: Mapping[str, float]) -> tuple[Angle, Angle]:
+    """Return the end azimuths of limb k of six. Pairs are about 0°, 120°, 240° on the base, 60°, 180°, 300° on the platform."""
     middle, side = 120 * (k // 2), 1 if k % 2 else -1
     far = middle + 60 * side
     signs = ("-", "+") if side < 0 else ("+", "-")
@@ -181,10 +180,10 @@ def _pair(k: int, values: Mapping[str, float]) -> tuple[Angle, Angle]:
 
 
 def _cartesian(architecture: Architecture, skeletons: Sequence[Skeleton], values: Mapping[str, float]) -> list[LimbPlace]:
-    """Return the placements of three limbs, obtained from one another by cyclic permutation of X, Y, Z.
+    """Return the placements of three limbs; a cyclic permutation of X, Y, Z maps limb 1 to limb 2, and limb 2 to limb 3.
 
-    Limbs whose revolute axes are parallel to their guide have their points beside the axes, as in a Tripteron: limb 1 at −Y,
-    guide and revolute axes along X. Other limbs are on the axes, as in an Orthoglide: limb 1 on X, guide along X, revolute axes
+    As in a Tripteron, limb 1 has guide and revolute axes along X and its ends on −Y if it has an elbow and all its points are
+    revolute or cylindrical joints. Else, as in an Orthoglide, limb 1 has its guide along X, its ends on X and its revolute axes
     along Y.
     """
     if len(skeletons) != 3:
@@ -209,10 +208,10 @@ def _cartesian(architecture: Architecture, skeletons: Sequence[Skeleton], values
 
 
 def read_placements(path: str | os.PathLike[str]) -> list[dict[str, Point]]:
-    """Read a CSV table of placements, one limb a row, in the order of the notation.
+    """Read a CSV table of placements, with a row for each limb in the order of the notation.
 
     Its columns are ``base_x, base_y, base_z, platform_x, platform_y, platform_z`` and, if necessary, ``axis_x, …`` and
-    ``guide_x, …``; lengths in metres, or with their unit.
+    ``guide_x, …``. Lengths without a unit are in metres.
 
     Raises:
         ArgumentError: the table cannot be read; the message names file and line.
@@ -231,8 +230,8 @@ def read_placements(path: str | os.PathLike[str]) -> list[dict[str, Point]]:
     return found
 
 
-def tabled(limbs: int, table: object, guide: str) -> list[LimbPlace]:
-    """Return the placements of limbs from a table with one mapping per limb; ``guide``: default direction of guides."""
+def place_by_table(limbs: int, table: object, guide: str) -> list[LimbPlace]:
+    """Return the placements of limbs by a list of mappings or a CSV file; ``guide``: default direction of guides."""
     if isinstance(table, (str, os.PathLike)):
         table = read_placements(table)
     if not isinstance(table, Sequence) or isinstance(table, (bytes, Mapping)) or len(table) != limbs:
@@ -270,5 +269,5 @@ def _point(values: Sequence[float] | np.ndarray) -> Point:
 
 
 def vector_text(vector: Sequence[float]) -> str:
-    """Return an expression of three numbers."""
+    """Return a vector as an expression "[x, y, z]"."""
     return "[" + ", ".join(f"{value:g}" if float(f"{value:g}") == value else repr(value) for value in vector) + "]"

@@ -1,4 +1,4 @@
-"""Links between two moving joints, which may become beams: length, mass and the tube of this mass."""
+"""Links between two moving joints, which can become beams: length, mass, and the tube that has this mass."""
 
 from __future__ import annotations
 
@@ -25,14 +25,16 @@ PARALLEL = 1e-3
 
 @dataclass(frozen=True)
 class Span:
-    """A link between two joints of the chain from base to platform, or between the last joint and the platform.
+    """A link between two consecutive moving joints of the chain from base to platform.
+
+    The last one ends at the joint that holds the platform, even if this joint is fixed.
 
     Attributes:
-        link: name of the link.
-        start, end: names of the joints at its inner and outer end; empty in a robot with loops, whose link has only these.
-        along: unit vector from start to end at the zero pose, in the link's frame.
+        start, end: names of the joints at the two ends, from base to platform; empty in a robot with loops, where the link has no
+            other joints.
+        along: unit vector from start to end, in the link's frame, with all joints at zero.
         axis: axis of the joint at the start, in the link's frame.
-        length: distance of the two joints at the zero pose [m].
+        length: distance of the two joints with all joints at zero [m].
         mass: mass of the link, without links fixed to it [kg].
     """
 
@@ -46,16 +48,16 @@ class Span:
 
     @property
     def y_axis(self) -> NDArray[np.float64]:
-        """Axis y of the section: projection of the joint's axis onto the plane normal to the span."""
+        """Unit vector along the section's y: ``axis``, or else the link's x or y, projected on the plane normal to ``along``."""
         across = (axis - (axis @ self.along) * self.along for axis in (self.axis, *np.eye(3)))
         first = next(vector for vector in across if np.linalg.norm(vector) > PARALLEL)
         return np.asarray(first / np.linalg.norm(first))
 
     @property
     def tube(self) -> tuple[float, float] | None:
-        """Outer and inner diameter [m] of a tube with the link's mass; both are smaller if that tube would not be slender.
+        """Outer and inner diameter [m] of a tube with the link's mass; the outer diameter is reduced to length/``STUBBY``.
 
-        None if the link has no mass, or if a tube of this mass is far too thick or too thin for a beam.
+        None if the link has no mass, or if the length is not between ``SLENDER`` and ``WIRE`` diameters of a tube with this mass.
         """
         if self.mass <= 0:
             return None
@@ -68,13 +70,13 @@ class Span:
 
 
 def _rounded_down(value: float) -> float:
-    """Return a positive number rounded down to two digits."""
+    """Round a positive number down to two significant digits."""
     digit: float = 10.0 ** (math.floor(math.log10(value)) - 1)
     return float(f"{math.floor(value / digit * (1 + 1e-12)) * digit:.2g}")
 
 
 def chain_joints(description: RobotDescription) -> list[tuple[Joint, bool]]:
-    """Return the joints of the tree from base to platform, and whether each is passed from its parent to its child."""
+    """Return (joint, outwards) from base to platform; ``outwards``: whether the joint's child is on the side of the platform."""
     above = {joint.child: joint for joint in description.joints.values()}
 
     def to_root(link: str) -> list[Joint]:
@@ -91,14 +93,14 @@ def chain_joints(description: RobotDescription) -> list[tuple[Joint, bool]]:
 
 
 def spans(description: RobotDescription, frames: Mapping[str, NDArray[np.float64]]) -> dict[str, Span]:
-    """Return the links between consecutive moving joints of the chain from base to platform, by name.
+    """Return by name the links that can become beams, from the frames (4, 4) of all links with all joints at zero.
 
-    If the platform's link is fixed to another link, the fixed joint is the last end. Of several links fixed to each other, the
-    heaviest one except the platform is returned. In a robot with loops, all links with exactly two joints or loops are returned.
-    ``frames`` are the frames (4, 4) of the links with all joints at zero.
+    Without loops, there is one link between any two consecutive moving joints of the chain from base to platform: the heaviest of
+    the links that are fixed to each other there. If a fixed joint holds the platform, the last link ends at this joint. With
+    loops, all links with exactly two moving joints or loops are returned.
     """
     if description.loops:
-        return _between_two(description)
+        return _spans_with_loops(description)
     passed = chain_joints(description)
     ends = [k for k, (joint, _) in enumerate(passed) if not JOINT_TYPES[joint.type].is_fixed]
     if ends and ends[-1] < len(passed) - 1:
@@ -117,8 +119,8 @@ def spans(description: RobotDescription, frames: Mapping[str, NDArray[np.float64
     return found
 
 
-def _between_two(description: RobotDescription) -> dict[str, Span]:
-    """Return the links with exactly two joints or loops, except base and platform."""
+def _spans_with_loops(description: RobotDescription) -> dict[str, Span]:
+    """Return the links with exactly two moving joints or loops, except base and platform."""
     ends: dict[str, list[tuple[NDArray[np.float64], str, tuple[float, float, float]]]] = {}
     for joint in (item for item in description.joints.values() if not JOINT_TYPES[item.type].is_fixed):
         ends.setdefault(joint.parent, []).append((joint.origin.matrix, joint.type, joint.axis))

@@ -1,7 +1,7 @@
 """Spherical robots: limbs of three revolute joints, with all axes through one point, as in an Agile Eye.
 
-See C. M. Gosselin, J. Angeles, The optimum kinematic design of a spherical three-degree-of-freedom parallel manipulator,
-J. Mech. Transm. Autom. Des. 111 (1989).
+The arc of crank or rod is the angle between the axes at its ends. See C. M. Gosselin, J. Angeles, The optimum kinematic design of
+a spherical three-degree-of-freedom parallel manipulator, J. Mech. Transm. Autom. Des. 111 (1989).
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from kinetostatics.authoring.notation import Architecture
 from kinetostatics.authoring.placement import LimbPlace
 from kinetostatics.exceptions import ArgumentError
 
-#: Default half angle of the cones of axes: three perpendicular axes.
+#: Default half angle of the cones of the axes at base and platform: the three axes of a cone are perpendicular.
 CONE = math.acos(1 / math.sqrt(3))
 CONE_TEXT = "${acos(1 / sqrt(3))}"
 
 
 def check_spherical(architecture: Architecture, skeletons: Sequence[Skeleton]) -> None:
-    """Check that all limbs are RRR."""
+    """Raise an ArgumentError unless all limbs are RRR."""
     for skeleton in skeletons:
         if skeleton.group.kinds != ("R", "R", "R"):
             raise ArgumentError(
@@ -35,7 +35,7 @@ def check_spherical(architecture: Architecture, skeletons: Sequence[Skeleton]) -
 def add_spherical_arguments(
     arguments: FileArguments, architecture: Architecture, places: Sequence[LimbPlace], sizes: Mapping[str, float]
 ) -> dict[str, float]:
-    """Add the arguments that place the limbs of a spherical robot; return the longest length of each role."""
+    """Add lengths, angles and joint limits to ``arguments``. Return the lengths of crank and rod between their joints [m]."""
     base, platform = sizes["base_radius"], sizes["platform_radius"]
     middle = arguments.length("elbow_radius", rounded((base + platform) / 2))
     cones = arguments.number("base_cone", CONE), arguments.number("platform_cone", CONE)
@@ -64,7 +64,7 @@ def add_spherical_arguments(
 def _check_arcs(
     architecture: Architecture, k: int, place: LimbPlace, cones: tuple[float, float], arcs: tuple[float, float]
 ) -> None:
-    """Check that the arcs of crank and rod reach from a limb's first axis to its last."""
+    """Raise an ArgumentError unless ``arcs`` of crank and rod [rad] connect the axes of limb k at base and platform."""
     assert place.at_base is not None and place.at_platform is not None  # its azimuths are given or even
     first, last = (
         np.array([math.sin(cone) * math.cos(angle.value), math.sin(cone) * math.sin(angle.value), sign * math.cos(cone)])
@@ -80,7 +80,7 @@ def _check_arcs(
 
 
 def spherical_limb(skeleton: Skeleton, prefixes: Mapping[str, str], flat: Mapping[str, bool]) -> tuple[list[str], list[str]]:
-    """Return the lines of a limb's macro, and its driven joints; ``flat``: for each role, whether its section needs a y axis."""
+    """Return (lines of a limb's macro, names of its driven joints); ``flat``: by role, whether the section needs a y axis."""
     names = [f"revolute_${{i}}{point.letter}" for point in skeleton.points]
     driven = [point.symbol is not None and point.symbol.driven for point in skeleton.points]
     limit = ["drive_angle_max" if item else "joint_angle_max" for item in driven]
@@ -119,5 +119,5 @@ def spherical_limb(skeleton: Skeleton, prefixes: Mapping[str, str], flat: Mappin
 
 
 def _vector(name: str, form: str = "{}") -> str:
-    """Return the components of a vector as three expressions."""
+    """Return the three components of a vector as expressions; ``{}`` in ``form`` stands for a component."""
     return " ".join("${" + form.replace("{}", f"{name}[{k}]") + "}" for k in range(3))
