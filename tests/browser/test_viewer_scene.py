@@ -24,7 +24,7 @@ from kinetostatics.viewer.packing import Packing
 from kinetostatics.viewer.page import fitting_page, page_html, save_screenshot
 from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.viewer.shapes import Surface, swept
-from kinetostatics.viewer.sliders import determining
+from kinetostatics.viewer.sliders import determining_coordinates
 from kinetostatics.viewer.still import Still, legend
 from kinetostatics.viewer.visuals import decimated, link_visuals
 
@@ -542,7 +542,7 @@ def test_live_answers_equal_analyses_of_pose_and_load():
 
 def test_sliders_of_platform_coordinates_are_in_the_usual_order():
     for name, expected in (("delta", "x y z"), ("gough_stewart", "x y z rx ry rz"), ("spherical_3rrr", "rx ry rz")):
-        assert determining(package_robots.robot(name).assemble(), None) == tuple(expected.split())
+        assert determining_coordinates(package_robots.robot(name).assemble(), None) == tuple(expected.split())
 
 
 def test_drawn_parts_have_the_same_stations_at_all_poses():

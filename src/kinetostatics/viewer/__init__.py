@@ -62,9 +62,9 @@ def show(
     """Open a result in the browser, or below the cell of a notebook, or draw it into a running meshcat.
 
     Args:
-        result: result of :func:`kinetostatics.analyze`; a batch of poses is animated. A pose or a robot is drawn without loads,
-            with the free motions of its platform when the actuators are locked. Of the result of :func:`kinetostatics.modes`,
-            one mode at a time is shown.
+        result: result of :func:`kinetostatics.analyze`; a batch of poses is animated. Or a pose or a robot, which is drawn
+            without loads, with the platform's free motions when the actuators are locked. Or a result of
+            :func:`kinetostatics.modes`, of which the page shows one mode at a time.
         title: heading of the picture; default: the robot's name.
         pose: index of the drawn pose of a batch; required to draw a batch into a visualizer.
         exaggeration: initial factor of displacements; default: the largest displacement is about a tenth of the robot's size.
@@ -74,12 +74,13 @@ def show(
             the same camera. ``pose`` applies to both.
         visualizer: a ``meshcat.Visualizer``; the robot is drawn into its scene. The first drawing also sets camera and light.
             Default: a separate page.
-        node: node of meshcat's tree, below that of the visualizer; its content is replaced. Default: ``kinetostatics/`` and the
-            robot's name.
+        node: path in meshcat's tree, relative to the visualizer; the content of this node is replaced. Default:
+            ``kinetostatics/`` and the robot's name.
 
     Returns:
-        The view, displayed by a notebook if it is the last value of a cell; or the visualizer at the node, with the child nodes
-        ``resting``, ``deformed``, ``base``, ``forces/GROUP/NAME``, ``frames``, ``floor``, ``largest`` and ``labels``.
+        The view, which a notebook displays if it is the last value of a cell. If a visualizer is given: the visualizer at the
+        node, whose children are ``resting``, ``deformed``, ``base``, ``forces/GROUP/NAME``, ``frames``, ``floor``, ``largest``
+        and ``labels``.
 
     Raises:
         ArgumentError: no pose could be analysed, there are more than 1000 poses, or an argument is invalid.
@@ -151,8 +152,8 @@ def save_image(
         result, title, pose, exaggeration, compare: see :func:`show`. A batch is drawn at its first pose, a mode at full
             amplitude.
         path: path of the file; an existing file is replaced.
-        colour: quantity shown by colours: ``"deflection"``; for beams also ``"stress"`` (von Mises), ``"axial"`` (force) or
-            ``"euler"`` (N/N_Euler).
+        colour: quantity shown by colours: ``"deflection"`` of all parts; or of beams only ``"stress"`` (von Mises), ``"axial"``
+            (force) or ``"euler"`` (N/N_Euler).
         view: direction of view: ``"home"``, ``"front"``, ``"side"`` or ``"top"``.
         mode: number of the drawn mode, from 1.
         size: width and height [pixels].
@@ -195,7 +196,7 @@ def _page(
 
 
 def _drawable(given: object, pose: int | tuple[int, ...] | None = None) -> Result | SinglePose:
-    """Return a result unchanged; for modes, a pose or a robot, return the poses to be drawn."""
+    """Return a result unchanged, and for modes, a pose or a robot the :class:`SinglePose` to be drawn."""
     if isinstance(given, Result):
         return given
     if isinstance(given, Modes):

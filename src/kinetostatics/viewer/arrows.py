@@ -1,4 +1,7 @@
-"""Arrows of external and internal forces and couples, by contribution."""
+"""Arrows of external and internal forces and couples.
+
+Every arrow is attached to a station, a coordinate system that moves with the robot. A contribution is due to one load or weight.
+"""
 
 from __future__ import annotations
 
@@ -17,10 +20,10 @@ from kinetostatics.viewer.shapes import crossed, frames_along
 
 
 class Wrenches:
-    """Arrows of a scene.
+    """All arrows of a scene, at F poses.
 
-    Every arrow is the sum of K + 1 parts, along axis 1 of its array. The first K parts belong to the contributions; the page
-    multiplies each by its contribution's share. The last part, the remainder, does not depend on the shares.
+    Arrays (F, K + 1, …) of forces and moments contain K contributions, each of which the page multiplies by the value of a
+    slider, and last the remainder, which the page does not multiply.
     """
 
     def __init__(
@@ -37,7 +40,6 @@ class Wrenches:
         self.gravity, self.load = poses.take(self.result.gravity), poses.take(self.result.load)
 
     def arrows(self) -> Iterator[Arrow]:
-        """Yield all arrows."""
         yield from self._external()
         yield from self._springs()
         for limb in self.robot.topology.limbs:
@@ -55,7 +57,7 @@ class Wrenches:
             yield from self._pair("external load", name, at, acting, "tip")
 
     def _springs(self) -> Iterator[Arrow]:
-        """Yield the forces of each spring on its two links; the arrows lie beyond the spring's ends."""
+        """Yield the force of each spring on the link at either end, drawn beyond this end of the spring."""
         for spring in self.springs:
             pull = self._only(f"spring {spring.description.name}", spring.tension[:, None] * spring.direction)
             for link, sign, end, twist in zip(spring.links, (1, -1), spring.ends, spring.twists, strict=True):
@@ -63,7 +65,7 @@ class Wrenches:
                 yield Arrow("spring forces", name, name, "force", at, sign * pull, anchor=-sign * spring.direction)
 
     def _only(self, source: str, wrench: Array) -> Array:
-        """Return a quantity (F, …) as parts (F, K + 1, …): that of the contribution ``source`` if any, else the remainder."""
+        """Return zeros (F, K + 1, …) with ``wrench`` (F, …) as contribution ``source``, or as the remainder if there is none."""
         sources = self.poses.sources
         parts = np.zeros((len(wrench), len(sources) + 1, *wrench.shape[1:]))
         parts[:, sources.index(source) if source in sources else -1] = wrench
@@ -88,7 +90,7 @@ class Wrenches:
                 yield from self._screw(group, limb.name, label, joints, units[:, :, n], parts[:, :, n], outward)
 
     def _network(self, limb: LimbResult) -> Iterator[Arrow]:
-        """Yield the wrenches of the platform on a network at the network's platform joints, and axial forces of its beams."""
+        """Yield, for a limb with rings or several platform joints, wrenches at these joints and axial forces of beams."""
         poses, result, table = self.poses, self.result, self.robot.statics.joint_table
         for name in limb.platform_joints:
             k = [table.names.index(name)]
@@ -110,7 +112,7 @@ class Wrenches:
             )  # fmt: skip
 
     def _joints_of(self, limb: Limb) -> list[DrawnJoint]:
-        """Return a limb's joints that are not inside telescopic beams: at the platform first, at the base last."""
+        """Return a limb's joints outside telescopic beams: platform joints, then inner joints, then base joints."""
         links, topology = set(limb.links), self.robot.topology
         names = {edge.joint for edge in limb.edges}
         placed = [item for item in self.joints if item.beam is None]
@@ -121,7 +123,7 @@ class Wrenches:
     def _screw(
         self, group: str, limb: str, label: str, joints: list[DrawnJoint], unit: Array, parts: Array, outward: Array
     ) -> Iterator[Arrow]:
-        """Yield force, couple or both of a wrench: ``unit`` (F, 6) about o times its intensity, given by ``parts`` (F, K + 1)."""
+        """Yield ``unit`` (F, 6), about o, times ``parts`` (F, K + 1): the force on its line of action, and the couple."""
         name, short = f"{limb}: {label}", f"{limb} {label.split(' at ')[0]}"
         forces, couples = (group, group) if group != "constraint" else ("constraint forces", "constraint couples")
         force, moment = unit[:, :3], unit[:, 3:]
@@ -144,7 +146,7 @@ class Wrenches:
             yield Arrow(couples, name, short, "moment", at, parts[..., None] * moment[:, None], positive=moment)
 
     def _pair(self, group: str, name: str, at: int, wrench: Array, anchor: str) -> Iterator[Arrow]:
-        """Yield force and couple of a wrench (F, K + 1, 6) about a station's origin, each unless zero in all frames."""
+        """Yield force and couple of a wrench (F, K + 1, 6) about the origin of station ``at``, each unless zero at all poses."""
         for kind, part in (("force", wrench[..., :3]), ("moment", wrench[..., 3:])):
             if np.any(part != 0):
                 title = f"{name} {'force' if kind == 'force' else 'couple'}"
@@ -152,7 +154,7 @@ class Wrenches:
 
     @cached_property
     def _weights_by_source(self) -> list[tuple[str, str, Array, Array]]:
-        """For each link and beam: name, contribution, centre of mass (F, 3) [m] and weight (F, 3) [N]."""
+        """(name, contribution, centre of mass (F, 3) [m], weight (F, 3) [N]) of each link and beam."""
         weights, solutions, take = self.robot.weights, self.result.solutions, self.poses.take
         masses = np.concatenate([weights.masses(s.frames) for s in solutions], axis=-1)
         centres = np.concatenate([weights.centres(s.frames) for s in solutions], axis=-1)
@@ -174,7 +176,7 @@ class Wrenches:
                 yield Arrow("weights", label, f"weight of {label}", "force", at, self._only(source, force))
 
     def _base_reaction(self) -> Iterator[Arrow]:
-        """Yield the reaction of the ground: minus the sum of loads, weights and spring forces, about the base link's origin."""
+        """Yield the wrench of the ground, about the base link's origin: minus the sum of loads, weights and spring forces."""
         base = self.poses.frame(self.robot.description.base)[:, :3, 3]
         total = np.nan_to_num(self.poses.take(self.result.base_wrench))
         parts = -self._only("load", moved_wrench(self.load, base - self.poses.o))
@@ -196,12 +198,12 @@ class Wrenches:
             parts = self.poses.parts(self.result.actuator_contributions[name])
             # remainder: weight of parts attached to the base
             parts[:, -1] = np.nan_to_num(self.poses.take(self.result.actuator_forces[name])) - parts.sum(axis=1)
-            at, offset = self._beside(joint)
+            at, offset = self._actuator_place(joint)
             vector = parts[..., None] * joint.axis[:, None]
             yield Arrow("actuator forces", name, name, kind, at, vector, offset, joint.axis)
 
-    def _beside(self, joint: DrawnJoint) -> tuple[int, tuple[float, float, float]]:
-        """Return station and offset [m] of an actuator's arrow: beside a telescopic beam, else at the joint."""
+    def _actuator_place(self, joint: DrawnJoint) -> tuple[int, tuple[float, float, float]]:
+        """Return station and offset [m] of an actuator's arrow, which is beside a telescopic beam or else at the joint."""
         if joint.beam is None:
             return self.at[joint.name], (0.0, 0.0, 0.0)
         _, points = self.poses.beam_line(joint.beam)

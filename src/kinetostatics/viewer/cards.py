@@ -1,4 +1,8 @@
-"""Numbers on a page, in the units of the report: its heading, cards of beams, joints and springs, quantities for colours."""
+"""Numbers on a page, in the units of the report: heading, cards, and quantities shown by colours.
+
+A card is the table of one beam, joint, spring or point mass that the page shows after a click on it. ``plain`` methods return
+data for JSON.
+"""
 
 from __future__ import annotations
 
@@ -35,16 +39,16 @@ from kinetostatics.viewer.single_poses import SinglePose
 
 @dataclass(frozen=True, eq=False)
 class FrameFacts:
-    """Heading of a page: pose, loads and status in every frame of a path.
+    """Heading of a page: pose, loads and status at each of the F poses of a path.
 
     Attributes:
-        pose: for each platform coordinate, its name, its unit, and its (F,) values in this unit.
+        pose: (name, unit, values (F,) in this unit) of each platform coordinate.
         gravity: (F, 3) gravity, world axes [m/s²]; None for a pose without loads.
         load: (F, 6) load about o, world axes [N, N·m]; None for a pose without loads.
         on_links: (F, 6) loads on links about their points of application, world axes [N, N·m], by name.
-        payload: (F,) mass [kg], (F, 3) centre of mass [m], and the link in whose frame the centre is given (None: o-xyz); None if
+        payload: mass (F,) [kg], centre of mass (F, 3) [m], and the link in whose frame the centre is given (None: o-xyz); None if
             there is no payload.
-        status: (F,) texts, each with the states of one pose, the most severe state first.
+        status: (F,) texts that list the states of each pose, the most severe state first.
         displacement, rotation: number formats of displacements and rotations in the legend and in tables.
     """
 
@@ -58,7 +62,7 @@ class FrameFacts:
     rotation: NumberFormat
 
     def lines(self, frame: int) -> list[tuple[str, str]]:
-        """Return the lines of the heading in a frame, each with title and text; the status is last."""
+        """Return (title, text) of each line of the heading at the pose with index ``frame``; the last line is the status."""
         found = []
         if self.pose:
             pose = (f"{name} {_rounded(values[frame])}{'' if unit == '°' else ' '}{unit}" for name, unit, values in self.pose)
@@ -73,21 +77,19 @@ class FrameFacts:
         return [*found, ("status", self.status[frame])]
 
     def plain(self) -> list[list[tuple[str, str]]]:
-        """Return the lines of all frames."""
         return [self.lines(frame) for frame in range(len(self.status))]
 
     def units(self) -> dict[str, object]:
-        """Return the number formats as JSON data."""
         return {"displacement": plain_scale(self.displacement), "rotation": plain_scale(self.rotation)}
 
 
 def _rounded(value: float) -> str:
-    """Return a coordinate in mm or degrees, without trailing zeros."""
+    """Return a coordinate [mm, °] with up to two decimals, without trailing zeros."""
     return f"{round(float(value), 2) + 0.0:.15g}".replace("-", "−")
 
 
 def _short(value: float) -> str:
-    """Return a load with up to five digits, without trailing zeros."""
+    """Return a load with up to five digits, without trailing zeros; magnitudes below 5e-6 are written as 0."""
     return f"{0.0 if abs(value) < 5e-6 else float(f'{value:.5g}'):.15g}".replace("-", "−")
 
 
@@ -100,7 +102,7 @@ def _wrench(values: Array) -> str:
 
 
 def find_facts(poses: ShownPoses, all_twists: Array, size: float) -> FrameFacts:
-    """Return the heading of the shown poses; ``all_twists`` (F, n, K, 6) of all stations determine the legend's unit."""
+    """Return the heading; ``all_twists`` (F, n, K, 6), the twists of all stations, determine the legend's unit."""
     result = poses.result
     pose = _coordinates(result.configuration, lambda values: poses.of_configuration(values, 0))
     status = [["OK"] for _ in range(poses.count)]
@@ -118,14 +120,14 @@ def find_facts(poses: ShownPoses, all_twists: Array, size: float) -> FrameFacts:
 
 
 def facts_without_loads(poses: SinglePose) -> FrameFacts:
-    """Return the heading of a pose without loads: its coordinates if its loops are closed."""
+    """Return a heading without loads; it contains the platform's coordinates if the robot's loops are closed."""
     pose = [] if poses.configuration is None else _coordinates(poses.configuration, lambda values: values.reshape(1))
     formats = NumberFormat.of(0.0, LENGTHS, digits=4), NumberFormat.of([0.0], ANGLES, digits=4)
     return FrameFacts(pose, None, None, {}, None, ["OK"], *formats)
 
 
 def _coordinates(configuration: Configuration, taken: Callable[[Array], Array]) -> list[tuple[str, str, Array]]:
-    """Return name, unit and values (F,) of each platform coordinate; ``taken`` selects the shown poses of an array."""
+    """Return (name, unit, values (F,)) of each platform coordinate; ``taken`` selects the drawn poses of an array."""
     found = []
     for name, (values, ((unit, factor),), noise) in platform_coordinates(configuration).items():
         along = taken(values)
@@ -150,20 +152,18 @@ def _payload(poses: ShownPoses) -> tuple[Array, Array, str | None] | None:
 
 
 def plain_scale(scale: NumberFormat) -> dict[str, object]:
-    """Return a number format as JSON data."""
     return {"unit": scale.unit, "factor": scale.factor, "decimals": scale.decimals, "noise": scale.noise}
 
 
 @dataclass(frozen=True, eq=False)
 class CardRow:
-    """A row of a card: title, number format, and SI values (F,) or vectors (F, w) in all frames."""
+    """A row of a card: its title, the format of its numbers, and values (F,) or vectors (F, w) at all poses [SI]."""
 
     words: str
     scale: NumberFormat
     values: Array
 
     def plain(self, packing: Packing) -> dict[str, object]:
-        """Return the data for JSON."""
         width = self.values[0].size
         return {
             "words": self.words, **plain_scale(self.scale), "width": width, "values": packing.path(self.values, width)
@@ -176,10 +176,11 @@ class Card:
 
     Attributes:
         kind: kind of the part, for example "beam".
-        rows: the numbers of the part.
+        rows: titles and numbers.
         note: explanation of the numbers.
-        first: index of a beam's first station.
-        lines: (F, n) or (F, 1) quantities along a beam [SI], by name: ``T``, ``M_y``, ``M_z`` and the quantities for colours.
+        first: index of the first of a beam's stations, which are points along its centre line.
+        lines: quantities of a beam [SI]: (F, n) at its stations, or (F, 1) if constant along it. The keys are ``T`` (torque),
+            ``M_y`` and ``M_z`` (bending moments) and the keys of :class:`BeamQuantity`.
     """
 
     kind: str
@@ -189,7 +190,6 @@ class Card:
     lines: dict[str, Array] = field(default_factory=dict)
 
     def plain(self, packing: Packing) -> dict[str, object]:
-        """Return the data for JSON."""
         lines = {name: packing.path(values) for name, values in self.lines.items()}
         return {
             "kind": self.kind, "rows": [row.plain(packing) for row in self.rows], "note": self.note, "first": self.first,
@@ -199,7 +199,7 @@ class Card:
 
 @dataclass(frozen=True)
 class BeamQuantity:
-    """Quantity for colours of beams: key in :attr:`Card.lines`, title, format, largest magnitude [SI], whether it is signed."""
+    """A quantity for colours of beams: key in :attr:`Card.lines`, title, format, largest magnitude [SI], whether it is signed."""
 
     key: str
     words: str
@@ -208,14 +208,13 @@ class BeamQuantity:
     signed: bool = False
 
     def plain(self) -> dict[str, object]:
-        """Return the data for JSON."""
         return {
             "key": self.key, "words": self.words, **plain_scale(self.scale), "largest": self.largest, "signed": self.signed
         }  # fmt: skip
 
 
 def quantities_of(cards: Iterable[Card]) -> list[BeamQuantity]:
-    """Return the quantities for colours besides the deflection; stresses are known only for sections of known outline."""
+    """Return the quantities that at least one beam has; stresses are known only for sections of known outline."""
     found = []
     for key, words, units, digits, signed in (
         ("stress", "von Mises stress", STRESSES, 4, False),
@@ -230,7 +229,7 @@ def quantities_of(cards: Iterable[Card]) -> list[BeamQuantity]:
 
 
 class Cards:
-    """Cards of the shown poses."""
+    """Builder of the cards of all beams, joints, springs and point masses of a result."""
 
     def __init__(self, poses: ShownPoses, joints: Sequence[DrawnJoint], springs: Sequence[DrawnSpring]) -> None:
         self.poses, self.result, self.joints, self.springs = poses, poses.result, joints, springs
@@ -238,7 +237,7 @@ class Cards:
         self.actuators = actuator_coordinates(self.result.configuration)
 
     def all(self, meshes: Mapping[str, int]) -> dict[str, Card]:
-        """Return the cards by path of the mesh; ``meshes``: the first station of each mesh, by path."""
+        """Return the cards by paths of their meshes; ``meshes`` gives the first station of each mesh, by its path."""
         beams = {f"beams/{name}": beam for name, beam in self.result.beams.items()}
         rows = self._beam_rows(list(beams.values()))
         cards = {}
@@ -268,7 +267,7 @@ class Cards:
         return Card("mass at a point", [CardRow("mass", NumberFormat.of(mass, MASSES), np.full(self.poses.count, mass))], "")
 
     def _beam_rows(self, beams: list[BeamResult]) -> list[list[CardRow]]:
-        """Return the rows of all beams; each row has one unit for all beams, as in the report's table."""
+        """Return the rows of each beam; a quantity has one unit for all beams, as in the report's table."""
         take, noise = self.poses.take, self.noise
         axial = [take(beam.section_wrenches)[..., 0] for beam in beams]
         shifts = [np.linalg.norm(take(beam.deflections), axis=-1) for beam in beams]
@@ -309,7 +308,7 @@ class Cards:
                 continue
             wrench = self.poses.take(self.result.joint_wrenches[name])
             if any(np.allclose(wrench, other, rtol=1e-9, atol=self.noise.moment, equal_nan=True) for other in wrenches):
-                continue  # joints about one point have equal wrenches, apart from weights between them
+                continue  # joints with one centre have equal wrenches, apart from the weights of links between them
             wrenches.append(wrench)
             of = f" of {name}" if wrenches[1:] else ""
             for kind, part in (("force", wrench[:, :3]), ("moment", wrench[:, 3:])):

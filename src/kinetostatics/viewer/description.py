@@ -1,4 +1,8 @@
-"""Content of a page as plain data: moving stations; surfaces, arrows, coordinate systems and labels attached to them."""
+"""Content of a page as plain data: stations, and the surfaces, arrows, coordinate systems and labels attached to them.
+
+A station is a coordinate system that moves with the robot. A contribution is the displacement, or force, due to one load or
+weight; its share is the factor by which a slider of the page multiplies it. ``plain`` methods return data for JSON.
+"""
 
 from __future__ import annotations
 
@@ -16,13 +20,15 @@ from kinetostatics.viewer.single_poses import DrawnMode
 
 
 class Stations:
-    """Moving coordinate systems. In each of F frames of a path, each has a pose at rest, and a small twist by each contribution.
+    """Coordinate systems that move with the robot.
+
+    At each of F poses of a path, a station has a placement at rest (undeformed) and a small twist by each of K contributions.
 
     Attributes:
-        frames: number of frames, F; 1 without a path.
+        frames: number of poses of the path, F.
         sources: labels of the contributions.
-        rest: for each station, (F, 4, 4) poses at rest.
-        twists: for each station, (F, K, 6) twists by the contributions, at the station's origin, world axes [m, rad].
+        rest: for each station, (F, 4, 4) placements at rest.
+        twists: for each station, (F, K, 6) twists at its origin, world axes [m, rad].
     """
 
     def __init__(self, frames: int, sources: tuple[str, ...]) -> None:
@@ -34,7 +40,7 @@ class Stations:
         """Add a station and return its index.
 
         Args:
-            rest: (F, 4, 4) poses at rest; or (F, 3) origins [m], with world axes.
+            rest: (F, 4, 4) placements at rest; or (F, 3) origins [m], with world axes.
             twist: (F, K, 6) twists at its origin, world axes [m, rad]; None: it does not move.
         """
         if rest.ndim == 2:
@@ -46,18 +52,18 @@ class Stations:
 
     @property
     def poses(self) -> Array:
-        """(F, n, 7) origins [m] and quaternions (x, y, z, w) at rest."""
+        """(F, n, 7) origins [m] and quaternions (x, y, z, w) of the n stations at rest."""
         rest = np.stack(self.rest, axis=1)
         rotation = np.moveaxis(rest[..., :3, :3], (-2, -1), (0, 1))
         return np.concatenate([rest[..., :3, 3], np.moveaxis(quaternion_of_matrix(rotation), 0, -1)], axis=-1)
 
     @property
     def all_twists(self) -> Array:
-        """(F, n, K, 6) twists of all stations [m, rad]."""
+        """(F, n, K, 6) [m, rad]."""
         return np.stack(self.twists, axis=1)
 
     def moved(self, frame: int, exaggeration: float, shares: Array) -> Array:
-        """Return the poses (n, 4, 4) of the deformed stations in one frame for shares (K,), as ``motion.js`` does."""
+        """Return the deformed placements (n, 4, 4) at the pose with index ``frame``, for shares (K,), as ``motion.js`` does."""
         poses = np.stack([rest[frame] for rest in self.rest])
         twists = exaggeration * np.einsum("nki,k->ni", self.all_twists[frame], shares)
         poses[:, :3, 3] += twists[:, :3]
@@ -67,13 +73,13 @@ class Stations:
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """A surface in the scene tree.
+    """A surface in meshcat's tree.
 
     Attributes:
         path: path of its nodes below each of ``roots``.
         surface: triangles in the axes of their stations.
         station: index of its station, or (n,) indices for all vertices.
-        roots: nodes of the scene tree that show it: ``Rest`` (pale, undeformed), ``Deformed`` (solid, deformed), ``Base`` (solid,
+        roots: top nodes under which it is drawn: ``Rest`` (pale, undeformed), ``Deformed`` (solid, deformed), ``Base`` (solid,
             undeformed).
         colour: "deflection", "#rrggbb", or (n, 3) colours of the vertices, 0 to 1.
     """
@@ -86,11 +92,9 @@ class Mesh:
 
     @property
     def by_deflection(self) -> bool:
-        """Whether the deflection determines the colours."""
         return isinstance(self.colour, str) and self.colour == "deflection"
 
     def plain(self) -> dict[str, object]:
-        """Return the data for JSON."""
         wide = "<u2" if len(self.surface.vertices) < 2**16 else "<u4"
         colour = self.colour if isinstance(self.colour, str) else packed(np.round(255 * self.colour), "u1")
         return {
@@ -105,12 +109,12 @@ class Arrow:
     """A force or couple.
 
     Attributes:
-        group: folder of the scene tree.
+        group: kind of forces that the page shows or hides together, a key of :data:`GROUPS`.
         name: name of the node, as in the result.
         label: name in the picture.
         kind: "force" or "moment".
-        station: station to which it is attached.
-        vector: (F, K + 1, 3) part of each contribution, and last the part that does not depend on the shares [N, N·m].
+        station: index of the station to which it is attached.
+        vector: (F, K + 1, 3) the vector by each contribution, and last the part that does not depend on the shares [N, N·m].
         offset: (3,) position relative to the station, in its axes [m].
         positive: (F, 3) positive direction, for the sign of the number in the label; None: the number is a magnitude.
         anchor: end of the arrow at the station, "tail" or "tip"; or (F, 3) outward direction: an arrow against this direction has
@@ -136,11 +140,10 @@ class Arrow:
 
     @property
     def size(self) -> float:
-        """Largest magnitude over all frames of the path, with all contributions at full size [N, N·m]."""
+        """Largest magnitude over all poses of the path, with all shares 1 [N, N·m]."""
         return float(np.linalg.norm(self.vector.sum(axis=1), axis=-1).max())
 
     def plain(self, metres_per_unit: float, radius: float, colour: str, packing: Packing) -> dict[str, object]:
-        """Return the data for JSON."""
         return {
             "path": f"Arrows/{self.group}/{self.name}", "label": self.label, "kind": self.kind, "station": self.station,
             "offset": self.offset, "vector": packing.path(self.vector, 3), "unit": self.unit,
@@ -153,23 +156,22 @@ class Arrow:
 
 @dataclass
 class Scene:
-    """Content of a page; :meth:`plain` converts it to JSON data.
+    """Content of a page; :meth:`plain` converts it to data for JSON.
 
     Attributes:
         title: heading.
-        stations: moving coordinate systems.
+        stations: coordinate systems that move with the robot.
         size: size of the robot [m].
         exaggeration: initial factor of displacements.
-        readout: station whose twist is shown in numbers.
+        readout: index of the station whose twist is shown in numbers.
         facts: pose, gravity, load and status for the heading; units of displacements.
-        meshes, arrows: drawn surfaces and arrows.
-        frames: name, station and label of the drawn coordinate systems.
-        labels: path, station and text of further labels.
+        frames: (name, station, label) of each drawn coordinate system.
+        labels: (path, station, text) of each further label.
         notes: warnings.
         cards: data of beams, joints, springs and point masses, by path of the mesh; a click on the mesh shows them.
         compare: a second scene on the same page.
-        live: sliders and address of a live page.
-        unloaded: whether the contributions are free motions or modes, without loads.
+        live: sliders of a live page, and the address for its requests.
+        unloaded: whether the robot is drawn without loads; its contributions are then free motions or modes.
         modes: texts on the modes; the page shows one mode at a time.
         first: index of the mode shown first.
     """
@@ -194,16 +196,12 @@ class Scene:
 
     @property
     def shares(self) -> Array:
-        """(K,) initial shares: 1 for all contributions of a result; of free motions or modes, 1 at index ``first`` only."""
+        """(K,) initial shares: of a result all are 1; of free motions or modes, number ``first`` is 1 and the others are 0."""
         count = len(self.stations.sources)
         return np.eye(1, count, self.first)[0] if self.unloaded else np.ones(count)
 
     def plain(self, packing: Packing = EXACT) -> dict[str, object]:
-        """Return the scene as JSON data; arrays are base64 of little-endian numbers.
-
-        Args:
-            packing: encoding of numbers that change along a path.
-        """
+        """Return the scene, with arrays as base64; ``packing`` encodes arrays that change along a path."""
         e = self.exaggeration
         return {
             **self.moving(packing),
@@ -251,7 +249,7 @@ class Scene:
         }  # fmt: skip
 
     def details(self, packing: Packing = EXACT) -> dict[str, object]:
-        """Return notes and cards of :meth:`plain`."""
+        """Return the entries of :meth:`plain` for notes, cards and quantities shown by colours."""
         return {
             "notes": self.notes,
             "cards": {path: card.plain(packing) for path, card in self.cards.items()},
@@ -259,9 +257,9 @@ class Scene:
         }
 
     def scaled_arrows(self) -> list[tuple[Arrow, float, float, str]]:
-        """Return every arrow with its scale [m/N, m/(N·m)], radius [m] and colour.
+        """Return (arrow, scale [m/N, m/(N·m)], radius [m], colour) of every arrow.
 
-        All forces of a group have one scale, all its couples another; the longest arrow of each is a fixed part of the robot's
+        In each group all forces have one scale and all couples have one scale; the longest arrow is a fixed part of the robot's
         size.
         """
         longest: dict[tuple[str, str], float] = {}
@@ -278,7 +276,7 @@ class Scene:
 
 #: Initial direction from the robot to the camera, world axes.
 VIEW = (1.5, -2.6, 1.1)
-#: Vertical field of view of the camera [°]; direction to the light, and its intensity.
+#: Vertical field of view of the camera [°]; direction to the light, and intensity of the light.
 FIELD_OF_VIEW = 32
 LIGHT = {"from": (1, -2, 4), "intensity": 0.45}
 #: Colour of surfaces without the shown quantity, and of the mark at the largest value.

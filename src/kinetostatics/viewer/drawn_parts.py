@@ -1,4 +1,4 @@
-"""Positions and motions of joints, springs and point masses."""
+"""Joints, springs and point masses: positions at F undeformed poses, and twists by each of K contributions (loads, weights)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class DrawnJoint:
 
     Attributes:
         name: name of the joint; for a ball, the common beginning of the names of its joints.
-        joints: names of the joints or loops.
+        joints: names of the joints, or of the loops that they close.
         links: names of the connected links.
         centre: (F, 3) position at rest [m].
         axis: (F, 3) axis of a joint drawn as a pin; None for a ball.
@@ -76,7 +76,7 @@ def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
 
 
 def _centre(poses: DrawnPoses, connection: Connection) -> Array:
-    """Return the centre (F, 3) of a joint on the successor's side [m]."""
+    """(F, 3) [m], as a point of the successor."""
     successor = poses.frame(connection.successor)
     if not connection.is_loop:
         return successor[:, :3, 3]
@@ -85,7 +85,7 @@ def _centre(poses: DrawnPoses, connection: Connection) -> Array:
 
 
 def _axis(poses: DrawnPoses, connection: Connection) -> Array:
-    """Return the axis (F, 3) of a joint on the predecessor's side."""
+    """(F, 3), as a direction fixed to the predecessor."""
     description = poses.robot.description
     if connection.is_loop:
         inner = description.loops[connection.name].predecessor_origin.matrix
@@ -95,14 +95,14 @@ def _axis(poses: DrawnPoses, connection: Connection) -> Array:
 
 
 def _twist(poses: DrawnPoses, connection: Connection, centre: Array) -> Array:
-    """Return the twists (F, K, 6) of a joint's centre as a point of the successor, or the predecessor if only this is rigid."""
+    """(F, K, 6) of the centre as a point of the successor, or of the predecessor if only the predecessor is rigid."""
     rigid = poses.rigid
     link = connection.successor if connection.successor in rigid else connection.predecessor
     return poses.twist_at(link if link in rigid else connection.successor, centre)
 
 
 def marker_radius(poses: DrawnPoses, joint: DrawnJoint, size: float) -> float:
-    """Return the radius [m] of a joint's marker: the mean size of the sections of beams at the joint, within limits."""
+    """Return a radius [m] like that of the beams at the joint, or of all beams if there are none, within limits."""
     beams = poses.robot.description.beams.values()
     near = [max(beam.section.extent) for beam in beams if beam.link in joint.links]
     some = near or [max(beam.section.extent) for beam in beams] or [0.016 * size]
@@ -115,7 +115,7 @@ STEEL = 7850.0
 
 @dataclass(frozen=True, eq=False)
 class DrawnSpring:
-    """One spring at the shown poses.
+    """One spring at F poses.
 
     Attributes:
         description: the spring of the robot's description.
@@ -131,12 +131,11 @@ class DrawnSpring:
 
     @property
     def links(self) -> tuple[str, str]:
-        """Names of the links at its two ends."""
         return self.description.predecessor, self.description.successor
 
     @property
     def length(self) -> Array:
-        """(F,) length at rest [m]."""
+        """(F,) at rest [m]."""
         return np.asarray(np.linalg.norm(self.ends[1] - self.ends[0], axis=-1))
 
     @property
@@ -146,7 +145,7 @@ class DrawnSpring:
         return np.asarray((self.ends[1] - self.ends[0]) / np.where(length > 0, length, 1.0))
 
     def frames(self) -> Array:
-        """Return frames (F, 4, 4) at the first end, z towards the second, that turn about z as little as possible on a path."""
+        """(F, 4, 4), origin at the first end, z towards the second; from pose to pose they turn about z as little as possible."""
         result = np.tile(np.eye(4), (len(self.length), 1, 1))
         z = self.direction
         z = np.where(np.any(z != 0, axis=-1, keepdims=True), z, [0.0, 0.0, 1.0])
@@ -157,7 +156,6 @@ class DrawnSpring:
 
 
 def find_springs(poses: DrawnPoses) -> list[DrawnSpring]:
-    """Return all springs."""
     found = []
     for name, spring in poses.robot.description.springs.items():
         ends, twists = [], []
@@ -169,13 +167,10 @@ def find_springs(poses: DrawnPoses) -> list[DrawnSpring]:
     return found
 
 
-def find_masses_at_points(poses: DrawnPoses, looks: Collection[str]) -> dict[str, Array]:
-    """Return the positions (F, 3) [m] of point masses: links that have a mass, but no moments of inertia, beams or visuals.
-
-    ``looks`` are the names of links with visuals.
-    """
+def find_masses_at_points(poses: DrawnPoses, with_visuals: Collection[str]) -> dict[str, Array]:
+    """Return positions (F, 3) [m] of links that have a mass, but no moments of inertia, beams or visuals."""
     found, description = {}, poses.robot.description
-    others = {*looks, *(beam.link for beam in description.beams.values())}
+    others = {*with_visuals, *(beam.link for beam in description.beams.values())}
     for name, link in description.links.items():
         if link.mass > 0 and not any(link.inertia.moments) and name not in others:
             found[name] = (poses.frame(name) @ np.array([*link.center_of_mass, 1.0]))[:, :3]
@@ -183,5 +178,5 @@ def find_masses_at_points(poses: DrawnPoses, looks: Collection[str]) -> dict[str
 
 
 def radius_of_ball(mass: float, size: float) -> float:
-    """Return the radius [m] of a steel ball of a given mass [kg], from 1 to 6 % of the robot's size [m]."""
+    """Return the radius [m] of a steel ball of this mass [kg], limited to 1 to 6 % of the robot's size [m]."""
     return float(np.clip((3 * mass / (4 * np.pi * STEEL)) ** (1 / 3), 0.01 * size, 0.06 * size))

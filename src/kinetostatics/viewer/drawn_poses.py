@@ -1,4 +1,8 @@
-"""Poses of a scene, and the small displacements of all points of the robot by each contribution."""
+"""Poses of a scene, and small displacements of the robot's points by contributions: what each load or weight causes.
+
+A path is a sequence of poses that the page animates. The stations of a beam are the points along it at which a result gives its
+displacements.
+"""
 
 from __future__ import annotations
 
@@ -21,12 +25,11 @@ from kinetostatics.status import Status
 
 
 class DrawnPoses(ABC):
-    """F poses of a robot, and displacements of its points by each of K contributions; the first axis of all arrays is F.
+    """F poses of a robot, and small twists by each of K contributions; the first axis of all arrays is F.
 
     "At rest" means undeformed.
 
     Attributes:
-        robot: the robot.
         count: number of poses, F.
         step: every ``step``-th station of a beam is shown, among them both ends and the middle.
         rigid: names of the links that move as rigid bodies.
@@ -43,16 +46,16 @@ class DrawnPoses(ABC):
 
     @abstractmethod
     def frame(self, link: str) -> Array:
-        """Return the frames (F, 4, 4) of a link at rest."""
+        """Return (F, 4, 4) frames of a link at rest."""
 
     @property
     @abstractmethod
     def platform_frame(self) -> Array:
-        """The frames o-xyz (F, 4, 4) at rest."""
+        """(F, 4, 4) frames o-xyz at rest."""
 
     @property
     def o(self) -> Array:
-        """The points o (F, 3) at rest [m]."""
+        """(F, 3) origins of :attr:`platform_frame` [m]."""
         return np.asarray(self.platform_frame[:, :3, 3])
 
     @property
@@ -62,10 +65,10 @@ class DrawnPoses(ABC):
 
     @abstractmethod
     def link_twist(self, link: str) -> Array | None:
-        """Return the twists (F, K, 6) of a rigid link at its own origin [m, rad]; None if it contains a beam."""
+        """Return (F, K, 6) twists of a rigid link at its own origin [m, rad]; None if it contains a beam."""
 
     def twist_at(self, link: str, point: Array) -> Array:
-        """Return the twists (F, K, 6) of a link at points (F, 3) [m, rad].
+        """Return (F, K, 6) twists of a link at points (F, 3) [m, rad].
 
         A point of a link with beams moves with the nearest end of these beams.
         """
@@ -85,11 +88,11 @@ class DrawnPoses(ABC):
 
     @abstractmethod
     def beam_line(self, name: str) -> tuple[Array, Array]:
-        """Return axes (F, 3, 3) and points (F, n, 3) [m] of a beam at rest."""
+        """Return axes (F, 3, 3), x along the beam, and stations (F, n, 3) [m] of a beam at rest."""
 
     @abstractmethod
     def beam_twists(self, name: str) -> Array:
-        """Return the twists (F, K, n, 6) of a beam's stations [m, rad]."""
+        """Return (F, K, n, 6) twists of a beam's stations [m, rad]."""
 
     @abstractmethod
     def tension(self, name: str) -> Array:
@@ -97,13 +100,13 @@ class DrawnPoses(ABC):
 
 
 def moved(twist: Array, arm: Array) -> Array:
-    """Return twists (F, K, 6) of a body at other points, displaced by ``arm`` (F, 3) [m] from the present ones."""
+    """Return the twists (F, K, 6) of a body at a point displaced by ``arm`` (F, 3) [m] from the point of ``twist`` (F, K, 6)."""
     return move("twist", twist, arm[:, None], components_last=True)
 
 
 #: Largest number of poses of a page.
 MOST_POSES = 1000
-#: Pairs (largest number of poses, interval of the shown stations of a beam).
+#: Pairs (largest number of poses, :attr:`DrawnPoses.step`).
 STEPS = ((100, 1), (250, 2), (MOST_POSES, 5))
 
 
@@ -111,8 +114,7 @@ class ShownPoses(DrawnPoses):
     """The analysed poses of a result in the order of a path.
 
     Attributes:
-        result: the result.
-        indices: (F,) indices of the shown poses in the flattened batch.
+        indices: (F,) indices of these poses in the flattened batch.
     """
 
     def __init__(self, result: Result, pose: int | tuple[int, ...] | None = None, every: int = 1) -> None:
@@ -140,71 +142,64 @@ class ShownPoses(DrawnPoses):
         self.labels = tuple(labels.get(name, name) for name in self.sources)
 
     def take(self, array: Array) -> Array:
-        """Return the shown poses (F, …) of an array (*batch, …) of the result."""
+        """Return the drawn poses (F, …) of an array (*batch, …) of the result."""
         shape = self.result.shape
         flat = np.reshape(array, (math.prod(shape), *np.shape(array)[len(shape) :]))
         return np.asarray(flat[self.indices])
 
     def by_source(self, contributions: Mapping[str, Array]) -> Array:
-        """Return arrays by contribution as one array (F, K, …) of the shown poses; zero for missing contributions."""
+        """Return arrays (*batch, …), by contribution, as one array (F, K, …); contributions without an array are zero."""
         none = np.zeros_like(next(iter(contributions.values())))
         return self.take(np.stack([contributions.get(name, none) for name in self.sources], axis=len(self.result.shape)))
 
     def parts(self, contributions: Mapping[str, Array]) -> Array:
-        """Return arrays by contribution as parts (F, K + 1, …) of arrows; NaN is replaced by zero, and the remainder is zero."""
+        """Return :meth:`by_source` with a last entry of zeros, (F, K + 1, …); NaN is replaced by zero."""
         found = self.by_source(contributions)
         parts = np.zeros((found.shape[0], found.shape[1] + 1, *found.shape[2:]))
         parts[:, :-1] = np.where(np.isnan(found), 0.0, found)
         return parts
 
     def of_configuration(self, array: Array, components: int) -> Array:
-        """Return the shown poses (F, …) of an array (*batch, …) of the configuration; ``components``: number of its other axes.
+        """Return the drawn poses (F, …) of an array of the configuration, which has ``components`` axes after its batch.
 
-        The batch of the configuration may be smaller than that of the result.
+        The batch of the configuration may be smaller than the batch of the result.
         """
         shape = self.result.shape + array.shape[array.ndim - components :]
         return self.take(np.broadcast_to(array, shape))
 
     def frame(self, link: str) -> Array:
-        """Return the frames (F, 4, 4) of a link at rest."""
         return self.of_configuration(self.result.configuration.frame(link), 2)
 
     @cached_property
     def platform_frame(self) -> Array:
-        """The frames o-xyz (F, 4, 4) at rest."""
         return self.of_configuration(self.result.configuration.platform_frame, 2)
 
     @cached_property
     def platform_twist(self) -> Array:
-        """(F, K, 6) twists of the platform at o, world axes [m, rad]."""
         return self.by_source(self.result.contributions)
 
     def link_twist(self, link: str) -> Array | None:
-        """Return the twists (F, K, 6) of a rigid link at its own origin [m, rad]; None if it contains a beam."""
         own = self.result.link_contributions.get(link)
         return None if own is None else self.by_source(own)
 
     def tension(self, name: str) -> Array:
-        """Return the force (F,) of a spring, tension positive [N]."""
         return self.take(self.result.spring_forces[name])
 
     def beam_twists(self, name: str) -> Array:
-        """Return the twists (F, K, n, 6) of a beam's stations [m, rad]."""
         return self.by_source(self.result.beam_contributions[name])
 
     def beam_line(self, name: str) -> tuple[Array, Array]:
-        """Return axes (F, 3, 3) and points (F, n, 3) [m] of a beam at rest."""
         axes, points = self.result.centre_lines[name]
         return self.take(axes), self.take(points)
 
 
 def moved_wrench(wrench: Array, shift: Array) -> Array:
-    """Return wrenches (F, 6) about points displaced by ``shift`` (F, 3) [m] from the present ones."""
+    """Return the wrench (F, 6) about a point displaced by ``shift`` (F, 3) [m] from the reference point of ``wrench``."""
     return move("wrench", wrench, shift, components_last=True)
 
 
 def serpentine(shape: tuple[int, ...]) -> NDArray[np.intp]:
-    """Return the indices of a batch's poses in an order in which neighbours follow each other: every second row is reversed."""
+    """Return the flat indices of a batch row by row, with every second row reversed: successive poses are neighbours."""
     order = np.arange(int(np.prod(shape)), dtype=np.intp).reshape(shape or (1,))
     while order.ndim > 1:
         rows = order.reshape(-1, *order.shape[-2:]).copy()
@@ -214,7 +209,7 @@ def serpentine(shape: tuple[int, ...]) -> NDArray[np.intp]:
 
 
 def place_of(shape: tuple[int, ...], pose: int | tuple[int, ...]) -> int:
-    """Return the index of a pose in the flattened batch; negative indices count from the end."""
+    """Return the index of a pose in the flattened batch; negative numbers in ``pose`` count from the end."""
     index, counts = np.atleast_1d(np.asarray(pose)), np.array(shape, dtype=int)
     if index.dtype.kind not in "iu" or index.shape != counts.shape or np.any(index < -counts) or np.any(index >= counts):
         right = f"an index into the result's batch of shape {shape}" if shape else "left out, as the result is of one pose"
@@ -233,7 +228,7 @@ def _nothing_to_show(result: Result, order: NDArray[np.intp]) -> str:
 
 
 def loads_on_links(poses: ShownPoses, kinds: Collection[str]) -> Iterator[tuple[str, str, Array, Array]]:
-    """Yield loads on links: contribution, name of link or beam, point (F, 3), and wrench (F, 6) about o.
+    """Yield (contribution, name of the link or beam, point (F, 3) [m], wrench (F, 6) about o [N, N·m]) for loads on links.
 
     ``kinds`` are some of "load" and "spring".
     """
@@ -251,7 +246,7 @@ def loads_on_links(poses: ShownPoses, kinds: Collection[str]) -> Iterator[tuple[
 
 
 def about_point(wrench: Array, point: Array, o: Array, size: float) -> Array:
-    """Return wrenches (F, 6) about o as wrenches about points (F, 3), with rounding errors of moments set to zero."""
+    """Return wrenches (F, 6), given about o, about points (F, 3) instead; rounding errors of moments are set to zero."""
     found = moved_wrench(wrench, point - o)
     found[:, 3:] = np.where(np.abs(found[:, 3:]) > 1e-9 * size * np.abs(wrench[:, :3]).max(initial=0.0), found[:, 3:], 0.0)
     return found

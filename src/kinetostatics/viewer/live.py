@@ -1,4 +1,4 @@
-"""Live pages: the page sends the values of its sliders; Python analyses that pose and returns a new scene.
+"""Live pages: a page sends the values of its sliders; Python analyses the pose and returns a new scene.
 
 meshcat's own socket transmits commands in one direction only, to the page. The page therefore sends HTTP requests: each motion of
 a slider is a POST to the address of the page, and the response contains the changes of the scene. The server listens on this
@@ -53,7 +53,8 @@ class LiveRobot:
     A pose that cannot be analysed is drawn without loads; a note gives the reason.
 
     Attributes:
-        configuration: the present pose, start of the way to the next one; None if the loops cannot be closed (no sliders then).
+        configuration: the present pose, from which the next one is assembled; None, without sliders, if the loops cannot be
+            closed.
         load: (6,) force and moment at o [N, N·m]; None if it is not changed by sliders.
     """
 
@@ -88,13 +89,16 @@ class LiveRobot:
         self.first = scene.plain()
 
     def answer(self, question: Mapping[str, Json]) -> dict[str, object]:
-        """Return the changes of the scene for a request ``{"kind": …, "values": {name: shown value}}``.
+        """Return the changes of the scene that a request of the page causes.
 
-        The kind is "actuators", "platform" or "load"; or "details", for notes and cards of the last pose. Other requests can
-        include ``"details": true`` for notes and cards, which take longer than the rest. ``"contributions"`` lists the
-        contributions on the page; if the new pose has others, the response is the whole scene.
+        If the requested coordinates cannot be reached, the robot moves to the last valid pose on the straight line to them, and
+        the entry ``rim`` gives the reason.
 
-        If a pose cannot be reached, the response contains the last pose on the straight line to it, and the reason as ``rim``.
+        Args:
+            question: ``kind`` is "actuators", "platform" or "load", with shown values by name in ``values``; or "details", a
+                request for notes and cards. ``details`` tells whether another kind is also answered with notes and cards, which
+                take longer. If the new pose has other contributions than the page lists in ``contributions``, the whole scene is
+                returned.
 
         Raises:
             KinetostaticsError: the pose cannot be analysed; the robot stays at the last pose.
@@ -109,7 +113,7 @@ class LiveRobot:
         return {**scene.moving(), **(scene.details() if details else {}), **rim}
 
     def compile(self, go_on: Callable[[], bool]) -> None:
-        """Compile the functions for requests one by one, while ``go_on()`` is true; NumPy is used until they are ready."""
+        """Compile the functions for requests, until ``go_on()`` is false; NumPy is used for functions not yet compiled."""
         if check_engine("auto") == "numpy" or self.configuration is None:
             return
         asked: list[dict[str, object]] = [{"actuators": self.configuration.actuators}] if self.robot.description.driven else []
@@ -124,7 +128,7 @@ class LiveRobot:
                     self._assembled(coordinates, engine="compiled")
 
     def reach(self) -> Mapping[str, object]:
-        """Return the ends of all sliders at the present pose; none if the pose changes during the computation."""
+        """Return the ranges of :meth:`.Sliders.reach` at the present pose; none if the pose changes during the computation."""
         pose = self.configuration
         if pose is None or self.sliders is None:
             return {}
@@ -132,7 +136,7 @@ class LiveRobot:
         return found if self.configuration is pose else {}
 
     def _move(self, kind: str, shown: Mapping[str, float]) -> str:
-        """Move to coordinates or a load; return the reason if the coordinates cannot be reached, else an empty text."""
+        """Move to the values of sliders; return the reason if they cannot be reached, else an empty text."""
         assert self.sliders is not None and self.configuration is not None
         values = {name: float(value) * self.sliders.factors[kind, name] for name, value in shown.items()}
         configuration, load, rim = self.configuration, self.load, ""
@@ -161,7 +165,7 @@ class LiveRobot:
         return self.robot.assemble(**asked, **rules, engine=engine)
 
     def _rim(self, pose: Configuration, kind: str, values: Mapping[str, float]) -> tuple[Configuration, str]:
-        """Return the last valid pose on the straight line from a pose to coordinates, and the reason for which the line ends."""
+        """Return the last valid pose on the straight line from ``pose`` to coordinates, and why the line ends there."""
         assert self.sliders is not None
         present = {name: float(self.sliders.present(pose, kind)[name]) for name in values}
         lines = self.sliders.shortened({name: np.array([value - present[name]]) for name, value in values.items()}, kind)
@@ -174,16 +178,14 @@ class LiveRobot:
         words = [
             f"{name} stops at {written(float(self.sliders.present(rim, kind)[name]), factor)}" for name, factor in moved.items()
         ]
-        return rim, f"{', '.join(words)}: {self.sliders.words(end)}"
+        return rim, f"{', '.join(words)}: {self.sliders.reason(end)}"
 
     def _scene(self, details: bool = True) -> Scene:
-        """Return the scene of the present result, with the sliders at its pose."""
         scene = describe_scene(self.result, visuals=self.visuals, details=details)
         scene.live = self._controls()
         return scene
 
     def _controls(self) -> dict[str, object]:
-        """Return the sliders at the present pose, and the address for requests."""
         pose = self.result.configuration
         return {"url": "analyze", "controls": [] if self.sliders is None or pose is None else self.sliders.at(pose, self.load)}
 
@@ -235,7 +237,6 @@ class LiveServer:
         self._thread.join()
 
     def close(self) -> None:
-        """Stop serving."""
         self._closed.set()
         self._server.shutdown()
         self._server.server_close()
@@ -267,7 +268,7 @@ def _handler(robot: LiveRobot, key: str) -> type[BaseHTTPRequestHandler]:
                 self._reply(200, self._answer(self.rfile.read(int(length))), "application/json")
 
         def _is_for(self, name: str) -> bool:
-            """Return whether a request has the server's key, host and origin."""
+            """Whether host and origin are this server, and the path is ``/KEY/name``."""
             host = self.headers.get("Host", "")
             here = host.partition(":")[0] in LOCAL_NAMES and self.headers.get("Origin", f"http://{host}") == f"http://{host}"
             return here and self.path == f"/{key}/{name}"

@@ -9,35 +9,34 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-#: Smallest scale for the rounding of a component, as a part of the largest component.
+#: Least rounding step of a component, as a part of the step of the largest component.
 SMALL = 0.05
 
 
 def packed(array: ArrayLike, dtype: str) -> str:
-    """Return the bytes of an array as base64."""
+    """Return base64 of the bytes of an array."""
     return base64.b64encode(np.ascontiguousarray(array, dtype=dtype).tobytes()).decode("ascii")
 
 
 def zipped(text: str) -> str:
-    """Return a text, compressed by gzip, as base64; the result depends on the text only."""
+    """Return base64 of a text compressed by gzip, which depends on the text only."""
     return base64.b64encode(gzip.compress(text.encode(), 6, mtime=0)).decode("ascii")
 
 
 @dataclass(frozen=True)
 class Packing:
-    """Encoding of numbers along a path: second differences from frame to frame, which are small and compress well.
+    """Encoding of numbers along a path: second differences from pose to pose, which are small and compress well.
 
     Attributes:
-        bits: numbers are rounded to steps of 2^-bits of the largest one; None: single precision.
+        bits: numbers are rounded to steps of 2^-bits of the largest number; None: single precision.
     """
 
     bits: int | None = None
 
     def path(self, values: ArrayLike, width: int = 1) -> str | dict[str, object]:
-        """Return the encoded numbers of all frames; those of a single frame as base64.
+        """Encode numbers (F, …) at F poses; if F is 1, return them as base64.
 
         Args:
-            values: (F, …) numbers.
             width: number of components of an item (3 for vectors); each component is rounded with a step of its own.
         """
         table = np.asarray(values, dtype=np.float64).reshape(len(np.asarray(values)), -1)

@@ -36,9 +36,9 @@ ROUNDINGS = ((None, ""), (20, ""), (16, "0.001 %"), (12, "0.02 %"))
 
 
 def fitting_page(describe: Callable[[int], Scene], every: int = 1) -> str:
-    """Return the page of a path, with as many digits and poses as fit into :data:`MOST`; a note and a warning tell what is lost.
+    """Return the page of a path, with as many digits and poses as fit into :data:`MOST`.
 
-    ``describe(n)`` returns the scene with every n-th pose of the path; ``every`` is the smallest n to try.
+    A note and a warning tell what is lost. ``describe(n)`` returns the scene with every n-th pose; ``every`` is the smallest n.
     """
     scene = describe(every)
     one_pose = max(shown.stations.frames for shown in (scene, scene.compare) if shown is not None) == 1
@@ -56,7 +56,7 @@ def fitting_page(describe: Callable[[int], Scene], every: int = 1) -> str:
 
 
 def page_html(scene: dict[str, object]) -> str:
-    """Return the page of a scene (:meth:`Scene.plain`)."""
+    """Return the page; ``scene`` is made by :meth:`Scene.plain`."""
     held = {"meshcat": _meshcat(), "scene": scene}
     parts = {
         "title": html.escape(str(scene["title"])),
@@ -69,7 +69,6 @@ def page_html(scene: dict[str, object]) -> str:
 
 
 def iframe_html(page: str, height: int = 640) -> str:
-    """Return a page inside an ``<iframe>``, for notebooks."""
     return f'<iframe srcdoc="{html.escape(page)}" style="width: 100%; height: {height}px; border: 1px solid #8888"></iframe>'
 
 

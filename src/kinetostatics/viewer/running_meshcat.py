@@ -1,4 +1,7 @@
-"""A running meshcat: connection to its server, and drawing of a scene with heading, legend, camera and light."""
+"""Drawing of a scene into a running meshcat, with heading, legend, camera and light; connection to meshcat's server.
+
+Meshcat's content is a tree of nodes. Poses of stations are placements (4, 4) of coordinate systems that move with the robot.
+"""
 
 from __future__ import annotations
 
@@ -48,10 +51,10 @@ _SEEN: WeakKeyDictionary[ViewerWindow, set[str]] = WeakKeyDictionary()
 
 
 def draw(scene: Scene, visualizer: Visualizer, node: str) -> Visualizer:
-    """Replace the content of a node by a scene's first frame, and return the visualizer at the node.
+    """Replace the content of a node by a scene's first pose, and return the visualizer at the node.
 
-    Heading and legend are in front of the camera. The first drawing also sets camera, light and background, and runs the
-    animation between rest and deformed.
+    Heading and legend are in front of the camera. The first drawing at a node also sets camera, light and background, and plays
+    the motion between the undeformed and the deformed robot.
     """
     if not isinstance(visualizer, Visualizer):
         raise ArgumentError(
@@ -103,11 +106,11 @@ class _Drawing:
             self.root.window.send(_Swing(self.animation, self._node("animation").path, first))
 
     def _node(self, path: str) -> Visualizer:
-        """Return the visualizer at a path below the robot's node; empty names, which mean the root in meshcat, are omitted."""
+        """Return the visualizer at a path below the robot's node, without empty names, which mean the root in meshcat."""
         return self.root["/".join(filter(None, path.split("/")))]
 
     def _moving(self, node: Visualizer, placed: Callable[[Array], Array]) -> None:
-        """Set a node's transform, now and in the animation; ``placed`` computes it from the poses of the stations."""
+        """Set a node's transform, now and in the animation; ``placed`` computes it from the poses (n, 4, 4) of all stations."""
         node.set_transform(placed(self.still.deformed))
         for frame, poses in enumerate(self.frames):
             self.animation.at_frame(node, frame).set_transform(placed(poses))
@@ -140,7 +143,7 @@ class _Drawing:
             inside = geometry.MeshBasicMaterial(color=colour, opacity=0.28, depthTest=False, depthWrite=False)
             node["inside"].set_object(surface, inside)
             self._moving(node, item.placed)
-            self._label(path, item.text, item.place_of_name, item.colour)
+            self._label(path, item.text, item.place_of_label, item.colour)
         for group in HIDDEN:
             if any(item.arrow.group == group for item in self.still.arrows):
                 self._node(f"forces/{group}").set_property("visible", False)
@@ -157,7 +160,7 @@ class _Drawing:
             self._label("largest", words, lambda poses: (poses[station] @ [*vertex, 1.0])[:3], MARK)
 
     def _label(self, path: str, text: str, placed: Callable[[Array], Array], colour: str = INK) -> None:
-        """Add text of constant size at a position; it faces the camera."""
+        """Add text of constant size that faces the camera; ``placed`` computes its position from the poses of all stations."""
         node, width = self._node(f"labels/{path}"), 40 + 10 * len(text)
         words = f'<text x="{width / 2}" y="{WORDS}" font-weight="600" text-anchor="middle" fill="{colour}">{escape(text)}</text>'
         node.set_object(_sprite(image([words], width, 3 * WORDS), width / HEIGHT, 3 * WORDS / HEIGHT, sizeAttenuation=False))
@@ -175,7 +178,7 @@ class _Drawing:
         return top / HEIGHT, bottom / HEIGHT
 
     def _stage(self, above: float, below: float) -> None:
-        """Set camera, light and background for the robot."""
+        """Set camera, light and background; ``above`` and ``below`` are the heights of heading and legend in the picture."""
         target, position = self.still.camera(WIDTH / HEIGHT, above, below)
         turned = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1.0]])  # z up in the scene, y in the window
         # The camera turns about the window's origin: the scene is shifted there, and the camera's node back.
@@ -224,7 +227,7 @@ class _Svg(NamedTuple):
 
 
 class _Swing(NamedTuple):
-    """An animation at a separate node; windows opened later receive this node after the nodes that the animation moves."""
+    """An animation at a separate node, which windows opened later receive after the nodes that the animation moves."""
 
     animation: Animation
     path: Path
@@ -256,7 +259,7 @@ def _sprite(text: str, width: float, height: float, **look: object) -> geometry.
 
 
 def _axes(size: float) -> tuple[Surface, Array]:
-    """Return the axes of a coordinate system, with a ball at the origin, and the colours (n, 3) of the vertices."""
+    """Return arrows along x, y and z, with a ball at the origin, and the colours (n, 3) of their vertices."""
     along = arrow(size, 0.025 * size, 1)
     surfaces = [along.transformed(frames_along(axis[None])[0]) for axis in np.eye(3)] + [ball(0.05 * size)]
     colours = [np.array([_integer(colour) >> shift & 255 for shift in (16, 8, 0)]) / 255 for colour in (*AXIS_COLOURS, INK)]

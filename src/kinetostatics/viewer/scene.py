@@ -29,9 +29,10 @@ ROUNDING = 1e-9
 #: Colour of beams and links of a robot without loads.
 STANDING = "#8693a6"
 JOINT_COLOUR, ACTUATOR_COLOUR, MASS_COLOUR = "#66717f", "#b8482a", "#4b5563"
-#: Radius of a spring's coil and of its wire, as parts of the robot's size; largest radius of the coil, as a part of its length.
+#: Radius of a spring's coil and of its wire, as parts of the robot's size; largest radius of the coil, as a part of the spring's
+#: length.
 COIL, WIRE, SLENDER = 0.024, 0.0032, 0.1
-#: Turns of a coil and points per turn, by the interval of the stations: fewer on long paths, to keep pages small.
+#: Turns of a coil and points per turn, by :attr:`DrawnPoses.step`: fewer on long paths, to keep pages small.
 TURNS = {1: (10, 7), 2: (8, 5), 5: (6, 4)}
 
 
@@ -48,7 +49,7 @@ def describe_scene(
     """Return the scene of one pose, or of a batch of poses as a path: row by row, every second row backwards.
 
     Args:
-        result, title, pose, exaggeration: see :func:`kinetostatics.show`; a pose without loads has free motions or modes.
+        result, title, pose, exaggeration: see :func:`kinetostatics.show`.
         visuals: visuals of the links, if already read.
         details: whether to include notes and cards of a result, which take longer than the rest.
         every: n, to show every n-th pose of a path.
@@ -99,7 +100,7 @@ class _SceneBuilder:
         )  # fmt: skip
         if isinstance(poses, SinglePose):
             scene.unloaded = True
-            scene.notes = [*poses.notes, *self._coarse()]
+            scene.notes = [*poses.notes, *self._decimation_notes()]
             if isinstance(poses, ModePoses):
                 scene.modes = poses.drawn
                 scene.exaggeration = 1.0
@@ -109,7 +110,7 @@ class _SceneBuilder:
                 scene.meshes = [self._without_loads(mesh) for mesh in self.meshes]
         elif details:
             first = {mesh.path: int(np.min(mesh.station)) for mesh in self.meshes if "Deformed" in mesh.roots}
-            scene.notes = [*poses.result.warnings, *self._coarse()]
+            scene.notes = [*poses.result.warnings, *self._decimation_notes()]
             scene.cards = Cards(poses, self.joints, self.springs).all(first)
         return scene
 
@@ -124,7 +125,7 @@ class _SceneBuilder:
         return replace(mesh, roots=roots, colour=STANDING if mesh.by_deflection else mesh.colour)
 
     def _free_motions(self, poses: SinglePose) -> Iterator[Arrow]:
-        """Yield the platform's free motions at o, each as an arrow of the translation and one of the rotation."""
+        """Yield two arrows at o for each free motion of the platform: its translation and its rotation."""
         for k, name in enumerate(poses.sources):
             for kind, motion, part in (("force", "translation", slice(0, 3)), ("moment", "rotation", slice(3, 6))):
                 vector = np.zeros((1, len(poses.sources) + 1, 3))
@@ -248,7 +249,7 @@ class _SceneBuilder:
             self.meshes.append(Mesh(f"joints/{joint.name}", shape, self.at[joint.name], ("Deformed",), colour))
 
     def _springs(self) -> None:
-        """Draw springs as coils, with stations on the line between the ends."""
+        """Draw springs as coils, whose vertices move with points on the line between the spring's ends."""
         turns, points = TURNS[self.poses.step]
         along = places_along_coil(turns, points)
         for spring in self.springs:
@@ -266,14 +267,12 @@ class _SceneBuilder:
             self.meshes.append(Mesh(path, surface, first + at, ("Rest", "Deformed"), colour))
 
     def _masses_at_points(self) -> None:
-        """Draw point masses, such as counterweights, as steel balls."""
         for name, centre in self.masses.items():
             station = self.stations.add(centre, self.poses.twist_at(name, centre))
             shape = ball(radius_of_ball(self.robot.description.links[name].mass, self.size))
             self.meshes.append(Mesh(f"masses/{name}", shape, station, ("Rest", "Deformed"), MASS_COLOUR))
 
-    def _coarse(self) -> list[str]:
-        """Return a note if meshes are decimated."""
+    def _decimation_notes(self) -> list[str]:
         read = sum(visual.read for visual in self.visuals.values())
         drawn = sum(len(visual.surface.faces) for visual in self.visuals.values())
         return [f"meshes of the links: drawn with {drawn} of their {read} triangles"] if drawn < read else []

@@ -1,4 +1,7 @@
-"""Triangle meshes: swept sections, balls, pins, sticks, coils and arrows."""
+"""Triangle meshes: swept sections, balls, pins, sticks, coils and arrows.
+
+Sections and coils are attached to several stations, coordinate systems that move with the robot, and bend when these move.
+"""
 
 from __future__ import annotations
 
@@ -23,12 +26,11 @@ class Surface:
     faces: Integers
 
     def transformed(self, matrix: Array) -> Surface:
-        """Return the mesh in another frame; ``matrix`` (4, 4) is the present frame, given in the new one."""
+        """Return the mesh with vertices transformed by the homogeneous ``matrix`` (4, 4)."""
         return Surface(self.vertices @ matrix[:3, :3].T + matrix[:3, 3], self.faces)
 
 
 def joined(surfaces: list[Surface]) -> Surface:
-    """Join several surfaces to one."""
     starts = np.cumsum([0] + [len(item.vertices) for item in surfaces[:-1]])
     return Surface(
         np.concatenate([item.vertices for item in surfaces]),
@@ -37,7 +39,7 @@ def joined(surfaces: list[Surface]) -> Surface:
 
 
 def outlines(section: Section) -> tuple[Array, Array | None, bool]:
-    """Return the outer and inner outline (m, 2) of a section in its axes y, z [m], and whether they are smooth.
+    """Return the outer and the inner outline (m, 2) of a section, in its axes y, z [m], and whether they are smooth.
 
     A section of which only area and moments are given is drawn as the ellipse with the same radii of gyration.
     """
@@ -56,9 +58,9 @@ def outlines(section: Section) -> tuple[Array, Array | None, bool]:
 
 @lru_cache(maxsize=256)
 def swept(section: Section, stations: int) -> tuple[Surface, Integers]:
-    """Return a section swept along a number of stations, and the station (n,) of each vertex.
+    """Return the surface of a section swept along a number of stations, and the index (n,) of the station of each vertex.
 
-    Vertices are given in the axes of their stations, with x = 0 along the beam; the page moves the stations to bend the surface.
+    A vertex is given in the axes of its station, with x = 0 along the beam; the page moves the stations to bend the surface.
     """
     outer, inner, smooth = outlines(section)
     parts = [_wall(outer, stations, smooth)]
@@ -96,7 +98,7 @@ def _cap(outer: Array, inner: Array | None, station: int, backwards: bool) -> tu
 
 @lru_cache(maxsize=256)
 def ball(radius: float) -> Surface:
-    """Return a sphere about the origin."""
+    """Return a sphere with its centre at the origin."""
     return _turned(np.column_stack([np.sin(_HALF), np.cos(_HALF)]) * radius, True)
 
 
@@ -116,19 +118,19 @@ def stick(start: Array, end: Array, radius: float) -> Surface:
 
 
 #: Length without turns at each end of a spring, as a part of the spring's length.
-PLAIN = 0.1
+STRAIGHT = 0.1
 
 
 def places_along_coil(turns: int, points: int) -> Array:
-    """Return the positions of a spring's stations along its length, from 0 to 1; ``points`` is their number per turn."""
-    return np.concatenate([[0.0], np.linspace(PLAIN, 1 - PLAIN, turns * points + 1), [1.0]])
+    """Return positions of stations along a spring, from 0 to 1, with ``points`` stations per turn."""
+    return np.concatenate([[0.0], np.linspace(STRAIGHT, 1 - STRAIGHT, turns * points + 1), [1.0]])
 
 
 @lru_cache(maxsize=256)
 def coil(length: float, radius: float, wire: float, turns: int, points: int) -> tuple[Surface, Integers]:
-    """Return a coil spring with small balls at its ends, and the station (n,) of each vertex.
+    """Return a coil spring with small balls at its ends, and the index (n,) of the station of each vertex.
 
-    The stations are points along the spring. Vertices are given relative to their stations, z along the spring; the coil
+    Stations are points along the spring. Vertices are given relative to their stations, with z along the spring; the coil
     stretches when the stations move apart.
     """
     places = places_along_coil(turns, points)
@@ -163,7 +165,7 @@ def arrow(length: float, radius: float, heads: int) -> Surface:
 
 
 def crossed(a: Array, b: Array) -> Array:
-    """Return the cross products of vectors (…, 3)."""
+    """Return cross products of vectors (…, 3)."""
     return np.asarray(cross(a.T, b.T).T)
 
 
@@ -182,9 +184,9 @@ def frames_along(axes: Array, origins: Array | None = None) -> Array:
 
 
 def carried_along(start: Array, directions: Array) -> Array:
-    """Return unit vectors (n, 3), each normal to one of the unit vectors ``directions`` (n, 3), turning as little as possible.
+    """Return unit vectors (n, 3), normal to unit vectors ``directions`` (n, 3), that turn from row to row as little as possible.
 
-    The vector before (``start`` (3,) for the first one) is projected onto the plane normal to the direction, and normalized.
+    Each is the preceding vector (for row 0 ``start`` (3,)), projected onto the plane normal to the direction and normalized.
     """
     result, side = np.empty_like(directions), start
     for k, along in enumerate(directions):

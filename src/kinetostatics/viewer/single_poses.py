@@ -47,12 +47,10 @@ class SinglePose(DrawnPoses):
         return np.moveaxis(self.frames.matrices(body, placement), -1, 0)
 
     def frame(self, link: str) -> Array:
-        """Return the frame (1, 4, 4) of a link."""
         return self._homogeneous(*self.robot.mechanism.body_of[link])
 
     @property
     def platform_frame(self) -> Array:
-        """The frame o-xyz (1, 4, 4)."""
         return self._homogeneous(*self.robot.mechanism.platform_frame)
 
     @cached_property
@@ -66,11 +64,10 @@ class SinglePose(DrawnPoses):
         return found
 
     def beam_line(self, name: str) -> tuple[Array, Array]:
-        """Return axes (1, 3, 3) and points (1, n, 3) [m] of a beam."""
         return self._beams[name]
 
     def tension(self, name: str) -> Array:
-        """Return zero (1,) in place of the unknown force of a spring."""
+        """Return zero (1,) in place of the unknown force."""
         return np.zeros(1)
 
 
@@ -79,7 +76,7 @@ STEP = 1e-5
 
 
 class UnloadedPose(SinglePose):
-    """One pose of a robot, F = 1, with the platform's free motions, of arbitrary magnitude, as contributions.
+    """One pose of a robot, F = 1; its contributions are the platform's free motions, of arbitrary magnitude.
 
     Args:
         shown: a pose; or a robot, drawn at its zero pose, or with all joints at zero if its loops cannot be closed.
@@ -95,7 +92,7 @@ class UnloadedPose(SinglePose):
         self.sources = self.labels = self._names()
 
     def _placed(self) -> tuple[Frames, SolverState | None, str | None]:
-        """Return the frames of the bodies, the closed pose or None, and the reason if the loops cannot be closed."""
+        """Return the frames of the bodies, the pose if the loops can be closed, and the reason if they cannot."""
         if self.configuration is not None:
             return self.configuration.frames, self.configuration.poses, None
         try:
@@ -106,7 +103,7 @@ class UnloadedPose(SinglePose):
 
     @cached_property
     def _free_motions(self) -> tuple[Array, Array]:
-        """The platform's free twists at o (6, k) [m, rad], and the rates (nv, k) of the tree's joint coordinates."""
+        """The platform's k free twists at o (6, k) [m, rad], and the rates (nv, k) of the tree's joint coordinates."""
         robot, nv = self.robot, self.robot.mechanism.tree.nv
         if self.poses is None or not np.all(np.isfinite(self.frames.position)):
             return np.zeros((6, 0)), np.zeros((nv, 0))
@@ -118,7 +115,6 @@ class UnloadedPose(SinglePose):
 
     @property
     def notes(self) -> list[str]:
-        """Notes of the page."""
         words = "; ".join(describe_twist(twist, self.robot.length) for twist in self._free_motions[0].T)
         if self.message is None and words:
             return [f"with the actuators locked the platform can still move: {words}"]
@@ -126,22 +122,20 @@ class UnloadedPose(SinglePose):
 
     @property
     def platform_twist(self) -> Array:
-        """(1, k, 6) free motions of the platform, at o."""
         return self._twist(*self.robot.mechanism.platform_frame)
 
     def link_twist(self, link: str) -> Array:
-        """Return the free motions (1, k, 6) of a link at its own origin."""
         return self._twist(*self.robot.mechanism.body_of[link])
 
     def _twist(self, body: int, placement: Array) -> Array:
-        """Return the free motions (1, k, 6) of a body at the origin of a frame on the body."""
+        """Return the k free motions (1, k, 6) of a body at the origin of the frame ``placement`` on it."""
         plus, minus = (np.moveaxis(frames.matrices(body, placement), -1, 0) for frames in self._stepped)
         turn = np.moveaxis(plus[:, :3, :3] @ np.swapaxes(minus[:, :3, :3], 1, 2), 0, -1)
         return np.concatenate([plus[:, :3, 3] - minus[:, :3, 3], logarithm(turn).T], axis=1)[None] / (2 * STEP)
 
     @cached_property
     def _stepped(self) -> tuple[Frames, Frames]:
-        """The frames after a step forwards along each of k free motions, and after a step backwards."""
+        """The frames after a small step forwards along each of k free motions, and after a small step backwards."""
         rates = self._free_motions[1]
         if self.poses is None or not rates.shape[1]:
             none = self.frames.take(slice(0, 0))
@@ -154,7 +148,7 @@ class UnloadedPose(SinglePose):
         return forth, back
 
     def beam_twists(self, name: str) -> Array:
-        """Return the free motions (1, k, n, 6) of the stations of a beam, interpolated linearly between its ends."""
+        """Return twists (1, k, n, 6) of a beam's stations, interpolated linearly between its ends."""
         span, (_, points) = self.robot.topology.beams[name], self.beam_line(name)
         ends = []
         for body, point in ((span.start_body, points[:, 0]), (span.end_body, points[:, -1])):
@@ -169,7 +163,7 @@ MOST = 6
 
 @dataclass(frozen=True)
 class DrawnMode:
-    """Texts on a mode: name, frequency, effective masses [%] by direction, and parts with the largest shares of energy [%]."""
+    """Texts on a mode: frequency, effective masses [%] by direction, and parts with the largest shares of energy [%]."""
 
     name: str
     frequency: str
@@ -179,7 +173,7 @@ class DrawnMode:
 
 
 class ModePoses(SinglePose):
-    """One pose of a robot, F = 1, with its modes, of modal mass 1 kg, as contributions.
+    """One pose of a robot, F = 1; its contributions are its modes of vibration, of modal mass 1 kg.
 
     Args:
         modes: modes at one pose or a batch of poses.
@@ -202,16 +196,15 @@ class ModePoses(SinglePose):
         self.sources = self.labels = tuple(f"mode {k + 1}" for k in range(int(np.sum(self._found))))
 
     def _at_pose(self, array: Array) -> Array:
-        """Return the values of an array (*batch, …) of the modes at the shown pose."""
+        """Return the drawn pose (…) of an array (*batch, …)."""
         return np.asarray(array.reshape(-1, *array.shape[len(self.modes.shape) :])[self._place])
 
     def _of_modes(self, array: Array) -> Array:
-        """Return the values (1, K, …) of the shown modes from an array (*batch, count, …)."""
+        """Return the drawn pose and modes (1, K, …) of an array (*batch, count, …)."""
         return self._at_pose(array)[self._found][None]
 
     @property
     def drawn(self) -> list[DrawnMode]:
-        """Texts on all modes."""
         frequencies, masses = self._of_modes(self.modes.frequencies)[0], self._of_modes(self.modes.effective_masses)[0]
         form = NumberFormat.of(frequencies[:1], HERTZ, digits=4)
         return [
@@ -229,19 +222,15 @@ class ModePoses(SinglePose):
 
     @property
     def notes(self) -> list[str]:
-        """Notes of the page."""
         zero = int(self._at_pose(self.modes.zero_frequencies))
         return [f"nothing resists {counted(zero, 'motion')}, of frequency zero, left out here"] if zero else []
 
     @property
     def platform_twist(self) -> Array:
-        """(1, K, 6) twists of the platform, at o."""
         return self._of_modes(self.modes.twists)
 
     def link_twist(self, link: str) -> Array | None:
-        """Return the twists (1, K, 6) of a rigid link at its own origin; None if it contains a beam."""
         return self._of_modes(self.modes.link_twists[link]) if link in self.rigid else None
 
     def beam_twists(self, name: str) -> Array:
-        """Return the twists (1, K, n, 6) of the stations of a beam."""
         return self._of_modes(self.modes.beam_lines[name])

@@ -1,4 +1,7 @@
-"""Sliders of a live page: their coordinates, and the ends of their reachable ranges."""
+"""Sliders of a live page: their coordinates, and their reachable ranges.
+
+The reachable range is the set of values that the robot reaches from the present pose when one coordinate changes.
+"""
 
 from __future__ import annotations
 
@@ -35,15 +38,15 @@ class Sliders:
 
     Attributes:
         coordinates: platform coordinates with sliders.
-        factors: size of the shown unit [m, rad, N, N·m], by kind ("platform", "actuators", "load") and coordinate.
+        factors: the unit of a slider in SI units, by kind ("platform", "actuators", "load") and coordinate.
     """
 
     def __init__(
         self, pose: Configuration, orientation: str | None, coordinates: Sequence[str], load: Array | None, size: float
     ) -> None:
-        """Create the sliders at a pose; without ``coordinates``, platform coordinates are chosen by :func:`determining`."""
+        """Create the sliders at a pose; without ``coordinates``, :func:`determining_coordinates` chooses platform coordinates."""
         self.robot, self.orientation, self.size = robot_of(pose), orientation, size
-        self.coordinates = tuple(coordinates) or determining(pose, orientation)
+        self.coordinates = tuple(coordinates) or determining_coordinates(pose, orientation)
         kinds = {"platform": self.coordinates, "actuators": tuple(self.robot.description.driven)}
         self.factors = {(kind, name): self._factor(kind, name) for kind, names in kinds.items() for name in names}
         ends = self.reach(pose)
@@ -54,7 +57,7 @@ class Sliders:
             self.factors |= {("load", name): 1.0 for name in WRENCH_COMPONENTS}
 
     def at(self, pose: Configuration, load: Array | None) -> list[dict[str, Json]]:
-        """Return all sliders at the values of a pose and a load."""
+        """Return all sliders, with values of a pose and a load."""
         values = {("load", name): value for name, value in zip(WRENCH_COMPONENTS, () if load is None else load, strict=False)}
         for kind in ("platform", "actuators"):
             values |= {(kind, name): value for name, value in self.present(pose, kind).items()}
@@ -62,11 +65,11 @@ class Sliders:
         return [{**item, "value": float(values[key]) / self.factors[key]} for item, key in zip(self._controls, keys, strict=True)]
 
     def present(self, pose: Configuration, kind: str) -> Mapping[str, Array]:
-        """Return the coordinates of a pose [m, rad]."""
+        """Return the platform coordinates or actuator positions of a pose [m, rad]."""
         return pose.platform_coordinates(self.orientation) if kind == "platform" else pose.actuators
 
     def reach(self, pose: Configuration, go_on: Callable[[], bool] = lambda: True) -> dict[str, dict[str, Json]]:
-        """Return, by title of the slider, the two ends of its range at a pose, in the slider's unit, and the reasons for them.
+        """Return the two ends of each reachable range, in the slider's unit, and the reasons for them, by titles of sliders.
 
         The search stops, with an incomplete result, when ``go_on()`` returns false.
         """
@@ -79,19 +82,19 @@ class Sliders:
                 value = end.limit if end.joint == name else float(self.present(pose, kind)[name]) + end.part * displacement
                 own = found.setdefault(self._name(kind, name), {"reach": [], "ends": []})
                 own["reach"].append(value / self.factors[kind, name])
-                own["ends"].append(self.words(end))
+                own["ends"].append(self.reason(end))
         return found
 
     def ends(
         self, pose: Configuration, kind: str, displacements: Mapping[str, Array], go_on: Callable[[], bool] = lambda: True
     ) -> list[End]:
-        """Return the ends of straight lines from a pose (:func:`.find_ends`), moved back slightly from singular or open poses."""
+        """Return the ends of straight lines (:func:`.find_ends`), moved back slightly from singular or open poses."""
         chosen = compiled_loops(check_engine("auto"))
         ends = find_ends(pose, kind, displacements, self.orientation, chosen, go_on)
         return [end if end.reason in ("", "limit") else replace(end, part=NEARLY * end.part) for end in ends]
 
     def shortened(self, displacements: Mapping[str, Array], kind: str) -> dict[str, Array]:
-        """Return displacements along lines, with their largest magnitude limited to the search range."""
+        """Return displacements along lines, divided by one number so that all are within the search range."""
         most = max(
             float(np.max(np.abs(displacement))) / span
             for displacement, span in zip(displacements.values(), self._spans(kind).values(), strict=True)
@@ -103,8 +106,7 @@ class Sliders:
         factors = {name: factor for (own, name), factor in self.factors.items() if own == kind}
         return {name: self.robot.size if factor == MILLIMETRE else math.pi for name, factor in factors.items()}
 
-    def words(self, end: End) -> str:
-        """Return the reason why a line ends."""
+    def reason(self, end: End) -> str:
         if end.reason != "limit":
             return REASONS[end.reason]
         slides = self.robot.mechanism.connections[end.joint].type.is_slide
@@ -133,7 +135,7 @@ class Sliders:
         }  # fmt: skip
 
     def _load(self, k: int, name: str, load: Array, weight: float) -> dict[str, Json]:
-        """Return the slider of load component ``k``, for at least twice the given load and, if a force, the robot's weight."""
+        """Return the slider of load component ``k``; its range includes twice the load and, for forces, ``weight`` [N]."""
         force = max(2 * float(np.abs(load[:3]).max()), weight, 100.0)
         most = force if k < 3 else max(2 * float(np.abs(load[3:]).max()), 0.25 * force * self.size)
         step = 10.0 ** math.floor(math.log10(most) - 2)
@@ -143,7 +145,7 @@ class Sliders:
 
 
 def written(value: float, factor: float) -> str:
-    """Return a length or an angle as text in the unit of sliders."""
+    """Return a length or an angle as text in mm or °; ``factor`` is this unit [m, rad]."""
     unit = "\N{NO-BREAK SPACE}mm" if factor == MILLIMETRE else "°"
     return f"{round(value / factor, 1) + 0.0:.6g}{unit}".replace("-", "\N{MINUS SIGN}")
 
@@ -156,8 +158,8 @@ REASONS = {
 }
 
 
-def determining(pose: Configuration, orientation: str | None) -> tuple[str, ...]:
-    """Return well-conditioned platform coordinates that determine a pose, with as many angles as possible."""
+def determining_coordinates(pose: Configuration, orientation: str | None) -> tuple[str, ...]:
+    """Of the well-conditioned sets of platform coordinates that determine a pose, return the one with the most angles."""
     convention = orientation_named(orientation)
     measures = measured_choices(robot_of(pose), convention, pose.poses)
     least = WELL * max(measures.values(), default=0.0)

@@ -1,4 +1,7 @@
-"""The initial picture of a page: poses, colours, arrows, floor and camera as numbers; heading and legend as SVG."""
+"""The initial picture of a page: poses, colours, arrows, floor and camera as numbers; heading and legend as SVG.
+
+The poses of stations are placements (4, 4) of coordinate systems that move with the robot.
+"""
 
 from __future__ import annotations
 
@@ -24,12 +27,12 @@ ROUND = (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)
 
 @dataclass(frozen=True, eq=False)
 class StillArrow:
-    """An arrow of one frame.
+    """An arrow at one pose of the robot.
 
     Attributes:
         arrow: the arrow of the scene.
         value: value in its label [N, N·m].
-        surface: its surface; the arrow points along z, its tail is the origin.
+        surface: its surface along z, with the tail at the origin.
         colour: "#rrggbb".
         free_end: z of the end with the label [m].
         frame: (4, 4) frame of the surface: its axes, and its origin relative to the point of attachment.
@@ -44,7 +47,6 @@ class StillArrow:
 
     @property
     def text(self) -> str:
-        """The text of its label."""
         unit = self.arrow.unit
         return f"{self.arrow.label} {number(self.value)} {unit}" if unit else self.arrow.label
 
@@ -55,20 +57,19 @@ class StillArrow:
         found[:3, 3] += at[:3, 3] + at[:3, :3] @ self.arrow.offset
         return found
 
-    def place_of_name(self, poses: Array) -> Array:
+    def place_of_label(self, poses: Array) -> Array:
         """Return the position (3,) of the label, at the free end, for the poses (n, 4, 4) of all stations."""
         at = self.placed(poses)
         return np.asarray(at[:3, 3] + self.free_end * at[:3, 2])
 
 
 class Still:
-    """The first frame of a scene with the initial shares of its contributions.
+    """The first pose of a scene, with the initial factors (shares) of its contributions.
 
     Attributes:
-        scene: the scene.
         rest, deformed: (n, 4, 4) poses of the stations; ``deformed`` with the scene's exaggeration.
         twists: (n, 6) twists of the stations, not exaggerated [m, rad].
-        deflections: by path, (n,) displacements |u + θ × r| [m], not exaggerated, of the vertices of a coloured mesh.
+        deflections: (n,) displacements |u + θ × r| of the vertices of each coloured mesh, not exaggerated [m], by its path.
         largest: largest deflection [m], 0 for a rigid robot; its station; and its vertex (3,), in the axes of the station.
         high: deflection at the end of the colour scale [m].
         arrows: arrows of visible length.
@@ -97,23 +98,23 @@ class Still:
         self.arrows = list(self._arrows())
 
     def moved(self, part: float) -> Array:
-        """Return the stations' poses (n, 4, 4) between rest (0) and deformed (1)."""
+        """Return poses (n, 4, 4) of the stations with a ``part`` of the exaggerated displacements: 0 at rest, 1 deformed."""
         return self.scene.stations.moved(0, part * self.scene.exaggeration, self.scene.shares)
 
     def vertices(self, mesh: Mesh, root: str) -> Array:
-        """Return the vertices (n, 3) of a mesh under ``root``, one of its roots, world axes [m]."""
+        """Return the vertices (n, 3) of a mesh as drawn under one of its roots, world axes [m]."""
         at = (self.deformed if root == "Deformed" else self.rest)[np.broadcast_to(mesh.station, len(mesh.surface.vertices))]
         return np.asarray(np.einsum("nij,nj->ni", at[:, :3, :3], mesh.surface.vertices) + at[:, :3, 3])
 
     def _deflections(self, mesh: Mesh, points: Array) -> Array:
-        """Return the displacements (n,) [m], not exaggerated, of points (n, 3) of a mesh, given in the axes of their stations."""
+        """Return displacements (n,) [m], not exaggerated, of points (n, 3) of a mesh, given in the axes of their stations."""
         station = np.broadcast_to(mesh.station, len(points))
         arms = np.einsum("nij,nj->ni", self.rest[station, :3, :3], points)
         twists = self.twists[station]
         return np.asarray(np.linalg.norm(twists[:, :3] + np.cross(twists[:, 3:], arms), axis=-1))
 
     def look(self, mesh: Mesh, root: str) -> str | Array:
-        """Return the colour of a mesh under ``root``, one of its roots: "#rrggbb", or (n, 3) one for every vertex, 0 to 1."""
+        """Return the colour "#rrggbb" of a mesh under one of its roots, or the colours (n, 3) of its vertices, 0 to 1."""
         if root == "Rest":
             return RESTING[0]
         if not mesh.by_deflection:
@@ -138,7 +139,7 @@ class Still:
             yield StillArrow(described, value, surface, colour, 0.0 if inwards else length, frame)
 
     def outline(self) -> Array:
-        """Return the points (n, 3) that the picture must contain: vertices; ends of axes and of initially visible arrows."""
+        """Return points (n, 3) that the picture must contain: of meshes, and the ends of axes and of initially visible arrows."""
         points = [
             self.vertices(mesh, root)[:: 1 + len(mesh.surface.vertices) // 2000]
             for mesh in self.scene.meshes
@@ -217,12 +218,12 @@ MOST_LINES = 4
 
 
 def heading(still: Still) -> tuple[str, int]:
-    """Return an image of title, pose, loads and notes, as wide as the picture, and its height [pixels]."""
+    """Return an SVG image of title, pose, loads and notes, as wide as the picture, and its height [pixels]."""
     scene = still.scene
     facts = [fact for fact in scene.facts.lines(0) if fact != ("status", "OK")]
-    lines = _filled(facts, WIDTH - 40)
+    lines = _in_lines(facts, WIDTH - 40)
     if scene.unloaded:
-        lines += _filled([("", note) for note in scene.notes], WIDTH - 40)
+        lines += _in_lines([("", note) for note in scene.notes], WIDTH - 40)
     height = 44 + LINE * len(lines)
     parts = [f'<text x="{WIDTH / 2}" y="30" font-size="25" font-weight="700" text-anchor="middle">{escape(scene.title)}</text>']
     for k, line in enumerate(lines):
@@ -232,7 +233,7 @@ def heading(still: Still) -> tuple[str, int]:
 
 
 def legend(still: Still, square: float) -> tuple[str, int]:
-    """Return an image of the colour scale and of the values of initially visible arrows, and its height [pixels].
+    """Return an SVG image of the colour scale and of the values of initially visible arrows, and its height [pixels].
 
     ``square`` is the side of a square of the floor [m].
     """
@@ -245,7 +246,7 @@ def legend(still: Still, square: float) -> tuple[str, int]:
             colours[item.arrow.group] = item.colour
     rows = []
     for group, items in groups.items():
-        filled = _filled([(group, items[0]), *(("", words) for words in items[1:])], 728)
+        filled = _in_lines([(group, items[0]), *(("", words) for words in items[1:])], 728)
         rows += [(line, colours[group] if k == 0 else "", "," if line is not filled[-1] else "") for k, line in enumerate(filled)]
     if len(rows) > MOST_LINES:
         line, colour, _ = rows[MOST_LINES - 1]
@@ -300,8 +301,8 @@ def number(value: float) -> str:
     return text.removesuffix(".").replace("-", "−")
 
 
-def _filled(items: Iterable[tuple[str, str]], width: float) -> list[list[tuple[str, str]]]:
-    """Return pairs of name and text, distributed over lines of a given width [pixels]."""
+def _in_lines(items: Iterable[tuple[str, str]], width: float) -> list[list[tuple[str, str]]]:
+    """Distribute pairs of name and text over lines of a width [pixels]."""
     lines: list[list[tuple[str, str]]] = []
     left = 0.0
     for name, text in items:

@@ -106,7 +106,7 @@ def _meshes(visual: yourdfpy.Visual, folder: str, link: str, missing: list[str])
 
 
 def _smooth(surface: Surface) -> Surface:
-    """Return a surface whose faces at a sharp edge have separate vertices."""
+    """Return a surface whose faces at a sharp edge have separate vertices, so that shading keeps the edge."""
     vertices, faces = np.ascontiguousarray(surface.vertices, float), np.ascontiguousarray(surface.faces, np.int64)
     return _smoothed(vertices.tobytes(), faces.tobytes())
 
@@ -149,7 +149,7 @@ def _read_mesh(mesh: yourdfpy.Mesh, folder: str, link: str, missing: list[str]) 
 
 
 def _mesh_path(filename: str, folder: str) -> str | None:
-    """Return the path of a mesh: of ``package://NAME/…`` in an installed package, of other names by yourdfpy's rules."""
+    """Return the path of a mesh: in an installed package for ``package://NAME/…``, else by yourdfpy's rules."""
     from yourdfpy.urdf import filename_handler_magic
 
     name, _, rest = filename.removeprefix("package://").partition("/")
