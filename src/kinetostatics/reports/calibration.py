@@ -16,16 +16,16 @@ from kinetostatics.results.calibration import Calibration, Estimate, Measurement
 
 #: Units of readings.
 UNITS_BY_KIND = {"length": LENGTHS, "angle": ANGLES}
-#: Factor of a stiffness from which on the part is called rigid.
+#: Ratio of an estimated stiffness to that in the file, from which on the part is called rigid.
 RIGID = 1e5
-#: Ratio of residuals to readings, and factor of a stiffness, beyond which the report has a warning.
+#: Ratio of residuals to readings, and factor between estimated stiffness and that in the file, beyond which there is a warning.
 UNEXPLAINED, ODD = 0.9, 100.0
-#: Largest number of outliers and measurements in a list.
+#: Largest number of outliers in a report.
 MOST = 12
 
 
 def _estimate(item: Estimate, value: float) -> str:
-    """Write a value of an unknown, or an end of its confidence interval, with its unit."""
+    """Write ``value``, a value of the unknown or an end of its confidence interval, with its unit."""
     if math.isinf(value):
         return "∞" if value > 0 else "−∞"
     if item.kind == "stiffness":
@@ -36,7 +36,6 @@ def _estimate(item: Estimate, value: float) -> str:
 
 
 def calibration_report(found: Calibration) -> Report:
-    """Return the report of a calibration: estimates with intervals, unidentifiable unknowns, residuals and outliers."""
     title = f"Calibration of {found.robot.name!r} from {count(len(found.measured), 'reading')} of "
     title += count(len(set(found.rows.tolist())), "row")
     title += f"; {len(found.unidentifiable)} not determined" if found.unidentifiable else ""
@@ -138,7 +137,6 @@ def _rigid(found: Calibration) -> list[Estimate]:
 
 
 def plan_report(found: MeasurementPlan) -> Report:
-    """Return the report of a plan: poses and loads to be measured, and the expected standard errors."""
     title = (
         f"Plan of {count(len(found.chosen), 'measurement')} of {found.robot.name!r} out of {found.candidates} poses with loads"
     )

@@ -45,7 +45,6 @@ UNITS = {
 
 
 def compensation_report(found: Compensation) -> Report:
-    """Return the report of a compensation: corrections, forces and errors of one pose, or their extremes over a batch."""
     sizes = [np.linalg.norm(error[..., :3], axis=-1) for error in (found.uncorrected_error, found.residual_error)]
     before, after = (Number.range_of(size, LENGTHS, ROUNDING) for size in sizes)
     title = [f"Compensation of {found.target.robot.name!r}: "]
@@ -109,7 +108,6 @@ def _errors(found: Compensation) -> Table:
 
 
 def _uncorrectable(found: Compensation) -> Iterator[ReportSection]:
-    """Yield a section on the twists that the actuators cannot produce, with the residual error along each."""
     length = found.target.robot.length
     directions = found.uncorrectable_directions / np.repeat([length, 1.0], 3)[:, None]
     if not directions.size or not np.all(np.isfinite(directions)):

@@ -30,7 +30,6 @@ BUCKLING_TITLE = "Load factors, common to all forces, at which the robot buckles
 
 
 def buckling_report(buckling: Buckling) -> Report:
-    """Return the report of load factors and modes of one pose, or of the least load factor over a batch."""
     title = [f"Buckling of {buckling.robot.name!r}: ", *state_title(buckling.configuration)]
     return Report(title, lambda: list(_buckling_sections(buckling)), lambda: _buckling_data(buckling))
 
@@ -45,7 +44,7 @@ def _buckling_sections(buckling: Buckling) -> Iterator[ReportSection]:
 
 
 def buckling_blocks(buckling: Buckling) -> list[Block]:
-    """Return a table of the modes of one pose, with modes of equal load factors in one row; empty if no factor is finite."""
+    """Return a table with a row for all modes of equal load factor; empty if no load factor is finite."""
     factors = buckling.load_factors[np.isfinite(buckling.load_factors)]
     groups = np.split(np.arange(len(factors)), np.flatnonzero(np.diff(factors) > _EQUAL_FACTORS * factors[1:]) + 1)
     rows: list[tuple[Cell, ...]] = []
@@ -71,7 +70,7 @@ def _buckling_data(buckling: Buckling) -> dict[str, object]:
 
 #: Largest number of parts in a table of energies; the remaining parts share one row.
 MOST = 8
-#: Largest share of the energy of a part that a table omits.
+#: A table of energies omits parts with smaller shares.
 NONE = 5e-4
 
 UNITS_OF_MODES = {
@@ -83,7 +82,6 @@ UNITS_OF_MODES = {
 
 
 def modes_report(modes: Modes) -> Report:
-    """Return the report of the modes at one pose, or of the range of each frequency over a batch."""
     title = [f"Natural frequencies of {modes.robot.name!r}: "]
     if modes.shape == ():
         title += [*state_title(modes.configuration), "; " + _frequencies(modes)]
@@ -129,7 +127,7 @@ def _mode_sections(modes: Modes) -> Iterator[ReportSection]:
 
 
 def _energies(shares: Mapping[str, Array], modes: list[str]) -> Table:
-    """Return a table of the shares of energy in each mode, for the parts with the largest shares."""
+    """Return a table with a row for each of the parts with the largest shares, and one for the other parts."""
     sizes = {name: float(np.max(np.nan_to_num(share))) for name, share in shares.items()}
     ranked = [name for name in sorted(sizes, key=lambda name: -round(sizes[name], 6)) if sizes[name] > NONE]
     rows: list[tuple[Cell, ...]] = []
@@ -142,7 +140,7 @@ def _energies(shares: Mapping[str, Array], modes: list[str]) -> Table:
 
 
 def per_cent(share: float) -> str:
-    """Write a share (of 1) in per cent, without the sign %."""
+    """Write a share, from 0 to 1, in per cent without the sign %."""
     return f"{share_of(share, 1.0):.1f}" if np.isfinite(share) else MISSING
 
 
@@ -167,7 +165,6 @@ UNITS_OF_RESPONSE = {
 
 
 def frequency_response_report(found: FrequencyResponse) -> Report:
-    """Return the report of the largest responses at one pose, or over a batch."""
     f = found.frequencies
     title = [f"Frequency response of {found.robot.name!r} at {point_name(found.tool)}: ", *state_title(found.configuration)]
     title.append(f"; {f.min():.4g} to {f.max():.4g} Hz, {len(f)} frequencies")
@@ -221,7 +218,6 @@ UNITS_OF_PATHS = {
 
 
 def path_report(path: PathResult) -> Report:
-    """Return the report of a trajectory: peaks with their times; force, velocity and power of the actuators."""
     title = [f"Path of {path.result.robot.name!r} in {np.ptp(path.times):.4g} s: ", *state_title(path.result)]
     return Report(title, lambda: list(_path_sections(path)), lambda: _path_data(path))
 
@@ -242,7 +238,7 @@ def _path_sections(path: PathResult) -> Iterator[ReportSection]:
 
 
 def _peak_rows(path: PathResult, what: str, every: bool = False) -> list[tuple[str, Number, str, Number]]:
-    """Return description, value, name and time of the largest peak of a quantity; with ``every``, of each peak above noise."""
+    """Return rows (quantity, peak, its name, time) for the largest peak; with ``every``, for each peak above rounding errors."""
     peaks, entry = path.peaks(what), OVER_TIME[what]
     form = NumberFormat.of([peak.value for peak in peaks.values()], _UNITS_OVER_TIME[entry.unit])
     names = [name for name in peaks if every and abs(peaks[name].value) > form.noise]
@@ -259,7 +255,6 @@ def _time(path: PathResult, time: float) -> Number:
 
 
 def _actuators(path: PathResult) -> Table:
-    """Return a table of force, velocity and power of each actuator."""
     rows: list[tuple[Cell, ...]] = []
     for force, speed in (("actuator_force", "actuator_speed"), ("actuator_torque", "actuator_rate")):
         powers, speeds, rms = path.peaks("actuator_power"), path.peaks(speed), path.root_mean_square(force)

@@ -1,4 +1,4 @@
-"""Report of a workspace map: numbers of poses by state; worst sag and largest actuator force, with their poses."""
+"""Report of a workspace map: numbers of poses by state; largest sag (displacement of o), turn (rotation), actuator forces."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from kinetostatics.status import FACTS, Status, in_map
 if TYPE_CHECKING:
     import xarray as xr
 
-#: A value, its pose as text, and the name of the actuator (empty for sag and turn).
+#: The largest value of a kind ("sag", "turn", "N" or "N m"), its pose as text, and the actuator (empty for sag and turn).
 Found = tuple[float, str, str]
 #: Largest number of values read at once.
 AT_ONCE = 2**22
@@ -33,13 +33,9 @@ WORDS = {Status.OK: "reached", Status.UNREACHABLE: "unreachable", Status.SINGULA
 
 
 def map_report(ds: xr.Dataset, seconds: float | None = None) -> Report:
-    """Return the report of a map: numbers of poses by state; worst sag and largest actuator force, with their poses.
+    """Return the report of a map from :func:`kinetostatics.sweep`; ``seconds``: computing time.
 
-    The extremes are those within the joint limits; if no such pose has results, those of the other poses.
-
-    Args:
-        ds: the map, see :func:`kinetostatics.sweep`; it is read in pieces.
-        seconds: computing time; default: not given in the report.
+    Its extremes are those over the poses within the joint limits; if none of these has results, over the other poses.
     """
     dims, size = ds["status"].dims, int(ds["status"].size)
     sizes = " × ".join(f"{name} {ds.sizes[name]}" for name in dims)
@@ -85,7 +81,7 @@ def _sections(ds: xr.Dataset, seconds: float | None) -> Iterator[ReportSection]:
 
 
 def _update_largest(found: dict[str, Found], part: xr.Dataset, where: NDArray[np.bool_]) -> None:
-    """Update the largest values ``found``, by kind, from the poses in the mask ``where`` of a part of the map."""
+    """Update the largest values ``found``, by kind, from a part of the map, at poses where ``where`` is True."""
     if not where.any():
         return
     numbers = []
@@ -108,7 +104,6 @@ def _update_largest(found: dict[str, Found], part: xr.Dataset, where: NDArray[np
 
 
 def _extremes(found: dict[str, Found], ds: xr.Dataset) -> list[Block]:
-    """Return the largest values as sentences."""
     lines: list[Block] = []
     if "sag" in found and "turn" in found:
         (sag, sags, _), (turn, turns, _) = found["sag"], found["turn"]
@@ -127,7 +122,7 @@ def _extremes(found: dict[str, Found], ds: xr.Dataset) -> list[Block]:
 
 
 def _by_value(ds: xr.Dataset, name: str, rows: list[dict[str, Found]]) -> ReportSection:
-    """Return a table of the largest values for each value of a parameter; it omits kinds that are zero everywhere."""
+    """Return a table with a row for each value of a parameter; kinds that are zero everywhere are omitted."""
     named = dict.fromkeys(kind for row in rows for kind in row)
     kinds = [kind for kind in named if any(row[kind][0] > NOTHING for row in rows if kind in row)]
     titles = [f"worst {kind}" if kind in ("sag", "turn") else f"largest actuator {_actuator_word(kind)}" for kind in kinds]
@@ -146,7 +141,7 @@ def _actuator_word(unit: str) -> str:
 
 
 def _written(kind: str, value: float) -> str:
-    """Return a value with its unit: a force, a sag in mm or a turn in mrad (smaller units below a tenth)."""
+    """Write a value of this kind with its unit; of sag or turn, with the largest unit of which it is at least 0.1."""
     if kind not in UNITS:
         return f"{value:.4g} {kind.replace(' ', '·')}"
     name, size = next((unit for unit in UNITS[kind] if value >= unit[1] / 10), UNITS[kind][-1])
@@ -154,7 +149,7 @@ def _written(kind: str, value: float) -> str:
 
 
 def coordinate_words(coordinate: xr.DataArray, value: object) -> str:
-    """Return "name = value unit", angles in degrees."""
+    """Write "name = value unit"; angles are in degrees."""
     if not isinstance(value, (float, np.floating)):
         return f"{coordinate.name} = {value}"
     unit = str(coordinate.attrs.get("units", ""))

@@ -12,7 +12,6 @@ from kinetostatics.results.optimum import BROKEN, CheckedRequirement, Optimum, P
 
 
 def optimum_report(found: Optimum) -> Report:
-    """Return the report of an optimization."""
     verdict = Word("feasible", "good") if found.feasible else Word("NOT feasible", "bad")
     more = f", {found.minimized} {_written(found.objective, found.unit)}"
     if not found.feasible:
@@ -40,7 +39,6 @@ def _sections(found: Optimum) -> list[ReportSection]:
 
 
 def _sentences(found: Optimum) -> list[str]:
-    """Return sentences on active constraints, parameters without influence, and the searches."""
     notes = []
     for item in found.active:
         where = f", at {words}" if (words := _place(found, item)) else ""
@@ -62,7 +60,7 @@ def _sentences(found: Optimum) -> list[str]:
 
 
 def _margin(margin: float) -> str:
-    """Return a margin, relative to its limit, as text: in per cent, or as a multiple of the limit from ten times on."""
+    """Write a margin, relative to the limit, in per cent; from ten on, as a multiple of the limit."""
     if abs(margin) <= 1e-5:
         return "0"
     return f"{100 * margin:.3g} %" if abs(margin) < 10 else f"{margin:+.0f} ×"
@@ -80,7 +78,7 @@ def _value(value: float, unit: str) -> str | Number:
 
 
 def _place(found: Optimum, item: CheckedRequirement) -> str:
-    """Return the pose and the load at which a requirement is worst, each only if there are several; rounding errors are 0."""
+    """Write the pose at which a requirement is worst, if there are several poses, and its load, if there are several loads."""
     numbers = {name: 0.0 if abs(value) < 1e-12 else value for name, value in item.pose.items()}
     words = [f"{name} = {value:.4g}" for name, value in numbers.items()] if found.poses > 1 else []
     return ", ".join([*words, *([f"load[{', '.join(map(str, item.case))}]"] if item.case else [])])
@@ -98,7 +96,6 @@ def _data(found: Optimum) -> dict[str, object]:
 
 
 def pareto_report(found: ParetoFront) -> Report:
-    """Return the report of a front: its designs, from the one with the least first quantity to the one with the least second."""
     first, second = found.minimized
     title = f"Pareto front of {found[0].robot.name!r}: {first} against {second}, {count(len(found), 'design')}"
     names = ("minimized", "units", "objectives", "parameters", "searched", "evaluations")

@@ -39,7 +39,6 @@ from kinetostatics.sections.kinds import Section as BeamSection
 
 
 def force_sections(result: Result, noise: NoiseFloor, hinge_axes: Mapping[str, str]) -> list[ReportSection]:
-    """Return the sections with tables of all forces."""
     force, moment = result.base_wrench[:3], result.base_wrench[3:]
     ground = [("force", vector(force, noise.format("force", force))), ("moment", vector(moment, noise.format("moment", moment)))]
     magnitudes = "magnitudes about the joint's centre"
@@ -55,12 +54,12 @@ def force_sections(result: Result, noise: NoiseFloor, hinge_axes: Mapping[str, s
 
 
 def sizes(wrenches: Iterable[Array]) -> Array:
-    """Return the magnitudes (2, n) of the forces and of the moments of n wrenches (6,)."""
+    """Return (f, m), the magnitudes (n,) of the forces and (n,) of the moments of n wrenches (6,)."""
     return np.linalg.norm(np.reshape([*wrenches], (-1, 2, 3)), axis=2).T
 
 
 def force_formats(values: Iterable[ArrayLike], units: Iterable[str], noise: NoiseFloor) -> list[NumberFormat]:
-    """Return the format of each value; all forces have one format, and all moments another."""
+    """Return the format of each value: one for all values in N, and one for all in N·m."""
     pairs = [(float(np.asarray(value)), unit) for value, unit in zip(values, units, strict=True)]
     found = {unit: noise.format(kind, [v for v, u in pairs if u == unit]) for unit, kind in FORCE_KINDS.items()}
     return [found[unit] for _, unit in pairs]
@@ -82,7 +81,7 @@ def _actuators(result: Result, noise: NoiseFloor) -> list[Block]:
 
 
 def checked_axes(hinge_axes: Mapping[str, str], limbs: Iterable[str]) -> Mapping[str, str]:
-    """Check and return the argument ``hinge_axes``: by limb, the axis of the limb frame along the first hinge.
+    """Return ``hinge_axes`` after a check: by limb, the axis of the limb frame along the first hinge.
 
     Raises:
         ArgumentError: there is no such limb, or an axis is neither x nor y.
@@ -97,10 +96,9 @@ def checked_axes(hinge_axes: Mapping[str, str], limbs: Iterable[str]) -> Mapping
 
 
 def _named(label: str, intensity: Array, axis: str) -> tuple[str, Array]:
-    """Return label and intensity of a wrench in the limb frame whose ``axis``, "x" or "y", is along the limb's first hinge.
+    """Transform label and intensity of a wrench from the limb frame with y along the first hinge to that with ``axis`` along it.
 
-    The given label and intensity are those for y along the hinge. With x along the hinge, the new y axis is opposite to the old
-    x axis.
+    The y axis of the frame with x along the hinge is opposite to the x axis of the frame with y along the hinge.
     """
     if axis == "y":
         return label, intensity
@@ -131,7 +129,6 @@ def _limbs(result: Result, noise: NoiseFloor, hinge_axes: Mapping[str, str]) -> 
 
 
 def _networks(result: Result, noise: NoiseFloor) -> list[Block]:
-    """Return a table for limbs that are networks: axial forces of beams, and magnitudes of the wrenches of platform joints."""
     entries: list[tuple[str, str, str, ArrayLike, ArrayLike | None]] = []
     for limb in result.limbs.values():
         if limb.is_network:
@@ -151,7 +148,7 @@ def _networks(result: Result, noise: NoiseFloor) -> list[Block]:
 
 
 def _joints(result: Result, noise: NoiseFloor) -> list[Block]:
-    """Return a table of the magnitudes of all joint wrenches; concentric revolutes that carry the same wrench share a row."""
+    """Return a table in which concentric revolutes share a row if they carry the same wrench."""
     mechanism, wrenches = result.robot.mechanism, result.joint_wrenches
     compounds = [item for limb in result.robot.topology.all_limbs for item in compound_joints(mechanism, limb)]
     whole = {item.joints[0]: item for item in compounds if len(item.joints) > 1 and _carry_alike(item.joints, wrenches, noise)}
@@ -177,7 +174,7 @@ def _joints(result: Result, noise: NoiseFloor) -> list[Block]:
 
 
 def _carry_alike(joints: Sequence[str], wrenches: Mapping[str, Array], noise: NoiseFloor) -> bool:
-    """Return whether concentric joints carry the same wrench, as they do if no weight acts between them."""
+    """Whether concentric joints carry the same wrench, as they do if no weight acts between them."""
     if not all(name in wrenches for name in joints):
         return False
     gaps = np.abs(np.array([wrenches[name] - wrenches[joints[0]] for name in joints]))
@@ -218,12 +215,11 @@ def _beams(result: Result, noise: NoiseFloor) -> list[Block]:
     return [Table(columns), *map(Text, notes)]
 
 
-#: Data of a beam.
+#: Results of a beam in reports.
 BEAM_DATA = [item.name for item in dataclasses.fields(BeamResult) if item.name not in ("name", "description")]
 
 
 def limb_report(limb: LimbResult) -> Report:
-    """Return the report of a limb: the intensities of its wrenches."""
     rows = []
     noise = {"N": NOISE * largest([limb.wrench[..., :3]]), "N·m": NOISE * largest([limb.wrench[..., 3:]])}
     for labels, wrenches, values in (
@@ -238,7 +234,6 @@ def limb_report(limb: LimbResult) -> Report:
 
 
 def beam_report(beam: BeamResult) -> Report:
-    """Return the report of a beam: length, axial force, stress, mass and deflection."""
     rows = [
         ("length", Number.range_of(beam.length, MILLIMETRES)),
         ("axial force", Number.range_of(beam.section_wrenches[..., 0], FORCES)),
@@ -252,7 +247,6 @@ def beam_report(beam: BeamResult) -> Report:
 
 
 def limb_data(limb: LimbResult) -> dict[str, object]:
-    """Return labels, units and quantities of a limb."""
     return {
         **attributes(limb, ("is_network", "beams", "platform_joints", "labels")),
         "units": wrench_units(limb.labels, limb.constraint_wrenches),
@@ -263,5 +257,4 @@ def limb_data(limb: LimbResult) -> dict[str, object]:
 
 
 def beam_data(beam: BeamResult) -> dict[str, object]:
-    """Return the results of a beam, without the data of the file."""
     return attributes(beam, BEAM_DATA)

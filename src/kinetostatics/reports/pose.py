@@ -1,4 +1,4 @@
-"""Reports of poses: their state, the coordinates of platform and actuators, and the loads."""
+"""Reports of poses: state, coordinates of platform and actuators, gravity and load."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ _ORIENTATIONS = {"rotation_vector": "rotation vector", "tilt_torsion": "tilt and
 
 
 def statuses_of(poses: Configuration | Result) -> list[State]:
-    """Return the states OK, UNREACHABLE and SINGULAR."""
+    """Return the states OK, UNREACHABLE and SINGULAR, in this order."""
     return [(status_word(item), poses.status == item, STATUS_WORDS[item]) for item in (Status.OK, *WITHOUT_NUMBERS)]
 
 
 def facts_of(poses: Configuration | Result) -> list[State]:
-    """Return the states of all facts that are known about the poses."""
+    """Return a state for each of the :data:`FACTS` that the poses have as an attribute; a Configuration has only some."""
     return [
         (Word(fact.title, "bad" if fact.status is None else "doubtful"), getattr(poses, name), fact.words)
         for name, fact in FACTS.items()
@@ -39,12 +39,11 @@ def facts_of(poses: Configuration | Result) -> list[State]:
 
 
 def status_word(status: Status) -> Word:
-    """Return the name of a status, with its tone."""
     return Word(status.name, "good" if status == Status.OK else "bad" if status in WITHOUT_NUMBERS else "doubtful")
 
 
 def state_title(poses: Configuration | Result) -> list[str]:
-    """Return the states of a pose, the most severe first, or the shape of a batch and the number of poses in each state."""
+    """Return the states of one pose, the most severe first; for a batch, its shape, and the number of poses in each state."""
     one, (ok, *worse), facts = poses.shape == (), statuses_of(poses), facts_of(poses)
     states = [
         (title, where) for title, where, _ in ((*worse, *reversed(facts)) if one else (ok, *worse, *facts)) if np.any(where)
@@ -57,23 +56,21 @@ def state_title(poses: Configuration | Result) -> list[str]:
 
 
 def count(number: int, noun: str) -> str:
-    """Return a number with its noun, in the plural if necessary."""
+    """Return "1 pose", "2 poses", …."""
     return f"{number} {noun}{'s' * (number != 1)}"
 
 
 def platform_coordinates(configuration: Configuration) -> dict[str, Coordinate]:
-    """Return the platform's coordinates."""
     return {name: _coordinate(configuration, value, name in "xyz") for name, value in configuration.platform.items()}
 
 
 def actuator_coordinates(configuration: Configuration) -> dict[str, Coordinate]:
-    """Return the coordinates of the driven joints."""
     connections, values = configuration.robot.mechanism.connections, configuration.actuators
     return {name: _coordinate(configuration, value, connections[name].type.is_slide) for name, value in values.items()}
 
 
 def actuator_unit(robot: Robot, name: str) -> str:
-    """Return the unit of an actuator's force."""
+    """Return the unit of an actuator's force: N or N·m."""
     return robot.mechanism.connections[name].type.force_unit
 
 
@@ -82,13 +79,13 @@ def _coordinate(configuration: Configuration, value: Array, is_length: bool) -> 
 
 
 def at_pose(coordinate: Coordinate, with_unit: bool = True) -> Number:
-    """Return a coordinate of one pose with four decimals."""
+    """Return the coordinate of a single pose, with four decimals in mm or degrees."""
     value, ((unit, factor),), noise = coordinate
     return Number(float(value), NumberFormat(unit, factor, 4, noise), with_unit=with_unit)
 
 
 def pose_facts(configuration: Configuration, gravity: Array, load: Array, *more: tuple[str, str]) -> Facts:
-    """Return the lines with coordinates, gravity and load of one pose, followed by ``more`` lines (name, text)."""
+    """Return lines on coordinates, gravity (3,) and load (6,) of one pose, followed by ``more`` lines (name, text)."""
     found = platform_coordinates(configuration)
     orientation = configuration.orientation
     angles = "  ".join(f"{name} {at_pose(found[name])}" for name in orientation.names)
@@ -107,7 +104,6 @@ def pose_facts(configuration: Configuration, gravity: Array, load: Array, *more:
 
 
 def configuration_report(configuration: Configuration) -> Report:
-    """Return the report of a pose with its coordinates, or of a batch with the ranges of the coordinates."""
     both = {**platform_coordinates(configuration), **actuator_coordinates(configuration)}
     rows = [(name, Number.range_of(*item)) for name, item in both.items()]
     title = [f"Configuration of {configuration.robot.name!r}: ", *state_title(configuration)]
@@ -117,7 +113,6 @@ def configuration_report(configuration: Configuration) -> Report:
 
 
 def configuration_data(configuration: Configuration) -> dict[str, object]:
-    """Return coordinates, frames and state of poses; arrays keep their shapes, batch axes first."""
     shape = configuration.shape
     return {
         "shape": shape,
@@ -134,6 +129,6 @@ def configuration_data(configuration: Configuration) -> dict[str, object]:
 
 
 def status_names(status: Values) -> object:
-    """Return statuses as their names, in nested lists for a batch."""
+    """Return the name of a status; for a batch, nested lists of names."""
     names = np.array([item.name for item in Status], dtype=object)
     return names[np.asarray(status, dtype=int)].tolist() if np.ndim(status) else Status(int(status)).name

@@ -67,7 +67,7 @@ UNITS = {
 
 
 def result_data(tip: Result) -> dict[str, object]:
-    """Return all results of an analysis at o; with a tool, also twist, stiffness and compliance at its tip."""
+    """Return all results at o; if the reference point of ``tip`` is a tool's tip, also twist, stiffness and compliance there."""
     result = tip.seen_from(None)
     payload = result.payload and {
         **attributes(result.payload, ("mass", "center", "link")),
@@ -94,7 +94,7 @@ def result_data(tip: Result) -> dict[str, object]:
 
 
 def units_at(tool: Array | None, units: Mapping[str, str]) -> dict[str, object]:
-    """Return units and meaning of the numbers at o; with a tool, of those at its tip, and the tip's position."""
+    """Return ``units``, texts about numbers at o; with a tool, changed to texts about its tip, and the tip's position (3,)."""
     if tool is None:
         return {"units": units}
     texts = {name: text.replace("at o", "at the tool's tip") for name, text in units.items()}
@@ -102,7 +102,6 @@ def units_at(tool: Array | None, units: Mapping[str, str]) -> dict[str, object]:
 
 
 def batch_sections(result: Result) -> list[ReportSection]:
-    """Return the sections of the report: number of poses in each state, extremes of the quantities, and warnings."""
     known = not np.all(np.isin(result.status, WITHOUT_NUMBERS))
     header = ("quantity", "unit", "smallest", "at", "largest", "at")
     rows = [_row(result, *item) for item in _quantities(result)] if known else []
@@ -115,7 +114,7 @@ def batch_sections(result: Result) -> list[ReportSection]:
 
 
 def _states(result: Result) -> list[Table | Text]:
-    """Return a table of the states and the number of poses in each; a pose can be in several states."""
+    """Return a table of the number of poses in each state; a pose can be in several states."""
     ok, *without_numbers = statuses_of(result)
     found = [ok, *facts_of(result), *without_numbers]
     rows = [(word, f"{int(np.sum(where))}", words) for word, where, words in found if np.any(where)]
@@ -124,15 +123,14 @@ def _states(result: Result) -> list[Table | Text]:
     return [table, Text(f"{several} of them counted more than once")] if several else [table]
 
 
-def magnitudes(result: Result) -> NoiseFloor:
-    """Return the magnitudes below which the numbers of a result are rounding errors."""
+def noise_floor(result: Result) -> NoiseFloor:
     wrenches = [*result.joint_wrenches.values(), result.platform_wrench]
     return NoiseFloor.of(result.contributions.values(), wrenches, result.robot.length)
 
 
 def _quantities(result: Result) -> list[tuple[str, Array, Units, float]]:
-    """Return name, values, units and noise of the quantities of the table of extremes."""
-    twist, noise = result.twist, magnitudes(result)
+    """Return (name, values (…), units, magnitude of rounding errors) for each row of the table of extremes."""
+    twist, noise = result.twist, noise_floor(result)
     found = [(f"platform {name}", *item) for name, item in platform_coordinates(result.configuration).items()]
     found += [(f"position of {name}", *item) for name, item in actuator_coordinates(result.configuration).items()]
     for name, part, kind in (("displacement of o", slice(3), "displacement"), ("rotation", slice(3, 6), "rotation")):
@@ -163,12 +161,7 @@ def _row(result: Result, name: str, values: Array, units: Units, noise: float) -
 
 
 def result_report(result: Result, hinge_axes: Mapping[str, str] | None = None) -> Report:
-    """Return the report of an analysis.
-
-    Args:
-        result: the analysis.
-        hinge_axes: as in :meth:`kinetostatics.Result.report`.
-    """
+    """See :meth:`kinetostatics.Result.report`."""
     hinge_axes = checked_axes(hinge_axes or {}, result.limbs)
     title = [f"Analysis of {result.robot.name!r}: ", *state_title(result), *_motion(result)]
     if result.shape != ():
@@ -177,7 +170,6 @@ def result_report(result: Result, hinge_axes: Mapping[str, str] | None = None) -
 
 
 def _motion(result: Result) -> Iterator[str]:
-    """Yield a text with displacement and rotation of the platform, unless no pose has results."""
     noise = NoiseFloor.of([*result.contributions.values(), result.twist], [], result.robot.length)
     if np.any(np.isfinite(result.twist)):
         moves, turns = (
@@ -194,7 +186,7 @@ def _sections(result: Result, hinge_axes: Mapping[str, str]) -> Iterator[ReportS
     if result.status == Status.SINGULAR:
         yield ReportSection("Free motions", _free_motions(result), "motions")
     if result.status not in WITHOUT_NUMBERS:
-        noise = magnitudes(result)
+        noise = noise_floor(result)
         yield ReportSection("Summary", [summary_facts(result, noise)], "summary")
         yield from _motion_sections(result, noise)
         yield from force_sections(result, noise, hinge_axes)
@@ -252,7 +244,6 @@ def _free_motions(result: Result) -> list[Block]:
 
 
 def _motion_sections(result: Result, noise: NoiseFloor) -> list[ReportSection]:
-    """Return the tables of the platform's twist and stiffness."""
     kinds = {kind: np.sum(list(named.values()), axis=0) for kind, named in result.source_contributions.items()}
     parts = {
         f"{limb.name}: {part.start} → {part.end}": twist
@@ -274,7 +265,6 @@ def _motion_sections(result: Result, noise: NoiseFloor) -> list[ReportSection]:
 
 
 def _twists(twists: Mapping[str, Array], noise: NoiseFloor) -> list[Block]:
-    """Return a table of twists (6,), a column for each; nothing if there is none."""
     shift = noise.format("displacement", [twist[:3] for twist in twists.values()], digits=6)
     turn = noise.format("rotation", [twist[3:] for twist in twists.values()], digits=6)
     return [component_table(shift, turn, twists)] if twists else []

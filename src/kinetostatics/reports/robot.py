@@ -48,7 +48,7 @@ _TYPES = {Body: "body", JointStep: "joint", Branches: "branches"}
 
 
 def robot_report(robot: Robot) -> Report:
-    """Return the report of a robot, even of one whose loops cannot be closed."""
+    """Return the report of a robot; its loops need not close."""
     found = cache(robot_facts)
     parts: dict[str, Sized] = {
         "limb": robot.topology.limbs,
@@ -60,7 +60,6 @@ def robot_report(robot: Robot) -> Report:
 
 
 def _sections(facts: RobotFacts) -> Iterator[ReportSection]:
-    """Yield the sections of the report."""
     yield ReportSection(None, [_summary(facts)])
     yield ReportSection("Limbs, from base to platform", _limbs(facts), "limbs")
     yield ReportSection("Beams, at the zero pose", _beams(facts) if facts.beams else [], "beams")
@@ -76,7 +75,7 @@ def _sections(facts: RobotFacts) -> Iterator[ReportSection]:
 
 
 def _data(facts: RobotFacts) -> dict[str, object]:
-    """Return the facts about a robot as data; each element of a chain has an entry ``type``: body, joint or branches."""
+    """Return the facts as data; each element of a chain gets the entry ``type``: "body", "joint" or "branches"."""
     found: dict[str, object] = plain(facts)
     found["springs"] = [attributes(item, _SPRING) for item in facts.springs]
     found["limbs"] = [{**plain(limb), "graph": _graph(limb.graph)} for limb in facts.limbs]
@@ -96,7 +95,6 @@ def _graph(part: object) -> object:
 
 
 def description_report(description: RobotDescription) -> Report:
-    """Return the report of a description: for each kind of part, number and names."""
     names = ("links", "joints", "loops", "beams", "joint_stiffness", "driven")
     nouns = ("link", "joint", "loop", "beam", "elastic joint", "actuator")
     found = [(list(getattr(description, name)), noun) for name, noun in zip(names, nouns, strict=True)]
@@ -186,7 +184,7 @@ def _redundancy(facts: RobotFacts, mobility: MobilityFacts) -> list[str]:
 
 
 def _places(limbs: list[LimbFacts], redundancies: list[Redundancy]) -> list[str]:
-    """Return the locations of redundant constraints, with equal limbs in one line."""
+    """Return lines on the locations of redundant constraints; equal limbs share a line."""
     like = {limb.name: limb.like or limb.name for limb in limbs}
     inside: dict[tuple[int, str, int], list[Redundancy]] = {}
     lines: list[str] = []
@@ -258,7 +256,7 @@ def _limbs(facts: RobotFacts) -> list[Block]:
 
 
 def _spans(facts: RobotFacts, limb: LimbFacts) -> list[str]:
-    """Return the beams of a limb with their ends, as texts; beams welded end to end are listed as one."""
+    """Return "BEAM from END to END" for each beam of a limb; beams welded end to end are listed as one."""
     joints = {joint.name for joint in limb.joints}
     spans = [([beam.name], beam.start, beam.end) for beam in facts.beams if beam.name in limb.beams]
     ends = [end for _, *both in spans for end in both]
@@ -284,7 +282,6 @@ _LEGEND = {
 
 
 def _legend(limbs: list[LimbFacts]) -> list[Block]:
-    """Return explanations of the terms in the wrench labels of the limbs."""
     labels = " ".join(label for limb in limbs for label in (*(limb.constraint_wrenches or ()), *(limb.attached_wrenches or ())))
     known = [Text(text) for word, text in _LEGEND.items() if labels and word in labels]
     return [Lines([""]), *known] if known else []
@@ -303,7 +300,7 @@ def _hanging(graph: Graph, indent: str) -> list[str]:
 
 
 def _beams(facts: RobotFacts) -> list[Block]:
-    """Return a table of the beams; equal beams share a row."""
+    """Return a table in which equal beams share a row."""
     beams = facts.beams
     columns = [
         Column("section", [beam.section for beam in beams]),

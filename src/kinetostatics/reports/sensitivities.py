@@ -30,7 +30,6 @@ MOST = 24
 
 
 def sensitivities_report(found: Sensitivities) -> Report:
-    """Return the report of sensitivities: parameters and elastic parts, ranked by the effect of a change of 1 % on the sag."""
     size, who = float(np.linalg.norm(found.seen.twist[found.worst][:3])), point_name(found.tool)
     where = f" at element {list(found.worst)} of the batch, where it moves most" if found.result.shape else ""
     title = f"Sensitivities of {found.result.robot.name!r}: {who} moves by {quantity(size, LENGTHS)}{where}"
@@ -98,7 +97,7 @@ def _sentences(found: Sensitivities, sizes: Sequence[str]) -> list[Block]:
 
 
 def _more(names: Sequence[str]) -> list[Text]:
-    """Return a line with the number of omitted rows, if any."""
+    """Return a line on the rows beyond ``MOST``, which are omitted."""
     return [Text(f"and {len(names) - MOST} more of less effect: see --json")] if len(names) > MOST else []
 
 

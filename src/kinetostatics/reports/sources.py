@@ -26,9 +26,9 @@ _KINDS = {"beams": "beam", "joints": "joint", "actuators": "actuator", "assembly
 
 
 def source_table(result: Result, noise: NoiseFloor) -> list[Block]:
-    """Return a table of beams, elastic joints, actuators and assembly errors, ranked as in :func:`parts_along`.
+    """Return a table of beams, elastic joints, actuators and assembly errors, ranked by their share in the last column.
 
-    The last column is each part's share of the quantity by which the parts are ranked.
+    This is the share of the displacement or, if o does not move, of the rotation.
     """
     names, twists = sources(result)
     found = parts_along(twists, result.twist, noise)
@@ -51,19 +51,18 @@ def source_table(result: Result, noise: NoiseFloor) -> list[Block]:
 
 
 def share(part: float, whole: float) -> float:
-    """Return a part relative to the whole [%]; shares below 0.05 % are 0."""
+    """Return ``part / whole`` [%]; magnitudes below 0.05 % are 0."""
     found = 100 * part / whole
     return found if abs(found) >= 0.05 else 0.0
 
 
 def parts_along(twists: Array, whole: Array, noise: NoiseFloor) -> tuple[Array, Array, int] | None:
-    """Return the parts of twists (n, 6) in their sum ``whole`` (6,).
+    """Project twists (n, 6) on the displacement and on the rotation of their sum ``whole`` (6,).
 
     Returns:
-        The parts (n, 2), which sum to the totals: components of the displacements along the total displacement [m], and of the
-        rotations along the axis of the total rotation [rad]; NaN where the total is zero. The magnitudes (2,) of the totals. The
-        index of the quantity by which sources are ranked: 0, the displacement; 1, the rotation, if o does not move. None if
-        there is no motion or no twist.
+        (parts, sizes, by), or None if nothing moves: parts (n, 2), components of each twist along the total displacement [m] and
+        along the total rotation [rad], NaN if the total is zero; sizes (2,), magnitudes of both totals; by, the column of
+        ``parts`` by which sources are ranked: 0, or 1 if o does not move.
     """
     wholes = whole[:3], whole[3:]
     sizes = np.array([np.linalg.norm(one) for one in wholes])
@@ -75,7 +74,7 @@ def parts_along(twists: Array, whole: Array, noise: NoiseFloor) -> tuple[Array, 
 
 
 def sources(result: Result) -> tuple[list[tuple[str, str]], Array]:
-    """Return names and kinds of all sources of the twist, in the file's order within a kind, and their twists (n, 6)."""
+    """Return (names, twists): name and kind of each of n sources, in the file's order within a kind; twists (n, 6)."""
     robot = result.robot
     order = {name: k for k, name in enumerate((*robot.description.beams, *robot.mechanism.connections))}
     found = [
@@ -87,7 +86,7 @@ def sources(result: Result) -> tuple[list[tuple[str, str]], Array]:
 
 
 def ranked(values: Array) -> list[int]:
-    """Return the order of values, the largest first; values equal within rounding keep their order."""
+    """Return the indices of values, the largest first; values equal within rounding keep their order."""
     left, found = np.argsort(-values, kind="stable").tolist(), []
     margin = ALIKE * float(np.max(np.abs(values), initial=0.0))
     while left:
@@ -98,7 +97,7 @@ def ranked(values: Array) -> list[int]:
 
 
 def shown_and_rest(ranked: list[Item], most: int) -> tuple[list[Item], list[Item]]:
-    """Return the first ``most`` items and the remaining ones; a single remaining item is with the first."""
+    """Return (first ``most`` items, remaining items); a single remaining item joins the first ones."""
     number = len(ranked) if len(ranked) <= most + 1 else most
     return ranked[:number], ranked[number:]
 
@@ -111,14 +110,14 @@ WORDS = {"attached": "attached wrenches"}
 
 
 def gravity_twists(result: Result) -> dict[str, Array]:
-    """Return the twist (6,) due to each mechanism of gravity, and their sum."""
+    """Return the twist (6,) due to each mechanism of gravity, and "all of gravity"."""
     parts = by_mechanism_of_gravity(result.contributions["platform_weight"], result.mechanism_contributions)
     found = {WORDS.get(name, name): twist for name, twist in parts.items()}
     return {**found, "all of gravity": np.sum(list(found.values()), axis=0)}
 
 
 def actuator_parts(result: Result) -> dict[str, list[Array]]:
-    """Return the parts of the actuator forces, in the order of the actuators, by contribution and by mechanism of gravity."""
+    """Return the parts of the actuator forces by contribution, but with the limbs' weights divided by mechanism of gravity."""
     names = [limb.name for limb in result.robot.topology.limbs]
     limbs = {*names, *map(of_deformation, names)}
     parts: dict[str, list[Array]] = {}

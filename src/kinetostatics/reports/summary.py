@@ -31,7 +31,7 @@ from kinetostatics.results.result import Result
 
 
 def component_table(linear: NumberFormat, angular: NumberFormat, columns: Mapping[str, ArrayLike]) -> Table:
-    """Return a table of arrays (6,), given by the titles of their columns, with a row for each component."""
+    """Return a table with a row for each component; ``columns``: arrays (6,) by title."""
     formats = [linear] * 3 + [angular] * 3
     names = [f"{name} [{form.unit}]" for name, form in zip(COMPONENTS, formats, strict=True)]
     numbers = [Column.in_formats(title, np.asarray(values), formats) for title, values in columns.items()]
@@ -39,7 +39,7 @@ def component_table(linear: NumberFormat, angular: NumberFormat, columns: Mappin
 
 
 def stiffness_blocks(result: Result) -> list[Block]:
-    """Return a table of the stiffness along each axis, with all other motions fixed or free, and texts on the extremes."""
+    """Return a table of the stiffness along each axis, with all other motions held or free, and texts on the extremes."""
     constrained, free = np.diag(result.stiffness), _reciprocal(np.diag(result.compliance), result)
     linear = NumberFormat.of([constrained[:3], free[:3]], STIFFNESSES, digits=6)
     angular = NumberFormat.of([constrained[3:], free[3:]], TURNING_STIFFNESSES, digits=6)
@@ -48,7 +48,7 @@ def stiffness_blocks(result: Result) -> list[Block]:
 
 
 def stiffness_extremes(result: Result) -> list[tuple[str, str]]:
-    """Return the words "softest" and "stiffest", each with the direction of a force and the stiffness against it, as text."""
+    """Return "softest" and "stiffest", each with a text: stiffness against a force, and direction of this force."""
     values, axes = np.linalg.eigh(result.compliance[:3, :3])
     sizes = _reciprocal(values, result)
     form = NumberFormat.of(sizes, STIFFNESSES)
@@ -68,7 +68,7 @@ def _reciprocal(compliances: Array, result: Result) -> Array:
 
 
 def _directions(axes: Array) -> str:
-    """Return the directions spanned by one to three orthonormal axes (3, k) as text."""
+    """Write the space spanned by k orthonormal axes (3, k): a direction, a plane or every direction."""
     if axes.shape[1] == 3:
         return "in every direction"
     if axes.shape[1] == 1:
@@ -91,7 +91,6 @@ _NAMES = {"load": "the load", "platform_weight": "the platform's weight", "paylo
 
 
 def summary_facts(result: Result, noise: NoiseFloor) -> Facts:
-    """Return displacement, rotation, extreme stiffnesses, actuator forces, largest stress, largest share of a buckling load."""
     moves, turns = (np.linalg.norm(part) for part in (result.twist[:3], result.twist[3:]))
     rows = [("displacement", f"{quantity(moves, LENGTHS, noise.displacement)}{_displacement(result, noise)}")]
     rows.append(("rotation", quantity(turns, ANGLES, noise.rotation)))
@@ -116,7 +115,7 @@ def _worst(values: Mapping[str, float]) -> str:
 
 
 def _displacement(result: Result, noise: NoiseFloor) -> str:
-    """Return the direction of the displacement and the largest contributions to it, as text."""
+    """Write the direction of the displacement, the largest contributions to it, and the part that deforms most."""
     twist = result.twist
     size = float(np.linalg.norm(twist[:3]))
     if size <= noise.displacement or not np.isfinite(size):
@@ -134,7 +133,7 @@ def _contribution(result: Result, name: str) -> str:
 
 
 def _largest(names: list[str], twists: Array, result: Result, noise: NoiseFloor, word: str, number: int) -> str:
-    """Return the largest parts of the displacement [%] as text, at most ``number``; ``word`` precedes the name of each source."""
+    """Write up to ``number`` of the largest parts of the displacement [%]; ``word`` precedes the name of each source."""
     found = parts_along(twists, result.twist, noise)
     if found is None:
         return ""
@@ -145,7 +144,7 @@ def _largest(names: list[str], twists: Array, result: Result, noise: NoiseFloor,
 
 
 def _direction(unit: Array, gravity: Array) -> str:
-    """Return the direction of a unit vector as text: down or up along gravity, along an axis, or its components."""
+    """Write the direction of a unit vector: down or up along gravity, along an axis, or its components."""
     size = float(np.linalg.norm(gravity))
     vertical = float(unit @ gravity) / size if size > 0 else 0.0
     axis = int(np.argmax(np.abs(unit)))

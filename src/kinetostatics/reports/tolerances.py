@@ -25,7 +25,7 @@ from kinetostatics.layout.numbers import (
 )
 from kinetostatics.layout.report import Report, attributes
 from kinetostatics.math.screws import COMPONENTS
-from kinetostatics.reports.result import magnitudes, units_at
+from kinetostatics.reports.result import noise_floor, units_at
 from kinetostatics.results.pose_arrays import point_name
 from kinetostatics.results.tolerances import Tolerance, Tolerances
 
@@ -43,7 +43,6 @@ UNITS = {
 
 
 def tolerances_report(found: Tolerances) -> Report:
-    """Return the report of tolerances: effects of the parameters; nominal values with worst case and deviations."""
     size, who = quantity(float(found.nominal.displacement), LENGTHS), point_name(found.tool)
     title = f"Tolerances of {found.result.robot.name!r}: {who} moves by {size}, nominally"
     return Report(title, lambda: _sections(found, who), lambda: _data(found))
@@ -80,7 +79,7 @@ def _sections(found: Tolerances, who: str) -> list[ReportSection]:
             values, units = found.samples.stiffness[:, k, k], STIFFNESSES if k < 3 else TURNING_STIFFNESSES
             varied = [np.nanmean(values), np.nanstd(values, ddof=1), *np.nanpercentile(values, [2.5, 97.5])]
             rows.append((f"stiffness {name}", [item.stiffness[k, k] for item in three], varied, units))
-    floor = magnitudes(found.result)
+    floor = noise_floor(found.result)
     noise = {LENGTHS: floor.displacement, ANGLES: floor.rotation, FORCES: floor.force, MOMENTS: floor.moment}
     for _, first_order, sampled, units in rows:
         noise[units] = max(noise.get(units, 0.0), 1e-9 * largest([first_order[0], *sampled[2:]]))

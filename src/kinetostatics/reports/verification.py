@@ -43,7 +43,6 @@ HEADER = ("", "kinetostatics", "finite elements", "difference")
 
 
 def verification_report(found: Verification) -> Report:
-    """Return the report of a verification."""
     robot = found.configuration.robot
     verdict, _, more = (found.verdict[0].upper() + found.verdict[1:]).partition(":")
     lead = Word(verdict, "good" if found.verified else "bad" if found.conclusive else "doubtful")
