@@ -1,4 +1,7 @@
-"""Alternatives to a failed assembly: other coordinates of the pose, and other starts if the zero pose is singular."""
+"""Alternatives to a failed assembly: other platform coordinates, and other starts if the zero pose is singular.
+
+A *set* of platform coordinates determines the pose of the platform, such as ("z", "rx", "ry").
+"""
 
 from __future__ import annotations
 
@@ -30,17 +33,16 @@ _BENT = (1.0, -1.0, 0.5, -0.5)
 
 @lru_cache(maxsize=256)
 def prescribed_platform(names: tuple[str, ...], orientation: Orientation) -> PrescribedCoordinates:
-    """Return the prescribed coordinates of the platform for the solver."""
     positions = tuple(k for k, name in enumerate("xyz") if name in names)
     angles = tuple(k for k, name in enumerate(orientation.names) if name in names)
     return PrescribedCoordinates(positions=positions, angles=angles, orientation=orientation)
 
 
 def choices(robot: RobotKinematics, orientation: Orientation, given: Sequence[str], pose: SolverState) -> list[tuple[str, ...]]:
-    """Return the sets of coordinates that determine the pose of the platform.
+    """Return all sets of coordinates that determine the platform's pose at generic poses.
 
-    The sets do so at generic poses; those that fail at the given ``pose`` are omitted, unless all fail there. Sets with the
-    fewest coordinates that are not ``given`` come first, then the order is z, x, y, rz, rx, ry.
+    Sets that fail at ``pose`` are left out, unless all fail there. First are the sets with the fewest coordinates that are not
+    ``given``; among equal sets the order is z, x, y, rz, rx, ry.
     """
     known = [name for name in PREFERRED if name in orientation.pose_names]
     sets = [
@@ -83,7 +85,6 @@ def best_choice(robot: RobotKinematics, orientation: Orientation, pose: SolverSt
 
 
 def choices_text(robot: RobotKinematics, orientation: Orientation, given: Sequence[str], pose: SolverState) -> str:
-    """Return the sets of :func:`choices` as text."""
     found = [", ".join(names) for names in choices(robot, orientation, given, pose)]
     if not found:
         return f"no coordinates with the orientation {orientation.name!r} do"
@@ -95,7 +96,7 @@ def closed_near(robot: RobotKinematics, values: Mapping[str, float]) -> SolverSt
     """Return a closed pose near given values of some joints [m, rad] and zero of the others.
 
     Raises:
-        CoordinatesError: a name is not that of a joint with one freedom, or a value is not a finite number.
+        CoordinatesError: a name is not the name of a joint with one freedom, or a value is not a finite number.
         AssemblyError: no pose near these values closes the loops.
     """
     joints, q = robot.joint_coordinates.in_tree, robot.mechanism.tree.neutral[:, None].copy()
@@ -115,11 +116,11 @@ def closed_near(robot: RobotKinematics, values: Mapping[str, float]) -> SolverSt
     return found
 
 
-def tried_start(robot: RobotKinematics, prescribed: PrescribedCoordinates, target: Array) -> str:
+def start_hint(robot: RobotKinematics, prescribed: PrescribedCoordinates, target: Array) -> str:
     """Return, as text, joint values for ``near=`` from which a straight line to the target (n, 1) can be followed.
 
-    For a target of actuators, a line to platform coordinates zero is tried, too; the text then names these coordinates. The
-    text is empty if no line can be followed.
+    For a target of actuators, a line to platform coordinates zero is tried, too; the text then names these coordinates. It is
+    empty if no line can be followed.
     """
     for values, pose in _starts(robot):
         near = " ".join(f"{name}={value:g}" for name, value in values.items())

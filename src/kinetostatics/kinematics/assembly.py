@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.arguments import check, check_mapping, numbers
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, KinetostaticsError, near_names
-from kinetostatics.kinematics.alternatives import choices_text, closed_near, prescribed_platform, tried_start
+from kinetostatics.kinematics.alternatives import choices_text, closed_near, prescribed_platform, start_hint
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.kinematics.loop_constraints import Placed, joined
@@ -29,7 +29,7 @@ SolverChoice: TypeAlias = Callable[[RobotKinematics, PrescribedCoordinates, int]
 
 
 def by_numpy(robot: RobotKinematics, prescribed: PrescribedCoordinates, poses: int) -> Solver:
-    """Return the robot's solver that uses NumPy, for any coordinates and number of poses."""
+    """Return the robot's solver that uses NumPy, whatever the coordinates and the number of poses."""
     return robot.solver
 
 
@@ -103,7 +103,7 @@ def configuration_at(robot: RobotKinematics, q: ArrayLike, closure_tolerance: fl
 
 
 def _start(robot: RobotKinematics, near: Configuration, shape: tuple[int, ...]) -> SolverState:
-    """Return the poses (one, or one per target) at which the straight lines start."""
+    """Return the pose at which all straight lines to targets start, or one pose for each target."""
     if not isinstance(near, Configuration):
         raise ArgumentError(f"near= needs a Configuration or values of joints, got {near!r}; robot.assemble(…) creates one")
     if near.robot is not robot:
@@ -127,14 +127,14 @@ def closed_pose(
 ) -> Configuration:
     """Return the configuration of solved poses, in which poses with open loops are marked as not reached.
 
-    Solved poses whose residuals are larger than usual are corrected once more.
+    Poses whose residuals exceed rounding are corrected once more.
 
     Args:
         robot: the robot.
         poses: the solved poses.
-        placed: Pinocchio's coordinates, frames and residuals of these poses.
+        placed: Pinocchio's coordinates, frames and residuals of the solved poses.
         shape: batch shape.
-        arrived: (N,) mask of poses at the target coordinates.
+        arrived: (N,) True for poses at the target coordinates.
         convention: convention for orientations.
         closure_tolerance: largest gap of a closed loop [m, rad].
         raising: whether to raise an error if a pose is not reached.
@@ -201,7 +201,7 @@ def all_actuators(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> dic
 def platform_coordinates(
     robot: RobotKinematics, platform: Mapping[str, object], orientation: str | None
 ) -> tuple[PrescribedCoordinates, list[str]]:
-    """Return the prescribed coordinates of the platform for the solver, and their names in the order of the solver.
+    """Return the prescribed coordinates of the platform, and their names in the solver's order.
 
     Raises:
         CoordinatesError: the coordinates are unknown, too few or too many, or do not determine the pose.
@@ -251,7 +251,7 @@ def _unreachable_error(
     if gone == 0 and not robot.mobility_analysis.fixes_platform_at(prescribed, pose):
         convention = prescribed.orientation
         others = "" if convention is None else f"; {choices_text(robot, convention, names, pose)}"
-        advice = tried_start(robot, prescribed, target)
+        advice = start_hint(robot, prescribed, target)
         return CoordinatesError(
             f"{robot.name!r} moves to targets from its zero pose or the pose of near=, and at this start the coordinates "
             f"{', '.join(names)} do not determine the pose: it is a singular pose for them{others}{'; ' * bool(advice)}{advice}",
@@ -262,7 +262,7 @@ def _unreachable_error(
         worst = max((max(pair) for pair in gaps.values()), default=0.0)
         if worst < CLOSED:
             text += "the target itself can be assembled, but the line to it passes a singular pose or leaves the workspace"
-            if gone == 0 and (advice := tried_start(robot, prescribed, target)):
+            if gone == 0 and (advice := start_hint(robot, prescribed, target)):
                 text += f"; {advice}"
         else:
             text += f"at the target {worst_gaps_text(robot.equations, gaps)}"
@@ -293,7 +293,7 @@ def _open_error(robot: RobotKinematics, loop_gaps: dict[str, tuple[float, float]
 
 
 def _stack(values: list[ArrayLike], names: list[str]) -> tuple[tuple[int, ...], Array]:
-    """Broadcast coordinates against one another; return the batch shape and the (n, N) targets."""
+    """Broadcast coordinates against one another; return the batch shape and the targets (n, N)."""
     if values and all(type(value) in (int, float) for value in values):  # fast path for one pose
         single = np.array(values, dtype=float)[:, None]
         if np.all(np.isfinite(single)):

@@ -35,10 +35,9 @@ class LimitExceeded:
     """A joint beyond its limits.
 
     Attributes:
-        joint: name of the joint.
         value: (…) coordinate, or angle of a cone [m, rad].
         lower, upper: limits of the joint [m, rad].
-        where: (…) mask of the poses at which a limit is exceeded.
+        where: (…) True where a limit is exceeded.
     """
 
     joint: str
@@ -66,7 +65,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
         model_q: (nq, N) Pinocchio's coordinates; NaN where the pose is not reached.
         frames: frames of all bodies, world axes.
         loop_residual: (closures, N) residuals of the loops [m, rad].
-        reached: (N,) mask of poses with closed loops at the given coordinates.
+        reached: (N,) True for poses with closed loops at the given coordinates.
         prescribed: names of the platform coordinates from which the pose was assembled, if any.
         closure_tolerance: largest gap of a closed loop [m, rad], also for poses computed from this one.
     """
@@ -142,7 +141,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
 
     @cached_property
     def residual(self) -> Array:
-        """(…) largest displacement or rotation between both sides of a loop [m, rad]."""
+        """(…) largest gap of a loop or error of a mimic joint [m, rad]; NaN where the pose is not reached."""
         worst = np.zeros(len(self.reached))
         for metres, radians in self.loop_gaps.values():
             worst = np.maximum(worst, np.maximum(metres, radians))

@@ -1,4 +1,7 @@
-"""Prescribed coordinates of poses, starts of straight lines to these coordinates, and mimic joints: followers of a leader."""
+"""Prescribed coordinates of poses, straight lines from the coordinates of a start to a target, and mimic joints.
+
+A mimic joint is a *follower*; the joint that it mimics is its *leader*.
+"""
 
 from __future__ import annotations
 
@@ -50,7 +53,6 @@ class PrescribedCoordinates:
 
     @cached_property
     def size(self) -> int:
-        """Number of given coordinates."""
         return self.first_angle + len(self.angles)
 
     @cached_property
@@ -65,17 +67,17 @@ class PrescribedCoordinates:
 
 
 def for_each(array: Array, N: int) -> Array:
-    """Return an array for one pose or for N poses as a new array (k, N)."""
+    """Return a copy (k, N) of an array (k, N), or N copies of an array (k, 1)."""
     return np.array(array, subok=True) if array.shape[1] == N else np.repeat(array, N, axis=1)
 
 
 def line_start(
     prescribed: PrescribedCoordinates, origin: tuple[Array, Array], target: Array, shorter: bool | Mask
 ) -> tuple[Array, Array]:
-    """Return the prescribed coordinates (n, N) and all orientation coordinates (3, N) at the starts of lines to targets.
+    """Return (a, c) at the starts of straight lines to targets: a (n, N) prescribed, c (3, N) orientation coordinates.
 
-    The starts are the poses of ``origin``, but their coordinates may differ: by full turns of the platform for the ``shorter``
-    line, and where two rotations have coincident axes, so that only the sum of their angles is determined.
+    The starts are the poses of ``origin``, but their coordinates may differ: by full turns of the platform that make the
+    line shorter (if ``shorter``), and in how two rotations with coincident axes share an angle.
     """
     first, c = (for_each(array, target.shape[1]) for array in origin)
     if prescribed.angles and prescribed.orientation is not None:
@@ -96,7 +98,7 @@ class _Coupling(NamedTuple):
     offset: float
 
     def error(self, x: Array, value: Array) -> Array:
-        """Return the error (N,) [m, rad] of the follower if its leader has the coordinate ``value``."""
+        """(N,) error [m, rad] of the follower if its leader has the coordinate ``value``."""
         error = self.follower.coordinate(x) - self.multiplier * value - self.offset
         if self.follower.type.endless:
             error = error - 2 * np.pi * np.round(error / (2 * np.pi))
@@ -110,8 +112,8 @@ class Couplings:
         names: names of the followers.
         count: number of followers.
         items: leader, follower, multiplier and offset of each mimic joint.
-        columns: the followers' freedoms in the tree.
-        is_length: for each follower, whether it is prismatic; otherwise it rotates.
+        columns: freedoms of the followers in the tree.
+        is_length: for each follower, True if it is prismatic, False if it rotates.
     """
 
     def __init__(self, mechanism: Mechanism, tree: Tree) -> None:
@@ -180,21 +182,21 @@ class Couplings:
         return best
 
     def equations(self, x: Array, column_scale: Array, columns: tuple[int, ...]) -> tuple[Array, Array]:
-        """Return scaled residuals (count, N) and gradients (count, nv) for scaled freedoms; gradients are unit vectors.
+        """Return the scaled residuals (count, N), and gradients (count, nv) with respect to scaled freedoms, each of unit length.
 
         Both are zero for followers of the given freedoms ``columns``.
         """
         gradient = self._gradient * column_scale
         size = np.sqrt(np.sum(gradient**2, axis=1, keepdims=True))
-        size[np.isin(self.columns, self.given_with(columns))] = np.inf
+        size[np.isin(self.columns, self.followers_of(columns))] = np.inf
         return self.residual(x, given=columns) / size, gradient / size
 
-    def given_with(self, columns: tuple[int, ...]) -> Index:
-        """Return the freedoms of the followers whose leaders are among the given ``columns``."""
+    def followers_of(self, columns: tuple[int, ...]) -> Index:
+        """Return the freedoms of the followers whose leaders are among the freedoms ``columns``."""
         return np.array([item.follower.first_v for item in self.items if item.leader.first_v in columns], dtype=np.intp)
 
-    def moving_with(self, column: int) -> list[tuple[int, float]]:
-        """Return a freedom and its followers' freedoms, each with its rate per unit rate of the given freedom."""
+    def rates_with(self, column: int) -> list[tuple[int, float]]:
+        """Return (freedom, rate per unit rate of ``column``) for ``column`` itself and for its followers."""
         return [
             (column, 1.0),
             *((item.follower.first_v, item.multiplier) for item in self.items if item.leader.first_v == column),

@@ -30,7 +30,7 @@ _Row: TypeAlias = tuple[int, Connection, tuple[Array, ...]]
 
 @dataclass(frozen=True)
 class _Table:
-    """Equations of one kind: their number n, the bodies (n,) on both sides, and k vectors (k, 3, n) fixed in these bodies."""
+    """n equations of one kind: the bodies (n,) on both sides, and k vectors (k, 3, n) fixed in these bodies."""
 
     count: int
     predecessor: Index
@@ -39,7 +39,6 @@ class _Table:
 
     @classmethod
     def of(cls, rows: Sequence[_Row]) -> _Table:
-        """Return the table of some equations."""
         before, behind = ([getattr(loop, f"{side}_body") for _, loop, _ in rows] for side in ("predecessor", "successor"))
         vectors = np.array([vectors for *_, vectors in rows]).transpose(1, 2, 0) if rows else np.zeros((6, 3, 0))
         return cls(len(rows), np.array(before, dtype=np.intp), np.array(behind, dtype=np.intp), vectors)
@@ -63,7 +62,6 @@ class LoopAxes:
 
     @classmethod
     def of(cls, loop: Connection) -> LoopAxes:
-        """Return the directions of a loop."""
         side, third = across(loop.axis)
         here, there = loop.predecessor_frame[:3, :3], loop.successor_frame[:3, :3]
         middle = (loop.lower + loop.upper) / 2
@@ -75,9 +73,9 @@ class Closures:
 
     Attributes:
         loops: the loop connections.
-        closures: number of the loops' equations.
+        closures: number of equations.
         loop_of: (closures,) index of the loop to which an equation belongs.
-        is_length: (closures,) mask of the equations in metres; the others are in radians.
+        is_length: (closures,) True for equations in metres, False for equations in radians.
     """
 
     def __init__(self, loops: Sequence[Connection]) -> None:
@@ -106,7 +104,7 @@ class Closures:
         self._distance, self._alignment, self._right_angle, self._turn = self._tables[:4]
 
     def evaluate(self, frames: Frames) -> tuple[Array, Array]:
-        """Return the loops' residuals (closures, N) [m, rad] and the wrenches (6, closures, N), about the world's origin."""
+        """Return the residuals (closures, N) [m, rad] and the constraint wrenches (6, closures, N) about the world's origin."""
         N = frames.position.shape[2]
         residual = empty_for((self.closures, N), frames.position)
         wrench = zeros_for((6, self.closures, N), frames.position)
@@ -164,10 +162,10 @@ class Placed(NamedTuple):
 
 
 class LoopEquations(Closures):
-    """The equations of all loops of a mechanism.
+    """The equations of all loops of a mechanism. Coordinates ``x`` (nq', N) are those of the solver's tree.
 
     Attributes:
-        tree: the spanning tree; three revolutes of a spherical joint are one joint.
+        tree: the solver's spanning tree; three revolutes of a spherical joint are one joint.
         couplings: the mimic joints, with one equation each.
         loop_axes: directions of each one-freedom loop, by the index of the loop.
         count: number of all equations, including the couplings.
@@ -221,7 +219,7 @@ class LoopEquations(Closures):
     # ---- coordinates ------------------------------------------------------------------------------------------------
 
     def from_model(self, q: Array) -> Array:
-        """Return the solver's coordinates (nq', N) for Pinocchio's ``q`` (nq, N)."""
+        """Return ``x`` (nq', N) for Pinocchio's ``q`` (nq, N)."""
         x = np.empty((self.tree.nq, q.shape[1]))
         x[self._same_here] = q[self._same_there]
         for run, mine, theirs in self.runs:
@@ -245,16 +243,14 @@ class LoopEquations(Closures):
         return q
 
     def forward(self, x: Array) -> Frames:
-        """Return the frames of all bodies in world axes."""
         return world_frames(self.mechanism, self.tree.forward(x))
 
     def placed(self, q: Array) -> Placed:
-        """Return the poses with all frames at Pinocchio's coordinates ``q`` (nq, N)."""
+        """Return the poses with Pinocchio's coordinates ``q`` (nq, N)."""
         frames = world_frames(self.mechanism, self.mechanism.forward(q))
         return Placed(q, frames, self.evaluate(frames)[0])
 
     def place(self, x: Array) -> Placed:
-        """Return the poses with all frames at coordinates ``x`` (nq', N)."""
         return self.placed(self.to_model(x))
 
     # ---- residuals --------------------------------------------------------------------------------------------------
@@ -281,7 +277,6 @@ def world_frames(mechanism: Mechanism, frames: Frames) -> Frames:
 
 
 def joined(parts: Sequence[Placed]) -> Placed:
-    """Join several batches of poses."""
     q, frames, residual = zip(*parts, strict=True)
     return Placed(np.concatenate(q, axis=-1), joined_frames(frames), np.concatenate(residual, axis=-1))
 

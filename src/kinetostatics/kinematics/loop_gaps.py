@@ -1,7 +1,8 @@
 """Gaps of open loops: their text, motions of joints that close them, and corrections of one frame that close them at zero.
 
-Candidates for corrections are the origins of all joints, and of all loops on both sides. The corrections of all candidates are
-found at once by Gauss–Newton steps of smallest norm, with the equations of :mod:`kinetostatics.kinematics.loop_constraints`.
+*At zero* means with all joints at zero. A *side* of a loop is its frame on the predecessor or on the successor. *Candidates* for
+a correction are the origins of all joints, and of all sides of loops. The corrections of all candidates are found at once by
+Gauss–Newton steps of smallest norm, with the equations of :mod:`kinetostatics.kinematics.loop_constraints`.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ _NO_EFFECT = 1e-9
 
 
 def gaps_at(equations: LoopEquations, pose: SolverState) -> dict[str, tuple[float, float]]:
-    """Return the gap of each loop at one pose, {name: (m, rad)}."""
+    """Return the gap of each loop and the error of each mimic joint at one pose, ``{name: (m, rad)}``."""
     residual, _ = equations.evaluate(equations.forward(pose.x))
     return {name: (float(a[0]), float(b[0])) for name, (a, b) in equations.loop_gaps(residual, pose.x).items()}
 
@@ -44,7 +45,7 @@ def are_within(gaps: Mapping[str, tuple[float, float]], metres: float, radians: 
 
 
 def worst_gaps_text(equations: LoopEquations, gaps: Mapping[str, tuple[float, float]], least: float = CLOSED) -> str:
-    """Return the largest gaps above ``least`` [m, rad] as text."""
+    """Return up to three of the largest gaps above ``least`` [m, rad] as text."""
     items = list(gaps.items())
     worst = [items[k] for k in ranked([max(sizes) for _, sizes in items]) if max(items[k][1]) > least]
     shown = []
@@ -95,7 +96,7 @@ def close(
             numbers, every motion changes the gaps slightly; steps must not move the robot back in order to close such gaps.
 
     Returns:
-        The poses with the smallest residuals found, and the largest scaled residual of each pose (N,).
+        The poses with the smallest residuals found, and the largest scaled residual (N,) at each pose.
     """
     found = SolverState(np.array(poses.x), np.array(poses.c))
     solver.impose(prescribed, found, target)
@@ -174,10 +175,10 @@ def _vector(values: Array) -> str:
 
 @dataclass(frozen=True)
 class _Candidates:
-    """N possibly wrong frames: name of the joint or loop, whether it is a loop, and the link in which the file gives the origin.
+    """N candidates: name of the joint or loop, whether it is a loop, and the link in which the file gives the frame.
 
     ``rotation`` (3, 3, N) are the orientations of these links at zero, ``origin`` (3, N) the origins of the frames [m];
-    ``carried`` (2K, N) is the mask of the sides of loops that move with each frame: K predecessors, K successors.
+    ``carried`` (2K, N) is True for the sides of loops that move with a frame: K predecessors, then K successors.
     """
 
     names: list[tuple[str, bool, str]]
@@ -209,7 +210,7 @@ def frame_corrections(mechanism: Mechanism, size: float) -> tuple[FrameCorrectio
 
 @dataclass(frozen=True)
 class OtherLink:
-    """A joint, or a side of a loop, that is probably attached to the wrong link.
+    """A joint, or a side of a loop, that may be attached to the wrong link.
 
     If it were attached to one of the links ``others``, with the same numbers as origin, all loops would be closed at zero.
     """
@@ -242,14 +243,14 @@ def other_links(mechanism: Mechanism, size: float) -> tuple[OtherLink, ...]:
 
 
 def are_closed_at_zero(mechanism: Mechanism, size: float) -> bool:
-    """Whether all loops are closed with all joints at zero, within rounding for a robot of this size [m]."""
+    """Whether all loops are closed at zero, within rounding for a robot of this size [m]."""
     closures, sides, _, _ = _at_zero(mechanism)
     frames = Frames(sides[:, None, :3, :3].transpose(2, 3, 0, 1), sides[:, None, :3, 3].transpose(2, 0, 1))
     return bool(_are_closed(closures, closures.evaluate(frames)[0], size).all())
 
 
 def _at_zero(mechanism: Mechanism) -> tuple[Closures, Array, dict[str, Array], _Candidates]:
-    """Return the equations of K loops, and at zero: the frames (2K, 4, 4) of their sides, the frames of links, the candidates.
+    """Return the equations of K loops, and at zero: frames (2K, 4, 4) of the loops' sides, frames (4, 4) of links, candidates.
 
     Bodies of the equations are the sides of the loops: K predecessors, then K successors.
     """
@@ -268,7 +269,7 @@ def _at_zero(mechanism: Mechanism) -> tuple[Closures, Array, dict[str, Array], _
 
 
 def _descends_from(parents: dict[str, str], link: str, root: str) -> bool:
-    """Whether a link equals ``root`` or descends from it in the tree; ``parents`` maps each link to its parent."""
+    """Whether a link is ``root`` or descends from it in the tree; ``parents`` maps each link to its parent."""
     while link != root and link in parents:
         link = parents[link]
     return link == root
@@ -304,9 +305,9 @@ def _candidates(mechanism: Mechanism, links: dict[str, Array], sides: list[Array
 
 
 def _closed(closures: Closures, sides: Array, candidates: _Candidates, columns: slice, size: float) -> tuple[Array, Array, Mask]:
-    """Return the rotation (3, 3, N) and shift (3, N) [m] of each candidate that minimize the gaps.
+    """Return rotations (3, 3, N) and shifts (3, N) [m] of N candidates that minimize the gaps; (N,) True if they close all loops.
 
-    Also return the mask (N,) of candidates that close all loops. ``columns`` are the components that may change: 0 to 2 of the
+    ``sides`` (2K, 4, 4) are the frames of the loops' sides at zero. ``columns`` are the components that may change: 0 to 2 of the
     shift, 3 to 5 of the rotation.
     """
     N, count = candidates.origin.shape[1], len(closures.loops)
@@ -338,5 +339,5 @@ def _closed(closures: Closures, sides: Array, candidates: _Candidates, columns: 
 
 
 def _are_closed(closures: Closures, residual: Array, size: float) -> Mask:
-    """Return the mask (N,) of poses at which all loops are closed within :data:`CLOSES`."""
+    """(N,) True for poses at which all loops are closed within :data:`CLOSES`."""
     return np.all([np.maximum(m / size, rad) < CLOSES for m, rad in closures.gaps(residual).values()], axis=0)

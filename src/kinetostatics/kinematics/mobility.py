@@ -1,4 +1,7 @@
-"""Generic poses, and the freedoms of a robot at these poses: mobility, local freedoms, overconstraint, platform coordinates."""
+"""Generic poses, and the freedoms of a robot at these poses: mobility, local freedoms, overconstraint, platform coordinates.
+
+Generic poses are closed poses near the zero pose without its symmetry. A local freedom does not move the platform.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,10 @@ def rank_tolerance(closing_error: float) -> float:
 
 
 def generic_poses(solver: Solver, zero: SolverState, closing_error: float) -> tuple[SolverState, float]:
-    """Return three generic poses, and the largest scaled residual: theirs, or that of ``zero``, which is ``closing_error``."""
+    """Return three generic poses, and the largest scaled residual at these poses and at the pose ``zero``.
+
+    ``closing_error`` is the scaled residual at ``zero``.
+    """
     random, tree, worst = np.random.default_rng(7), solver.tree, closing_error
     nothing = PrescribedCoordinates(), np.zeros((0, 1))
     tolerance = rank_tolerance(worst)
@@ -52,7 +58,7 @@ class Mobility:
         platform: freedoms of the platform.
         local: freedoms that do not move the platform (a strut that spins about its axis, a loose link).
         redundant_constraints: number of dependent loop equations, which is the degree of overconstraint.
-        gap: ratio of the smallest kept to the largest dropped singular value; if small, the mobility is doubtful.
+        gap: ratio of the smallest nonzero singular value to the largest taken as zero; if small, the mobility is doubtful.
     """
 
     platform: int
@@ -81,7 +87,6 @@ class MobilityAnalysis:
 
     @cached_property
     def mobility(self) -> Mobility:
-        """Mobility of the platform, local freedoms and redundant constraints."""
         found = []
         for pose in self.poses:
             _, gradient = self.solver.system(PrescribedCoordinates(), pose, np.zeros((0, 1)))
@@ -124,9 +129,9 @@ class MobilityAnalysis:
         return np.asarray(U[:, : int(np.sum(values > self.rank_tolerance))])
 
     def free_motions(self, prescribed: PrescribedCoordinates, pose: SolverState) -> tuple[Array, Array]:
-        """Return a basis (6, k) of the platform's twists at o [m, rad] with fixed prescribed coordinates, at one pose.
+        """Return (a, b), the motions of the platform at one pose with fixed prescribed coordinates.
 
-        Also return the corresponding rates (nv, k) of the tree's freedoms, those of smallest norm.
+        a (6, k) is a basis of its twists at o [m, rad], b (nv, k) the corresponding rates of the tree, those of smallest norm.
         """
         solver, columns = self.solver, self.solver.free_columns(prescribed)
         basis = self._free_motions(prescribed, pose)[: len(columns)]
@@ -155,11 +160,10 @@ class MobilityAnalysis:
         return np.where(regular[:, None, None], U[:, :, : self.mobility.platform], np.nan)
 
     def _platform_map(self, pose: SolverState) -> Array:
-        """Return the map (6, nv) of :meth:`_platform_maps` at one pose."""
         return self._platform_maps(pose)[:, :, 0]
 
     def _platform_maps(self, poses: SolverState) -> Array:
-        """Return the scaled maps (6, nv, N) from scaled tree freedoms to the platform's twist at o."""
+        """Return the maps (6, nv, N) from scaled rates of the tree's freedoms to the platform's scaled twist at o."""
         solver, frames = self.solver, self.solver.equations.forward(poses.x)
         twists = solver.tree.twists(frames) * solver.platform_signs[:, None]
         _, position = solver.mechanism.platform_pose(frames)

@@ -28,7 +28,7 @@ def follow(
     target: Array,
     origin: tuple[Array, Array] | None = None,
 ) -> tuple[SolverState, Mask, Array]:
-    """Follow every pose's own straight line of prescribed coordinates, in chunks.
+    """Follow straight lines of prescribed coordinates, one for each target, in chunks.
 
     Args:
         solver: closes the loops.
@@ -39,8 +39,7 @@ def follow(
             the lines are chosen.
 
     Returns:
-        The last pose on each line, the mask (N,) of lines followed to their end, and the fraction (N,) of each line, 0 to 1, that
-        was followed.
+        The last pose on each line; (N,) True for lines followed to their end; the fraction (N,) of each line that was followed.
     """
     N = target.shape[1]
     if len(chunks(N)) == 1:
@@ -71,7 +70,7 @@ def _follow_chunk(
     # angles of free rotations are known except for full turns: take the shorter line
     first, c = solver.line(prescribed, start, target) if origin is None else line_start(prescribed, origin, target, shorter=False)
     state = SolverState(for_each(start.x, N), c)
-    strides = _strides(solver, prescribed, first, target)
+    strides = _relative_changes(solver, prescribed, first, target)
     if N == 1 and np.max(strides, initial=0.0) <= 1:
         moved = solver.in_one_go(prescribed, state, target)
         if moved is not None:
@@ -83,7 +82,7 @@ def _follow_chunk(
             return moved, good, np.ones(N)
         state.x[:, good], state.c[:, good], gone[good] = moved.x[:, good], moved.c[:, good], 1.0
         steady, active = good, active[~good]
-    most_turned, most_shifted = _longest(solver, prescribed, strides)
+    most_turned, most_shifted = _largest_changes(solver, prescribed, strides)
     usual = 1 / np.maximum(1.0, np.maximum(most_turned, most_shifted))
     stride, longest = np.where(steady, usual, usual / 2), np.array(usual)
     reaches = most_shifted * (LONGEST_SHIFT * solver.length / solver.reach)
@@ -114,23 +113,23 @@ def _follow_chunk(
 
 
 def is_too_far(solver: Solver, prescribed: PrescribedCoordinates, start: SolverState, target: Array) -> Mask:
-    """Return the mask (N,) of targets (n, N) whose lines are too long to be followed."""
-    strides = _strides(solver, prescribed, solver.line(prescribed, start, target)[0], target)
-    most_turned, most_shifted = _longest(solver, prescribed, strides)
+    """(N,) True for targets (n, N) whose lines are too long to be followed."""
+    strides = _relative_changes(solver, prescribed, solver.line(prescribed, start, target)[0], target)
+    most_turned, most_shifted = _largest_changes(solver, prescribed, strides)
     return _beyond(most_turned, most_shifted * (LONGEST_SHIFT * solver.length / solver.reach))
 
 
-def _strides(solver: Solver, prescribed: PrescribedCoordinates, first: Array, target: Array) -> Array:
-    """Return each coordinate's change (n, N) on lines, over :func:`longest_strides`; zero if there are no unknowns."""
+def _relative_changes(solver: Solver, prescribed: PrescribedCoordinates, first: Array, target: Array) -> Array:
+    """(n, N) change of each coordinate along each line, relative to its longest step; zero if there are no unknowns."""
     with np.errstate(over="ignore", invalid="ignore"):
         lengths = np.abs(target - first) / longest_strides(solver, prescribed)[:, None]
         return lengths if solver.free_columns(prescribed).size or prescribed.unknown_angles else 0 * lengths
 
 
-def _longest(solver: Solver, prescribed: PrescribedCoordinates, strides: Array) -> tuple[Array, Array]:
-    """Return, for each line, the largest of the ``strides`` of angles (N,) and the largest of those of lengths (N,)."""
+def _largest_changes(solver: Solver, prescribed: PrescribedCoordinates, changes: Array) -> tuple[Array, Array]:
+    """Return (a, b): a (N,) largest relative change of an angle on each line, b (N,) largest of a length."""
     turns = _turns(solver, prescribed)
-    most_turned, most_shifted = (np.max(strides[rows], axis=0, initial=0.0) for rows in (turns, ~turns))
+    most_turned, most_shifted = (np.max(changes[rows], axis=0, initial=0.0) for rows in (turns, ~turns))
     return most_turned, most_shifted
 
 
@@ -147,9 +146,10 @@ def _step(
     before: Array | None = None,
     passing: Mask | None = None,
 ) -> tuple[SolverState, Mask]:
-    """Return poses at ``goal`` (n, N), and the mask (N,) of those reached from ``here`` without a singular pose between.
+    """Return the poses at ``goal`` (n, N), and (N,) True where they are reached from ``here`` without a singular pose between.
 
-    Newton's method starts from ``guess`` (None: ``here``); ``before`` and ``passing`` are as in :meth:`Solver.newton`.
+    Singular poses are not sought if freedoms are local. Newton's method starts from ``guess`` (None: ``here``); ``before`` and
+    ``passing`` are as in :meth:`Solver.newton`.
     """
     moved, good = solver.newton(prescribed, here if guess is None else guess, goal, before, passing)
     if not prescribed.local_dofs and np.all(good):
@@ -162,9 +162,9 @@ def _step(
 def _predicted(
     solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, changes: Array, which: Mask
 ) -> tuple[SolverState, Array]:
-    """Return poses; those in the mask ``which`` (N,) are moved, to first order, by ``changes`` (n, N) of the coordinates.
+    """Return poses for ``changes`` (n, N) of the coordinates, to first order, and the sizes (N,) of the steps to them.
 
-    Also return the sizes (N,) of the steps, infinite for poses that are not moved.
+    Poses that are False in ``which`` (N,) are not moved; the size of their steps is infinite.
     """
     guess, before = SolverState(np.array(poses.x), np.array(poses.c)), np.full(which.size, np.inf)
     some, shift = poses.take(which), changes[:, which]
@@ -175,12 +175,12 @@ def _predicted(
 
 
 def longest_strides(solver: Solver, prescribed: PrescribedCoordinates) -> Array:
-    """Return the largest permitted step of each prescribed coordinate (n,) [m, rad]."""
+    """Return the longest permitted step of each prescribed coordinate (n,) [m, rad]."""
     return np.where(_turns(solver, prescribed), LONGEST_TURN, LONGEST_SHIFT * solver.length)
 
 
 def _turns(solver: Solver, prescribed: PrescribedCoordinates) -> Mask:
-    """Return the mask (n,) of prescribed coordinates that are angles."""
+    """(n,) True for prescribed coordinates that are angles."""
     turns = [bool(solver.tree.column_rotates[column]) for column in prescribed.columns]
     turns += [not solver.equations.loops[number].type.is_slide for number in prescribed.loops]
     return np.array(turns + [False] * len(prescribed.positions) + [True] * len(prescribed.angles), dtype=bool)

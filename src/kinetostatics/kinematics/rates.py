@@ -43,10 +43,13 @@ def freedom_rates(solver: Solver, prescribed: PrescribedCoordinates, gradient: A
 
 
 def with_given(solver: Solver, prescribed: PrescribedCoordinates, v: Array) -> Array:
-    """Return rates ``v`` (nv, n, N) per prescribed coordinate, with those of prescribed freedoms and their followers added."""
+    """Return the rates (nv, n, N) of all freedoms per unit rate of each prescribed coordinate.
+
+    ``v`` (nv, n, N) are the rates of the unknown freedoms alone; prescribed freedoms and their followers are added.
+    """
     found = np.array(v, subok=True)
     for k, column in enumerate(prescribed.columns):
-        for moved, by in solver.equations.couplings.moving_with(column):
+        for moved, by in solver.equations.couplings.rates_with(column):
             found[moved, k] += by
     return found
 

@@ -1,4 +1,4 @@
-"""The kinematics of a robot: size, closed zero pose, generic poses, mobility and solver of the loops."""
+"""The kinematics of a robot. *At zero* all joints are at zero, loops may be open; the *zero pose* is the closed pose nearby."""
 
 from __future__ import annotations
 
@@ -44,7 +44,6 @@ class JointCoordinates:
 
     @cached_property
     def in_tree(self) -> dict[str, TreeJoint]:
-        """The joints of Pinocchio's tree with one freedom, by name."""
         by_body = {joint.body: joint for joint in self.solver.mechanism.tree.joints}
         return {name: by_body[body] for name, body in self.solver.mechanism.body_of_joint.items() if by_body[body].nv == 1}
 
@@ -60,7 +59,10 @@ class JointCoordinates:
         return result
 
     def limited(self, q: Array, frames: Frames) -> Iterator[tuple[str, Array, tuple[float, float], Mask]]:
-        """Yield name, value (N,), limits and mask (N,) of admissible values for each one-freedom joint or loop, and each cone."""
+        """Yield name, value (N,), limits and (N,) True where the value is admissible.
+
+        There is one entry for each one-freedom joint or loop, and one for each cone.
+        """
         coordinates = self.at(q, frames)
         for item in self.solver.mechanism.connections.values():
             if item.cone is not None:
@@ -119,14 +121,14 @@ class RobotKinematics:
         return characteristic_length(self.mechanism, self.topology, self.size)
 
     def _solver(self, slack: float = 1e-7) -> Solver:
-        """Return a solver with the robot's scales of lengths relative to angles."""
+        """Return a solver that takes scaled residuals up to ``slack`` as rounding of the file."""
         return Solver(self.equations, self.length, max(self.length, self.size / 4), slack)
 
     # ---- the zero pose ----------------------------------------------------------------------------------------------------
 
     @cached_property
     def _closed_zero(self) -> tuple[SolverState, float]:
-        """The closed pose near zero, or else the pose with the smallest gaps found, and its scaled residual."""
+        """The zero pose and its scaled residual; if the loops cannot be closed, the pose with the smallest gaps found."""
         return zero_pose.closed_zero(self._solver(), self.actuator_coordinates)
 
     @cached_property
@@ -141,7 +143,7 @@ class RobotKinematics:
 
     @cached_property
     def _zero(self) -> tuple[SolverState, float]:
-        """The closed zero pose, and its scaled residual.
+        """The zero pose, and its scaled residual.
 
         Raises:
             AssemblyError: no pose near zero closes the loops.
@@ -152,17 +154,17 @@ class RobotKinematics:
 
     @cached_property
     def zero_poses(self) -> SolverState:
-        """The closed zero pose, where the straight lines of coordinates to other poses start by default."""
+        """The zero pose, where the straight lines of coordinates to other poses start by default."""
         return self._zero[0]
 
     @cached_property
     def zero_frames(self) -> Frames:
-        """Frames of the closed zero pose, a batch of one."""
+        """Frames of the zero pose, a batch of one."""
         return self.frames_of(self.zero_poses)
 
     @cached_property
     def zero_size(self) -> float:
-        """Diagonal of the box around all joints and links at the closed zero pose [m]; NaN if the loops cannot be closed."""
+        """Diagonal of the box around all joints and links at the zero pose [m]; NaN if the loops cannot be closed."""
         try:
             points = self.zero_frames.position[:, :, 0]
         except KinetostaticsError:
@@ -172,7 +174,7 @@ class RobotKinematics:
 
     @cached_property
     def zero_loop_gaps(self) -> dict[str, tuple[float, float]]:
-        """Gap of each loop with all joints at zero, {name: (m, rad)}."""
+        """Gap of each loop and error of each mimic joint at zero, ``{name: (m, rad)}``."""
         return gaps_at(self.equations, zero_pose.written_zero(self.equations))
 
     @cached_property
@@ -183,12 +185,15 @@ class RobotKinematics:
 
     @cached_property
     def zero_is_near(self) -> bool:
-        """Whether the loops are closed with all joints at zero, except for rounding."""
+        """Whether the loops are closed at zero, except for rounding."""
         return are_within(self.zero_loop_gaps, zero_pose.ROUNDING * self.size, zero_pose.ROUNDING)
 
     @cached_property
     def has_wrong_zero(self) -> bool:
-        """Whether the gaps at zero exceed rounding and no motion of the joints closes the loops."""
+        """Whether the gaps at zero exceed rounding because the file is wrong.
+
+        Either no pose nearby closes the loops to six digits, or none closes them exactly but the correction of one frame would.
+        """
         if self.zero_is_near:
             return False
         if self._unclosable is not None or self.closing_error > zero_pose.SIX_DIGITS:
@@ -206,8 +211,8 @@ class RobotKinematics:
     def accepts(self, closure_tolerance: float) -> bool:
         """Whether a closure tolerance [m, rad] is admissible.
 
-        If :attr:`has_wrong_zero`, the file is probably wrong, although the loops may almost close at another pose. Then the
-        tolerance must be at least as large as the gaps at zero, and these gaps may not exceed ``zero_pose.ACCEPTED``.
+        If :attr:`has_wrong_zero`, the loops may almost close at another pose although the file is wrong. The tolerance must then
+        be at least as large as the gaps at zero, and these gaps may not exceed ``zero_pose.ACCEPTED``.
         """
         if not self.has_wrong_zero:
             return True
@@ -227,7 +232,6 @@ class RobotKinematics:
 
     @cached_property
     def generic_frames(self) -> Frames:
-        """Frames of the generic poses."""
         return self.frames_of(self.generic_poses)
 
     @property
@@ -247,12 +251,10 @@ class RobotKinematics:
 
     @cached_property
     def solver(self) -> Solver:
-        """The solver of the loops."""
         return self._solver(slack=1e-7 + 100 * self.closing_error)
 
     @cached_property
     def mobility_analysis(self) -> MobilityAnalysis:
-        """Mobility analysis of the loops, with or without prescribed coordinates."""
         return MobilityAnalysis(self.solver, self.generic_poses, self.rank_tolerance)
 
     @property
@@ -270,14 +272,13 @@ class RobotKinematics:
 
     @cached_property
     def actuator_coordinates(self) -> PrescribedCoordinates:
-        """The driven joints as prescribed coordinates for the solver."""
         loops = [loop.name for loop in self.equations.loops]
         bodies = [self.mechanism.body_of_joint[name] for name in self.description.driven if name not in loops]
         columns = tuple(self.equations.joint_of_body[body].first_v for body in bodies)
         return PrescribedCoordinates(columns, tuple(loops.index(name) for name in self.description.driven if name in loops))
 
     def unit_hints(self, given: Mapping[str, ArrayLike]) -> list[str]:
-        """Return hints at coordinates of actuators or platform [m, rad] that are probably in millimetres or degrees."""
+        """Return hints at coordinates of actuators or platform whose sizes suggest millimetres or degrees instead of [m, rad]."""
         found: list[str] = []
         for name, values in given.items():
             amount = largest(values)
@@ -309,7 +310,6 @@ class RobotKinematics:
 
     @cached_property
     def joint_coordinates(self) -> JointCoordinates:
-        """Coordinates of all joints and loops with one freedom, and their limits."""
         return JointCoordinates(self.solver)
 
     # ---- beams and weights ------------------------------------------------------------------------------------------------

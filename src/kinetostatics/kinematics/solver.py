@@ -1,4 +1,8 @@
-"""Newton's method on thousands of poses at once: closed loops and prescribed coordinates."""
+"""Newton's method on thousands of poses at once: closed loops and prescribed coordinates.
+
+The n *unknowns* are the freedoms of the tree that are neither prescribed nor fixed, followed by the unknown orientation
+coordinates of the platform. Residuals and steps are *scaled*: lengths are divided by a characteristic length.
+"""
 
 from __future__ import annotations
 
@@ -26,13 +30,12 @@ ROUGHLY = 1e-7
 
 @dataclass(repr=False)
 class SolverState(ShortRepr):
-    """Solver state: coordinates ``x`` (nq', N) of the solver's tree, and orientation coordinates ``c`` (3, N) of the platform."""
+    """Coordinates ``x`` (nq', N) of the solver's tree, and orientation coordinates ``c`` (3, N) of the platform, at N poses."""
 
     x: Array
     c: Array
 
     def take(self, which: Index | Mask) -> SolverState:
-        """Return a copy of some poses."""
         return SolverState(self.x[:, which], self.c[:, which])
 
 
@@ -40,9 +43,8 @@ class SolverState(ShortRepr):
 class Correction(ShortRepr):
     """Result of one Newton correction of N poses.
 
-    ``poses`` are unchanged where corrections do not decrease. ``size`` (N,) are the sizes of the scaled steps, ``shrunk`` (N,)
-    the ratios of these sizes to the previous ones. ``done`` is the mask of converged poses, ``going`` of poses to be corrected
-    again.
+    ``poses`` are unchanged where corrections do not decrease. ``size`` (N,) is the size of each scaled step, ``shrunk`` (N,) its
+    ratio to the size of the previous step. ``done`` (N,) is True for converged poses, ``going`` for poses to be corrected again.
     """
 
     poses: SolverState
@@ -55,9 +57,9 @@ class Correction(ShortRepr):
 class Solver:
     """Newton's method for loops, mimic joints and prescribed coordinates.
 
-    ``length`` [m] is the scale of lengths relative to angles in residuals and unknowns, ``reach`` [m] that in the sizes of steps.
-    Scaled residuals up to ``slack`` are taken as rounding of the file. ``joint_of_column`` has the joints of the tree, each by
-    the index of its first freedom. If ``is_compiled``, chunks of poses are solved in threads.
+    ``length`` [m] is the scale of lengths relative to angles in residuals and unknowns, ``reach`` [m] the scale in the sizes of
+    steps. Scaled residuals up to ``slack`` are taken as rounding of the file. ``joint_of_column`` has the joints of the tree,
+    each by the index of its first freedom. If ``is_compiled``, chunks of poses are solved in threads.
     """
 
     is_compiled = False
@@ -101,7 +103,7 @@ class Solver:
         return angle
 
     def values(self, prescribed: PrescribedCoordinates, poses: SolverState, near: Array | None = None) -> Array:
-        """Return prescribed coordinates (n, N) of poses; full turns of actuators are chosen near ``near``."""
+        """Return the prescribed coordinates (n, N) at given poses; full turns of actuators are chosen near ``near`` (n, N)."""
         frames = self.equations.forward(poses.x)
         given = np.zeros((prescribed.size, 1)) if near is None else np.where(np.isfinite(near), near, 0.0)
         rows = []
@@ -120,14 +122,13 @@ class Solver:
         return np.array(np.broadcast_arrays(*rows)).reshape(prescribed.size, -1) if rows else np.zeros((0, poses.x.shape[1]))
 
     def place(self, x: Array) -> Placed:
-        """Return the poses with all frames at coordinates ``x`` (nq', N)."""
         parts = [self.equations.place(x[:, part]) for part in chunks(x.shape[1]) or [slice(0, 0)]]
         return parts[0] if len(parts) == 1 else joined(parts)
 
     # ---- equations --------------------------------------------------------------------------------------------------
 
     def system(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> tuple[Array, Array]:
-        """Return scaled residuals (m, N) of all equations, and their gradients (m, n, N) with respect to the n unknowns."""
+        """Return the scaled residuals (m, N) of all equations, and their gradients (m, n, N) with respect to the n unknowns."""
         equations, tree = self.equations, self.tree
         free, (loop_factors, platform_factors) = self.free_columns(prescribed), self._factors(prescribed)
         N, f, extra = poses.x.shape[1], len(free), len(prescribed.unknown_angles)
@@ -185,17 +186,14 @@ class Solver:
         return np.nan_to_num(-least_squares(gradient, rates, prescribed.local_dofs))
 
     def rates(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> tuple[Array, Array]:
-        """Return the derivatives of m scaled residuals with respect to scaled steps of f unknowns, and n prescribed coordinates.
-
-        The unknowns are free freedoms of the tree and unknown angles; the derivatives are (m, f, N) and (m, n, N).
-        """
+        """Return the derivatives of m scaled residuals by scaled steps of f unknowns (m, f, N), and by coordinates (m, n, N)."""
         given, free = len(prescribed.columns), self.free_columns(prescribed)
         everything = replace(prescribed, columns=())
         columns = self.free_columns(everything)
         _, gradient = self.system(everything, poses, target[given:])
         rates = zeros_for((gradient.shape[0], *target.shape), gradient)
         for row, column in enumerate(prescribed.columns):
-            for moved, by in self.equations.couplings.moving_with(column):
+            for moved, by in self.equations.couplings.rates_with(column):
                 rates[:, row] += gradient[:, np.searchsorted(columns, moved)] * (by / self.column_scale[moved])
         at = self.equations.count
         are_lengths = [self.equations.loops[number].type.is_slide for number in prescribed.loops]
@@ -209,7 +207,7 @@ class Solver:
         return gradient[:, unknown.astype(np.intp)], rates
 
     def _factors(self, prescribed: PrescribedCoordinates) -> tuple[Array, Array]:
-        """Return signed scale factors of the free freedoms in the loop equations (closures, f, 1) and platform twist (f, 1)."""
+        """Return signed scales of the free freedoms: (closures, f, 1) in the loop equations, (f, 1) in the platform's twist."""
         if (key := (prescribed.columns, prescribed.fixed_dofs)) not in self._scales:
             free = self.free_columns(prescribed)
             loops = self.equations.signs[:, free] * self.column_scale[free] / self._row_scale
@@ -217,9 +215,9 @@ class Solver:
         return self._scales[key]
 
     def free_columns(self, prescribed: PrescribedCoordinates) -> Index:
-        """Return the unknown freedoms of the tree: neither fixed nor prescribed, directly or through a leader."""
+        """Return the unknown freedoms of the tree: neither fixed, nor prescribed, nor followers of prescribed freedoms."""
         if (key := (prescribed.columns, prescribed.fixed_dofs)) not in self._free:
-            followers = self.equations.couplings.given_with(prescribed.columns)
+            followers = self.equations.couplings.followers_of(prescribed.columns)
             self._free[key] = np.setdiff1d(np.arange(self.tree.nv), [*prescribed.columns, *followers, *prescribed.fixed_dofs])
         return self._free[key]
 
@@ -232,7 +230,7 @@ class Solver:
             poses.c[k] = target[row]
 
     def advance(self, prescribed: PrescribedCoordinates, poses: SolverState, step: Array) -> SolverState:
-        """Return the poses moved by a scaled step (n, N)."""
+        """Return the poses moved by a scaled ``step`` (n, N) of the unknowns."""
         free = self.free_columns(prescribed)
         v = zeros_for((self.tree.nv, poses.x.shape[1]), step)
         v[free] = step[: len(free)] * self.column_scale[free, None]
@@ -241,7 +239,7 @@ class Solver:
         return SolverState(self.tree.integrate(poses.x, v), c)
 
     def size(self, prescribed: PrescribedCoordinates, step: Array) -> Array:
-        """Return the sizes of scaled steps (n, N): the largest rotation [rad] or displacement relative to the reach."""
+        """Return the sizes (N,) of scaled steps (n, N): the largest rotation [rad] or displacement relative to the reach."""
         squares = step * step
         slides = np.flatnonzero(~self.tree.column_rotates[self.free_columns(prescribed)])
         if slides.size:
@@ -257,7 +255,7 @@ class Solver:
         before: Array | None = None,
         passing: Mask | None = None,
     ) -> tuple[SolverState, Mask]:
-        """Solve for ``target`` from nearby ``poses``; also return the mask (N,) of poses that converged steadily.
+        """Solve for ``target`` from nearby ``poses``; also return (N,) True for poses that converged steadily.
 
         A pose has converged steadily only if the corrections decrease from the first one on, at ratios that do not grow, as
         happens when Newton's method converges quadratically (P. Deuflhard, Newton Methods for Nonlinear Problems, section 5.1):
@@ -268,8 +266,7 @@ class Solver:
             poses: starting poses.
             target: (n, N) values of the prescribed coordinates [m, rad].
             before: (N,) sizes of the scaled steps by which the starting poses were predicted; None or infinite: not predicted.
-            passing: (N,) mask of intermediate poses on a path, which are solved only to :data:`ROUGHLY`; None: no intermediate
-                poses.
+            passing: (N,) True for intermediate poses on a path, which are solved only to :data:`ROUGHLY`; None: all False.
         """
         N = poses.x.shape[1]
         result = SolverState(np.array(poses.x), np.array(poses.c))
@@ -294,9 +291,9 @@ class Solver:
         return result, good
 
     def in_one_go(self, prescribed: PrescribedCoordinates, start: SolverState, target: Array) -> SolverState | None:
-        """Return the pose at coordinates (n, 1) near one pose by :meth:`newton` and :meth:`on_one_side` in one compiled call.
+        """Return the pose at ``target`` (n, 1) near one pose, by :meth:`newton` and :meth:`on_one_side` in one compiled call.
 
-        None if the result is uncertain, or if the solver is not compiled.
+        None if they fail, or if the solver is not compiled.
         """
         return None
 
@@ -311,7 +308,7 @@ class Solver:
     ) -> Correction:
         """Correct poses with imposed coordinates once, see :meth:`newton`.
 
-        ``before`` (N,) are the sizes of the previous steps, ``shrunk`` (N,) the ratios of these sizes to those one step earlier.
+        ``before`` (N,) are the sizes of the previous steps, ``shrunk`` (N,) their ratios to the sizes one step earlier.
         """
         residual, gradient = self.system(prescribed, poses, target)
         step = -least_squares(gradient, residual[:, None], prescribed.local_dofs)[:, 0]
@@ -333,18 +330,18 @@ class Solver:
         return Correction(self.advance(prescribed, poses, step), size, shrunk, done, ok & ~last)
 
     def on_one_side(self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState, target: Array) -> Mask:
-        """Return the mask (N,) of pairs of poses with no singular pose between: their gradients' determinants have one sign."""
+        """(N,) True for pairs of poses with no singular pose between: the determinants of their gradients have one sign."""
         one, two = (self.system(prescribed, poses, target)[1] for poses in (first, second))
         return have_one_sign(one, two)
 
     def surely_on_one_side(self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState) -> Mask:
-        """Return the mask (N,) of pairs of poses for which :meth:`on_one_side` is certainly true."""
+        """(N,) True where a test that suffices for :meth:`on_one_side` holds, with a margin for rounding."""
         nothing = np.zeros((prescribed.size, 1))
         one, two = (self.system(prescribed, poses, nothing)[1] for poses in (first, second))
         return surely_have_one_sign(one, two)
 
     def origin(self, prescribed: PrescribedCoordinates, start: SolverState, near: Array | None = None) -> tuple[Array, Array]:
-        """Return prescribed coordinates (n, N) and all orientation coordinates (3, N) of poses at which straight lines start.
+        """Return (a, c) at the start of straight lines: a (n, N) prescribed coordinates, c (3, N) orientation coordinates.
 
         Full turns of actuators are chosen near ``near`` (n, N).
         """

@@ -1,4 +1,4 @@
-"""The zero pose: the robot's size with all joints at zero, the closed pose near it, and errors if there is no closed pose."""
+"""The closed pose near zero, errors if there is none, and the robot's size. At zero all joints are at zero; loops may be open."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _SHOWN = 6
 
 
 def box_diagonal(mechanism: Mechanism) -> float:
-    """Return the diagonal [m] of the box around all bodies, joints and the platform with all joints at zero."""
+    """Return the diagonal [m] of the box around all bodies, joints and the platform at zero."""
     frames = mechanism.forward(mechanism.tree.neutral[:, None])
     places = [(item.predecessor_body, item.predecessor_frame) for item in mechanism.connections.values()]
     points = [frames.point(body, frame[:3, 3]) for body, frame in (*places, mechanism.platform_frame)]
@@ -86,7 +86,7 @@ def written_zero(equations: LoopEquations) -> SolverState:
 
 
 def closed_zero(solver: Solver, actuators: PrescribedCoordinates) -> tuple[SolverState, float]:
-    """Return the closed pose near zero, or else the pose with the smallest gaps found, and its scaled residual.
+    """Return the closed pose near zero and its scaled residual; if there is none, the pose with the smallest gaps found.
 
     The actuators remain at zero if the other joints can close the loops.
     """
@@ -114,7 +114,7 @@ def closed_zero(solver: Solver, actuators: PrescribedCoordinates) -> tuple[Solve
 
 
 def is_one_frame(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]], size: float) -> bool:
-    """Whether the correction of one frame would close several open loops at zero, although some motion nearly closes them.
+    """Whether one wrong frame would explain the open loops: at zero, its correction would close them all.
 
     False for a single open loop, since a correction of any of its frames could close it. Also False if a correction is a motion
     of the frame's own joint, since only the joint's zero would change.
@@ -130,7 +130,7 @@ def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]
 
     Args:
         mechanism: mechanism whose loops cannot be closed.
-        gaps: gap of each loop with all joints at zero, {name: (m, rad)}.
+        gaps: gap of each loop at zero, {name: (m, rad)}.
         size: size of the robot [m].
         closest: text on the smallest gaps with all joints free, if these are large.
     """
@@ -174,7 +174,7 @@ def corrections_hint(mechanism: Mechanism, size: float) -> str | None:
 def _wrong_axes(mechanism: Mechanism) -> str:
     """Return, as text, the axes x, y or z of revolute loops that would close all loops at zero; empty if there are none.
 
-    At zero the successor's frame is turned relative to the predecessor's; a loop whose axis is that of this turn is closed.
+    At zero the successor's frame is turned relative to the predecessor's; a loop is closed if its axis is the axis of this turn.
     """
     found: dict[str, list[str]] = {}
     frames = mechanism.forward(mechanism.tree.neutral[:, None])
