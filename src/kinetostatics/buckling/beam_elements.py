@@ -17,9 +17,9 @@ INNER = 5
 
 
 def _functions() -> list[np.polynomial.Polynomial]:
-    """Return the cubic polynomials on 0 … 1 and the inner polynomials.
+    """Return the three cubic polynomials on 0 … 1, and the inner polynomials, which vanish with their slopes at both ends.
 
-    The inner polynomials are orthonormal in ∫ f″g″, and orthogonal to the cubic ones.
+    The inner polynomials are orthonormal in ∫ f″g″, and orthogonal to the cubic polynomials.
     """
     P = np.polynomial.Polynomial
     s = P([0, 1])
@@ -47,13 +47,9 @@ _CONDENSED = np.array([*_TENSION[:, :3, :3], -_A @ _A.T, -_A @ _B.T - _B @ _A.T,
 
 
 def bending(EI: float, length: Array) -> Array:
-    """Return the bending stiffness (3, 3, N) [N/m].
+    """Return the bending stiffness (3, 3, N) [N/m] of beams with bending stiffness EI [N·m²] and length (N,) [m].
 
     The coordinates are the deflection of the end, and the slopes of start and end multiplied by the length [m].
-
-    Args:
-        EI: bending stiffness [N·m²].
-        length: (N,) length [m].
     """
     return np.asarray(_BENDING[:, :, None] * (EI / length**3))
 
@@ -61,7 +57,8 @@ def bending(EI: float, length: Array) -> Array:
 def tension(forces: Array, EI: float, length: Array) -> Array:
     """Return the geometric stiffness (8, 8, N) of axial forces (2, N) [N] at start and end, tension positive.
 
-    The first three coordinates are those of :func:`bending`; the others are scaled so that their bending stiffness is 1.
+    The first three coordinates are the coordinates of :func:`bending`. The others are inner coordinates, the amplitudes of the
+    inner polynomials, scaled to a bending stiffness of 1.
     """
     first, last = forces / length
     scale = np.ones((3 + INNER, len(length)))
@@ -84,11 +81,12 @@ def condensed_tension(forces: Array, EI: float, length: Array) -> Array:
 
 
 def deflection(s: Array, moved: Array, inner: Array, EI: float, length: Array) -> tuple[Array, Array]:
-    """Return the deflections relative to the start [m], and the slopes, at s (S,) of the length: (S, N, …).
+    """Return the deflections relative to the start [m], and the slopes, at fractions s (S,) of the length: (S, N, …) each.
 
     Args:
         s: from 0 at the start to 1 at the end.
-        moved, inner: (3, N, …) coordinates of :func:`bending`, and (INNER, N, …) the others of :func:`tension`.
+        moved: (3, N, …) coordinates of :func:`bending`.
+        inner: (INNER, N, …) inner coordinates of :func:`tension`.
         EI, length: see :func:`bending`.
     """
     L = length.reshape(-1, *(1,) * (moved.ndim - 2))

@@ -32,7 +32,7 @@ class BucklingModes:
     """The m buckling modes of each of N poses.
 
     Attributes:
-        ratios: (N, m) ratios 1/λ of forces to critical forces, ascending; descending if returned by :meth:`first`.
+        ratios: (N, m) ratios 1/λ of the forces to the critical forces, ascending; descending if returned by :meth:`first`.
         shapes: (N, m, n + b) modes in the coordinates of ``robot``.
         robot: stiffness and geometric stiffness at the poses.
     """
@@ -43,13 +43,11 @@ class BucklingModes:
 
     @classmethod
     def of(cls, robot: Stability) -> BucklingModes:
-        """Return all modes."""
         ratios, modes = robot.modes()
         return cls(ratios, np.swapaxes(modes, 1, 2), robot)
 
     @property
     def motions(self) -> PlacedMotions:
-        """Coordinates of the small motions of rigid bodies."""
         return self.robot.motions
 
     def first(self, count: int) -> BucklingModes:
@@ -67,11 +65,11 @@ class BucklingModes:
         return BucklingModes(np.pad(ratios, missing), np.pad(shapes, (*missing, (0, 0)), constant_values=np.nan), self.robot)
 
     def of_body(self, body: RigidBody, point: Array) -> Array:
-        """Return the displacement of a point (3, N) of a body and the rotation of the body (N, m, 6), world axes [m, rad]."""
+        """Return displacement of a point (3, N) of a body, and rotation of the body: (N, m, 6), world axes [m, rad]."""
         return self.motions.of_body(self.shapes, body, point)
 
     def of_beam(self, name: str, stations: int) -> Array:
-        """Return displacement and rotation (N, m, stations, 6) along a beam's centre line, beam axes [m, rad]."""
+        """Return displacement and rotation (N, m, stations, 6) at equidistant stations of a beam's length, beam axes [m, rad]."""
         return self._line(name, np.linspace(0, 1, stations))
 
     def _line(self, name: str, fractions: Array) -> Array:
@@ -115,9 +113,11 @@ class BucklingModes:
     def second_order(self, forces: Forces) -> tuple[Array, Array, Array, Array]:
         """Return the effects of geometric stiffness on the platform.
 
-        These are the changes of its twist (6, N) and of its compliance (6, 6, N) about o; the relative changes (6, N) of its
-        stiffness along six motions; and these motions, as columns of (6, 6, N), with rotations multiplied by the robot's length.
-        A motion is 0 where the platform is rigid. Where the robot buckles, the changes are NaN and the motions 0.
+        Returns:
+            (twist, compliance, changes, motions): the changes of the twist (6, N) and of the compliance (6, 6, N) about o; the
+            relative changes (6, N) of the stiffness along six motions; and these motions, as columns of (6, 6, N), with rotations
+            multiplied by the robot's length. A motion is 0 where the platform is rigid. Where the robot buckles, the changes are
+            NaN and the motions 0.
         """
         structure = self.motions.structure
         with np.errstate(divide="ignore"):
@@ -148,7 +148,7 @@ _BLOCK = 512
 
 
 class Members:
-    """The members of a robot.
+    """The members of a robot: collinear beams, welded or telescopic, that buckle together.
 
     Attributes:
         names: names of the beams of each member, from the base end to the platform end; members in the order of the file.
@@ -203,7 +203,7 @@ class Members:
     def ratios(self, solution: Solution) -> dict[str, Array]:
         """Return for every beam the ratio (N,) of the forces to the critical forces of its member.
 
-        The ratio is the largest 1/λ of the buckling modes in which the member takes part; 0 without such a mode, as under
+        The ratio is the largest 1/λ of the buckling modes in which the member takes part; it is 0 without such a mode, as under
         tension.
         """
         found = np.zeros((len(self.names), solution.o.shape[1]))
@@ -214,7 +214,7 @@ class Members:
         return {name: ratio for member, ratio in zip(self.names, found, strict=True) for name in member}
 
     def buckles(self, solution: Solution) -> Mask:
-        """Return the mask (N,) of poses at which a member buckles."""
+        """Return a mask (N,): True where a member buckles."""
         forces = forces_of(self.structure, solution)
         doubtful = np.flatnonzero(self._estimate(forces, solution.compliance) >= _NO_RISK)
         found = np.zeros(solution.o.shape[1], dtype=bool)
@@ -231,13 +231,13 @@ class Members:
         return np.array_split(np.arange(N), max(-(-N * coordinates**2 // _CHUNK), 1)) if N else []
 
     def modes(self, solution: Solution, poses: Index, count: int) -> Iterator[BucklingModes]:
-        """Yield the ``count`` modes with the largest ratios at the given poses, in chunks of poses."""
+        """Yield the ``count`` modes with the largest ratios 1/λ at the given poses, in chunks of poses."""
         forces = forces_of(self.structure, solution).take(poses)
         for some in self._chunks(len(poses)):
             yield BucklingModes.of(stability(self.structure, forces.take(some))).first(count)
 
     def second_order(self, solution: Solution, poses: Index | None = None) -> tuple[Array, ...]:
-        """Return the effects of geometric stiffness at all or at the given poses, see :meth:`BucklingModes.second_order`."""
+        """Return the arrays of :meth:`BucklingModes.second_order` at the given poses (None: all)."""
         forces = forces_of(self.structure, solution)
         forces = forces if poses is None else forces.take(poses)
         parts = []
@@ -247,18 +247,18 @@ class Members:
         return tuple(np.concatenate(items, axis=-1) for items in zip(*parts, strict=True))
 
     def _ratios(self, item: Stability) -> Array:
-        """Return the ratios (members, N) of forces to critical forces."""
+        """Return for every member the ratio (members, N) of :meth:`ratios`."""
         ratios, modes = item.modes()
         energies = np.array([sum(item.beams[name].of(modes) for name in member) for member in self.names])
         mine = np.where(energies >= _TAKES_PART * energies.max(axis=0), ratios, 0.0)
         return np.where(np.isnan(ratios[:, 0]), np.nan, mine.max(axis=2))
 
     def _estimate(self, forces: Forces, compliance: Array) -> Array:
-        """Return an upper bound (N,) of the largest ratio.
+        """Return an upper estimate (N,) of the largest ratio of the forces to the critical forces.
 
-        The sum of the moments of all forces about joints and beam ends is multiplied by the sum of all rotational compliances, as
-        if all parts were in series. This is a strict bound for robots without loops; in loops, parts may rotate further, which
-        the margin of ``_NO_RISK`` covers.
+        The estimate is the sum of the moments of all forces about joints and beam ends, times the sum of all rotational
+        compliances, as if all parts were in series. For robots without loops it is a strict bound; in loops, parts may rotate
+        further, which the margin of ``_NO_RISK`` covers.
         """
         model, freedoms = self.structure.model, self.structure.freedoms
         lengths = {name: beam.length(forces.frames) for name, beam in model.beams.items()}

@@ -47,7 +47,7 @@ class BeamEnergy:
         columns: indices (k,) of the coordinates that move the beam's ends.
         motions: (m, k, N) motions of the ends per unit of each coordinate.
         stiffness: diagonal blocks of the beam's stiffness with respect to these motions.
-        inner: indices of the beam's inner coordinates, whose stiffness is 1.
+        inner: indices of the beam's inner coordinates (amplitudes of deflections with fixed ends), whose stiffness is 1.
     """
 
     columns: tuple[int, ...]
@@ -67,7 +67,7 @@ class Stability:
 
     Attributes:
         stiffness: K (N, n, n) of the n coordinates of small motions [N/m]; beams also have b inner coordinates of stiffness 1.
-        geometric: K_G (N, n + b, n + b) of all n + b coordinates.
+        geometric: K_G (N, n + b, n + b) of all coordinates.
         beams: the strain energy of every beam, by name.
         motions: coordinates of the small motions of rigid bodies.
     """
@@ -80,7 +80,7 @@ class Stability:
     def modes(self) -> tuple[Array, Array]:
         """Return the ratios 1/λ (N, n + b) of forces to critical forces, and the buckling modes (N, n + b, n + b) as columns.
 
-        Motions without stiffness are left out. The ratios are NaN where K or K_G is not finite.
+        Motions without stiffness have the ratio 0. The ratios are NaN where K or K_G is not finite.
         """
         n = self.stiffness.shape[1]
         fine = np.all(np.isfinite(self.stiffness), axis=(1, 2)) & np.all(np.isfinite(self.geometric), axis=(1, 2))
@@ -103,19 +103,17 @@ class Stability:
 
 @dataclass(frozen=True)
 class Forces:
-    """All forces on and in a robot at N poses.
+    """All forces on and in a robot at N poses, world axes.
 
     Attributes:
-        frames: frames of all bodies.
         o: (3, N) position of o [m].
-        gravity: (3, N) gravity, world axes [m/s²].
-        beams: section forces (2, 3, N) at the start and the end of every beam, world axes, by name [N].
-        joints: (3, J, N) forces of the predecessor on the successor of every joint of the joint table, world axes [N].
+        gravity: (3, N) [m/s²].
+        beams: by beam, the section forces (2, 3, N) at its start and end [N].
+        joints: (3, J, N) forces of the predecessor on the successor of every joint of the joint table [N].
         centres: (3, J, N) points of application of these forces [m].
         others: loads and weights on rigid bodies: the body, the wrench (6, N) about o [N, N·m], and the point of application
             (3, N) of the wrench's force [m].
-        lines: (12, N) loads along beams except their weights, by name, see
-            :class:`kinetostatics.statics.link_loads.AppliedLoad`.
+        lines: by beam, the loads (12, N) along it except its weight, see :class:`kinetostatics.statics.link_loads.AppliedLoad`.
     """
 
     frames: Frames
@@ -128,7 +126,6 @@ class Forces:
     lines: dict[str, Array]
 
     def take(self, poses: Index) -> Forces:
-        """Return the forces at some of the poses."""
         beams = {name: force[..., poses] for name, force in self.beams.items()}
         others = [(body, wrench[:, poses], point[:, poses]) for body, wrench, point in self.others]
         frames, joints, centres = self.frames.take(poses), self.joints[..., poses], self.centres[..., poses]
@@ -137,7 +134,7 @@ class Forces:
 
 
 def forces_of(structure: SmallMotions, solution: Solution) -> Forces:
-    """Return all forces at the poses of a solution; if they are statically indeterminate, those of one equilibrium."""
+    """Return all forces at the poses of a solution; statically indeterminate forces are one of their solutions."""
     model, frames, table = structure.model, solution.frames, structure.model.joint_table
     signs = np.array([table.signs[name] for name in table.names])
     lines: dict[str, Array] = {}
@@ -160,13 +157,12 @@ def forces_of(structure: SmallMotions, solution: Solution) -> Forces:
 
 
 def stability(structure: SmallMotions, forces: Forces) -> Stability:
-    """Assemble K and K_G of a robot at given poses under given forces."""
     found = _Assembly(structure, forces)
     return Stability(np.moveaxis(found.K, 2, 0), np.moveaxis(found.G, 2, 0), found.beams, found.motions)
 
 
 def surely_stable(structure: SmallMotions, forces: Forces) -> Mask:
-    """Return the mask (N,) of poses at which a sufficient condition shows that K + K_G is positive definite.
+    """Return a mask (N,): True where a sufficient condition shows that K + K_G is positive definite.
 
     For all values of the inner coordinates of a beam, xᵀ(K + K_G)x ≥ uᵀ(B + G)u − |Cᵀu|²/(1 − β), with the motions u of its ends,
     their bending and geometric stiffness B and G, the geometric stiffness C that couples them with the inner coordinates, and the
@@ -220,12 +216,9 @@ class _Assembly:
         return self.K if self.condensed else np.einsum("iin->in", self.K)
 
     def _add(self, columns: tuple[int, ...], motions: Array, stiffness: _Blocks = (), geometric: _Blocks = ()) -> None:
-        """Add terms to K and K_G: diagonal blocks with respect to m motions, which are linear in k coordinates.
+        """Add terms to K and K_G, given by diagonal blocks with respect to m motions, which are linear in k coordinates.
 
-        Args:
-            columns: (k,) indices of the coordinates.
-            motions: (m, k, N) motions per unit of each coordinate.
-            stiffness, geometric: diagonal blocks with respect to the motions.
+        ``columns`` are the indices of the coordinates; ``motions`` (m, k, N) are the motions per unit of each coordinate.
         """
         self.coupled.add(columns)
         where, products = list(columns), [_product(blocks, motions) for blocks in (stiffness, geometric)]
@@ -237,7 +230,7 @@ class _Assembly:
                 matrix[np.ix_(where, where)] += np.einsum("ikn,iln->kln", motions, product)
 
     def _transfer_follower(self, item: Follower) -> None:
-        """Transfer the forces on the coordinate of a mimic joint to that of its actuator."""
+        """Transfer the forces on the coordinate of a mimic joint to the coordinate of its actuator."""
         for matrix in (self.K, self.G):
             matrix[item.master] += item.times * matrix[item.column]
             matrix[item.column] = 0.0
@@ -350,7 +343,7 @@ class _Assembly:
 
 
 def _product(blocks: _Blocks, motions: Array) -> Array:
-    """Return the product of blocks of a matrix (m, m, N) and motions (m, k, N)."""
+    """Return the product of a matrix (m, m, N), given by diagonal blocks, and motions (m, k, N)."""
     found = zeros_for(motions.shape, motions, *(values for _, values in blocks))
     for rows, values in blocks:
         found[rows] = np.einsum("ijn,jkn->ikn", values, motions[rows])

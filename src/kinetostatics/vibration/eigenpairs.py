@@ -1,8 +1,9 @@
-"""Natural frequencies and modes, D(λ) u = 0: at the k-th λ the k-th smallest eigenvalue of D(λ) vanishes.
+"""Natural frequencies and modes, D(λ) u = 0, with the dynamic stiffness D and the square λ = ω² of the angular frequency.
 
-Below the lowest frequency of the robot's rods with clamped ends, D is concave in λ, and the k-th root of its linearization
-K̃ − λ M̃ is an upper bound of the k-th root of D. Newton's method therefore descends to the k-th root from the bound of Rayleigh
-and Ritz, however close other roots are: no mode is missed or found twice.
+At the k-th λ the k-th smallest eigenvalue of D(λ) vanishes. Below the lowest frequency of the robot's rods with clamped ends, D
+is concave in λ, and the k-th root of its linearization K̃ − λ M̃ is an upper bound of the k-th root of D. Newton's method
+therefore descends to the k-th root from the bound of Rayleigh and Ritz, however close other roots are: no mode is missed or found
+twice.
 """
 
 from __future__ import annotations
@@ -48,7 +49,6 @@ class Eigenpairs:
 
 
 def eigenpairs(model: VibrationModel, count: int) -> Eigenpairs:
-    """Return the lowest ``count`` modes."""
     while True:
         K, M = (matrix[:, 0] for matrix in model.pencil(np.zeros((model.poses, 1))))
         spaces = list(_spaces(model, K, M))
@@ -77,7 +77,7 @@ def modes_below(model: VibrationModel, square: Array) -> Index:
 
 
 def independent_motions(model: VibrationModel) -> list[tuple[Index, Array | None]]:
-    """Return groups of poses, each with a basis (P, n, r) of the motions that keep loops closed and have stiffness or mass.
+    """Return groups of P poses, each with a basis (P, n, r) of the motions that keep loops closed and have stiffness or mass.
 
     The basis is None where all motions do.
     """
@@ -99,14 +99,14 @@ class _Space:
     stable: bool = True
 
     def restricted(self, matrix: Numbers) -> Array:
-        """Return Zᵀ A Z of matrices (P, …, n, n)."""
+        """Return Zᵀ A Z of matrices A (P, …, n, n)."""
         if self.basis is None:
             return matrix
         Z = self.basis.reshape(len(self.basis), *(1,) * (matrix.ndim - 3), *self.basis.shape[1:])
         return np.asarray(np.swapaxes(Z, -1, -2) @ matrix @ Z)
 
     def bounds(self, K: Array, M: Array, count: int) -> Array:
-        """Return upper bounds (P, count) of λ by the method of Rayleigh and Ritz; infinite where there are fewer modes."""
+        """Return upper bounds (P, count) of λ by Rayleigh and Ritz; infinite where there are fewer modes, NaN if unstable."""
         K, M = self.restricted(K[self.poses]), self.restricted(M[self.poses])
         found = np.full((len(K), count), np.inf if self.stable else np.nan)
         if not self.stable:
@@ -120,7 +120,7 @@ class _Space:
         return found
 
     def exact(self, model: VibrationModel, square: Array) -> tuple[Array, Array]:
-        """Return λ (P, m) and modes (P, m, n), from upper bounds of λ (P, m)."""
+        """Return λ (P, m) and modes (P, m, n), from upper bounds ``square`` of λ (P, m)."""
         modes, finite, bounds = np.arange(square.shape[1]), np.isfinite(square), square
         if not np.any(finite):
             return square, np.full((*square.shape, model.coordinates), np.nan)
@@ -152,15 +152,14 @@ def _align(shapes: Array, vectors: Array, equal: Mask, free: int, platform: Arra
     """Normalize modes (N, m, n) in place: reproducible bases of eigenspaces, and signs.
 
     In an eigenspace, the first mode has the largest component of the platform's twist along the first axis with a nonzero
-    component, the next mode has none along this axis, and so on. If the platform does not move, the coordinates replace its
-    twist.
-    The largest component of the platform's twist, or of the coordinates, is positive.
+    component, the next mode has none along this axis, and so on. The largest component of the twist is positive. If the platform
+    does not move, the coordinates replace its twist.
 
     Args:
         shapes: the modes.
         vectors: (N, m, n, r) all eigenvectors at the λ of each mode.
-        equal: (N, m, r) mask of the eigenvectors in the eigenspace of each mode.
-        free: number of modes of frequency zero; these modes are first.
+        equal: (N, m, r) True for the eigenvectors in the eigenspace of each mode.
+        free: number of modes of frequency zero, the first eigenvectors.
         platform: see :class:`VibrationModel`.
     """
     sizes = equal.sum(axis=-1)
@@ -199,7 +198,7 @@ def _spaces(model: VibrationModel, K: Array, M: Array) -> Iterator[_Space]:
 
 
 def _with_mass(space: _Space, K: Array, M: Array) -> Iterator[_Space]:
-    """Leave out motions that have neither stiffness nor mass; yield groups of poses with equal numbers of such motions."""
+    """Leave out motions that have neither stiffness nor mass; yield groups of poses with equal numbers of these motions."""
     K, M = space.restricted(K), space.restricted(M)
     scaled, size = _scaled(K)
     axes = np.linalg.eigh(scaled)[1] / size[:, :, None]
@@ -229,7 +228,7 @@ def _scaled(matrix: Array) -> tuple[Array, Array]:
 
 
 def _roots(K: Array, M: Array, shift: Array, modes: bool = False) -> tuple[Array, Array]:
-    """Return all λ (…, n) of K u = λ M u, ascending, infinite for modes without mass, and modes (…, n, n) of modal mass 1.
+    """Return all λ (…, n) of K u = λ M u, ascending, and modes (…, n, n) of modal mass 1; λ is infinite for modes without mass.
 
     Args:
         K, M: (…, n, n) positive semidefinite matrices.

@@ -1,7 +1,8 @@
 """Modes as motions of bodies and beams, with participation and energies, and the platform's response to harmonic forces.
 
-With the complex stiffness s K, s = 1 + iη or 1 + iωβ, and the complex mass c M, c = 1 − iα/ω, the robot's equation of motion is
-s D(λ c/s) q = f: damping only makes λ complex. Forces act on the platform, or the floor moves.
+With the complex stiffness s K, s = 1 + iη or 1 + iωβ, and the complex mass c M, c = 1 − iα/ω, the equation of motion of the robot
+is s D(λ c/s) q = f: damping only makes λ complex. Forces act on the platform, or the floor moves. A piece of a beam is one of the
+equal rods into which the beam is divided.
 """
 
 from __future__ import annotations
@@ -28,11 +29,11 @@ class ModeShapes:
     motions: PlacedMotions
 
     def of_body(self, body: RigidBody, point: Array) -> Array:
-        """Return the displacement of a point (3, N) of a body and the rotation of the body (N, m, 6), world axes [m, rad]."""
+        """Return displacement of a point (3, N) of a body, and rotation of the body: (N, m, 6), world axes [m, rad]."""
         return self.motions.of_body(self.pairs.shapes, body, point)
 
     def of_beam(self, name: str, stations: int) -> Array:
-        """Return displacement and rotation (N, m, stations, 6) along a beam's centre line, beam axes [m, rad]."""
+        """Return displacement and rotation (N, m, stations, 6) at equidistant stations of a beam's length, beam axes [m, rad]."""
         item, square = self.pairs.model.beams[name], self._finite
         forces = [(u, (item.piece.dynamic_stiffness(square) @ u[..., None])[..., 0]) for u in self._pieces(item, name)]
         found = np.empty((*square.shape, stations, 6))
@@ -71,7 +72,7 @@ class ModeShapes:
 
     @cached_property
     def strain_energy(self) -> Mapping[str, Array]:
-        """Shares (N, m) of the strain energy by part: beams, elastic joints, actuators and springs."""
+        """Shares (N, m) of the strain energy, by name of the beam, elastic joint, actuator or spring."""
         found = {name: _energy(self._local(part), part.matrix[:, None]) for name, part in self.pairs.model.springs.items()}
         for name, item in self.pairs.model.beams.items():
             K = item.piece.pencil(self._finite)[0]
@@ -80,14 +81,14 @@ class ModeShapes:
 
     @cached_property
     def kinetic_energy(self) -> Mapping[str, Array]:
-        """Shares (N, m) of the kinetic energy by part: beams, links and payload."""
+        """Shares (N, m) of the kinetic energy, by name of the beam or link, and of the payload."""
         found = {name: _energy(self._local(part), part.matrix[:, None]) for name, part in self.pairs.model.masses.items()}
         for name, item in self.pairs.model.beams.items():
             found[f"beam {name}"] = self._energy_of(name, item.piece.pencil(self._finite)[1])
         return _shares(found)
 
     def _energy_of(self, name: str, matrix: Array) -> Array:
-        """Return the sum (N, m) over a beam's pieces of u · A u, with the displacements u of a piece's ends, and its matrix A."""
+        """Return u · A u (N, m), summed over a beam's pieces, with the matrix A of a piece and the motions u of its ends."""
         parts = [_energy(u, matrix) for u in self._pieces(self.pairs.model.beams[name], name)]
         return np.sum(parts, axis=0)
 
@@ -97,7 +98,7 @@ class ModeShapes:
         return np.where(np.isfinite(self.pairs.square), self.pairs.square, 1.0)
 
     def _local(self, part: Part) -> Array:
-        """Return the displacements (N, m, r) of a part."""
+        """Return the displacements (N, m, r) of a mass or spring in the modes."""
         return np.einsum("nrk,nmk->nmr", part.motions, self.pairs.shapes[..., list(part.columns)])
 
     def _pieces(self, item: PlacedRod, name: str) -> Iterator[Array]:
@@ -113,7 +114,6 @@ def _energy(u: Array, matrix: Array) -> Array:
 
 
 def _shares(energies: Mapping[str, Array]) -> dict[str, Array]:
-    """Return each energy divided by the sum of all."""
     total = sum(energies.values(), np.zeros(()))
     with np.errstate(invalid="ignore", divide="ignore"):
         return {name: energy / total for name, energy in energies.items()}
@@ -144,7 +144,8 @@ def responses(model: VibrationModel, platform: Array, carried: Array, omega: Arr
     Args:
         model: the robot at N poses.
         platform: (N, 6, n) twist of the platform at the point per unit of each coordinate.
-        carried: (N, 6, 6) twist of the platform at the point per unit translation and rotation of the floor about o.
+        carried: (N, 6, 6) twist of the platform at the point when the whole robot moves with the floor, per unit of the floor's
+            translation and rotation about o.
         omega: (F,) angular frequencies [1/s].
         damping: damping of all parts.
     """

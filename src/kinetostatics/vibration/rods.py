@@ -33,7 +33,7 @@ class Rod:
     """Uniform rods; arrays have any common shape.
 
     Attributes:
-        length: length [m].
+        length: [m].
         compliances: (6,) compliances of sections: 1/EA, 1/κGA along y and z [1/N]; 1/GJ, 1/EI about y and z [1/(N·m²)].
         density: mass per length [kg/m].
         gyration: (2,) squares of the radii of gyration about y and z, I_y/A and I_z/A [m²].
@@ -47,7 +47,6 @@ class Rod:
     eccentricity: Array | None = None
 
     def take(self, poses: Index) -> Rod:
-        """Return the rods at some poses (first axis; second axis of the eccentricity)."""
         arm = None if self.eccentricity is None else self.eccentricity[:, poses]
         return Rod(self.length[poses], self.compliances, self.density[poses], self.gyration, arm)
 
@@ -116,7 +115,7 @@ class Rod:
     def transfer(self, square: Numbers, length: Array) -> Numbers:
         """Return the transfer matrix (…, 12, 12) at λ (…) over a length (…) [m].
 
-        Rows and columns: displacement, rotation, and force and moment of the outer part on the inner one, in beam axes.
+        Rows and columns: displacement, rotation, and force and moment of the outer part on the inner part, in beam axes.
         """
         shape = np.broadcast_shapes(np.shape(length), np.shape(square))
         mass = np.zeros((*shape, 6, 6))

@@ -1,9 +1,9 @@
 """Dynamic stiffness D(λ) of a whole robot at the square λ = ω² of the angular frequency, without discretization.
 
-The coordinates are those of the small motions of rigid bodies and joints. A beam is an exact rod, or several rods in line, whose
-frequencies with clamped ends are above the requested ones. At a requested frequency, the number of negative eigenvalues of D(λ)
-is then the number of natural frequencies below λ (W. H. Wittrick and F. W. Williams, Quarterly Journal of Mechanics and Applied
-Mathematics 24, 1971).
+The coordinates are those of the small motions of rigid bodies and joints. A beam is an exact rod, or is divided into equal rods
+(pieces), whose frequencies with clamped ends are above the requested ones. At a requested frequency, the number of negative
+eigenvalues of D(λ) is then the number of natural frequencies below λ (W. H. Wittrick and F. W. Williams, Quarterly Journal of
+Mechanics and Applied Mathematics 24, 1971).
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ class Part:
     """A mass, or a spring, at N poses.
 
     Attributes:
-        columns: the k coordinates that move the part.
+        columns: indices of the k coordinates that move the part.
         motions: (N, r, k) displacements of the part per unit of each coordinate.
         matrix: (N, r, r) mass [kg, kg·m²] or stiffness [N/m, N·m/rad] with respect to these displacements.
-        carried: (N, r, 6) displacements of the part per unit translation, and rotation about o, of the whole robot as one body.
+        carried: (N, r, 6) displacements of the part when the whole robot moves as one body, per unit of its twist about o.
     """
 
     columns: tuple[int, ...]
@@ -42,7 +42,6 @@ class Part:
     carried: Array
 
     def take(self, poses: Index) -> Part:
-        """Return the part at some poses."""
         return Part(self.columns, self.motions[poses], self.matrix[poses], self.carried[poses])
 
     def of_coordinates(self) -> Array:
@@ -55,11 +54,10 @@ class PlacedRod:
     """A beam at N poses.
 
     Attributes:
-        columns: the k coordinates that move its ends.
+        columns: indices of the k coordinates that move its ends.
         motions: (N, 12, k) displacement and rotation of start and end per unit of each coordinate, beam axes.
         carried: (N, 12, 6) displacement and rotation of start and end when the whole robot moves as one body, see :class:`Part`.
-        rod: the beam.
-        pieces: number of equal rods in line.
+        pieces: number of equal rods into which the beam is divided.
     """
 
     columns: tuple[int, ...]
@@ -70,11 +68,9 @@ class PlacedRod:
 
     @property
     def piece(self) -> Rod:
-        """One of the rods in line."""
         return replace(self.rod, length=self.rod.length / self.pieces)
 
     def take(self, poses: Index) -> PlacedRod:
-        """Return the beam at some poses."""
         return replace(self, motions=self.motions[poses], carried=self.carried[poses], rod=self.rod.take(poses))
 
     def carried_piece(self, number: int) -> Array:
@@ -83,11 +79,10 @@ class PlacedRod:
         return np.concatenate([start + (end - start) * ((number + k) / self.pieces) for k in (0, 1)], axis=1)
 
     def moved(self, first: int, size: float) -> Iterator[tuple[list[int], Array]]:
-        """Yield for every piece the k coordinates that move its ends, and the unit motions (…, 12, k) of its ends.
+        """Yield for every piece the k coordinates that move its ends, and the motions (…, 12, k) of its ends per unit of each.
 
-        Args:
-            first: index of the first coordinate of points between the pieces.
-            size: the robot's characteristic length [m]; the coordinates are displacements, and rotations multiplied by it.
+        ``first`` is the index of the first coordinate of points between the pieces; ``size`` is the robot's characteristic length
+        [m], by which rotations at these points are multiplied.
         """
         own = np.diag([1.0] * 3 + [1 / size] * 3)[None]
         inner = [(range(first + 6 * k, first + 6 * k + 6), own) for k in range(self.pieces - 1)]
@@ -127,16 +122,14 @@ class VibrationModel:
 
     @property
     def poses(self) -> int:
-        """Number N of poses."""
         return len(self.closure)
 
     @property
     def coordinates(self) -> int:
-        """Number of coordinates, including those of points between pieces of beams."""
+        """Number of coordinates, including the coordinates of points between pieces of beams."""
         return self.closure.shape[2] + 6 * sum(item.pieces - 1 for item in self.beams.values())
 
     def take(self, poses: Index) -> VibrationModel:
-        """Return the model at some poses."""
         return VibrationModel(
             {name: item.take(poses) for name, item in self.masses.items()},
             {name: item.take(poses) for name, item in self.springs.items()},
@@ -147,7 +140,7 @@ class VibrationModel:
         )
 
     def divided(self, square: float) -> VibrationModel | None:
-        """Return the model with one more piece in each beam whose pieces, clamped, may have λ ≤ ``square``; None without such."""
+        """Add a piece to each beam whose pieces with clamped ends may have λ ≤ ``square``; return None if no beam needs one."""
         lowest = {name: float(item.piece.clamped_square().min()) for name, item in self.beams.items()}
         low = {name for name, bound in lowest.items() if bound <= square and np.isfinite(bound)}
         if not low:
@@ -167,7 +160,7 @@ class VibrationModel:
 
     @cached_property
     def first_along(self) -> Mapping[str, int]:
-        """The first coordinate of points between the pieces of each beam."""
+        """By beam, the index of the first coordinate of the points between its pieces."""
         more = np.cumsum([0, *(6 * (item.pieces - 1) for item in self.beams.values())])
         return dict(zip(self.beams, (self.closure.shape[2] + more).tolist(), strict=False))
 
@@ -187,7 +180,7 @@ class VibrationModel:
         return K, M
 
     def _assembled(self, constant: Numbers, rods: Mapping[str, Numbers]) -> Numbers:
-        """Return matrices (N, m, …) for all coordinates: ``constant`` of rigid bodies and joints, ``rods`` of single rods."""
+        """Return the matrices (N, m, …) of all coordinates; ``rods`` is one piece per beam, ``constant`` all other parts."""
         n = constant.shape[-1]
         found = np.zeros((*constant.shape[:2], self.coordinates, self.coordinates), dtype=constant.dtype)
         found[..., :n, :n] = constant
@@ -198,7 +191,7 @@ class VibrationModel:
         return found
 
     def forces_of_floor(self, square: Numbers) -> Numbers:
-        """Return the forces (N, m, n, 6) on all coordinates at λ (N, m) when the whole robot moves as one body."""
+        """Return the forces (N, m, n, 6) on all coordinates at λ (N, m) when the whole robot moves as one body with the floor."""
         found = np.zeros((*square.shape, self.coordinates, 6), dtype=square.dtype)
         for part in self.masses.values():
             own = np.swapaxes(part.motions, 1, 2) @ part.matrix @ part.carried
@@ -210,7 +203,7 @@ class VibrationModel:
         return found
 
     def closed_motions(self) -> list[tuple[Index, Array | None]]:
-        """Return groups of poses, each with a basis (P, n, r) of the motions that keep all loops closed (None: all do)."""
+        """Return groups of P poses, each with a basis (P, n, r) of the motions that keep all loops closed (None: all do)."""
         if not self.closure.shape[1]:
             return [(np.arange(self.poses), None)]
         _, values, axes = np.linalg.svd(self.closure)
@@ -227,7 +220,6 @@ class VibrationModel:
 
 
 def vibration_model(motions: PlacedMotions) -> VibrationModel:
-    """Return the masses and elastic parts of a robot at N poses."""
     structure, placed = motions.structure, _Placement(motions)
     N, n = motions.o.shape[1], len(structure.freedoms)
     closure = [np.zeros((N, 0, n)), *placed.closure()]
@@ -247,8 +239,6 @@ def mass_at(motions: PlacedMotions, body: RigidBody, point: Array, matrix: Array
 
 @dataclass(frozen=True)
 class _Placement:
-    """The parts of a robot at N poses."""
-
     motions: PlacedMotions
 
     def closure(self) -> Iterator[Array]:
