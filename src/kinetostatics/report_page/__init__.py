@@ -24,7 +24,7 @@ from kinetostatics.layout.numbers import ANGLES, LENGTHS, STIFFNESSES, NoiseFloo
 from kinetostatics.layout.renderings import save_page
 from kinetostatics.math.arrays import Array
 from kinetostatics.reports.map import coordinate_words, map_report
-from kinetostatics.reports.result import magnitudes
+from kinetostatics.reports.result import noise_floor
 from kinetostatics.reports.sources import parts_along, ranked, share, shown_and_rest, sources
 from kinetostatics.results.pose_arrays import tool_on_robot
 from kinetostatics.results.result import Result
@@ -151,7 +151,7 @@ def assumptions_html(result: Result) -> str:
 
 def sag_html(result: Result) -> str:
     """Return bar charts of the contributions to the platform's displacement."""
-    noise = magnitudes(result)
+    noise = noise_floor(result)
     names, twists = sources(result)
     parts = {
         "By weights and loads": _bars(list(result.contributions), list(result.contributions.values()), result, noise),

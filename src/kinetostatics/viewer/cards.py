@@ -28,7 +28,7 @@ from kinetostatics.layout.numbers import (
 )
 from kinetostatics.math.arrays import Array
 from kinetostatics.reports.pose import actuator_coordinates, actuator_unit, facts_of, platform_coordinates
-from kinetostatics.reports.result import magnitudes
+from kinetostatics.reports.result import noise_floor
 from kinetostatics.results.parts import BeamResult
 from kinetostatics.statics.link_loads import PAYLOAD
 from kinetostatics.viewer.drawn_parts import DrawnJoint, DrawnSpring
@@ -233,7 +233,7 @@ class Cards:
 
     def __init__(self, poses: ShownPoses, joints: Sequence[DrawnJoint], springs: Sequence[DrawnSpring]) -> None:
         self.poses, self.result, self.joints, self.springs = poses, poses.result, joints, springs
-        self.noise = magnitudes(self.result)
+        self.noise = noise_floor(self.result)
         self.actuators = actuator_coordinates(self.result.configuration)
 
     def all(self, meshes: Mapping[str, int]) -> dict[str, Card]:
