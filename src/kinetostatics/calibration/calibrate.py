@@ -14,7 +14,7 @@ from kinetostatics.arguments import Keyword, check, finite_numbers, need, warn
 from kinetostatics.calibration.fit import Fit, NoDerivativeError, fit, leave_one_out, outliers
 from kinetostatics.calibration.measurements import Measurements, read_gauges, read_measurements
 from kinetostatics.calibration.readings import Model, Readings
-from kinetostatics.calibration.unknowns import Unknowns, determined_ones, unidentifiable
+from kinetostatics.calibration.unknowns import Unknowns, identifiable_ones, unidentifiable
 from kinetostatics.description.loads import Gauge, Payload
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.kinematics.configuration import taken
@@ -50,12 +50,13 @@ def calibrate(
         measurements: the path of a CSV file, columns by title, rows, or an xarray Dataset. Columns are coordinates of the
             platform or of all actuators; the load Fx … Mz; and readings: components of the twist at o in world axes, dx dy dz drx
             dry drz, or gauges by name. Titles may contain units, "z [mm]"; the default is SI. Empty cells are missing readings.
-        unknowns: names of unknowns. A beam, an elastic joint or an actuator stands for a factor of its stiffness
-            ("actuators:slide" if the joint is elastic as well; "rod_1+rod_2" for a common factor). Further unknowns are arguments
-            of the file; dimensions of parts (see :func:`kinetostatics.tolerances`), such as "slide.actuator_stiffness" or
-            "rod_1.outer_diameter"; assembly errors, such as "hinge.error.rx" or "rod_1.error.length" (the returned robot has none
-            of them); "payload.mass"; the centre of the payload from o in platform axes, "payload.x", "payload.y",
-            "payload.z"; and the zero reading of a gauge, "offset.NAME", or of all gauges, "offsets".
+        unknowns: names of the unknowns. The name of a beam, an elastic joint or an actuator stands for a factor of its stiffness;
+            "rod_1+rod_2" is a common factor, and "actuators:slide" the actuator of a joint that is elastic too. Further unknowns
+            are arguments of the file; dimensions of parts (see :func:`kinetostatics.tolerances`), such as
+            "slide.actuator_stiffness" or "rod_1.outer_diameter"; and assembly errors, such as "hinge.error.rx" or
+            "rod_1.error.length", which the returned robot does not have. "payload.mass" is the mass of the payload; "payload.x",
+            "payload.y" and "payload.z" are the coordinates of its centre from o in platform axes. "offset.NAME" is the zero
+            reading of the gauge NAME; "offsets" stands for the zero readings of all gauges.
         gauges: a :class:`Gauge` by name, or the path of a CSV file of gauges.
         reference: state of zero readings: "undeformed", the robot without weight; "unloaded", the same pose with weight and
             payload, but without load; or coordinates of a single pose without load.
@@ -198,11 +199,7 @@ def calibrate(
 
 
 def check_robot(what: str, robot: object, payload: object) -> None:
-    """Check that ``robot`` is a robot, and that the payload is on the platform.
-
-    Raises:
-        ArgumentError: the robot or the payload is invalid.
-    """
+    """Raise an ArgumentError unless ``robot`` is a Robot, and ``payload`` is None or one payload on the platform."""
     if not isinstance(robot, Robot):
         raise ArgumentError(f"{what} needs a Robot, got {robot!r}; load one with ks.load_robot(…)")
     if payload is not None and not isinstance(payload, Payload):
@@ -218,11 +215,7 @@ def check_robot(what: str, robot: object, payload: object) -> None:
 
 
 def check_point(point: ArrayLike | None, frame: object) -> Array | None:
-    """Return the point of application (3,) of the load for all rows.
-
-    Raises:
-        ArgumentError: the value is not a point.
-    """
+    """Return ``point`` as an array (3,), or None. Raise an ArgumentError if point or frame is invalid."""
     check("frame", frame)
     array = None if point is None else finite_numbers("point", point)
     if array is not None and array.shape != (3,):
@@ -231,10 +224,9 @@ def check_point(point: ArrayLike | None, frame: object) -> Array | None:
 
 
 def check_predicted(model: Model, values: Array, rows: Sequence[str]) -> None:
-    """Check that all readings can be computed at the start; ``rows`` are the names of the rows.
+    """Raise a StaticsError, with the reason, if a reading cannot be computed with the initial values (p,) of the unknowns.
 
-    Raises:
-        StaticsError: a reading cannot be computed; the message gives the reason.
+    ``rows``: names of the rows in messages.
     """
     bad = np.flatnonzero(~np.isfinite(model.predict(values)))
     if bad.size:
@@ -248,7 +240,7 @@ def check_predicted(model: Model, values: Array, rows: Sequence[str]) -> None:
 
 
 def _readings(table: Measurements, gauges: Mapping[str, Gauge]) -> tuple[Readings, Array]:
-    """Return the readings, row by row, and their values (n,)."""
+    """Return the readings of all cells that are not empty, row by row, and their values (n,) [m, rad]."""
     names = [name for name, column in table.readings.items() if np.any(np.isfinite(column))]
     every = np.stack([table.readings[name] for name in names], axis=-1)
     rows, which = np.nonzero(np.isfinite(every))
@@ -267,7 +259,7 @@ def _estimates(unknowns: Unknowns, found: Fit, values: Array, covariance: Array,
     reported, factors = unknowns.reported(values)
     starts, _ = unknowns.reported(unknowns.start)
     errors = np.sqrt(np.diag(factors @ covariance @ factors.T))
-    determined = determined_ones(found.null).tolist()
+    determined = identifiable_ones(found.null).tolist()
     for k, item in enumerate(unknowns.items):
         known = determined[k]
         error = float(errors[k]) if known and np.isfinite(errors[k]) else np.inf

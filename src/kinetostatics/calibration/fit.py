@@ -1,9 +1,10 @@
-"""Nonlinear least squares with covariance, null directions, outliers and leave-one-out errors of the estimates.
+"""Nonlinear least squares with covariance, unidentifiable directions, outliers and leave-one-out errors of readings.
 
-Residuals are weighted and the columns of the Jacobian scaled. The covariance is that of the linearized problem, σ² (JᵀJ)⁻¹, in
-the space that the readings determine. Outliers are found one after the other by externally studentized residuals with
-Bonferroni's bound (R. D. Cook, S. Weisberg, Residuals and Influence in Regression, 1982). Leave-one-out errors of a row are
-(I − H)⁻¹ r, with the row's block H of the hat matrix and its residuals r (D. M. Allen, Technometrics 16, 1974).
+Residuals are weighted and the columns of the Jacobian scaled. A direction in the space of the unknowns is unidentifiable if it
+changes no reading. The covariance is that of the linearized problem, σ² (JᵀJ)⁻¹, in the identifiable directions. Outliers are
+found one after the other by externally studentized residuals with Bonferroni's bound (R. D. Cook, S. Weisberg, Residuals and
+Influence in Regression, 1982). Leave-one-out errors of the readings in a row of the table are (I − H)⁻¹ r, with the row's block
+H of the hat matrix and its residuals r (D. M. Allen, Technometrics 16, 1974).
 """
 
 from __future__ import annotations
@@ -16,12 +17,12 @@ import numpy as np
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import canonical_basis
 
-#: Largest norm of a column of the Jacobian, relative to the largest column, and largest singular value of the normalized columns
-#: that count as zero.
+#: Norms of columns of the Jacobian, relative to the largest column, and singular values of the normalized columns up to this
+#: bound count as zero.
 UNSEEN = 1e-6
 #: Residuals, relative to the readings, that count as rounding.
 ROUNDING = 1e-9
-#: Probability that an outlier is flagged although all readings have normally distributed errors.
+#: Probability that any reading is flagged as an outlier although the errors of all readings are normally distributed.
 FALSE_ALARM = 0.05
 #: Largest number of searches, each in the directions identifiable at the end of the previous one.
 SEARCHES = 3
@@ -33,7 +34,7 @@ class NoDerivativeError(Exception):
     """The search reached a point at which readings have no derivative with respect to an unknown.
 
     Attributes:
-        x: (p,) the point.
+        x: (p,) the point, in units of the unknowns' scales.
         k: index of the unknown.
     """
 
@@ -50,11 +51,11 @@ class Fit:
         x: (p,) unknowns.
         residuals: (n,) measured less computed readings, divided by sigma.
         jacobian: (n, p) derivatives of the computed readings, divided by sigma.
-        seen: (p, r) basis of identifiable changes.
-        null: (p, p − r) basis of changes that affect no reading.
-        variance: variance of a residual: 1 if sigma is known, else estimated; NaN without degrees of freedom.
+        seen: (p, r) orthonormal basis of identifiable directions.
+        null: (p, p − r) basis of unidentifiable directions.
+        variance: variance of a residual: 1 if sigma is known, else estimated, or NaN without degrees of freedom.
         degrees_of_freedom: number of readings minus number of identifiable directions.
-        sigma_known: whether sigma is known, not only ratios of sigma.
+        sigma_known: whether sigma is known; if not, only ratios of sigma are known.
         converged: whether the search converged.
     """
 
@@ -70,13 +71,13 @@ class Fit:
 
     @property
     def hat(self) -> Array:
-        """(n, n) the hat matrix, which maps measured to computed readings."""
+        """(n, n) the hat matrix of the linearized problem, which maps measured to computed readings, both divided by sigma."""
         Q, _ = np.linalg.qr(self.jacobian @ self.seen)
         return np.asarray(Q @ Q.T)
 
     @property
     def covariance(self) -> Array:
-        """(p, p) covariance of the unknowns, in the space of identifiable changes."""
+        """(p, p) covariance of the unknowns, in the space of identifiable directions."""
         small = self.jacobian @ self.seen
         return np.asarray(self.variance * self.seen @ np.linalg.inv(small.T @ small) @ self.seen.T)
 
@@ -89,7 +90,7 @@ def fit(predict: Function, jacobian: Function, start: Array, measured: Array, si
         jacobian: computes the derivatives (n, p) of the readings.
         start: (p,) initial values.
         measured, sigma: (n,) measured readings and standard deviations.
-        sigma_known: whether ``sigma`` is known, not only its ratios.
+        sigma_known: whether ``sigma`` is known; if not, only its ratios are used.
 
     Raises:
         NoDerivativeError: the search reached a point without derivatives.
@@ -130,7 +131,7 @@ def fit(predict: Function, jacobian: Function, start: Array, measured: Array, si
 
 
 def solution(x: Array, J: Array, residuals: Array, sigma_known: bool, converged: bool = True) -> Fit:
-    """Return the estimates of a solution with their statistics."""
+    """Return the fit for unknowns x (p,) with the weighted Jacobian J (n, p) and the weighted residuals (n,)."""
     scale, seen, null = determined(J)
     basis, _ = np.linalg.qr(scale[:, None] * seen)
     degrees_of_freedom = len(residuals) - basis.shape[1]
@@ -141,7 +142,10 @@ def solution(x: Array, J: Array, residuals: Array, sigma_known: bool, converged:
 
 
 def determined(J: Array) -> tuple[Array, Array, Array]:
-    """Return scales (p,) of the columns of a Jacobian (n, p), and bases of its scaled row space (p, r) and null space."""
+    """Return (scale, seen, null) of a Jacobian J (n, p); J · scale has normalized columns.
+
+    seen (p, r) and null (p, p − r) are orthonormal bases of the row space and of the null space of J · scale.
+    """
     sizes = np.linalg.norm(J, axis=0)
     blind = sizes <= UNSEEN * sizes.max(initial=0.0)
     scale = 1 / np.where(blind, sizes.max(initial=0.0) or 1.0, sizes)
@@ -151,9 +155,9 @@ def determined(J: Array) -> tuple[Array, Array, Array]:
 
 
 def outliers(found: Fit, size: float) -> tuple[Array, Mask]:
-    """Return studentized residuals (n,) and the mask of outliers; each further outlier is sought without those found before.
+    """Return (externally studentized residuals (n,), mask (n,): True at outliers); each is found without the previous outliers.
 
-    ``size``: magnitude of weighted readings, the scale of rounding errors.
+    ``size``: root mean square of the weighted readings, to which rounding errors are proportional.
     """
     from scipy import stats
 
@@ -184,7 +188,10 @@ def outliers(found: Fit, size: float) -> tuple[Array, Mask]:
 
 
 def leave_one_out(found: Fit, groups: Array) -> Array:
-    """Return the errors (n,) of readings predicted from the other groups; NaN if the other groups do not determine a reading."""
+    """Return the errors (n,), divided by sigma, of readings predicted from the readings of all other groups.
+
+    ``groups`` (n,): group of each reading. The error is NaN if the other groups do not determine the reading.
+    """
     H, errors = found.hat, np.full(len(groups), np.nan)
     for group in np.unique(groups):
         mine = np.flatnonzero(groups == group)

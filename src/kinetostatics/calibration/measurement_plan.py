@@ -1,8 +1,8 @@
-"""D-optimal measurements: subsets of a grid of poses and loads.
+"""D-optimal measurements: subsets of a grid of candidates. A candidate is a combination of a pose and a load.
 
 The determinant of the information matrix Σ JᵀJ is maximized by exchanging each measurement in turn for the best candidate,
 from several starts (V. V. Fedorov, Theory of Optimal Experiments, 1972, as modified by R. D. Cook, C. J. Nachtsheim,
-Technometrics 22, 1980).
+Technometrics 22, 1980). J has the derivatives of the readings of one measurement, divided by sigma, by the unknowns.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from kinetostatics.calibration.calibrate import check_point, check_robot
 from kinetostatics.calibration.fit import determined
 from kinetostatics.calibration.measurements import read_gauges
 from kinetostatics.calibration.readings import Model, Readings
-from kinetostatics.calibration.unknowns import Unknowns, determined_ones, unidentifiable
+from kinetostatics.calibration.unknowns import Unknowns, identifiable_ones, unidentifiable
 from kinetostatics.description.loads import Gauge, Payload
 from kinetostatics.design.problem import grid_of
 from kinetostatics.exceptions import ArgumentError, near_names
@@ -73,8 +73,8 @@ def plan_measurements(
 
     Returns:
         Different combinations of a pose (reachable, not singular, within joint limits) and a load, the expected standard errors
-        of the unknowns, and how much larger those of random plans are. From six initial plans, measurements are exchanged one
-        by one while the determinant increases; the best resulting plan is returned.
+        of the unknowns, and, for comparison, the standard errors of random plans. From six initial plans, measurements are
+        exchanged one by one while the determinant increases; the best resulting plan is returned.
 
     Raises:
         ArgumentError: an argument has an invalid value or shape.
@@ -141,7 +141,7 @@ def plan_measurements(
     more = log_det(blocks[chosen]) - float(np.mean([value for _, value in usual])) if usual else np.nan
     gain = float(np.exp(more / (2 * free))) if free else float("nan")
     null = columns[:, None] * null
-    known = np.flatnonzero(determined_ones(null)).tolist()
+    known = np.flatnonzero(identifiable_ones(null)).tolist()
     factors = looked_for.reported(start)[1] * scale
 
     def errors(plan: Index) -> Array:
@@ -169,7 +169,7 @@ def plan_measurements(
 def _candidates(
     platform: Mapping[str, ArrayLike] | None, actuators: Mapping[str, ArrayLike] | None, load: ArrayLike, driven: Sequence[str]
 ) -> tuple[dict[str, Array], Array]:
-    """Return coordinates (P·L,) and loads (P·L, 6) of all candidates."""
+    """Return (coordinates (N,) by name, loads (N, 6)) of all N candidates."""
     wrenches = finite_numbers("load", load)
     if wrenches.ndim == 0 or wrenches.shape[-1] != 6 or not wrenches.size:
         raise ArgumentError(f"load has the shape {wrenches.shape}; its last axis must have 6 entries, force and moment")
@@ -191,7 +191,7 @@ def log_det(blocks: Array) -> float:
 
 
 def best_subset(blocks: Array, n: int, rng: np.random.Generator) -> Index:
-    """Return the indices (n,) of measurements whose information matrix has the largest determinant found.
+    """Return the indices (n,) of the candidates whose information matrix has the largest determinant found.
 
     ``blocks`` (N, k, r): Jacobians of the k readings of each of N candidates. One initial subset is chosen greedily, the others
     at random by ``rng``; each is improved by exchanges.
@@ -214,7 +214,7 @@ def _greedy(every: Array, n: int) -> Index:
 
 
 def _exchanged(every: Array, start: Index, ridge: Array) -> Index:
-    """Return a plan that no exchange of one measurement improves."""
+    """Improve the plan ``start`` (n,) by exchanges of one measurement; ``every`` (N, r, r) has JᵀJ of all candidates."""
     chosen = np.array(start)
     value, going = float(np.linalg.slogdet(every[chosen].sum(axis=0) + ridge)[1]), True
     while going:

@@ -33,13 +33,9 @@ COLUMNS = {
 
 
 def read_gauges(given: str | os.PathLike[str] | Mapping[str, Gauge] | None) -> dict[str, Gauge]:
-    """Return gauges by name, including the gauges of the components of the twist.
+    """Return gauges by name, among them the components dx … drz of the twist.
 
-    Args:
-        given: None, a mapping from names to :class:`Gauge`, or the path of a CSV file.
-
-    Raises:
-        ArgumentError: a gauge is invalid.
+    ``given``: None, a mapping from names to gauges, or the path of a CSV file. Raise an ArgumentError if a gauge is invalid.
     """
     if given is None:
         return dict(COMPONENTS)
@@ -66,7 +62,7 @@ def _checked(where: str, gauge: object) -> Gauge:
 
 
 def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
-    """Return names and gauges by their places in the file."""
+    """Return pairs (name, gauge) by file and line."""
     example = "a table of gauges has a line of titles, such as name,x [mm],y [mm],z [mm],ux,uy,uz, and one of each"
     table = read_csv(path, example, COLUMNS, ("name", "ux", "uy", "uz"))
     found: dict[str, tuple[str, Gauge]] = {}
@@ -126,7 +122,7 @@ class Measurements:
         coordinates: (N,) coordinates of the platform or the actuators, by name [m, rad]; empty: the zero pose.
         load: (N, 6) loads [N, N·m].
         readings: (N,) readings by gauge [m, rad]; NaN if missing.
-        rows: (N,) line of the file, or index of the row.
+        rows: (N,) number of each row: line of the file, or index from 0.
         places: name of each row in messages.
     """
 
@@ -138,7 +134,7 @@ class Measurements:
 
     @property
     def repeated(self) -> list[str]:
-        """A warning if two rows have equal numbers, which is improbable for noisy readings; otherwise empty."""
+        """A list with one warning if two rows have equal numbers, since noisy readings differ; otherwise empty."""
         cells = np.column_stack([*self.coordinates.values(), self.load, *self.readings.values()])
         first: dict[bytes, int] = {}
         equal = [first.setdefault((row + 0.0).tobytes(), k) for k, row in enumerate(cells)]  # + 0.0: −0 equals 0
@@ -157,10 +153,10 @@ def read_measurements(robot: Robot, given: object, gauges: Mapping[str, Gauge]) 
     """Read a table of measurements.
 
     Args:
-        robot: the robot.
+        robot: gives names and units of the actuators' coordinates.
         given: the path of a CSV file; a mapping from titles to columns; a sequence of mappings, one for each row; or an xarray
             Dataset, whose variables and coordinates are the columns. Titles may have units in brackets; the default is SI.
-        gauges: the available gauges.
+        gauges: gauges that may have a column.
 
     Raises:
         ArgumentError: a title or a cell is invalid; the message names file and line.
@@ -204,7 +200,10 @@ def read_measurements(robot: Robot, given: object, gauges: Mapping[str, Gauge]) 
 
 
 def _table(given: object) -> tuple[Callable[[int | None], str], list[str], list[tuple[int, Sequence[object]]]]:
-    """Return a function that gives the place of a numbered row for messages; the titles; and the rows with their numbers."""
+    """Return (where, titles, rows) of a table.
+
+    ``where(number)`` names a row in messages, ``where(None)`` the table. ``rows`` are pairs of a row's number and its cells.
+    """
     if isinstance(given, (str, os.PathLike)):
         path = os.fspath(given)
         what = "a table of measurements has a line of titles, such as z [mm],rx [deg],Fz [N],dz [um], and one of each row"
@@ -234,7 +233,7 @@ def _place(number: int | None) -> str:
 
 
 def _columns_of(variables: Mapping[object, xr.Variable]) -> dict[str, object]:
-    """Return the columns of an xarray Dataset, broadcast against one another; units in attributes are added to the titles."""
+    """Return the numeric variables of an xarray Dataset as columns of equal length, with units in their titles."""
     import xarray as xr
 
     numbers = {str(name): array for name, array in variables.items() if array.dtype.kind in "iuf"}

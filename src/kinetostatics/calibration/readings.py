@@ -3,7 +3,7 @@
 The compliance of a part is multiplied by its compliance factor. The derivative of the twist by this factor is exactly the
 part's contribution to the twist (:attr:`kinetostatics.Result.source_contributions`), divided by the factor. The derivative by
 the mass or a first moment of the payload is the platform's compliance times the derivative of the weight. For arguments of the
-file see :mod:`kinetostatics.functions.derivatives`.
+file see :mod:`kinetostatics.functions.derivatives`. Arrays (p,) have the varied quantities, see :class:`Unknowns`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from kinetostatics.parametric.robot_numbers import STEP as STEP_OF_CONSTANTS
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
 
-#: States of zero readings: the robot without weight, or the same pose without load.
+#: States of zero readings: the robot without weight; the same pose with weight, but without load.
 REFERENCES = ("undeformed", "unloaded")
 
 
@@ -39,7 +39,7 @@ class Readings:
     """The readings of a table.
 
     Attributes:
-        rows: (n,) row of each reading in the table.
+        rows: (n,) index of each reading's row in the table.
         which: (n,) index of each reading's gauge.
         gauges: gauges by name.
     """
@@ -53,10 +53,8 @@ class Model:
     """Readings of a robot as functions of the unknowns.
 
     Args:
-        unknowns: the unknowns.
         coordinates: (N,) coordinates of the poses, by name.
         load: (N, 6) loads on the platform.
-        readings: the readings.
         reference: "undeformed", "unloaded", or coordinates of a pose without load, at which all readings are zero.
         orientation: convention of the orientation coordinates.
         point, frame: point of application and axes of the load, see :func:`kinetostatics.analyze`.
@@ -130,7 +128,7 @@ class Model:
         return pose if given else spread(pose, (self._size,))
 
     def result(self, values: Array) -> Result:
-        """Return the analysis of all rows and then of the reference poses; the latest analysis is cached."""
+        """Return the analysis of the poses of all rows, followed by the reference poses; the latest result is cached."""
         key = values.tobytes()
         if self._known is None or self._known[0] != key:
             robot = Robot(self.unknowns.described(values))
@@ -145,18 +143,18 @@ class Model:
         if twice := next((name for name in errors if name in given), None):
             raise ArgumentError(f"assembly_errors: the errors of {twice!r} are among the unknowns, too")
         mass, moment, _ = self.unknowns.payload_of(values)
-        load = self._load + self._of_mass(pose, mass, moment)
+        load = self._load + self._weight(pose, mass, moment)
         every = {**given, **errors} or None
         return analyze(pose, load, self.gravity, on_failure="nan", **{**self.analysis, "assembly_errors": every})
 
-    def _of_mass(self, pose: Configuration, mass: float, moment: Array) -> Array:
-        """Return the weight (M, 6) at o of a mass with a first moment (3,) in the platform's axes."""
+    def _weight(self, pose: Configuration, mass: float, moment: Array) -> Array:
+        """Return the weight (M, 6) about o, world axes, of a mass [kg] with a first moment (3,) about o, platform axes [kg·m]."""
         R, _ = robot_of(pose).mechanism.platform_pose(pose.frames)
         arm = np.einsum("ijn,j->ni", R, moment)
         return np.concatenate([mass * np.broadcast_to(self.gravity, arm.shape), np.cross(arm, self.gravity)], axis=-1)
 
     def read(self, pose: Configuration, twists: Array) -> Array:
-        """Return the readings (n, …) of twists (M, 6, …)."""
+        """Return the readings (n, …) for twists (M, 6, …) of the rows and reference poses."""
         gauges, rows, which = list(self.readings.gauges.values()), self.readings.rows, self.readings.which
         found = np.einsum("ni,ni...->n...", readings_by_twist(gauges, which, pose, rows), twists[rows])
         before = self._referred[rows]
@@ -165,7 +163,7 @@ class Model:
         return np.asarray(found)
 
     def predict(self, values: Array) -> Array:
-        """Return the readings (n,) [m, rad]; NaN if the robot is invalid with these values."""
+        """Return the readings (n,) [m, rad]; NaN if these values yield no robot or no equilibrium."""
         if any(item.kind == "stiffness" and not v > 0 for item, v in zip(self.unknowns.items, values, strict=True)):
             return np.full(len(self.readings.rows), np.nan)
         try:
@@ -176,14 +174,15 @@ class Model:
         found = self.read(result.configuration, result.twist)
         for item, value in zip(self.unknowns.items, values, strict=True):
             if item.kind == "offset":
-                found = found + value * self._has_offset(item.parts[0][1])
+                found = found + value * self._is_of_gauge(item.parts[0][1])
         return found
 
-    def _has_offset(self, gauge: str) -> Array:
+    def _is_of_gauge(self, gauge: str) -> Array:
+        """Return an array (n,): 1 for readings of this gauge, 0 for others."""
         return np.asarray(self.readings.which == list(self.readings.gauges).index(gauge), dtype=float)
 
     def jacobian(self, values: Array) -> Array:
-        """Return the derivatives (n, p) of the readings by the unknowns; for a stiffness, by its compliance factor."""
+        """Return the derivatives (n, p) of the readings by the varied quantities."""
         key = values.tobytes()
         if self._derived is None or self._derived[0] != key:
             self._derived = key, self._jacobian(values)
@@ -202,12 +201,12 @@ class Model:
             elif item.kind == "payload":
                 axis = item.parts[0][1]
                 if axis == "mass":
-                    wrench = self._of_mass(pose, 1.0, arm)
+                    wrench = self._weight(pose, 1.0, arm)
                 else:
-                    wrench = self._of_mass(pose, 0.0, (1.0 if self.unknowns.by_moments else mass) * np.eye(3)["xyz".index(axis)])
+                    wrench = self._weight(pose, 0.0, (1.0 if self.unknowns.by_moments else mass) * np.eye(3)["xyz".index(axis)])
                 columns.append(self.read(pose, np.einsum("nij,nj->ni", result.compliance, wrench)))
             elif item.kind == "offset":
-                columns.append(self._has_offset(item.parts[0][1]))
+                columns.append(self._is_of_gauge(item.parts[0][1]))
             elif item.kind == "error":  # the twist is affine in it
                 alone = self.unknowns.errors(np.where(np.arange(len(values)) == k, item.scale, 0.0))
                 ends = (self._analyzed(pose, values, errors).twist for errors in (alone, self.unknowns.errors(0.0 * values)))
@@ -217,7 +216,11 @@ class Model:
         return np.stack(columns, axis=-1)
 
     def _by_argument(self, values: Array, k: int, result: Result) -> Array:
-        """Return the derivatives (n,) by an argument of the file; by central differences if the argument changes the poses."""
+        """Return the derivatives (n,) of the readings by unknown k, an argument of the file.
+
+        They are central differences if the argument changes the poses, if assembly errors are unknown too, or if there is no
+        derivative by this argument.
+        """
         item = self.unknowns.items[k]
 
         def changed(by: float) -> RobotDescription:
@@ -241,5 +244,5 @@ class Model:
 
 
 def _same_poses(one: RobotDescription, other: RobotDescription) -> bool:
-    """Return whether equal coordinates of the joints yield equal poses of the platform's frame in two robots."""
+    """Whether equal coordinates of the joints yield equal poses of the platform's frame in both robots."""
     return all(getattr(one, name) == getattr(other, name) for name in ("joints", "loops", "platform_origin"))

@@ -1,10 +1,9 @@
 """Unknowns of a calibration: stiffnesses, arguments of the robot's file, assembly errors, a payload, offsets of gauges.
 
-The fit varies quantities in which the readings of a statically determinate robot are linear. Instead of the factor of a
-stiffness, it varies the compliance factor c = 1 / factor; if the mass of the payload is unknown, it varies the
-payload's first moments instead of the centre.
-
-Combinations of unknowns that no reading determines span the null space of the Jacobian.
+The fit varies quantities in which the readings of a statically determinate robot are linear. These varied quantities are the
+unknowns, with two exceptions: the compliance factor c = 1 / factor replaces the factor of a stiffness; if the payload's mass is
+unknown, its first moments replace its centre. Combinations of unknowns that no reading determines span the null space of the
+Jacobian.
 """
 
 from __future__ import annotations
@@ -45,12 +44,12 @@ class Unknown:
     """An unknown of a calibration.
 
     Attributes:
-        name: name of the unknown.
         kind: "stiffness", "argument", "error" (of assembly), "payload" or "offset".
         unit: SI unit of the unknown.
         start: initial value of the varied quantity.
         scale: typical change of the varied quantity.
-        parts: kind and name of each part with the stiffness; or "offset" and the gauge, or "payload" and the component.
+        parts: pairs such as ("beams", "rod_1") of the parts with the stiffness; or one pair ("payload", component),
+            ("offset", gauge) or ("error", name); empty for an argument.
     """
 
     name: str
@@ -62,7 +61,7 @@ class Unknown:
 
 
 class Unknowns:
-    """All unknowns, and the robots with their values.
+    """All p unknowns, and the robots with their values.
 
     Args:
         robot: the nominal robot.
@@ -112,7 +111,6 @@ class Unknowns:
         return {**named, **{name: (kind, name) for kind, name in found if names.count(name) == 1}}
 
     def _stiffnesses(self, kind: str, name: str) -> list[RobotNumber]:
-        """Return the stiffness numbers of a part of a given kind."""
         every = (self._robots.every_part.get(f"{name}.{number}", ()) for number in KINDS[kind])
         return [item for several in every for item in several if item.step is not None]
 
@@ -157,7 +155,7 @@ class Unknowns:
     # ---- robot, errors and payload for values of the unknowns ---------------------------------------------------------
 
     def described(self, values: Array) -> RobotDescription:
-        """Return the robot with the values (p,) of the varied quantities.
+        """Return the robot with the values (p,) of the varied quantities, without assembly errors, payload and offsets.
 
         Raises:
             RobotFileError: the values yield no robot.
@@ -171,12 +169,12 @@ class Unknowns:
         return found
 
     def errors(self, values: Array) -> dict[str, Keyword]:
-        """Return the assembly errors as an argument of :func:`kinetostatics.analyze`, a batch of one."""
+        """Return the assembly errors as an argument of :func:`kinetostatics.analyze`, in arrays for one pose."""
         found = [(self._robots.errors[item.name], v) for item, v in zip(self.items, values, strict=True) if item.kind == "error"]
         return together([error for error, _ in found], np.array([[value] for _, value in found])) if found else {}
 
     def payload_of(self, values: Array) -> tuple[float, Array, Array]:
-        """Return mass [kg] and first moment (3,) [kg·m] of the payload, and the derivative (3,) of the moment by the mass [m]."""
+        """Return (mass [kg], first moment m (3,) about o in platform axes [kg·m], derivative (3,) of m by the mass [m])."""
         known = {item.parts[0][1]: float(v) for item, v in zip(self.items, values, strict=True) if item.kind == "payload"}
         mass = known.get("mass", float(np.asarray(self.payload.mass)) or (1.0 if self._carried else 0.0))
         arm, moment = np.array(self.payload.center, dtype=float), np.zeros(3)
@@ -188,7 +186,7 @@ class Unknowns:
         return mass, moment + mass * arm, arm
 
     def reported(self, values: Array) -> tuple[Array, Array]:
-        """Return the requested unknowns (p,), and their derivatives (p, p) by the varied quantities.
+        """Return the unknowns (p,), and their derivatives (p, p) by the varied quantities.
 
         The centre of a payload without mass is NaN.
         """
@@ -205,34 +203,34 @@ class Unknowns:
         return found, factors
 
 
-#: Largest change of an unknown, relative to the largest change in a direction, that counts as zero.
+#: Changes of an unknown up to this bound, relative to the largest change in a direction, count as zero.
 NOTHING = 1e-5
 
 
-def determined_ones(null: Array) -> Mask:
-    """Return the mask (p,) of identifiable unknowns: those without component in the basis (p, k) of the null space."""
+def identifiable_ones(null: Array) -> Mask:
+    """Return a mask (p,): True for identifiable unknowns, which have no component in the null space's basis (p, k)."""
     return np.asarray(~np.any(np.abs(null) > NOTHING * np.abs(null).max(initial=0.0), axis=1))
 
 
 def unidentifiable(unknowns: Sequence[Unknown], null: Array) -> tuple[Unidentifiable, ...]:
-    """Return the unidentifiable directions of p unknowns.
+    """Return the unidentifiable combinations of p unknowns.
 
     ``null`` (p, k): basis of changes that affect no reading, in units of the unknowns' scales.
     """
-    return tuple(_one(unknowns, direction) for direction in _sparse(null).T)
+    return tuple(_combination(unknowns, direction) for direction in _sparse_basis(null).T)
 
 
-def _sparse(null: Array) -> Array:
-    """Return a sparse basis (p, k) of the space spanned by ``null`` (p, k).
+def _sparse_basis(null: Array) -> Array:
+    """Return a basis (p, k) of the space spanned by ``null`` (p, k) that has many zeros.
 
-    The basis is first the identity in k pivot rows; then each direction is scaled so that its largest entry is ±1.
+    In k pivot rows it is the identity, but each column is scaled to a largest entry of ±1.
     """
     found = null @ np.linalg.inv(null[pivot_rows(null)])
     found = found / np.abs(found).max(axis=0, initial=0.0)
     return np.where(np.abs(found) < NOTHING, 0.0, found)
 
 
-def _one(unknowns: Sequence[Unknown], direction: Array) -> Unidentifiable:
+def _combination(unknowns: Sequence[Unknown], direction: Array) -> Unidentifiable:
     mine = np.flatnonzero(direction).tolist()
     changes = ResultMapping({unknowns[k].name: float(direction[k]) for k in mine})
     names = [

@@ -10,7 +10,7 @@ import kinetostatics as ks
 from kinetostatics.calibration.fit import FALSE_ALARM, determined, fit, outliers, solution
 from kinetostatics.calibration.measurement_plan import _exchanged, best_subset, log_det
 from kinetostatics.calibration.readings import Model, Readings
-from kinetostatics.calibration.unknowns import Unknown, Unknowns, determined_ones, unidentifiable
+from kinetostatics.calibration.unknowns import Unknown, Unknowns, identifiable_ones, unidentifiable
 
 stats = pytest.importorskip("scipy.stats")
 
@@ -141,8 +141,8 @@ def test_jacobian_columns_below_a_millionth_are_unidentifiable(size, rank):
 
 @pytest.mark.parametrize(("part", "is_determined"), [(2e-5, False), (0.5e-5, True)])
 def test_unknowns_hardly_in_unidentifiable_directions_are_determined(part, is_determined):
-    found = determined_ones(np.array([[2.0, 0.0], [2 * part, 0.0], [0.0, 1.0]]))
-    assert found.tolist() == [False, is_determined, False] and determined_ones(np.zeros((2, 0))).tolist() == [True, True]
+    found = identifiable_ones(np.array([[2.0, 0.0], [2 * part, 0.0], [0.0, 1.0]]))
+    assert found.tolist() == [False, is_determined, False] and identifiable_ones(np.zeros((2, 0))).tolist() == [True, True]
     unknowns = [Unknown(name, "argument", "", 1.0, 1.0) for name in "ab"]
     (only,) = unidentifiable(unknowns, np.array([[1.0], [part]]))
     assert list(only.direction) == (["a"] if is_determined else ["a", "b"])
