@@ -61,22 +61,23 @@ def compensate(
 ) -> Compensation:
     """Find actuator positions at which the loaded platform is at its target pose, and the actuator forces there.
 
-    As many coordinates of the platform as its mobility reach their targets. The error in the others, which no actuator can
-    correct, is :attr:`Compensation.residual_error`.
+    As many coordinates of the platform as its mobility reach their targets. The error in the other coordinates, which no actuator
+    can correct, is :attr:`Compensation.residual_error`.
 
     Args:
         configuration: the target of the loaded platform: a pose or a batch of poses.
         load: (…, 6) external wrench on the platform [N, N·m], see :func:`kinetostatics.analyze`.
         gravity: (…, 3) gravity, world axes [m/s²].
         controlled: names of the platform's coordinates that are to reach their targets, as many as the mobility, such as
-            ``("z", "rx", "ry")``; default: those from which the pose was assembled, else the best conditioned set at the first
-            pose.
+            ``("z", "rx", "ry")``; default: the coordinates from which the pose was assembled, else the best conditioned set at
+            the first pose.
         orientation: convention of orientation coordinates in ``controlled``, see :meth:`Robot.assemble`; default: as in the pose.
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
         closure_tolerance: largest gap of a closed loop [m, rad], see :meth:`Robot.assemble`; default: as in the pose.
         tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip; x, y and z in ``controlled`` and in
-            errors are those of this point instead of o. With three freedoms, ``controlled=("x", "y", "z")`` corrects the position
-            of the tip, but not the angles; with six, a tool has no effect. The point of application of ``load`` is ``point``.
+            errors are the coordinates of this point instead of o. With three freedoms, ``controlled=("x", "y", "z")`` corrects
+            the position of the tip, but not the angles; with six, a tool has no effect. The point of application of ``load`` is
+            ``point``.
         analysis: further arguments of :func:`kinetostatics.analyze`: ``point``, ``frame``, ``assembly_errors``, ``engine``, ….
 
     Returns:
@@ -86,8 +87,8 @@ def compensate(
 
     Raises:
         ArgumentError: an argument has an invalid value or shape.
-        CoordinatesError: the coordinates are unknown, or do not determine the pose; or the actuators cannot set the
-            coordinates of the tool's tip.
+        CoordinatesError: the coordinates are unknown, or do not determine the pose; or the actuators cannot set the coordinates
+            of the tool's tip.
         AssemblyError: the unloaded robot cannot reach the pose to be commanded.
         StaticsError: no actuator positions were found, or the analysis fails at the target pose.
 
@@ -132,7 +133,6 @@ def compensate(
 def _controlled(
     robot: Robot, configuration: Configuration, convention: Orientation, given: Sequence[str] | None, tool: Array | None
 ) -> tuple[str, ...]:
-    """Return the controlled coordinates."""
     if given is not None:
         names = names_in("controlled", given, '("z", "rx", "ry")')
         try:
@@ -155,7 +155,7 @@ def _controlled(
 
 
 def _well_conditioned(target: Configuration, names: tuple[str, ...]) -> tuple[tuple[str, ...], Orientation]:
-    """Return coordinates and their convention: near tilt 0, where azimuth and tilt are singular, rx and ry replace these."""
+    """Return coordinates and their convention; near tilt 0, where azimuth and tilt are singular, rx and ry replace them."""
     if {"azimuth", "tilt"} <= set(names) and np.all(np.cos(target.platform["tilt"]) > UPRIGHT):
         others = {"azimuth": "rx", "tilt": "ry", "torsion": "rz"}
         return tuple(others.get(name, name) for name in names), orientation_named("XYZ")
@@ -163,7 +163,7 @@ def _well_conditioned(target: Configuration, names: tuple[str, ...]) -> tuple[tu
 
 
 class _Problem:
-    """The equations: coordinates of the loaded platform less their targets, as functions of commanded coordinates."""
+    """The equations: coordinates of the loaded platform minus their targets, as functions of the commanded coordinates u."""
 
     def __init__(
         self,
@@ -239,9 +239,10 @@ class _Problem:
         return np.moveaxis(inverse, 0, 2)
 
     def _is_reached_by_actuators(self, pose: Configuration, which: Mask) -> Mask:
-        """Return the mask (N,) of poses reached on a straight line of the actuators from the target pose.
+        """Return a mask (N,): True where actuators that move linearly from the target pose lead to ``pose``.
 
-        The line must not pass a singular pose, beyond which there are other assembly modes at the same actuator coordinates.
+        On the way they must not pass a singular pose, beyond which there are other assembly modes at the same actuator
+        coordinates. Only poses of the mask ``which`` are examined.
         """
         if not np.any(which):
             return which
@@ -255,7 +256,7 @@ class _Problem:
         return analyze(pose, self.load, self.gravity, on_failure="nan", **self.analysis)
 
     def _commanded(self, u: Array, near: Configuration, on_failure: str = "nan") -> Configuration:
-        """Return the poses at scaled coordinates (n, N) of the unloaded platform."""
+        """Return the poses at scaled coordinates u (n, N) of the unloaded platform."""
         of = self.commanded
         given = dict(zip(of.names, (u / of.scale).reshape(len(of.names), *self.target.shape), strict=True))
         found = assemble(self.robot, None, given, of.orientation.name, near, self.closure_tolerance, on_failure, self._loops)
@@ -294,7 +295,7 @@ class _Problem:
 
 
 def error_tolerance(length: float) -> float:
-    """Return the largest error [m] at which a pose is taken as corrected, for a characteristic length [m]."""
+    """Return the largest error [m] at which a pose counts as corrected, for a characteristic length [m]."""
     return CORRECTED * max(1.0, length)
 
 
@@ -304,12 +305,11 @@ def arrival_tolerance(robot: RobotKinematics) -> float:
 
 
 class ScaledCoordinates:
-    """Some coordinates of the platform, scaled to lengths.
+    """Coordinates of the platform, scaled to lengths.
 
     Attributes:
-        names: names of the coordinates.
         orientation: convention of the angles.
-        scale: (n, 1) factors that convert them to lengths [m].
+        scale: (n, 1) factors that convert the coordinates to lengths [m].
     """
 
     def __init__(self, names: Sequence[str], orientation: Orientation, length: float) -> None:
@@ -322,7 +322,7 @@ class ScaledCoordinates:
     def of(self, frame: tuple[Array, Array], near: Array | None = None) -> Array:
         """Return the scaled coordinates (n, N) [m] of a frame: rotation (3, 3, N) and position (3, N).
 
-        Of angles that differ by full turns, those nearest to ``near`` (3, N) are returned.
+        Of angles that differ by full turns, the angles nearest to ``near`` (3, N) are returned.
         """
         both = np.concatenate([frame[1], self.orientation.coordinates(frame[0], near=near)])
         found: Array = both[self._rows] * self.scale
@@ -331,7 +331,7 @@ class ScaledCoordinates:
 
 @dataclass(frozen=True)
 class BroydenSearch:
-    """State of the search at N poses.
+    """State of Broyden's method at N poses.
 
     Attributes:
         u: (n, N) scaled commanded coordinates.
@@ -340,7 +340,7 @@ class BroydenSearch:
         error: (n, N) error of the loaded platform before this change.
         size: (N,) magnitude of the error.
         stale: (N,) number of successive steps that did not halve the error.
-        going: (N,) whether to continue.
+        going: (N,) True where the search continues.
     """
 
     u: Array
@@ -359,7 +359,7 @@ class BroydenSearch:
         return cls(u, still, inverse, error, size, never, np.isfinite(size) & (size > EXACT)).moved()
 
     def moved(self) -> BroydenSearch:
-        """Return the search after the next step; converged poses are unchanged."""
+        """Return the search after the next step; poses at which it has ended keep their u."""
         step = np.where(self.going, -apply(self.inverse, self.error), 0.0)
         return replace(self, u=self.u + step, step=step)
 
@@ -374,7 +374,7 @@ class BroydenSearch:
 
 
 def _broyden_update(inverse: Array, step: Array, change: Array, going: Mask) -> Array:
-    """Return inverse Jacobians (n, n, N) by Broyden's update, from steps (n, N) and the resulting changes."""
+    """Return inverse Jacobians (n, n, N) by Broyden's update, from steps (n, N) and the changes of the error that they caused."""
     moved = apply(inverse, change)
     along = dot(step, moved)
     usable = going & np.isfinite(along) & (np.abs(along) > 0.1 * dot(step, step))

@@ -45,7 +45,7 @@ class Trajectory:
 
     @cached_property
     def actuator_velocities(self) -> Mapping[str, Array]:
-        """(N,) velocity of each actuator [m/s, rad/s]."""
+        """Velocity (N,) of each actuator [m/s, rad/s]."""
         rates = actuator_rates(self.configuration, self.motion)
         return ResultMapping({name: frozen(rate) for name, rate in rates.items()})
 
@@ -84,17 +84,17 @@ def trajectory(
     near: Configuration | Mapping[str, float] | None = None,
     closure_tolerance: float = 1e-10,
 ) -> Trajectory:
-    """Return a motion through waypoints, at rest at the first and the last.
+    """Return a motion through waypoints, at rest at the first and at the last waypoint.
 
     With ``times``, the coordinates are minimum-jerk quintic splines through the waypoints, with zero acceleration at both ends.
-    With ``speed`` and ``acceleration``, the coordinates follow straight lines between waypoints with trapezoidal velocity
-    profiles in minimum time, and stop at each waypoint.
+    With ``speed`` and ``acceleration``, the coordinates vary linearly with one another between waypoints, with trapezoidal
+    velocity profiles in minimum time, and stop at each waypoint.
 
     Args:
         robot: the robot.
         times: (n,) times of the waypoints [s], increasing.
-        platform: coordinates of the platform, (n,) or constant, see :meth:`Robot.assemble`.
-        actuators: coordinates of the actuators, instead of ``platform``.
+        platform: coordinates of the platform at the waypoints, (n,) or constant, see :meth:`Robot.assemble`.
+        actuators: coordinates of the actuators at the waypoints, instead of ``platform``.
         speed: largest speed of each coordinate [m/s, rad/s], a number or by name.
         acceleration: largest acceleration of each coordinate [m/s², rad/s²], a number or by name.
         samples: number of poses, at equal intervals of time.
@@ -145,7 +145,7 @@ def trajectory(
 
 
 def _waypoints(what: str, given: Mapping[str, ArrayLike]) -> tuple[list[str], Array]:
-    """Return names of coordinates, and their values (c, n) at the waypoints."""
+    """Return the names of c coordinates, and their values (c, n) at n waypoints."""
     check_mapping(what, given, '{"z": [0.5, 0.6]}')
     arrays = [finite_numbers(name, value) for name, value in given.items()]
     try:
@@ -161,7 +161,7 @@ def _waypoints(what: str, given: Mapping[str, ArrayLike]) -> tuple[list[str], Ar
 
 
 def _limits(what: str, given: float | Mapping[str, float], names: list[str], points: Array) -> Array:
-    """Return the limits (c,) of the coordinates; those of constant coordinates may be missing."""
+    """Return the limit (c,) of each coordinate; the limit of a constant coordinate may be missing."""
     if not isinstance(given, Mapping):
         return np.full(len(names), positive(what, given))
     for name in given:
@@ -192,12 +192,8 @@ def minimum_jerk(times: Array, points: Array, at: Array) -> Profile:
     """Return the motion through ``points`` (c, n) at ``times`` (n,) [s], with zero velocity and acceleration at the ends.
 
     The motion is the quintic spline with continuous fourth derivatives. It minimizes the integral of the squared jerk (T. Flash
-    and N. Hogan, The coordination of arm movements, Journal of Neuroscience 5, 1985, for two and three points).
-
-    Args:
-        times: times of the points [s].
-        points: points of c coordinates.
-        at: (N,) times of the returned values [s].
+    and N. Hogan, The coordination of arm movements, Journal of Neuroscience 5, 1985, for two and three points). ``at`` (N,) [s]
+    are the times of the returned values.
     """
     steps, n = np.diff(times), len(times)
     sizes = np.tile(np.stack([np.ones(n - 1), steps, steps**2], axis=1), 2)
@@ -221,7 +217,7 @@ def minimum_jerk(times: Array, points: Array, at: Array) -> Profile:
 
 
 def trapezoid_times(points: Array, speed: Array, acceleration: Array) -> tuple[Array, Array, Array]:
-    """Return the times (n,) [s] of the points, and the largest velocities [1/s] and accelerations [1/s²] (n − 1,) on each line.
+    """Return times of the points, and velocities and accelerations for motions along straight lines of the coordinates.
 
     Velocities and accelerations are time derivatives of the travelled fraction of a line, 0 to 1. All coordinates reach a point
     at the same time, and at least one of them reaches a limit.
@@ -229,6 +225,9 @@ def trapezoid_times(points: Array, speed: Array, acceleration: Array) -> tuple[A
     Args:
         points: (c, n) points at which the motion stops; successive points differ.
         speed, acceleration: (c,) limits of velocity and acceleration of each coordinate.
+
+    Returns:
+        The times (n,) [s] of the points, and on each line the largest velocity (n − 1,) [1/s] and acceleration (n − 1,) [1/s²].
     """
     travel = np.abs(np.diff(points, axis=1))
     with np.errstate(divide="ignore"):

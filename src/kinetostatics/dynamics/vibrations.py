@@ -39,7 +39,7 @@ class Vibrations:
         configuration: the pose or poses.
         structure: the coordinates of small motions.
         loads: the payload, with the batch axis of its arrays last; None without payload.
-        valid: (N,) mask of valid poses: reached, with positive lengths of all telescopic beams.
+        valid: (N,) True at valid poses: reached, with positive lengths of all telescopic beams.
     """
 
     configuration: Configuration
@@ -49,7 +49,7 @@ class Vibrations:
 
     @classmethod
     def of(cls, name: str, configuration: Configuration, drives: str, payload: Payload | None) -> Vibrations:
-        """Check the arguments of a function ``name``.
+        """Check the arguments of the function ``name``.
 
         Raises:
             ArgumentError: an argument has an invalid value.
@@ -72,13 +72,13 @@ class Vibrations:
         return cls(configuration, structure, loads, valid)
 
     def in_chunks(self, function: Callable[[Index], Found], most: int) -> list[Found]:
-        """Return the results of a function of the indices of poses, for chunks of at most ``most`` valid poses, in threads."""
+        """Call a function, in threads, with the indices of the valid poses in chunks of at most ``most`` poses."""
         poses = np.flatnonzero(self.valid)
         chunks = np.array_split(poses, -(-len(poses) // most)) if len(poses) else []
         return in_threads(function, chunks)
 
     def placed(self, poses: Index) -> tuple[PlacedMotions, VibrationModel]:
-        """Return motions, masses and elastic parts at some poses."""
+        """Return the coordinates of small motions, and the masses and elastic parts, at given poses."""
         frames = self.configuration.frames.take(poses)
         motions = PlacedMotions(self.structure, frames, self.configuration.robot.mechanism.platform_pose(frames)[1])
         model = vibration_model(motions)
@@ -89,7 +89,7 @@ class Vibrations:
 
 
 def _carried(loads: LinkLoads, motions: PlacedMotions, links: Mapping[str, Part]) -> dict[str, Part]:
-    """Return the payload as parts, one for each place at which it is attached at some pose, under names that no link has."""
+    """Return the payload as masses, one for each place at which it is attached at some pose, by names that no link has."""
     found: dict[str, Part] = {}
     for number, (place, _, point, mass, R, inertia) in enumerate(loads.masses(motions.frames)):
         axes, matrix = R.transpose(2, 0, 1), np.zeros((len(mass), 6, 6))
@@ -105,7 +105,8 @@ def modes(configuration: Configuration, count: int = 6, *, drives: str = "locked
 
     Links are rigid bodies with inertia, beams are continuous Timoshenko rods with rotary inertia, elastic joints and actuators
     are springs. The dynamic stiffness of beams is exact, without discretization, and no mode is missed (see the page on natural
-    frequencies). The geometric stiffness of loads and weights is neglected; that of spring tensions is included.
+    frequencies). The geometric stiffness due to loads and weights is neglected; the geometric stiffness due to spring tensions is
+    included.
 
     Args:
         configuration: the pose or poses.
@@ -203,7 +204,6 @@ def frequency_response(
 
 
 def _damping(damping: object) -> Damping:
-    """Return the checked damping."""
     values: Mapping[str, Keyword] = damping if isinstance(damping, Mapping) else {"ratio": damping}
     known = {"mass", "stiffness"} if isinstance(damping, Mapping) else {"ratio"}
     good = set(values) <= known and all(isinstance(value, (int, float)) and value >= 0 for value in values.values())

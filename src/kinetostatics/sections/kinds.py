@@ -61,7 +61,7 @@ class Section:
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Half sizes of the outline along y and z [m]; if it is unknown, those of the ellipse with the same I_y/A and I_z/A."""
+        """Half sizes of the outline along y and z [m]; for an unknown outline, of an ellipse with the same I_y/A and I_z/A."""
         return 2 * math.sqrt(self.I_z / self.area), 2 * math.sqrt(self.I_y / self.area)
 
     def shear_coefficients(self, poisson_ratio: float) -> tuple[float, float] | None:
@@ -94,7 +94,6 @@ class Section:
 
 
 def _check(**sizes: float) -> None:
-    """Raise an error unless all sizes are finite numbers greater than zero."""
     for name, size in sizes.items():
         if not isinstance(size, (int, float, np.number)) or not 0 < size < math.inf:
             raise ArgumentError(f"{name}={size!r} of a section must be a finite number greater than zero; it is in metres")
@@ -149,10 +148,10 @@ class Tube(Section):
 
 @lru_cache(maxsize=256)
 def _tube_forms(tube: Tube, poisson_ratio: float) -> Array:
-    """Return the squared von Mises stresses (rings, 8, 21) at eight angles on rings from the inner to the outer face.
+    """Return the squared von Mises stresses at points of a tube, as forms (5, 8, 21) of :func:`.von_mises_forms`.
 
-    They are forms as in :func:`.von_mises_forms`. In polar coordinates r and θ, the flexure function of a force along z is
-    (a r + b / r − r³ / 4) sin θ; the constants a and b make both faces free of stress.
+    The points are at eight angles on five rings from the inner to the outer face. In polar coordinates r and θ, the flexure
+    function of a force along z is (a r + b / r − r³ / 4) sin θ; the constants a and b make both faces free of stress.
     """
     outer, inner, nu = tube.outer_diameter / 2, tube.inner_diameter / 2, poisson_ratio
     r = np.linspace(inner, outer, 5)[:, None]
@@ -220,7 +219,7 @@ class Rectangle(Section):
 
 @lru_cache(maxsize=256)
 def _rectangle_forms(section: Rectangle, poisson_ratio: float) -> Array:
-    """Return the squared von Mises stresses at points of a rectangle or rectangular tube, as forms (points, 21) of the wrench."""
+    """Return the squared von Mises stresses at P points of a rectangle or tube, as forms (P, 21) of :func:`.von_mises_forms`."""
     size = max(section.width, section.height)
     shear = shear_functions(section.width / size, section.height / size, section._wall / size)
     y, z = shear.points()

@@ -2,11 +2,12 @@
 
 The shear stresses of a long beam under a torque T and transverse forces V_y, V_z follow from functions on its section with given
 Laplacian, and given normal derivative at the edges (S. P. Timoshenko and J. N. Goodier, Theory of Elasticity, chapters 10 and
-11). They are computed on a quarter of the section with elements of degree 6, graded towards the inner corner, in any unit of
-length.
+11): the warping under torsion, and a flexure function Ψ for each transverse force. They are computed on a quarter of the section
+with elements of degree 6, graded towards the inner corner, in any unit of length.
 
 The square of the von Mises stress at a point is a quadratic form of the section wrench with 21 coefficients, one for each product
-of two components. The stresses at many points under many wrenches are therefore one matrix product.
+of two components; these coefficients are called its form. The stresses at many points under many wrenches are therefore one
+matrix product.
 """
 
 from __future__ import annotations
@@ -35,9 +36,9 @@ class _Axis:
     Attributes:
         nodes: number n of nodes.
         edges: borders of the elements.
-        stiffness, mass: (2, n, n) integrals of f'g' and fg of shape functions f, g: first from the middle to the wall, then
-            through the wall.
-        moments, slopes: (2, 3, n) integrals of s^k f and s^k f' along the axis s, k = 0, 1, 2, over the same two ranges.
+        stiffness, mass: (2, n, n) integrals of f'g' and fg of shape functions f, g over two ranges: from the middle to the wall,
+            and through the wall.
+        moments, slopes: (2, 3, n) integrals of s^k f and s^k f' along the axis s, k = 0, 1, 2, over the same ranges.
     """
 
     def __init__(self, half: float, wall: float, smallest: float) -> None:
@@ -67,12 +68,12 @@ class _Axis:
             self.slopes[beyond][:, at] += powers @ g
 
     def nodes_of(self, beyond: int) -> slice:
-        """Return the nodes between the middle and the wall if ``beyond`` is 0, those in the wall if it is 1."""
+        """Return the nodes between the middle and the wall if ``beyond`` is 0, the nodes in the wall if ``beyond`` is 1."""
         nodes = np.flatnonzero(self.mass[beyond].diagonal())
         return slice(nodes[0], nodes[-1] + 1) if len(nodes) else slice(0, 0)
 
     def at(self, points: Array) -> tuple[Array, Array]:
-        """Return the matrices (m, n) from nodal values to values and slopes at points.
+        """Return the matrices (m, n) from nodal values to values, and from nodal values to slopes, at m points.
 
         At the border of two elements, the slope is that of the outer element.
         """
@@ -99,11 +100,11 @@ def _slopes(points: Array) -> Array:
 
 @dataclass(frozen=True)
 class ShearFunctions:
-    """Shear stresses of one section under torque and transverse forces.
+    """Shear stresses of one section under torque and transverse forces, in any unit of length.
 
     Attributes:
-        width, height, thickness: outer sides along y and z, and thickness of the wall; a full rectangle if this is half a side.
-        J: torsion constant.
+        width, height: outer sides along y and z.
+        thickness: thickness of the wall; half the smaller side for a solid rectangle.
     """
 
     width: float
@@ -120,7 +121,7 @@ class ShearFunctions:
 
     @cached_property
     def _torsion(self) -> tuple[Array, float]:
-        """Return the warping under a unit twist at the nodes (ny, nz), and J."""
+        """Warping (ny, nz) at the nodes under a unit rate of twist, and the torsion constant J."""
         y, z = self._axes
         right = _over(lambda i, j: np.outer(y.slopes[i, 0], z.moments[j, 1]) - np.outer(y.moments[i, 1], z.slopes[j, 0]))
         warping = _solve(y, z, right[None], odd_y=True, odd_z=True)[0]
@@ -130,7 +131,7 @@ class ShearFunctions:
 
     @cached_property
     def _flexure(self) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-        """Return, for V_y and for V_z, Ψ_0 and Ψ_1 (2, ny, nz) at the nodes, with Ψ = Ψ_0 + ν Ψ_1, and ∫ s Ψ dA (2,) of both."""
+        """For V_y and for V_z: Ψ_0 and Ψ_1 (2, ny, nz) at the nodes, with Ψ = Ψ_0 + ν Ψ_1, and their integrals ∫ s Ψ dA (2,)."""
         y, z = self._axes
         along_z, moment_z = _flexure(y, z)
         along_y, moment_y = _flexure(z, y)
@@ -142,7 +143,6 @@ class ShearFunctions:
 
     @property
     def area(self) -> float:
-        """The area."""
         return self.width * self.height - (self.width - 2 * self.thickness) * (self.height - 2 * self.thickness)
 
     @property
@@ -163,11 +163,9 @@ class ShearFunctions:
         return kappa(0), kappa(1)
 
     def stresses(self, y: Array, z: Array, poisson_ratio: float) -> Array:
-        """Return τ_xy and τ_xz (2, 3, P) at points of the first quarter under unit V_y, V_z and T.
+        """Return τ_xy and τ_xz (2, 3, P) at P points of the first quarter under unit V_y, V_z and T.
 
-        Args:
-            y, z: (P,) points of the section, not negative.
-            poisson_ratio: ν.
+        ``y`` and ``z`` (P,) are not negative.
         """
         axis_y, axis_z = self._axes
         (value_y, slope_y), (value_z, slope_z) = axis_y.at(y), axis_z.at(z)
@@ -223,7 +221,6 @@ def _spread(end: float, scale: float, distances: tuple[float, ...]) -> Array:
 
 @lru_cache(maxsize=256)
 def shear_functions(width: float, height: float, thickness: float) -> ShearFunctions:
-    """Return the functions of a section, cached."""
     return ShearFunctions(width, height, thickness)
 
 
@@ -243,7 +240,11 @@ def _area(y: _Axis, z: _Axis, i: int, j: int, p: int, q: int) -> Array:
 
 
 def _flexure(r: _Axis, s: _Axis) -> tuple[Array, Array]:
-    """Return Ψ_0 and Ψ_1 (2, nr, ns) at nodes for a force along s, with ∇²Ψ_0 = −2s and ∇²Ψ_1 = 0, and their ∫ s Ψ dA (2,)."""
+    """Return the flexure function of a force along s, Ψ = Ψ_0 + ν Ψ_1 with ∇²Ψ_0 = −2s and ∇²Ψ_1 = 0.
+
+    Returns:
+        Ψ_0 and Ψ_1 (2, nr, ns) at the nodes, and their integrals ∫ s Ψ dA (2,).
+    """
     load = _over(lambda i, j: 2 * np.outer(r.moments[i, 0], s.moments[j, 1]))
     lateral = _over(
         lambda i, j: (
@@ -256,7 +257,10 @@ def _flexure(r: _Axis, s: _Axis) -> tuple[Array, Array]:
 
 
 def _solve(y: _Axis, z: _Axis, right: Array, odd_y: bool, odd_z: bool) -> Array:
-    """Return functions (k, ny, nz), odd or even along y and z; ``right`` are the integrals of source and edge terms."""
+    """Return k functions (k, ny, nz) at the nodes, odd or even along y and z.
+
+    ``right`` (k, ny, nz) are the integrals of the given Laplacian and normal derivative times the shape functions.
+    """
     ny, nz = y.nodes, z.nodes
     inside = (y.mass[1].diagonal() > 0)[:, None] | (z.mass[1].diagonal() > 0)
     inside[0] &= not odd_y
@@ -288,20 +292,19 @@ _LEVEL = 1e-11
 def von_mises_forms(rows: Array) -> Array:
     """Return σ² + 3 (τ_1² + τ_2²) as quadratic forms (…, 21) of the wrench.
 
-    Args:
-        rows: (…, 3, 6) normal stress and both shear stresses under unit wrenches.
+    ``rows`` (…, 3, 6) are the normal stress and both shear stresses under unit wrenches.
     """
     square = np.einsum("k,...ki,...kj->...ij", np.array([1.0, 3.0, 3.0]), rows, rows)
     return np.asarray(square[..., _FIRST, _SECOND] * np.where(_FIRST == _SECOND, 1, 2))
 
 
 def largest_at_points(forms: Array, wrench: Array) -> Array:
-    """Return the largest stress (…) at points with forms (P, 21) under wrenches (6, …)."""
+    """Return the largest stress (…) at P points with forms (P, 21) under wrenches (6, …)."""
     return _by_chunks(lambda products: (forms @ products).max(axis=0), wrench)
 
 
 def largest_on_rings(forms: Array, wrench: Array) -> Array:
-    """Return the largest stress (…) on rings under wrenches (6, …), from forms (R, 8, 21) at eight equidistant angles per ring.
+    """Return the largest stress (…) on R rings under wrenches (6, …), from forms (R, 8, 21) at eight equidistant angles.
 
     Around a ring the square of the stress is a + b cos θ + c sin θ + d cos 2θ + e sin 2θ; its largest value is found by Newton's
     method.
@@ -332,12 +335,12 @@ def largest_on_rings(forms: Array, wrench: Array) -> Array:
 
 
 def unit_stresses(forms: Array) -> Array:
-    """Return the largest stress (6,) under each single unit component of the wrench, from the ``forms`` (…, 21) of all points."""
+    """Return the largest stress (6,) under each single unit component of the wrench, from the forms (…, 21) of all points."""
     return np.sqrt(forms[..., _FIRST == _SECOND].reshape(-1, 6).max(axis=0))
 
 
 def may_be_largest(units: Array, wrench: Array) -> NDArray[np.bool_]:
-    """Return the mask (n, …) of the sections of a beam that may be the most stressed one.
+    """Return a mask (n, …): True at the sections of a beam that may have its largest stress.
 
     Args:
         units: (6,) largest stresses under unit components; stresses by axial force and bending occur at one point and add up.
