@@ -104,10 +104,11 @@ def _stiffness(found: Verification) -> Block:
 
 
 def _actuators(found: Verification, noise: NoiseFloor) -> list[Block]:
-    ours, theirs, torques = found.ours.actuator_forces, found.finite_elements.actuator_forces, found.finite_elements.torques
-    force = noise.format("force", [value for name, value in theirs.items() if name not in torques], DIGITS)
-    torque = noise.format("moment", [theirs[name] for name in torques], DIGITS)
-    formats = [torque if name in torques else force for name in theirs]
+    ours, theirs = found.ours.actuator_forces, found.finite_elements.actuator_forces
+    rotating = found.finite_elements.rotating_actuators
+    force = noise.format("force", [value for name, value in theirs.items() if name not in rotating], DIGITS)
+    torque = noise.format("moment", [theirs[name] for name in rotating], DIGITS)
+    formats = [torque if name in rotating else force for name in theirs]
     return [_rows(theirs, [ours[name] for name in theirs], theirs.values(), formats)]
 
 

@@ -30,13 +30,13 @@ if TYPE_CHECKING:
 
 #: Largest relative difference of a verified robot.
 TOLERANCE = 1e-8
-#: The same for natural frequencies, whose finite-element values are extrapolated from several meshes.
+#: Largest relative difference of natural frequencies, whose finite-element values are extrapolated from several meshes.
 MESHES_AGREE = 1e-5
-#: Smallest reference value of a relative difference, divided by the twist or force that the loads could cause. It is needed
-#: because results may vanish by symmetry.
+#: Smallest reference value of a relative difference, as a part of the twist or force that the loads could cause: results may
+#: vanish by symmetry.
 NOTHING = 1e-3
-#: Largest ratio of principal compliances. If it is larger, the smallest is a rounding error of rigid limbs, and the stiffness is
-#: infinite.
+#: Largest ratio of principal compliances of an invertible compliance. At a larger ratio, the smallest one is a rounding error:
+#: rigid limbs make the stiffness infinite.
 STIFF = 1e9
 
 
@@ -45,21 +45,22 @@ class Verification(ShortRepr, Reported, builder="reports.verification:verificati
     """One pose computed twice: by :func:`kinetostatics.analyze`, and by OpenSees from beam and joint elements.
 
     Differences are norms over all components of a twist, wrench or matrix, relative to the norm of the finite-element result;
-    single components may vanish by symmetry. Angular components are scaled by a length. Differences of forces are relative to
+    single components may vanish by symmetry. Angular components are scaled by ``length``. Differences of forces are relative to
     the largest joint wrench.
 
     Attributes:
         configuration: the pose.
         result: the analysis.
-        ours, finite_elements: both solutions: twist, compliance, stiffness, wrenches of joints and in beams, actuator forces.
+        ours: twist, compliance, stiffness, wrenches of joints and beams, and actuator forces by the analysis.
+        finite_elements: the same quantities by finite elements.
         differences: largest relative difference, by quantity.
         joint_differences: relative difference of each joint's wrench, by joint.
-        scatter: relative change of the finite-element result if its finest level is omitted, by quantity; differences smaller
-            than this are not significant.
-        not_compared: reasons why quantities were not compared, by quantity, joint or beam.
-        length: scale of rotations and moments [m].
-        within: largest relative difference of a verified pose; natural frequencies may differ by 1e-5.
-        frequencies: natural frequencies (modes,) [Hz] of both solutions, if requested.
+        scatter: numerical error of the finite-element result, by quantity: its relative change without the finest mesh or the
+            stiffest penalty of joints. Smaller differences are not significant.
+        not_compared: reason why a quantity, joint or beam was not compared, by its name.
+        length: length by which rotations are multiplied and moments divided [m].
+        within: largest permitted relative difference; for natural frequencies at least 1e-5.
+        frequencies: natural frequencies (modes,) [Hz] by the analysis and by finite elements, if requested.
     """
 
     configuration: Configuration
@@ -85,7 +86,7 @@ class Verification(ShortRepr, Reported, builder="reports.verification:verificati
 
     @property
     def conclusive(self) -> bool:
-        """Whether the finite-element solution is accurate enough for a comparison."""
+        """Whether the scatter of every compared quantity is within the tolerance."""
         return all(scatter <= self.allowed(name) for name, scatter in self.scatter.items())
 
     @property
@@ -125,8 +126,8 @@ def verify(
         assembly_errors: errors of joints and beams by name, as in :func:`kinetostatics.analyze`.
         loads: loads on links, as in :func:`kinetostatics.analyze`.
         payload: payload on the platform or a link.
-        modes: number of natural frequencies to compare; for these, the finite elements divide beams and use consistent masses.
-        within: largest relative difference of a verified pose; natural frequencies may differ by 1e-5.
+        modes: number of natural frequencies to compare; their finite elements divide beams and use consistent masses.
+        within: largest permitted relative difference; for natural frequencies at least 1e-5.
 
     Raises:
         ArgumentError: an argument has an invalid value or shape, or there are several poses or loads.
@@ -143,7 +144,7 @@ def verify(
     count = check("modes", modes)
     model = build(configuration, load, gravity, point, frame, assembly_errors, loads, payload)
     compounds = [item for group in result.robot.statics.groups for limb in group.compounds for item in limb]
-    theirs, less = solve(replace(model, runs=tuple(frozenset(item.joints) for item in compounds)))
+    theirs, less = solve(replace(model, compound_joints=tuple(frozenset(item.joints) for item in compounds)))
     ours = FrameSolution(
         twist=result.twist,
         compliance=result.compliance,
@@ -151,12 +152,12 @@ def verify(
         joint_wrenches=result.joint_wrenches,
         beam_wrenches=ResultMapping({name: _ends(beam) for name, beam in result.beams.items()}),
         actuator_forces=ResultMapping({name: float(value) for name, value in result.actuator_forces.items()}),
-        torques=theirs.torques,
+        rotating_actuators=theirs.rotating_actuators,
     )
     sizes = _ReferenceValues(model, theirs)
     not_compared: dict[str, str] = {}
     known = {"joint_wrenches": dict(theirs.joint_wrenches), "beam_wrenches": dict(theirs.beam_wrenches)}
-    for name in model.within - set(ours.joint_wrenches):
+    for name in model.outside_limbs - set(ours.joint_wrenches):
         del known["joint_wrenches"][name]
     joints = _determined(ours.joint_wrenches, known["joint_wrenches"], result, not_compared)
     beams = _determined(ours.beam_wrenches, known["beam_wrenches"], result, not_compared)
@@ -197,7 +198,7 @@ def verify(
 
 
 def _ends(beam: BeamResult) -> Array:
-    """Return the section wrenches (2, 6) at both ends of a beam, each about the section's centroid at that end, in world axes."""
+    """Return the section wrenches (2, 6) at both ends of a beam, each about the section's centroid, world axes."""
     sections = beam.section_wrenches[[0, -1]].reshape(2, 2, 3)
     return np.asarray(sections @ beam.axes.T).reshape(2, 6)
 
@@ -205,7 +206,10 @@ def _ends(beam: BeamResult) -> Array:
 def _determined(
     ours: Mapping[str, Array], theirs: Mapping[str, Array], result: Result, not_compared: dict[str, str]
 ) -> list[str]:
-    """Return the joints or beams whose wrenches both computations determine; add the others to ``not_compared``."""
+    """Return the names in both mappings of wrenches, without wrenches that rigid overconstrained parts leave undetermined.
+
+    The reason for each omitted wrench is added to ``not_compared``.
+    """
     found = []
     for name in sorted(set(ours) & set(theirs), key=list(theirs).index):
         if np.any(np.isnan(ours[name])) and result.indeterminate:
@@ -216,7 +220,7 @@ def _determined(
 
 
 class _ReferenceValues:
-    """Reference values of relative differences: norms of the finite-element results."""
+    """Divisors of relative differences: norms of the finite-element results, or a small part of what the loads could cause."""
 
     def __init__(self, model: FrameModel, theirs: FrameSolution) -> None:
         self.unit = np.repeat([1.0, model.length], 3)
@@ -232,16 +236,16 @@ class _ReferenceValues:
         self.wrench_size = max([*sizes, NOTHING * yielding / softness])
 
     def has_stiffness(self, theirs: FrameSolution) -> bool:
-        """Whether the compliance can be inverted: no motion of the platform is prevented by rigid limbs."""
+        """Whether the compliance can be inverted: rigid limbs prevent no motion of the platform."""
         values = np.linalg.svd(theirs.compliance * self.units, compute_uv=False)
         return bool(values[-1] * STIFF > self.compliance_size)
 
     def wrench(self, ours: Array, theirs: Array) -> float:
-        """Return the relative difference of two wrenches."""
+        """Return the difference of two wrenches, relative to the largest joint wrench."""
         return _relative(np.linalg.norm((ours - theirs) / self.unit), self.wrench_size)
 
     def differences(self, ours: FrameSolution, theirs: FrameSolution, joints: list[str], beams: list[str]) -> dict[str, float]:
-        """Return the differences by quantity; infinite if a value is NaN."""
+        """Return the largest relative difference of each quantity; infinite if a value is NaN."""
         wrenches = [self.wrench(ours.joint_wrenches[name], theirs.joint_wrenches[name]) for name in joints]
         sections = [
             self.wrench(ours.beam_wrenches[name][end], theirs.beam_wrenches[name][end]) for name in beams for end in (0, 1)
@@ -260,9 +264,12 @@ class _ReferenceValues:
         }
 
     def _actuator(self, name: str, ours: FrameSolution, theirs: FrameSolution) -> float:
-        """Return the relative difference of two actuator forces; torques are divided by the characteristic length."""
+        """Return the difference of two actuator forces, relative to the largest joint wrench.
+
+        Torques are first divided by the unit of length of rotations.
+        """
         gap = abs(ours.actuator_forces[name] - theirs.actuator_forces[name])
-        arm = self.unit[3] if name in theirs.torques else 1.0
+        arm = self.unit[3] if name in theirs.rotating_actuators else 1.0
         return _relative(gap / arm, self.wrench_size)
 
 

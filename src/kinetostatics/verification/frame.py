@@ -1,6 +1,8 @@
-"""A frame of rigid pieces, beams and joints, as plain data: SI units, world axes.
+"""A robot at one pose as a frame, in plain data: rigid pieces, connected by beams, joints and springs. SI units, world axes.
 
-Joints have free and elastic directions, and assembly errors.
+Pieces are named by their indices; a piece moves with its reference point. Inner is the side nearer to the base: beams and joints
+list their inner piece first (:class:`kinetostatics.verification.pieces.Directions`). An assembly error is a deviation of a joint
+or beam from its nominal geometry.
 """
 
 from __future__ import annotations
@@ -24,17 +26,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FrameBeam:
-    """An elastic beam between two pieces, base end first.
+    """An elastic beam between two pieces.
 
     Attributes:
         name: name of the beam.
-        pieces: pieces at its ends.
+        pieces: pieces at its ends, the inner end first.
         points: (2, 3) positions of its ends [m].
-        axes: (3, 3) x (along), y, z as columns.
+        axes: (3, 3) x (from the inner to the outer end), y, z as columns.
         stiffness: EA, κGA_y, κGA_z [N], GJ, EI_y, EI_z [N·m²].
         load: (6,) the beam's weight: force and moment per length [N/m, N].
-        length_error: excess of its unstrained length over the distance of its ends [m].
-        lever: (3,) vector from its centre line to its mass [m].
+        length_error: unstrained length minus distance of the ends [m].
+        lever: (3,) vector from the beam's centre line to its centre of mass [m].
         mass: mass per length [kg/m].
     """
 
@@ -50,25 +52,24 @@ class FrameBeam:
 
     @property
     def length(self) -> float:
-        """Distance of the beam's ends [m]."""
         return float(np.linalg.norm(self.points[1] - self.points[0]))
 
     def divided(self, elements: int) -> Array:
-        """Return the ends (elements + 1, 3) of equal elements [m]."""
+        """(elements + 1, 3) positions of the ends of equal elements, from the inner end [m]."""
         return np.asarray(self.points[0] + np.linspace(0, 1, elements + 1)[:, None] * (self.points[1] - self.points[0]))
 
 
 @dataclass(frozen=True)
-class FrameSpring:
-    """An elastic part of a joint: stiffness (6,) along and about ``axes`` (3, 3) [N/m, N·m/rad], infinite where rigid."""
+class JointSpring:
+    """Elastic part of a joint: stiffness (6,) along and about ``axes`` (3, 3) as columns [N/m, N·m/rad], infinite where rigid."""
 
     axes: Array
     stiffness: Array
 
 
 @dataclass(frozen=True)
-class FrameTie:
-    """A spring between ``points`` (2, 3) [m] of two pieces: stiffness (3,) along ``axes`` (3, 3) [N/m]."""
+class PointSpring:
+    """A spring between ``points`` (2, 3) [m] of two pieces: stiffness (3,) along ``axes`` (3, 3) as columns [N/m]."""
 
     pieces: tuple[int, int]
     points: Array
@@ -78,17 +79,17 @@ class FrameTie:
 
 @dataclass(frozen=True)
 class FrameJoint:
-    """A joint between two pieces, inner first.
+    """A joint between two pieces. A joint inside several telescopic beams is one `FrameJoint` for each beam.
 
     Attributes:
-        name: name of the joint. A joint inside several telescopic beams has one entry for each of them.
-        pieces: the two pieces.
-        point: (3,) its centre [m].
-        axes: (3, 3) its x, y, z as columns.
-        blocked: (6,) mask of constrained directions along and about these axes.
-        springs: its elastic parts, in series with the constraints.
-        assembly_error: (6,) displacement of the outer piece relative to the inner when unloaded, at the centre [m, rad].
-        cross: the two axes (3,) of a universal joint that is free about both, first the axis fixed to the inner piece; else None.
+        name: name of the joint.
+        pieces: inner and outer piece.
+        point: (3,) centre of the joint [m].
+        axes: (3, 3) axes of the joint as columns.
+        blocked: (6,) True for constrained directions along and about these axes.
+        springs: elastic parts of the joint, in series with the constraints.
+        assembly_error: (6,) displacement of the outer piece relative to the inner piece when unloaded, at the centre [m, rad].
+        cross: only for a universal joint free about both axes: the axes (3,) fixed to the inner and to the outer piece.
     """
 
     name: str
@@ -96,14 +97,14 @@ class FrameJoint:
     point: Array
     axes: Array
     blocked: NDArray[np.bool_]
-    springs: tuple[FrameSpring, ...]
+    springs: tuple[JointSpring, ...]
     assembly_error: Array
     cross: tuple[Array, Array] | None = None
 
 
 @dataclass(frozen=True)
 class FrameMass:
-    """A rigid body on a piece: its ``mass`` [kg], ``centre`` of mass (3,) [m], and ``inertia`` (3, 3) about it [kg·m²]."""
+    """A rigid body fixed to a piece: mass [kg], ``centre`` of mass (3,) [m], inertia (3, 3) about the centre of mass [kg·m²]."""
 
     piece: int
     centre: Array
@@ -113,7 +114,7 @@ class FrameMass:
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A joint's coordinate: translation of its outer side along the world ``axis`` (3,), or rotation about it."""
+    """A joint coordinate along the world ``axis`` (3,): rotation of the outer piece if ``rotates``, else its translation."""
 
     joint: str
     axis: Array
@@ -122,13 +123,13 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Actuator:
-    """A driven joint.
+    """A driven joint, with the joints that follow it.
 
     Attributes:
-        name: its name.
+        name: name of the driven joint.
         moves: transmission ratio and coordinate of each joint that the actuator moves, the driven joint first.
-        stiffness: stiffness [N/m, N·m/rad] of an elastic actuator that moves several joints; infinite otherwise. An elastic
-            actuator of one joint is a spring of this joint.
+        stiffness: stiffness [N/m, N·m/rad] of an elastic actuator that moves several joints; infinite otherwise. An actuator that
+            moves one joint has its stiffness in a spring of that joint.
     """
 
     name: str
@@ -137,27 +138,27 @@ class Actuator:
 
     @property
     def rotates(self) -> bool:
-        """Whether the driven joint rotates."""
         return self.moves[0][1].rotates
 
 
 @dataclass(frozen=True)
 class FrameModel:
-    """The whole frame.
+    """A frame.
 
     Attributes:
-        base, platform: indices of their pieces.
-        references: (n, 3) reference point of each piece [m]; o for the platform.
-        loads: (n, 6) force and moment on every piece about its reference point [N, N·m].
+        base, platform: indices of these pieces.
+        references: (n, 3) reference point of each of the n pieces [m]; o for the platform.
+        loads: (n, 6) force and moment on each piece about its reference point [N, N·m].
         beams, joints: connections of the pieces.
         actuators: the driven joints.
         size: diagonal of the box around all points [m].
-        length: scale of rotations [m]: mean distance of the platform's joints and beam ends from o; if this is zero, the size.
-        ties: springs between pieces; their forces at the pose are among the loads.
-        within: names of the joints inside the base or the platform, and of all floating joints.
-        runs: for each compound joint of the analysis, the names of its hinges, whose axes meet in a point.
-        pulls: forces of springs and weights of rigid links, each as piece, point (3,) [m] and force (3,) [N].
-        masses: rigid links, and the payload.
+        length: unit of length for rotations [m]: mean distance of the platform's joints and beam ends from o, or ``size`` if this
+            mean is below 0.001 ``size``.
+        springs: springs between pieces; ``loads`` contains their forces at the pose.
+        point_forces: forces of springs at the pose and weights of rigid links, each as piece, point (3,) [m], force (3,) [N].
+        outside_limbs: names of joints inside the base, of joints inside the platform, and of floating joints.
+        compound_joints: names of the hinges of each compound joint of the analysis; the hinges' axes meet in a point.
+        masses: rigid links and the payload.
     """
 
     base: int
@@ -169,38 +170,41 @@ class FrameModel:
     actuators: tuple[Actuator, ...]
     size: float
     length: float
-    ties: tuple[FrameTie, ...] = ()
-    pulls: tuple[tuple[int, Array, Array], ...] = ()
-    within: frozenset[str] = frozenset()
-    runs: tuple[frozenset[str], ...] = ()
+    springs: tuple[PointSpring, ...] = ()
+    point_forces: tuple[tuple[int, Array, Array], ...] = ()
+    outside_limbs: frozenset[str] = frozenset()
+    compound_joints: tuple[frozenset[str], ...] = ()
     masses: tuple[FrameMass, ...] = ()
 
     @property
     def at_the_pose(self) -> FrameModel:
-        """The frame under the forces of springs and weights only, without assembly errors."""
+        """The frame loaded only by weights and by the forces of springs, without assembly errors."""
         loads = np.zeros_like(self.loads)
-        for piece, point, force in self.pulls:
+        for piece, point, force in self.point_forces:
             loads[piece] += np.append(force, np.cross(point - self.references[piece], force))
         joints = tuple(replace(joint, assembly_error=np.zeros(6)) for joint in self.joints)
         return replace(self, loads=loads, joints=joints, beams=tuple(replace(beam, length_error=0.0) for beam in self.beams))
 
-    def run_of(self, joint: FrameJoint) -> tuple[list[FrameJoint], tuple[int, int]]:
-        """Return the hinges of the compound joint that contains a joint, and the pieces that they connect."""
-        names = next((run for run in self.runs if joint.name in run), {joint.name})
+    def compound_of(self, joint: FrameJoint) -> tuple[list[FrameJoint], tuple[int, int]]:
+        """Return the hinges of the compound joint that contains ``joint``, and the two pieces that this compound joint connects.
+
+        A joint outside compound joints is returned alone, with its own pieces.
+        """
+        names = next((names for names in self.compound_joints if joint.name in names), {joint.name})
         if len(names) == 1:
             return [joint], joint.pieces
-        run = [item for item in self.joints if item.name in names]
-        pieces = [piece for item in run for piece in item.pieces]
+        hinges = [item for item in self.joints if item.name in names]
+        pieces = [piece for item in hinges for piece in item.pieces]
         # fixed joints may connect the hinges
         rigid = [item for item in self.joints if np.all(item.blocked) and not item.springs and item.name not in names]
         body_of = joined(range(len(self.references)), [item.pieces for item in rigid])
         bodies = [body_of[piece] for piece in pieces]
         first, last = (piece for piece, body in zip(pieces, bodies, strict=True) if bodies.count(body) == 1)
-        return run, (first, last)
+        return hinges, (first, last)
 
     @property
     def stiffest(self) -> float:
-        """Largest axial stiffness of a beam or stiffness of a joint [N/m]; 1 if everything is rigid."""
+        """Largest of the axial stiffnesses of beams and the stiffnesses of joint springs [N/m]; 1 if the frame is rigid."""
         found = [beam.stiffness[0] / beam.length for beam in self.beams]
         unit = np.repeat([1.0, self.length], 3)
         for joint in self.joints:
@@ -210,21 +214,20 @@ class FrameModel:
 
     @property
     def largest_assembly_error(self) -> float:
-        """Largest displacement by a single assembly error [m]; rotations are multiplied by the size."""
+        """Largest displacement by one assembly error [m]; a rotation is multiplied by ``size``."""
         unit = np.repeat([1.0, self.size], 3)
         found = [float(np.linalg.norm(joint.assembly_error * unit)) for joint in self.joints]
         return max([*found, *(abs(beam.length_error) for beam in self.beams)], default=0.0)
 
 
-#: Indices of the free directions, by entry of the table of joint types: x is along the joint's axis. Universal joints are treated
-#: separately.
+#: Indices of a joint's free directions in :func:`joint_axes`, by entry of the table of joint types; not for universal joints.
 NUMBERS = {Axes.NONE: (), Axes.AXIS: (0,), Axes.ACROSS: (1, 2), Axes.ALL: (0, 1, 2)}
-#: Largest angle between a free direction and the span of a joint's elastic axes that counts as zero [rad].
+#: A direction lies in the span of a joint's elastic axes if their angle [rad] is smaller than this.
 ALONG = 1e-9
 
 
 def axes_along(x: Array, y: Array) -> Array:
-    """Return right-handed axes (3, 3) as columns: x along the first vector, y in the plane of both."""
+    """Return right-handed unit axes (3, 3) as columns: x along ``x``, y in the plane of ``x`` and ``y``."""
     x = x / np.linalg.norm(x)
     y = y - x * (x @ y)
     y /= np.linalg.norm(y)
@@ -232,9 +235,10 @@ def axes_along(x: Array, y: Array) -> Array:
 
 
 def joint_axes(joint: PlacedJoint) -> Array:
-    """Return axes (3, 3): x along the joint's axis; of a universal joint, y along its first axis and x normal to both.
+    """Return axes (3, 3) of a joint as columns; x is along the joint's axis.
 
-    For a joint without an axis, these are the axes of the joint frame on the predecessor.
+    For a universal joint, y is along its first axis and x is normal to both axes. For a joint without an axis, the axes are the
+    axes of the joint frame fixed to the predecessor.
     """
     frame = joint.frames[0][:3, :3]
     if not joint.type.has_axis:
@@ -247,9 +251,9 @@ def joint_axes(joint: PlacedJoint) -> Array:
 
 
 def releases(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[Array, NDArray[np.bool_]]:
-    """Return axes (3, 3) of a joint, and the mask (6,) of free directions along and about them.
+    """Return axes (3, 3) of a joint as columns, and a mask (6,): True for free directions along and about these axes.
 
-    A direction is not free if the joint is locked, or if the direction is in the span of the axes with finite stiffness.
+    A locked joint has no free direction. A direction in the span of axes with finite stiffness is elastic, not free.
     """
     free = np.zeros(6, dtype=bool)
     axes = joint_axes(joint)
@@ -273,33 +277,33 @@ def releases(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[Array,
     return axes, free
 
 
-def joint_springs(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[FrameSpring, ...]:
-    """Return the springs of an elastic joint, in series: its bearing and its actuator."""
+def joint_springs(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[JointSpring, ...]:
+    """Return the springs of an elastic joint, in series: first its bearing, then its actuator."""
     if elastic is None:
         return ()
     springs = []
     finite = np.concatenate(_finite(elastic))
     if np.any(finite):
         given = np.concatenate([np.full(3, np.inf) if values is None else values for values in (elastic.linear, elastic.angular)])
-        springs.append(FrameSpring(joint.frames[0][:3, :3], np.where(finite, given, np.inf)))
+        springs.append(JointSpring(joint.frames[0][:3, :3], np.where(finite, given, np.inf)))
     if elastic.drive is not None and np.isfinite(elastic.drive):
         stiffness = np.full(6, np.inf)
         stiffness[0 if joint.type.is_slide else 3] = elastic.drive
-        springs.append(FrameSpring(joint_axes(joint), stiffness))
+        springs.append(JointSpring(joint_axes(joint), stiffness))
     return tuple(springs)
 
 
 def _finite(elastic: JointStiffness | None) -> list[NDArray[np.bool_]]:
-    """Return the masks (3,) of axes with a spring, for linear and angular stiffness."""
+    """Return two masks (3,), for linear and for angular stiffness: True for axes with a spring."""
     groups = (None, None) if elastic is None else (elastic.linear, elastic.angular)
     return [np.zeros(3, dtype=bool) if values is None else np.isfinite(values) & (np.array(values) != 0) for values in groups]
 
 
 def joint_assembly_error(error: object, joint: PlacedJoint) -> Array:
-    """Return the displacement (6,) of the outer side relative to the inner side at the centre, world axes [m, rad].
+    """Return the displacement (6,) of the joint's outer side relative to its inner side at the centre, world axes [m, rad].
 
     Args:
-        error: this displacement as given by the user, in world axes or with its own ``frame``; or None.
+        error: the displacement given by the user, in world axes or with its own ``frame``; None if there is none.
         joint: the joint.
     """
     if error is None or (isinstance(error, Mapping) and "twist" not in error):  # a beam with the joint's name has this error

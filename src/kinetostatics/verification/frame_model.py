@@ -1,7 +1,4 @@
-"""Frame of rigid pieces, beams and joints of a robot at one pose, only from the robot's file and the poses of its links.
-
-SI units, world axes.
-"""
+"""Frame of a robot at one pose, built only from the robot's file and the poses of its links. SI units, world axes."""
 
 from __future__ import annotations
 
@@ -24,13 +21,13 @@ from kinetostatics.verification.frame import (
     FrameJoint,
     FrameMass,
     FrameModel,
-    FrameTie,
+    PointSpring,
     axes_along,
     joint_assembly_error,
     joint_springs,
     releases,
 )
-from kinetostatics.verification.pieces import JointedBodies, PlacedBeam, RigidPieces
+from kinetostatics.verification.pieces import JointedPieces, PlacedBeam, RigidPieces
 
 if TYPE_CHECKING:
     from kinetostatics.description.elements import Spring
@@ -54,9 +51,9 @@ def build(
         load: (6,) external force and moment on the platform [N, N·m].
         gravity: (3,) [m/s²].
         point: (3,) point of application of the force [m]; default o.
-        frame: "world" or "platform": axes of load and point; with "platform", the point is relative to o.
-        assembly_errors: errors of joints and beams, as in :func:`kinetostatics.analyze`.
-        loads: loads on links, as in :func:`kinetostatics.analyze`.
+        frame: axes of load and point, "world" or "platform"; with "platform", the point is relative to o.
+        assembly_errors: errors of joints and beams by name, as in :func:`kinetostatics.analyze`.
+        loads: loads on links by name, as in :func:`kinetostatics.analyze`.
         payload: payload on the platform or a link.
     """
     builder = _FrameBuilder(configuration, assembly_errors or {})
@@ -99,16 +96,16 @@ class _FrameBuilder:
                 sign = 1.0 if outward else -1.0
                 coordinates[item.joint.name] = Coordinate(item.joint.name, sign * item.joint.axis, not item.joint.type.is_slide)
         beams = [self._beam(placed, gravity) for placed in self.pieces.beams.values()]
-        masses = list(self._masses())
-        pulls = [(item.piece, item.centre, item.mass * gravity) for item in masses]
-        acting = list(self._acting(on_links))
+        masses = list(self._link_masses())
+        point_forces = [(item.piece, item.centre, item.mass * gravity) for item in masses]
+        acting = list(self._link_loads(on_links))
         if payload is not None:
-            carried = self._carried(payload)
+            carried = self._payload_mass(payload)
             masses.append(carried)
             acting.append((carried.piece, np.append(carried.mass * gravity, np.zeros(3)), carried.centre))
         springs = [self._spring(spring) for spring in self.description.springs.values()]
-        for tie, force in springs:
-            pulls += [(tie.pieces[0], tie.points[0], force), (tie.pieces[1], tie.points[1], -force)]
+        for spring, force in springs:
+            point_forces += [(spring.pieces[0], spring.points[0], force), (spring.pieces[1], spring.points[1], -force)]
         o, references = self._references(platform, beams, joints)
         loads = np.zeros((len(references), 6))
         R = self.configuration.platform_frame[:3, :3] if frame == "platform" else np.eye(3)
@@ -117,7 +114,7 @@ class _FrameBuilder:
             at = np.asarray(point, dtype=float)
             at = o + R @ at if frame == "platform" else at
         acting.append((platform, np.append(R @ load[:3], R @ load[3:]), at))
-        for piece, wrench, at in [*acting, *((piece, np.append(force, np.zeros(3)), at) for piece, at, force in pulls)]:
+        for piece, wrench, at in [*acting, *((piece, np.append(force, np.zeros(3)), at) for piece, at, force in point_forces)]:
             loads[piece] += np.append(wrench[:3], wrench[3:] + np.cross(at - references[piece], wrench[:3]))
         return FrameModel(
             base,
@@ -128,14 +125,14 @@ class _FrameBuilder:
             tuple(joints),
             tuple(self._actuators(coordinates)),
             *_sizes(o, platform, references, beams, joints),
-            tuple(tie for tie, _ in springs),
-            tuple(pulls),
-            self.pieces.within,
+            tuple(spring for spring, _ in springs),
+            tuple(point_forces),
+            self.pieces.outside_limbs,
             masses=tuple(masses),
         )
 
-    def _acting(self, on_links: Mapping[str, object]) -> Iterator[tuple[int, Array, Array]]:
-        """Yield the loads on links, each as piece, wrench (6,) and point of application (3,)."""
+    def _link_loads(self, on_links: Mapping[str, object]) -> Iterator[tuple[int, Array, Array]]:
+        """Yield the loads on links, each as piece, wrench (6,), point of application (3,)."""
         for link, value in on_links.items():
             several = value if isinstance(value, (list, tuple)) and any(isinstance(item, LinkLoad) for item in value) else [value]
             for item in several:
@@ -143,39 +140,37 @@ class _FrameBuilder:
                 frame, wrench = self.configuration.frame(link), np.asarray(load.wrench, dtype=float)
                 R = frame[:3, :3] if load.frame == "link" else np.eye(3)
                 at = frame[:3, :3] @ np.asarray(load.point, dtype=float) + frame[:3, 3]
-                yield self._loaded(link, at), np.append(R @ wrench[:3], R @ wrench[3:]), at
+                yield self._loaded_piece(link, at), np.append(R @ wrench[:3], R @ wrench[3:]), at
 
-    def _carried(self, payload: Payload) -> FrameMass:
-        """Return the payload as a mass on the piece that carries it."""
+    def _payload_mass(self, payload: Payload) -> FrameMass:
         link = payload.link or self.description.platform
         frame = self.configuration.platform_frame if payload.link is None else self.configuration.frame(link)
         R, at = frame[:3, :3], frame[:3, :3] @ np.asarray(payload.center, dtype=float) + frame[:3, 3]
         inertia = np.zeros((3, 3)) if payload.inertia is None else R @ payload.inertia.matrix @ R.T
-        return FrameMass(self._loaded(link, at), at, float(np.asarray(payload.mass)), inertia)
+        return FrameMass(self._loaded_piece(link, at), at, float(np.asarray(payload.mass)), inertia)
 
-    def _masses(self) -> Iterator[FrameMass]:
-        """Yield the rigid links that have a mass."""
+    def _link_masses(self) -> Iterator[FrameMass]:
         for link in self.description.links.values():
             if self.pieces.is_rigid(link.name) and link.mass > 0:
                 R, piece = self.configuration.frame(link.name)[:3, :3], self.number(self.pieces.of_link(link.name))
-                yield FrameMass(piece, self._centre(link.name), link.mass, R @ link.inertia.matrix @ R.T)
+                yield FrameMass(piece, self._centre_of_mass(link.name), link.mass, R @ link.inertia.matrix @ R.T)
 
-    def _spring(self, spring: Spring) -> tuple[FrameTie, Array]:
-        """Return a spring as a tie, and its force (3,) on its first end at the pose [N]."""
+    def _spring(self, spring: Spring) -> tuple[PointSpring, Array]:
+        """Return the spring between its two pieces, and its force (3,) on its first end at the pose [N]."""
         ends = (spring.predecessor, spring.predecessor_point), (spring.successor, spring.successor_point)
         frames = [self.configuration.frame(link) for link, _ in ends]
         points = [frame[:3, :3] @ np.array(local) + frame[:3, 3] for frame, (_, local) in zip(frames, ends, strict=True)]
-        pieces = [self._loaded(link, point) for (link, _), point in zip(ends, points, strict=True)]
+        pieces = [self._loaded_piece(link, point) for (link, _), point in zip(ends, points, strict=True)]
         span = points[1] - points[0]
         length = float(np.linalg.norm(span))
         tension = spring.preload + spring.stiffness * (length - spring.free_length)
         axes = axes_along(span, axis_across(span / length))
         # along the spring its stiffness, across it tension / length
         stiffness = np.array([spring.stiffness, tension / length, tension / length])
-        return FrameTie((pieces[0], pieces[1]), np.array(points), axes, stiffness), tension * axes[:, 0]
+        return PointSpring((pieces[0], pieces[1]), np.array(points), axes, stiffness), tension * axes[:, 0]
 
-    def _loaded(self, link: str, point: Array) -> int:
-        """Return the piece on which a load at a point of a link acts; for an elastic link, the piece at the nearest beam end."""
+    def _loaded_piece(self, link: str, point: Array) -> int:
+        """Return the piece on which a load at a point of a link acts: in an elastic link, the piece at the nearest beam end."""
         if self.pieces.is_rigid(link):
             return self.number(self.pieces.of_link(link))
         beams = [self.pieces.beams[name] for name, beam in self.description.beams.items() if beam.link == link]
@@ -183,7 +178,6 @@ class _FrameBuilder:
         return self.number(min(ends, key=lambda end: float(np.linalg.norm(end[0] - point)))[1])
 
     def _actuators(self, coordinates: Mapping[str, Coordinate]) -> Iterator[Actuator]:
-        """Yield the actuators, each with the joints that it moves."""
         for name in self.description.driven:
             if name in coordinates:
                 followers = [
@@ -196,7 +190,7 @@ class _FrameBuilder:
 
     # ---- joints and beams -------------------------------------------------------------------------------------------
 
-    def _joint(self, item: JointedBodies, outward: bool) -> FrameJoint:
+    def _joint(self, item: JointedPieces, outward: bool) -> FrameJoint:
         joint = item.joint
         elastic = self.description.joint_stiffness.get(joint.name)
         if elastic is not None and joint.name in self.followed:
@@ -252,7 +246,7 @@ class _FrameBuilder:
     # ---- weights and points -----------------------------------------------------------------------------------------
 
     def _mass(self, name: str) -> float:
-        """Return a beam's mass [kg]: from its density, or else from the link's mass, in proportion to the beam's length."""
+        """Return a beam's mass [kg]: from its density, or else its share of the link's mass in proportion to the length."""
         beam = self.description.beams[name]
 
         def length(other: str) -> float:
@@ -265,17 +259,16 @@ class _FrameBuilder:
         return self.description.links[beam.link].mass * length(name) / sum(map(length, siblings))
 
     def _lever(self, placed: PlacedBeam) -> Array:
-        """Return the vector (3,) [m] from the centroid of a link's beams to the link's centre of mass; 0 for a given density."""
+        """Return the vector (3,) [m] from the centroid of a link's beams to the link's centre of mass; 0 with a given density."""
         beam = self.description.beams[placed.name]
         if beam.density is not None:
             return np.zeros(3)
         ends = [self.pieces.beams[other.name].points for other in self.description.beams.values() if other.link == beam.link]
         lengths = [float(np.linalg.norm(end - start)) for start, end in ends]
         middle = np.average([(start + end) / 2 for start, end in ends], axis=0, weights=lengths)
-        return self._centre(beam.link) - middle
+        return self._centre_of_mass(beam.link) - middle
 
-    def _centre(self, link: str) -> Array:
-        """Return the centre of mass (3,) of a link."""
+    def _centre_of_mass(self, link: str) -> Array:
         frame = self.configuration.frame(link)
         return np.asarray(frame[:3, :3] @ np.array(self.description.links[link].center_of_mass) + frame[:3, 3])
 
@@ -291,7 +284,7 @@ class _FrameBuilder:
 
 
 def _attachments(beams: Sequence[FrameBeam], joints: Sequence[FrameJoint]) -> list[tuple[int, Array]]:
-    """Return the points [m] at which beams and joints are attached, each with its piece."""
+    """Return (piece, point [m]) for every end of a beam and for both pieces of every joint."""
     found = [(piece, point) for beam in beams for piece, point in zip(beam.pieces, beam.points, strict=True)]
     return found + [(piece, joint.point) for joint in joints for piece in joint.pieces]
 
@@ -299,7 +292,7 @@ def _attachments(beams: Sequence[FrameBeam], joints: Sequence[FrameJoint]) -> li
 def _sizes(
     o: Array, platform: int, references: Array, beams: Sequence[FrameBeam], joints: Sequence[FrameJoint]
 ) -> tuple[float, float]:
-    """Return the frame's size and characteristic length [m], see :class:`FrameModel`."""
+    """Return ``size`` and ``length`` [m] of :class:`FrameModel`."""
     points = _attachments(beams, joints)
     cloud = np.array([o, *references, *(point for _, point in points)])
     size = float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0))) or 1.0

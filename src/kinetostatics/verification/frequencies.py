@@ -1,9 +1,10 @@
 """Natural frequencies of a frame by OpenSeesPy: beams in several elements with consistent masses, extrapolated.
 
-Rigid bodies and eccentric masses of beams are point masses on rigid arms. The error of an eigenvalue is a series in even powers
-of the element length and in all powers of the inverse penalty of joints; results of several meshes and penalties are
-extrapolated. Free directions have a small stiffness: an eigenvalue proportional to it is taken as zero, an eigenvalue
-proportional to the penalty as infinite.
+Rigid bodies and eccentric masses of beams are point masses on rigid arms. A penalty is the stiffness of joints in constrained
+directions. The error of an eigenvalue is a series in even powers of the element length and in all powers of the inverse penalty;
+the values of several meshes, and of several levels of the penalty, are extrapolated to zero. Free directions of joints have a
+small stiffness, too: an eigenvalue proportional to it is taken as zero, an eigenvalue proportional to the penalty as infinite.
+The scatter is the relative change of an extrapolated value if the finest mesh or the last level is omitted.
 """
 
 from __future__ import annotations
@@ -18,17 +19,17 @@ from kinetostatics.verification.frame import FrameModel
 from kinetostatics.verification.opensees import FrameUnits, frame_of, least_scatter, run, weights_at_zero
 from kinetostatics.verification.worker import Frame
 
-#: Elements of a beam by mesh, and smallest number of meshes.
+#: Elements per beam of each mesh, and smallest number of meshes.
 MESHES, FEWEST = (3, 5, 7, 9, 13, 17), 4
-#: Scatter of the results above which a further mesh is used, or another stiffness of free directions.
+#: A further mesh, or another stiffness of free directions, is used until the scatter is below this value.
 SURE = 5e-6
-#: Smallest penalty, as a multiple of the largest stiffness, and number of levels; each level doubles the penalty.
+#: Penalty of the first level, as a multiple of the largest stiffness, and number of levels; each further level doubles it.
 PENALTY, LEVELS = 20.0, 4
-#: Stiffnesses of free directions at the first level, in the order in which they are tried; each level halves them.
+#: Stiffnesses of free directions at the first level, in the order in which they are tried; each further level halves them.
 REGULARIZATIONS = (1e-10, 1e-8, 1e-12, 1e-7, 1e-11, 1e-9)
-#: Ratio of an eigenvalue at two levels above which it counts as proportional to a stiffness that is doubled.
+#: An eigenvalue counts as proportional to a stiffness if doubling the stiffness multiplies the eigenvalue by more than this.
 FOLLOWS = 1.5
-#: Largest distance of a beam's mass from the centre line, as a part of the beam's length, that counts as zero.
+#: A beam's mass counts as lying on the centre line if its distance, divided by the beam's length, is smaller than this.
 BESIDE = 1e-9
 
 
@@ -38,7 +39,7 @@ class Frequencies:
 
     Attributes:
         values: (count,) lowest nonzero frequencies [Hz]; infinite if there are fewer.
-        scatter: largest relative change if the finest mesh or the stiffest penalty is omitted.
+        scatter: largest scatter of these values.
         zero: number of zero frequencies.
     """
 
@@ -48,7 +49,7 @@ class Frequencies:
 
 
 def frequencies(model: FrameModel, count: int) -> Frequencies:
-    """Return the lowest natural frequencies of a frame.
+    """Return the lowest ``count`` nonzero natural frequencies of a frame.
 
     Raises:
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
@@ -61,7 +62,7 @@ def frequencies(model: FrameModel, count: int) -> Frequencies:
         mesh = frame_with_masses(model, scale, total, elements)
         if not found:
             regularization, free, levels = least_scatter(REGULARIZATIONS, SURE, partial(_without_zeros, mesh, count))
-            # eigenvalues proportional to the smallest stiffness are below those of heavy platforms, too
+            # with the smallest stiffness, the zeros are below the eigenvalues of a heavy platform, too
             zero = max(free, _without_zeros(mesh, count, min(REGULARIZATIONS))[1][1])
         else:
             levels = _at_levels(mesh, regularization, free + count)[:, free:]
@@ -80,9 +81,10 @@ def frequencies(model: FrameModel, count: int) -> Frequencies:
 
 
 def _without_zeros(mesh: Frame, count: int, regularization: float) -> tuple[float, tuple[float, int, Array]]:
-    """Return the scatter of a mesh; and the given ``regularization``, the number of zeros, the other eigenvalues (levels, count).
+    """Compute the lowest nonzero eigenvalues of a mesh with a given stiffness of free directions at the first level.
 
-    Lowest eigenvalues proportional to ``regularization``, the stiffness of free directions, are zeros.
+    Returns:
+        Their scatter; and a tuple: the given ``regularization``, the number of zeros, the eigenvalues (levels, count).
     """
     zeros, number = 0, count
     while True:
@@ -97,7 +99,7 @@ def _without_zeros(mesh: Frame, count: int, regularization: float) -> tuple[floa
 
 
 def _at_levels(mesh: Frame, regularization: float, number: int) -> Array:
-    """Return the lowest eigenvalues (levels, number) in ascending order, infinite if there are fewer."""
+    """Return the ``number`` lowest eigenvalues (levels, number) in ascending order, infinite if there are fewer."""
     levels = run({**mesh, "modes": number}, [(PENALTY * 2**k, regularization / 2**k) for k in range(LEVELS)])
     found = np.full((LEVELS, number), np.inf)
     for k, level in enumerate(levels):
@@ -107,7 +109,7 @@ def _at_levels(mesh: Frame, regularization: float, number: int) -> Array:
 
 
 def _limit(meshes: list[Array]) -> Array:
-    """Return the square roots (count,) of the eigenvalues, extrapolated from the eigenvalues (levels, count) of each mesh."""
+    """Return the square roots (count,) of the extrapolated eigenvalues, from the eigenvalues (levels, count) of each mesh."""
     rigid = ~(meshes[0][1] < FOLLOWS * meshes[0][0])
     with np.errstate(invalid="ignore"):
         rows = [weights_at_zero(np.array([0.5**k for k in range(len(mesh))])) @ mesh for mesh in meshes]
@@ -127,12 +129,12 @@ def relative_difference(some: Array, other: Array) -> float:
 
 
 def frame_with_masses(model: FrameModel, scale: FrameUnits, total: float, elements: int) -> Frame:
-    """Return the frame with masses, in units of the total mass."""
+    """Return the worker's input with masses, in units of the ``total`` mass."""
     frame = frame_of(model, scale, [], elements)
     supports = frame["fixed"]
 
     def put(node: int, point: Array, mass: float) -> None:
-        """Add a point mass on a rigid arm of a node."""
+        """Add a point mass at ``point``, on a rigid arm of a node."""
         if mass and node not in supports:
             frame["ties"].append([node, len(frame["nodes"])])
             frame["masses"].append((len(frame["nodes"]), mass / total))

@@ -1,8 +1,10 @@
 """Solution of a frame by OpenSeesPy, with joints by the penalty method, extrapolated to joints without compliance.
 
-A joint is a spring: stiff in constrained directions, with a very small stiffness in free ones, so that a strut free to spin about
-its own axis does not make the stiffness singular. Elastic directions are further springs in series. Every result is a rational
-function of the inverse penalty h; it is computed at several h and extrapolated to h = 0 (Richardson's extrapolation).
+A joint is a spring: stiff in constrained directions (the penalty), with a very small stiffness in free directions (the
+regularization), so that a strut free to spin about its own axis does not make the stiffness singular. Elastic directions are
+further springs in series. Every result is a rational function of the inverse penalty h; it is computed at several h, the levels,
+and extrapolated to h = 0 (Richardson's extrapolation). The scatter is the largest relative difference between the extrapolations
+with and without the last level. The worker is the program that runs OpenSees.
 """
 
 from __future__ import annotations
@@ -25,11 +27,11 @@ from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.verification.frame import Coordinate, FrameBeam, FrameJoint, FrameModel
 from kinetostatics.verification.worker import Answer, BeamInput, Frame, SpringInput
 
-#: Smallest penalty, as a multiple of the largest stiffness of a beam or spring; each level doubles it.
+#: Penalty of the first level, as a multiple of the largest stiffness of a beam or spring; each further level doubles it.
 PENALTY = 30.0
 LEVELS = 7
-#: Stiffnesses of free directions at the first level; each level halves them. Large values disturb robots near a singular pose,
-#: small values are lost in rounding: the next value is tried if the extrapolations differ by more than ``SURE``.
+#: Stiffnesses of free directions at the first level, tried until the scatter is below ``SURE``; each further level halves them.
+#: Large values disturb robots near a singular pose, small values are lost in rounding.
 REGULARIZATIONS = (1e-10, 1e-12, 1e-8, 1e-11, 1e-9)
 SURE = 1e-9
 #: Time limit of OpenSees [s].
@@ -48,17 +50,17 @@ class SingularFrame(OpenSeesError):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FrameSolution(ShortRepr):
-    """Results of a frame, SI units and world axes, in the conventions of :class:`kinetostatics.Result`.
+    """Results of a frame, SI units and world axes.
 
     Attributes:
         twist: (6,) twist of the platform at o [m, rad].
         compliance: (6, 6) compliance at o, by six unit loads [m/N, m/(N·m), rad/N, rad/(N·m)].
         stiffness: (6, 6) inverse of the compliance; NaN if the compliance is singular.
-        joint_wrenches: (6,) wrench of each joint [N, N·m].
-        beam_wrenches: (2, 6) wrenches of each beam's outer part on its inner part at both ends, base end first, each about its
-            end [N, N·m].
+        joint_wrenches: (6,) wrench of each joint's inner side on its outer side, about the joint's centre [N, N·m].
+        beam_wrenches: (2, 6) wrenches of the outer on the inner part at the sections at each beam's inner and outer end, each
+            about the section's centroid [N, N·m].
         actuator_forces: force or torque of each driven joint [N or N·m].
-        torques: names of the driven joints that rotate.
+        rotating_actuators: names of the driven joints that rotate.
     """
 
     twist: Array
@@ -67,14 +69,20 @@ class FrameSolution(ShortRepr):
     joint_wrenches: Mapping[str, Array]
     beam_wrenches: Mapping[str, Array]
     actuator_forces: Mapping[str, float]
-    torques: frozenset[str]
+    rotating_actuators: frozenset[str]
 
 
-def levels(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Solve a frame with several penalties of joints, the levels; return :func:`_arrays` with displacements of the ``probes``.
+def extrapolations(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Solve a frame at all levels.
+
+    Args:
+        model: the frame.
+        scale: units of the results.
+        probes: pieces whose displacements are returned.
 
     Returns:
-        Results extrapolated from all levels, in units of the scale; and from all levels but the last, to estimate the accuracy.
+        Results of :func:`_level_results`, extrapolated from all levels; and extrapolated from all levels but the last, to
+            estimate the accuracy.
 
     Raises:
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
@@ -83,7 +91,7 @@ def levels(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> tuple
     h = np.array([0.5**level for level in range(LEVELS)])
 
     def solved(regularization: float) -> tuple[float, tuple[dict[str, Array], dict[str, Array]]]:
-        levels = [_arrays(level) for level in run(frame, [(PENALTY / x, regularization * x) for x in h])]
+        levels = [_level_results(level) for level in run(frame, [(PENALTY / x, regularization * x) for x in h])]
         from_all, from_less = _extrapolated(levels, h), _extrapolated(levels[:-1], h[:-1])
         return _scatter(of_platform(from_all), of_platform(from_less)), (from_all, from_less)
 
@@ -91,15 +99,15 @@ def levels(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> tuple
 
 
 def least_scatter(regularizations: Iterable[float], sure: float, solved: Callable[[float], tuple[float, Solved]]) -> Solved:
-    """Return the result for the first stiffness of free directions with scatter below ``sure``, else the result of least scatter.
+    """Return the result of the first regularization whose scatter is below ``sure``; if there is none, of the least scatter.
 
     Args:
-        regularizations: the stiffnesses.
+        regularizations: stiffnesses of free directions, in the order in which they are tried.
         sure: scatter below which a result is accepted at once.
-        solved: function that returns scatter and result for a stiffness.
+        solved: function that returns scatter and result for a regularization.
 
     Raises:
-        OpenSeesError: no stiffness has a solution.
+        OpenSeesError: OpenSees found no solution for any regularization.
     """
     best: tuple[float, Solved] | None = None
     failure: OpenSeesError | None = None
@@ -134,17 +142,15 @@ class FrameUnits:
 
     @property
     def wrench(self) -> Array:
-        """Units of a wrench (6,)."""
         return np.repeat([self.force, self.force * self.length], 3)
 
     @property
     def twist(self) -> Array:
-        """Units of a twist (6,)."""
         return np.repeat([self.force / self.stiffness, self.force / self.stiffness / self.length], 3)
 
 
 def frame_of(model: FrameModel, scale: FrameUnits, probes: Sequence[int], elements: int = 1) -> Frame:
-    """Return the input of the worker, in units of ``scale``; the first nodes are the reference points of the pieces.
+    """Return the worker's input, in units of ``scale``; the first nodes are the reference points of the pieces.
 
     Args:
         model: the frame.
@@ -163,7 +169,7 @@ def frame_of(model: FrameModel, scale: FrameUnits, probes: Sequence[int], elemen
     references = [node(point) for point in model.references]
 
     def attached(piece: int, point: Array) -> int:
-        """Return a node rigidly attached to a piece."""
+        """Return a node at ``point``, rigidly attached to a piece."""
         if piece != model.base and np.array_equal(point, model.references[piece]):
             return references[piece]
         tag = node(point)
@@ -178,7 +184,7 @@ def frame_of(model: FrameModel, scale: FrameUnits, probes: Sequence[int], elemen
     beams: list[BeamInput] = []
     for joint in model.joints:
         inner, outer = (attached(piece, joint.point) for piece in joint.pieces)
-        rows = series(joint)
+        rows = springs_in_series(joint)
         nodes_between = [inner, *(node(joint.point) for _ in rows[1:]), outer]
         for number, (axes, stiffness) in enumerate(rows):
             turn = np.kron(np.eye(2), axes)
@@ -226,7 +232,7 @@ def frame_of(model: FrameModel, scale: FrameUnits, probes: Sequence[int], elemen
 
 
 def _at_ends(beam: FrameBeam) -> Array:
-    """Return the wrenches (12,) on a beam's ends, base end first, equivalent to its uniform moment and its length error.
+    """Return forces and moments (12,) on a beam's inner and outer end, equivalent to its uniform moment and its length error.
 
     For a clamped Timoshenko beam under a uniform transverse moment m, the forces are m/(1 + φ) along the transverse axis normal
     to m, with φ = 12 EI/(κGA L²). The length error is compensated by an axial force.
@@ -239,16 +245,19 @@ def _at_ends(beam: FrameBeam) -> Array:
     return np.concatenate([beam.axes @ part for part in (-forces, moments, forces, moments)])
 
 
-def series(joint: FrameJoint) -> list[tuple[Array, Array]]:
-    """Return axes and stiffnesses (6,) of a joint's springs in series: infinite in constrained directions, zero in free ones."""
+def springs_in_series(joint: FrameJoint) -> list[tuple[Array, Array]]:
+    """Return axes (3, 3) and stiffness (6,) of each spring of a joint: infinite in constrained, zero in free directions."""
     blocks = (joint.axes, np.where(joint.blocked, np.inf, 0.0))
     springs = [(spring.axes, spring.stiffness) for spring in joint.springs]
     return springs if springs and np.all(joint.blocked) else [blocks, *springs]
 
 
-def _arrays(level: Answer) -> dict[str, Array]:
-    """Return the arrays of a level, in units of the scale: displacements of p probes under the loads ("twist", (6p,)) and under
-    unit loads ("compliance", (6p, 6p)), and forces of springs (n, 6) and beams (n, 2, 6).
+def _level_results(level: Answer) -> dict[str, Array]:
+    """Return the results of a level for p probes, in units of the scale.
+
+    Returns:
+        Displacements under the loads ("twist", (6p,)) and under unit loads ("compliance", (6p, 6p)); forces of springs
+            ("springs", (n, 6)) and on the ends of beams ("beams", (n, 2, 6)).
     """
     moved = np.array(level["moved"])
     return {
@@ -268,37 +277,38 @@ def weights_at_zero(h: Array) -> Array:
 
 
 def _extrapolated(levels: list[dict[str, Array]], h: Array) -> dict[str, Array]:
-    """Return the value at h = 0 of the polynomial through the levels."""
+    """Return each result at h = 0, by the polynomial through its values at ``h``."""
     weights = weights_at_zero(h).tolist()
     return {name: sum((w * level[name] for w, level in zip(weights, levels, strict=True)), np.zeros(())) for name in levels[0]}
 
 
 def _scatter(some: Mapping[str, Array], other: Mapping[str, Array]) -> float:
-    """Return the largest relative difference of two scaled results, with reference values of at least 1e-3."""
+    """Return the largest relative difference of two scaled results, with divisors of at least 1e-3."""
     gaps = [np.abs(some[key] - other[key]).max(initial=0.0) / max(np.abs(some[key]).max(initial=0.0), 1e-3) for key in some]
     return float(max(gaps)) if np.all(np.isfinite(gaps)) else float("inf")
 
 
 def of_platform(raw: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the results with the displacements of the platform only, the first probe; other pieces may spin freely."""
+    """Return the results with displacements of the platform, the first probe, only; other pieces may spin freely."""
     return {**raw, "twist": raw["twist"][:6], "compliance": raw["compliance"][:6, :6]}
 
 
-def answer(model: FrameModel, scale: FrameUnits, raw: Mapping[str, Array]) -> FrameSolution:
-    """Return the solution in SI units."""
+def solution(model: FrameModel, scale: FrameUnits, raw: Mapping[str, Array]) -> FrameSolution:
+    """Return extrapolated results in SI units."""
     wrenches: dict[str, Array] = {}
     row = 0
     for joint in model.joints:
         # a joint inside several telescopic beams transmits the sum of their wrenches
         wrenches[joint.name] = wrenches.get(joint.name, np.zeros(6)) + raw["springs"][row] * scale.wrench
-        row += len(series(joint))
+        row += len(springs_in_series(joint))
     sections = {beam.name: raw["beams"][k] * scale.wrench * np.array([[-1.0], [1.0]]) for k, beam in enumerate(model.beams)}
     forces = {
-        actuator.name: sum(factor * _along(part, wrenches) for factor, part in actuator.moves) for actuator in model.actuators
+        actuator.name: sum(factor * _force_along(part, wrenches) for factor, part in actuator.moves)
+        for actuator in model.actuators
     }
     C = raw["compliance"] * scale.twist[:, None] / scale.wrench
     C = (C + C.T) / 2
-    torques = frozenset(actuator.name for actuator in model.actuators if actuator.rotates)
+    rotating_actuators = frozenset(actuator.name for actuator in model.actuators if actuator.rotates)
     return FrameSolution(
         frozen(raw["twist"] * scale.twist),
         frozen(C),
@@ -306,7 +316,7 @@ def answer(model: FrameModel, scale: FrameUnits, raw: Mapping[str, Array]) -> Fr
         ResultMapping({name: frozen(wrench) for name, wrench in wrenches.items()}),
         ResultMapping({name: frozen(wrench) for name, wrench in sections.items()}),
         ResultMapping(forces),
-        torques,
+        rotating_actuators,
     )
 
 
@@ -319,8 +329,7 @@ def inverse(compliance: Array, length: float) -> Array:
         return np.full((6, 6), np.nan)
 
 
-def _along(part: Coordinate, wrenches: Mapping[str, Array]) -> float:
-    """Return the component of a joint's wrench along its coordinate: a force or a torque."""
+def _force_along(part: Coordinate, wrenches: Mapping[str, Array]) -> float:
     wrench = wrenches[part.joint]
     return float(part.axis @ (wrench[3:] if part.rotates else wrench[:3]))
 
@@ -329,7 +338,7 @@ def _along(part: Coordinate, wrenches: Mapping[str, Array]) -> float:
 
 
 def run(frame: Frame, springs: list[tuple[float, float]]) -> list[Answer]:
-    """Solve a frame by OpenSees in a separate process, for pairs of stiffnesses of the joints' blocked and free directions."""
+    """Solve a frame by OpenSees in a separate process, once for each pair (penalty, regularization) of ``springs``."""
     if importlib.util.find_spec("openseespy") is None:
         raise OpenSeesError("the check by finite elements needs OpenSeesPy: pip install 'kinetostatics[verify]'")
     command = [sys.executable, str(Path(__file__).with_name("worker.py"))]

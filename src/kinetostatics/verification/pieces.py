@@ -1,7 +1,7 @@
 """Rigid pieces of a robot at one pose, and the joints and beams between them.
 
-A piece is a link without beams, or the parts fixed to one end of a beam. Pieces are derived from the file and the poses of the
-links, independently of :mod:`kinetostatics.mechanism.limbs`.
+A piece is a link without beams, or the parts fixed to one end of a beam. Pieces follow from the robot's file and the poses of the
+links, without :mod:`kinetostatics.mechanism.limbs`.
 """
 
 from __future__ import annotations
@@ -23,11 +23,12 @@ if TYPE_CHECKING:
 
 
 class Directions:
-    """Directions of the edges of a graph from base to platform.
+    """Inner node of every edge of a graph.
 
     If all simple paths from base to platform traverse an edge in the same direction, its inner node comes first on these paths.
     If paths traverse the edge in both directions (the bridge of a cross-brace), or if the edge belongs to a ring outside all
-    paths, its inner node is its first node. Other edges outside all paths point away from base or platform.
+    paths, its inner node is its first node. The inner node of any other edge is the node that is connected to base or platform
+    without this edge.
 
     Args:
         edges: the two nodes of every edge, by key.
@@ -66,8 +67,8 @@ class PlacedJoint:
         kind: name of its type.
         links: predecessor and successor.
         frames: (4, 4) joint frames fixed to predecessor and successor.
-        axis: (3,) first axis, fixed to the predecessor.
-        axis2: (3,) second axis of a universal joint, fixed to the successor.
+        axis: (3,) axis; of a universal joint, the axis fixed to the predecessor.
+        axis2: (3,) axis of a universal joint fixed to the successor.
         locked: whether it is driven, or follows a driven joint.
     """
 
@@ -81,16 +82,13 @@ class PlacedJoint:
 
     @property
     def type(self) -> JointType:
-        """The joint's type, a row of the table of joint types."""
         return JOINT_TYPES[self.kind]
 
     def other(self, link: str) -> str:
-        """Return the link on the other side."""
         return self.links[1] if link == self.links[0] else self.links[0]
 
 
 def placed_joints(configuration: Configuration) -> dict[str, PlacedJoint]:
-    """Return all joints and loops of a single pose by name."""
     description = configuration.robot.description
     driven = set(description.driven)
     found = {}
@@ -115,14 +113,14 @@ def placed_joints(configuration: Configuration) -> dict[str, PlacedJoint]:
 
 
 @dataclass(frozen=True)
-class JointedBodies:
+class JointedPieces:
     """A joint between two pieces.
 
     Attributes:
         joint: the joint.
         pieces: pieces of its predecessor and successor.
-        along: for a joint inside a telescopic beam, the beam's name, and whether the joint's predecessor is nearer to the start
-            of the beam; else None.
+        along: only for a joint inside a telescopic beam: the beam's name, and whether the joint's predecessor is nearer to the
+            beam's start.
     """
 
     joint: PlacedJoint
@@ -142,14 +140,14 @@ class PlacedBeam:
 class RigidPieces:
     """All rigid pieces of one pose.
 
-    A telescopic beam spans joints and belongs to one of the links between its ends, its carrier. The joints between its start
-    and the carrier connect the start to the beam; the other joints connect the beam to its end. The links between all these
-    joints, except the carrier, are intermediate pieces.
+    A telescopic beam spans joints and belongs to one of the links between its ends, its carrier. The joints between its start and
+    the carrier connect the start to the beam; the other joints connect the beam to its end. The links between all these joints,
+    except the carrier, are intermediate pieces.
 
     Attributes:
         joints: all joints and loops by name.
-        jointed: joints with their pieces, in the order of the file. A joint inside a telescopic beam connects pieces of that
-            beam; a joint inside several beams has one entry for each beam.
+        jointed: joints with their pieces, in the order of the file. A joint inside several telescopic beams has one entry for
+            each beam, with pieces of that beam.
         beams: all beams by name.
         base, platform: pieces of base and platform.
     """
@@ -162,7 +160,7 @@ class RigidPieces:
         self._parent: list[int] = []
         #: pieces of each link with their points; point None: the link is one piece
         self._of: dict[str, list[tuple[Array | None, int]]] = {}
-        self._inside: list[JointedBodies] = []
+        self._inside: list[JointedPieces] = []
         #: for each intermediate piece of a telescopic beam, the piece at the nearer end of the beam
         self._whole: dict[int, int] = {}
         spans = SpanFinder(self.robot.mechanism).spans()
@@ -171,18 +169,17 @@ class RigidPieces:
         self.beams = {name: self._place(span) for name, span in spans.items()}
         spanned = {item.joint.name for item in self._inside}
         order = list(self.joints)
-        outside = [JointedBodies(joint, self._sides(joint)) for name, joint in self.joints.items() if name not in spanned]
+        outside = [JointedPieces(joint, self._sides(joint)) for name, joint in self.joints.items() if name not in spanned]
         self.jointed = sorted([*outside, *self._inside], key=lambda item: order.index(item.joint.name))
         self.base, self.platform = self.of_link(self.description.base), self.of_link(self.description.platform)
 
     def find(self, piece: int) -> int:
-        """Return the piece that represents all pieces merged with a given piece."""
+        """Return the piece with which ``piece`` was merged, directly or through other pieces; an unmerged piece itself."""
         while self._parent[piece] != piece:
             piece = self._parent[piece]
         return piece
 
     def is_rigid(self, link: str) -> bool:
-        """Whether a link contains no beam."""
         return link not in self._carriers
 
     def of_link(self, link: str) -> int:
@@ -190,7 +187,7 @@ class RigidPieces:
         return self.find(self._of[link][0][1])
 
     def at(self, link: str, point: Array) -> int:
-        """Return the piece of a link nearest to a point (3,)."""
+        """Return the link's piece nearest to a point (3,), world axes."""
 
         def distance(entry: tuple[Array | None, int]) -> float:
             return 0.0 if entry[0] is None else float(np.linalg.norm(entry[0] - point))
@@ -207,7 +204,7 @@ class RigidPieces:
         return self._parent[-1]
 
     def _point(self, link: str, body_point: Array) -> Array:
-        """Return the world position of a point given in the body of a link."""
+        """Return the world position of a point given in the frame of the body that contains the link."""
         placement = self.robot.mechanism.body_of[link][1]
         return np.asarray((self._frame[link] @ np.linalg.solve(placement, np.append(body_point, 1.0)))[:3])
 
@@ -252,14 +249,14 @@ class RigidPieces:
             for joint, inner_piece, outer_piece, link in zip(joints, row, row[1:], outer, strict=False):
                 forward = joint.links[1] == link
                 pieces = (inner_piece, outer_piece) if forward else (outer_piece, inner_piece)
-                self._inside.append(JointedBodies(joint, pieces, (span.beam.name, forward)))
+                self._inside.append(JointedPieces(joint, pieces, (span.beam.name, forward)))
         return PlacedBeam(span.beam.name, ends, np.array([start, end]))
 
     # ---- inner and outer sides ---------------------------------------------------------------------------------------
 
     @cached_property
     def _ends(self) -> tuple[set[int], set[int]]:
-        """Pieces rigidly connected to base and platform by fixed joints between links without beams."""
+        """Return two sets: pieces fixed to the base, pieces fixed to the platform; by rigid joints between rigid links."""
         elastic = {item.joint for item in self.description.joint_stiffness.values() if item.linear or item.angular}
         welds = [
             joint.links
@@ -273,8 +270,8 @@ class RigidPieces:
         return base, platform
 
     @cached_property
-    def within(self) -> frozenset[str]:
-        """Names of joints inside the base or the platform, and of floating joints."""
+    def outside_limbs(self) -> frozenset[str]:
+        """Names of joints inside the base, of joints inside the platform, and of floating joints."""
         return frozenset(
             item.joint.name
             for item in self.jointed
@@ -296,7 +293,7 @@ class RigidPieces:
         return Directions({key: (node(first), node(second)) for key, (first, second) in edges.items()}, self.base, self.platform)
 
     def predecessor_is_inner(self, number: int) -> bool:
-        """Whether the predecessor is the inner side of the joint ``jointed[number]``."""
+        """Whether the predecessor is on the inner side of the joint ``jointed[number]``."""
         along = self.jointed[number].along
         if along is None:
             return self._directions.inner_first(f"joint:{number}")
@@ -304,5 +301,4 @@ class RigidPieces:
         return self.start_is_inner(beam) == forward
 
     def start_is_inner(self, beam: str) -> bool:
-        """Whether a beam's start is its inner end."""
         return self._directions.inner_first(f"beam:{beam}")

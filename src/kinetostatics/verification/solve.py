@@ -1,10 +1,10 @@
 """Solution of a frame with geometric stiffness and with elastic actuators that move several joints.
 
-A force f of constant direction, on a piece at the arm r, has the second-order potential −½ f·(θ × (θ × r)) under a rotation θ of
+The geometric stiffness K_G is the second derivative of the second-order energy of springs and weights, which is the sum of three
+kinds of terms. A force f of constant direction, on a piece at the arm r, has the energy −½ f·(θ × (θ × r)) under a rotation θ of
 the piece. The force and moment of a joint rotate with the mean of the rotations of its two pieces. In a beam with axis direction
-e, section force F and moment M, displacement u and rotation θ, the second-order work is
-∫ F·(½ θ × (θ × e) − θ × u′) − ½ M·(θ × θ′) ds (J. C. Simo and L. Vu-Quoc, Comput. Methods Appl. Mech. Eng. 58, 1986). The sum
-of these terms is the second-order energy of springs and weights.
+e, section force F and moment M, displacement u and rotation θ, the second-order work is ∫ F·(½ θ × (θ × e) − θ × u′) − ½ M·(θ ×
+θ′) ds (J. C. Simo and L. Vu-Quoc, Comput. Methods Appl. Mech. Eng. 58, 1986).
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ import numpy as np
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.verification.frame import Actuator, FrameBeam, FrameJoint, FrameModel
-from kinetostatics.verification.opensees import FrameSolution, FrameUnits, answer, inverse, levels, series
+from kinetostatics.verification.opensees import FrameSolution, FrameUnits, extrapolations, inverse, solution, springs_in_series
 
-#: Difference of two extrapolations of the compliance, in units of the stiffest element, above which a motion is constrained by
-#: the small stiffness of free directions alone.
+#: Difference of two extrapolated compliances, times the stiffness of the stiffest element, above which only the small stiffness
+#: of free directions constrains a motion.
 LOOSE = 1e9
-#: Stiffness relative to the largest geometric stiffness, or component of a unit motion, that counts as zero.
+#: A stiffness counts as zero below this part of the largest geometric stiffness; a component of a unit motion, below this value.
 NOTHING = 1e-6
-#: Relative change of displacement-dependent loads at which their iteration ends, and largest number of iterations.
+#: The iteration of displacement-dependent loads ends at this relative change, or after this number of solutions.
 FOLLOWED, PASSES = 1e-12, 4
 
 
@@ -32,7 +32,7 @@ def solve(model: FrameModel) -> tuple[FrameSolution, FrameSolution]:
     """Solve a frame: first with rigid actuators, then with the deflections of elastic actuators that move several joints.
 
     Returns:
-        The solution; and a second one, extrapolated from all levels but the last, to estimate the accuracy.
+        The solution; and a solution extrapolated from all levels but the last, to estimate the accuracy.
 
     Raises:
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
@@ -60,11 +60,11 @@ def _by_unit_deflection(model: FrameModel, actuator: Actuator) -> FrameModel:
 def _with_elastic_actuators(
     model: FrameModel, soft: Sequence[Actuator], rigid: FrameSolution, units: Sequence[FrameSolution]
 ) -> FrameSolution:
-    """Add the deflections w of elastic actuators to a solution with rigid actuators.
+    """Add the deflections w of elastic actuators to the solution ``rigid``.
 
-    The deflections satisfy f₀ + G w = −k w, with the actuator forces f₀ of the rigid solution, the actuator forces G by unit
-    deflections, and the stiffnesses k. By reciprocity, the actuator forces under a unit load on the platform are the negative
-    displacements of the platform by unit deflections.
+    The deflections satisfy f₀ + G w = −k w, with the actuator forces f₀ of ``rigid``, the actuator forces G by unit deflections
+    (the solutions ``units``), and the stiffnesses k. By reciprocity, the actuator forces under a unit load on the platform are
+    the negative displacements of the platform by unit deflections.
     """
     if not soft:
         return rigid
@@ -98,26 +98,28 @@ def _with_elastic_actuators(
 
 
 def _solve(model: FrameModel, robot: FrameModel) -> tuple[FrameSolution, FrameSolution]:
-    """Solve a frame like :func:`solve`, but actuators that move several joints are rigid."""
+    """Solve ``model`` like :func:`solve`, with rigid actuators and the geometric stiffness of ``robot``."""
     scale = FrameUnits(model)
-    answers = _with_springs(model, robot, scale) if model.ties else levels(model, scale, [model.platform])
-    all_levels, one_less = (answer(model, scale, raw) for raw in answers)
+    answers = _with_geometric_stiffness(model, robot, scale) if model.springs else extrapolations(model, scale, [model.platform])
+    all_levels, one_less = (solution(model, scale, raw) for raw in answers)
     return all_levels, one_less
 
 
-def _with_springs(model: FrameModel, robot: FrameModel, scale: FrameUnits) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Return results like those of :func:`levels`, with the geometric stiffness K_G of the forces at the pose.
+def _with_geometric_stiffness(
+    model: FrameModel, robot: FrameModel, scale: FrameUnits
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Return results like :func:`extrapolations`, with the geometric stiffness K_G of the forces at the pose.
 
     OpenSees computes these forces, the displacements u₀ without K_G, and the compliance C of all pieces under unit loads. The
-    displacements are u = (1 + C K_G)⁻¹ u₀. To remove rounding errors of C, the frame is solved again with the further loads
-    −K_G u; the difference between its displacements and u corrects u. This is repeated until these loads no longer change.
+    displacements are u = (1 + C K_G)⁻¹ u₀. To remove rounding errors of C, the frame is solved again with the further loads −K_G
+    u; the difference between its displacements and u corrects u. This is repeated until these loads no longer change.
     """
     pieces = [model.platform, *(piece for piece in range(len(model.references)) if piece not in (model.base, model.platform))]
-    at_the_pose, loaded = levels(robot.at_the_pose, scale, pieces), levels(model, scale, pieces)
+    at_the_pose, loaded = extrapolations(robot.at_the_pose, scale, pieces), extrapolations(model, scale, pieces)
     rows = np.concatenate([6 * piece + np.arange(6) for piece in pieces])
-    first = np.cumsum([0, *(len(series(joint)) for joint in model.joints)])[:-1]
+    first = np.cumsum([0, *(len(springs_in_series(joint)) for joint in model.joints)])[:-1]
     found = []
-    # the compliances differ in motions that the small stiffness of free directions alone constrains
+    # the two compliances differ only in motions constrained by nothing but the small stiffness of free directions
     difference = loaded[0]["compliance"] - loaded[1]["compliance"]
     for forces, raw in zip(at_the_pose, loaded, strict=True):
         K = geometric_stiffness(robot, forces["springs"][first] * scale.wrench, forces["beams"] * scale.wrench)
@@ -131,7 +133,7 @@ def _with_springs(model: FrameModel, robot: FrameModel, scale: FrameUnits) -> tu
     for _ in range(PASSES):
         loads = model.loads.copy()
         loads[pieces] -= (K @ guess).reshape(-1, 6) * scale.wrench
-        with_more = levels(replace(model, loads=loads), scale, pieces)
+        with_more = extrapolations(replace(model, loads=loads), scale, pieces)
         answered = [guess + solved @ (raw["twist"] - guess) for raw, (_, solved, *_) in zip(with_more, found, strict=True)]
         step, guess = answered[0] - guess, answered[0]
         if np.abs(K @ step).max(initial=0.0) <= FOLLOWED * np.abs(K @ guess).max(initial=0.0):
@@ -142,25 +144,26 @@ def _with_springs(model: FrameModel, robot: FrameModel, scale: FrameUnits) -> tu
         turns[pieces] = moved.reshape(-1, 6)[:, 3:] * scale.twist[3:]
         springs = raw["springs"].copy()
         for joint, row in zip(model.joints, first, strict=True):
-            # here a wrench rotates with the mean of the joint's pieces, in the analysis with the mean of the compound joint's
-            run, ends = robot.run_of(joint)
+            # _joint_stiffness rotates a wrench with the mean of the joint's pieces, the analysis with the mean of the compound
+            # joint's pieces
+            hinges, ends = robot.compound_of(joint)
             turn = np.mean(turns[list(joint.pieces)] - turns[list(ends)], axis=0)
             springs[row] += np.cross(turn, forces["springs"][row].reshape(2, 3)).ravel()
-            if len(run) == 2:  # a universal joint transmits a moment along the normal of both axes only
-                normal = np.cross(run[0].axes[:, 0], run[1].axes[:, 0])
+            if len(hinges) == 2:  # a universal joint transmits only a moment about the common normal of its axes
+                normal = np.cross(hinges[0].axes[:, 0], hinges[1].axes[:, 0])
                 springs[row, 3:] = normal * (springs[row, 3:] @ normal) / (normal @ normal)
         answers.append(raw | {"springs": springs, "twist": moved[:6], "compliance": compliance})
     return answers[0], answers[1]
 
 
 def _constrained(difference: Array, K: Array) -> Array:
-    """Return the projection (n, n) that removes motions without stiffness, except those that move the platform.
+    """Return the projection (n, n) that removes motions without stiffness, except motions of the platform, the first piece.
 
-    A removed motion is, for example, the spin of a strut between two spherical joints. The platform is the first piece.
+    A removed motion is, for example, the spin of a strut between two spherical joints.
 
     Args:
-        difference: (n, n) difference of two compliances, extrapolated from all levels of :func:`levels` and from one less; zero
-            for motions that the robot resists even without the small stiffness added to free directions.
+        difference: (n, n) difference of the compliances extrapolated from all levels and from all levels but the last; zero for
+            motions that the robot resists even without the small stiffness added to free directions.
         K: (n, n) the geometric stiffness.
     """
     values, vectors = np.linalg.eigh((difference + difference.T) / 2)
@@ -188,39 +191,39 @@ def geometric_stiffness(model: FrameModel, joints: Array, beams: Array) -> Array
         np.add.at(K, np.ix_(rows, rows), block)
 
     def acts(piece: int, point: Array, force: Array) -> None:
-        K[6 * piece + 3 : 6 * piece + 6, 6 * piece + 3 : 6 * piece + 6] += _of_arm(force, point - model.references[piece])
+        K[6 * piece + 3 : 6 * piece + 6, 6 * piece + 3 : 6 * piece + 6] += _arm_stiffness(force, point - model.references[piece])
 
     def moves(pieces: tuple[int, int], points: Array) -> Array:
-        """Return the displacements (2, 6, 12) of a point of each of two pieces, by the displacements of the pieces."""
+        """Return the displacements (2, 6, 12) of one point of each of two pieces, by the displacements of the pieces."""
         found = np.zeros((2, 6, 12))
         for side, (piece, point) in enumerate(zip(pieces, points, strict=True)):
             found[side, :, 6 * side : 6 * side + 6] = np.eye(6)
             found[side, :3, 6 * side + 3 : 6 * side + 6] = -_cross(point - model.references[piece])
         return found
 
-    for piece, point, force in model.pulls:
+    for piece, point, force in model.point_forces:
         acts(piece, point, force)
-    for tie in model.ties:
-        one, two = moves(tie.pieces, tie.points)[:, :3]
-        apart = tie.axes.T @ (two - one)
-        put(tie.pieces, apart.T @ (tie.stiffness[:, None] * apart))
+    for spring in model.springs:
+        one, two = moves(spring.pieces, spring.points)[:, :3]
+        apart = spring.axes.T @ (two - one)
+        put(spring.pieces, apart.T @ (spring.stiffness[:, None] * apart))
     for joint, wrench in zip(model.joints, joints, strict=True):
         for piece, sign in zip(joint.pieces, (-1, 1), strict=True):
             acts(piece, joint.point, sign * wrench[:3])
-        put(joint.pieces, _of_joint(joint, wrench, *moves(joint.pieces, np.array([joint.point] * 2))))
+        put(joint.pieces, _joint_stiffness(joint, wrench, *moves(joint.pieces, np.array([joint.point] * 2))))
     for beam, ends in zip(model.beams, beams, strict=True):
         for piece, point, end in zip(beam.pieces, beam.points, ends, strict=True):
             acts(piece, point, -end[:3])
-        put(beam.pieces, _of_beam(beam, ends[1], *moves(beam.pieces, beam.points)))
+        put(beam.pieces, _beam_stiffness(beam, ends[1], *moves(beam.pieces, beam.points)))
     return K
 
 
 def _cross(v: Array) -> Array:
-    """Return the matrix (3, 3) of a cross product."""
+    """Return the matrix (3, 3) of the cross product with ``v``."""
     return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
 
 
-def _of_arm(force: Array, arm: Array) -> Array:
+def _arm_stiffness(force: Array, arm: Array) -> Array:
     """Return the second derivative (3, 3) of −½ f·(θ × (θ × r)) by θ."""
     return np.asarray((force @ arm) * np.eye(3) - (np.outer(force, arm) + np.outer(arm, force)) / 2)
 
@@ -229,12 +232,17 @@ def _symmetric(matrix: Array) -> Array:
     return np.asarray(matrix + matrix.T)
 
 
-def _of_joint(joint: FrameJoint, wrench: Array, inner: Array, outer: Array) -> Array:
+def _joint_stiffness(joint: FrameJoint, wrench: Array, inner: Array, outer: Array) -> Array:
     """Return the second derivative (12, 12) of −F·d − M·φ for the force F and the moment M of a joint.
 
     d is the displacement of the joint's centre on the outer piece relative to its centre on the inner piece, in the mean of both
     pieces' axes; φ is the relative rotation vector, to second order θ₂ − θ₁ − ½ θ₁ × θ₂ for the rotations θ₁ of the inner and θ₂
-    of the outer piece. The second-order displacements of the centres are not included; :func:`_of_arm` gives their part.
+    of the outer piece. The second-order displacements of the centres are left to :func:`_arm_stiffness`.
+
+    Args:
+        joint: the joint.
+        wrench: (6,) F and M, of the inner piece on the outer piece [N, N·m].
+        inner, outer: (6, 12) displacements of the centre on each piece by the displacements of the two pieces.
     """
     mean, apart = (inner[3:] + outer[3:]) / 2, outer[:3] - inner[:3]
     found = _symmetric(outer[3:].T @ _cross(wrench[3:]) @ inner[3:] / 2 - mean.T @ _cross(wrench[:3]) @ apart)
@@ -244,46 +252,46 @@ def _of_joint(joint: FrameJoint, wrench: Array, inner: Array, outer: Array) -> A
     # −(θ₂ − θ₁)·(a × b) + ½ b·(θ₁ × (θ₁ × a)) + ½ a·(θ₂ × (θ₂ × b)) + (θ₁ × a)·(θ₂ × b)
     a, b = joint.cross
     normal = np.cross(a, b)
-    angle = inner[3:].T @ _of_arm(b, a) @ inner[3:] + outer[3:].T @ _of_arm(a, b) @ outer[3:]
+    angle = inner[3:].T @ _arm_stiffness(b, a) @ inner[3:] + outer[3:].T @ _arm_stiffness(a, b) @ outer[3:]
     angle -= _symmetric(inner[3:].T @ _cross(a).T @ _cross(b) @ outer[3:])
     turn = -_symmetric(outer[3:].T @ _cross(normal) @ inner[3:] / 2)
     return np.asarray(found - wrench[3:] @ normal / (normal @ normal) * (angle - turn))
 
 
-def _of_beam(beam: FrameBeam, end: Array, first: Array, last: Array) -> Array:
-    """Return the second derivative (12, 12) of the work of the section forces in a beam with the linear bending shapes.
+def _beam_stiffness(beam: FrameBeam, end: Array, first: Array, last: Array) -> Array:
+    """Return the second derivative (12, 12) of the second-order work in a beam that has the linear bending shape.
 
     Args:
         beam: the beam.
-        end: (6,) wrench on its last end [N, N·m].
-        first, last: (6, 12) displacements of its ends by unit displacements of its two pieces.
+        end: (6,) wrench on its outer end [N, N·m].
+        first, last: (6, 12) displacements of its inner and outer end by the displacements of its two pieces.
     """
     L, R = beam.length, np.kron(np.eye(2), beam.axes)
     first, last = R.T @ first, R.T @ last
     force, moment, weight, turning = (beam.axes.T @ v for v in (end[:3], end[3:], beam.load[:3], beam.load[3:]))
-    of_weight = _of_arm(weight, beam.axes.T @ beam.lever)
+    of_weight = _arm_stiffness(weight, beam.axes.T @ beam.lever)
     e = np.array([1.0, 0, 0])
 
     def rigid(s: float) -> Array:
         return np.vstack([first[:3] - s * _cross(e) @ first[3:], first[3:]])
 
-    wrench = np.linalg.solve(_bent(beam, L), last - rigid(L))
+    wrench = np.linalg.solve(_cantilever_displacements(beam, L), last - rigid(L))
     found = np.zeros((12, 12))
     for place, share in zip(*np.polynomial.legendre.leggauss(3), strict=True):  # the integrand is of the fifth degree
         s = L * (1 + place) / 2
         rest = (L - s) * e
         F = force + (L - s) * weight
         M = moment + np.cross(rest, force) + (L - s) * (np.cross(rest, weight) / 2 + turning)
-        theta = (rigid(s) + _bent(beam, s) @ wrench)[3:]
-        slopes = _bent(beam, s, 1) @ wrench
+        theta = (rigid(s) + _cantilever_displacements(beam, s) @ wrench)[3:]
+        slopes = _cantilever_displacements(beam, s, 1) @ wrench
         along = slopes[:3] - _cross(e) @ first[3:]
         part = _symmetric(theta.T @ _cross(F) @ along + theta.T @ _cross(M) @ slopes[3:] / 2)
-        found += share * L / 2 * (part + theta.T @ (of_weight - _of_arm(F, e)) @ theta)
+        found += share * L / 2 * (part + theta.T @ (of_weight - _arm_stiffness(F, e)) @ theta)
     return found
 
 
-def _bent(beam: FrameBeam, s: float, derivative: int = 0) -> Array:
-    """Return the displacements (6, 6) at the arc length s of a beam, clamped at its first end, by unit wrenches on its last end.
+def _cantilever_displacements(beam: FrameBeam, s: float, derivative: int = 0) -> Array:
+    """Return the displacements (6, 6) at the arc length s of a beam, clamped at its inner end, by unit wrenches on its outer end.
 
     With ``derivative`` 1, return the derivatives of these displacements by s.
     """

@@ -32,7 +32,7 @@ class SpringInput(TypedDict):
 
 
 class BeamInput(TypedDict):
-    """An element of a beam: ``load`` and ``mass`` are per length, ``at_ends`` are further wrenches on both ends."""
+    """An element of a beam: ``load`` and ``mass`` are per length; ``at_ends`` (12,) are further wrenches on its two ends."""
 
     tag: int
     nodes: list[int]
@@ -44,7 +44,16 @@ class BeamInput(TypedDict):
 
 
 class Frame(TypedDict):
-    """A frame; if ``modes`` is not 0, the ``modes`` lowest eigenvalues are computed in place of displacements."""
+    """A frame, dimensionless.
+
+    Attributes:
+        ties: for each rigid arm, the reference node and the node tied to it.
+        loads: nodes with forces and moments.
+        probes: nodes whose displacements are computed.
+        masses: nodes with masses.
+        modes: number of the lowest eigenvalues to compute in place of displacements; 0 for displacements.
+        springs_at_level: stiffness of constrained and of free directions, for each solution.
+    """
 
     nodes: list[list[float]]
     fixed: list[int]
@@ -61,7 +70,7 @@ class Frame(TypedDict):
 #: Largest number of equations for which eigenvalues of dense matrices are computed.
 FEW = 100
 
-#: Either displacements of the probes ("moved", a row for each load) and forces ("springs", "beams", a row for each); or
+#: Displacements of the probes ("moved", a row for each load) and forces ("springs", "beams", a row for each); or
 #: eigenvalues ("squares", a single row).
 Answer: TypeAlias = dict[str, list[list[float]]]
 
@@ -69,8 +78,8 @@ Answer: TypeAlias = dict[str, list[list[float]]]
 def load_opensees() -> ModuleType:
     """Import OpenSees.
 
-    The wheel for Linux contains BLAS, LAPACK and their dependencies. Where the system lacks these, the loader does not find them
-    in the wheel; therefore they are loaded first.
+    The wheel for Linux contains BLAS, LAPACK and their dependencies. On a system that lacks these libraries, the loader does not
+    find them in the wheel; therefore they are loaded first.
     """
     try:
         import openseespy.opensees as ops
@@ -87,7 +96,7 @@ def load_opensees() -> ModuleType:
 
 
 def build(ops: ModuleType, frame: Frame, penalty: float, regularization: float) -> None:
-    """Build the frame with stiffness ``penalty`` in blocked directions and ``regularization`` in free directions."""
+    """Build the frame with stiffness ``penalty`` in constrained directions and ``regularization`` in free directions."""
     ops.wipe()
     ops.model("basic", "-ndm", 3, "-ndf", 6)
     for tag, point in enumerate(frame["nodes"]):
@@ -128,7 +137,7 @@ def build(ops: ModuleType, frame: Frame, penalty: float, regularization: float) 
 
 
 def solve(ops: ModuleType, frame: Frame, penalty: float, regularization: float) -> Answer:
-    """Return displacements of the probes under loads and under unit loads, and forces of springs and beams under loads."""
+    """Return displacements of the probes under the loads, then under unit loads; forces of springs and beams under the loads."""
     build(ops, frame, penalty, regularization)
     answer = under_loads(ops, frame, penalty)
     for probe in frame["probes"]:
@@ -143,7 +152,7 @@ def solve(ops: ModuleType, frame: Frame, penalty: float, regularization: float) 
 def eigenvalues(ops: ModuleType, frame: Frame, penalty: float, regularization: float) -> Answer:
     """Return the lowest eigenvalues.
 
-    Arnoldi's method needs more equations than eigenvalues, and enough masses; LAPACK is used for few equations.
+    Arnoldi's method needs more equations than eigenvalues, and enough masses; a frame with few equations is solved by LAPACK.
     """
     build(ops, frame, penalty, regularization)
     equations = 6 * (len(frame["nodes"]) - len(frame["fixed"]) - len(frame["ties"]))
@@ -154,7 +163,6 @@ def eigenvalues(ops: ModuleType, frame: Frame, penalty: float, regularization: f
 
 
 def displacements(ops: ModuleType, frame: Frame) -> list[float]:
-    """Return the displacements of all probes."""
     return [float(value) for probe in frame["probes"] for value in ops.nodeDisp(probe)]
 
 
@@ -211,7 +219,6 @@ def under_loads(ops: ModuleType, frame: Frame, penalty: float) -> Answer:
 
 
 def added(some: list[list[float]], more: list[list[float]]) -> list[list[float]]:
-    """Return the sum of two tables."""
     return [[a + b for a, b in zip(*rows, strict=True)] for rows in zip(some, more, strict=True)]
 
 
@@ -229,13 +236,12 @@ class SingularFrameError(Exception):
 
 
 def analyze(ops: ModuleType, steps: int) -> None:
-    """Solve the equations of the frame in ``steps`` load steps."""
     if ops.analyze(steps) != 0:
         raise SingularFrameError("the frame has no solution")
 
 
 def main() -> None:
-    """Read a frame, solve it for every pair of stiffnesses, write the answers."""
+    """Read a frame, solve it for every entry of ``springs_at_level``, write the answers."""
     output = os.dup(1)
     sink = os.open(os.devnull, os.O_WRONLY)
     os.dup2(sink, 1)
