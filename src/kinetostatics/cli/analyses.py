@@ -25,9 +25,9 @@ from kinetostatics.cli.inputs import (
     parse_parameters,
     parse_range,
     payload_of,
+    pose_arguments,
     pose_of,
     value_of,
-    where_of,
 )
 from kinetostatics.cli.output import FIGURES, answer, check_files, save_files
 from kinetostatics.description.units import PLATFORM_KINDS
@@ -54,7 +54,6 @@ TABLES = (
 
 
 def _analyze(args: argparse.Namespace) -> int:
-    """Print the analysis of a pose or a path; write that of a path to files."""
     with waiting("analyzing"):
         options, tool = loads_of(args), value_of("tool", args)
         warnings: list[str] = []
@@ -88,11 +87,11 @@ def _trajectory(robot: Robot, args: argparse.Namespace) -> Trajectory:
 
     option, columns = _read_table(robot, args, timed=True)
     times = columns.pop("time")
-    return trajectory(robot, times, **where_of(robot, option, columns, args))
+    return trajectory(robot, times, **pose_arguments(robot, option, columns, args))
 
 
 def _rigid_advice(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) -> list[str]:
-    """Return a warning if nothing of the robot is elastic.
+    """Return a list with one warning if no part of the robot is elastic; otherwise an empty list.
 
     The warning contains commands that make the robot elastic and repeat the analysis of ``args``. The commands are tested at the
     same pose and under the same loads, without writing the file: the compliance must not be zero.
@@ -100,13 +99,13 @@ def _rigid_advice(robot: Robot, args: argparse.Namespace, loads: dict[str, Keywo
     if robot.description.beams or robot.description.joint_stiffness:
         return []
     for options in SUGGESTIONS:
-        if _works(options, args, loads):
-            commands = "".join(f"\n  {shlex.join(words)}" for words in _commands(options, args))
+        if _makes_elastic(options, args, loads):
+            commands = "".join(f"\n  {shlex.join(words)}" for words in _elastic_commands(options, args))
             return [f"nothing is elastic, so nothing sags; these commands make it elastic, as the file suggests:{commands}"]
     return ["nothing is elastic, so nothing sags: links get a <beam>, actuators a <joint_stiffness>"]
 
 
-def _works(options: tuple[str, ...], args: argparse.Namespace, loads: dict[str, Keyword]) -> bool:
+def _makes_elastic(options: tuple[str, ...], args: argparse.Namespace, loads: dict[str, Keyword]) -> bool:
     from kinetostatics.analysis import analyze
     from kinetostatics.authoring.from_urdf import SUGGESTED, extend_robot
 
@@ -119,8 +118,8 @@ def _works(options: tuple[str, ...], args: argparse.Namespace, loads: dict[str, 
         return False
 
 
-def _commands(options: tuple[str, ...], args: argparse.Namespace) -> tuple[list[str], list[str]]:
-    """Return the command that writes the elastic robot, and the command that analyses it."""
+def _elastic_commands(options: tuple[str, ...], args: argparse.Namespace) -> tuple[list[str], list[str]]:
+    """Return (words of the command that writes the elastic robot, words of the command that analyzes it)."""
     stem = os.path.basename(args.robot).partition(".")[0] + "_elastic"
     names = itertools.chain([stem], (f"{stem}_{k}" for k in itertools.count(2)))
     out = next(file for name in names if not os.path.exists(file := f"{name}.urdf.xacro"))
@@ -175,7 +174,6 @@ analyze my_robot.urdf.xacro --set rod_diameter=80mm --gravity 0 0 0 --load 100 0
 
 
 def _verify(args: argparse.Namespace) -> int:
-    """Print the results of both methods and the verdict."""
     with waiting("verifying"):
         options = {**loads_of(args), **given_of(("modes", "within"), args)}
         configuration, warnings = pose_of(load_robot(args), args)
@@ -208,7 +206,6 @@ verify delta --payload 2kg --payload-center 0 0 -50mm --modes 3
 
 
 def _compensate(args: argparse.Namespace) -> int:
-    """Print the corrections of the actuators, and write them to files."""
     with waiting("compensating"):
         check_files(args.out, ("csv", "nc"))
         options = {**loads_of(args), **given_of(("controlled", "closure_tolerance", "tool"), args)}
@@ -221,7 +218,7 @@ def _compensate(args: argparse.Namespace) -> int:
 
 
 def _poses(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, dict[str, list[float]] | None, list[str]]:
-    """Return the target poses, the axes of their grid (None if they form none), and warnings."""
+    """Return (target poses, coordinates along the axes of their grid, warnings); the axes are None without a grid."""
     if args.table is not None:
         option, columns = _read_table(robot, args)
         return assembled(robot, option, columns, args), None, []
@@ -239,7 +236,7 @@ def _poses(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, dict[
 
 
 def _read_table(robot: Robot, args: argparse.Namespace, timed: bool = False) -> tuple[str, dict[str, list[float]]]:
-    """Return "--platform" or "--actuators", depending on the coordinates in ``--table``, and the table's columns in SI.
+    """Return (option for the coordinates in ``--table``: "--platform" or "--actuators", columns by name in SI).
 
     ``timed``: whether the table also has a column "time".
     """
@@ -297,7 +294,6 @@ compensate 3rps --table path.csv --load 0 0 -500 0 0 0 --out corrected.nc
 
 
 def _modes(args: argparse.Namespace) -> int:
-    """Print natural frequencies, effective masses and shares of energy."""
     with waiting("computing modes"):
         options = {**payload_of(args), **given_of(("count", "drives"), args)}
         configuration, warnings = pose_of(load_robot(args), args)
@@ -330,7 +326,6 @@ modes ur10 --drives free --json
 
 
 def _response(args: argparse.Namespace) -> int:
-    """Print the largest responses, and write figures and tables."""
     with waiting("computing the frequency response"):
         import numpy as np
 

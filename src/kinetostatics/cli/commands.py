@@ -40,7 +40,7 @@ COMMANDS: Mapping[str, str] = {
 
 
 def _action(argument: Argument) -> dict[str, Keyword]:
-    """Return the keywords of ``add_argument`` of argparse for an argument."""
+    """Return the keywords for an argument of ``add_argument`` of argparse."""
     if argument.kind == "flag":
         return {"action": "store_true"}
     metavar = argument.metavar
@@ -65,8 +65,8 @@ class Command:
         run: function that executes the command with its options, and returns the exit code.
         help: description of one line.
         arguments: names of its arguments in :data:`kinetostatics.arguments.ARGUMENTS`.
-        examples: command lines.
-        function: the function that it calls, as "module:name".
+        examples: command lines without the program's name.
+        function: the function of the package that it calls, as "module:name".
         own: arguments that only this command has, or that have another meaning in it.
         description: longer description than ``help``.
         required: names of required arguments.
@@ -91,16 +91,13 @@ class Command:
 
     @property
     def options(self) -> dict[str, Argument]:
-        """All arguments by name."""
         return {**{name: self.own.get(name) or ARGUMENTS[name] for name in self.arguments}, **self.own}
 
     def called(self) -> Callable[..., Keyword]:
-        """Return the function that the command calls."""
         module, _, name = self.function.partition(":")
         return getattr(importlib.import_module(f"kinetostatics.{module}"), name)
 
     def add_to(self, commands: argparse._SubParsersAction[Keyword], name: str) -> None:
-        """Add the command and its options to the parser of the command line."""
         examples = "".join(f"  kinetostatics {line}\n" for line in self.examples.strip().splitlines())
         parser = commands.add_parser(
             name,
@@ -133,7 +130,6 @@ class Command:
 
 
 def command(name: str) -> Command:
-    """Return a command by its name."""
     found = getattr(importlib.import_module(f"kinetostatics.cli.{COMMANDS[name]}"), name.upper())
     assert isinstance(found, Command)
     return found

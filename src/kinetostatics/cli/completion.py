@@ -48,7 +48,7 @@ def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
 
 
 def _completer(action: argparse.Action) -> Callable[..., Iterable[str]] | None:
-    """Return the completer of the values of an argument; None: the default one, which completes file names."""
+    """Return the completer of an argument's values; None: the default completer, which completes file names."""
     from argcomplete.completers import FilesCompleter
 
     metavar = action.metavar if isinstance(action.metavar, str) else ""
@@ -78,7 +78,7 @@ def _path(args: argparse.Namespace) -> str:
 
 
 def _elements(args: argparse.Namespace, tag: str) -> list[str]:
-    """Return the names of all elements with a tag in the robot's file; the rest of the file may be invalid."""
+    """Return the names of all elements with a tag in the robot's file; other parts of the file may be invalid."""
     from kinetostatics.files.bundled import read_robot
     from kinetostatics.files.xml import parse
 

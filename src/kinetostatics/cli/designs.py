@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
 
 def _tolerances(args: argparse.Namespace) -> int:
-    """Print effects of tolerances and the variation of random samples, and write figures."""
     with waiting("computing effects of tolerances"):
         check_files(args.out, FIGURES)
         options = {**loads_of(args), **given_of(("tolerances", "rank_by", "samples", "distribution", "seed", "tool"), args)}
@@ -88,7 +87,6 @@ tolerances 3rps --tolerance 'rod_*.outer_diameter=0.1mm' --what prismatic_1 --ou
 
 
 def _sensitivities(args: argparse.Namespace) -> int:
-    """Print the sensitivities of parameters and parts, and write figures."""
     with waiting("changing parameters one by one"):
         check_files(args.out, FIGURES)
         options = {**loads_of(args), **given_of(("by", "outputs", "tool"), args)}
@@ -125,7 +123,6 @@ sensitivities 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm
 
 
 def _optimize(args: argparse.Namespace) -> int:
-    """Print the optimum, or the Pareto front, and write robots, tables and figures."""
     with waiting("optimizing"):
         front = args.pareto is not None
         check_files(args.out, ("csv", *FIGURES) if front else ("urdf",))
@@ -198,7 +195,6 @@ optimize 3rps --vary rod_diameter=60mm:120mm --pareto "deflection_any_direction(
 
 
 def _calibrate(args: argparse.Namespace) -> int:
-    """Print estimates, or a plan of measurements, and write files."""
     with waiting("calibrating"):
         planned = value_of("plan", args)
         check_files(args.out, ("urdf", *FIGURES) if planned is None else ("csv",))
@@ -226,7 +222,7 @@ def _calibrate(args: argparse.Namespace) -> int:
 
 
 def _loads(cases: list[str]) -> list[list[float]]:
-    """Return the loads of ``--load-case`` (n, 6) [N, N·m]; by default one load, zero."""
+    """Return the loads (n, 6) [N, N·m] of ``--load-case``; without this option, one load that is zero."""
     kinds = ["force"] * 3 + ["moment"] * 3
     found = []
     for text in cases or ["0 0 0 0 0 0"]:
@@ -240,7 +236,7 @@ def _loads(cases: list[str]) -> list[list[float]]:
 
 
 def _reference(robot: Robot, words: list[str]) -> str | dict[str, float]:
-    """Return the value of ``--reference``: a word, or the coordinates of a pose by name."""
+    """Return the value of ``--reference``: a word, or a pose's coordinates by name."""
     if len(words) == 1 and "=" not in words[0]:
         return words[0]
     names = set(parse_items("--reference", words))

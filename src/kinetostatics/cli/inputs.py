@@ -36,7 +36,8 @@ def parse_quantity(text: str, kind: str | None = None) -> float:
 
     Args:
         text: the number with an optional unit, such as ``500mm``, ``-2deg``, ``1.5kN`` or ``-1e-3``.
-        kind: required kind of the unit, one of :data:`kinetostatics.description.units.KINDS`; "number": no unit is allowed.
+        kind: required kind of the unit, one of :data:`kinetostatics.description.units.KINDS`; "number": no unit is allowed;
+            None: all units are allowed.
     """
     found = typed_number(text)
     if found is None:
@@ -57,19 +58,15 @@ def parse_quantity(text: str, kind: str | None = None) -> float:
 
 
 def unit_of(text: str) -> Unit | None:
-    """Return the unit of a number; None if the text is not a number with a unit."""
+    """Return the unit of a number; None if the text is not a number with a known unit."""
     found = typed_number(text)
     return find_unit(found[1]) if found and found[1] else None
 
 
 def parse_range(option: str, name: str, text: str, kind: str | None = None) -> tuple[float, float, int | None]:
-    """Return the first value, the last value and the number of values of a range; the number is None if not given.
+    """Return (first value, last value, number of values or None) of a range ``FROM:TO:COUNT`` or ``FROM:TO``.
 
-    Args:
-        option: the option, for messages.
-        name: name of the coordinate or parameter.
-        text: the range, ``FROM:TO[:COUNT]``.
-        kind: see :func:`parse_quantity`.
+    ``option`` and ``name`` are for messages; for ``kind`` see :func:`parse_quantity`.
     """
     parts = text.split(":")
     if len(parts) not in (2, 3):
@@ -86,7 +83,7 @@ def parse_range(option: str, name: str, text: str, kind: str | None = None) -> t
 
 
 def parse_values(option: str, name: str, text: str, kind: str | None = None) -> float | list[float]:
-    """Return one value, or the values of ``FROM:TO:COUNT`` or ``A,B,C``, in SI."""
+    """Return the number of a text, or the list of numbers of ``FROM:TO:COUNT`` or ``A,B,C``, in SI."""
     if ":" in text:
         first, last, count = parse_range(option, name, text, kind)
         if count is None:
@@ -99,7 +96,7 @@ def parse_values(option: str, name: str, text: str, kind: str | None = None) -> 
 
 
 def parse_coordinates(option: str, name: str, texts: Sequence[str], kind: str | None) -> list[float]:
-    """Return values of one coordinate or parameter in SI; all units must be of one kind."""
+    """Return the values of one coordinate or parameter in SI. Raise an ArgumentError if their units are of several kinds."""
     try:
         found = [parse_quantity(text, kind) for text in texts]
     except ArgumentError as error:
@@ -111,7 +108,7 @@ def parse_coordinates(option: str, name: str, texts: Sequence[str], kind: str | 
 
 
 def parse_items(option: str, items: Iterable[str]) -> dict[str, str]:
-    """Return the values of items ``name=value`` by name, as texts."""
+    """Return the texts of the values by name, from items ``name=value``."""
     found: dict[str, str] = {}
     for item in items:
         name, sign, value = (part.strip() for part in item.partition("="))
@@ -124,13 +121,13 @@ def parse_items(option: str, items: Iterable[str]) -> dict[str, str]:
 
 
 def parse_parameters(items: Iterable[str]) -> dict[str, Keyword]:
-    """Return the values of ``--set`` by name: numbers with a unit in SI, other texts unchanged."""
+    """Return the values of ``--set`` by name: a number in SI if the value has a unit, else the unchanged text."""
     values = parse_items("--set", items)
     return {name: value if unit_of(value) is None else parse_quantity(value) for name, value in values.items()}
 
 
 def typed_units(items: Iterable[str]) -> dict[str, str]:
-    """Return the SI units of those values of ``--set`` that have a unit, by name."""
+    """Return the SI unit of each value of ``--set`` that has a unit, by name."""
     found: dict[str, str] = {}
     for name, value in parse_items("--set", items).items():
         kinds = [typed.kind for part in re.split("[:,]", value) if (typed := unit_of(part)) is not None]
@@ -140,7 +137,7 @@ def typed_units(items: Iterable[str]) -> dict[str, str]:
 
 
 def number_of(option: str, text: str, kind: str | None = "number") -> float:
-    """Return the number of an option in SI; ``kind`` is as in :func:`parse_quantity`."""
+    """Return the number of an option in SI; for ``kind`` see :func:`parse_quantity`."""
     try:
         return parse_quantity(text, kind)
     except ArgumentError as error:
@@ -156,7 +153,7 @@ def option_of(name: str, argument: Argument | None = None) -> str:
 
 
 def value_of(name: str, args: argparse.Namespace) -> Keyword:
-    """Return the value of an option, as the function accepts it; None if not given."""
+    """Return the value of an option as an argument of the command's function; None if the option is not given."""
     argument, given = args.arguments[name], getattr(args, name)
     option = option_of(name, argument)
     if given is None or given is False or given == []:
@@ -175,7 +172,6 @@ def value_of(name: str, args: argparse.Namespace) -> Keyword:
 
 
 def _whole_number_of(option: str, text: str, least: int) -> int:
-    """Return the integer of an option, at least ``least``."""
     number = math.nan
     with contextlib.suppress(ArgumentError):
         number = parse_quantity(text, "number")
@@ -183,7 +179,7 @@ def _whole_number_of(option: str, text: str, least: int) -> int:
 
 
 def given_of(names: Iterable[str], args: argparse.Namespace) -> dict[str, Keyword]:
-    """Return the values of those options that are given on the command line, by argument name."""
+    """Return the values of the given options by name, as :func:`value_of` returns them."""
     values = {name: value_of(name, args) for name in names}
     return {name: value for name, value in values.items() if value is not None}
 
@@ -208,7 +204,10 @@ def load_robot(args: argparse.Namespace) -> Robot:
 
 
 def pose_of(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, list[str]]:
-    """Return the pose at ``--platform`` or ``--actuators``, and warnings."""
+    """Return (pose at ``--platform`` or ``--actuators``, warnings).
+
+    Without coordinates it is the zero pose or, if the loops do not close there, the closed pose nearest to the file's zero.
+    """
     option, items = typed_pose(args)
     given = single_values(robot, option, items)
     try:
@@ -227,12 +226,12 @@ def closed_zero_pose(robot: Robot, args: argparse.Namespace) -> Configuration:
 
 
 def typed_pose(args: argparse.Namespace) -> tuple[str, list[str]]:
-    """Return the option that is given, "--platform" or "--actuators", and its items."""
+    """Return (the given option, "--platform" or "--actuators", its items)."""
     return ("--actuators", args.actuators) if args.actuators else ("--platform", args.platform)
 
 
 def grid_of(robot: Robot | None, args: argparse.Namespace) -> tuple[str, dict[str, float | list[float]]]:
-    """Return the option that is given, "--platform" or "--actuators", and its coordinates: values, or lists of values.
+    """Return (the given option, "--platform" or "--actuators", its coordinates by name: values or lists of values).
 
     For ``robot`` None, the kinds of actuator coordinates are not checked.
     """
@@ -242,12 +241,12 @@ def grid_of(robot: Robot | None, args: argparse.Namespace) -> tuple[str, dict[st
 
 
 def assembled(robot: Robot, option: str, coordinates: Mapping[str, object], args: argparse.Namespace) -> Configuration:
-    """Return the poses at coordinates of ``--platform`` or ``--actuators``; without coordinates, the zero pose."""
-    return robot.assemble(**where_of(robot, option, coordinates, args))
+    """Return the poses at coordinates of the option ``--platform`` or ``--actuators``; without coordinates, the zero pose."""
+    return robot.assemble(**pose_arguments(robot, option, coordinates, args))
 
 
-def where_of(robot: Robot, option: str, coordinates: Mapping[str, object], args: argparse.Namespace) -> dict[str, Keyword]:
-    """Return the arguments of :meth:`Robot.assemble` that give the poses at coordinates of ``--platform`` or ``--actuators``."""
+def pose_arguments(robot: Robot, option: str, coordinates: Mapping[str, object], args: argparse.Namespace) -> dict[str, Keyword]:
+    """Return the arguments of :meth:`Robot.assemble` for poses at coordinates of ``--platform`` or ``--actuators``."""
     options: dict[str, Keyword] = given_of(("orientation", "closure_tolerance"), args)
     near = near_pose(robot, args.near, options) if args.near else None
     return {**options, "near": near, option[2:]: coordinates or None}
@@ -269,13 +268,9 @@ def near_pose(robot: Robot, near: Iterable[str], options: Mapping[str, Keyword])
 
 
 def single_values(robot: Robot, option: str, items: Iterable[str], typed: str | None = None) -> dict[str, float]:
-    """Return the value of each coordinate, by name; ranges and lists are errors.
+    """Return the value of each coordinate in SI, by name, from items ``NAME=VALUE``. Raise an ArgumentError for ranges and lists.
 
-    Args:
-        robot: the robot.
-        option: ``--platform`` or ``--actuators``: the coordinates are those of the platform or of the actuators.
-        items: texts ``NAME=VALUE``.
-        typed: the option on the command line, for messages; default: ``option``.
+    ``option``: "--platform" or "--actuators", whose coordinates are given. ``typed``: the option in messages.
     """
     typed = typed or option
     texts = parse_items(typed, items)
@@ -291,11 +286,10 @@ def coordinate_kind(robot: Robot | None, option: str, name: str) -> str | None:
 
 
 def swept_coordinates(robot: Robot, args: argparse.Namespace) -> tuple[str, dict[str, str], dict[str, float]]:
-    """Return the varied and the constant coordinates of a command with ``--sweep``.
+    """Return (option, varied, constant) for a command with ``--sweep``.
 
-    Returns:
-        The option for the constant coordinates, "--platform" or "--actuators"; the varied ones, as texts; the constant ones
-        [m, rad].
+    ``option``: the option for constant coordinates, "--platform" or "--actuators". ``varied``: texts of the coordinates in
+    ``--sweep``, by name. ``constant``: values of the coordinates in ``option``, by name [m, rad].
     """
     swept = parse_items("--sweep", args.sweep)
     actuators = [name for name in swept if name in robot.description.driven]
@@ -322,7 +316,7 @@ def loads_of(args: argparse.Namespace) -> dict[str, Keyword]:
 
 
 def payload_of(args: argparse.Namespace) -> dict[str, Keyword]:
-    """Return the payload on the command line as an argument of :func:`kinetostatics.analyze`; without a payload, no argument."""
+    """Return the payload on the command line as an argument of :func:`kinetostatics.analyze`; without payload, no argument."""
     mass, center = value_of("payload", args), value_of("payload_center", args)
     if mass is not None:
         from kinetostatics.description.loads import Payload
@@ -335,7 +329,7 @@ def payload_of(args: argparse.Namespace) -> dict[str, Keyword]:
 
 
 def _link_load(link: str, texts: list[str]) -> LinkLoad:
-    """Return one load of ``--load-on``."""
+    """Return one load of ``--load-on``; ``texts`` follow the link's name."""
     from kinetostatics.description.loads import LinkLoad
 
     frame = texts.pop() if texts[-1:] in (["link"], ["world"]) else "world"

@@ -1,5 +1,5 @@
 # PYTHON_ARGCOMPLETE_OK
-"""The program ``kinetostatics``: parses the command line and runs one of the commands; an error is one line and an exit code."""
+"""The program ``kinetostatics``: parses the command line and runs one of the commands. An error is one line and an exit code."""
 
 from __future__ import annotations
 
@@ -59,13 +59,12 @@ class Parser(argparse.ArgumentParser):
 
 
 class Version(argparse.Action):
-    """Action of ``--version``: the version of the package is determined only if this option is given."""
+    """Action of ``--version``; the version is determined only if this option is given."""
 
     def __init__(self, option_strings: Sequence[str], dest: str, **_more: Keyword) -> None:
         super().__init__(option_strings, dest, nargs=0, help="print the version and exit")
 
     def __call__(self, parser: argparse.ArgumentParser, *_more: object) -> NoReturn:
-        """Print the version and exit."""
         import kinetostatics
 
         print(f"kinetostatics {kinetostatics.__version__}")
@@ -90,7 +89,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
         return code
     except PlatformMissingError as error:
-        return _offer(error, arguments)
+        return _suggest_platform_links(error, arguments)
     except (UsageError, KinetostaticsError) as error:
         return _fail(str(error))
     except BrokenPipeError:  # the reader has closed the pipe
@@ -105,7 +104,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _complete() -> int:
-    """Print the completions that a shell has requested."""
     from kinetostatics.cli.completion import complete
 
     complete(make_parser(COMMANDS))
@@ -136,7 +134,6 @@ def _run(arguments: list[str]) -> int:
 
 
 def make_parser(names: Iterable[str]) -> argparse.ArgumentParser:
-    """Return the parser of the command line with the commands of these names."""
     parser = Parser(prog="kinetostatics", description=DESCRIPTION, epilog=EXAMPLES)
     parser.add_argument("--version", action=Version)
     commands = parser.add_subparsers(metavar="COMMAND", required=True, title="commands")
@@ -159,8 +156,11 @@ def _fail(message: str) -> int:
     return ERROR
 
 
-def _offer(error: PlatformMissingError, arguments: list[str]) -> int:
-    """Print an error; if it concerns the ROBOT of the command, also the command with each probable platform link."""
+def _suggest_platform_links(error: PlatformMissingError, arguments: list[str]) -> int:
+    """Print the error that a file does not name its platform, and return the exit code.
+
+    If the file is the command's ROBOT, also print the command with each probable platform link.
+    """
     place = arguments.index(error.file) if error.file in arguments else None
     if place is None or "--compare" in arguments[:place] or "--platform-link" in arguments:
         return _fail(str(error))

@@ -52,7 +52,7 @@ DPI = (10, 2400)
 
 
 def _sweep(args: argparse.Namespace) -> int:
-    """Compute the map, or open it if it exists, and print a summary."""
+    """Compute the map, or open it if its file exists, and print a summary."""
     there = os.path.exists(args.out) and not args.restart
     begin = time.perf_counter()
     try:
@@ -76,7 +76,6 @@ def _sweep(args: argparse.Namespace) -> int:
 
 
 def _map(args: argparse.Namespace) -> xr.Dataset:
-    """Return the workspace map of the command line."""
     parameters = {name: _parameter(name, text) for name, text in parse_items("--set", args.parameters).items()}
     options: dict[str, Keyword] = {"parameters": parameters, "parameter_units": typed_units(args.parameters)}
     if args.platform or args.actuators:
@@ -90,7 +89,7 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
 
 
 def _first_robot(args: argparse.Namespace, parameters: dict[str, object]) -> Robot:
-    """Return the robot with the first values of all parameters, which is used to check units of actuator coordinates."""
+    """Return the robot with the first values of all parameters, for the units of its actuators' coordinates."""
     from kinetostatics.files.bundled import robot_path
     from kinetostatics.robot import load_robot
 
@@ -99,7 +98,7 @@ def _first_robot(args: argparse.Namespace, parameters: dict[str, object]) -> Rob
 
 
 def _parameter(name: str, text: str) -> object:
-    """Return the value of a parameter (a number or a text), or its list of values."""
+    """Return a value of ``--set`` (a number in SI, or a text), or a list of such values."""
     separator = ":" if ":" in text else ","
     parts = [part.strip() for part in text.split(separator)]
     if len(parts) > 1 and all(map(typed_number, parts)) and any(map(_is_quantity, parts)):
@@ -116,7 +115,7 @@ def _parameter(name: str, text: str) -> object:
 
 
 def _is_quantity(text: str) -> bool:
-    """Return whether a text is a number with a known unit or without a unit."""
+    """Whether a text is a number with a known unit or without a unit."""
     found = typed_number(text)
     return found is not None and (not found[1] or unit_of(text) is not None)
 
@@ -169,10 +168,9 @@ sweep gough_stewart --platform z=0.5 x=-0.1:0.1:101 y=-0.1:0.1:101 rx=0 ry=0 rz=
 
 
 def _plot(args: argparse.Namespace) -> int:
-    """Write the figure, or list the coordinates and quantities of the map."""
     if args.out is None and not args.list:
         raise ArgumentError("--out FILE is missing: the file of the figure")
-    with waiting("reading the map" if args.list else "drawing"), checked_map(args.map) as ds:
+    with waiting("reading the map" if args.list else "drawing"), open_map(args.map) as ds:
         if args.list:
             text = _list(ds)
         else:
@@ -223,8 +221,8 @@ def _at(ds: xr.Dataset, items: list[str]) -> dict[str, object]:
     return found
 
 
-def checked_map(path: str) -> xr.Dataset:
-    """Open a workspace map; its arrays are read when they are used."""
+def open_map(path: str) -> xr.Dataset:
+    """Open a workspace map; its arrays are read when they are used. Raise an ArgumentError if the file is no map."""
     import kinetostatics.indices  # noqa: F401  # raises an error if xarray is missing
 
     # isort: split

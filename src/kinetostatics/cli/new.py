@@ -22,7 +22,6 @@ OF_ARCHITECTURES = (*LENGTHS, "azimuths", "placements", "guide", "axis", "sectio
 
 
 def _new(args: argparse.Namespace) -> int:
-    """Write the robot file."""
     if args.list:
         print("\n".join(known.line for known in KNOWN_NAMES))
         return 0
@@ -69,10 +68,10 @@ def _from_file(args: argparse.Namespace) -> int:
         "platform_link": args.platform_link,
         "base_link": args.base_link,
         "actuators": args.actuators,
-        "elastic": _one_word(args.elastic) or parse_items("--elastic", args.elastic),
-        "joint_stiffness": _one_word(args.joint_stiffness) or _stiffnesses(args.joint_stiffness),
+        "elastic": _single_word(args.elastic) or parse_items("--elastic", args.elastic),
+        "joint_stiffness": _single_word(args.joint_stiffness) or _stiffnesses(args.joint_stiffness),
         "yaml": args.yaml,
-        "types": _one_word(args.types) or parse_items("--types", args.types),
+        "types": _single_word(args.types) or parse_items("--types", args.types),
         "axes": _axes(args.axes),
         "parameters": parse_parameters(args.parameters),
     }
@@ -93,7 +92,7 @@ def _from_file(args: argparse.Namespace) -> int:
     return 0
 
 
-def _one_word(items: list[str]) -> str | None:
+def _single_word(items: list[str]) -> str | None:
     return items[0].strip() if len(items) == 1 and "=" not in items[0] else None
 
 

@@ -21,7 +21,7 @@ FIGURES = ("svg", "pdf", "png")
 
 
 def print_json(values: Mapping[str, object]) -> None:
-    """Print plain values as JSON: one entry per line, each array in a single line."""
+    """Print numbers, texts, lists and mappings as JSON: one entry per line, each array in a single line."""
     encoding = (getattr(sys.stdout, "encoding", None) or "ascii").lower().replace("-", "")
     print(_json(values, "", encoding != "utf8"))
 
@@ -46,7 +46,10 @@ def print_report(report: Report, warnings: Sequence[str] = ()) -> None:
 
 
 def answer(found: Keyword, args: argparse.Namespace, warnings: Sequence[str] = ()) -> None:
-    """Print warnings of the pose, and a result or a report; with ``--json``, the result's data, which include the warnings."""
+    """Print warnings and a result or report, and the names of the written files.
+
+    With ``--json``, print the result's data instead; they include the warnings, which are also printed to standard error.
+    """
     written = getattr(args, "out", ())
     if args.json:
         values = found.to_dict()
@@ -85,9 +88,7 @@ def check_folder(path: str | None) -> None:
 def check_files(paths: Iterable[str], endings: Iterable[str]) -> None:
     """Check, before long computations, that files of ``--out`` can be written.
 
-    Args:
-        paths: paths of the files.
-        endings: allowed endings; those of figures need Matplotlib.
+    ``endings``: allowed endings; those of figures need Matplotlib.
     """
     for path in paths:
         check_folder(path)
@@ -106,7 +107,7 @@ def ending_of(path: str) -> str:
 
 
 def save_files(paths: Iterable[str], figure: str, found: Keyword, **drawn: Keyword) -> None:
-    """Write results to files: figures by the function ``figure`` of :mod:`kinetostatics.plot`, others by ``found.save``."""
+    """Write a result to files: figures by the function ``figure`` of :mod:`kinetostatics.plot`, others by ``found.save``."""
     for path in paths:
         if ending_of(path) in FIGURES:
             save_figure(path, figure, found, **drawn)

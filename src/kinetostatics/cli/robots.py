@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 
 
 def _check(args: argparse.Namespace) -> int:
-    """Print the report; return 1 if the robot cannot be analysed."""
     with waiting("checking"):
         report = CHECK.called()(load_robot(args))
         found = report.to_dict()
@@ -69,7 +68,6 @@ check panda.urdf --platform-link panda_hand               # a plain URDF, as it 
 
 
 def _export(args: argparse.Namespace) -> int:
-    """Write the files, and print their names and sizes."""
     if args.with_respect_to and not args.jacobian:
         raise ArgumentError("--by names the inputs of derivatives; name the outputs to differentiate with --jacobian")
     with waiting("recording the robot"):
@@ -148,7 +146,6 @@ export 3rps --platform z rx ry --near z=0.6 rx=0 ry=5deg --out controller
 
 
 def _robots(args: argparse.Namespace) -> int:
-    """Print the list of robots, or copy their files."""
     if args.copy:
         copies = [path.as_posix() for path in copy_robots(args.copy)]
         if args.json:
@@ -181,7 +178,6 @@ robots --copy delta
 
 
 def _report(args: argparse.Namespace) -> int:
-    """Write the page about a robot."""
     with waiting("writing the report"):
         from kinetostatics.layout.renderings import html_path
 
@@ -203,7 +199,7 @@ def _report(args: argparse.Namespace) -> int:
 
 
 def _map(configuration: Configuration, args: argparse.Namespace, loads: dict[str, Keyword]) -> xr.Dataset:
-    """Return the workspace map over the coordinates of ``--sweep``; the other coordinates have their values at the pose."""
+    """Return the map over the coordinates of ``--sweep``; the constant coordinates have their values at the pose."""
     from kinetostatics.kinematics.alternatives import choices
     from kinetostatics.robot import robot_of
     from kinetostatics.workspace import sweep

@@ -50,7 +50,6 @@ EXCLUDED = {
 
 
 def _view(args: argparse.Namespace) -> int:
-    """Show the robot, or write a page or an image."""
     for option, others in EXCLUDED.items():
         for other in others:
             if _is_given(args, option) and _is_given(args, other):
@@ -70,7 +69,7 @@ def _page(args: argparse.Namespace) -> int:
 
         robot = load_robot(args)
         result, found = _modes(robot, args) if args.modes is not None else _shown(robot, args, loads_of(args))
-        options = {**given_of(("exaggeration",), args), "compare": _second(robot, args) if args.compare else None}
+        options = {**given_of(("exaggeration",), args), "compare": _compared(robot, args) if args.compare else None}
         with pausing():
             print_warnings(found)
         if args.screenshot is not None:
@@ -88,14 +87,17 @@ def _page(args: argparse.Namespace) -> int:
 
 
 def _shown(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) -> tuple[Result | UnloadedPose, list[str]]:
-    """Return the result and warnings; if there is no result, the unloaded pose, and the reason as a warning."""
+    """Return (result, warnings).
+
+    If the pose or its analysis fails, return the unloaded pose, or the robot, with the error as the only warning.
+    """
     from kinetostatics.analysis import analyze
     from kinetostatics.status import Status
     from kinetostatics.viewer.single_poses import UnloadedPose
 
     shown: Configuration | Robot = robot
     try:
-        shown, found = (_swept(robot, args), []) if args.sweep else pose_of(robot, args)
+        shown, found = (_animation_poses(robot, args), []) if args.sweep else pose_of(robot, args)
         result = analyze(shown, **loads)
     except (AssemblyError, CoordinatesError, StaticsError, RobotFileError) as error:
         if args.compare or args.sweep:
@@ -107,15 +109,14 @@ def _shown(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) ->
 
 
 def _modes(robot: Robot, args: argparse.Namespace) -> tuple[Modes, list[str]]:
-    """Return the modes of ``--modes``, and warnings."""
     from kinetostatics.dynamics.vibrations import modes
 
     pose, found = pose_of(robot, args)
     return modes(pose, value_of("modes", args), **payload_of(args)), found
 
 
-def _second(robot: Robot, args: argparse.Namespace) -> Result:
-    """Return the result of ``--compare``; its coordinates are by default those of the first result."""
+def _compared(robot: Robot, args: argparse.Namespace) -> Result:
+    """Return the result of ``--compare``; coordinates that it does not give are those of the first result."""
     from kinetostatics.analysis import analyze
 
     names = [word for word in args.compare if "=" not in word]
@@ -135,7 +136,7 @@ def _second(robot: Robot, args: argparse.Namespace) -> Result:
 
 
 def _meshcat(result: Result | UnloadedPose | Modes, url: str | None, exaggeration: float | None) -> int:
-    """Draw into the scene of the meshcat-server at ``url``; without ``url``, of a new one, which runs until Ctrl+C."""
+    """Draw into the scene of the meshcat-server at ``url``; if None, start a server, which runs until Ctrl+C."""
     with contextlib.ExitStack() as stack:
         with waiting("drawing into meshcat"):
             from kinetostatics.viewer import open_browser, show
@@ -168,7 +169,6 @@ def _live(args: argparse.Namespace) -> int:
 
 
 def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
-    """Return the server of the live page, and warnings."""
     from kinetostatics.analysis import analyze
     from kinetostatics.viewer.live import serve
 
@@ -192,10 +192,10 @@ def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
 
 
 def _start(robot: Robot, args: argparse.Namespace) -> tuple[Configuration | Robot, str | None, list[str]]:
-    """Return the first pose, an error message or None, and warnings.
+    """Return (first pose of the live page, error message or None, warnings).
 
-    If the given pose cannot be assembled, the first pose is the closed zero pose or, if the loops cannot be closed at all, the
-    robot; the message is then that of the error.
+    If the given pose cannot be assembled, the first pose is the closed zero pose, and the message is the error's. If the loops
+    cannot be closed at all, the robot is returned in place of a pose.
     """
     try:
         pose, found = pose_of(robot, args)
@@ -208,7 +208,7 @@ def _start(robot: Robot, args: argparse.Namespace) -> tuple[Configuration | Robo
     return pose, None, found
 
 
-def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:
+def _animation_poses(robot: Robot, args: argparse.Namespace) -> Configuration:
     """Return the poses of the animation of ``--sweep``."""
     import numpy as np
 
