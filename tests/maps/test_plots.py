@@ -26,7 +26,7 @@ from matplotlib.colors import to_rgba  # noqa: E402
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # noqa: E402
 
 from kinetostatics.plot.display_units import coordinate_unit, display_unit  # noqa: E402
-from kinetostatics.plot.masks import continued, level_of  # noqa: E402
+from kinetostatics.plot.masks import extrapolated, smooth_field  # noqa: E402
 from kinetostatics.plot.selection import main_range  # noqa: E402
 from kinetostatics.plot.style import figure_of  # noqa: E402
 from kinetostatics.plot.surfaces import cut_cells, skin  # noqa: E402
@@ -551,7 +551,7 @@ def disc(count, size=0.8, dims=2):
 
 def test_workspace_rims_are_smooth_and_pass_between_poses():
     along, _, inside = disc(25)
-    field = level_of(inside)
+    field = smooth_field(inside)
     np.testing.assert_array_equal(field > 0, inside)
     (found,) = plt.contour(along, along, field, [0.0]).allsegs[0]
     plt.close()
@@ -562,15 +562,15 @@ def test_workspace_rims_are_smooth_and_pass_between_poses():
     assert np.abs(off).max() < 0.6 and np.sqrt(np.mean(off**2)) < 0.3 and np.sqrt(np.mean(turns**2)) < 12  # half way it is 26°
     thin = np.zeros((9, 9), bool)
     thin[4, 1:8] = thin[1, 1] = True
-    assert np.array_equal(level_of(thin) > 0, thin) and np.array_equal(level_of(~thin) > 0, ~thin)
-    turned = level_of(np.roll(thin, 4, axis=0), closed=True)
-    np.testing.assert_allclose(np.roll(turned, -4, axis=0), level_of(thin, closed=True), atol=1e-15)
+    assert np.array_equal(smooth_field(thin) > 0, thin) and np.array_equal(smooth_field(~thin) > 0, ~thin)
+    turned = smooth_field(np.roll(thin, 4, axis=0), closed=True)
+    np.testing.assert_allclose(np.roll(turned, -4, axis=0), smooth_field(thin, closed=True), atol=1e-15)
 
 
 def test_values_are_extrapolated_linearly_beyond_the_rim():
     x, y = np.meshgrid(np.arange(6.0), np.arange(5.0), indexing="ij")
     there = (x > 1) & (y > 1)
-    found = continued(np.where(there, 3 * x - 2 * y, np.nan))
+    found = extrapolated(np.where(there, 3 * x - 2 * y, np.nan))
     np.testing.assert_allclose(found[1:, 1:], (3 * x - 2 * y)[1:, 1:])
 
 
@@ -586,7 +586,7 @@ def test_surface_cells_are_cut_where_a_field_is_zero():
 def test_the_skin_of_a_ball_is_closed_and_round():
     along, _, inside = disc(21, dims=3)
     grid = np.stack(np.meshgrid(along, along, along, indexing="ij"), axis=-1)
-    corners, nodes = skin(grid, level_of(inside), np.zeros_like(inside))
+    corners, nodes = skin(grid, smooth_field(inside), np.zeros_like(inside))
     step = along[1] - along[0]
     off = np.linalg.norm(corners, axis=-1) - 0.8
     assert np.abs(off).max() < 0.6 * step and np.sqrt(np.mean(off**2)) < 0.25 * step
@@ -596,7 +596,7 @@ def test_the_skin_of_a_ball_is_closed_and_round():
     assert inside[tuple(nodes.T)].all()
     far = np.linalg.norm(grid[tuple(nodes.T)] - corners.mean(axis=1), axis=-1)
     assert far.max() < 1.1 * step  # a face is beside its pose
-    whole, nodes = skin(grid, level_of(np.ones_like(inside)), np.zeros_like(inside))
+    whole, nodes = skin(grid, smooth_field(np.ones_like(inside)), np.zeros_like(inside))
     assert np.abs(whole).max() == 1 and len(nodes) == 6 * 21**2  # the body of all poses is what the sweep asked for
 
 

@@ -23,7 +23,7 @@ LINEAR, ANGULAR = ("x", "y", "z"), ("rx", "ry", "rz")
 
 
 def valid(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
-    """Return the mask of valid poses, bool over the swept dimensions.
+    """Return a mask over the swept dimensions, True at valid poses: poses with numbers, within all joint limits.
 
     Args:
         ds: the map, see :func:`kinetostatics.sweep`.
@@ -42,7 +42,6 @@ def swept(ds: xr.Dataset) -> tuple[str, ...]:
 
 
 def variable(ds: xr.Dataset, name: str) -> xr.DataArray:
-    """Return a variable."""
     if isinstance(ds, xr.Dataset) and name in ds:
         return ds[name]
     if isinstance(ds, xr.Dataset) and "characteristic_length" in ds and name in VARIABLES:
@@ -59,7 +58,7 @@ def absent(name: str) -> str:
 
 
 def finished(ds: xr.Dataset, values: xr.DataArray, beyond_limits: bool, units: str, long_name: str) -> xr.DataArray:
-    """Return an index as a separate variable: NaN at invalid poses, without other coordinates and attributes of the map."""
+    """Return values with units and name, NaN at invalid poses; of the map's coordinates, swept and scalar ones remain."""
     found = values.where(valid(ds, beyond_limits)).transpose(*swept(ds))
     kept = {*swept(ds), *(name for name in ds.coords if ds[name].dims == ())}
     found = found.drop_vars([name for name in found.coords if name not in kept])
@@ -74,7 +73,7 @@ def label_dims(ds: xr.Dataset, name: str) -> list[str]:
 
 
 def units_of(ds: xr.Dataset, name: str) -> xr.DataArray:
-    """Return the units of a variable, along the dimensions along which they differ."""
+    """Return the units of a variable; if they differ from entry to entry, an array over the dimension of the entries."""
     attributes = ds[name].attrs
     where = attributes.get("unit_coordinate")
     if where is not None and set(ds[where].dims) <= set(ds[name].dims):
@@ -83,7 +82,6 @@ def units_of(ds: xr.Dataset, name: str) -> xr.DataArray:
 
 
 def labelled(variable: xr.DataArray, dim: str, label: str) -> xr.DataArray:
-    """Return the entry of an array at a label of a dimension."""
     known = [str(item) for item in variable[dim].values]
     if label not in known:
         raise ArgumentError(f"no {dim} {label!r}: {near_names(label, known)}")
@@ -93,7 +91,7 @@ def labelled(variable: xr.DataArray, dim: str, label: str) -> xr.DataArray:
 def at_point(ds: xr.Dataset, tool: Sequence[float]) -> xr.Dataset:
     """Return a map with twists, stiffness and compliance at another point of the platform, such as a tool's tip, instead of o.
 
-    Its indices and figures refer to this point: ``linear_sag(at_point(ds, (0, 0, 0.2)))`` is the displacement of the tip.
+    Its indices and figures refer to this point: ``quantity(at_point(ds, (0, 0, 0.2)), "linear_sag")`` is the tip's displacement.
 
     Args:
         ds: the map, see :func:`kinetostatics.sweep`.

@@ -20,14 +20,14 @@ from kinetostatics.measures import MEASURES, Measure
 from kinetostatics.quantities import QUANTITIES, VARIABLES
 from kinetostatics.status import FACTS, Status, in_map
 
-#: Measures without argument, by name.
+#: Measures (formulas of indices) without argument, by name.
 INDICES: Mapping[str, Measure] = {name: item for name, item in MEASURES.items() if item.argument is None}
 #: Measures with the magnitude of a force or moment as argument.
 ANY_DIRECTION: Mapping[str, Measure] = {name: item for name, item in MEASURES.items() if item.argument is not None}
 
 
 def names(ds: xr.Dataset) -> list[str]:
-    """Return all names for :func:`quantity` of a Dataset, except the 36 entries each of stiffness and compliance.
+    """Return all names that :func:`quantity` accepts for a map, except the 36 entries of stiffness and the 36 of compliance.
 
     Measures with a force or moment have an example: ``deflection_any_direction(500 N)``.
     """
@@ -44,7 +44,7 @@ def names(ds: xr.Dataset) -> list[str]:
 
 
 def _applies(ds: xr.Dataset, index: str) -> bool:
-    """Return whether an index suits a Dataset: optional variables must be there, actuator forces have one common unit."""
+    """Whether an index suits a map: its variable is there, if optional; actuator forces have one common unit."""
     name = _variable(INDICES[index])
     return (name in ds or not name.startswith(("actuator", "residual", "frequency"))) and (
         name != "actuator_force" or len(set(units_of(ds, name).values.ravel())) == 1
@@ -60,11 +60,11 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
 
     Args:
         ds: the map, see :func:`kinetostatics.sweep`.
-        what: the name of an index: "linear_sag" (due to one contribution: "linear_sag:limb_1"), "stiffness_along:z",
-            "deflection_any_direction(500 N)", "rotation_any_direction(20 N·m)", as in requirements of
-            :func:`kinetostatics.optimize` (or with a colon, "deflection_any_direction:500N"; default units N and N·m), or a
-            variable of the Dataset with its labels: "twist:rx", "contribution:limb_1:z", "gravity_mechanism:attached:z",
-            "actuator_force:prismatic_1", "intensity:limb_1: force along …", "compliance:x:ry".
+        what: an index, such as "linear_sag", "linear_sag:limb_1" (the part by one contribution), "stiffness_along:z" or, with a
+            force or moment, "deflection_any_direction(500 N)", "rotation_any_direction(20 N·m)"; a colon may replace the
+            parentheses, and default units are N and N·m. Or a variable of the Dataset with its labels: "twist:rx",
+            "contribution:limb_1:z", "gravity_mechanism:attached:z", "actuator_force:prismatic_1",
+            "intensity:limb_1: force along …", "compliance:x:ry".
         beyond_limits: see :func:`valid`.
 
     Raises:
@@ -94,7 +94,7 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
 
 
 def _index(ds: xr.Dataset, measure: Measure, beyond_limits: bool, size: float = 1.0, source: str | None = None) -> xr.DataArray:
-    """Return a measure of every pose, lazily if the map is lazy."""
+    """Return a measure at every pose, lazily if the map is lazy; ``size`` is its force or moment, ``source`` a contribution."""
     if source is None:
         array = variable(ds, _variable(measure))
     else:
@@ -155,7 +155,7 @@ def stiffness_along(
 
 
 def _direction(direction: str | Sequence[float] | xr.DataArray) -> tuple[xr.DataArray, str]:
-    """Return a unit vector (…, component) and its name."""
+    """Return a unit vector (…, component) and the name of the direction."""
     if isinstance(direction, xr.DataArray):
         if "component" not in direction.dims or direction.sizes["component"] != 3:
             raise ArgumentError(f"direction has the dimensions {dict(direction.sizes)}; it needs 'component' with x, y, z")
@@ -175,7 +175,6 @@ def _direction(direction: str | Sequence[float] | xr.DataArray) -> tuple[xr.Data
 
 
 def _example(index: str) -> str:
-    """Return an example of an index with its force or moment."""
     return sized_example(index, KINDS[str(ANY_DIRECTION[index].argument)])
 
 
@@ -190,7 +189,7 @@ def _amount(what: str, text: str, index: str) -> float:
 
 
 def _hint(ds: xr.Dataset, what: str) -> str:
-    """Return a hint for an unknown quantity."""
+    """Return the end of the error message for an unknown quantity."""
     name = sized_name(what)[0]
     if name in ANY_DIRECTION:
         return f": write it with its size, {_example(name)}"
@@ -208,7 +207,6 @@ _CONTRIBUTION_NAMES = {"platform_weight": "platform weight", "attached": "attach
 
 
 def _long_name(name: str, labels: Sequence[str], units: str) -> str:
-    """Return a short label of a quantity."""
     last = labels[-1] if labels else ""
     entry = VARIABLES.get(name)
     if name == "uncorrected_error" or (entry is not None and entry.moves_as == "twist"):
@@ -232,7 +230,7 @@ class Extreme:
     """The pose at which a quantity is best or worst.
 
     Attributes:
-        what: the quantity.
+        what: name of the quantity.
         value: value of the quantity at this pose, with its sign.
         units: units of the value.
         coordinates: the swept coordinates of the pose [m, rad].
@@ -259,7 +257,7 @@ class Extreme:
         return block_html(Table.of_rows(("", ""), self._rows()))
 
     def _rows(self) -> list[tuple[str, str]]:
-        """Return name and value of the quantity, then of the coordinates."""
+        """Return (name, value with unit) of the quantity and of each coordinate."""
         where = [(name, _written(value, self.coordinate_units.get(name, ""))) for name, value in self.coordinates.items()]
         return [(self.what, _written(self.value, "" if self.units == "1" else self.units)), *where]
 
@@ -270,7 +268,7 @@ def _written(value: object, units: str) -> str:
 
 
 def best(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> Extreme:
-    """Return the best pose: smallest sag or force, by magnitude, greatest stiffness or conditioning.
+    """Return the pose of smallest sag or force, by magnitude, or of greatest stiffness or conditioning.
 
     Args:
         ds: the map, see :func:`kinetostatics.sweep`.
@@ -284,7 +282,7 @@ def best(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> Extreme:
 
 
 def worst(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> Extreme:
-    """Return the worst pose: largest sag or force, by magnitude, least stiffness or conditioning; see :func:`best`."""
+    """Return the pose of largest sag or force, by magnitude, or of least stiffness or conditioning; see :func:`best`."""
     return _extreme(ds, what, beyond_limits, best=False)
 
 

@@ -49,8 +49,8 @@ def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
         ax: axes to draw on; default: a new figure one column wide.
 
     Returns:
-        The axes; bars to the left mean less sag. Bars of parameters of the file are dark, those of stiffnesses of parts light and
-        hatched. The title states the number of omitted small bars.
+        The axes; bars to the left mean less sag. Bars of parameters of the file are dark; bars of stiffnesses of parts are light
+        and hatched. The title states the number of omitted small bars.
 
     Raises:
         ArgumentError: ``found`` has another type, the twist is not among the outputs, or o does not move.
@@ -89,12 +89,12 @@ def tolerances(found: Tolerances, what: str = "displacement", *, ax: Axes | None
 
     Args:
         found: the tolerances, see :func:`kinetostatics.tolerances`.
-        what: "displacement" or "rotation", from the nominal robot; a component "x" … "rz" of the twist; or an actuator, for its
-            force or torque.
+        what: "displacement" or "rotation", from the nominal robot; a component "x" … "rz" of the twist; or the name of an
+            actuator, for its force or torque.
         ax: axes to draw on; default: a new figure one column wide.
 
     Returns:
-        The axes; bars are samples, the line is their first-order approximation, dashed lines are the worst case.
+        The axes; bars are samples, the solid line is their first-order approximation, and dashed lines are the worst case.
 
     Raises:
         ArgumentError: ``found`` has another type, the quantity is unknown, or it is equal for all samples.
@@ -129,7 +129,7 @@ def tolerances(found: Tolerances, what: str = "displacement", *, ax: Axes | None
 
 
 def _first_order(found: Tolerances, what: str) -> Array:
-    """Return the first-order approximation (samples,) of a quantity."""
+    """Return the first-order approximation (samples,) of the quantity ``what``."""
     parts = [(found.effects[name], (found.values[name] - item.value) / item.tolerance) for name, item in found.parameters.items()]
     if what in LENGTHS:
         change = sum(np.outer(part, effect.twist[LENGTHS[what]]) for effect, part in parts)
@@ -174,14 +174,13 @@ def pareto(found: ParetoFront, *, ax: Axes | None = None) -> Axes:
 
 
 def _axis_title(quantity: str) -> str:
-    """Return the axis title of a minimized quantity."""
     name, size = sized_name(quantity)
     return WORDS.get(name, name).format(size)
 
 
 @styled
 def calibration(found: Calibration, *, kind: str | None = None, ax: Axes | None = None) -> Axes:
-    """Draw residuals (measured less computed readings) over computed readings; outliers are marked with their rows.
+    """Draw residuals (measured minus computed readings) over computed readings; outliers are marked with row numbers.
 
     Args:
         found: the calibration, see :func:`kinetostatics.calibrate`.
@@ -192,7 +191,7 @@ def calibration(found: Calibration, *, kind: str | None = None, ax: Axes | None 
         The axes, with a marker for each gauge; the band is ± twice the largest standard deviation of a reading.
 
     Raises:
-        ArgumentError: ``found`` is no calibration, or there are no readings of the kind.
+        ArgumentError: ``found`` is no calibration, or there are no readings of this kind.
     """
     if not isinstance(found, Calibration):
         raise ArgumentError(f"calibration needs the result of ks.calibrate(robot, …), got {found!r}")

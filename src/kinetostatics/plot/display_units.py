@@ -25,7 +25,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
 
 
 def display_unit(units: str, values: ArrayLike, requested: str | None = None) -> tuple[float, str]:
-    """Return the size of the display unit, by which values are to be divided, and its name.
+    """Return size and name of the unit in which values are shown; the values are to be divided by the size.
 
     Args:
         units: unit of the values in the map.
@@ -72,10 +72,10 @@ def coordinate_unit(units: str, values: ArrayLike) -> tuple[float, str]:
 
 
 def label(name: str, unit: str) -> str:
-    """Return the title of an axis, with its unit."""
+    """Return "name [unit]"; the unit of a dimensionless quantity is omitted."""
     return name if unit in ("", "1") else f"{name} [{unit}]"
 
 
 def typeset(text: str) -> str:
-    """Return a text with typographic minus signs."""
+    """Return a text with typographic minus signs after "="."""
     return text.replace("= -", "= −")

@@ -93,7 +93,7 @@ def line(
             color=colours[k],
             linestyle=DASHES[k],
             marker=MARKERS[k],
-            # at different places on each line
+            # the markers of different lines are at different values
             markevery=(k * every // len(parts), every),
             markerfacecolor="white",
             markeredgewidth=0.8,
@@ -137,7 +137,7 @@ def path(found: PathResult, what: str = "displacement", *, ax: Axes | None = Non
         ax: axes to draw on; default: a new figure one column wide.
 
     Returns:
-        The axes, with at most six lines: those with the largest peaks.
+        The axes; of more than six lines, the six with the largest peaks are drawn.
 
     Raises:
         ArgumentError: ``found`` is not the result of a trajectory, or the quantity is unknown.

@@ -1,4 +1,7 @@
-"""Poses without valid numbers in figures: hatched grey areas with smooth borders; the legend gives the reasons."""
+"""Poses without valid numbers in figures: hatched grey areas; the legend gives the reasons.
+
+The smooth border of an area is the zero line of a field over the grid of poses, which is positive inside the area.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ from kinetostatics.status import Status
 
 @dataclass(frozen=True)
 class Mask:
-    """A reason for missing values: label, hatch pattern, grey, and the mask of its poses, in the shape of the values."""
+    """Poses with missing values for one reason: its label, hatch pattern and grey; ``where`` is True at these poses."""
 
     label: str
     hatch: str
@@ -41,7 +44,7 @@ _EDGE = "0.4"
 
 
 def masks_of(values: Array, status: NDArray[np.int8]) -> list[Mask]:
-    """Return the reasons for missing values (NaN)."""
+    """Return a mask for each reason why ``values`` are missing (NaN)."""
     missing = np.isnan(values)
     found: dict[tuple[str, str, str], NDArray[np.bool_]] = {}
     for item in Status:
@@ -53,7 +56,7 @@ def masks_of(values: Array, status: NDArray[np.int8]) -> list[Mask]:
 
 
 def common_masks(parts: Sequence[Selection]) -> list[Mask]:
-    """Return the reasons for missing values, at the poses at which all quantities are missing."""
+    """Return the masks of poses at which the values of all selections are missing."""
     everywhere = np.all([np.isnan(part.values) for part in parts], axis=0)
     return masks_of(np.where(everywhere, np.nan, 0.0), parts[0].status)
 
@@ -68,12 +71,12 @@ def check_numbers(what: str, parts: Sequence[Selection], where: str) -> None:
 
 
 def areas_of(masks: Sequence[Mask]) -> list[NDArray[np.bool_]]:
-    """Return the union of each mask with all later ones; areas drawn in this order have no gaps between them."""
+    """Return the union of each mask with all later masks; areas drawn in this order have no gaps between them."""
     return [np.any([mask.where for mask in masks[k:]], axis=0) for k in range(len(masks))]
 
 
 def draw_areas(ax: Axes, fields: Sequence[tuple[Array, Array, Array]], masks: Sequence[Mask]) -> None:
-    """Hatch the area of each mask, in which its field is positive; a field is given as x, y and values."""
+    """Hatch the area of each mask; ``fields`` are x, y, and values (len x, len y), positive inside the area."""
     for field, mask in zip(fields, masks, strict=True):
         path = PathCollection(
             [area(ax, *field)], facecolors=mask.face, edgecolors=_EDGE, linewidths=0, hatch=mask.hatch, zorder=0.5
@@ -85,7 +88,7 @@ def draw_areas(ax: Axes, fields: Sequence[tuple[Array, Array, Array]], masks: Se
 
 
 def draw_ranges(ax: Axes, borders: Array, masks: Sequence[Mask]) -> None:
-    """Hatch the ranges of masks (n,) over the whole height; ``borders`` are the n + 1 borders of the cells."""
+    """Hatch masks (n,) over one coordinate, over the whole height; ``borders`` (n + 1,) are the borders of the cells."""
     for mask in masks:
         steps = np.flatnonzero(np.diff(np.concatenate([[False], mask.where, [False]]).astype(np.int8)))
         for low, high in borders[steps].reshape(-1, 2):
@@ -101,7 +104,6 @@ def legend_of(figure: Figure, masks: Sequence[Mask]) -> None:
 
 
 def patches_of(masks: Sequence[Mask]) -> list[Patch]:
-    """Return the patches of a legend, one for each reason."""
     each = {mask.label: mask for mask in masks}.values()
     return [Patch(facecolor=m.face, edgecolor=_EDGE, hatch=m.hatch, linewidth=0.4, label=m.label) for m in each]
 
@@ -110,14 +112,14 @@ def patches_of(masks: Sequence[Mask]) -> list[Patch]:
 ROUNDS, LEAST = 2, 0.05
 
 
-def level_of(inside: NDArray[np.bool_], closed: bool = False) -> Array:
+def smooth_field(inside: NDArray[np.bool_], closed: bool = False) -> Array:
     """Return a smooth field over a grid of any dimension: 0 to 1 inside a mask, −1 to 0 outside; its zero is the border.
 
     Smoothing alone would remove thin parts. Therefore the sign at each pose is restored after each smoothing step, as in surface
     nets (S. F. F. Gibson, *Medical Image Computing and Computer-Assisted Intervention*, 1998).
 
     Args:
-        inside: mask of the poses.
+        inside: True at the poses in the mask.
         closed: whether the first axis is periodic.
     """
     sign = np.where(inside, 1.0, -1.0)
@@ -131,8 +133,8 @@ def level_of(inside: NDArray[np.bool_], closed: bool = False) -> Array:
     return field
 
 
-def continued(values: Array) -> Array:
-    """Return values over a grid, linearly extrapolated to poses without a value (NaN) beside poses with one."""
+def extrapolated(values: Array) -> Array:
+    """Extrapolate values over a grid linearly to missing values (NaN) beside known values."""
     for _ in range(2):  # the second step covers corners
         total, count = np.zeros(values.shape), np.zeros(values.shape)
         for axis, size in enumerate(values.shape):
@@ -157,7 +159,7 @@ def edges(values: Array) -> Array:
 
 
 def area(ax: Axes, x: Array, y: Array, field: Array) -> Path:
-    """Return the area in which a field (len x, len y) is positive, in data coordinates."""
+    """Return the border of the area in which a field (len x, len y) is positive, in data coordinates."""
     drawn = ax.contourf(x, y, field.T, levels=[0.0, 2.0])
     (path,) = drawn.get_paths()
     drawn.remove()

@@ -71,7 +71,6 @@ class Selection:
 
 
 def axis_of(ds: xr.Dataset, name: str) -> ShownAxis:
-    """Return a swept coordinate in display units."""
     if name not in swept(ds):
         raise ArgumentError(f"{name!r} is not swept: {near_names(name, swept(ds))}")
     numbers = np.asarray(ds[name].values)
@@ -82,7 +81,7 @@ def axis_of(ds: xr.Dataset, name: str) -> ShownAxis:
 
 
 def free_names(ds: xr.Dataset, fixed: Iterable[str]) -> list[str]:
-    """Return the swept coordinates that vary and are not fixed."""
+    """Return the swept coordinates that have several values and are not fixed."""
     return [name for name in swept(ds) if name not in set(fixed) and ds.sizes[name] > 1]
 
 
@@ -97,8 +96,8 @@ def chosen_names(ds: xr.Dataset, requested: Sequence[str | None], fixed: Iterabl
     return [rest.pop(0) if name is None else name for name in requested]
 
 
-def _missing_at(axes: Sequence[ShownAxis]) -> str:
-    """Return a message on coordinates that must be fixed because they have several values."""
+def _message_for_free(axes: Sequence[ShownAxis]) -> str:
+    """Return an error message that asks for values of ``axes``, coordinates with several values."""
     several = ", ".join(
         f"{axis.name} has {len(axis.values)} values, from {axis.text_at(0)} to {axis.text_at(-1)}" for axis in axes
     )
@@ -131,7 +130,7 @@ def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, floa
         texts.append(axis.text_at(places[name]))
     left = [name for name in swept(ds) if name not in dims and name not in places]
     if missing := [axis_of(ds, name) for name in left if ds.sizes[name] > 1]:
-        raise ArgumentError(_missing_at(missing))
+        raise ArgumentError(_message_for_free(missing))
     for name in left:
         places[name] = 0
         texts.append(axis_of(ds, name).text_at(0))
@@ -149,7 +148,7 @@ def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, floa
         status=_status(part, dims, beyond_limits),
         units=str(found.attrs["units"]),
         long_name=str(found.attrs["long_name"]),
-        fixed=", ".join([*texts, *_held(ds)]),
+        fixed=", ".join([*texts, *_constants(ds)]),
     )
 
 
@@ -167,8 +166,8 @@ def select_each(
     Args:
         ds, what, dims, at, beyond_limits: see :func:`select`.
         series: the coordinate with its values; or its name, for all values; None: one selection, of empty name.
-        most: largest number of selections if ``series`` is a name; of more values, evenly distributed ones are selected. The
-            note and a warning state this.
+        most: largest number of selections if ``series`` is a name. If the coordinate has more values, evenly distributed ones are
+            selected; the note and a warning state their number.
     """
     if series is None:
         return {"": select(ds, what, dims, at, beyond_limits)}, ""
@@ -204,7 +203,7 @@ def _without_rounding(part: xr.Dataset, what: str, found: xr.DataArray) -> xr.Da
 
 
 def in_figure_units(parts: Sequence[Selection], unit: str | None) -> tuple[list[Array], str]:
-    """Return the values of selections in their common display unit, and the name of this unit."""
+    """Return the values of each selection in one display unit for all, and the name of this unit."""
     units = {part.units for part in parts}
     if len(units) > 1:
         raise ArgumentError(f"quantities in {' and '.join(sorted(units))} cannot be drawn in one figure")
@@ -219,8 +218,8 @@ def in_figure_units(parts: Sequence[Selection], unit: str | None) -> tuple[list[
     return [part.values / size for part in parts], name
 
 
-def _held(ds: xr.Dataset) -> list[str]:
-    """Return texts on the constant coordinates of the sweep, which are scalars in m or rad."""
+def _constants(ds: xr.Dataset) -> list[str]:
+    """Return texts such as "z = 0.5 m" on constant coordinates of the sweep, which are scalars in m or rad."""
     found = []
     for name in (str(item) for item in ds.coords):
         value, units = ds[name], str(ds[name].attrs.get("units", ""))
@@ -245,7 +244,7 @@ def _status(part: xr.Dataset, dims: Sequence[str], beyond_limits: bool) -> NDArr
 
 
 def place_of(coordinate: xr.DataArray, axis: ShownAxis, value: float) -> int:
-    """Return the index of a coordinate's value: the value nearest to a number, or equal to a name."""
+    """Return the index of the value nearest to a number; if the values are names, of the equal name."""
     if axis.ticks:
         if str(value) not in axis.ticks:
             raise ArgumentError(f"no {axis.name} {value!r}: {near_names(str(value), axis.ticks)}")
@@ -264,7 +263,7 @@ def place_of(coordinate: xr.DataArray, axis: ShownAxis, value: float) -> int:
 
 #: Smallest number of values for the detection of outliers.
 FEW = 20
-#: Part of the values at each end that may be outliers; their least distance from the others, relative to the others' range.
+#: Part of the values at each end that may be outliers; least distance of outliers from the other values, by the range of these.
 PART, FAR = 0.02, 3.0
 
 
@@ -290,7 +289,7 @@ class ValueRange:
 
     Attributes:
         low, high: limits of the range.
-        extend: ends of the colour bar beyond which there are values.
+        extend: limits beyond which there are values, in Matplotlib's terms for colour bars.
         note: text on values outside a default range, such as ", up to 70.6".
     """
 
@@ -301,7 +300,7 @@ class ValueRange:
 
 
 def range_of(numbers: Sequence[Array], value_range: tuple[float, float] | None) -> ValueRange:
-    """Return the given range, or the main range of the finite values of arrays."""
+    """Return the given range, or :func:`main_range` of the finite values of all arrays."""
     values = np.concatenate([part[np.isfinite(part)] for part in numbers])
     low, high = value_range or main_range(values)
     least, most = float(values.min()), float(values.max())
@@ -315,7 +314,6 @@ def range_of(numbers: Sequence[Array], value_range: tuple[float, float] | None) 
 
 
 def check_range(value_range: tuple[float, float] | None) -> None:
-    """Raise an error if a range is not two finite numbers, the smaller one first."""
     if value_range is None:
         return
     try:

@@ -25,12 +25,12 @@ from kinetostatics.plot.masks import (
     area,
     areas_of,
     check_numbers,
-    continued,
     draw_areas,
     edges,
+    extrapolated,
     legend_of,
-    level_of,
     masks_of,
+    smooth_field,
 )
 from kinetostatics.plot.selection import ShownAxis, axis_of, check_range, chosen_names, in_figure_units, range_of, select_each
 from kinetostatics.plot.style import COLOURS, ONE_COLUMN, ROW, figure_of, name_ticks, new_panels, styled, title_of, wrapped
@@ -93,7 +93,7 @@ def slice(
     dims = chosen_names(ds, (x, y), (*at, *filter(None, [third])), "a slice")
     for name in dims:
         axis_of(ds, name)  # checks the names first
-    goes = goes_round(ds, dims, polar, ax)
+    goes = is_polar(ds, dims, polar, ax)
     across = (ROUND, OUTWARDS) if goes else dims
     most = PANELS if third in ds.dims and ds.sizes[third] <= PANELS else ROW
     parts, left_out = select_each(ds, what, across, series, most, at, beyond_limits)
@@ -103,7 +103,7 @@ def slice(
     check_numbers(what, found, "this slice" if len(found) == 1 else "these slices")
     values, unit = in_figure_units(found, unit)
     first = found[0]
-    plane = (round_a_pole if goes else rectangle)(*first.axes)
+    plane = (polar_plane if goes else rectangular_plane)(*first.axes)
     axes = [ax] if ax is not None else _axes(plane, len(found))
     figure = figure_of(axes[0])
     span = range_of(values, value_range)
@@ -138,12 +138,12 @@ def slice(
     legend_of(figure, masks)
     for panel, (_, lines, rim) in zip(axes, drawn, strict=True):
         if lines is not None:
-            _number(panel, lines, rim)
+            _label_contours(panel, lines, rim)
     return axes[0]
 
 
 def _axes(plane: Plane, count: int) -> list[Axes]:
-    """Return axes on a new figure: single axes are a column wide; several are side by side."""
+    """Return ``count`` axes on a new figure: one a column wide, or several side by side."""
     width = ONE_COLUMN if count == 1 else 0.62 * ONE_COLUMN
     if plane.ratio is None:
         height = (0.86 if count == 1 else 1.0) * width
@@ -161,9 +161,9 @@ def _axes(plane: Plane, count: int) -> list[Axes]:
 def _draw(
     ax: Axes, plane: Plane, values: Array, masks: Sequence[Mask], span: tuple[float, float], levels: Sequence[float], what: str
 ) -> tuple[QuadMesh, ContourSet | None, Path]:
-    """Draw values, masks of poses without values, and contour lines; return cells, lines and the border of the values."""
+    """Draw values, masks and contour lines; return the cells, the contour lines if any, and the border of the values."""
     ax.grid(False)
-    wide = plane.continued(values).T
+    wide = plane.extrapolated(values).T
     mesh = ax.pcolormesh(
         plane.x_edges,
         plane.y_edges,
@@ -188,7 +188,7 @@ def _draw(
     return mesh, lines, rim
 
 
-def _number(ax: Axes, lines: ContourSet, rim: Path) -> None:
+def _label_contours(ax: Axes, lines: ContourSet, rim: Path) -> None:
     """Label contour lines with their values; labels overlap neither each other nor tick labels nor the border."""
     figure = figure_of(ax)
     figure.draw_without_rendering()  # to compute positions of texts
@@ -233,7 +233,7 @@ STEPS = (1, 2, 5, 10, 15, 30, 45)
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """Cells and lines of a slice.
+    """Grid of a slice: cells for colours, and positions of the values for contour lines.
 
     Attributes:
         polar: whether x is an angle [rad] and y a radius.
@@ -263,13 +263,13 @@ class Plane:
         """Whether the first and the last value along x are neighbours."""
         return len(self.lines) > len(set(self.lines.tolist()))
 
-    def continued(self, values: Array) -> Array:
-        """Return values (len x, len y), extrapolated to poses without a value beside poses with one."""
-        return continued(np.pad(values, ((2, 2), (0, 0)), "wrap"))[2:-2] if self.closed else continued(values)
+    def extrapolated(self, values: Array) -> Array:
+        """Return values (len x, len y), extrapolated to missing values (NaN) beside known values."""
+        return extrapolated(np.pad(values, ((2, 2), (0, 0)), "wrap"))[2:-2] if self.closed else extrapolated(values)
 
     def field(self, where: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
-        """Return positions along x and y, and the field of a mask (len x, len y) at them; see :func:`level_of`."""
-        field = level_of(where, self.closed)[self.lines]
+        """Return positions x and y, and the field (len x, len y) of a mask at these positions; see :func:`smooth_field`."""
+        field = smooth_field(where, self.closed)[self.lines]
         first, last = self.x[[0, -1]] if self.closed else self.x_edges[[0, -1]]
         pieces = math.ceil((last - first) / math.radians(PIECE)) if self.polar else 1
         x = np.unique(np.concatenate([np.linspace(first, last, pieces + 1), self.x]))
@@ -280,8 +280,8 @@ class Plane:
         return x, np.array([self.y_edges[0], *self.y, self.y_edges[-1]]), field
 
 
-def goes_round(ds: xr.Dataset, dims: Sequence[str], polar: bool | None, ax: Axes | None) -> bool:
-    """Return whether a slice is polar: as ``polar`` or given axes require, by default if it is over azimuth and tilt."""
+def is_polar(ds: xr.Dataset, dims: Sequence[str], polar: bool | None, ax: Axes | None) -> bool:
+    """Whether a slice is polar: as ``polar`` or the given axes require; by default, if it is over azimuth and tilt."""
     suits = set(dims) == {ROUND, OUTWARDS} and not any(ds[name].dtype.kind in "OUS" for name in dims)
     if suits:
         turn, tilt = np.asarray(ds[ROUND].values), np.asarray(ds[OUTWARDS].values)
@@ -298,8 +298,7 @@ def goes_round(ds: xr.Dataset, dims: Sequence[str], polar: bool | None, ax: Axes
     return suits if polar is None and given is None else bool(polar or given)
 
 
-def rectangle(across: ShownAxis, up: ShownAxis) -> Plane:
-    """Return cells on a rectangle."""
+def rectangular_plane(across: ShownAxis, up: ShownAxis) -> Plane:
     every = np.arange(len(across.values))
     x, y = edges(across.values), edges(up.values)
     ratio = float(np.ptp(y) / np.ptp(x))
@@ -307,8 +306,8 @@ def rectangle(across: ShownAxis, up: ShownAxis) -> Plane:
     return Plane(False, x, y, every, across.values, up.values, every, ratio if in_space else None)
 
 
-def round_a_pole(across: ShownAxis, up: ShownAxis) -> Plane:
-    """Return cells in polar coordinates, of sorted azimuths ``across`` and tilts ``up`` [°]."""
+def polar_plane(across: ShownAxis, up: ShownAxis) -> Plane:
+    """Return a polar grid of sorted azimuths ``across`` and tilts ``up`` [°]."""
     turn, every = across.values, np.arange(len(across.values))
     borders, gap = edges(turn), turn[0] + 360.0 - turn[-1]
     # the border between the last and the first azimuth is in the middle, too
@@ -331,7 +330,6 @@ def round_a_pole(across: ShownAxis, up: ShownAxis) -> Plane:
 
 
 def label_axes(ax: Axes, plane: Plane, across: ShownAxis, up: ShownAxis) -> None:
-    """Set titles, ticks and limits of the axes."""
     if isinstance(ax, PolarAxes):
         _label_round(ax, plane, across, up)
         return

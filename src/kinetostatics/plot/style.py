@@ -55,7 +55,7 @@ STYLE: dict[str, object] = {
     "svg.hashsalt": "kinetostatics",  # reproducible files
 }
 
-#: Letters per inch: of a title, along the figure's width; of a colour bar's title, along the figure's height.
+#: Letters of a title per inch of the figure's width; letters of a colour bar's title per inch of the figure's height.
 LETTERS, BAR = 14.5, 12.2
 NO_BREAK = "\N{NO-BREAK SPACE}"
 
@@ -74,7 +74,7 @@ _FORMATS: dict[str, dict[str, None]] = {".pdf": {"CreationDate": None}, ".svg": 
 
 
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
-    """Return a function that draws in :data:`STYLE`."""
+    """Decorator of functions that draw with the settings :data:`STYLE`."""
 
     @functools.wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -93,7 +93,6 @@ def new_panels(count: int, width: float, height: float, projection: str | None =
 
 
 def new_axes(width: float, height: float, projection: str | None = None) -> Axes:
-    """Return axes on a new figure."""
     return new_panels(1, width, height, projection)[0]
 
 
@@ -103,15 +102,15 @@ def wrapped(text: str, figure: Figure) -> str:
 
 
 def solid_axes(ax: Axes | None, height: float, what: str) -> Axes3D:
-    """Return the given axes, or new three-dimensional axes one column wide."""
+    """Return the given axes, or new three-dimensional axes, one column wide and ``height`` column widths high."""
     found = new_axes(ONE_COLUMN, height * ONE_COLUMN, projection="3d") if ax is None else ax
     if not isinstance(found, Axes3D):
         raise ArgumentError(f"{what} axes made with projection='3d'")
     return found
 
 
-def make_room(ax: Axes3D, labels: Sequence[str]) -> None:
-    """Set labels, size and ticks of three-dimensional axes; artists are drawn in the order in which they are added."""
+def set_up_solid_axes(ax: Axes3D, labels: Sequence[str]) -> None:
+    """Set labels, size and ticks of three-dimensional axes, on which artists are drawn in the order of their addition."""
     ax.computed_zorder = False
     ax.set_box_aspect((4, 4, 3), zoom=1.1)
     for axis, text in zip((ax.xaxis, ax.yaxis, ax.zaxis), labels, strict=True):
@@ -127,7 +126,6 @@ def make_room(ax: Axes3D, labels: Sequence[str]) -> None:
 
 
 def figure_of(ax: Axes) -> Figure:
-    """Return the figure of axes."""
     figure = ax.figure
     while isinstance(figure, SubFigure):
         figure = figure.figure
@@ -201,6 +199,5 @@ def draw_into_files() -> None:
 
 
 def save_and_close(ax: Axes, path: str | os.PathLike[str], dpi: float = 300) -> None:
-    """Write the figure as :func:`save` does, and close it."""
     save(ax, path, dpi)
     plt.close(figure_of(ax))

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.plot.display_units import coordinate_unit, label, typeset
-from kinetostatics.plot.masks import areas_of, check_numbers, common_masks, continued, level_of, masks_of
+from kinetostatics.plot.masks import areas_of, check_numbers, common_masks, extrapolated, masks_of, smooth_field
 from kinetostatics.plot.selection import (
     check_range,
     chosen_names,
@@ -34,8 +34,8 @@ from kinetostatics.plot.style import (
     ONE_COLUMN,
     figure_of,
     legend_below,
-    make_room,
     new_panels,
+    set_up_solid_axes,
     solid_axes,
     styled,
     title_of,
@@ -123,7 +123,9 @@ def surface(
     for panel, mine in zip(axes, sheets, strict=True):
         quads, colours = [], []
         for k in mine:
-            found = cut_cells(np.dstack([*plane, np.clip(continued(values[k]), low, high)]), level_of(np.isfinite(values[k])))
+            found = cut_cells(
+                np.dstack([*plane, np.clip(extrapolated(values[k]), low, high)]), smooth_field(np.isfinite(values[k]))
+            )
             part = (found[:, :4, 2].mean(axis=1) - low) / (high - low) if len(mine) == 1 else np.full(len(found), steps[k])
             quads.append(found)
             colours.append(colour_of(part))
@@ -132,13 +134,13 @@ def surface(
         masks = common_masks([selections[k] for k in mine])
         for mask, where in zip(masks, areas_of(masks), strict=True):
             grey = patches[mask.label].get_facecolor() if mask.label in patches else GREYS[len(patches)]
-            ground = cut_cells(np.dstack([*plane, np.full_like(plane[0], floor)]), level_of(where))
+            ground = cut_cells(np.dstack([*plane, np.full_like(plane[0], floor)]), smooth_field(where))
             cells = Poly3DCollection(list(ground), facecolors=grey, edgecolors="none", label=mask.label, zorder=2)
             panel.add_collection3d(cells)
             patches.setdefault(mask.label, Patch(facecolor=grey, edgecolor="0.4", linewidth=0.4, label=mask.label))
         panel.set(xlim=across.values[[0, -1]], ylim=up.values[[0, -1]], zlim=(floor, high))
         panel.set_title(title_of(panel, names[mine[0]] if apart else first.fixed))
-        make_room(panel, (across.label, up.label, ""))
+        set_up_solid_axes(panel, (across.label, up.label, ""))
     text = label(first.long_name, unit) + span.note
     if apart or len(parts) == 1:
         mappable = ScalarMappable(Normalize(low, high), COLOURS)
@@ -166,7 +168,7 @@ def surface(
 
 
 def _coincide(sheets: Sequence[Array], low: float, high: float) -> bool:
-    """Return whether the median distance of two successive surfaces is too small to tell them apart."""
+    """Whether the median distance of any two successive surfaces is too small to tell them apart."""
     gaps = [np.abs(two - one) for one, two in pairwise(sheets)]
     return any(np.nanmedian(gap) < NEAR * (high - low) for gap in gaps if np.isfinite(gap).any())
 
@@ -177,10 +179,10 @@ AMBIENT = 0.72
 
 
 def cut_cells(points: Array, field: Array) -> Array:
-    """Return the cells between points (nx, ny, 3) of a grid, clipped to the area in which a field (nx, ny) is positive.
+    """Return the cells of a grid of points (nx, ny, 3), clipped to the area in which a field (nx, ny) is positive.
 
     Returns:
-        Polygons (m, 6, 3); polygons with fewer corners repeat the last one.
+        Polygons (m, 6, 3); polygons with fewer corners repeat their last corner.
     """
     nx, ny = field.shape
     places = [np.s_[i : nx - 1 + i, j : ny - 1 + j] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
@@ -206,7 +208,7 @@ def faces(quads: Array, colours: Array, scale: Array, edge: float, label: str) -
     Args:
         quads: (m, n, 3) corners.
         colours: (m, 4) RGBA colours of the faces.
-        scale: (3,) ranges of the three axes; angles are those in the drawn box, whose sides are these ranges.
+        scale: (3,) ranges of the three axes, by which positions are divided before angles to the light are computed.
         edge: opacity of the black edges.
         label: label of the collection.
     """
@@ -248,7 +250,7 @@ def workspace(
 
     Returns:
         The axes; the faces are ``ax.collections[0]``. A face between a valid and an invalid pose has the colour of the valid
-        one. Dotted lines are the edges of the swept box.
+        pose. Dotted lines are the edges of the swept box.
 
     Raises:
         ArgumentError: a name or a value is invalid, or no pose is valid.
@@ -273,7 +275,7 @@ def workspace(
     good = np.isfinite(shown.values) & np.isfinite(grid).all(axis=-1)
     check_numbers(colour, [shown], "this workspace")
     (values,), unit = in_figure_units([shown], unit)
-    corners, nodes = skin(grid, level_of(good), _octant(good) & cut)
+    corners, nodes = skin(grid, smooth_field(good), _octant(good) & cut)
     levels = values[tuple(nodes.T)]
     span = range_of([levels], value_range)
     low, high = span.low, span.high
@@ -286,7 +288,7 @@ def workspace(
     norm = Normalize(low, high if high > low else low + (abs(low) or 1.0))
     ax.add_collection3d(faces(corners, mpl.colormaps[COLOURS](norm(levels)), scale, 0.25, shown.what))
     ax.set(xlim=(start[0], end[0]), ylim=(start[1], end[1]), zlim=(start[2], end[2]), title=title_of(ax, shown.fixed))
-    make_room(ax, labels)
+    set_up_solid_axes(ax, labels)
     if set(dims if known else named) == set(POSITIONS) and scale.max() < SLENDER * scale.min():
         ax.set_box_aspect(4 * scale / scale.max(), zoom=1.1)  # lengths as they are
     figure = figure_of(ax)
@@ -308,13 +310,13 @@ def workspace(
 def skin(points: Array, field: Array, cut: NDArray[np.bool_]) -> tuple[Array, NDArray[np.intp]]:
     """Return the zero surface of a field over a grid, with a face between any two neighbours of different signs.
 
-    The corners of the faces are inside the cells of the grid: each is the mean of the intersections of the cell's edges with the
-    surface (dual contouring). Outside the grid, the field is negative.
+    Each corner of a face is inside a cell of the grid, at the mean of the intersections of the cell's edges with the surface
+    (dual contouring). Outside the grid, the field is negative.
 
     Args:
         points: (nx, ny, nz, 3) positions of the nodes; NaN where unknown.
         field: (nx, ny, nz) field, positive inside.
-        cut: (nx, ny, nz) mask of removed nodes; the surface is midway between them and their neighbours.
+        cut: (nx, ny, nz) True at removed nodes; the surface is midway between removed nodes and their neighbours.
 
     Returns:
         Corners (m, 4, 3) of the faces, and for each face the indices (m, 3) of the node inside.
@@ -345,7 +347,7 @@ def skin(points: Array, field: Array, cut: NDArray[np.bool_]) -> tuple[Array, ND
 
 
 def _positions(ds: xr.Dataset, named: Sequence[str], dims: Sequence[str], at: Mapping[str, float]) -> tuple[Array, list[str]]:
-    """Return the positions of o (…, 3) over ``dims`` in display units, and the axes' labels."""
+    """Return positions of o (…, 3) over ``dims``, and labels of the axes, both in display units."""
     strange = [name for name in named if name not in POSITIONS]
     if strange:
         raise ArgumentError(f"{strange[0]!r} is not swept; axes= needs three swept coordinates, or x, y, z for the position of o")
@@ -356,9 +358,9 @@ def _positions(ds: xr.Dataset, named: Sequence[str], dims: Sequence[str], at: Ma
 
 
 def _octant(good: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the mask of the octant nearest to the viewer: large first, small second, large third coordinate.
+    """Return True in the octant nearest to the viewer: large first, small second, large third coordinate.
 
-    The mask is empty if the octant contains the whole body.
+    If this octant contains the whole body, it is False everywhere.
     """
     octant = np.zeros_like(good)
     first, second, third = (size // 2 for size in good.shape)

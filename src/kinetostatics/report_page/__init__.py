@@ -81,7 +81,7 @@ def save_report(
         analysis: further arguments of :func:`kinetostatics.analyze`: ``point``, ``frame``, ``loads``, ``payload``, ….
 
     Raises:
-        ArgumentError: an argument is invalid, the file's extension is not .html, there are several poses, or the map is one of
+        ArgumentError: an argument is invalid, the file's extension is not .html, there are several poses, or the map is of
             another robot.
         CoordinatesError: the controlled coordinates do not determine the pose.
         StaticsError: the pose cannot be analysed.
@@ -100,7 +100,7 @@ def report_html(
     controlled: Sequence[str] | None,
     tool: ArrayLike | None = None,
 ) -> str:
-    """Return the page; ``arguments`` are those of :func:`kinetostatics.analyze`."""
+    """Return the page of :func:`save_report`; ``arguments`` are the arguments of :func:`kinetostatics.analyze`."""
     if not isinstance(configuration, Configuration):
         raise ArgumentError(f"a report needs a Configuration, got {configuration!r}; create one with robot.assemble(…)")
     result = analyze(configuration, **arguments)
@@ -137,7 +137,6 @@ def _asset(name: str) -> str:
 
 
 def assumptions_html(result: Result) -> str:
-    """Return a list of the assumptions of an analysis: elastic and rigid parts, linearity, weights."""
     description = result.robot.description
     beams, joints = list(description.beams), list(description.joint_stiffness)
     kinds = {"beams": beams, "joints": joints, "springs": list(description.springs)}
@@ -199,7 +198,7 @@ WORDS = ("displacement of {}, each along the whole displacement", "rotation, eac
 
 
 def _bars(names: list[str], twists: list[Array], result: Result, noise: NoiseFloor, sort: bool = False) -> str:
-    """Return a bar for each twist (6,): its part of the whole displacement; an empty text if the platform does not move."""
+    """Return a bar chart of twists (6,), each along the whole motion; an empty text if the platform does not move."""
     found = parts_along(np.reshape(twists, (-1, 6)), result.twist, noise)
     if found is None:
         return ""
@@ -245,7 +244,7 @@ SHOWN = ("linear_sag", "angular_sag", "least_translational_stiffness", "largest_
 
 
 def checked_map(workspace: xr.Dataset, configuration: Configuration, tool: Array | None) -> xr.Dataset:
-    """Check that a map is one of this robot, and return the map with the tool's tip as reference point."""
+    """Return a map with the tool's tip as reference point; an error if the map is of another robot or another point."""
     from kinetostatics.indices import at_point
     from kinetostatics.indices.map_variables import variable
 
