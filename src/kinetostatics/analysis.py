@@ -74,8 +74,8 @@ def analyze(
         motion: velocities and accelerations of the coordinates, a :class:`Motion`. The inertia of links, beams and payload, with
             Coriolis and centrifugal terms, causes the contribution "inertia".
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
-        engine: "numpy", "compiled", or "auto". "auto" uses compiled code if it is in memory; if it is on disk, for 1,000 poses
-            and more; otherwise for 10,000 and more. Numbers differ by rounding errors only; statuses are equal.
+        engine: "numpy", "compiled", or "auto". "auto" uses compiled code that is in memory; from 1,000 poses on, code on disk;
+            from 10,000 poses on, it compiles. Numbers differ by rounding errors only; statuses are equal.
 
     Returns:
         The result; loads, gravity and point are broadcast against the batch of poses.
@@ -196,7 +196,7 @@ def _solutions(
     assembly_errors: AssemblyErrors | None,
     applied: tuple[AppliedLoad, ...],
 ) -> list[Solution]:
-    """Return the equilibria of consecutive poses; each pose at which a limb has another rank than usual is solved separately."""
+    """Return the equilibria in the order of the poses; a pose where the rank of a limb is not the usual one has its own."""
     first = solve_with_springs(robot, frames, load, gravity, assembly_errors, None, applied)
     if not first.doubtful.any() or not frames.take(np.flatnonzero(first.doubtful)).are_finite().any():
         return [first]
@@ -215,7 +215,6 @@ def _solutions(
 
 
 def _shapes_of(on_links: LinkLoads | None) -> str:
-    """Return the batch shapes of loads on links, for messages."""
     shapes = [] if on_links is None else dict.fromkeys(array.shape[:-1] for array in on_links.arrays())
     return f", loads on links and payload {', '.join(map(str, shapes))}" if shapes else ""
 
@@ -228,7 +227,7 @@ def _vector(name: str, value: ArrayLike, size: int) -> Array:
 
 
 def load_at_o(robot: Robot, frames: Frames, load: Array, point: Array | None, frame: str) -> Array:
-    """Return an external load (6, N) about o in world axes; ``load`` (6, N) and ``point`` (3, N) are given in ``frame``."""
+    """(6, N) load about o, world axes; ``load`` (6, N) and ``point`` (3, N) are given in ``frame``, see :func:`analyze`."""
     if frame == "world" and point is None:
         return load
     R, o = robot.mechanism.platform_pose(frames)
@@ -240,7 +239,7 @@ def load_at_o(robot: Robot, frames: Frames, load: Array, point: Array | None, fr
 
 
 def _complain(robot: Robot, solution: Solution) -> None:
-    """Raise the error of the first failed pose of a chunk."""
+    """Raise an error with the reason why a pose has no results, or why assembly errors are impossible; if none, return."""
     for p in np.flatnonzero(solution.singular):
         if short := no_length_text(robot.beams.values(), solution.frames, int(p)):
             raise StaticsError(short)
@@ -285,7 +284,7 @@ def _complain(robot: Robot, solution: Solution) -> None:
 
 
 def free_twists(robot: Robot, solution: Solution, pose: int) -> Array:
-    """Return the twists (6, k) at o, at least one, that no constraint wrench of any limb resists."""
+    """(6, k) twists of the platform at o that no constraint wrench resists, world axes [m, rad]; at least the least resisted."""
     scale = np.array([1.0] * 3 + [1 / robot.length] * 3)[:, None]
     columns = [np.zeros((6, 0)), *(item.J_c[..., pose].reshape(6, -1) for item in solution.statics)]
     wrenches = np.concatenate(columns, axis=1) * scale
@@ -295,15 +294,10 @@ def free_twists(robot: Robot, solution: Solution, pose: int) -> Array:
 
 
 def check_keywords(function: Callable[..., object], given: Iterable[str], without: Iterable[str] = ()) -> None:
-    """Check keywords with which a function is to call :func:`analyze`.
-
-    Args:
-        function: the function.
-        given: names of the keywords.
-        without: arguments of :func:`analyze` that ``function`` sets itself.
+    """Check keywords ``given`` to a function that hands them on to :func:`analyze`.
 
     Raises:
-        ArgumentError: :func:`analyze` has no such argument, or ``function`` sets it; the message names the function.
+        ArgumentError: :func:`analyze` has no such argument, or ``function`` sets it itself (``without``).
     """
     own = [item.name for item in inspect.signature(function).parameters.values() if item.kind is not item.VAR_KEYWORD]
     handed_on = {*inspect.signature(analyze).parameters} - {"configuration", "motion", *without}

@@ -30,7 +30,7 @@ _HOME = os.path.dirname(__file__) + os.sep
 
 
 def warn(words: str) -> None:
-    """Issue a warning; its location is the line outside the package that called the package."""
+    """Issue a warning whose location is the line outside the package that called the package."""
     frame, level = sys._getframe(), 1
     while frame.f_back is not None and frame.f_code.co_filename.startswith(_HOME):
         frame, level = frame.f_back, level + 1
@@ -38,7 +38,7 @@ def warn(words: str) -> None:
 
 
 def need(what: str, extra: str, *packages: str) -> None:
-    """Check that the packages of an extra are installed; ``what`` is the task that needs them, for the message.
+    """Check that the packages of an optional dependency are installed; ``what`` is the task that needs them.
 
     Raises:
         KinetostaticsError: a package is not installed.
@@ -49,11 +49,7 @@ def need(what: str, extra: str, *packages: str) -> None:
 
 
 def check_mapping(what: str, value: object, example: str) -> None:
-    """Check that a value is a mapping whose keys are names.
-
-    Raises:
-        ArgumentError: the value is no mapping, or a key is no name; the message contains ``example``.
-    """
+    """Raise an ArgumentError with the ``example`` if a value is not a mapping whose keys are strings."""
     if not isinstance(value, Mapping):
         raise ArgumentError(f"{what} is {value!r}; it must be a mapping from names to values, such as {example}")
     for name in value:
@@ -62,11 +58,7 @@ def check_mapping(what: str, value: object, example: str) -> None:
 
 
 def names_in(what: str, value: Iterable[object], example: str) -> tuple[str, ...]:
-    """Return several names as a tuple.
-
-    Raises:
-        ArgumentError: the value is not a sequence of names, or is a single string; the message contains ``example``.
-    """
+    """Return names as a tuple; raise an ArgumentError with the ``example`` if the value is not a sequence of strings."""
     try:
         given = None if isinstance(value, str) else tuple(value)
     except TypeError:
@@ -78,21 +70,12 @@ def names_in(what: str, value: Iterable[object], example: str) -> tuple[str, ...
 
 
 def check_choice(what: str, value: object, choices: Sequence[str]) -> None:
-    """Check that a value is one of several words.
-
-    Raises:
-        ArgumentError: the value is not one of ``choices``.
-    """
     if not isinstance(value, str) or value not in choices:
         raise ArgumentError(f"{what} is {value!r}; it must be one of {', '.join(map(repr, choices))}")
 
 
 def positive(what: str, value: FloatLike, expected: str = "a positive number", infinite: bool = False) -> float:
-    """Return a positive number, which may be infinite if ``infinite`` is set.
-
-    Raises:
-        ArgumentError: the value is not such a number; the message contains ``expected``.
-    """
+    """Return a positive number, finite unless ``infinite``; raise an ArgumentError for other values."""
     try:
         number = float(value)
     except (TypeError, ValueError):
@@ -103,11 +86,7 @@ def positive(what: str, value: FloatLike, expected: str = "a positive number", i
 
 
 def whole_number(what: str, value: SupportsIndex | None, least: int, most: int | None = None, shown: str = "") -> int:
-    """Return an integer (Python or NumPy) from ``least`` to ``most``.
-
-    Raises:
-        ArgumentError: the value is not such an integer; the message contains the value, or ``shown`` in its place.
-    """
+    """Return an integer from ``least`` to ``most``; raise an ArgumentError for other values, which it calls ``shown``."""
     number = None
     if value is not None and not isinstance(value, (bool, np.bool_)):
         with contextlib.suppress(TypeError):
@@ -119,11 +98,7 @@ def whole_number(what: str, value: SupportsIndex | None, least: int, most: int |
 
 
 def numbers(what: str, value: object) -> NDArray[np.float64]:
-    """Return an array of numbers.
-
-    Raises:
-        ArgumentError: the value is not an array of real numbers.
-    """
+    """Return an array; raise an ArgumentError if it does not contain real numbers only."""
     array = None
     with contextlib.suppress(TypeError, ValueError):
         if not np.iscomplexobj(np.asarray(value)):  # NumPy would drop the imaginary part
@@ -134,11 +109,7 @@ def numbers(what: str, value: object) -> NDArray[np.float64]:
 
 
 def finite_numbers(what: str, value: object) -> NDArray[np.float64]:
-    """Return an array of finite numbers.
-
-    Raises:
-        ArgumentError: the value is not an array of real numbers, or not all of them are finite.
-    """
+    """Return an array; raise an ArgumentError if it does not contain finite real numbers only."""
     array = numbers(what, value)
     if not np.all(np.isfinite(array)):
         raise ArgumentError(f"{what} has entries that are not finite: {value!r}")
@@ -146,11 +117,7 @@ def finite_numbers(what: str, value: object) -> NDArray[np.float64]:
 
 
 def path_name(what: str, value: object) -> str:
-    """Return a path as a string.
-
-    Raises:
-        ArgumentError: the value is of another type.
-    """
+    """Return a path as a string; raise an ArgumentError for values of other types."""
     if not isinstance(value, (str, bytes, os.PathLike)):
         raise ArgumentError(f"{what} is {value!r}; it must be the path of a file")
     return os.fsdecode(value)
@@ -167,13 +134,13 @@ class Argument:
         kind: "flag", "text", "texts", "items" (NAME=VALUE), "count" (a whole number), "number", "wrench" (three forces, three
             moments), or the kind of a number: "length", "angle", "force", "mass", "acceleration".
         help: description in the help of the command.
-        metavar: placeholder of the value, or of each value, in the help.
+        metavar: placeholder of the value in the help; for several values, one for each.
         size: how many numbers the value has; 0: it is a single number.
         choices: accepted words.
         least: smallest value of a count.
-        expected: description of the expected positive number, for errors.
-        example: example of a mapping, for errors.
-        option: name on the command line, if not ``--`` followed by the name; that of a positional argument has no dashes.
+        expected: description of the expected positive number, in error messages.
+        example: example of a mapping, in error messages.
+        option: name on the command line, default ``--`` followed by the argument's name; without dashes, it is positional.
         group: heading in the help.
     """
 
@@ -191,7 +158,7 @@ class Argument:
 
 XYZ = ("X", "Y", "Z")
 WRENCH = ("FX", "FY", "FZ", "MX", "MY", "MZ")
-#: Arguments of every command on a robot, and of the commands on poses and loads.
+#: Arguments of all commands on robots, of those on poses, and of those on loads.
 ROBOT = ("robot", "parameters", "platform_link", "base_link")
 POSE = ("platform", "actuators", "near", "orientation", "closure_tolerance")
 LOADS = ("load", "point", "frame", "load_on", "payload", "payload_center", "payload_link", "gravity")
@@ -310,11 +277,7 @@ ARGUMENTS: Mapping[str, Argument] = {
 
 
 def check(name: str, value: Keyword) -> Keyword:
-    """Return the value of an argument after checking it against its row of the table.
-
-    Raises:
-        ArgumentError: the value is invalid; the message names the argument.
-    """
+    """Return the value of an argument after a check against its row of :data:`ARGUMENTS`; raise an ArgumentError if it fails."""
     argument = ARGUMENTS[name]
     if argument.choices:
         check_choice(name, value, argument.choices)

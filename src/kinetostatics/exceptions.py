@@ -24,7 +24,7 @@ __all__ = [
 
 
 def near_names(name: object, known: Iterable[str]) -> str:
-    """Return a phrase with the known names that are similar to ``name``; if none is similar, with up to twelve known names."""
+    """Write "did you mean …?" with the known names that are similar; without any, "known: …" with up to twelve known names."""
     known = sorted(known)
     near = difflib.get_close_matches(str(name), known, n=3, cutoff=0.5)
     if near:
@@ -101,7 +101,7 @@ class AssemblyError(KinetostaticsError):
         residuals: gap of each loop, ``{loop name: (metres, radians)}``.
         residual: the largest of these gaps, in m or rad.
         mobility: the robot's mobility, or None if not known.
-        reached: fraction (0 to 1) of the straight line to the coordinates along which the loops close, or None.
+        reached: fraction (0 to 1) of the straight line to the requested coordinates up to which the loops close, or None.
     """
 
     def __init__(
@@ -137,7 +137,7 @@ class SingularPoseError(StaticsError):
     """With the actuators locked the platform can still move.
 
     Attributes:
-        free_twists: (6, k) array, the free twists at o in world axes [m, rad].
+        free_twists: (6, k) twists at o with which the platform can move, world axes [m, rad].
     """
 
     def __init__(self, message: str, free_twists: object) -> None:
@@ -146,10 +146,10 @@ class SingularPoseError(StaticsError):
 
 
 class LimbEquilibriumError(StaticsError):
-    """A limb or a branch cannot hold its own weight.
+    """A limb, or a chain that is attached only to base or platform, cannot hold its own weight.
 
     Attributes:
-        limb: name of the limb or branch.
+        limb: name of the limb; "base" or "platform" for a chain that is attached only to it.
         joints: names of the passive joints that would move.
     """
 

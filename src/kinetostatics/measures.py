@@ -54,7 +54,7 @@ class Measure:
 
     @property
     def unit(self) -> str:
-        """The SI unit; "1" for ratios."""
+        """SI unit; "1" for ratios."""
         return KINDS.get(self.kind, "1")
 
     @property
@@ -68,7 +68,7 @@ def _length(vectors: Array, _: Array | float) -> Array:
 
 
 def _eigenvalues(matrices: Array) -> Array:
-    """Return the eigenvalues (…, n), ascending, of symmetric positive semidefinite matrices; NaN if not finite."""
+    """(…, n) eigenvalues of symmetric positive semidefinite matrices, ascending; NaN for matrices that are not finite."""
     finite = np.all(np.isfinite(matrices), axis=(-2, -1))
     found = np.linalg.eigvalsh(np.where(finite[..., None, None], matrices, 0.0))
     # rounding errors of zero
@@ -81,7 +81,7 @@ def _eigenvalue(k: int) -> Callable[[Array, Array | float], Array]:
 
 
 def _inverse(k: int) -> Callable[[Array, Array | float], Array]:
-    """Return a function for 1/eigenvalue, infinite in rigid directions."""
+    """Return the function 1 / (k-th eigenvalue), infinite for the eigenvalue 0 of a rigid direction."""
 
     def found(matrices: Array, _: Array | float) -> Array:
         with np.errstate(divide="ignore"):
@@ -121,7 +121,6 @@ def _stiffnesses() -> dict[str, Measure]:
 
 
 # fmt: off
-#: All measures by name.
 MEASURES: Mapping[str, Measure] = {
     "linear_sag": Measure("|d|, displacement of o", "linear sag", "length", "twist", _D, _length),
     "angular_sag": Measure("|r|, rotation of the platform", "angular sag", "angle", "twist", _R, _length),

@@ -16,19 +16,19 @@ EVERY = 1.0
 
 
 def on_terminal() -> bool:
-    """Return whether standard error is a terminal."""
+    """Whether standard error is a terminal."""
     return sys.stderr is not None and not sys.stderr.closed and sys.stderr.isatty()
 
 
 def in_notebook() -> bool:
-    """Return whether the code runs in a notebook, which can display HTML."""
+    """Whether the code runs in a notebook, which can display HTML."""
     module = sys.modules.get("IPython")
     shell = module.get_ipython() if module is not None else None
     return shell is not None and "IPKernelApp" in getattr(shell, "config", {})
 
 
 def waiting(what: str | Callable[[], str], enabled: bool = True, always: bool = False) -> AbstractContextManager[None]:
-    """Return a context that shows its task and the elapsed time on the terminal; of nested tasks, only the innermost is shown.
+    """Return a context in which a task and its elapsed time are shown on the terminal; an inner context hides outer ones.
 
     Args:
         what: the task, such as "verifying", or a function that returns it.

@@ -68,12 +68,10 @@ class Entry:
 
     @property
     def units(self) -> str:
-        """Units of the quantity, as text."""
         return UNITS.get(self.unit, self.unit)
 
     @property
     def description(self) -> str:
-        """Description and units, as text."""
         return f"{self.words} [{self.units}]"
 
 
@@ -93,18 +91,17 @@ def _actuator_forces(robot: RobotStatics, solution: Solution) -> Array:
 
 
 def _is_usual(robot: RobotStatics, solution: Solution) -> Mask:
-    """Return the mask (N,) of poses with determined forces, regular wrench bases and limbs of their usual rank."""
+    """(N,) True where forces are determinate, wrench bases regular, and the ranks of limbs the usual ones."""
     return ~solution.indeterminate & ~solution.basis_degenerate & ~solution.doubtful
 
 
 def _of_limbs(robot: RobotStatics, solution: Solution, labels: str, pick: Callable[[int], Array]) -> Array:
-    """Return a quantity of the wrenches of all limbs, limb by limb (Σ k, N); NaN where the wrench basis differs from the labels.
+    """(Σ k, N) quantity of all limbs, k rows for the wrenches of each; NaN where the labels do not describe the wrench basis.
 
     Args:
-        robot: the statics of the robot.
-        solution: the equilibrium.
-        labels: name of the attribute of a limb group with the labels of the wrenches.
-        pick: function that returns the quantity (k, g, N) of a group of g limbs, given the group's number.
+        robot, solution: robot and equilibrium.
+        labels: "labels" or "attached_labels", attribute of a group of limbs with the labels of the wrenches.
+        pick: function that returns the quantity (k, g, N) of the g limbs of a group, given by its index.
     """
     rows = [np.empty((0, solution.o.shape[1]))]
     for group in robot.groups:
@@ -248,14 +245,14 @@ def reported_names(owner: str) -> list[str]:
 
 
 def axes_of(robot: RobotStatics) -> dict[str, tuple[str, ...]]:
-    """Return, by name of the axis, the labels of those axes whose labels are equal in all results of a robot."""
+    """Return the labels along each axis whose labels are the same in all results of a robot, by name of the axis."""
     components = {"component": COMPONENTS, "component_2": COMPONENTS, "axis": COMPONENTS[:3]}
     robots = {"actuator": robot.description.driven, "spring": tuple(robot.description.springs)}
     return {**components, "source": sources_of(robot), **robots}
 
 
 def units_along(robot: RobotStatics) -> dict[str, list[str] | list[list[str]]]:
-    """Return the units along an axis, by key of :data:`UNITS`, for those keys whose units are equal in all results of a robot."""
+    """Return the units along axes, by key of :data:`UNITS`, where they are the same in all results of a robot."""
     actuators = [robot.mechanism.connections[name].type for name in robot.description.driven]
     return {
         "component_unit": list(TWIST_UNITS),
@@ -270,7 +267,7 @@ def units_along(robot: RobotStatics) -> dict[str, list[str] | list[list[str]]]:
 
 
 def value_at(result: object, path: str) -> object:
-    """Return the attribute of a result at a dotted path; of a mapping on the path, the attribute of every item."""
+    """Return ``result.a.b`` for the path "a.b"; where ``result.a`` is a mapping, the attribute ``b`` of each item."""
     for name in path.split("."):
         if isinstance(result, Mapping):
             result = {key: getattr(item, name) for key, item in result.items()}
@@ -280,7 +277,7 @@ def value_at(result: object, path: str) -> object:
 
 
 def stacked(value: object, dims: Sequence[str], labels: Mapping[str, Sequence[str]]) -> Array:
-    """Return nested mappings of arrays, by labels along the axes ``dims``, as one array (…, *dims)."""
+    """Join nested mappings of arrays to an array (…, *dims); the keys are the ``labels`` along each of the axes ``dims``."""
     if not isinstance(value, Mapping):
         return np.asarray(value)
     rows = [stacked(value[label], dims[1:], labels) for label in labels[dims[0]]]

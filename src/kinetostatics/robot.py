@@ -144,7 +144,7 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
 
     @cached_property
     def members(self) -> Members:
-        """Members (collinear beams that buckle together) and their limbs."""
+        """The members that can buckle: beams, or collinear beams that buckle as one."""
         from kinetostatics.buckling.members import Members
 
         return Members(self.statics)
@@ -176,9 +176,9 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
                 passive joints, for the closed pose nearest to these values. From there the platform turns by the shorter
                 rotation.
             closure_tolerance: largest gap of a closed loop [m, rad]. Overconstrained robots whose files have rounded angles need
-                more than the default; their loops are closed in the least-squares sense. If no motion closes the loops and their
-                gaps at the zero pose exceed 1e-4 of the robot's size (or 1e-4 rad), the tolerance must cover these gaps too, and
-                gaps above 1e-3 of the size (1e-3 rad) are never accepted.
+                more than the default; their loops are closed in the least-squares sense. If gaps remain at the zero pose that
+                exceed 1e-4 of the robot's size (or 1e-4 rad), the tolerance must be at least these gaps; gaps above 1e-3 of the
+                size (1e-3 rad) are never accepted.
             on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
             engine: "numpy", "compiled", or "auto": see :func:`kinetostatics.analyze`.
 
@@ -203,7 +203,7 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
 
 
 def robot_of(configuration: Configuration) -> Robot:
-    """Return the robot of a pose."""
+    """Return the robot of a pose; raise an ArgumentError if it has no statics."""
     robot = configuration.robot
     if not isinstance(robot, Robot):
         raise ArgumentError(f"the pose belongs to {robot!r}, which has no statics: make one with robot.assemble(…)")

@@ -63,7 +63,6 @@ class Fact:
 
     @property
     def title(self) -> str:
-        """Name of the status in reports."""
         return self.name.upper()
 
 
@@ -110,12 +109,7 @@ STATUS_WORDS: Mapping[Status, str] = {
 
 
 def status_of(base: NDArray[np.int8], facts: Mapping[str, Truth]) -> NDArray[np.int8]:
-    """Return the status of poses (…): the most severe of the facts that are true of each.
-
-    Args:
-        base: OK, or the status of a pose without results.
-        facts: truth values of the facts (…), by name.
-    """
+    """(…) the most severe of the ``facts`` (…) that are true of each pose; ``base``: OK, or the status without results."""
     status = np.array(base, dtype=np.int8)
     for name, fact in FACTS.items():
         if name in facts and fact.status is not None:
@@ -124,10 +118,7 @@ def status_of(base: NDArray[np.int8], facts: Mapping[str, Truth]) -> NDArray[np.
 
 
 def in_map(ds: xr.Dataset, name: str) -> xr.DataArray:
-    """Return the truth values of a fact in a workspace map.
-
-    If the fact is not a variable of the map, it is read from the status; it is then missing at poses with a more severe fact.
-    """
+    """Return where a fact is true in a map; if it is not a variable of the map, only where it is the most severe fact."""
     if name in ds:
         return ds[name].astype(bool)
     status = FACTS[name].status

@@ -22,7 +22,7 @@ _RADIANS = "angles are in rad; 90 degrees are ${pi/2} in xacro"
 
 
 def largest(values: ArrayLike) -> float:
-    """Return the finite value of largest magnitude; 0 if there is none."""
+    """Return the finite value of largest magnitude, with its sign; 0 if there is none."""
     if isinstance(values, int | float):
         return float(values) if math.isfinite(values) else 0.0
     numbers = np.nan_to_num(np.asarray(values, dtype=float), posinf=0.0, neginf=0.0).ravel()
@@ -57,13 +57,13 @@ def point_hint(what: str, point: ArrayLike, size: float) -> list[str]:
 
 
 def tolerance_hint(name: str, amount: float, own: float, size: float) -> list[str]:
-    """Return a hint if a tolerance [m] is a large fraction of the toleranced length or, if this is zero, of the robot's size."""
+    """Return a hint if a tolerance [m] exceeds ``COARSE`` times its length ``own`` or, if this is zero, the robot's ``size``."""
     whole, of = (own, "the length itself of") if own else (size, "the robot's size of")
     return length_hint(f"the tolerance {name} = {amount:.6g} m is", amount, whole, of, COARSE)
 
 
 def limit_hints(limits: Mapping[str, float], size: float) -> list[str]:
-    """Return hints at limits [m] of prismatic joints far beyond the robot's size; even larger limits mean "no limit"."""
+    """Return hints at limits of more than ``FAR`` times the robot's size [m]; above 1000 ``FAR`` times, they mean "no limit"."""
     names: dict[float, list[str]] = {}
     for name, limit in limits.items():
         if limit <= 1000 * FAR * size:
@@ -76,16 +76,16 @@ def limit_hints(limits: Mapping[str, float], size: float) -> list[str]:
 
 
 def looks_like_degrees(*angles: float) -> bool:
-    """Return whether angles [rad] exceed two turns, or exceed one turn and are all multiples of 5, as 90, 10, -180.
+    """Whether the largest of angles [rad] exceeds two turns, or exceeds one turn while all are multiples of 5: 90, 10, -180.
 
-    Other angles of up to two turns are accepted: sums of angles computed by xacro may slightly exceed one turn.
+    Angles computed by xacro as sums may slightly exceed one turn.
     """
     most = max(map(abs, angles))
     return most > 2 * TURN or (most > TURN and all(angle % 5 == 0 for angle in angles))
 
 
 def turns_hint(name: str, angle: float, is_usual: bool) -> list[str]:
-    """Return a hint if an angle [rad] exceeds a turn; if ``is_usual`` (turns are usual), only if the angle looks like degrees."""
+    """Return a hint if an angle [rad] exceeds a turn; if turns are usual (``is_usual``), only if it looks like degrees."""
     if abs(angle) <= TURN or (is_usual and not looks_like_degrees(angle)):
         return []
     return [
@@ -95,7 +95,7 @@ def turns_hint(name: str, angle: float, is_usual: bool) -> list[str]:
 
 
 def angular_tolerance_hint(name: str, amount: float) -> list[str]:
-    """Return a hint if the tolerance of an angle [rad] is improbably large."""
+    """Return a hint if the tolerance of an angle exceeds ``COARSE`` [rad]."""
     if not amount > COARSE:
         return []
     return [
@@ -105,7 +105,7 @@ def angular_tolerance_hint(name: str, amount: float) -> list[str]:
 
 
 def rpy_hints(origins: Iterable[tuple[object, str, tuple[float, float, float]]]) -> list[str]:
-    """Return hints at frames whose ``rpy`` [rad] looks like degrees; a frame is given as place in the file, name and ``rpy``."""
+    """Return hints at frames (place in the file, name, ``rpy`` [rad]) whose ``rpy`` looks like degrees."""
     return [
         f"{place}: rpy={_written(*rpy)!r} of {what} looks like degrees: {_RADIANS}"
         for place, what, rpy in origins
@@ -114,7 +114,7 @@ def rpy_hints(origins: Iterable[tuple[object, str, tuple[float, float, float]]])
 
 
 def angular_limit_hints(limits: Iterable[tuple[object, str, float, float]]) -> list[str]:
-    """Return hints at limits of revolute joints [rad] that look like degrees; given: place in the file, name, lower, upper."""
+    """Return hints at limits (place in the file, joint, lower, upper [rad]) that look like degrees."""
     return [
         f"{place}: the limits {_written(lower, upper)} of {name!r} look like degrees: {_RADIANS}"
         for place, name, lower, upper in limits
@@ -130,7 +130,7 @@ def _written(*numbers: float) -> str:
 
 
 def material_hints(materials: Mapping[str, tuple[float, float | None]]) -> list[str]:
-    """Return hints at implausible Young's moduli [Pa] and densities [kg/m³] of beams, given by name of the beam."""
+    """Return hints at implausible materials (Young's modulus [Pa], density [kg/m³] or None), given by name of the beam."""
     found: dict[str, list[str]] = {}
     for name, (modulus, density) in materials.items():
         if not MODULI[0] <= modulus <= MODULI[1]:
@@ -146,7 +146,7 @@ def material_hints(materials: Mapping[str, tuple[float, float | None]]) -> list[
 
 
 def _meant(value: float, usual: tuple[float, float], units: Mapping[str, float]) -> str:
-    """Return as text the unit in which a value would be plausible, and the converted value; empty if there is none."""
+    """Write the unit in which the value would be ``usual``, and the value in SI; empty if there is none."""
     fitting = (unit for unit, size in units.items() if usual[0] <= value * size <= usual[1])
     return next(
         (f": {value:.4g} {unit} is {value * units[unit]:.4g}{', and lengths are in m' * ('/mm' in unit)}" for unit in fitting), ""
