@@ -1,7 +1,7 @@
-"""Array types, conversion between inner and public layout, chunks of long batches, and threads for them.
+"""Array types, the change from inner arrays (poses last) to public ones (poses first), and long batches in chunks and threads.
 
-Threads speed up functions that release Python's lock, as compiled code does. An array of type ``object`` has *recorded* numbers:
-operations on them are recorded for compiled code at an example pose.
+To compile a function, it is called at an example pose with arrays of type ``object``. Their *recorded* numbers store every
+operation on them.
 """
 
 from __future__ import annotations
@@ -36,51 +36,50 @@ TURN = 5e-4
 
 _here = threading.local()
 _lock = threading.Lock()
-_turns: list[float] = []  # Python's own interval [s], repeated for each active pool
+_turns: list[float] = []  # Python's own interval [s], once for each active pool
 
 
 def frozen(array: Kept) -> Kept:
-    """Return the array, made read-only."""
+    """Make the array itself read-only, and return it."""
     array.setflags(write=False)
     return array
 
 
 def empty_for(shape: tuple[int, ...], *sources: Array) -> Array:
-    """Return an uninitialized array for results computed from ``sources``; it is of type ``object`` if one of these is."""
+    """Return an uninitialized array for results computed from ``sources``: of type ``object`` if a source is, else of floats."""
     kind = next((source for source in sources if source.dtype == object), None)
     return np.empty(shape) if kind is None else np.empty_like(kind, shape=shape)
 
 
 def zeros_for(shape: tuple[int, ...], *sources: Array) -> Array:
-    """Return an array of zeros for results computed from ``sources``; see :func:`empty_for`."""
+    """Return zeros for results computed from ``sources``, with the type of :func:`empty_for`."""
     kind = next((source for source in sources if source.dtype == object), None)
     return np.zeros(shape) if kind is None else np.zeros_like(kind, shape=shape)
 
 
 def is_filled(array: Array) -> Mask:
-    """Return the mask of nonzero entries; recorded numbers are taken as nonzero."""
+    """True where an entry is not zero; recorded numbers count as nonzero."""
     if array.dtype != object:
         return array != 0
     return np.array([not isinstance(entry, int | float) or entry != 0 for entry in array.flat], dtype=bool).reshape(array.shape)
 
 
 def everywhere(condition: Mask) -> bool:
-    """Return whether a condition is true everywhere, so that a calculation can be skipped; False for recorded numbers."""
+    """Whether a condition is true everywhere, so that the calculation for the other case can be skipped; False if recorded."""
     return condition.dtype != object and bool(np.all(condition))
 
 
 def settles(condition: Mask) -> bool:
-    """Return whether a condition is true everywhere.
+    """Whether a condition is true everywhere.
 
-    A condition on recorded numbers is evaluated at the example pose. If it is true there, it becomes a guard: compiled code is
-    valid only where the condition is true.
+    A recorded condition that is true at the example pose becomes a guard: where it is false, compiled code is not valid.
     """
     found = np.all(condition)
     return bool(getattr(found, "value", True)) and bool(found)
 
 
 def copy_for(array: Array, source: Array) -> Array:
-    """Copy an array, so that results computed from ``source`` may be written into the copy; see :func:`empty_for`."""
+    """Return a copy in which results computed from ``source`` can be stored: of type ``object`` if either array is."""
     if array.dtype == object or source.dtype != object:
         return np.array(array, subok=True)
     copy = np.empty_like(source, shape=array.shape)
@@ -89,7 +88,7 @@ def copy_for(array: Array, source: Array) -> Array:
 
 
 def batch_first(array: Array, shape: tuple[int, ...]) -> Array:
-    """Return an array ``(…components, N)`` as the read-only public one ``(*shape, …components)``."""
+    """Return components (…, N) of N poses as a read-only array (*shape, …); ``shape`` is () for a single pose."""
     if not shape:
         return frozen(np.array(array[..., 0], order="C"))
     turned = array.transpose(array.ndim - 1, *range(array.ndim - 1))
@@ -97,14 +96,14 @@ def batch_first(array: Array, shape: tuple[int, ...]) -> Array:
 
 
 def chunks(poses: int) -> list[slice]:
-    """Return slices of nearly equal size that cover all poses."""
+    """Return slices of nearly equal size, at most :data:`AT_ONCE`, that cover all poses."""
     count = -(-poses // AT_ONCE)
     return [slice(poses * k // count, poses * (k + 1) // count) for k in range(count)]
 
 
 @contextmanager
 def _short_turns() -> Iterator[None]:
-    """Shorten Python's interval between switches of threads to :data:`TURN` as long as a pool is active."""
+    """Let Python switch threads every :data:`TURN` seconds within the context; contexts in several threads may overlap."""
     with _lock:
         _turns.append(_turns[0] if _turns else sys.getswitchinterval())
         sys.setswitchinterval(min(TURN, _turns[0]))
@@ -118,7 +117,7 @@ def _short_turns() -> Iterator[None]:
 
 
 def threads() -> int:
-    """Return the number of threads: ``OMP_NUM_THREADS``, as for NumPy's own libraries, or the number of cores."""
+    """Return ``OMP_NUM_THREADS``, as used by NumPy's own libraries, or the number of cores that this process may use."""
     given = os.environ.get("OMP_NUM_THREADS", "")
     if given.isdecimal() and int(given):
         return int(given)
@@ -128,10 +127,13 @@ def threads() -> int:
 def in_threads(
     function: Callable[[Part], Found], parts: Iterable[Part], enabled: bool = True, most: int | None = None
 ) -> list[Found]:
-    """Return the results of a function for all parts, in order; nested calls of ``in_threads`` use no further threads.
+    """Return the results of a function for all parts, in order.
 
-    ``enabled``: whether to use threads. ``most``: largest number of threads, including those that ``function`` starts; None:
-    :func:`threads`.
+    A call of ``in_threads`` within ``function`` uses threads only if this call uses none and ``most`` is not 1.
+
+    Args:
+        enabled: whether to use threads.
+        most: largest number of threads; None: :func:`threads`.
     """
     parts = list(parts)
     before = getattr(_here, "alone", False)

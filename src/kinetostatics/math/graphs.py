@@ -9,12 +9,12 @@ Node = TypeVar("Node")
 Edge = TypeVar("Edge")
 Key = TypeVar("Key", bound=Hashable)
 
-#: Largest number of steps of the path search; afterwards an edge counts as passed.
+#: Largest number of steps of a path search.
 PATIENCE = 20_000
 
 
 def reachable(starts: Iterable[Node], neighbours: Callable[[Node], Iterable[Node]]) -> dict[Node, None]:
-    """Return the nodes ``starts`` and all nodes reachable from them, in breadth-first order."""
+    """Return ``starts`` and all nodes reachable from them, in breadth-first order."""
     seen = dict.fromkeys(starts)
     queue = list(seen)
     for node in queue:
@@ -26,7 +26,7 @@ def reachable(starts: Iterable[Node], neighbours: Callable[[Node], Iterable[Node
 
 
 def joined(nodes: Iterable[Node], pairs: Iterable[tuple[Node, Node]]) -> dict[Node, frozenset[Node]]:
-    """Return the connected component of every node, for edges given as pairs."""
+    """Return the connected component of every node; ``pairs`` are the edges."""
     at: dict[Node, list[Node]] = {node: [] for node in nodes}
     for first, second in pairs:
         at[first].append(second)
@@ -42,9 +42,10 @@ def joined(nodes: Iterable[Node], pairs: Iterable[tuple[Node, Node]]) -> dict[No
 def blocks(
     edges: Sequence[Edge], ends: Callable[[Edge], tuple[Node, Node]], start: Node, goal: Node
 ) -> list[tuple[Node, Node, list[Edge]]]:
-    """Divide a graph at the nodes that all paths from ``start`` to ``goal`` pass, and return the subgraphs in series.
+    """Divide a graph at the nodes that all paths from ``start`` to ``goal`` pass.
 
-    Each subgraph is a tuple: its first node, its last node, its edges.
+    Returns:
+        The subgraphs in series: first node, last node, and edges of each; none if ``start`` or ``goal`` has no edge.
     """
     at: dict[Node, list[Node]] = {}
     for edge in edges:
@@ -84,13 +85,13 @@ class Paths(Generic[Key, Node]):
             self._at.setdefault(second, []).append((key, first))
 
     def pass_along(self, edge: Key, first: Node, second: Node) -> bool:
-        """Whether a path passes an edge from ``first`` to ``second``; also True if undecided after :data:`PATIENCE` steps."""
+        """Whether a path passes ``edge`` from ``first`` to ``second``; True if undecided after :data:`PATIENCE` steps."""
         start, goal = self.start, self.goal
         if first == second or first == goal or second == start:
             return False
 
         def steps(node: Node, path: Set[Node]) -> Iterator[Node]:
-            """Yield the next nodes from which ``first`` can be reached, and which do not cut ``second`` off from the goal."""
+            """Yield each neighbour of ``node`` that leaves ``first`` reachable, and ``second`` connected to the goal."""
             for key, other in self._at[node]:
                 if key == edge or other in path or other in (second, goal):
                     continue
@@ -119,7 +120,6 @@ class Paths(Generic[Key, Node]):
         return True
 
     def connected(self, start: Node, goal: Node, barred: Set[Node], without: Key) -> bool:
-        """Whether ``goal`` can be reached from ``start`` without the nodes ``barred`` and the edge ``without``."""
         if start in barred or goal in barred:
             return False
 

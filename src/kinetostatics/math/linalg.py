@@ -1,8 +1,7 @@
-"""Small dense linear algebra with the batch axes last; NumPy's own routines need them first.
+"""Linear algebra of many small matrices (n, m, …): the batch axes … are the last ones; NumPy's routines need them first.
 
-Matrices are ``(n, m, …)``. Thousands of small matrices are factorized column by column, in a few passes over contiguous memory
-instead of thousands of LAPACK calls. In symmetric robots, some numbers are equal except for rounding; functions
-that choose the largest number choose the first of equal ones.
+Factorizations work on one column of all matrices at a time, in a few passes over contiguous memory instead of thousands of LAPACK
+calls. Where the largest number is chosen, it is the first of those equal except for rounding, which symmetric robots have.
 """
 
 from __future__ import annotations
@@ -18,31 +17,29 @@ from kinetostatics.math.arrays import Array, Mask, copy_for, empty_for, settles
 SINGULAR = 1e-14
 #: Pivot, relative to the column norms, above which the sign of a determinant is certain.
 _SURE = 1e-8
-#: Smallest pivot relative to the largest entry of its row.
+#: Smallest pivot of an elimination without LAPACK, relative to the largest entry of its row.
 _NO_PIVOT = 1e-5
 #: Relative difference up to which values count as equal; it exceeds the rounding errors of files.
 EQUAL = 1e-6
-#: Value, relative to the largest, that counts as rounding.
+#: Fraction of the largest value up to which a value is a rounding error.
 NOTHING = 1e-9
 
 
 def matmul(a: Array, b: Array) -> Array:
-    """Return the matrix products of ``(n, k, …)`` and ``(k, m, …)``."""
     return np.einsum("ij...,jk...->ik...", a, b)
 
 
 def apply(a: Array, v: Array) -> Array:
-    """Return the products of matrices ``(n, k, …)`` and vectors ``(k, …)``."""
+    """Return the products (n, …) of matrices ``a`` (n, k, …) and vectors ``v`` (k, …)."""
     return np.einsum("ij...,j...->i...", a, v)
 
 
 def transpose(a: Array) -> Array:
-    """Return the transposed matrices, as a view."""
     return np.swapaxes(a, 0, 1)
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Return the cross products of ``(3, …)`` vectors, broadcasting the batch axes."""
+    """Return the cross products (3, …) of vectors (3, …); their batch axes are broadcast."""
     first = a[1] * b[2] - a[2] * b[1]
     result = empty_for((3, *first.shape), first)
     result[0] = first
@@ -52,21 +49,20 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def dot(a: Array, b: Array) -> Array:
-    """Return the dot products of ``(n, …)`` vectors."""
     return np.einsum("i...,i...->...", a, b)
 
 
 def normalize(a: Array) -> Array:
-    """Return unit vectors along the ``(n, …)`` vectors; NaN where a vector vanishes."""
+    """Return unit vectors along vectors (n, …); NaN for a zero vector."""
     with np.errstate(invalid="ignore", divide="ignore"):
         unit: Array = a / np.sqrt(dot(a, a))
     return unit
 
 
 def correlation(matrix: Array) -> tuple[Array, Array]:
-    """Return symmetric positive semidefinite matrices (…, n, n) scaled to a unit diagonal, and the scale factors (…, n).
+    """Return symmetric positive semidefinite matrices (…, n, n) scaled to a unit diagonal, and scale factors (…, n) of the rows.
 
-    Rows whose diagonal entry is a rounding error relative to the largest entry are scaled like the row of the largest entry.
+    A row whose diagonal entry is a rounding error relative to the largest one has the scale factor of the largest one.
     """
     diagonal = np.sqrt(np.maximum(np.einsum("...ii->...i", np.nan_to_num(matrix)), 0.0))
     largest = np.max(diagonal, axis=-1, keepdims=True, initial=0.0)
@@ -75,9 +71,10 @@ def correlation(matrix: Array) -> tuple[Array, Array]:
 
 
 def canonical_basis(basis: Array) -> Array:
-    """Return an orthonormal basis (n, k) that depends only on the span of ``basis`` (n, k); bases by LAPACK do not.
+    """Return an orthonormal basis (n, k) that depends only on the span of the orthonormal ``basis`` (n, k); LAPACK's does not.
 
-    The n unit vectors are projected on the span and orthogonalized; each step takes the longest remainder (the first of equals).
+    The unit vectors of the n coordinates are projected on the span; each step takes the longest projection (the first of equal
+    ones), and subtracts its direction from all projections.
     """
     rest, found = np.array(basis), np.empty_like(basis)
     for k in range(basis.shape[1]):
@@ -89,9 +86,9 @@ def canonical_basis(basis: Array) -> Array:
 
 
 def null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
-    """Return the canonical orthonormal basis of the null space (n, k), the rank r, and the ratio of singular values r and r + 1.
+    """Return a canonical orthonormal basis (n, n − r) of the null space, the rank r, and singular value r divided by the next.
 
-    Singular values up to ``tolerance`` · max(1, largest singular value) are taken as zero. Entries of ``matrix`` are of
+    Singular values up to ``tolerance`` · max(1, largest singular value) are taken as zero. Entries of ``matrix`` (m, n) are of
     order 1; thus a matrix of rounding errors has rank 0.
     """
     if matrix.size == 0:
@@ -102,7 +99,7 @@ def null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
 
 
 def numerical_rank(matrix: Array, tolerance: float) -> tuple[int, float]:
-    """Return the rank of a matrix and the ratio of singular values as in :func:`null_space`."""
+    """Return the rank r of ``matrix`` (m, n), and singular value r divided by the next, as in :func:`null_space`."""
     return _rank_of(np.asarray(np.linalg.svd(matrix, compute_uv=False)), tolerance) if matrix.size else (0, np.inf)
 
 
@@ -113,9 +110,9 @@ def _rank_of(values: Array, tolerance: float) -> tuple[int, float]:
 
 
 def pivot_rows(basis: Array) -> list[int]:
-    """Return k rows of a matrix (n, k) of rank k, chosen by Gram-Schmidt elimination with pivoting, in ascending order.
+    """Return the indices, in ascending order, of k independent rows of a matrix (n, k) of rank k.
 
-    Each is farthest from the span of the previous ones, and of nearly equal rows the first is taken.
+    Each step of an elimination takes the row farthest from the span of the rows before, the first of nearly equal rows.
     """
     left, rows = np.array(basis), list[int]()
     for _ in range(basis.shape[1]):
@@ -127,10 +124,7 @@ def pivot_rows(basis: Array) -> list[int]:
 
 
 class Cholesky:
-    """Cholesky factor of symmetric positive (semi)definite matrices ``(n, n, …)``, of which only the lower triangles are read.
-
-    :attr:`smallest_pivot` is 1 for a diagonal matrix, and at rounding level for a singular one.
-    """
+    """Cholesky factor L of symmetric positive (semi)definite matrices A (n, n, …), of which only the lower triangles are read."""
 
     def __init__(self, a: Array) -> None:
         n = a.shape[0]
@@ -144,13 +138,13 @@ class Cholesky:
 
     @property
     def smallest_pivot(self) -> Array:
-        """Smallest ratio (…) of a pivot to its original diagonal entry; −∞ if the factorization fails."""
+        """Smallest ratio (…) of a pivot to its diagonal entry of A: 1 if A is diagonal, tiny if A is singular; −∞ on failure."""
         with np.errstate(invalid="ignore", divide="ignore"):
             smallest = np.min(np.einsum("ii...->i...", self.factor) ** 2 / self._diagonal, axis=0, initial=1.0)
         return np.where(np.isnan(smallest), -np.inf, smallest)
 
     def forward(self, b: Array) -> Array:
-        """Return L⁻¹ b for ``(n, m, …)`` right-hand sides."""
+        """Return L⁻¹ b (n, m, …) for ``b`` (n, m, …)."""
         n, batch = len(self.factor), self.factor.shape[2:]
         if b.shape[2:] != batch:
             b = np.broadcast_to(b, b.shape[:2] + np.broadcast_shapes(batch, b.shape[2:]))
@@ -162,7 +156,7 @@ class Cholesky:
         return x
 
     def backward(self, y: Array) -> Array:
-        """Return L⁻ᵀ y for ``(n, m, …)`` right-hand sides."""
+        """Return L⁻ᵀ y (n, m, …) for ``y`` (n, m, …)."""
         x = np.array(y, subok=True)
         for j in range(self.factor.shape[0] - 1, -1, -1):
             x[j] /= self.factor[j, j]
@@ -171,7 +165,7 @@ class Cholesky:
         return x
 
     def smallest_eigenvalue(self) -> Array:
-        """Return the lower bound 1 / trace A⁻¹ (…) of the smallest eigenvalue; 0 if the factorization fails.
+        """Return the lower bound 1 / trace A⁻¹ (…) of the smallest eigenvalue of A; 0 if the factorization fails.
 
         The bound is at most n times too small. Unlike the smallest pivot, it does not depend on the order of the columns.
         """
@@ -181,11 +175,9 @@ class Cholesky:
         return np.where(np.isfinite(bound), bound, 0.0)
 
     def solve(self, b: Array) -> Array:
-        """Return A⁻¹ b for ``(n, m, …)`` right-hand sides."""
         return self.backward(self.forward(b))
 
     def inverse(self) -> Array:
-        """Return A⁻¹ (n, n, …)."""
         half = self._half_inverse()
         return np.einsum("ki...,kj...->ij...", half, half)
 
@@ -196,9 +188,9 @@ class Cholesky:
 
 
 def definite(a: Array, limit: float) -> Mask:
-    """Return the mask (…) of symmetric matrices (n, n, …) whose smallest eigenvalue certainly exceeds ``limit``.
+    """True (…) where a sufficient condition shows that the smallest eigenvalue of a symmetric matrix (n, n, …) exceeds ``limit``.
 
-    A large determinant suffices, since the product of the other eigenvalues is at most (trace / (n − 1))ⁿ⁻¹; otherwise the bound
+    A large determinant suffices, since the product of the other eigenvalues is at most (trace / (n − 1))ⁿ⁻¹. Otherwise the bound
     :meth:`Cholesky.smallest_eigenvalue` decides. Pivots cannot decide, because pivots after a small one are rounding errors.
     """
     n = a.shape[0]
@@ -215,10 +207,10 @@ def definite(a: Array, limit: float) -> Mask:
 
 
 def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
-    """Return the x (n, k, …) of least norm that minimize |a x − b| for ``a`` (m, n, …) and ``b`` (m, k, …).
+    """Return the x (n, k, …) of least norm that minimize |a x − b|, for ``a`` (m, n, …) and ``b`` (m, k, …).
 
-    The columns of ``a`` have comparable sizes. ``nullity`` is the dimension of the null space of ``a``. The result has
-    no components in this space; they would be amplified rounding errors.
+    The columns of ``a`` have comparable sizes. ``nullity`` is the dimension of the null space of ``a``; components of x in this
+    space are removed, because they are amplified rounding errors.
     """
     n = a.shape[1]
     if n == 0:
@@ -246,13 +238,12 @@ def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
 
 
 def step_across(a: Array, b: Array) -> Array:
-    """Return the correction (n, m, …), to be subtracted from m unit columns ``b``, that makes them orthogonal to ``a`` (n, k, …).
+    """Return the step (n, m, …) to subtract from m unit columns ``b``, so that they become orthogonal to ``a`` (n, k, …).
 
-    The columns of ``a`` and ``b`` are almost orthogonal, and ``a`` has rank n − m except for rounding in the computation or a
-    file: its small components in the span of ``b`` are ignored. With an orthonormal basis Q of this span and P = 1 − Q Qᵀ, the
-    correction is (P a aᵀ P + Q Qᵀ)⁻¹ P a aᵀ b. It is one step of an iteration for the invariant subspace of a aᵀ with the
-    smallest eigenvalues; the error of the step is of third order (G. W. Stewart, Error and perturbation bounds for subspaces
-    associated with certain eigenvalue problems, SIAM Review 15, 1973).
+    ``a`` has rank n − m except for rounding, and ``b`` is almost orthogonal to it; small components of ``a`` in the span of ``b``
+    are ignored. With an orthonormal basis Q of this span and P = 1 − Q Qᵀ, the step is (P a aᵀ P + Q Qᵀ)⁻¹ P a aᵀ b. It belongs
+    to an iteration for the invariant subspace of a aᵀ with the smallest eigenvalues, and leaves an error of third order (G. W.
+    Stewart, Error and perturbation bounds for subspaces associated with certain eigenvalue problems, SIAM Review 15, 1973).
     """
     half = Cholesky(np.einsum("ki...,kj...->ij...", b, b)).forward(transpose(b))
     along = np.einsum("ki...,kj...->ij...", half, half)
@@ -263,9 +254,9 @@ def step_across(a: Array, b: Array) -> Array:
 
 
 def solve_by_elimination(a: Array, b: Array) -> Array:
-    """Return A⁻¹ b for ``(n, n, …)`` and ``(n, m, …)``, NaN where A is singular.
+    """Return A⁻¹ b (n, m, …) for ``a`` (n, n, …) and ``b`` (n, m, …); NaN where A is singular.
 
-    Pivots are taken in the order of the rows. A system with a small pivot is solved by LAPACK.
+    Rows are eliminated in their order, without exchanges. LAPACK solves the systems in which a pivot is small.
     """
     n = a.shape[0]
     rest, found = np.array(a, subok=True), copy_for(b, a)
@@ -289,10 +280,7 @@ def solve_by_elimination(a: Array, b: Array) -> Array:
 
 
 def have_one_sign(one: Array, two: Array) -> Mask:
-    """Return the mask (N,) of pairs of matrices G (m, n, N), m ≥ n, whose determinants have equal signs: det G₁ᵀ G₂ > 0.
-
-    The mask is also true where a matrix is singular within rounding, so that its sign is undetermined.
-    """
+    """True (N,) where det G₁ᵀ G₂ > 0, or G₁ or G₂ is singular within rounding; both are (m, n, N) with m ≥ n."""
     first, second = np.moveaxis(one, 2, 0), np.moveaxis(two, 2, 0)
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         sign, _ = np.linalg.slogdet(np.swapaxes(first, 1, 2) @ second)
@@ -305,7 +293,7 @@ def have_one_sign(one: Array, two: Array) -> Mask:
 
 
 def surely_have_one_sign(one: Array, two: Array) -> Mask:
-    """Return the mask (N,) of pairs for which :func:`have_one_sign` is certain: G₁ᵀ G₂ has no small or negative pivot."""
+    """True (N,) where all pivots of G₁ᵀ G₂ are positive and not small, so that :func:`have_one_sign` is true."""
     one, two = one[:, ::-1], two[:, ::-1]  # as in least_squares
     rest = np.einsum("ia...,ib...->ab...", one, two)
     least = _SURE * np.sqrt(np.sum(one * one, axis=0) * np.sum(two * two, axis=0))
@@ -323,10 +311,11 @@ Front = tuple[list[int], list[int]]
 
 @lru_cache(maxsize=64)
 def fronts(n: int, coupled: frozenset[tuple[int, ...]]) -> list[Front]:
-    """Return the elimination order of n coordinates; ``coupled`` are the sets of coordinates with common matrix entries.
+    """Return the order in which the n coordinates of a sparse matrix are eliminated.
 
-    Coordinates with equal couplings are eliminated together, coordinates with the fewest couplings first (A. George and J. W.
-    Liu, Computer Solution of Large Sparse Positive Definite Systems, 1981).
+    Each set of ``coupled`` contains the coordinates of a dense block. Coordinates with equal couplings are eliminated together,
+    coordinates with the fewest couplings first (A. George and J. W. Liu, Computer Solution of Large Sparse Positive Definite
+    Systems, 1981).
     """
     alike: dict[frozenset[tuple[int, ...]], list[int]] = {}
     for k in range(n):
@@ -344,10 +333,7 @@ def fronts(n: int, coupled: frozenset[tuple[int, ...]]) -> list[Front]:
 
 
 def definite_in_order(matrix: Array, order: list[Front]) -> Mask:
-    """Return the mask (N,) of positive definite sparse matrices (n, n, N), by frontal elimination.
-
-    The matrices are overwritten.
-    """
+    """True (N,) where a matrix (n, n, N) is positive definite; elimination in the order of :func:`fronts` overwrites it."""
     found: Mask = np.ones(matrix.shape[2], dtype=bool)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for own, others in order:
@@ -364,15 +350,15 @@ def definite_in_order(matrix: Array, order: list[Front]) -> Mask:
 
 
 def first_largest(values: ArrayLike, margin: float = EQUAL) -> int:
-    """Return the position of the first of n ≥ 1 non-negative values that equals the largest, up to the relative ``margin``."""
+    """Return the index of the largest of n ≥ 1 non-negative values, the first of those equal up to the relative ``margin``."""
     values = np.asarray(values, dtype=np.float64)
     return int(np.argmax(values >= np.max(values) * (1 - margin)))
 
 
 def ranked(values: ArrayLike, margin: float = EQUAL) -> list[int]:
-    """Return the positions of non-negative values (n,), from the largest to the smallest; equal values keep their order.
+    """Return the indices of non-negative values (n,), the largest value first; values equal up to ``margin`` keep their order.
 
-    Values that are rounding errors relative to the largest are treated as equal.
+    Rounding errors relative to the largest value count as equal.
     """
     values = np.asarray(values, dtype=np.float64)
     values = np.where(values > NOTHING * np.max(values, initial=0.0), values, 0.0)
@@ -386,7 +372,7 @@ def ranked(values: ArrayLike, margin: float = EQUAL) -> list[int]:
 
 
 def axis_across(directions: ArrayLike) -> NDArray[np.float64]:
-    """Return, for each unit vector (3, …), the axis x, y or z (3, …) with the largest angle to it; of equal angles, the first."""
+    """Return the axis x, y or z (3, …) with the largest angle to each unit vector (3, …); of equal angles, the first."""
     sizes = np.abs(np.asarray(directions, dtype=np.float64))
     with np.errstate(invalid="ignore"):
         farthest = np.argmax(sizes <= np.min(sizes, axis=0) + EQUAL, axis=0)
@@ -394,7 +380,7 @@ def axis_across(directions: ArrayLike) -> NDArray[np.float64]:
 
 
 def across(axis: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return two unit vectors that complete the unit vector ``axis`` (3,) to a right-handed frame; x and y for the axis z."""
+    """Return the unit vectors x, y (3,) of a right-handed frame whose z is the unit vector ``axis`` (3,)."""
     second = np.cross(axis, axis_across(axis))
     second /= np.linalg.norm(second)
     return np.cross(second, axis), second

@@ -17,12 +17,12 @@ from kinetostatics.exceptions import CoordinatesError
 from kinetostatics.math.arrays import Array, Mask, copy_for, empty_for, everywhere, zeros_for
 from kinetostatics.math.linalg import cross, dot, matmul
 
-#: Angle between the first and last axes, and difference of an angle from half a turn, that count as zero in solved poses [rad].
+#: Angle [rad] that counts as zero in solved poses: between the first and the last axis, or between a rotation and half a turn.
 NEARLY_LOCKED = 1e-9
 
 
 def skew(v: Array) -> Array:
-    """Return the (3, 3, …) matrices of the cross product with ``v``."""
+    """Return the matrices (3, 3, …) whose product with a vector is ``v`` (3, …) × the vector."""
     matrix = zeros_for((3, 3, *v.shape[1:]), v)
     matrix[2, 1], matrix[0, 2], matrix[1, 0] = v
     matrix[1, 2], matrix[2, 0], matrix[0, 1] = -v
@@ -30,12 +30,11 @@ def skew(v: Array) -> Array:
 
 
 def identity(batch: tuple[int, ...]) -> Array:
-    """Return (3, 3, …) identity matrices."""
     return np.array(np.broadcast_to(np.eye(3).reshape((3, 3) + (1,) * len(batch)), (3, 3, *batch)))
 
 
 def exponential(v: Array) -> Array:
-    """Return the (3, 3, …) rotation matrices of rotation vectors ``v`` (3, …) [rad]."""
+    """Return the rotation matrices (3, 3, …) of rotation vectors ``v`` (3, …) [rad]."""
     angle = np.sqrt(dot(v, v))
     safe = np.where(angle < 1e-8, 1.0, angle)
     sine = np.where(angle < 1e-8, 1.0, np.sin(safe) / safe)
@@ -45,7 +44,7 @@ def exponential(v: Array) -> Array:
 
 
 def left_jacobian(v: Array) -> Array:
-    """Return the (3, 3, …) matrices that transform the rate of a rotation vector into the angular velocity in world axes."""
+    """Return the matrices (3, 3, …) that turn the rate of a rotation vector ``v`` into the angular velocity in world axes."""
     angle = np.sqrt(dot(v, v))
     safe = np.where(angle < 1e-4, 1.0, angle)
     first = np.where(angle < 1e-4, 0.5 - angle**2 / 24, (1 - np.cos(safe)) / safe**2)
@@ -55,7 +54,7 @@ def left_jacobian(v: Array) -> Array:
 
 
 def quaternion_of_matrix(R: Array) -> Array:
-    """Return unit quaternions (4, …) with a non-negative w, by Shepperd's method (no loss of digits at any angle)."""
+    """Return unit quaternions (4, …) with w ≥ 0, by Shepperd's method, which loses no digits at any angle."""
     trace = R[0, 0] + R[1, 1] + R[2, 2]
     q = np.stack([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], 1 + trace])
     best = trace
@@ -72,9 +71,9 @@ def quaternion_of_matrix(R: Array) -> Array:
 
 
 def logarithm(R: Array, at_half_turns: bool = False) -> Array:
-    """Return the rotation vectors (3, …) [rad] of rotation matrices; their length is at most π.
+    """Return the rotation vectors (3, …) [rad], of length at most π, of rotation matrices ``R`` (3, 3, …).
 
-    With recorded numbers, the result is accurate near half a turn only if ``at_half_turns`` is true, which takes more operations.
+    In compiled code, they are accurate near half a turn only with ``at_half_turns``, which takes more operations.
     """
     v = empty_for((3, *R.shape[2:]), R)
     v[0], v[1], v[2] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
@@ -97,7 +96,6 @@ def _logarithm_of_quaternion(R: Array) -> Array:
 
 
 def matrix_of_quaternion(q: Array) -> Array:
-    """Return the (3, 3, …) rotation matrices of unit quaternions (4, …)."""
     x, y, z, w = q
     R = empty_for((3, 3, *x.shape), x)
     R[0, 0], R[0, 1], R[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
@@ -107,20 +105,18 @@ def matrix_of_quaternion(q: Array) -> Array:
 
 
 def quaternion_product(a: Array, b: Array) -> Array:
-    """Return the products of quaternions (4, …)."""
     vector = a[3] * b[:3] + b[3] * a[:3] + cross(a[:3], b[:3])
     return np.concatenate([vector, (a[3] * b[3] - dot(a[:3], b[:3]))[None]])
 
 
 def quaternion_exponential(v: Array) -> Array:
-    """Return the unit quaternions of rotation vectors (3, …)."""
     half = np.sqrt(dot(v, v)) / 2
     factor = np.where(half < 1e-8, 0.5, np.sin(half) / np.where(half < 1e-8, 1.0, 2 * half))
     return np.concatenate([v * factor, np.cos(half)[None]])
 
 
 def rotation_between(a: Array, b: Array) -> Array:
-    """Return the shortest rotation vectors that turn unit vectors ``a`` into ``b`` (π about any normal if they are opposite)."""
+    """Return the shortest rotation vectors (3, …) that turn unit vectors ``a`` into ``b``; about any normal if opposite."""
     normal = cross(a, b)
     sine, cosine = np.sqrt(dot(normal, normal)), dot(a, b)
     tiny = sine < 1e-12
@@ -135,16 +131,16 @@ def rotation_between(a: Array, b: Array) -> Array:
 
 
 def three_angles(axes: Array, R: Array, near: Array, locked: float = 1e-13) -> Array:
-    """Return the angles q (3, N) with exp(a q₀) exp(b q₁) exp(c q₂) = R: the solution with q₁ nearest to ``near[1]``.
+    """Return the angles q (3, N) with exp(a q₀) exp(b q₁) exp(c q₂) = R.
 
-    The first two angles follow from the vector R c, the last angle from the remaining rotation. If the first and last axes
-    coincide, only the sum or difference of their angles is determined; the first angle is then that of ``near``.
+    Of the two solutions, the one with q₁ nearer to ``near[1]`` is taken, and full turns bring its angles nearest to ``near``.
+    Where a and R c are parallel, only q₀ + q₂ or q₀ − q₂ is determined, and q₀ is ``near[0]``.
 
     Args:
         axes: (3, 3) the unit vectors a, b, c as columns, b at right angles to a and c.
         R: (3, 3, N) rotation matrices.
-        near: (3, N) angles; the result is the solution, including full turns, near these angles.
-        locked: sine of the angle between the first and the last axis up to which these are treated as coincident.
+        near: (3, N) angles.
+        locked: sine of the angle between a and R c up to which they are treated as parallel.
     """
     a, b, c = axes.T[:, :, None]
     end = np.einsum("ijn,j->in", R, c[:, 0])
@@ -172,10 +168,10 @@ def three_angles(axes: Array, R: Array, near: Array, locked: float = 1e-13) -> A
 
 @dataclass(frozen=True)
 class Orientation:
-    """A convention for three orientation coordinates.
+    """A convention for three orientation coordinates, called ``names``.
 
-    ``sequence``: numbers of the moving axes of three rotations, or None for rotation vectors. For ``tilt_torsion`` the rotations
-    are azimuth, tilt, and torsion − azimuth, about z, y, z.
+    ``sequence``: axes (0, 1, 2 for x, y, z) of three rotations about moving axes, or None for rotation vectors. For
+    ``tilt_torsion`` the rotations are azimuth, tilt, and torsion − azimuth, about z, y, z.
     """
 
     name: str
@@ -189,18 +185,18 @@ class Orientation:
 
     @property
     def unique_below(self) -> float:
-        """The coordinates of a rotation are unique if all magnitudes are below this value [rad]; 0 if they never are unique."""
+        """If all magnitudes are below this value [rad], the coordinates of a rotation are unique; 0: they never are."""
         return 1.5 if self.sequence is None or sorted(self.sequence) == [0, 1, 2] else 0.0
 
     def matrix(self, c: Array) -> Array:
-        """Return rotation matrices (3, 3, N) of coordinates ``c`` (3, N) [rad]."""
+        """Return the rotation matrices (3, 3, N) of coordinates ``c`` (3, N) [rad]."""
         if self.sequence is None:
             return exponential(c)
         first, second, third = (_about(axis, turn) for axis, turn in zip(self.sequence, self._turns(c), strict=True))
         return matmul(matmul(first, second), third)
 
     def rates(self, c: Array) -> Array:
-        """Return (3, 3, N) matrices whose k-th column is the angular velocity, in world axes, per unit rate of c[k]."""
+        """Return the matrices (3, 3, N) whose column k is the angular velocity, in world axes, per unit rate of ``c[k]``."""
         if self.sequence is None:
             return left_jacobian(c)
         columns: list[Array] = []
@@ -214,15 +210,14 @@ class Orientation:
         return np.stack([columns[self.sequence.index(axis)] for axis in range(3)], axis=1)
 
     def coordinates(self, R: Array, near: Array | None = None, locked: float = 1e-13) -> Array:
-        """Return coordinates (3, N) [rad] of rotation matrices (3, 3, N), from which :meth:`matrix` rebuilds them.
+        """Return coordinates (3, N) [rad] of rotation matrices ``R`` (3, 3, N); :meth:`matrix` is the inverse.
 
         Args:
             R: rotation matrices.
             near: (3, N) coordinates; of all solutions, including full turns, one near them is returned. If the first and last
-                axes coincide, the first angle is that of ``near``. None: all magnitudes are at most π, tilts are not negative,
-                and an undetermined first angle is 0.
-            locked: sine of the angle between the first and last axes up to which these are treated as coincident; the accuracy
-                of ``R``.
+                axes are parallel, the first angle is that of ``near``. None: all magnitudes are at most π, tilts are not
+                negative, and an undetermined first angle is 0.
+            locked: sine of the angle between the first and last axes up to which they are treated as parallel.
         """
         if self.sequence is None:
             c = logarithm(R, at_half_turns=True)
@@ -239,10 +234,10 @@ class Orientation:
         return np.stack([turns[0], turns[1], torsion if near is not None else torsion - _full_turns(torsion)])
 
     def same(self, c: Array, near: Array, always: bool | Mask) -> Array:
-        """Return coordinates (3, N) of the same rotations as ``c``, but nearer to ``near``.
+        """Return ``c`` (3, N) with each ambiguous rotation described by coordinates near ``near``.
 
-        Full turns are added if ``always``, or where ``c`` has a half turn, whose sign depends on rounding. Where the first and
-        the last axes coincide, only the sum or difference of their angles is determined; the angles are chosen near ``near``.
+        Ambiguous are half turns, whose sign depends on rounding, and rotations with parallel first and last axes, which determine
+        only the sum or difference of two angles. Where ``always`` is true, full turns are added to unambiguous rotations too.
         """
         changed = always | _half_turn(np.sqrt(dot(c, c)) if self.sequence is None else c)
         if self.sequence is None:
@@ -258,18 +253,18 @@ class Orientation:
         return c
 
     def is_unique(self, c: Array) -> bool:
-        """Whether :meth:`same` certainly leaves coordinates (3, N) [rad] unchanged, except for full turns."""
+        """Whether ``c`` (3, N) [rad] is below :attr:`unique_below`, so that :meth:`same` changes it by full turns only."""
         return bool(np.abs(c).max(initial=0.0) < self.unique_below)
 
     def _turns(self, c: Array) -> Array:
-        """Return the angles (3, N) of the three turns, in their order."""
+        """Return the angles (3, N) of the three rotations of ``sequence``."""
         if self.name == "tilt_torsion":
             return np.stack([c[0], c[1], c[2] - c[0]])
         return c[list(self.sequence or (0, 1, 2))]
 
 
 def _half_turn(angle: Array) -> Mask:
-    """Return the mask of angles that are half turns, except for rounding."""
+    """True where an angle is half a turn, except for rounding."""
     return np.asarray(np.abs(np.abs(angle) - np.pi) < NEARLY_LOCKED)
 
 
@@ -295,7 +290,7 @@ def _about(axis: int, angle: Array) -> Array:
 
 
 def orientation_named(name: str | None) -> Orientation:
-    """Return the convention of the given name: "rotation_vector" (also None), an Euler sequence, or "tilt_torsion".
+    """Return the convention "rotation_vector" (also for None), "tilt_torsion", or an Euler sequence such as "XYZ".
 
     Raises:
         CoordinatesError: there is no such convention.
@@ -324,7 +319,7 @@ def _convention(name: str) -> Orientation:
 
 
 def orientations_with(coordinate: str) -> str:
-    """Return, as text, the conventions that have a coordinate of this name; empty if none has."""
+    """Return, for a message, the conventions that have a coordinate of this name; empty if none has."""
     if coordinate in orientation_named("tilt_torsion").names:
         return "'tilt_torsion'"
     return "'rotation_vector' or three letters such as 'XYZ'" if coordinate in orientation_named(None).names else ""

@@ -44,7 +44,6 @@ def wrench_of_force(force: Array, arm: Array) -> Array:
 
 
 def wrench_of_couple(couple: Array) -> Array:
-    """Return the wrench of a couple [N·m]."""
     return np.concatenate([np.zeros_like(couple), couple])
 
 
@@ -60,7 +59,7 @@ def unit_twist(axis: Array, arm: Array, rotates: Mask | bool = True) -> Array:
 
 
 def move_wrench(wrench: Array, shift: Array) -> Array:
-    """Return the wrench about a reference point that lies ``shift`` [m] from the present one (m_o = m_p + (p − o) × f)."""
+    """Return the wrench about the point that lies ``shift`` [m] from the reference point: m_o = m_p − (o − p) × f."""
     moment = wrench[3:] - cross(shift, wrench[:3])
     result = empty_for((6, *moment.shape[1:]), moment)
     result[:3], result[3:] = wrench[:3], moment
@@ -68,7 +67,7 @@ def move_wrench(wrench: Array, shift: Array) -> Array:
 
 
 def move_twist(twist: Array, shift: Array) -> Array:
-    """Return the twist at a reference point that lies ``shift`` [m] from the present one (d_o = d_p + r × (o − p))."""
+    """Return the twist at the point that lies ``shift`` [m] from the reference point: d_o = d_p + r × (o − p)."""
     linear = twist[:3] + cross(twist[3:], shift)
     result = empty_for((6, *linear.shape[1:]), linear)
     result[:3], result[3:] = linear, twist[3:]
@@ -76,7 +75,7 @@ def move_twist(twist: Array, shift: Array) -> Array:
 
 
 def rotate(axes: Array, screws: Array, back: bool = False) -> Array:
-    """Turn twists or wrenches (6, …) from axes (3, 3, …) into world axes, or back."""
+    """Return twists or wrenches (6, …) in world axes, given along ``axes`` (3, 3, …); with ``back`` the other way round."""
     result = empty_for(screws.shape, axes, screws)
     turn = transpose(axes) if back else axes
     result[:3], result[3:] = apply(turn, screws[:3]), apply(turn, screws[3:])
@@ -90,9 +89,8 @@ def move(kind: Kind, array: Array, shift: Array, components_last: bool = False) 
         kind: kind of the quantity.
         array: twists or wrenches (6, …), or stiffness or compliance matrices (6, 6, …). Rows and columns of a stiffness are moved
             as wrenches, rows and columns of a compliance as twists.
-        shift: vector [m] to the new reference point; its batch axes (…) are the last batch axes of ``array``.
-        components_last: whether ``array``, ``shift`` and the returned quantity have their axes of components last, as in
-            results, instead of first.
+        shift: vector [m] to the new reference point; its batch axes are the last ones of ``array``.
+        components_last: whether all three arrays have their axes of components last, as in results, instead of first.
     """
     moved = move_twist if kind in ("twist", "compliance") else move_wrench
     count = 2 if kind in ("stiffness", "compliance") else 1
@@ -106,9 +104,9 @@ def move(kind: Kind, array: Array, shift: Array, components_last: bool = False) 
 
 
 def describe_twist(twist: Array, length: float) -> str:
-    """Return a (6,) twist at o as text, for messages; the opposite twist has the same text.
+    """Return a twist (6,) at o as text for messages; the opposite twist has the same text.
 
-    Rotations are compared with translations by the characteristic ``length`` [m].
+    The characteristic ``length`` [m] decides whether rotations or the pitch are negligible.
     """
 
     def vector(v: Array) -> str:
