@@ -24,7 +24,7 @@ from kinetostatics.layout.numbers import join_words
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import pivot_rows
 from kinetostatics.parametric.parametric_robot import ParametricRobot
-from kinetostatics.parametric.robot_numbers import RobotNumber, together
+from kinetostatics.parametric.robot_numbers import RobotNumber, as_assembly_errors
 from kinetostatics.results.calibration import Unidentifiable
 from kinetostatics.robot import Robot
 
@@ -171,7 +171,7 @@ class Unknowns:
     def errors(self, values: Array) -> dict[str, Keyword]:
         """Return the assembly errors as an argument of :func:`kinetostatics.analyze`, in arrays for one pose."""
         found = [(self._robots.errors[item.name], v) for item, v in zip(self.items, values, strict=True) if item.kind == "error"]
-        return together([error for error, _ in found], np.array([[value] for _, value in found])) if found else {}
+        return as_assembly_errors([error for error, _ in found], np.array([[value] for _, value in found])) if found else {}
 
     def payload_of(self, values: Array) -> tuple[float, Array, Array]:
         """Return (mass [kg], first moment m (3,) about o in platform axes [kg·m], derivative (3,) of m by the mass [m])."""

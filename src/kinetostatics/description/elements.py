@@ -23,7 +23,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Place:
-    """Position of an element: ``file`` and ``line`` (None when unknown)."""
+    """Position of an element in its file: ``file`` and ``line`` (None if unknown)."""
 
     file: str = "<python>"
     line: int | None = None
@@ -74,7 +74,7 @@ class Inertia(ShortRepr):
 
     @property
     def matrix(self) -> NDArray[np.float64]:
-        """The (3, 3) inertia about the centre of mass along the link's axes [kg·m²]."""
+        """The (3, 3) inertia [kg·m²] about the centre of mass, along the link's axes."""
         xx, xy, xz, yy, yz, zz = self.moments
         R = Origin(rpy=self.rpy).matrix[:3, :3]
         return np.asarray(R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T)
@@ -85,13 +85,13 @@ class Link(ShortRepr):
     """A URDF link.
 
     Attributes:
-        name: its name.
+        name: name of the link.
         mass: mass [kg]; zero without ``<inertial>``.
         center_of_mass: position (3,) of the centre of mass [m] in the link's frame; the origin without ``<inertial>``.
         inertia: moments of inertia about the centre of mass.
         has_inertial: whether the link has an ``<inertial>``, as all links with a mass do.
-        extra: XML of further elements, which are preserved: visuals and collisions.
-        place: file and line.
+        extra: XML of visuals, collisions and other child elements, which is preserved.
+        place: file and line of the link.
     """
 
     name: str
@@ -109,7 +109,7 @@ class Link(ShortRepr):
 
 @dataclass(frozen=True, repr=False)
 class Mimic(ShortRepr):
-    """``<mimic>``: the joint's coordinate is ``multiplier`` times that of ``joint``, plus ``offset`` [m, rad]."""
+    """``<mimic>``: the joint's coordinate is ``multiplier`` times the coordinate of ``joint``, plus ``offset`` [m, rad]."""
 
     joint: str
     multiplier: float = 1.0
@@ -121,16 +121,16 @@ class Joint(ShortRepr):
     """A URDF joint of the spanning tree.
 
     Attributes:
-        name: its name.
+        name: name of the joint.
         type: ``fixed``, ``revolute``, ``continuous``, ``prismatic``, ``floating`` or ``planar``.
-        parent, child: names of the links.
-        origin: the joint's frame in the parent link; it equals the child's frame with the joint at zero.
-        axis: the joint's axis in its frame; a unit vector once the description is validated.
-        lower, upper: limits [rad or m], infinite without limits.
-        mimic: how the joint mimics another, if it does.
-        effort, velocity: limits of the actuator [N or N·m, m/s or rad/s]; for other tools.
-        extra: XML of further elements, which are preserved: dynamics, safety controller.
-        place: file and line.
+        parent, child: names of the links that it joins.
+        origin: the joint's frame, relative to the parent link; the child's frame coincides with it when the coordinate is zero.
+        axis: the axis in the joint's frame; a unit vector once the description is validated.
+        lower, upper: limits of the coordinate [rad or m]; infinite if the file has no limits.
+        mimic: the joint whose coordinate this joint follows; None if it follows none.
+        effort, velocity: limits of the actuator [N or N·m, m/s or rad/s], which this package does not use.
+        extra: XML of ``<dynamics>``, ``<safety_controller>`` and other child elements, which is preserved.
+        place: file and line of the joint.
     """
 
     name: str
@@ -150,7 +150,7 @@ class Joint(ShortRepr):
 
 @dataclass(frozen=True, repr=False)
 class Cone(ShortRepr):
-    """The largest ``angle`` [rad] between two axes, each in the origin frame of its own side of the loop."""
+    """Limit of a loop: the largest ``angle`` [rad] between two axes, given in the loop's frames on predecessor and successor."""
 
     angle: float
     predecessor_axis: Vector = (0.0, 0.0, 1.0)
@@ -162,15 +162,17 @@ class Loop(ShortRepr):
     """A joint that closes a loop, ``<loop>``.
 
     Attributes:
-        name: its name.
+        name: name of the loop.
         type: one of the eight joint types that can close a loop, see :mod:`kinetostatics.description.joint_types`.
-        predecessor, successor: names of the links, with the joint's frames ``predecessor_origin``, ``successor_origin`` in them.
-        axis: first axis, in the predecessor's origin frame; ``axis2`` (universal only) in the successor's. Unit vectors once
+        predecessor, successor: names of the links that it joins.
+        predecessor_origin, successor_origin: the joint's frame on each of these links, relative to the link.
+        axis: first axis, in the frame ``predecessor_origin``; a unit vector once the description is validated.
+        axis2: second axis of a universal joint, in the frame ``successor_origin``; a unit vector once the description is
             validated.
-        lower, upper: limits [rad or m] of a joint with one freedom, infinite without limits.
+        lower, upper: limits of the coordinate of a joint with one freedom [rad or m]; infinite if the file has no limits.
         cone: limit of a universal or spherical joint.
         effort, velocity: see :class:`Joint`.
-        place: file and line.
+        place: file and line of the loop.
     """
 
     name: str
@@ -194,13 +196,13 @@ class JointStiffness(ShortRepr):
     """An elastic joint, bearing or actuator, ``<joint_stiffness>``.
 
     Attributes:
-        joint: the joint or loop.
-        linear: stiffness [N/m] along the axes of the joint's frame on the predecessor's side. Along constrained directions,
+        joint: name of the joint or loop.
+        linear: stiffness [N/m] along the axes of the joint's frame on the parent or predecessor. Along constrained directions,
             infinity means rigid. Along a passive freedom, a finite value is a spring that is relaxed at the analysed pose; zero
             and infinity mean no spring. None: rigid, without springs.
-        angular: rotational stiffness [N·m/rad] about these axes, likewise.
-        drive: stiffness [N/m, N·m/rad] of a driven joint's actuator along its own coordinate; None or infinity: rigid.
-        place: file and line.
+        angular: rotational stiffness [N·m/rad] about these axes; infinity, zero and None mean the same as for ``linear``.
+        drive: stiffness [N/m, N·m/rad] of a driven joint's actuator along the joint's coordinate; None or infinity: rigid.
+        place: file and line of the element.
     """
 
     joint: str
@@ -215,13 +217,13 @@ class Spring(ShortRepr):
     """A spring between points of two links, ``<spring>``: its tension is ``preload + stiffness (length − free_length)``.
 
     Attributes:
-        name: its name.
+        name: name of the spring.
         stiffness: stiffness [N/m]; zero for a constant force.
-        predecessor, successor: names of the links; on a link with beams, the point must be an end of a beam.
-        predecessor_point, successor_point: its ends in the links' frames [m].
-        free_length: the length at which the tension is ``preload`` [m]; a balancing spring has zero free length and preload.
+        predecessor, successor: names of the links.
+        predecessor_point, successor_point: ends of the spring in the links' frames [m]; on a link with beams, an end of a beam.
+        free_length: length at which the tension is ``preload`` [m]; a balancing spring has zero free length and preload.
         preload: tension at the free length [N], negative in compression.
-        place: file and line.
+        place: file and line of the spring.
     """
 
     name: str
@@ -237,11 +239,12 @@ class Spring(ShortRepr):
 
 @dataclass(frozen=True, repr=False)
 class Material(ShortRepr):
-    """The material of a beam.
+    """The material of a beam; either ``poisson_ratio`` or ``shear_modulus`` is given.
 
     Attributes:
         youngs_modulus: E [Pa].
-        poisson_ratio: ν, or None if ``shear_modulus`` G [Pa] is given; one of the two.
+        poisson_ratio: ν.
+        shear_modulus: G [Pa].
         density: ρ [kg/m³]; None: the mass of the beam's link is distributed along the beam.
         thermal_expansion: α [1/K].
     """
@@ -270,18 +273,18 @@ class Beam(ShortRepr):
     """An elastic beam, ``<beam>``.
 
     Attributes:
-        link: the beam's link.
+        link: name of the beam's link.
         section: the cross-section, from :mod:`kinetostatics.sections`.
         material: the material.
         start, end: the beam's ends towards the base and the platform; None: at the joints of the link.
         shear_coefficient: κ of the shear stiffness κGA, or infinity for no shear deformation; None: from the shape of the section
             or its shear areas.
         y_axis: direction of the section's y axis in the link's frame; None for an isotropic section.
-        name: name of the beam; default: that of the link.
-        place: file and line.
+        name: name of the beam; default: the link's name.
+        place: file and line of the beam.
     """
 
-    #: Not recorded for compiled code: BeamModel has the values.
+    #: Fields that compiled code does not depend on: BeamModel has the values.
     NOT_RECORDED: ClassVar = ("section", "material", "start", "end", "shear_coefficient", "y_axis", "name")
 
     link: str
@@ -334,7 +337,7 @@ class Beam(ShortRepr):
 
     @property
     def shear_areas(self) -> tuple[float, float]:
-        """κA for shear forces along the section's y and z [m²]; infinite for no shear deformation.
+        """Shear areas κA [m²] for shear forces along the section's y and z; infinite for no shear deformation.
 
         Raises:
             ArgumentError: κ is unknown.

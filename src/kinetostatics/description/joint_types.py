@@ -1,6 +1,7 @@
-"""Table of joint types: their freedoms, and whether they may be joints or loops. All other properties follow from this table.
+"""Table of joint types: their freedoms, and whether they may be joints or loops.
 
-A new type of loop needs only a row here; a new type of tree joint must also be a type that Pinocchio's parser reads.
+All other properties follow from the freedoms. A new type of loop needs only a row of the table; a new type of tree joint must
+also be a type that Pinocchio's parser reads.
 """
 
 from __future__ import annotations
@@ -26,7 +27,6 @@ class Axes(Enum):
 
     @property
     def count(self) -> int:
-        """Number of freedoms."""
         return _COUNTS[self]
 
 
@@ -57,17 +57,15 @@ class JointType:
 
     @cached_property
     def freedoms(self) -> int:
-        """Number of its freedoms."""
         return self.slides.count + self.turns.count
 
     @cached_property
     def coordinates(self) -> int:
-        """Number of its coordinates in Pinocchio's ``q``: shifts, then an angle, (cos, sin) or a quaternion (x, y, z, w)."""
+        """Number of coordinates in Pinocchio's ``q``: shifts, then an angle, (cos, sin) or a quaternion (x, y, z, w)."""
         return self.slides.count + (4 if self.turns is Axes.ALL else self.turns.count + self.endless)
 
     @cached_property
     def is_fixed(self) -> bool:
-        """Whether it has no freedom."""
         return self.freedoms == 0
 
     @cached_property
@@ -77,12 +75,11 @@ class JointType:
 
     @cached_property
     def is_single(self) -> bool:
-        """Whether it has one freedom, so that it may be driven, have a limit, follow another or be followed."""
+        """Whether it has one freedom, so that it may be driven, have a limit, or follow another joint."""
         return self.freedoms == 1
 
     @cached_property
     def has_limits(self) -> bool:
-        """Whether its one coordinate has a lower and an upper limit."""
         return self.is_single and not self.endless
 
     @cached_property
@@ -111,9 +108,9 @@ class JointType:
         return self.in_loop and self.slides is Axes.NONE and self.turns.count > 1
 
     def axes(self, axis: Array) -> tuple[Array, Array]:
-        """Return the axes (3, k) of its translations and of its rotations, in its frame; ``axis`` (3,) is the joint's.
+        """Return the directions (3, k) of the translations and the axes (3, k) of the rotations of a joint with an ``axis`` (3,).
 
-        The second axis of ``BOTH`` is omitted, because it is fixed in the successor.
+        They are given in the joint's frame. The second axis of ``BOTH`` is omitted, because it is fixed in the successor.
         """
 
         def directions(which: Axes) -> Array:
@@ -130,12 +127,12 @@ class JointType:
 
     @cached_property
     def force_unit(self) -> str:
-        """SI unit of an actuator's force or torque at such a joint."""
+        """SI unit of the force or torque of an actuator at a joint with one freedom."""
         return "N" if self.is_slide else "N·m"
 
     @cached_property
     def kind(self) -> str:
-        """Whether the coordinate of a joint with one freedom is a "length" or an "angle"."""
+        """Kind of the coordinate of a joint with one freedom, "length" or "angle"."""
         return "length" if self.is_slide else "angle"
 
 

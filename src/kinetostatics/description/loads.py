@@ -48,8 +48,8 @@ class Motion(ShortRepr):
     """A motion through a pose, or through each pose of a batch: rates of the coordinates from which the poses were assembled.
 
     Attributes:
-        velocities: (…) by name of the platform coordinate or actuator [m/s, rad/s]; velocities left out are zero.
-        accelerations: likewise [m/s², rad/s²].
+        velocities: (…) by name of the platform coordinate or actuator [m/s, rad/s]; zero if left out.
+        accelerations: (…) by name of the platform coordinate or actuator [m/s², rad/s²]; zero if left out.
     """
 
     velocities: Mapping[str, ArrayLike] = field(default_factory=dict)

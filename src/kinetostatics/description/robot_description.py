@@ -71,12 +71,13 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
     Attributes:
         name: name of the robot.
         links, joints, loops, beams: parts by name. The order of the links decides the numbers of the limbs.
-        platform: name of the platform link; ``platform_origin`` is the frame o-xyz in it.
+        platform: name of the platform link.
+        platform_origin: the frame o-xyz, relative to the platform link.
         base: name of the base link; empty for the root of the tree, until the description is validated.
-        joint_stiffness: stiffnesses of joints, by joint.
+        joint_stiffness: elastic joints, bearings and actuators, by name of the joint.
         driven: names of the driven joints and loops.
-        attributes: further attributes of ``<robot>``, names and values.
-        extra: XML of further elements of ``<robot>``, which are preserved: materials, other transmissions, gazebo.
+        attributes: names and values of further attributes of ``<robot>``.
+        extra: XML of materials, other transmissions and further elements of ``<robot>``, which is preserved.
         path: path of the file; paths of meshes are relative to it.
         platform_place: file and line of the platform.
         file_warnings: warnings about the text of the file, in full sentences.
@@ -157,7 +158,7 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings about probable input errors, as full sentences; most begin with a place."""
+        """Warnings about probable input errors, as full sentences; most begin with file and line."""
         weightless = [
             f"{beam.place}: the beam {beam.name!r} has no density and its link no <inertial>, so that it weighs nothing; write "
             'density="0" if that is meant.'
@@ -181,7 +182,7 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
     # ---- changed copies ------------------------------------------------------------------------------------------------
 
     def with_part(self, part: Part) -> RobotDescription:
-        """Return a copy with a link, joint, loop, beam, spring or joint stiffness added, or replacing that of the same name."""
+        """Return a copy with a link, joint, loop, beam, spring or joint stiffness, which replaces a part with the same name."""
         name = part.joint if isinstance(part, JointStiffness) else part.name
         table = _TABLES[type(part)]
         tables: dict[str, Keyword] = {table: {**getattr(self, table), name: part}}
@@ -259,7 +260,6 @@ _MATERIAL = tuple(item.name for item in fields(Material))
 
 
 def _attributes(item: Part) -> Iterator[str]:
-    """Yield the names of the attributes that :meth:`RobotDescription.changed` can change."""
     for attribute in fields(item):
         if attribute.name not in ("name", "place") and not (isinstance(item, JointStiffness) and attribute.name == "joint"):
             yield attribute.name

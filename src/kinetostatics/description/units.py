@@ -115,7 +115,7 @@ class Unit:
         return self.in_si(1.0)
 
     def in_si(self, value: float) -> float:
-        """Return a value in SI, rounded correctly for decimal units: 80 mm is 0.08."""
+        """Return a value of this unit in SI, rounded correctly for decimal units: 80 mm is 0.08."""
         scaled = value / float(f"1e{-self.ten}") if self.ten < 0 else value * float(f"1e{self.ten}")
         return scaled * (math.pi / 180) ** self.degrees
 
@@ -139,20 +139,25 @@ def find_unit(text: str) -> Unit | None:
 
 
 def unit(name: str) -> Unit:
-    """Return the unit of a valid name."""
+    """Return the unit of a name that is known to be valid."""
     found = find_unit(name)
     assert found is not None, name
     return found
 
 
 def typed_number(text: str) -> tuple[float, str] | None:
-    """Return number and unit of a text such as ``-1.5kN``; None if the text is no number."""
+    """Return the number and the unit of a text such as ``-1.5kN``; None if the text is no number."""
     match = _TYPED.fullmatch(text)
     return None if match is None else (float(match[1]), match[2] or "")
 
 
 def parse_number(text: str, kind: str, what: str) -> float:
-    """Return a number that may carry a unit, in SI.
+    """Return, in SI, a number that may carry a unit.
+
+    Args:
+        text: the text, such as ``-1.5kN``.
+        kind: kind of the quantity, a key of :data:`KINDS`; "number": without a unit; "": of any kind.
+        what: name of the quantity, for messages.
 
     Raises:
         ArgumentError: the text is no number, or has a unit of another kind.
@@ -170,7 +175,7 @@ def parse_number(text: str, kind: str, what: str) -> float:
 
 
 def sized_name(text: str) -> tuple[str, str | None]:
-    """Return name and size of a quantity such as ``deflection_any_direction(500 N)``; the size is None if not given.
+    """Return the name and the size of a quantity such as ``deflection_any_direction(500 N)``; the size is None if not given.
 
     A colon is accepted instead of brackets: ``deflection_any_direction:500N``.
     """
@@ -214,18 +219,18 @@ def _product(text: str) -> Unit | None:
 def _factor(text: str) -> Unit | None:
     power = _POWER.fullmatch(text)
     if power is not None:
-        base = _one(power[1])
+        base = _prefixed(power[1])
         return base and math.prod([base] * (_POWERS.get(power[2]) or int(power[2])), start=Unit())
     joined = re.fullmatch(r"(.*N)(.*m)", text)  # Nm, kNm, Nmm
-    one = _one(text)
+    one = _prefixed(text)
     if one is None and joined is not None:
-        force, arm = _one(joined[1]), _one(joined[2])
+        force, arm = _prefixed(joined[1]), _prefixed(joined[2])
         return force and arm and force * arm
     return one
 
 
-def _one(text: str) -> Unit | None:
-    """Return a unit of the table, with or without a prefix."""
+def _prefixed(text: str) -> Unit | None:
+    """Return the unit of a basic unit's name with or without a prefix; None for other texts."""
     for name, (ten, dimension) in BASIC.items():
         prefix = text.removesuffix(name)
         if prefix != text and prefix in PREFIXES:

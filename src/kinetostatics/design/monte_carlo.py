@@ -29,8 +29,8 @@ from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import least_squares
-from kinetostatics.parametric.parametric_robot import ParametricRobot, same_pose, varied
-from kinetostatics.parametric.robot_numbers import ErrorParameter, RobotNumber, together
+from kinetostatics.parametric.parametric_robot import ParametricRobot, changed_model, same_pose
+from kinetostatics.parametric.robot_numbers import ErrorParameter, RobotNumber, as_assembly_errors
 from kinetostatics.progress import waiting
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
@@ -95,7 +95,7 @@ def random_robots(
             warnings.simplefilter("ignore")
             try:
                 off = {item.name: float(by) for item, by in zip(numbers, by_numbers[:, k], strict=True)}
-                one = _analysed(family.off(off), nominal, errors, by_errors[:, [k]], analysis, tool)
+                one = _analysed(family.increased(off), nominal, errors, by_errors[:, [k]], analysis, tool)
             except KinetostaticsError:  # the values are invalid
                 continue
         if done < len(checked):
@@ -119,7 +119,7 @@ def _analysed(
     pose = same_pose(nominal.configuration, Robot(description), loops_for(analysis))
     found = numbers_of(pose, analyze(pose, **{**analysis, "on_failure": "nan"}), tool, WANTED)
     if errors:
-        off = analyze(pose, **{**analysis, "assembly_errors": together(errors, amounts), "on_failure": "nan"})
+        off = analyze(pose, **{**analysis, "assembly_errors": as_assembly_errors(errors, amounts), "on_failure": "nan"})
         found["twist"] = found["twist"] + off.seen_from(tool).contributions["assembly_errors"][0]
         if "actuator_forces" in found:
             more = np.array([parts["assembly_errors"][0] for parts in off.actuator_contributions.values()])
@@ -191,7 +191,7 @@ class ManyRobots:
         own, nodes = self._model.structure(all_vary=True).values, []
         for number, amount in zip(numbers, reach.tolist(), strict=True):
             try:
-                made = [varied(self._robot, number.changed(node * amount), self._model)[1] for node in NODES]
+                made = [changed_model(self._robot, number.changed(node * amount), self._model)[1] for node in NODES]
             except KinetostaticsError as error:
                 raise ArgumentError(f"{number.name} cannot deviate by its tolerance: {error}") from error
             nodes.append(np.stack(made))
@@ -229,7 +229,7 @@ class ManyRobots:
             if not left.size:
                 break
             off = {item.name: float(by) for item, by in zip(self._numbers, amounts[:, left[0]], strict=True)}
-            model, _ = varied(self._robot, self._robots.off(off), self._model)
+            model, _ = changed_model(self._robot, self._robots.increased(off), self._model)
             record = self._record(model, poses.take(left[:1]), self._names)
         return found
 

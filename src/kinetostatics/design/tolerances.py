@@ -27,7 +27,7 @@ from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.linalg import first_largest, ranked
 from kinetostatics.parametric.parametric_robot import ParametricRobot, check_unit, opens_loops
-from kinetostatics.parametric.robot_numbers import ErrorParameter, RobotNumber, together
+from kinetostatics.parametric.robot_numbers import ErrorParameter, RobotNumber, as_assembly_errors
 from kinetostatics.results.pose_arrays import tool_on_robot
 from kinetostatics.results.result import Result
 from kinetostatics.results.tolerances import LENGTHS, Effect, PoseQuantities, Tolerance, Tolerances, quantities
@@ -254,7 +254,7 @@ def _by_errors(
     if not errors:
         return {}
     robot = nominal.robot
-    given = {**analysis, "assembly_errors": together(errors, np.diag(amounts)), "on_failure": "nan"}
+    given = {**analysis, "assembly_errors": as_assembly_errors(errors, np.diag(amounts)), "on_failure": "nan"}
     result = analyze(nominal.configuration, **given)
     twists = np.array(result.seen_from(tool).contributions["assembly_errors"])
     is_possible = np.all(np.isfinite(twists), axis=1)

@@ -27,7 +27,7 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.kinematics.rates import freedom_rates, with_given
 from kinetostatics.math.arrays import Array, Index, Mask
-from kinetostatics.parametric.parametric_robot import alike, varied
+from kinetostatics.parametric.parametric_robot import changed_model, have_same_statics
 from kinetostatics.parametric.robot_numbers import RobotNumber
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
@@ -256,14 +256,16 @@ class Derivatives:
             model = self.model(decided)
 
             def difference(amount: float) -> Array:
-                return varied(self.robot, changed(amount), model)[1] - varied(self.robot, changed(-amount), model)[1]
+                return (
+                    changed_model(self.robot, changed(amount), model)[1] - changed_model(self.robot, changed(-amount), model)[1]
+                )
 
             # central differences of fourth order; unchanged constants cancel exactly
             rates = 2 / 3 / step * difference(step) - 1 / 12 / step * difference(2 * step)
             return self._by_rates(rates, own, step)
 
         try:
-            if all(alike(changed(by), self.robot.description) for by in (step, -step)):
+            if all(have_same_statics(changed(by), self.robot.description) for by in (step, -step)):
                 return self._nothing()
             with contextlib.suppress(KinetostaticsError):  # the change may affect which axes meet
                 if first := found(self.robot.statics, self.nominal):

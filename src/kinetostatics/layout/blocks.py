@@ -21,7 +21,6 @@ class Word(str):
     tone: Tone
 
     def __new__(cls, text: str, tone: Tone) -> Word:
-        """Return the word."""
         word = super().__new__(cls, text)
         word.tone = tone
         return word
@@ -29,7 +28,7 @@ class Word(str):
 
 @dataclass(frozen=True)
 class Number:
-    """A number [SI], or the range from it to ``upper``, with its format; ``with_unit``: whether the unit is written."""
+    """A number [SI] with its format, or a range from ``value`` to ``upper``; ``with_unit``: whether the unit is written."""
 
     value: float
     format: NumberFormat
@@ -97,12 +96,10 @@ class Column:
 
     @property
     def heading(self) -> str:
-        """Title and unit."""
         return f"{self.title} [{self.format.unit}]" if self.format is not None and self.with_unit else self.title
 
     @property
     def texts(self) -> list[str]:
-        """The cells as text."""
         return [self._text(cell) for cell in self.cells]
 
     def _text(self, cell: Cell) -> str:
@@ -122,7 +119,7 @@ class Table:
 
     @classmethod
     def of_rows(cls, header: Sequence[str], rows: Iterable[Sequence[Cell]], align: str = "", wide: bool = False) -> Table:
-        """Return a table of rows; ``align``: ``l`` or ``r`` for each column; default: first column left, others right."""
+        """Return a table of rows; ``align`` has ``l`` or ``r`` for each column; default: first column left, others right."""
         found = [list(row) for row in rows]
         align = align or "l" + "r" * (len(header) - 1)
         return cls(
@@ -133,7 +130,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Facts:
-    """Names with their values, each a text, a number, or several texts on separate lines."""
+    """Rows of a name and its value: a text, a number, or several texts on separate lines."""
 
     rows: Sequence[tuple[str, str | Number | Sequence[str]]]
     indent: int = 0
@@ -189,7 +186,6 @@ def warning_section(warnings: Iterable[str]) -> ReportSection:
     return ReportSection("Warnings", [Text(text, "warning") for text in warnings] or [Text("none")], "warnings")
 
 
-def once(names: Iterable[str]) -> list[str]:
-    """Return names with empty text in place of each name that equals the one before."""
-    found = list(names)
+def without_repetitions(names: Iterable[str]) -> list[str]:
+    found = list(names)  # a name that equals the one before becomes empty
     return ["" if k and found[k - 1] == name else name for k, name in enumerate(found)]

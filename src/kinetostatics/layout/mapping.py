@@ -1,4 +1,4 @@
-"""Read-only mappings, and dataclasses, whose ``repr`` is short even with large arrays."""
+"""Read-only mappings, and dataclasses, with a ``repr`` that is short even with large arrays."""
 
 from __future__ import annotations
 
@@ -40,19 +40,19 @@ class ResultMapping(dict[Key, Item]):
         return ResultMapping, (dict(self),)
 
     def __repr__(self) -> str:
-        lines = [f"{key!r}: {words}" if words else str(key) for key, words in items_words(self)]
-        together = "{" + ", ".join(lines) + "}"
-        return together if len(together) <= 100 else "{" + ",\n ".join(lines) + "}"
+        lines = [f"{key!r}: {words}" if words else str(key) for key, words in shortened_items(self)]
+        line = "{" + ", ".join(lines) + "}"
+        return line if len(line) <= 100 else "{" + ",\n ".join(lines) + "}"
 
     def _repr_html_(self) -> str:
         from kinetostatics.layout.blocks import Table
         from kinetostatics.layout.renderings import block_html
 
-        return block_html(Table.of_rows(("", ""), [(str(key), words) for key, words in items_words(self)]))
+        return block_html(Table.of_rows(("", ""), [(str(key), words) for key, words in shortened_items(self)]))
 
 
-def items_words(mapping: Mapping[Key, object]) -> list[tuple[object, str]]:
-    """Return the first keys of a mapping with abbreviated items; a last row gives the number of omitted items, if any."""
+def shortened_items(mapping: Mapping[Key, object]) -> list[tuple[object, str]]:
+    """Return the first keys, each with its item as a short text; a last row has the number of omitted items, if any."""
     shown: list[tuple[object, str]] = [(key, abbreviated(mapping[key])) for key in islice(mapping, MOST_ITEMS)]
     left = len(mapping) - len(shown)
     return [*shown, (f"… {left} more", "")] if left else shown
@@ -96,7 +96,7 @@ class ShortRepr:
 
 
 def _is_default(item: Field[object], value: object) -> bool:
-    """Return whether a field has its default value; always True for a field with a default and ``compare=False``."""
+    """Whether a field has its default value; always True for a field with a default and ``compare=False``."""
     default = item.default_factory() if item.default_factory is not MISSING else item.default
     if isinstance(value, np.ndarray):
         return default is not MISSING and np.array_equal(value, np.asarray(default))

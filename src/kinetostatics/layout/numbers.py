@@ -1,4 +1,4 @@
-"""Number formats: common unit and decimals for all numbers of a kind; rounding errors are written as 0."""
+"""Number formats: a common unit and number of decimals for all numbers of a kind; rounding errors are written as 0."""
 
 from __future__ import annotations
 
@@ -75,7 +75,6 @@ class NumberFormat:
         return cls(name, factor, min(max(digits - before_point, 0), 9), noise)
 
     def __call__(self, value: ArrayLike) -> str:
-        """Write one number, without the unit."""
         number = float(np.asarray(value)) * (1 + EQUAL**2)  # avoids ties in the rounding of short decimals
         if math.isnan(number):
             return MISSING
@@ -106,10 +105,10 @@ FORCE_KINDS = {"N": "force", "N·m": "moment"}
 
 @dataclass(frozen=True)
 class NoiseFloor:
-    """Largest displacement, rotation, force and moment [SI] that are rounding errors.
+    """Displacement, rotation, force and moment [SI] up to which magnitudes are rounding errors.
 
-    A characteristic length relates rotations to displacements, and moments to forces, so that in a pure
-    translation all rotations are recognized as rounding errors.
+    A characteristic length relates rotations to displacements, and moments to forces; thus in a pure translation, all rotations
+    are recognized as rounding errors.
     """
 
     displacement: float
@@ -119,19 +118,18 @@ class NoiseFloor:
 
     @classmethod
     def of(cls, twists: Iterable[NDArray[np.float64]], wrenches: Iterable[NDArray[np.float64]], length: float) -> NoiseFloor:
-        """Return the noise floor relative to the largest of all twists (…, 6) and of all wrenches (…, 6)."""
+        """Return :data:`NOISE` times the largest components of twists (…, 6) and wrenches (…, 6), related by ``length`` [m]."""
         twists, wrenches = list(twists), list(wrenches)
         displacement = max(largest(t[..., :3] for t in twists), length * largest(t[..., 3:] for t in twists))
         force = max(largest(w[..., :3] for w in wrenches), largest(w[..., 3:] for w in wrenches) / length)
         return cls(NOISE * displacement, NOISE * displacement / length, NOISE * force, NOISE * force * length)
 
     def format(self, kind: str, values: ArrayLike, digits: int = 5) -> NumberFormat:
-        """Choose unit and decimals for values [SI] of a kind: displacement, rotation, force or moment."""
+        """Choose unit and decimals for values [SI] of a kind, which is the name of an attribute."""
         return NumberFormat.of(values, KINDS[kind], getattr(self, kind), digits)
 
 
 def quantity(value: ArrayLike, units: Units, noise: float = 0.0, digits: int = 5) -> str:
-    """Write one number with a unit that suits its magnitude."""
     return NumberFormat.of(value, units, noise, digits).with_unit(value)
 
 
@@ -146,7 +144,7 @@ def vector(values: Iterable[ArrayLike], scale: NumberFormat) -> str:
 
 
 def join_words(names: Sequence[str], limit: int = 6) -> str:
-    """Return names as text, ``a, b and c``; of more than ``limit`` names, only the first and the last, with the number of all."""
+    """Return names as ``a, b and c``; of more than ``limit`` names, only the first ones, the last one, and the number of all."""
     if len(names) > limit:
         return f"{', '.join(names[: limit - 2])}, … {names[-1]} ({len(names)})"
     return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))

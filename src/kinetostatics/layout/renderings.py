@@ -24,13 +24,7 @@ _SIDES = {"l": "left", "r": "right"}
 
 
 def report_text(title: Sequence[str], sections: Iterable[ReportSection], colour: bool = False) -> str:
-    """Return a report as text.
-
-    Args:
-        title: parts of the first line; a :class:`Word` among them has a tone.
-        sections: see :class:`ReportSection`.
-        colour: whether to include colour codes.
-    """
+    """Return a report as text; ``title``: parts of its first line, plain texts before words with a tone."""
     first = next((k for k, piece in enumerate(title) if isinstance(piece, Word)), len(title))
     words = [_word(piece, colour) for piece in title[first:]]
     lines = [painted("title", "".join(title[:first]), colour) + "".join(words)]
@@ -43,7 +37,6 @@ def report_text(title: Sequence[str], sections: Iterable[ReportSection], colour:
 
 
 def block_lines(block: Block, colour: bool = False) -> list[str]:
-    """Return a block as lines."""
     if isinstance(block, Table):
         return _wide(block, colour) if block.wide else _rows(block.columns, colour)
     if isinstance(block, Facts):
@@ -69,7 +62,6 @@ def _texts(value: object) -> Sequence[str]:
 
 
 def _fact(name: str, value: object, width: int) -> list[str]:
-    """Return a value as lines; the first line begins with the value's name."""
     lines = []
     for k, text in enumerate(_texts(value)):
         lines += wrapped(text, f"{name if k == 0 else '':{width}}")
@@ -120,7 +112,7 @@ def _wide(table: Table, colour: bool) -> list[str]:
 
 
 def use_colour(stream: TextIO | None) -> bool:
-    """Return whether to write colours to a stream: if it is a terminal that supports them.
+    """Whether to write colours to a stream: only if it is a terminal that supports them.
 
     The environment variables ``NO_COLOR`` and ``FORCE_COLOR``, if not empty, disable and enable colours (https://no-color.org,
     https://force-color.org).
@@ -133,7 +125,7 @@ def use_colour(stream: TextIO | None) -> bool:
 
 
 def painted(meaning: str, text: str, colour: bool = True) -> str:
-    """Return a text with the colour codes of a meaning; the indentation remains before them."""
+    """Return a text with the colour codes of a meaning, a key of :data:`CODES`; they follow the indentation."""
     bare = text.lstrip()
     return f"{text[: len(text) - len(bare)]}\033[{CODES[meaning]}m{bare}\033[0m" if colour and bare else text
 
@@ -142,10 +134,10 @@ def painted(meaning: str, text: str, colour: bool = True) -> str:
 
 
 def html_path(path: str | os.PathLike[str]) -> str:
-    """Return the checked path of an HTML file.
+    """Return the path of an HTML file after a check.
 
     Raises:
-        ArgumentError: the extension is not that of an HTML file.
+        ArgumentError: the extension is neither ``.html`` nor ``.htm``.
     """
     file = path_name("path", path)
     if Path(file).suffix.lower() not in (".html", ".htm"):
@@ -158,7 +150,7 @@ def save_page(path: str | os.PathLike[str], page: Callable[[], str]) -> None:
     """Write an HTML page; ``page`` is called after the path has been checked.
 
     Raises:
-        ArgumentError: the extension is not that of an HTML file.
+        ArgumentError: the extension is neither ``.html`` nor ``.htm``.
         KinetostaticsError: the file cannot be written.
     """
     file = html_path(path)
@@ -180,7 +172,6 @@ def report_html(title: str, sections: Iterable[ReportSection]) -> str:
 
 
 def block_html(block: Block) -> str:
-    """Return a block as HTML."""
     if isinstance(block, Table):
         return _table_html(block.columns)
     if isinstance(block, Facts):

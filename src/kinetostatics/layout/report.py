@@ -1,4 +1,4 @@
-"""Reports, their data as plain JSON values, and the base class of objects with a report."""
+"""Reports with their data as JSON values, and the base class of objects with a report."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from kinetostatics.layout.renderings import report_html, report_text
 Json: TypeAlias = Any  # values of json.loads and json.dumps
 
 
-def plain(value: object) -> Json:
-    """Return a value as JSON data: dataclasses as their fields; numbers that are not finite as None."""
+def as_json(value: object) -> Json:
+    """Return a value as JSON data: a dataclass as a dict of its fields; a number that is not finite as None."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return attributes(value, (item.name for item in dataclasses.fields(value)))
     if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
+        return {str(key): as_json(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [plain(item) for item in value]
+        return [as_json(item) for item in value]
     if isinstance(value, Enum):
         return value.name
     if isinstance(value, (np.ndarray, np.generic, float)) and not isinstance(value, np.str_):
@@ -39,15 +39,14 @@ def plain(value: object) -> Json:
 
 
 def attributes(item: object, names: Iterable[str]) -> dict[str, Json]:
-    """Return the attributes ``names`` of an object as JSON data."""
-    return {name: plain(getattr(item, name)) for name in names}
+    return {name: as_json(getattr(item, name)) for name in names}
 
 
 class Report:
     """Report of an object: a title, sections, and data; sections and data are computed when they are needed.
 
     Attributes:
-        title: parts of a single line; a :class:`Word` among them has a tone.
+        title: parts of a single line; a :class:`Word` among them is coloured by its tone.
     """
 
     def __init__(
@@ -69,10 +68,10 @@ class Report:
         return self._with(lambda: (section for section in self.sections if not section.detail))
 
     def only(self, *keys: str) -> Report:
-        """Return the report with the sections of these keys only.
+        """Return the report with the sections of these keys, and all sections whose title is None.
 
         Raises:
-            ArgumentError: the report has no section with such a key.
+            ArgumentError: the report has no section with one of these keys.
         """
         known = list(dict.fromkeys(section.key for section in self.sections if section.key))
         for key in keys:
@@ -84,16 +83,14 @@ class Report:
         return Report(self.title, sections, self._data)
 
     def text(self, colour: bool = False) -> str:
-        """Return the report as text, if required with the colour codes of terminals."""
         return report_text(self.title, self.sections, colour)
 
     def html(self) -> str:
-        """Return the report as HTML."""
         return report_html("".join(self.title), self.sections)
 
     def to_dict(self) -> dict[str, Json]:
         """Return the data as plain numbers, lists and strings."""
-        return {name: plain(value) for name, value in self._data().items()}
+        return {name: as_json(value) for name, value in self._data().items()}
 
     def __str__(self) -> str:
         return self.text()

@@ -40,7 +40,6 @@ class ParametricRobot:
     """A robot as a function of its numbers: arguments of its file, and numbers of its parts.
 
     Args:
-        robot: the robot.
         links: ``platform_link`` and ``base_link`` of its file; None: the links for which the file yields this robot.
     """
 
@@ -52,22 +51,21 @@ class ParametricRobot:
 
     @cached_property
     def every_part(self) -> dict[str, tuple[RobotNumber, ...]]:
-        """All numbers of parts by name, including all components of vectors and placements."""
+        """Numbers of all parts, by name; a vector or placement has all its components, even those that cannot be changed."""
         return numbers_of_parts(self.robot)
 
     @cached_property
     def parts(self) -> dict[str, RobotNumber]:
-        """All numbers and components that can be changed, by name."""
+        """The single numbers of all parts that can be changed, by name, such as ``revolute_1.placement.x``."""
         return {item.name: item for several in self.every_part.values() for item in several if item.step is not None}
 
     @cached_property
     def errors(self) -> dict[str, ErrorParameter]:
-        """The assembly errors of joints and beams, by name."""
         return errors_of(self.robot)
 
     @cached_property
     def arguments(self) -> dict[str, float]:
-        """The values of all numerical arguments of the file, in its order.
+        """Numerical arguments of the file with their values, in the file's order.
 
         Raises:
             ArgumentError: the robot differs from its file.
@@ -102,7 +100,7 @@ class ParametricRobot:
         )
 
     def number(self, name: str) -> RobotNumber:
-        """Return a number by name, a number of a part or an argument of the file."""
+        """Return a number of a part, or an argument of the file."""
         if "." in name and name in self.parts:
             return self.parts[name]
         value = self.arguments[name]
@@ -140,11 +138,11 @@ class ParametricRobot:
         return found
 
     def select(self, patterns: Sequence[str], what: str = "") -> list[tuple[str, RobotNumber]]:
-        """Return the numbers that match patterns, each with its pattern, see :meth:`names`."""
+        """Return the pattern and the number for each match of patterns, see :meth:`names`."""
         return [(pattern, self.number(name)) for name, pattern in self.names(patterns, what).items()]
 
     def check_units(self, typed: Mapping[str, str], what: str) -> None:
-        """Check the units of given arguments of the file, see :func:`check_unit`."""
+        """Check the units ``typed`` with arguments of the file, see :func:`check_unit`."""
         for name, given in typed.items():
             if name in self.arguments:
                 check_unit(self.number(name), given, what)
@@ -152,7 +150,7 @@ class ParametricRobot:
     # ---- robots with other numbers --------------------------------------------------------------------------------------
 
     def _read(self, arguments: Mapping[str, float]) -> RobotDescription:
-        """Return the file's description with other values of some arguments; descriptions are cached.
+        """Return the file's description with other values of some arguments; descriptions are kept in memory.
 
         Raises:
             RobotFileError: the file is invalid with these values.
@@ -176,12 +174,12 @@ class ParametricRobot:
         except ArgumentError as error:
             raise RobotFileError(str(error), self.robot.description.path) from error
 
-    def off(self, amounts: Mapping[str, float]) -> RobotDescription:
-        """Return the robot's description with numbers increased by given amounts; arguments of the file are changed first.
+    def increased(self, amounts: Mapping[str, float]) -> RobotDescription:
+        """Return the description with numbers increased by ``amounts``; arguments of the file are changed before parts.
 
         Raises:
             RobotFileError: the file is invalid with these values.
-            ArgumentError: a part cannot have such numbers.
+            ArgumentError: a part cannot have one of its new numbers.
         """
         parts = self.parts
         there = self._read({name: self.arguments[name] + by for name, by in amounts.items() if name not in parts})
@@ -189,7 +187,7 @@ class ParametricRobot:
 
 
 def _changed(description: RobotDescription, changes: Sequence[tuple[RobotNumber, float]]) -> RobotDescription:
-    """Return a description with changed numbers. They are changed in an order in which each intermediate description is valid.
+    """Return a description with each number increased by an amount, in an order in which no intermediate description is invalid.
 
     For example, an outer diameter is enlarged before the inner one.
 
@@ -211,7 +209,7 @@ def _changed(description: RobotDescription, changes: Sequence[tuple[RobotNumber,
 
 
 def check_unit(number: RobotNumber | ErrorParameter, typed: str, what: str) -> None:
-    """Check that the unit in which a number is given has the number's dimension, if this dimension is known.
+    """Check that ``typed``, the unit of a given value, has the dimension of a number's unit; an unknown unit is not checked.
 
     Raises:
         ArgumentError: the dimensions differ.
@@ -222,8 +220,8 @@ def check_unit(number: RobotNumber | ErrorParameter, typed: str, what: str) -> N
         raise ArgumentError(f"{what}: {number.name} is given in {given}, but it {expected}")
 
 
-def alike(one: RobotDescription, other: RobotDescription) -> bool:
-    """Whether two descriptions have the same statics and mass."""
+def have_same_statics(one: RobotDescription, other: RobotDescription) -> bool:
+    """Whether two descriptions differ at most in fields that affect neither statics nor mass."""
     for item in fields(RobotDescription):
         a, b = getattr(one, item.name), getattr(other, item.name)
         if item.name in IDLE or not item.compare or a == b:
@@ -238,12 +236,10 @@ def _bare(item: DataclassInstance) -> dict[str, object]:
 
 
 def same_pose(configuration: Configuration, robot: Robot, loops: SolverChoice) -> Configuration:
-    """Return another robot's pose, at the coordinates of platform or actuators by which a given pose was assembled.
+    """Return the pose of ``robot`` at the coordinates of platform or actuators from which ``configuration`` was assembled.
 
-    Args:
-        configuration: the given pose, where the straight line to the new pose starts; both poses have the same assembly mode.
-        robot: the other robot.
-        loops: function that chooses the solver.
+    The given pose, of a similar robot, is where the straight line of coordinates to the new pose starts; thus both poses have the
+    same assembly mode. ``loops`` is the function that chooses the solver.
     """
     near = replace(configuration, robot=robot)
     if configuration.prescribed:
@@ -253,8 +249,8 @@ def same_pose(configuration: Configuration, robot: Robot, loops: SolverChoice) -
     return assemble(robot, given, None, None, near, near.closure_tolerance, "nan", loops)
 
 
-def varied(robot: Robot, description: RobotDescription, own: PoseModel) -> tuple[PoseModel, Array]:
-    """Return the model and the constants (P,) of a slightly changed robot.
+def changed_model(robot: Robot, description: RobotDescription, own: PoseModel) -> tuple[PoseModel, Array]:
+    """Return the model of a slightly changed robot, and the numbers (P,) that compiled code takes from it.
 
     Ranks and wrench bases are taken from ``own``, the model of the original robot.
 
@@ -288,7 +284,7 @@ def varied(robot: Robot, description: RobotDescription, own: PoseModel) -> tuple
 
 
 def _with_beam_axes(robot: Robot, description: RobotDescription) -> RobotDescription:
-    """Return a description with the beams' y axes of ``robot``; default axes could change."""
+    """Return a description whose beams have the y axes of ``robot``, because default axes could change."""
     beams = {}
     for name, beam in description.beams.items():
         rotation = robot.mechanism.body_of[beam.link][1][:3, :3]
@@ -299,7 +295,7 @@ def _with_beam_axes(robot: Robot, description: RobotDescription) -> RobotDescrip
 
 
 def opens_loops(name: str) -> ArgumentError:
-    """Return the error for a number whose small change opens the loops."""
+    """Return the error for a number that, slightly changed, opens the loops."""
     return ArgumentError(
         f"{name}: with a small change of it the loops do not close, or the pose is lost; for an overconstrained robot, "
         "tolerances of JOINT.error.x … rz compute the effect of such errors, and the internal forces"

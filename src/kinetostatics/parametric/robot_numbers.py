@@ -22,7 +22,7 @@ from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.robot import Robot
 from kinetostatics.sections.kinds import Section
 
-#: Step of finite differences, relative to the number or the robot's length, or as a rotation [rad].
+#: Step of finite differences: a fraction of the number, a fraction of the robot's length for points, or a rotation [rad].
 STEP = 1e-3
 _AREAS = {"area": "m²", "I_y": "m⁴", "I_z": "m⁴", "J": "m⁴", "shear_area_y": "m²", "shear_area_z": "m²"}
 _MATERIAL = {"youngs_modulus": "Pa", "shear_modulus": "Pa", "poisson_ratio": "1", "density": "kg/m³"}
@@ -38,9 +38,9 @@ class RobotNumber:
     """A number of a robot: an argument of its file, or a number of a part.
 
     Attributes:
-        name: name of the argument, or of part and number: ``rod_1.outer_diameter``, ``revolute_1.placement.x``.
+        name: name of the argument, or names of the part and its number: ``rod_1.outer_diameter``, ``revolute_1.placement.x``.
         unit: SI unit; "1" for a ratio; empty if unknown.
-        value: value, SI; 0 for a placement, which is given as a displacement.
+        value: value [SI]; for a component of a placement 0, because changes of a placement are displacements and rotations.
         step: step of finite differences; None if the number cannot be changed.
         description: description of the robot.
         path: for a number of a part, its path in the description.
@@ -56,7 +56,7 @@ class RobotNumber:
     read: Callable[[float], RobotDescription] | None = None
 
     def changed(self, by: float) -> RobotDescription:
-        """Return the robot's description with this number increased by an amount; expressions of the file are evaluated again.
+        """Return the robot's description with this number increased by ``by``; expressions of the file are evaluated again.
 
         Raises:
             RobotFileError: the file is invalid with this value.
@@ -65,7 +65,7 @@ class RobotNumber:
         return self.changed_in(self.description, by) if self.read is None else self.read(self.value + by)
 
     def changed_in(self, there: RobotDescription, by: float) -> RobotDescription:
-        """Return another description with this number of a part increased by an amount.
+        """Return another description with this number of a part increased by ``by``.
 
         Raises:
             ArgumentError: the part cannot have this value.
@@ -74,12 +74,12 @@ class RobotNumber:
         return found
 
     def of(self, there: RobotDescription) -> float:
-        """Return this number of a part in another description; 0 for a placement."""
+        """Return the value of this number of a part in another description; 0 for a component of a placement."""
         return _value(there, self.path)
 
 
 def numbers_of_parts(robot: Robot) -> dict[str, tuple[RobotNumber, ...]]:
-    """Return the numbers of a robot's parts by name; a vector or placement has all its components, even constant ones."""
+    """Return all numbers of parts by name; a vector or placement has all its components, even those that cannot be changed."""
     found: dict[str, tuple[RobotNumber, ...]] = {}
     for name, path, unit in _places(robot):
         item = _found(robot.description, path)
@@ -133,7 +133,7 @@ def _places(robot: Robot) -> Iterator[tuple[str, Path, str]]:
 
 
 def _sizes(section: Section) -> dict[str, float]:
-    """Return the independent dimensions of the shape of a section."""
+    """Return the dimensions of the shape of a section, such as its width: the fields that a general section lacks."""
     plain = {item.name for item in fields(Section)}
     return {item.name: getattr(section, item.name) for item in fields(section) if item.name not in plain}
 
@@ -157,7 +157,6 @@ def _value(item: Part, path: Path) -> float:
 
 
 def _changed(item: Part, path: Path, by: float) -> Part:
-    """Return a copy with the number at a path increased by an amount."""
     if not path:
         return (item or 0.0) + by
     key: Part = path[0]
@@ -175,7 +174,7 @@ def _changed(item: Part, path: Path, by: float) -> Part:
 
 
 def _displaced(origin: Origin, k: int, by: float) -> Origin:
-    """Return a frame shifted along (k = 0, 1, 2) or turned about (k = 3, 4, 5) one of its own axes."""
+    """Return a frame shifted along (k = 0, 1, 2) or turned about (k = 3, 4, 5) an axis of the frame."""
     matrix = origin.matrix
     if k < 3:
         return Origin(tuple((matrix[:3, 3] + by * matrix[:3, k]).tolist()), origin.rpy)
@@ -194,7 +193,7 @@ class ErrorParameter:
 
     Attributes:
         name: ``PART.error.KIND``.
-        part: the joint or beam.
+        part: name of the joint or beam.
         kind: "x" … "rz" of a joint, along and about the axes of its frame; "length" or "temperature" of a beam.
         unit: SI unit.
     """
@@ -206,7 +205,7 @@ class ErrorParameter:
 
     @property
     def value(self) -> float:
-        """Value in the nominal robot: zero."""
+        """Value in the nominal robot."""
         return 0.0
 
 
@@ -225,8 +224,8 @@ def errors_of(robot: Robot) -> dict[str, ErrorParameter]:
     return {item.name: item for item in every}
 
 
-def together(errors: Sequence[ErrorParameter], amounts: Array) -> dict[str, Keyword]:
-    """Return errors with the given amounts (errors, N) as the argument ``assembly_errors`` of :func:`kinetostatics.analyze`."""
+def as_assembly_errors(errors: Sequence[ErrorParameter], amounts: Array) -> dict[str, Keyword]:
+    """Return ``errors`` of ``amounts`` (errors, N) as the argument ``assembly_errors`` of :func:`kinetostatics.analyze`."""
     found: dict[str, Keyword] = {}
     for error, row in zip(errors, amounts, strict=True):
         if error.kind in COMPONENTS:

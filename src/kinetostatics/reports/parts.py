@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.layout.blocks import Block, Column, Facts, Number, ReportSection, Table, Text, once
+from kinetostatics.layout.blocks import Block, Column, Facts, Number, ReportSection, Table, Text, without_repetitions
 from kinetostatics.layout.numbers import (
     FORCE_KINDS,
     FORCES,
@@ -118,7 +118,7 @@ def _limbs(result: Result, noise: NoiseFloor, hinge_axes: Mapping[str, str]) -> 
                 words, number = _named(label, value, hinge_axes.get(limb.name, "y"))
                 entries.append((limb.name, words, kind, number, unit))
     names, labels, kinds, values, units = zip(*entries, strict=True) if entries else ((),) * 5
-    columns = [Column("limb", once(names)), Column("wrench", labels), Column("", kinds)]
+    columns = [Column("limb", without_repetitions(names)), Column("wrench", labels), Column("", kinds)]
     columns += [Column.in_formats("intensity", values, force_formats(values, units, noise)), Column("", units)]
     found: list[Block] = [Table(columns)]
     networks = [limb.name for limb in result.limbs.values() if limb.is_network]
@@ -141,7 +141,7 @@ def _networks(result: Result, noise: NoiseFloor) -> list[Block]:
     if not entries:
         return []
     names, parts, kinds, forces, moments = zip(*entries, strict=True)
-    columns = [Column("limb", once(names)), Column("part", parts), Column("", kinds)]
+    columns = [Column("limb", without_repetitions(names)), Column("part", parts), Column("", kinds)]
     columns.append(Column.of("force", forces, noise.format("force", forces)))
     columns.append(Column.of("moment", moments, noise.format("moment", np.array([m for m in moments if m is not None]))))
     return [Table(columns)]

@@ -22,7 +22,7 @@ from kinetostatics.files.bundled import shown_path
 from kinetostatics.kinematics.loop_gaps import CLOSED
 from kinetostatics.layout.blocks import Block, Column, Facts, Lines, ReportSection, Table, Text, warning_section
 from kinetostatics.layout.numbers import MASSES, MILLIMETRES, join_words, quantity
-from kinetostatics.layout.report import Report, attributes, plain
+from kinetostatics.layout.report import Report, as_json, attributes
 from kinetostatics.reports.pose import count
 from kinetostatics.robot import Robot
 
@@ -76,12 +76,12 @@ def _sections(facts: RobotFacts) -> Iterator[ReportSection]:
 
 def _data(facts: RobotFacts) -> dict[str, object]:
     """Return the facts as data; each element of a chain gets the entry ``type``: "body", "joint" or "branches"."""
-    found: dict[str, object] = plain(facts)
+    found: dict[str, object] = as_json(facts)
     found["springs"] = [attributes(item, _SPRING) for item in facts.springs]
-    found["limbs"] = [{**plain(limb), "graph": _graph(limb.graph)} for limb in facts.limbs]
+    found["limbs"] = [{**as_json(limb), "graph": _graph(limb.graph)} for limb in facts.limbs]
     for role, weight in (("on_base", facts.on_base), ("on_platform", facts.on_platform)):
         if weight is not None:
-            found[role] = {**plain(weight), "graph": _graph(weight.graph)}
+            found[role] = {**as_json(weight), "graph": _graph(weight.graph)}
     return {**found, "units": UNITS}
 
 

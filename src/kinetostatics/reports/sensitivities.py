@@ -8,7 +8,7 @@ import numpy as np
 
 from kinetostatics.layout.blocks import Block, Column, ReportSection, Table, Text
 from kinetostatics.layout.numbers import LENGTHS, in_unit, quantity
-from kinetostatics.layout.report import Report, plain
+from kinetostatics.layout.report import Report, as_json
 from kinetostatics.reports.result import units_at
 from kinetostatics.results.pose_arrays import point_name
 from kinetostatics.results.sensitivities import Sensitivities, is_location, is_part
@@ -107,7 +107,7 @@ def _data(found: Sensitivities) -> dict[str, object]:
         **units_at(found.tool, UNITS),
         "twist": found.seen.twist,
         "parameters": {
-            name: {"name": name, "value": item.value, "unit": item.unit, **plain(item.derivatives), "exact": item.exact}
+            name: {"name": name, "value": item.value, "unit": item.unit, **as_json(item.derivatives), "exact": item.exact}
             for name, item in found.parameters.items()
         },
         "sources": found.sources,

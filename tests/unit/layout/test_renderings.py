@@ -5,7 +5,18 @@ import re
 
 import pytest
 
-from kinetostatics.layout.blocks import Column, Facts, Lines, Number, ReportSection, Table, Text, Word, once, warning_section
+from kinetostatics.layout.blocks import (
+    Column,
+    Facts,
+    Lines,
+    Number,
+    ReportSection,
+    Table,
+    Text,
+    Word,
+    warning_section,
+    without_repetitions,
+)
 from kinetostatics.layout.numbers import FORCES, LENGTHS, NumberFormat
 from kinetostatics.layout.renderings import WIDTH, block_lines, use_colour, wrapped
 from kinetostatics.layout.report import Report
@@ -62,7 +73,7 @@ def test_text_of_facts_sentences_and_drawings():
     assert block_lines(Facts(rows, indent=1)) == [" mass   2.0000 N", " names  a", "        b"]
     assert wrapped("one two three", "- ", 9) == ["- one two", "  three"] and wrapped("", "- ") == ["-"]
     assert block_lines(Text("so", "item")) == ["- so"] and block_lines(Lines(["a —j→ b"])) == ["a —j→ b"]
-    assert once(["a", "a", "b", "a", "a"]) == ["a", "", "b", "a", ""] and once([]) == []
+    assert without_repetitions(["a", "a", "b", "a", "a"]) == ["a", "", "b", "a", ""] and without_repetitions([]) == []
 
 
 def test_ranges_of_numbers_have_one_unit():
