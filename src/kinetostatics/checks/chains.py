@@ -1,8 +1,9 @@
 """Limbs as chains of bodies and joints from base to platform, with parallel branches: found in the body graph, written as text.
 
-Edges in series are merged into runs, which end at bodies with three or more edges. The chain is divided at the bodies that lie on
-every path from base to platform; several runs between two such bodies are branches. Dead ends and rings are listed with the body
-to which they are attached.
+Edges in series are merged into *runs*, which end at bodies with three or more edges. The chain is divided at the bodies that lie
+on every path from base to platform. Several runs between two such bodies are parallel *branches* if each connects both bodies,
+otherwise a *network*. Dead ends and rings are listed with the body to which they are attached. A *node* is a body with all bodies
+welded to it.
 """
 
 from __future__ import annotations
@@ -36,9 +37,8 @@ class JointStep:
 
     Attributes:
         name: name of the joint; for several revolutes, the common part of their names.
-        joints: the joints' names.
+        joints: names of the revolutes, or of the single joint.
         kind: URDF or loop type.
-        driven: whether the joint is driven.
         elastic: whether the joint or its actuator is elastic.
         follows: name of the joint that it mimics, or None.
     """
@@ -76,7 +76,7 @@ Chain: TypeAlias = tuple[Item, ...]
 
 @dataclass(frozen=True)
 class Hanging:
-    """An open branch attached to the body ``at``, or a ring, which also ends there."""
+    """An open branch attached to the body ``at``, or a ring that begins and ends there."""
 
     at: str
     chain: Chain
@@ -104,16 +104,15 @@ def _items(chain: Chain) -> Iterator[Item]:
 
 
 def joints_of(chain: Chain) -> list[JointStep]:
-    """Return all joints of a chain."""
     return [item for item in _items(chain) if isinstance(item, JointStep)]
 
 
 def bodies_of(chain: Chain) -> list[str]:
-    """Return the names of all bodies of a chain."""
+    """Return the names of all links and beams of a chain's bodies."""
     return [name for item in _items(chain) if isinstance(item, Body) for name in item.names]
 
 
-def joint_words(joint: JointStep) -> str:
+def joint_text(joint: JointStep) -> str:
     """Return a joint's name with remarks, such as ``universal_1_{x,y}`` or ``rail (driven, elastic)``."""
     name = joint.name
     if len(joint.joints) > 1:
@@ -126,7 +125,7 @@ def joint_words(joint: JointStep) -> str:
     return name + (f" ({', '.join(notes)})" if notes else "")
 
 
-def body_words(body: Body) -> str:
+def body_text(body: Body) -> str:
     """Return the names of a body's links and beams; if there are more than four, the first two and the last."""
     if len(body.names) <= 4:
         return " + ".join(body.names)
@@ -147,9 +146,9 @@ def chain_lines(start: str, chain: Chain, end: str, indent: str = "") -> list[st
     left: str | None = end
     for k, item in enumerate(chain):
         if isinstance(item, JointStep):
-            words.append(f"—{joint_words(item)}→")
+            words.append(f"—{joint_text(item)}→")
         elif isinstance(item, Body):
-            name = body_words(item)
+            name = body_text(item)
             if not words or words[-1] != name:
                 put(name)
         else:
@@ -186,12 +185,11 @@ class GraphReader:
         self.mechanism, self.graph = mechanism, BodyGraph(mechanism)
 
     def limb(self, limb: Limb) -> Graph:
-        """Return a limb as a chain."""
         compounds = compound_joints(self.mechanism, limb)
-        return _Reducer(self, [*limb.edges, *limb.branches], compounds).through(self.graph.base, self.graph.platform)
+        return _Reducer(self, [*limb.edges, *limb.branches], compounds).chain_between(self.graph.base, self.graph.platform)
 
     def attached(self, topology: Topology, role: str) -> Graph:
-        """Return the open branches and rings attached to the ``base`` or to the ``platform``."""
+        """Return the open branches and rings attached to base or platform (``role``: ``base`` or ``platform``)."""
         edges = list((topology.base if role == "base" else topology.platform).edges)
         compounds: list[CompoundJoint] = []
         for limb in topology.hanging:
@@ -199,10 +197,9 @@ class GraphReader:
                 known = {edge.key for edge in edges}
                 edges += [edge for edge in (*limb.edges, *limb.branches) if edge.key not in known]
                 compounds += compound_joints(self.mechanism, limb)
-        return _Reducer(self, edges, compounds).alone(self.graph.base if role == "base" else self.graph.platform)
+        return _Reducer(self, edges, compounds).attached_to(self.graph.base if role == "base" else self.graph.platform)
 
     def joint(self, compound: CompoundJoint | Connection) -> JointStep:
-        """Return a joint as a step of a chain."""
         names = compound.joints if isinstance(compound, CompoundJoint) else (compound.name,)
         label = compound.label if isinstance(compound, CompoundJoint) else compound.name
         first = self.mechanism.connections[names[0]]
@@ -213,19 +210,18 @@ class GraphReader:
 
 @dataclass(eq=False)
 class _Run:
-    """A run of joints, with the bodies at its ends, while the graph is reduced."""
+    """A run of joints between two nodes, while the graph is reduced."""
 
     start: RigidBody
     end: RigidBody
     chain: Chain
 
     def leaving(self, node: RigidBody) -> _Run:
-        """Return the run with the given node as its start."""
-        return self if self.start is node else _Run(self.end, self.start, _turned(self.chain))
+        """Return the run in the direction away from ``node``, one of its ends."""
+        return self if self.start is node else _Run(self.end, self.start, _reversed(self.chain))
 
 
-def _turned(chain: Chain) -> Chain:
-    """Return a chain in reverse order."""
+def _reversed(chain: Chain) -> Chain:
     return tuple(Body(item.names[::-1]) if isinstance(item, Body) else item for item in reversed(chain))
 
 
@@ -270,7 +266,7 @@ class _Reducer:
         return is_rigid and not set(edge.ends) & set(self.ends)
 
     def _name_nodes(self, edges: list[BodyEdge]) -> dict[RigidBody, tuple[str, ...]]:
-        """Return for each node the names of its rigid links with a mass or a joint, in the order of the file."""
+        """Return for each node the names of its links without beams that have a mass or a joint, in the order of the file."""
         description = self.reader.mechanism.description
         holding = {
             link
@@ -326,8 +322,7 @@ class _Reducer:
             return " + ".join(names)
         return f"the end of {self._beam_at[node]}" if node in self._beam_at else "a point"
 
-    def through(self, start: RigidBody, end: RigidBody) -> Graph:
-        """Return the chain from one body to another."""
+    def chain_between(self, start: RigidBody, end: RigidBody) -> Graph:
         self._reduce({start, end})
         chain: Chain = ()
         for here, node, runs in blocks(self.runs, lambda run: (run.start, run.end), start, end):
@@ -336,8 +331,7 @@ class _Reducer:
             chain = _joined(chain, part, () if node is end else (Body(self._names.get(node, ())),))
         return Graph(chain, tuple(self.hanging))
 
-    def alone(self, root: RigidBody) -> Graph:
-        """Return the open branches and rings of a body."""
+    def attached_to(self, root: RigidBody) -> Graph:
         self._reduce({root})
         if self.runs:
             self.hanging.append(Hanging(self.name(root), (self._branches(root, root, self.runs),), True))
@@ -359,7 +353,7 @@ class _Reducer:
                 return
             else:
                 first, *others = (run.leaving(node) for run in at[node])
-                inwards = _joined(_turned(first.chain), (Body(self._names.get(node, ())),))
+                inwards = _joined(_reversed(first.chain), (Body(self._names.get(node, ())),))
                 position = self.runs.index(at[node][0])
                 self.runs = [run for run in self.runs if run not in at[node]]
                 if others:
@@ -368,7 +362,7 @@ class _Reducer:
                     self.hanging.append(Hanging(self.name(first.end), inwards, False))
 
     def _without_rings(self, start: RigidBody, end: RigidBody, runs: list[_Run]) -> list[_Run]:
-        """Return the runs between two bodies; groups of runs connected to only one of the two are moved to ``hanging``."""
+        """Return the runs between two nodes; groups of runs connected to only one of these nodes are moved to ``hanging``."""
         inner = [{run.start, run.end} - {start, end} for run in runs]
         pairs = ((k, h) for k, h in combinations(range(len(runs)), 2) if inner[k] & inner[h])
         left = runs
@@ -382,7 +376,7 @@ class _Reducer:
         return left
 
     def _branches(self, start: RigidBody, end: RigidBody, runs: list[_Run]) -> Branches:
-        """Return the runs, each directed away from ``start``, in the order of their distance from it."""
+        """Return the runs, each directed away from ``start``, those nearest to ``start`` first."""
 
         def others(node: RigidBody) -> Iterator[RigidBody]:
             return (run.leaving(node).end for run in runs if node in (run.start, run.end))

@@ -38,7 +38,7 @@ T = TypeVar("T")
 
 
 def robot_facts(robot: Robot) -> RobotFacts:
-    """Return the properties of a robot; those that cannot be computed are None, and ``problems`` lists the errors."""
+    """Return the properties of a robot; a property that cannot be computed is None, and ``problems`` lists the errors."""
     description = robot.description
     facts = RobotFacts(robot.name, description.path, description.base, description.platform, drives=description.driven)
     facts.warnings += [*description.warnings, *robot.topology.warnings]
@@ -143,7 +143,10 @@ AT_ZERO = "at the zero pose"
 
 
 def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], list[str], list[str]]:
-    """Return warnings of doubtful ranks and of actuators, warnings of the zero pose, and errors that prevent an analysis."""
+    """Return (warnings, warnings of the zero pose, errors that prevent an analysis).
+
+    The warnings concern doubtful ranks, redundant actuation, driven joints outside limbs, and missing results.
+    """
     found: list[str] = []
     at_zero: list[str] = []
     problems: list[str] = []
@@ -175,8 +178,8 @@ def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], lis
         (at_zero if problem.startswith(AT_ZERO) else problems).append(problem)
     else:
         at_zero += [text.replace("the pose is", "the zero pose is", 1) for text in near_singular_warnings(zero)]
-    found += facts_of_poses(generic)
-    at_zero += [text for text in facts_of_poses(zero, f"{AT_ZERO} ") if text.removeprefix(f"{AT_ZERO} ") not in found]
+    found += missing_results(generic)
+    at_zero += [text for text in missing_results(zero, f"{AT_ZERO} ") if text.removeprefix(f"{AT_ZERO} ") not in found]
     return found, at_zero, problems
 
 
@@ -188,7 +191,10 @@ def _owner(robot: Robot, joint: str) -> str:
 
 
 def _statics_problem(robot: Robot, generic: Result, zero: Result) -> str | None:
-    """Return the reason why statics fails, at generic poses or only at the zero pose; None if it does not fail."""
+    """Return the reason why the statics fails at all generic poses or at the zero pose; None if it does not fail.
+
+    If it fails only at the zero pose, the reason begins with :data:`AT_ZERO`.
+    """
     if not robot.mechanism.tree.nq:  # nothing moves: there is one pose only
         return _complaint(zero)
     if np.all(np.isnan(generic.twist)):
@@ -199,7 +205,7 @@ def _statics_problem(robot: Robot, generic: Result, zero: Result) -> str | None:
 
 
 def _complaint(result: Result) -> str | None:
-    """Return the reason why statics fails at a reached pose; None if it does not fail."""
+    """Return the reason why the statics fails at a reached pose; None if it does not fail."""
     if result.configuration.reached.all() and np.any(np.isnan(result.twist)):
         try:
             analyze(result.configuration)
@@ -208,8 +214,8 @@ def _complaint(result: Result) -> str | None:
     return None
 
 
-def facts_of_poses(result: Result, where: str = "") -> list[str]:
-    """Return warnings of missing results at generic poses, or at the pose named by ``where``."""
+def missing_results(result: Result, where: str = "") -> list[str]:
+    """Return warnings of missing results; ``where`` names the pose, or is empty for generic poses."""
     found = [where + indeterminate_parts(result)] if np.any(result.indeterminate) else []
     bad = {
         limb.name
@@ -226,6 +232,9 @@ def facts_of_poses(result: Result, where: str = "") -> list[str]:
 
 
 def poses_of(robot: Robot, poses: SolverState, first_only: bool = False) -> Configuration:
-    """Return solver poses, or the first one, as a configuration; loop gaps due to rounded numbers in the file are tolerated."""
+    """Return solver poses as a configuration, or the first pose only if ``first_only``.
+
+    Loop gaps due to rounded numbers in the file are tolerated.
+    """
     q = robot.model_q(poses).T
     return robot.configuration(q[0] if first_only else q, closure_tolerance=1e-9 + 1e3 * robot.closing_error, on_failure="nan")

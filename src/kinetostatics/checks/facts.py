@@ -1,4 +1,4 @@
-"""Properties of a robot without loads, as data for ``kinetostatics check`` and its ``--json``."""
+"""Properties of a robot without loads (*facts*), as data for ``kinetostatics check`` and its ``--json``."""
 
 from __future__ import annotations
 
@@ -32,9 +32,8 @@ class LimbFacts:
         word: symbols of its joints from base to platform, such as ``R P(driven) S`` or ``R(driven) (S S | S S)``.
         like: name of the first equal limb, or None.
         graph: chain of bodies and joints.
-        links, beams: names.
         joints: joints in the order of the graph.
-        parts: first and last link of each part, if the limb consists of several parts in series.
+        parts: (inner link, outer link) at the ends of each part, if the limb consists of several parts in series.
         rigid: whether no part of the limb is elastic.
         mass: mass at the zero pose [kg], None if unknown.
         constraint_wrenches, attached_wrenches: descriptions, None if unknown.
@@ -94,7 +93,7 @@ class ElasticJointFacts:
 
 @dataclass
 class FollowerFacts:
-    """A joint whose coordinate is ``multiplier`` times that of another joint, plus ``offset`` [m, rad]."""
+    """A joint whose coordinate is ``multiplier`` times the coordinate of ``leader``, plus ``offset`` [m, rad]."""
 
     joint: str
     kind: str
@@ -146,13 +145,13 @@ class ZeroFacts:
     warnings: list[str] = field(default_factory=list)
 
     def widest(self, unit: str) -> tuple[float, str]:
-        """Return the largest gap in ``m`` or ``rad``, and the name of its loop."""
+        """Return the largest gap in the ``unit`` m or rad, and the name of its loop."""
         return max(((item[unit], name) for name, item in self.loop_gaps.items()), default=(0.0, ""))
 
 
 @dataclass
 class AttachedBodiesFacts:
-    """Links and joints of the base, or of the platform, and of the bodies attached to it; their ``mass`` [kg]."""
+    """Links and joints of the base, or of the platform, and of the bodies attached to it; ``mass`` of all of them [kg]."""
 
     links: tuple[str, ...]
     joints: tuple[str, ...]
@@ -165,10 +164,9 @@ class RobotFacts:
     """Properties of a robot; a property that cannot be computed is None, and ``problems`` has the reason.
 
     Attributes:
-        mobility: mobility, local freedoms and redundant constraints.
-        zero: the zero pose.
         mass: total mass at the zero pose [kg].
-        massless: rigid links without mass that are between joints.
+        mass_follows_pose: whether the mass of a telescopic beam changes with its length.
+        massless: massless links without beams that are between joints.
         problems: errors that prevent any analysis.
         warnings: warnings of the robot and of its zero pose.
     """
@@ -241,7 +239,7 @@ def first_like(limb: LimbFacts, basis: Basis, beams: list[BeamFacts], alike: dic
 
 
 def massless_links(robot: Robot, limbs: list[LimbFacts]) -> tuple[str, ...]:
-    """Return the massless rigid links between joints, except the crosses of universal and spherical joints."""
+    """Return the massless links without beams between joints, except the crosses of universal and spherical joints."""
     description = robot.description
     elastic = {beam.link for beam in description.beams.values()}
     chains = [chain for limb in limbs for chain in (limb.graph.chain, *(item.chain for item in limb.graph.hanging))]
@@ -250,7 +248,6 @@ def massless_links(robot: Robot, limbs: list[LimbFacts]) -> tuple[str, ...]:
 
 
 def elastic_joints(robot: Robot) -> list[ElasticJointFacts]:
-    """Return the elastic joints."""
     found = []
     for name, stiffness in robot.description.joint_stiffness.items():
         drive = stiffness.drive if name in drives_of(robot.mechanism) else None
@@ -268,7 +265,6 @@ def _stiffnesses(compliances: Array) -> tuple[float, ...]:
 
 
 def followers(robot: Robot) -> list[FollowerFacts]:
-    """Return the joints that mimic others."""
     return [
         FollowerFacts(item.name, item.type.name, item.mimic.joint, item.mimic.multiplier, item.mimic.offset)
         for item in robot.mechanism.connections.values()
@@ -279,12 +275,10 @@ def followers(robot: Robot) -> list[FollowerFacts]:
 def beam_facts(
     robot: Robot, labels: dict[str, str], models: Mapping[str, BeamModel] | None, frames: Frames | None
 ) -> list[BeamFacts]:
-    """Return all beams.
+    """Return the properties of all beams.
 
-    Args:
-        robot: the robot.
-        labels: for each revolute of a universal or spherical joint, the name of that joint.
-        models, frames: beam models, and frames of the zero pose; None if unknown.
+    ``labels``: for each revolute of a universal or spherical joint, the name of that joint. ``models`` and ``frames``: beam
+    models, and frames of the zero pose; None if unknown.
     """
     found = []
     for name, beam in robot.description.beams.items():

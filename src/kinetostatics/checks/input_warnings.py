@@ -1,4 +1,4 @@
-"""Warnings of probable input errors (sizes, materials, masses, stiffnesses), and of beams outside the limits of beam theory."""
+"""Warnings of probable input errors (sizes, materials, masses, stiffnesses), and of beams too stubby for beam theory."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ def _sizes(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 # ---- beams -----------------------------------------------------------------------------------------------------------
 
 
-def _alike(beams: Iterable[BeamFacts], text_of: Callable[[BeamFacts], str | None]) -> Iterable[str]:
+def _warnings_of_beams(beams: Iterable[BeamFacts], text_of: Callable[[BeamFacts], str | None]) -> Iterable[str]:
     """Yield warnings of beams; beams with equal texts share one warning."""
     same: dict[str, list[str]] = {}
     for beam in beams:
@@ -172,13 +172,13 @@ def _stubby(robot: Robot, facts: RobotFacts) -> Iterable[str]:
             return f"{length / depth:.2g} times as long as thick ({thick}); sizes are in m"
         return None
 
-    return _alike(facts.beams, text_of)
+    return _warnings_of_beams(facts.beams, text_of)
 
 
 def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
     """Return for each beam the length and depth [m] of its member.
 
-    A member is a row of beams of about the same direction, welded or connected by locked prismatic joints.
+    A member is a row of beams of about the same direction, welded or connected by driven prismatic joints.
     """
     graph, frames = BodyGraph(robot.mechanism), robot.zero_frames if facts.zero.closing_error is not None else None
     known = {beam.name: beam for beam in facts.beams}
@@ -220,7 +220,7 @@ def _materials(facts: RobotFacts) -> Iterable[str]:
         return None
 
     for text_of in (modulus, expansion):
-        yield from _alike(facts.beams, text_of)
+        yield from _warnings_of_beams(facts.beams, text_of)
 
 
 # ---- masses and joints -----------------------------------------------------------------------------------------------
@@ -246,7 +246,7 @@ def _masses(robot: Robot, facts: RobotFacts) -> Iterable[str]:
             "latter along the beam, leave the density out; give additional bodies a link of their own"
         )
 
-    yield from _alike(facts.beams, text_of)
+    yield from _warnings_of_beams(facts.beams, text_of)
     if facts.mass == 0:
         yield "nothing in the file has a mass"
 
@@ -311,7 +311,7 @@ def _drawn_without_mass(robot: Robot, facts: RobotFacts) -> list[str]:
 def _elastic_joints(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     weight = 9.81 * (facts.mass or 0.0)
     for joint in facts.elastic_joints:
-        for words, value, unit, turns in _held(robot, joint):
+        for words, value, unit, turns in _constrained_stiffnesses(robot, joint):
             force = weight * robot.length if turns else weight
             if value > RIGID:
                 yield f"{words} is {value:.3g} {unit}, more than that of any real joint; write inf for rigid"
@@ -324,8 +324,8 @@ def _elastic_joints(robot: Robot, facts: RobotFacts) -> Iterable[str]:
                 )
 
 
-def _held(robot: Robot, joint: ElasticJointFacts) -> Iterable[tuple[str, float, str, int]]:
-    """Yield a joint's stiffnesses in its constrained directions: name, value, unit, and whether it is rotational."""
+def _constrained_stiffnesses(robot: Robot, joint: ElasticJointFacts) -> Iterable[tuple[str, float, str, int]]:
+    """Yield a joint's stiffnesses in its constrained directions: name, value, unit, and whether the direction is a rotation."""
     passive = robot.mechanism.connections[joint.joint]
     free = _free_axes(passive)
     for turns, (values, unit) in enumerate(((joint.linear, "N/m"), (joint.angular, "N·m/rad"))):
@@ -338,7 +338,7 @@ def _held(robot: Robot, joint: ElasticJointFacts) -> Iterable[tuple[str, float, 
 
 
 def _free_axes(joint: Connection) -> set[tuple[int, str]]:
-    """Return the free axes of a joint's frame, (0, axis) for translations and (1, axis) for rotations."""
+    """Return the free axes of a joint's frame: (0, axis) for translations, (1, axis) for rotations."""
     near = {axis for axis, part in zip("xyz", joint.axis, strict=True) if abs(float(part)) > 0.1}
     axes = {Axes.NONE: set(), Axes.AXIS: near}
     return {(0, axis) for axis in axes.get(joint.type.slides, "xyz")} | {(1, axis) for axis in axes.get(joint.type.turns, "xyz")}

@@ -1,4 +1,4 @@
-"""Mobility: platform coordinates that determine the pose, local freedoms by link, redundant actuators."""
+"""Platform coordinates that determine the pose, local freedoms (which do not move the platform), and redundant actuators."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ class LocalFreedom:
 class Motions:
     """The motions of a robot at the generic pose with the largest number of independent constraints.
 
-    ``free`` (nv, k) are scaled velocities that keep the loops closed. They are mapped to the platform's scaled twist at o by
-    ``platform`` (6, nv), and to the rates of the actuators by ``actuators`` (n, nv).
+    ``free`` (nv, k) are scaled velocities that keep the loops closed. The matrix ``platform`` (6, nv) maps them to the platform's
+    scaled twist at o, the matrix ``actuators`` (n, nv) to the rates of the actuators.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -68,13 +68,13 @@ class Motions:
     def at_o(self, signs: Array) -> Array:
         """Return the scaled map (6, nv) from velocities to the twist at o of a body relative to the base.
 
-        ``signs`` (nv,): 1 for freedoms that move only the body, −1 for those that move only the base, else 0.
+        ``signs`` (nv,): 1 for freedoms that move only the body, −1 for freedoms that move only the base, else 0.
         """
         return move_twist(self.twists * signs, self.o[:, None]) / np.repeat([self.robot.length, 1.0], 3)[:, None]
 
     @property
     def actuators(self) -> Array:
-        """Map (n, nv) from scaled velocities to rates of the driven joints, first those of the tree, then those of loops."""
+        """(n, nv) map from scaled velocities to rates of the driven joints: joints of the tree, then loops."""
         prescribed = self.robot.actuator_coordinates
         rows = np.eye(self.twists.shape[1])[np.array(prescribed.columns, dtype=np.intp)]
         loops = PrescribedCoordinates(loops=prescribed.loops)
@@ -88,13 +88,12 @@ class Motions:
         return sorted(self.robot.description.driven, key=lambda name: name in loops)
 
     def rank(self, matrix: Array) -> int:
-        """Return the rank of a scaled matrix."""
         if not matrix.size:
             return 0
         return int(np.sum(np.linalg.svd(matrix, compute_uv=False) > self.robot.rank_tolerance))
 
     def local(self) -> Array:
-        """Return the scaled velocities (nv, l) that do not move the platform."""
+        """Return a basis (nv, l) of the scaled velocities that do not move the platform."""
         if not self.free.shape[1]:
             return self.free
         _, values, rows = np.linalg.svd(self.platform @ self.free, full_matrices=True)
@@ -173,7 +172,7 @@ def local_freedoms(motions: Motions) -> list[LocalFreedom]:
 
 
 def _links_of(robot: Robot, bodies: list[int]) -> tuple[str, ...]:
-    """Return the links of some bodies; massless ones (crosses of universal joints) only if all are massless."""
+    """Return the links of some bodies; massless links (crosses of universal joints) only if all are massless."""
     description = robot.description
     elastic = {beam.link for beam in description.beams.values()}
     links = [link for link in description.links if robot.mechanism.body_of[link][0] in bodies]
@@ -182,7 +181,7 @@ def _links_of(robot: Robot, bodies: list[int]) -> tuple[str, ...]:
 
 
 def _kind(motions: Motions, links: tuple[str, ...], moving: list[int], table: Array) -> tuple[str, str | None]:
-    """Return kind and joint of a :class:`LocalFreedom` of some links.
+    """Return ``kind`` and ``joint`` of a :class:`LocalFreedom` of some links.
 
     ``moving``: all moving bodies, including massless ones; ``table``: (bodies, 6, columns) scaled twists of all bodies.
     """
@@ -233,7 +232,7 @@ def _joint_along(motions: Motions, links: tuple[str, ...], axis: Array, foot: Ar
 
 
 def eliminated(matrix: Array) -> Array:
-    """Return the coefficients (n, r) of combinations of a matrix's columns (m, n) that form a basis of its column space.
+    """Return coefficients (n, r) of r combinations of a matrix's columns (m, n) that form a basis of its column space.
 
     The matrix has entries of unit magnitude. The method is Gauss-Jordan elimination: if the column space is a direct sum of
     spaces without common rows, each combination is in one of them.

@@ -48,13 +48,13 @@ def redundancies(motions: Motions) -> list[Redundancy]:
     total = robot.mobility.redundant_constraints
     if not total or robot.equations.count > _MANY:
         return []
-    states = _SelfStress(robot, motions.pose)
-    found = [item for number in range(len(robot.topology.all_limbs)) for item in states.inside(number)]
-    zero = _SelfStress(robot, robot.zero_poses)
-    same = zero.states.shape[1] == states.states.shape[1]
-    for count, limbs in states.between():
+    stresses = _SelfStresses(robot, motions.pose)
+    found = [item for number in range(len(robot.topology.all_limbs)) for item in stresses.inside(number)]
+    zero = _SelfStresses(robot, robot.zero_poses)
+    same = zero.states.shape[1] == stresses.states.shape[1]
+    for count, limbs in stresses.between():
         names = tuple(robot.topology.limbs[k].name for k in limbs)
-        words = describe_wrenches(zero.braced(limbs), robot.length) if same else None
+        words = describe_wrenches(zero.wrenches_between(limbs), robot.length) if same else None
         found.append(Redundancy(count, names, wrenches=words))
     rest = total - sum(item.count for item in found)
     if rest > 0:  # in loops of welded links, or by joints that mimic others
@@ -64,12 +64,12 @@ def redundancies(motions: Motions) -> list[Redundancy]:
     return found if rest >= 0 else []
 
 
-class _SelfStress:
+class _SelfStresses:
     """All self-stresses of a robot at one pose, with the actuators free.
 
     Attributes:
         states: (6 M, r) independent self-stresses, as scaled wrenches of all M cut joints of the limbs.
-        first: position of each limb's first cut-joint wrench.
+        first: (limbs + 1,) row of ``states`` at which each limb's wrenches begin, and the number of rows.
     """
 
     def __init__(self, robot: Robot, pose: SolverState) -> None:
@@ -104,7 +104,7 @@ class _SelfStress:
 
     @property
     def platform_wrenches(self) -> Array:
-        """Scaled wrenches of the platform on each limb in the r self-stresses (limbs, 6, r)."""
+        """(limbs, 6, r) scaled wrenches of the platform on each limb in the r self-stresses."""
         found = []
         for number, limb in enumerate(self.robot.topology.limbs):
             mine = self.states[self.first[number] : self.first[number + 1]].reshape(len(limb.to_platform), 6, -1)
@@ -136,7 +136,7 @@ class _SelfStress:
         return found
 
     def between(self) -> list[tuple[int, list[int]]]:
-        """Return the numbers of self-stresses between limbs, each with the indices of these limbs."""
+        """Return (number of self-stresses, indices of the limbs) for each group of limbs that stress each other."""
         wrenches = self.platform_wrenches
         if not wrenches.size:
             return []
@@ -149,7 +149,7 @@ class _SelfStress:
             for group in groups_of(loaded[:, used].T)
         ]
 
-    def braced(self, limbs: list[int]) -> Array:
+    def wrenches_between(self, limbs: list[int]) -> Array:
         """Return an orthonormal basis (6, k) of the scaled wrenches of self-stresses that load only the given limbs."""
         wrenches = self.platform_wrenches
         others = [k for k in range(len(wrenches)) if k not in limbs]
@@ -159,7 +159,7 @@ class _SelfStress:
 
 
 def _null(matrix: Array) -> Array:
-    """Return an orthonormal basis (n, k) of the null space of a matrix of self-stresses of unit magnitude."""
+    """Return an orthonormal basis (n, k) of the null space of a matrix (m, n) with entries of unit magnitude."""
     if not matrix.size:
         return np.eye(matrix.shape[1])
     _, values, rows = np.linalg.svd(matrix, full_matrices=matrix.shape[0] < matrix.shape[1])
@@ -200,7 +200,7 @@ def _along(kind: str, how: str, aligned: Sequence[bool]) -> str:
 
 
 def _directions(kind: str, basis: Array, how: str) -> str:
-    """Return forces or couples as text, from an orthonormal basis (3, 1 … 3) of their directions."""
+    """Return forces or couples as text; ``basis`` (3, 1 … 3) is an orthonormal basis of their directions."""
     if basis.shape[1] == 3:
         return f"{kind}s in all directions"
     one = basis[:, 0] if basis.shape[1] == 1 else np.cross(basis[:, 0], basis[:, 1])

@@ -9,7 +9,7 @@ from odd_robots import parsed, written
 
 import kinetostatics as ks
 from kinetostatics.checks.chains import joints_of
-from kinetostatics.checks.check import facts_of_poses, robot_facts
+from kinetostatics.checks.check import missing_results, robot_facts
 from kinetostatics.math import arrays
 
 
@@ -30,7 +30,7 @@ def test_limb_degenerating_in_a_later_chunk_is_named(monkeypatch):
     q[1, 1] += np.pi / 2
     result = ks.analyze(robot.configuration(q, closure_tolerance=10.0), on_failure="nan")
     assert result.basis_degenerate.tolist() == [False, True]
-    (words,) = facts_of_poses(result)
+    (words,) = missing_results(result)
     assert words == "the canonical wrenches of limb_2 and limb_3 degenerate at some poses: intensities are NaN there"
 
 

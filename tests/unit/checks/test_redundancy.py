@@ -3,7 +3,7 @@
 import pytest
 from odd_robots import parsed
 
-from kinetostatics.checks.redundancy import _SelfStress
+from kinetostatics.checks.redundancy import _SelfStresses
 
 INERTIAL = '<inertial><mass value="2"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial>'
 HINGE = '<joint name="{}" type="continuous"><parent link="{}"/><child link="{}"/><axis xyz="0 0 1"/>{}</joint>'
@@ -34,4 +34,4 @@ def test_self_stresses_of_a_slide_coupled_to_a_hinge(leader, beside, count):
 </robot>"""
     )
     assert robot.length != pytest.approx(1, abs=0.05)
-    assert _SelfStress(robot, robot.zero_poses).states.shape[1] == count
+    assert _SelfStresses(robot, robot.zero_poses).states.shape[1] == count
