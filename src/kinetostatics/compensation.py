@@ -263,7 +263,6 @@ class _Problem:
         return replace(found, orientation=self.target.orientation, prescribed=self.target.prescribed)
 
     def _complain(self, u: Array, pose: Configuration, corrected: bool) -> None:
-        """Raise an error with the reason why there is no correction."""
         names = ", ".join(self.controlled.names)
         try:
             self._commanded(u, self.target, "raise")

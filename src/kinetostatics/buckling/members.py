@@ -214,7 +214,6 @@ class Members:
         return {name: ratio for member, ratio in zip(self.names, found, strict=True) for name in member}
 
     def buckles(self, solution: Solution) -> Mask:
-        """Return a mask (N,): True where a member buckles."""
         forces = forces_of(self.structure, solution)
         doubtful = np.flatnonzero(self._estimate(forces, solution.compliance) >= _NO_RISK)
         found = np.zeros(solution.o.shape[1], dtype=bool)
@@ -247,7 +246,6 @@ class Members:
         return tuple(np.concatenate(items, axis=-1) for items in zip(*parts, strict=True))
 
     def _ratios(self, item: Stability) -> Array:
-        """Return for every member the ratio (members, N) of :meth:`ratios`."""
         ratios, modes = item.modes()
         energies = np.array([sum(item.beams[name].of(modes) for name in member) for member in self.names])
         mine = np.where(energies >= _TAKES_PART * energies.max(axis=0), ratios, 0.0)

@@ -212,7 +212,6 @@ class _Assembly:
             self._transfer_follower(item)
 
     def _diagonal(self) -> Array:
-        """Return the diagonal (n, N) of K."""
         return self.K if self.condensed else np.einsum("iin->in", self.K)
 
     def _add(self, columns: tuple[int, ...], motions: Array, stiffness: _Blocks = (), geometric: _Blocks = ()) -> None:

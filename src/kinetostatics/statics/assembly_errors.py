@@ -50,7 +50,7 @@ class BeamError:
 class AssemblyErrors:
     """Assembly errors by name of the joint or beam.
 
-    Arrays of :func:`parse_assembly_errors` are (…, 6) and (…, 1); for a chunk of N poses, they are (6, N) and (1, N).
+    Twists are (…, 6), lengths and temperatures (…, 1); for a chunk of N poses they are (6, N) and (1, N).
     """
 
     robot: RobotStatics
@@ -75,7 +75,10 @@ class AssemblyErrors:
         return frozenset((*self.joints, *self.beams))
 
     def of(self, group: LimbGroup, frames: Frames, o: Array) -> Array | None:
-        """Return twists (6, elements, g, N) of outboard sides of joints and beams about o due to errors; None without errors."""
+        """Return the errors of all joints and beams of g limbs, or None without errors.
+
+        The errors are twists (6, elements, g, N) as in :meth:`of_edge`; an element is a beam, or hinges that form one joint.
+        """
         if not any(self.concerns(edge) for limb in group.limbs for edge in limb.edges):
             return None
         result = np.zeros((6, len(group.elements[0]), len(group.limbs), o.shape[1]))
@@ -89,7 +92,7 @@ class AssemblyErrors:
         return edge.joint in self.joints or edge.beam in self.beams
 
     def of_edge(self, edge: Edge, frames: Frames, o: Array) -> Array:
-        """Return the error of a joint or beam as a twist (6, N) about o of its outboard side relative to its inboard side."""
+        """Return the error of a joint or beam: the twist (6, N) of its outboard side relative to its inboard side, about o."""
         if edge.joint in self.joints:
             return self._of_joint(edge, self.joints[str(edge.joint)], frames, o)
         result = np.zeros((6, o.shape[1]))

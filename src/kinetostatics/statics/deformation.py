@@ -215,7 +215,7 @@ def _add_assembly_errors(
 def _joint_motions(
     solution: Solution, statics: LimbStatics, geometry: LimbGeometry, deformed: dict[int, Array], signs: NDArray[np.int8], S: int
 ) -> Array:
-    """Return the motions (k, S, g, N) of all freedoms of the joints that keep the limbs closed; local freedoms do not move.
+    """Solve for the motions (k, S, g, N) of k freedoms of joints that keep the limbs connected; local freedoms do not move.
 
     The edges that transmit the wrench of a cut joint form either a path to the platform, along which the motions add up to the
     motion of the platform, or a ring, around which they add up to zero.
@@ -317,7 +317,8 @@ def _deform_branch_drives(
 ) -> dict[str, tuple[str, BranchJoint]]:
     """Compute the deformations of elastic actuators that move joints of open branches only, and add them to ``out``.
 
-    ``branches`` are joints and beams with ``strains`` of :func:`_deform_branches`; ``moved`` of this function is returned.
+    ``branches`` are the joints and beams, each tuple with its ``strains``; for this term and the result ``moved`` see
+    :func:`_deform_branches`.
     """
     found: dict[str, tuple[str, BranchJoint]] = {}
     place_of = {edge.key: place for edges, place in branches for edge in edges}

@@ -52,7 +52,7 @@ class PlacedSpring:
         """Apply a force (3, N) [N] to the first end, and its reaction to the second end.
 
         Returns:
-            By place, the wrench (6, N) about o [N, N·m]; and by place, its point of application (3, N) [m].
+            (wrenches, points): by place, the wrench (6, N) about o [N, N·m] and the point of application (3, N) [m].
         """
         wrenches: dict[str, Array] = {}
         points: dict[str, Array] = {}
@@ -247,7 +247,7 @@ class GeometricStiffness:
 
     def under(self, solution: Solution) -> GeometricTerms:
         """Return K_g under the weights, spring forces and joint wrenches of an equilibrium, without the load on the platform."""
-        carried = _Carried(self._robot, solution)
+        transmitted = _PassageWrenches(self._robot, solution)
         acting: list[tuple[str, Array, Array]] = []
         centres = self._robot.weights.centres(self._frames) - self.o[:, None]
         for w, name in enumerate(self._robot.weights.names):
@@ -259,7 +259,7 @@ class GeometricStiffness:
         passages = []
         for item in self.parts.passages:
             arm = self._arm(item)
-            wrench = move_wrench(carried.by_outer_side(item), arm)
+            wrench = move_wrench(transmitted.on_outer_side(item), arm)
             force, moment = wrench[:3], wrench[3:]
             acting.append((item.places[1], arm, force))
             axes = np.stack([self._direction(slide) for slide in item.slides], axis=1) if item.slides else None
@@ -295,10 +295,10 @@ class GeometricStiffness:
     def _of_beam(
         self, solution: Solution, name: str, axes: Array, arm: Array, force: Array, moment: Array
     ) -> tuple[Array, Array, Array]:
-        """Return (B, arm, force) of a beam with given force and moment (3, N) on its outer part.
+        """Return the matrix B (9, 9, N) of a beam's second-order energy (see :meth:`_of_joint`), and the force at its inner end.
 
-        B (9, 9, N) is the matrix of its energy, see :meth:`_of_joint`. The force (3, N) [N] acts on the part at the beam's inner
-        end, at the arm (3, N) [m] from o.
+        ``force`` and ``moment`` (3, N) act on the part at the beam's outer end. B is followed by the arm (3, N) [m] from o to the
+        beam's inner end, and the force (3, N) [N] on the part there.
         """
         model = self._robot.beams[name]
         length, lever = model.length(self._frames), model.lever(self._frames)
@@ -326,7 +326,7 @@ class GeometricStiffness:
         return np.eye(3)[:, :, None] - along[:, None] * along[None] / np.sum(along * along, axis=0)
 
 
-class _Carried:
+class _PassageWrenches:
     """Wrenches that passages transmit under weights and spring forces, without the load on the platform."""
 
     def __init__(self, robot: RobotStatics, solution: Solution) -> None:
@@ -341,7 +341,7 @@ class _Carried:
             total = parts[:, :, mine].sum(axis=2)
             self._cuts |= {limb: total[:, :, position] for position, limb in enumerate(statics.group.numbers)}
 
-    def by_outer_side(self, item: Passage) -> Array:
+    def on_outer_side(self, item: Passage) -> Array:
         """Return the wrench (6, N) of a passage's inner side on its outer side, about o [N, N·m]."""
         solution = self._solution
         total = self._robot.weights.carried_by(item.edge, solution.weights)

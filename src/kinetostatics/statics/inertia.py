@@ -38,8 +38,8 @@ def inertial_load(
         payload: payload and loads on links, broadcast to the N poses; only masses have inertia.
     """
 
-    def moving(rates: Array) -> _Moving:
-        return _Moving(robot, frames, twists, rates, payload)
+    def moving(rates: Array) -> _InertialLoads:
+        return _InertialLoads(robot, frames, twists, rates, payload)
 
     found, k = moving(rates), local.shape[2]
     if k:
@@ -50,7 +50,7 @@ def inertial_load(
     return AppliedLoad(INERTIA, found.wrenches, found.points, "load", found.lines)
 
 
-class _Moving:
+class _InertialLoads:
     """Inertial loads at N poses: ``wrenches``, ``points`` and ``lines`` as in :class:`AppliedLoad`, and wrenches by body."""
 
     def __init__(self, robot: RobotStatics, frames: Frames, twists: Array, rates: Array, payload: LinkLoads | None) -> None:

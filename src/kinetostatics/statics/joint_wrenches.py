@@ -130,7 +130,7 @@ def _masked(wrenches: Array, undetermined: Array | None) -> Array:
 def _self_stresses(robot: RobotStatics, solution: Solution, joints: Sequence[int] | None = None) -> Array | None:
     """Return the joint wrenches (6, J, K, N) of K self-stresses of rigid parts; None without self-stress.
 
-    They are scaled: the largest force, or moment divided by the characteristic length, is 1.
+    Each self-stress is scaled: its largest force, or moment divided by the characteristic length, is 1.
     """
     table, N = robot.joint_table, solution.o.shape[1]
     # self-stress between rigid limbs changes the forces of several limbs together

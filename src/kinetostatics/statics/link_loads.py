@@ -191,7 +191,7 @@ class _Load:
 class LinkLoads:
     """Checked loads on links.
 
-    Arrays of :func:`parse_link_loads` are (…, 3), (…, 6) and (…, 1); for a chunk of N poses, the batch axis is last.
+    Points, wrenches and masses are (…, 3), (…, 6) and (…, 1); for a chunk of N poses they are (3, N), (6, N) and (1, N).
     """
 
     robot: RobotStatics
@@ -213,7 +213,7 @@ class LinkLoads:
         )
 
     def at(self, frames: Frames, gravity: Array) -> tuple[AppliedLoad, ...]:
-        """Return the loads as wrenches at N poses, under ``gravity`` (3, N) [m/s²]; their arrays have the poses as last axis.
+        """Return the loads of a chunk as wrenches, under ``gravity`` (3, N) [m/s²].
 
         Raises:
             ArgumentError: a load acts on a beam between its ends, or on a link without support.

@@ -99,9 +99,8 @@ class LoadedBeams:
     def with_lines(self, loads: Sequence[tuple[int, Mapping[str, Array]]]) -> LoadedBeams:
         """Return the beams with linearly varying loads.
 
-        Args:
-            loads: index of a contribution, and its loads (12, N) by beam, see
-                :class:`kinetostatics.statics.link_loads.AppliedLoad`.
+        ``loads`` has the index of a contribution, and by beam its loads (12, N), see ``lines`` of
+        :class:`kinetostatics.statics.link_loads.AppliedLoad`.
         """
         found = np.zeros((12, *self.wrench.shape[1:]))
         for source, lines in loads:

@@ -103,7 +103,6 @@ class JointTable:
         return np.array([carries(edge, place) for edge in self._edges], dtype=float)
 
     def cuts_of(self, limb: int) -> slice:
-        """Return the columns of ``cut_signs`` that belong to a limb."""
         return slice(self._first[limb], self._first[limb + 1])
 
 

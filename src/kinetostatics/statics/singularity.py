@@ -57,7 +57,7 @@ def has_negative_length(robot: RobotStatics, frames: Frames) -> NDArray[np.bool_
 
 
 def any_limb(groups: Sequence[NDArray[np.bool_]], N: int) -> NDArray[np.bool_]:
-    """Return a mask (N,): True where one of the ``groups`` of limbs has True (g, N) for any limb."""
+    """Return a mask (N,): True where any limb has True in the masks ``groups``, one (g, N) for each group of g limbs."""
     found = np.zeros(N, dtype=bool)
     for group in groups:
         found |= np.any(group, axis=0)
@@ -81,9 +81,9 @@ def unbalanced_parts(
     statics: Iterable[LimbStatics],
     loads: Mapping[str, Array],
 ) -> dict[str, Array]:
-    """Return the fraction (N,) of weights and ``loads`` (6, N) that passive joints cannot carry.
+    """Return, by limb, the fraction (N,) of its weight and its ``loads`` (6, N) that its passive joints cannot carry.
 
-    The fractions are by name of a limb, ``base`` and ``platform``; open branches on these count as parts of them.
+    Open branches belong to the limb that carries them, or to ``base`` or ``platform``, which are further keys.
     """
     sizes = {place: _size(wrench, robot.length) for place, wrench in loads.items()}
     result: dict[str, Array] = {}
@@ -117,7 +117,7 @@ def groups_of_poses(
 ) -> dict[int, tuple[LimbGroup, ...]]:
     """Return the groups of limbs at every pose at which a limb has other ranks than at generic poses, by index of the pose.
 
-    ``statics`` are the statics of the usual groups at all N poses.
+    ``statics`` has the statics of N poses for the groups of generic poses.
     """
     stiffening = [k for k, item in enumerate(statics) if item.group.only_springs]
     stiffening = [k for k in stiffening if statics[k].may_stiffen.any()]
@@ -153,7 +153,7 @@ def groups_of_poses(
 
 
 def _changed(item: LimbStatics, frames: Frames, o: Array, pose: int) -> list[int]:
-    """Return the limbs of a group, by index in the robot, whose ranks at one pose differ from the usual ones."""
+    """Return the limbs of a group, by index in the robot, whose ranks at one pose differ from their ranks at generic poses."""
     group, tolerance = item.group, item.group.model.rank_tolerance
     places = np.flatnonzero(item.doubtful[:, pose]).tolist()
     if not places:

@@ -164,7 +164,6 @@ class SmallMotions:
         return found
 
     def columns_of(self, *bodies: RigidBody) -> tuple[int, ...]:
-        """Return the indices of the coordinates that move at least one of the given bodies."""
         return tuple(sorted({column for body in bodies for column in self.columns[body]}))
 
     def unit_twists(self, frames: Frames, o: Array) -> Array:
@@ -226,7 +225,10 @@ class PlacedMotions:
             yield columns, rows
 
     def at(self, body: RigidBody, point: Array) -> tuple[Array, Array]:
-        """Return twists of a body at a point (3, N): (N, 6, n) per unit of each coordinate, and (N, 6, 6) of :meth:`carried`."""
+        """Return the twists (N, 6, n) of a body at a point (3, N) per unit of each coordinate, and the twists of :meth:`carried`.
+
+        A twist consists of the displacement and the rotation.
+        """
         turns, shifts = self.moved(tuple(range(self.units.shape[1])), body, point)
         return np.concatenate([shifts, turns]).transpose(2, 0, 1), self.carried(point)
 
@@ -237,7 +239,10 @@ class PlacedMotions:
         return np.einsum("ikn,nmk->nmi", np.concatenate([shifts, turns]), shapes[..., list(columns)])
 
     def carried(self, point: Array) -> Array:
-        """Return the twists (N, 6, 6) at a point (3, N) when the whole robot moves as one body, per unit of its twist about o."""
+        """Return the twists (N, 6, 6) at a point (3, N) when the whole robot moves as one body, per unit of its twist about o.
+
+        A twist consists of the displacement and the rotation.
+        """
         found = np.zeros((point.shape[1], 6, 6))
         found[:] = np.eye(6)
         found[:, :3, 3:] = cross(np.eye(3)[:, :, None], (point - self.o)[:, None]).transpose(2, 0, 1)

@@ -48,8 +48,8 @@ class Solution(ShortRepr):
         unbalanced: see :func:`kinetostatics.statics.singularity.unbalanced_parts`.
         applied: the loads on links, with their separate effects on limbs.
         weights_alone: ``statics`` without the loads on links; None without loads.
-        tangents: for a robot with springs, matrices 1 + K_g G (n, n, N) of geometric stiffness K_g and compliance G: first those
-            of limbs while the platform is fixed, last that of the platform. Each unstable motion causes a negative eigenvalue.
+        tangents: for a robot with springs, matrices 1 + K_g G (n, n, N) of geometric stiffness K_g and compliance G: first for
+            limbs while the platform is fixed, last for the platform. Each unstable motion causes a negative eigenvalue.
     """
 
     frames: Frames

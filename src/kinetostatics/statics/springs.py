@@ -178,7 +178,7 @@ def _motion(robot: RobotStatics, solution: Solution, deformation: Deformation, p
 
 
 def inverse(compliance: Array, rigid: Array, length: float) -> Array:
-    """Return the stiffness (6, 6, N) of a compliance; NaN where it is singular or where ``rigid`` (6, 6, N) is NaN."""
+    """Return the stiffness (6, 6, N) of a compliance; NaN where it is singular, or where ``rigid`` (6, 6, N) is NaN."""
     unit = np.repeat([1.0, length], 3)
     scale = (unit[:, None] * unit)[:, :, None]
     scaled = compliance * scale

@@ -79,7 +79,7 @@ def modes_below(model: VibrationModel, square: Array) -> Index:
 def independent_motions(model: VibrationModel) -> list[tuple[Index, Array | None]]:
     """Return groups of P poses, each with a basis (P, n, r) of the motions that keep loops closed and have stiffness or mass.
 
-    The basis is None where all motions do.
+    None instead of a basis stands for all motions.
     """
     K, M = (matrix[:, 0] for matrix in model.pencil(np.zeros((model.poses, 1))))
     return [(space.poses, space.basis) for space in _spaces(model, K, M)]
@@ -87,10 +87,10 @@ def independent_motions(model: VibrationModel) -> list[tuple[Index, Array | None
 
 @dataclass(frozen=True)
 class _Space:
-    """Poses with the same number of independent motions Z y, which keep loops closed and have stiffness or mass.
+    """Poses with the same number r of independent motions, which keep loops closed and have stiffness or mass.
 
-    ``basis`` is Z (P, n, r), None where all coordinates are independent; ``free`` is the number of motions without stiffness.
-    ``stable`` is False where a motion has negative stiffness, which compressed springs may cause.
+    ``basis`` (P, n, r) has these motions as columns, or is None if all coordinates are independent; ``free`` is the number of
+    motions without stiffness. ``stable`` is False where a motion has negative stiffness, which compressed springs may cause.
     """
 
     poses: Index
@@ -99,7 +99,7 @@ class _Space:
     stable: bool = True
 
     def restricted(self, matrix: Numbers) -> Array:
-        """Return Zᵀ A Z of matrices A (P, …, n, n)."""
+        """Return Zᵀ A Z of matrices A (P, …, n, n), with the basis Z."""
         if self.basis is None:
             return matrix
         Z = self.basis.reshape(len(self.basis), *(1,) * (matrix.ndim - 3), *self.basis.shape[1:])
@@ -149,11 +149,11 @@ class _Space:
 
 
 def _align(shapes: Array, vectors: Array, equal: Mask, free: int, platform: Array) -> None:
-    """Normalize modes (N, m, n) in place: reproducible bases of eigenspaces, and signs.
+    """Normalize modes (N, m, n) in place: reproducible bases of eigenspaces, and signs by :func:`signs_of_modes`.
 
-    In an eigenspace, the first mode has the largest component of the platform's twist along the first axis with a nonzero
-    component, the next mode has none along this axis, and so on. The largest component of the twist is positive. If the platform
-    does not move, the coordinates replace its twist.
+    In an eigenspace, the first mode has the largest possible displacement of the platform along x, the other modes have none; the
+    second mode has the largest possible displacement along y, and so on for the rotations and for all coordinates. A component
+    that is zero in the whole eigenspace is left out.
 
     Args:
         shapes: the modes.

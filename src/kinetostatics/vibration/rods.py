@@ -64,14 +64,16 @@ class Rod:
     def dynamic_stiffness(self, square: Numbers) -> Numbers:
         """Return the dynamic stiffness (…, 12, 12) at λ (…) [1/s²].
 
-        Rows and columns: displacement and rotation of the start, then of the end, in beam axes; forces act on the rod.
+        Rows and columns: displacement and rotation of the start, displacement and rotation of the end, in beam axes; forces on
+        the rod.
         """
         return self._straight(square) if self.eccentricity is None else self._eccentric(square)
 
     def pencil(self, square: Array) -> tuple[Array, Array]:
         """Return K̃ and M̃ (…, 12, 12) of D(λ) = K̃ − λ M̃ with M̃ = −dD/dλ at λ (…).
 
-        K̃ and M̃ are stiffness and mass matrices with the rod's exact shapes at λ; at λ = 0, its static shapes under end forces.
+        K̃ and M̃ are stiffness and mass matrices with the exact shapes of the rod at λ; for λ = 0, with the static shapes under
+        end forces.
         """
         step = _STEP * np.maximum(square, 1.0)
         D = self.dynamic_stiffness(square + 1j * step)

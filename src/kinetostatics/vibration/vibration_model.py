@@ -1,8 +1,8 @@
 """Dynamic stiffness D(λ) of a whole robot at the square λ = ω² of the angular frequency, without discretization.
 
-The coordinates are those of the small motions of rigid bodies and joints. A beam is an exact rod, or is divided into equal rods
-(pieces), whose frequencies with clamped ends are above the requested ones. At a requested frequency, the number of negative
-eigenvalues of D(λ) is then the number of natural frequencies below λ (W. H. Wittrick and F. W. Williams, Quarterly Journal of
+The coordinates are the small motions of rigid bodies and joints. A beam is an exact rod, or is divided into equal rods (pieces),
+whose frequencies with clamped ends are above the requested frequencies. At a requested frequency, the number of negative
+eigenvalues of D(λ) is then the number of natural frequencies below it (W. H. Wittrick and F. W. Williams, Quarterly Journal of
 Mechanics and Applied Mathematics 24, 1971).
 """
 
@@ -203,7 +203,7 @@ class VibrationModel:
         return found
 
     def closed_motions(self) -> list[tuple[Index, Array | None]]:
-        """Return groups of P poses, each with a basis (P, n, r) of the motions that keep all loops closed (None: all do)."""
+        """Return groups of P poses, each with a basis (P, n, r) of the motions that keep all loops closed (None: all motions)."""
         if not self.closure.shape[1]:
             return [(np.arange(self.poses), None)]
         _, values, axes = np.linalg.svd(self.closure)
