@@ -155,7 +155,10 @@ def _controlled(
 
 
 def _well_conditioned(target: Configuration, names: tuple[str, ...]) -> tuple[tuple[str, ...], Orientation]:
-    """Return coordinates and their convention; near tilt 0, where azimuth and tilt are singular, rx and ry replace them."""
+    """Return coordinates and their convention.
+
+    Near tilt 0, where azimuth and tilt are singular, the rotations rx, ry and rz replace azimuth, tilt and torsion.
+    """
     if {"azimuth", "tilt"} <= set(names) and np.all(np.cos(target.platform["tilt"]) > UPRIGHT):
         others = {"azimuth": "rx", "tilt": "ry", "torsion": "rz"}
         return tuple(others.get(name, name) for name in names), orientation_named("XYZ")

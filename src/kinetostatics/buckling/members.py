@@ -137,7 +137,7 @@ class BucklingModes:
 
 #: Beams are collinear up to this distance, relative to their length.
 _IN_LINE = 1e-6
-#: Strain energy, relative to the member with the largest one, above which a member takes part in a mode.
+#: Strain energy, relative to the largest strain energy of a member, above which a member takes part in a mode.
 _TAKES_PART = 0.05
 #: Upper bound of the ratios below which no eigenvalues are computed.
 _NO_RISK = 0.1

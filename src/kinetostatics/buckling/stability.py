@@ -28,8 +28,8 @@ from kinetostatics.statics.springs import placed_springs
 _CLOSING = 1e4
 #: Scaled stiffness below which a motion counts as free, such as the spin of a strut between ball joints.
 _FREE = 1e-11
-#: Stiffness added to all motions, so that free ones do not count as unstable: relative to their own stiffness, and to the closing
-#: stiffness of loops, to exceed its rounding errors.
+#: Stiffness added to all motions, so that free motions do not count as unstable: relative to their own stiffness; and relative to
+#: the closing stiffness of loops, to exceed its rounding errors.
 _ADDED, _ADDED_LOOPS = 1e-9, 1e-14
 #: Ratio 1/λ, relative to the largest, below which it counts as rounding.
 _ROUNDING = 1e-12

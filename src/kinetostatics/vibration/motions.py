@@ -81,7 +81,7 @@ class ModeShapes:
 
     @cached_property
     def kinetic_energy(self) -> Mapping[str, Array]:
-        """Shares (N, m) of the kinetic energy, by name of the beam or link, and of the payload."""
+        """Shares (N, m) of the kinetic energy, by name of the beam, link or payload."""
         found = {name: _energy(self._local(part), part.matrix[:, None]) for name, part in self.pairs.model.masses.items()}
         for name, item in self.pairs.model.beams.items():
             found[f"beam {name}"] = self._energy_of(name, item.piece.pencil(self._finite)[1])

@@ -20,7 +20,7 @@ from kinetostatics.math.rotations import skew
 #: Real or complex numbers.
 Numbers: TypeAlias = NDArray[Any]
 
-#: Terms of the power series, for arguments of at most :data:`SERIES_LIMIT` wave lengths.
+#: Terms of the power series, enough for λ up to the lowest λ of the rod with clamped ends.
 _TERMS = 22
 #: Imaginary step of λ by which D is differentiated, relative to λ: its square vanishes against 1.
 _STEP = 1e-40
