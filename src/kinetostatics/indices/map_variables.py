@@ -58,7 +58,7 @@ def absent(name: str) -> str:
 
 
 def finished(ds: xr.Dataset, values: xr.DataArray, beyond_limits: bool, units: str, long_name: str) -> xr.DataArray:
-    """Return values with units and name, NaN at invalid poses; of the map's coordinates, swept and scalar ones remain."""
+    """Return values with units and name, NaN at invalid poses, with only the swept and the scalar coordinates of the map."""
     found = values.where(valid(ds, beyond_limits)).transpose(*swept(ds))
     kept = {*swept(ds), *(name for name in ds.coords if ds[name].dims == ())}
     found = found.drop_vars([name for name in found.coords if name not in kept])
@@ -73,7 +73,7 @@ def label_dims(ds: xr.Dataset, name: str) -> list[str]:
 
 
 def units_of(ds: xr.Dataset, name: str) -> xr.DataArray:
-    """Return the units of a variable; if they differ from entry to entry, an array over the dimension of the entries."""
+    """Return the units of a variable: one text, or an array over its labels if their units differ."""
     attributes = ds[name].attrs
     where = attributes.get("unit_coordinate")
     if where is not None and set(ds[where].dims) <= set(ds[name].dims):

@@ -29,7 +29,7 @@ ANY_DIRECTION: Mapping[str, Measure] = {name: item for name, item in MEASURES.it
 def names(ds: xr.Dataset) -> list[str]:
     """Return all names that :func:`quantity` accepts for a map, except the 36 entries of stiffness and the 36 of compliance.
 
-    Measures with a force or moment have an example: ``deflection_any_direction(500 N)``.
+    An index that needs a force or moment is listed with an example of it: ``deflection_any_direction(500 N)``.
     """
     indices = [name for name in INDICES if _applies(ds, name)]
     found = [*indices, *map(_example, ANY_DIRECTION), *(f"stiffness_along:{axis}" for axis in (*LINEAR, *ANGULAR))]
@@ -44,7 +44,7 @@ def names(ds: xr.Dataset) -> list[str]:
 
 
 def _applies(ds: xr.Dataset, index: str) -> bool:
-    """Whether an index suits a map: its variable is there, if optional; actuator forces have one common unit."""
+    """Whether an index suits a map: an optional variable must be in the map; actuator forces must have one common unit."""
     name = _variable(INDICES[index])
     return (name in ds or not name.startswith(("actuator", "residual", "frequency"))) and (
         name != "actuator_force" or len(set(units_of(ds, name).values.ravel())) == 1
@@ -94,7 +94,7 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
 
 
 def _index(ds: xr.Dataset, measure: Measure, beyond_limits: bool, size: float = 1.0, source: str | None = None) -> xr.DataArray:
-    """Return a measure at every pose, lazily if the map is lazy; ``size`` is its force or moment, ``source`` a contribution."""
+    """Return a measure of every pose, lazily for a lazy map; ``size`` is a force or moment [SI], ``source`` a contribution."""
     if source is None:
         array = variable(ds, _variable(measure))
     else:
@@ -135,8 +135,9 @@ def stiffness_along(
     Args:
         ds: the map, see :func:`kinetostatics.sweep`.
         direction: "x", "y", "z", or "rx", "ry", "rz" for moments about these axes; or a nonzero vector of three numbers in
-            world axes; a DataArray (…, component x y z) of vectors may differ from pose to pose.
-        rotation: whether a vector is the axis of a moment; the result is then 1/(uᵀ C_rr u) [N·m/rad].
+            world axes; or a DataArray (…, component x y z) of vectors, which may differ from pose to pose.
+        rotation: whether a vector is the axis of a moment; the result is then 1/(uᵀ C_rr u) [N·m/rad]. C_dd and C_rr are the
+            blocks of the compliance for translations and for rotations.
         beyond_limits: see :func:`valid`.
 
     Raises:

@@ -188,7 +188,7 @@ def calibration(found: Calibration, *, kind: str | None = None, ax: Axes | None 
         ax: axes to draw on; default: a new figure one column and a half wide.
 
     Returns:
-        The axes, with a marker for each gauge; the band is ± twice the largest standard deviation of a reading.
+        The axes, with a marker for each gauge; the band is ± twice the largest of the readings' standard deviations.
 
     Raises:
         ArgumentError: ``found`` is no calibration, or there are no readings of this kind.

@@ -76,7 +76,7 @@ def areas_of(masks: Sequence[Mask]) -> list[NDArray[np.bool_]]:
 
 
 def draw_areas(ax: Axes, fields: Sequence[tuple[Array, Array, Array]], masks: Sequence[Mask]) -> None:
-    """Hatch the area of each mask; ``fields`` are x, y, and values (len x, len y), positive inside the area."""
+    """Hatch the area of each mask; ``fields`` contains x, y and the field (len x, len y) of each mask."""
     for field, mask in zip(fields, masks, strict=True):
         path = PathCollection(
             [area(ax, *field)], facecolors=mask.face, edgecolors=_EDGE, linewidths=0, hatch=mask.hatch, zorder=0.5
@@ -88,7 +88,7 @@ def draw_areas(ax: Axes, fields: Sequence[tuple[Array, Array, Array]], masks: Se
 
 
 def draw_ranges(ax: Axes, borders: Array, masks: Sequence[Mask]) -> None:
-    """Hatch masks (n,) over one coordinate, over the whole height; ``borders`` (n + 1,) are the borders of the cells."""
+    """Hatch the cells in masks (n,) over one coordinate, from bottom to top; ``borders`` (n + 1,) separate the cells."""
     for mask in masks:
         steps = np.flatnonzero(np.diff(np.concatenate([[False], mask.where, [False]]).astype(np.int8)))
         for low, high in borders[steps].reshape(-1, 2):
@@ -134,7 +134,7 @@ def smooth_field(inside: NDArray[np.bool_], closed: bool = False) -> Array:
 
 
 def extrapolated(values: Array) -> Array:
-    """Extrapolate values over a grid linearly to missing values (NaN) beside known values."""
+    """Return values over a grid; missing values (NaN) beside known values are extrapolated linearly."""
     for _ in range(2):  # the second step covers corners
         total, count = np.zeros(values.shape), np.zeros(values.shape)
         for axis, size in enumerate(values.shape):

@@ -86,7 +86,7 @@ def free_names(ds: xr.Dataset, fixed: Iterable[str]) -> list[str]:
 
 
 def chosen_names(ds: xr.Dataset, requested: Sequence[str | None], fixed: Iterable[str], figure: str) -> list[str]:
-    """Return the coordinates of a figure's axes: the requested ones, and for each None the next free coordinate."""
+    """Return the coordinates of a figure's axes: each None in ``requested`` is replaced by the next of :func:`free_names`."""
     free = free_names(ds, fixed)
     rest = [name for name in free if name not in requested]
     if len(rest) < sum(name is None for name in requested):
@@ -161,13 +161,13 @@ def select_each(
     at: Mapping[str, float],
     beyond_limits: bool,
 ) -> tuple[dict[str, Selection], str]:
-    """Return selections at several values of a further coordinate, by texts such as "z = 0.5 m", and a note.
+    """Return selections at several values of a further coordinate, with keys such as "z = 0.5 m"; and a note, or an empty text.
 
     Args:
         ds, what, dims, at, beyond_limits: see :func:`select`.
-        series: the coordinate with its values; or its name, for all values; None: one selection, of empty name.
-        most: largest number of selections if ``series`` is a name. If the coordinate has more values, evenly distributed ones are
-            selected; the note and a warning state their number.
+        series: the coordinate with its values; or its name, for all values; None: one selection, of empty key.
+        most: largest number of selections if ``series`` is a name. If the coordinate has more values, evenly distributed values
+            are selected; the note and a warning state their number.
     """
     if series is None:
         return {"": select(ds, what, dims, at, beyond_limits)}, ""
@@ -244,7 +244,7 @@ def _status(part: xr.Dataset, dims: Sequence[str], beyond_limits: bool) -> NDArr
 
 
 def place_of(coordinate: xr.DataArray, axis: ShownAxis, value: float) -> int:
-    """Return the index of the value nearest to a number; if the values are names, of the equal name."""
+    """Return the index of the value nearest to ``value``; if the coordinate has names as values, the index of a name."""
     if axis.ticks:
         if str(value) not in axis.ticks:
             raise ArgumentError(f"no {axis.name} {value!r}: {near_names(str(value), axis.ticks)}")
@@ -263,7 +263,7 @@ def place_of(coordinate: xr.DataArray, axis: ShownAxis, value: float) -> int:
 
 #: Smallest number of values for the detection of outliers.
 FEW = 20
-#: Part of the values at each end that may be outliers; least distance of outliers from the other values, by the range of these.
+#: Part of the values at each end that may be outliers; least distance of outliers from other values, by their range.
 PART, FAR = 0.02, 3.0
 
 

@@ -240,8 +240,8 @@ class Plane:
         x_edges, y_edges: borders of the cells.
         cells: for each column of cells, the index of its value along x; in polar figures a value has several columns.
         x, y: positions of the values for contour lines.
-        lines: for each ``x``, the index of its value; a full circle ends with the index of the first value.
-        ratio: height by width of the axes for equal scales; None: scales are independent.
+        lines: for each ``x``, the index of the value there; on a full circle the first value is repeated at the end.
+        ratio: height divided by width of axes with equal scales; None: scales are independent.
     """
 
     polar: bool
@@ -264,7 +264,7 @@ class Plane:
         return len(self.lines) > len(set(self.lines.tolist()))
 
     def extrapolated(self, values: Array) -> Array:
-        """Return values (len x, len y), extrapolated to missing values (NaN) beside known values."""
+        """Return values (len x, len y); missing values (NaN) beside known values are extrapolated."""
         return extrapolated(np.pad(values, ((2, 2), (0, 0)), "wrap"))[2:-2] if self.closed else extrapolated(values)
 
     def field(self, where: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
@@ -281,7 +281,7 @@ class Plane:
 
 
 def is_polar(ds: xr.Dataset, dims: Sequence[str], polar: bool | None, ax: Axes | None) -> bool:
-    """Whether a slice is polar: as ``polar`` or the given axes require; by default, if it is over azimuth and tilt."""
+    """Whether a slice is polar: as ``polar`` or the given axes require; by default, whether it is over azimuth and tilt."""
     suits = set(dims) == {ROUND, OUTWARDS} and not any(ds[name].dtype.kind in "OUS" for name in dims)
     if suits:
         turn, tilt = np.asarray(ds[ROUND].values), np.asarray(ds[OUTWARDS].values)

@@ -110,7 +110,7 @@ def solid_axes(ax: Axes | None, height: float, what: str) -> Axes3D:
 
 
 def set_up_solid_axes(ax: Axes3D, labels: Sequence[str]) -> None:
-    """Set labels, size and ticks of three-dimensional axes, on which artists are drawn in the order of their addition."""
+    """Set labels, size and ticks of three-dimensional axes; artists are drawn in the order in which they are added."""
     ax.computed_zorder = False
     ax.set_box_aspect((4, 4, 3), zoom=1.1)
     for axis, text in zip((ax.xaxis, ax.yaxis, ax.zaxis), labels, strict=True):
@@ -176,7 +176,7 @@ def save(figure: Figure | Axes, path: str | os.PathLike[str], dpi: float = 300) 
         dpi: dots per inch of a PNG, and of cells drawn as pixels in the other formats.
 
     Raises:
-        ArgumentError: the extension is another one.
+        ArgumentError: the path has another extension.
     """
     options = format_of(path)
     if not isinstance(figure, Axes | Figure):

@@ -308,7 +308,7 @@ def workspace(
 
 
 def skin(points: Array, field: Array, cut: NDArray[np.bool_]) -> tuple[Array, NDArray[np.intp]]:
-    """Return the zero surface of a field over a grid, with a face between any two neighbours of different signs.
+    """Return the zero surface of a field over a grid: one face between any two neighbouring nodes where its signs differ.
 
     Each corner of a face is inside a cell of the grid, at the mean of the intersections of the cell's edges with the surface
     (dual contouring). Outside the grid, the field is negative.
@@ -319,7 +319,7 @@ def skin(points: Array, field: Array, cut: NDArray[np.bool_]) -> tuple[Array, ND
         cut: (nx, ny, nz) True at removed nodes; the surface is midway between removed nodes and their neighbours.
 
     Returns:
-        Corners (m, 4, 3) of the faces, and for each face the indices (m, 3) of the node inside.
+        Corners (m, 4, 3) of the faces, and indices (m, 3) of the node on the positive side of each face.
     """
     around = [(1, 1)] * 3
     field = np.pad(np.where(cut, -1.0, field), around, constant_values=-1.0)
@@ -358,9 +358,9 @@ def _positions(ds: xr.Dataset, named: Sequence[str], dims: Sequence[str], at: Ma
 
 
 def _octant(good: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return True in the octant nearest to the viewer: large first, small second, large third coordinate.
+    """Return a mask of the octant nearest to the viewer: large first, small second, large third coordinate.
 
-    If this octant contains the whole body, it is False everywhere.
+    The mask is False everywhere if this octant contains the whole body.
     """
     octant = np.zeros_like(good)
     first, second, third = (size // 2 for size in good.shape)

@@ -198,7 +198,7 @@ WORDS = ("displacement of {}, each along the whole displacement", "rotation, eac
 
 
 def _bars(names: list[str], twists: list[Array], result: Result, noise: NoiseFloor, sort: bool = False) -> str:
-    """Return a bar chart of twists (6,), each along the whole motion; an empty text if the platform does not move."""
+    """Return a bar chart of the parts of twists (6,) along the platform's motion; an empty text if the platform does not move."""
     found = parts_along(np.reshape(twists, (-1, 6)), result.twist, noise)
     if found is None:
         return ""

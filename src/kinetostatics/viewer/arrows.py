@@ -57,7 +57,7 @@ class Wrenches:
             yield from self._pair("external load", name, at, acting, "tip")
 
     def _springs(self) -> Iterator[Arrow]:
-        """Yield the force of each spring on the link at either end, drawn beyond this end of the spring."""
+        """Yield the two forces of each spring on its links, drawn outside the spring."""
         for spring in self.springs:
             pull = self._only(f"spring {spring.description.name}", spring.tension[:, None] * spring.direction)
             for link, sign, end, twist in zip(spring.links, (1, -1), spring.ends, spring.twists, strict=True):
@@ -65,7 +65,7 @@ class Wrenches:
                 yield Arrow("spring forces", name, name, "force", at, sign * pull, anchor=-sign * spring.direction)
 
     def _only(self, source: str, wrench: Array) -> Array:
-        """Return zeros (F, K + 1, …) with ``wrench`` (F, …) as contribution ``source``, or as the remainder if there is none."""
+        """Return parts (F, K + 1, …), zero but one: contribution ``source``, or else the remainder, is ``wrench`` (F, …)."""
         sources = self.poses.sources
         parts = np.zeros((len(wrench), len(sources) + 1, *wrench.shape[1:]))
         parts[:, sources.index(source) if source in sources else -1] = wrench
@@ -123,7 +123,7 @@ class Wrenches:
     def _screw(
         self, group: str, limb: str, label: str, joints: list[DrawnJoint], unit: Array, parts: Array, outward: Array
     ) -> Iterator[Arrow]:
-        """Yield ``unit`` (F, 6), about o, times ``parts`` (F, K + 1): the force on its line of action, and the couple."""
+        """Yield ``unit`` (F, 6), about o, times ``parts`` (F, K + 1), as a force on its line of action and a couple."""
         name, short = f"{limb}: {label}", f"{limb} {label.split(' at ')[0]}"
         forces, couples = (group, group) if group != "constraint" else ("constraint forces", "constraint couples")
         force, moment = unit[:, :3], unit[:, 3:]
@@ -203,7 +203,7 @@ class Wrenches:
             yield Arrow("actuator forces", name, name, kind, at, vector, offset, joint.axis)
 
     def _actuator_place(self, joint: DrawnJoint) -> tuple[int, tuple[float, float, float]]:
-        """Return station and offset [m] of an actuator's arrow, which is beside a telescopic beam or else at the joint."""
+        """Return station and offset [m] of an actuator's arrow, which lies beside a telescopic beam or else at the joint."""
         if joint.beam is None:
             return self.at[joint.name], (0.0, 0.0, 0.0)
         _, points = self.poses.beam_line(joint.beam)

@@ -214,7 +214,7 @@ class BeamQuantity:
 
 
 def quantities_of(cards: Iterable[Card]) -> list[BeamQuantity]:
-    """Return the quantities that at least one beam has; stresses are known only for sections of known outline."""
+    """Return the quantities known for at least one beam; stresses are known only for sections of known outline."""
     found = []
     for key, words, units, digits, signed in (
         ("stress", "von Mises stress", STRESSES, 4, False),

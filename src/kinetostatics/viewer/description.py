@@ -1,7 +1,7 @@
 """Content of a page as plain data: stations, and the surfaces, arrows, coordinate systems and labels attached to them.
 
 A station is a coordinate system that moves with the robot. A contribution is the displacement, or force, due to one load or
-weight; its share is the factor by which a slider of the page multiplies it. ``plain`` methods return data for JSON.
+weight; its share is the factor of a slider by which the page multiplies it. ``plain`` methods return data for JSON.
 """
 
 from __future__ import annotations
@@ -259,8 +259,8 @@ class Scene:
     def scaled_arrows(self) -> list[tuple[Arrow, float, float, str]]:
         """Return (arrow, scale [m/N, m/(N·m)], radius [m], colour) of every arrow.
 
-        In each group all forces have one scale and all couples have one scale; the longest arrow is a fixed part of the robot's
-        size.
+        In each group all forces have one scale, and all couples have one scale. The length of the longest arrow of a scale is a
+        fixed part of the robot's size.
         """
         longest: dict[tuple[str, str], float] = {}
         for arrow in self.arrows:

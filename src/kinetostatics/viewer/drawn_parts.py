@@ -22,7 +22,7 @@ class DrawnJoint:
 
     Attributes:
         name: name of the joint; for a ball, the common beginning of the names of its joints.
-        joints: names of the joints, or of the loops that they close.
+        joints: names of its joints; a joint that closes a loop has the loop's name.
         links: names of the connected links.
         centre: (F, 3) position at rest [m].
         axis: (F, 3) axis of a joint drawn as a pin; None for a ball.
@@ -95,14 +95,14 @@ def _axis(poses: DrawnPoses, connection: Connection) -> Array:
 
 
 def _twist(poses: DrawnPoses, connection: Connection, centre: Array) -> Array:
-    """(F, K, 6) of the centre as a point of the successor, or of the predecessor if only the predecessor is rigid."""
+    """(F, K, 6) [m, rad], of the centre as a point of the successor; of the predecessor if only the predecessor is rigid."""
     rigid = poses.rigid
     link = connection.successor if connection.successor in rigid else connection.predecessor
     return poses.twist_at(link if link in rigid else connection.successor, centre)
 
 
 def marker_radius(poses: DrawnPoses, joint: DrawnJoint, size: float) -> float:
-    """Return a radius [m] like that of the beams at the joint, or of all beams if there are none, within limits."""
+    """Return the mean radius [m] of the beams at the joint, or of all beams if there are none, within limits."""
     beams = poses.robot.description.beams.values()
     near = [max(beam.section.extent) for beam in beams if beam.link in joint.links]
     some = near or [max(beam.section.extent) for beam in beams] or [0.016 * size]

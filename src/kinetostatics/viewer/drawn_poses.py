@@ -88,7 +88,7 @@ class DrawnPoses(ABC):
 
     @abstractmethod
     def beam_line(self, name: str) -> tuple[Array, Array]:
-        """Return axes (F, 3, 3), x along the beam, and stations (F, n, 3) [m] of a beam at rest."""
+        """Return the rotation matrix (F, 3, 3), x along the beam, and the stations (F, n, 3) [m] of a beam at rest."""
 
     @abstractmethod
     def beam_twists(self, name: str) -> Array:
@@ -148,7 +148,7 @@ class ShownPoses(DrawnPoses):
         return np.asarray(flat[self.indices])
 
     def by_source(self, contributions: Mapping[str, Array]) -> Array:
-        """Return arrays (*batch, …), by contribution, as one array (F, K, …); contributions without an array are zero."""
+        """Return arrays (*batch, …) by contribution as one array (F, K, …), which is zero for missing contributions."""
         none = np.zeros_like(next(iter(contributions.values())))
         return self.take(np.stack([contributions.get(name, none) for name in self.sources], axis=len(self.result.shape)))
 

@@ -89,16 +89,15 @@ class LiveRobot:
         self.first = scene.plain()
 
     def answer(self, question: Mapping[str, Json]) -> dict[str, object]:
-        """Return the changes of the scene that a request of the page causes.
+        """Return the entries of the scene that a request of the page changes.
 
         If the requested coordinates cannot be reached, the robot moves to the last valid pose on the straight line to them, and
         the entry ``rim`` gives the reason.
 
         Args:
-            question: ``kind`` is "actuators", "platform" or "load", with shown values by name in ``values``; or "details", a
-                request for notes and cards. ``details`` tells whether another kind is also answered with notes and cards, which
-                take longer. If the new pose has other contributions than the page lists in ``contributions``, the whole scene is
-                returned.
+            question: the request. Its ``kind`` is "actuators", "platform" or "load", with values of sliders in ``values``; or
+                "details", for notes and cards, which take longer. With ``details`` true, other kinds include notes and cards,
+                too. If the new pose has other contributions than those in ``contributions``, the whole scene is returned.
 
         Raises:
             KinetostaticsError: the pose cannot be analysed; the robot stays at the last pose.
@@ -128,7 +127,7 @@ class LiveRobot:
                     self._assembled(coordinates, engine="compiled")
 
     def reach(self) -> Mapping[str, object]:
-        """Return the ranges of :meth:`.Sliders.reach` at the present pose; none if the pose changes during the computation."""
+        """Return :meth:`.Sliders.reach` at the present pose; an empty mapping if the pose changes during the computation."""
         pose = self.configuration
         if pose is None or self.sliders is None:
             return {}

@@ -19,7 +19,7 @@ def packed(array: ArrayLike, dtype: str) -> str:
 
 
 def zipped(text: str) -> str:
-    """Return base64 of a text compressed by gzip, which depends on the text only."""
+    """Return base64 of a text compressed by gzip; equal texts give equal results."""
     return base64.b64encode(gzip.compress(text.encode(), 6, mtime=0)).decode("ascii")
 
 
@@ -34,7 +34,7 @@ class Packing:
     bits: int | None = None
 
     def path(self, values: ArrayLike, width: int = 1) -> str | dict[str, object]:
-        """Encode numbers (F, …) at F poses; if F is 1, return them as base64.
+        """Encode numbers (F, …) at F poses; for one pose, the result is base64.
 
         Args:
             width: number of components of an item (3 for vectors); each component is rounded with a step of its own.

@@ -56,7 +56,7 @@ def fitting_page(describe: Callable[[int], Scene], every: int = 1) -> str:
 
 
 def page_html(scene: dict[str, object]) -> str:
-    """Return the page; ``scene`` is made by :meth:`Scene.plain`."""
+    """Return the page of the data ``scene``, made by :meth:`Scene.plain`."""
     held = {"meshcat": _meshcat(), "scene": scene}
     parts = {
         "title": html.escape(str(scene["title"])),

@@ -178,7 +178,7 @@ class _Drawing:
         return top / HEIGHT, bottom / HEIGHT
 
     def _stage(self, above: float, below: float) -> None:
-        """Set camera, light and background; ``above`` and ``below`` are the heights of heading and legend in the picture."""
+        """Set camera, light and background; ``above`` and ``below`` are the heights that :meth:`_overlay` returns."""
         target, position = self.still.camera(WIDTH / HEIGHT, above, below)
         turned = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1.0]])  # z up in the scene, y in the window
         # The camera turns about the window's origin: the scene is shifted there, and the camera's node back.
@@ -227,7 +227,7 @@ class _Svg(NamedTuple):
 
 
 class _Swing(NamedTuple):
-    """An animation at a separate node, which windows opened later receive after the nodes that the animation moves."""
+    """An animation at a node of its own; windows opened later receive this node after the nodes that the animation moves."""
 
     animation: Animation
     path: Path

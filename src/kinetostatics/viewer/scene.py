@@ -141,7 +141,7 @@ class _SceneBuilder:
         return float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0))) or 1.0
 
     def _without_rounding(self, arrows: Iterable[Arrow]) -> list[Arrow]:
-        """Return the arrows that are larger than rounding errors of the largest arrow."""
+        """Return the arrows whose force exceeds rounding errors of the largest force; moments are divided by the size."""
         found = [(arrow, arrow.size / (1.0 if arrow.kind == "force" else self.size)) for arrow in arrows]
         least = ROUNDING * max((force for _, force in found), default=0.0)
         return [arrow for arrow, force in found if force > least]

@@ -92,7 +92,7 @@ class UnloadedPose(SinglePose):
         self.sources = self.labels = self._names()
 
     def _placed(self) -> tuple[Frames, SolverState | None, str | None]:
-        """Return the frames of the bodies, the pose if the loops can be closed, and the reason if they cannot."""
+        """Return the frames of the bodies; the closed pose, or None; and the reason if the loops cannot be closed, or None."""
         if self.configuration is not None:
             return self.configuration.frames, self.configuration.poses, None
         try:
@@ -196,11 +196,11 @@ class ModePoses(SinglePose):
         self.sources = self.labels = tuple(f"mode {k + 1}" for k in range(int(np.sum(self._found))))
 
     def _at_pose(self, array: Array) -> Array:
-        """Return the drawn pose (…) of an array (*batch, …)."""
+        """Return the entry (…) of an array (*batch, …) at the drawn pose."""
         return np.asarray(array.reshape(-1, *array.shape[len(self.modes.shape) :])[self._place])
 
     def _of_modes(self, array: Array) -> Array:
-        """Return the drawn pose and modes (1, K, …) of an array (*batch, count, …)."""
+        """Return the entries (1, K, …) of an array (*batch, count, …) at the drawn pose, for the K modes found."""
         return self._at_pose(array)[self._found][None]
 
     @property

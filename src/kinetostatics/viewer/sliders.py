@@ -57,7 +57,7 @@ class Sliders:
             self.factors |= {("load", name): 1.0 for name in WRENCH_COMPONENTS}
 
     def at(self, pose: Configuration, load: Array | None) -> list[dict[str, Json]]:
-        """Return all sliders, with values of a pose and a load."""
+        """Return the data of all sliders, with the values of a pose and a load."""
         values = {("load", name): value for name, value in zip(WRENCH_COMPONENTS, () if load is None else load, strict=False)}
         for kind in ("platform", "actuators"):
             values |= {(kind, name): value for name, value in self.present(pose, kind).items()}
@@ -88,13 +88,13 @@ class Sliders:
     def ends(
         self, pose: Configuration, kind: str, displacements: Mapping[str, Array], go_on: Callable[[], bool] = lambda: True
     ) -> list[End]:
-        """Return the ends of straight lines (:func:`.find_ends`), moved back slightly from singular or open poses."""
+        """Return :func:`.find_ends` from a pose; ends at singular poses, or where loops open, are moved back slightly."""
         chosen = compiled_loops(check_engine("auto"))
         ends = find_ends(pose, kind, displacements, self.orientation, chosen, go_on)
         return [end if end.reason in ("", "limit") else replace(end, part=NEARLY * end.part) for end in ends]
 
     def shortened(self, displacements: Mapping[str, Array], kind: str) -> dict[str, Array]:
-        """Return displacements along lines, divided by one number so that all are within the search range."""
+        """Return displacements along lines, all divided by one number that brings them into the search range."""
         most = max(
             float(np.max(np.abs(displacement))) / span
             for displacement, span in zip(displacements.values(), self._spans(kind).values(), strict=True)
@@ -145,7 +145,7 @@ class Sliders:
 
 
 def written(value: float, factor: float) -> str:
-    """Return a length or an angle as text in mm or °; ``factor`` is this unit [m, rad]."""
+    """Return a value as text in mm or °; ``factor`` is the size of this unit [m, rad]."""
     unit = "\N{NO-BREAK SPACE}mm" if factor == MILLIMETRE else "°"
     return f"{round(value / factor, 1) + 0.0:.6g}{unit}".replace("-", "\N{MINUS SIGN}")
 

@@ -155,7 +155,7 @@ class Still:
         return np.concatenate(points)
 
     def floor(self) -> tuple[Array, float]:
-        """Return the ends (2 n, 3) of the floor's lines below the robot, and the length of a square's side [m]."""
+        """Return the ends (2 n, 3) of the floor's n lines, and the side of its squares [m]."""
         points = self.outline()
         low, high = points.min(axis=0), points.max(axis=0)
         power = 10 ** math.floor(math.log10(SQUARE * self.scene.size))

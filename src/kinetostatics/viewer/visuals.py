@@ -50,7 +50,7 @@ class LinkVisual:
 
 
 def link_visuals(description: RobotDescription) -> dict[str, LinkVisual]:
-    """Return the visuals of the links, by link name; a warning lists the meshes that cannot be read."""
+    """Return the visuals of the links, by link name; a warning gives the first mesh that cannot be read, and their number."""
     import yourdfpy
 
     folder = os.path.dirname(description.path)
