@@ -38,7 +38,7 @@ from kinetostatics.robot import Robot, robot_of
 CORRECTED, EXACT = 1e-12, 1e-15
 #: Error that counts as corrected if actuator coordinates are prescribed instead of platform coordinates.
 BY_ACTUATORS = 1e-9
-#: Largest number of corrections, and of successive ones that do not halve the error.
+#: Largest number of corrections, and of successive corrections that do not halve the error.
 MOST, STALE = 40, 4
 #: Difference step for the tip's Jacobian, relative to the characteristic length, and smallest ratio of its singular values for
 #: which the coordinates move the tip.

@@ -1,8 +1,8 @@
 """Bending stiffness and geometric stiffness of a straight beam by polynomial shape functions.
 
 The deflection v(s) relative to the start is a cubic polynomial, given by the deflection of the end and both slopes, plus five
-polynomials whose values and slopes vanish at both ends. The matrices are those of the strain energy ∫ EI v″² ds / 2 and of the
-energy ∫ N v′² ds / 2 of a linearly varying axial force N (S. P. Timoshenko and J. M. Gere, Theory of Elastic Stability, chapter
+polynomials whose values and slopes vanish at both ends. The strain energy ∫ EI v″² ds / 2 gives the first matrix, the energy ∫ N
+v′² ds / 2 of a linearly varying axial force N the second (S. P. Timoshenko and J. M. Gere, Theory of Elastic Stability, chapter
 2). Shear deformation is neglected.
 """
 

@@ -3,8 +3,8 @@
 A rigid link of mass m and inertia J about its centre of mass G, with angular velocity ω and angular acceleration α, is loaded by
 the force −m a_G and the moment −(J α + ω × J ω). Along a beam of mass μ per length, the acceleration a and the load −μ a per
 length vary linearly; the rotary inertia of the sections is a moment per length. At its ends, the beam loads the rest of the robot
-by the opposites of the reactions that it would have if clamped at both ends. The displacements and section forces of the beam are
-the sum of two parts: those of the clamped beam, and those due to these end loads.
+by the opposites of the reactions that it would have if clamped at both ends. Displacements and section forces of the beam are the
+sum of two parts: one of the clamped beam, one due to these end loads.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Wrenches of joints, limbs and base, and forces of actuators, at N poses, from cut-joint wrenches and weights.
 
-A joint's wrench acts from its base side on its platform side, at the joint's centre, in world axes. The J joints are those of
-:class:`kinetostatics.statics.robot_statics.JointTable`. A self-stress of rigid parts makes wrenches statically indeterminate.
+A joint's wrench acts from its base side on its platform side, at the joint's centre, in world axes. The joint table,
+:class:`kinetostatics.statics.robot_statics.JointTable`, has J joints. A self-stress of rigid parts makes wrenches statically
+indeterminate.
 """
 
 from __future__ import annotations

@@ -57,7 +57,7 @@ def passive_branch_joints_of(model: StaticModel) -> tuple[PassiveBranchJoint, ..
 
 
 class JointTable:
-    """The J joints that carry wrenches, also fixed ones: in limbs, in open branches, and on base and platform.
+    """The J joints that carry wrenches, also fixed joints: in limbs, in open branches, and on base and platform.
 
     Attributes:
         owners: name of the limb of each joint, ``base`` or ``platform``.

@@ -59,7 +59,7 @@ class BeamEnds:
 class SmallMotions:
     """Bodies, joints and beams of a robot, and the coordinates of its small motions.
 
-    Elastic actuators are those of the file, or the given ``drives``; an actuator of infinite compliance is free.
+    The file defines the elastic actuators, unless ``drives`` is given; an actuator of infinite compliance is free.
 
     Attributes:
         platform: the body of the platform.

@@ -101,8 +101,8 @@ def _response(
 ) -> tuple[Array, Array, tuple[Array, ...], Array]:
     """Return the displacements u (n, S, N), the twists (6, S, N), :attr:`Solution.tangents`, and the compliance (6, 6, N).
 
-    With the twist Δ of the platform and the changes t of the forces, the displacements of limbs are u = u_0 + U Δ + F t, those of
-    the platform P Δ. Then t = −K_g u and Δ = Δ_0 + C (Uᵀ t + Pᵀ t_platform), with the twist Δ_0 and the compliance C of the
+    With the twist Δ of the platform and the changes t of the forces, the displacements are u = u_0 + U Δ + F t in limbs and P Δ
+    on the platform. Then t = −K_g u and Δ = Δ_0 + C (Uᵀ t + Pᵀ t_platform), with the twist Δ_0 and the compliance C of the
     platform without K_g, and the changes t_platform conjugate to P Δ.
     """
     solution, where, S = before.solution, geometric.coordinates, len(before.solution.sources)
