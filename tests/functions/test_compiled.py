@@ -174,7 +174,7 @@ def test_poses_with_open_loops_are_left_to_numpy(rough, tolerance, monkeypatch):
         doubted.extend(here.q[:, 0].tolist())
         return {}
 
-    found = f._compiled.together(poses, np.zeros(6), np.zeros(3), careful)
+    found = f._compiled.many(poses, np.zeros(6), np.zeros(3), careful)
     np.testing.assert_allclose(found["residual"], opened, rtol=0, atol=1e-15)
     assert len(doubted) == 3 and set(found["status"].tolist()) == {ks.Status.OK}
 

@@ -34,15 +34,15 @@ class Differentiated(Protocol):
 
     @property
     def of(self) -> tuple[str, ...]:
-        """Outputs that are differentiated."""
+        """Names of the differentiated outputs."""
 
     @property
     def by(self) -> tuple[str, ...]:
-        """Inputs with respect to which these outputs are differentiated."""
+        """Names of the inputs with respect to which the outputs are differentiated."""
 
     @property
     def __call__(self) -> Callable[..., Mapping[str, Mapping[str, Array]]]:
-        """Return the derivatives at given inputs."""
+        """Function that returns the derivatives at given inputs."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class CExport:
         folder: folder of the files.
         files: names of the files.
         name: prefix of all names in C.
-        operations: number of operations of a correction of the loops, and of the analysis.
+        operations: number of operations of one correction of the loops, and of the analysis.
         work: size of the work array on the stack [bytes].
     """
 
@@ -79,7 +79,6 @@ def export_c(
         folder: folder of the files; created if missing.
         scalar: "double" or "float", the type of arguments and results; computations are in double.
         name: prefix of all names in C; default: the name of the robot.
-        jacobian: derivatives to be exported.
         near: pose of the initial state; default: the zero pose.
 
     Raises:
@@ -112,9 +111,10 @@ def export_c(
 def _references(
     parts: Programs, jacobian: Differentiated | None, near: Configuration | None, poses: int, scalar: type[np.floating]
 ) -> list[Reference]:
-    """Return poses around the initial pose, with loads and Python's results; every third pose is up to six times as far from it.
+    """Return reference poses around the initial pose, with loads and Python's results.
 
-    All numbers are representable in ``scalar``, so that C and Python compute the same poses.
+    Two of three poses are near the initial pose; every third pose is up to six times as far from it. All numbers are
+    representable in ``scalar``, so that C and Python compute the same poses.
     """
     rng = np.random.default_rng(0)
     function, robot, coordinates, start = parts.function, parts.function.robot, parts.coordinates, parts.at_start
@@ -147,7 +147,7 @@ def _references(
 
 
 def _test_program(name: str, scalar: str, parts: Programs, references: Sequence[Reference]) -> str:
-    """Return a program in C that compares results with Python's at the reference poses, and measures the time per call."""
+    """Return a C program that compares results with Python's at the reference poses, and measures the time per call."""
     robot = parts.function.robot
     rows = []
     for at, load, gravity, expected, status in references:
@@ -155,7 +155,7 @@ def _test_program(name: str, scalar: str, parts: Programs, references: Sequence[
         numbers = [value for values in expected.values() for value in values]
         rows.append(f"    {{{c_array([*inputs, *load, *gravity])}, {c_array(numbers)}, {status}}}")
     count, size = len(parts.coordinates) + 9, len(numbers)
-    steps = dict(zip(parts.function.names, 1e-3 * parts.line.strides, strict=True))
+    steps = dict(zip(parts.function.names, 1e-3 * parts.line.longest_steps, strict=True))
     fill = [
         f"    input->{parts.c_names[item.name]} = ({scalar})(row->input[{k}] + beside * {literal(float(steps[item.name]))});"
         for k, item in enumerate(parts.coordinates)
@@ -248,7 +248,6 @@ int main(void)
 
 
 def _measuring(name: str, parts: Programs, jacobian: str, call: str, count: int) -> str:
-    """Return the code that measures the time per call."""
     return f"""/* Counter of the processor, if available: cycles (DWT->CYCCNT) of a Cortex-M, time stamps of an x86. */
 #if defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))
 #define TICKS "time stamps"

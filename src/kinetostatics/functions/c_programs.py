@@ -1,4 +1,9 @@
-"""Programs of an exported function in C: straight lines in coordinates, analyses, derivatives, and the search for corrections."""
+"""Programs of an exported function: C functions with the recorded scalar operations of corrections, analyses and derivatives.
+
+The state has coordinates x of the tree of joints and orientation coordinates c of the platform. From one pose to the next it
+follows a line, along which all prescribed coordinates change in proportion. A program is valid at poses that meet its guards,
+which are the conditions of the recorded branches.
+"""
 
 from __future__ import annotations
 
@@ -63,7 +68,7 @@ class Exported(Protocol):
 
     @property
     def __call__(self) -> Callable[..., Mapping[str, Array]]:
-        """Return the outputs at given inputs."""
+        """Function that returns the outputs at given inputs."""
 
 
 def identifier(name: str) -> str:
@@ -88,17 +93,16 @@ def c_names(names: Iterable[str]) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Line:
-    """Programs for straight lines in some coordinates, from the present pose to a target.
+    """Programs for lines in some prescribed coordinates.
 
     Attributes:
         prefix: prefix of the functions' names in C.
-        prescribed: the coordinates.
-        newton: program of a correction.
-        side: program of the test for a singular pose between two poses; None if there are local freedoms.
-        start: program that chooses among equivalent coordinates at the start of a line, such as angles that differ by full turns;
-            None if no angles are prescribed.
-        impose: C statements that write given coordinates into ``x`` and ``c``.
-        strides: (n,) largest change of each coordinate in one step [m, rad].
+        newton: program of a correction by Newton's method.
+        side: program of the test for a singular pose between two poses; None if some freedoms do not move the platform.
+        start: program that chooses among equivalent coordinates at the start of a line, for instance angles that differ by full
+            turns; None if no angles are prescribed.
+        impose: C statements that write prescribed coordinates into ``x`` and ``c``.
+        longest_steps: (n,) largest change of each coordinate in one step [m, rad].
     """
 
     prefix: str
@@ -107,11 +111,10 @@ class Line:
     side: CProgram | None
     start: CProgram | None
     impose: tuple[str, ...]
-    strides: Array
+    longest_steps: Array
 
 
 def line_of(robot: Robot, given: PrescribedCoordinates, prefix: str = "") -> Line:
-    """Return the programs for lines in prescribed coordinates."""
     prescribed = robot.mobility_analysis.with_dofs(given)
     what = robot.solver, prescribed, example_at(robot, prescribed)
     numbers = Structure((robot.solver, prescribed)).values
@@ -133,7 +136,7 @@ def example_at(robot: Robot, prescribed: PrescribedCoordinates) -> SolverState:
 
 
 def _imposed(robot: Robot, prescribed: PrescribedCoordinates) -> Iterator[str]:
-    """Yield the C statements that write given coordinates into x and c; see :meth:`Solver.impose`."""
+    """Yield the C statements that write prescribed coordinates into x and c; see :meth:`Solver.impose`."""
     for row, column in enumerate(prescribed.columns):
         yield from _written(robot.solver.joint_of_column[column], f"target[{row}]")
     for item in robot.equations.couplings.items:
@@ -160,8 +163,8 @@ class CJacobian:
     """Derivatives of outputs with respect to inputs.
 
     Attributes:
-        rates: program for the derivatives of the pose x by each coordinate, from x and the orientation coordinates c; its last
-            result is whether the program is valid at this pose: whether all recorded conditions of branches (guards) hold.
+        rates: program for the derivatives of x with respect to each prescribed coordinate, from x and c; its last result is
+            whether all guards are met.
         tangent: program for the rates of outputs, from x, load, gravity and their rates.
         at: for each output, the index of its first rate among the results of ``tangent``.
         pairs: for each derivative, the output, the input, and the name of the field in C.
@@ -176,7 +179,7 @@ class CJacobian:
 def _jacobian(
     line: Line, robot: Robot, record: PoseRecord, numbers: Array, pairs: Sequence[tuple[Quantity, Quantity, str]]
 ) -> CJacobian:
-    """Return the programs for derivatives; their operations are added to ``record``, the record of poses."""
+    """Return the programs for derivatives; operations are added to ``record``, the record of the outputs."""
     what = robot.solver, line.prescribed, example_at(robot, line.prescribed)
     rates, own = rates_record(*what), Structure((robot.solver, line.prescribed)).values
     names = list(dict.fromkeys(output.name for output, *_ in pairs))
@@ -209,22 +212,23 @@ def _pairs(
 
 @dataclass(frozen=True)
 class SearchPrograms:
-    """The search of :func:`kinetostatics.compensate` at one pose.
+    """Programs for the search of :func:`kinetostatics.compensate` at one pose.
 
-    The last result of each program is whether all guards are met.
+    The state of the search is a vector of numbers; a frame has 12 numbers: the platform's rotation matrix, row by row, and
+    position. The last result of each program is whether all guards are met.
 
     Attributes:
-        begin: program for the first state of the search, from the frame of the platform (12 numbers) and the twist.
+        begin: program for the initial state, from the platform's frame and twist.
         update: program for the next state, from a state, the frame and the twist.
         remaining: program for the residual error, from the target frame, the frame and the twist.
         correct: program for the commanded actuator coordinates, from the coordinates at the target and at the pose found.
         numbers: number of entries of a state; the commanded coordinates are first.
-        enough: largest error [m] with which the search succeeds.
-        led: largest error [m] of the pose to which the commanded actuator coordinates then lead.
-        error: index of the first error in a state.
-        count: number of errors in a state.
-        size: index of the largest error in a state.
-        going: index of the flag "continue the search" in a state.
+        tolerance: largest error [m] with which the search succeeds.
+        arrival_tolerance: largest error [m] of the pose to which the commanded actuator coordinates lead.
+        first_error: index of the first error in a state.
+        errors: number of errors in a state.
+        largest_error: index of the largest error in a state.
+        continues: index in a state of the flag "continue the search".
     """
 
     begin: CProgram
@@ -232,22 +236,15 @@ class SearchPrograms:
     remaining: CProgram
     correct: CProgram
     numbers: int
-    enough: float
-    led: float
-    error: int
-    count: int
-    size: int
-    going: int
+    tolerance: float
+    arrival_tolerance: float
+    first_error: int
+    errors: int
+    largest_error: int
+    continues: int
 
 
 def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation) -> SearchPrograms:
-    """Return the programs of the search.
-
-    Args:
-        robot: the robot.
-        names: names of the controlled coordinates.
-        orientation: convention of the angles.
-    """
     controlled, least = ScaledCoordinates(names, orientation, robot.length), error_tolerance(robot.length)
     driven = robot.description.driven
     R, o = robot.mechanism.platform_pose(robot.statics.example)
@@ -289,7 +286,7 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
 
 
 def _program(name: str, examples: Mapping[str, Array], computed: Callable[..., Sequence[Array]]) -> CProgram:
-    """Return the program of a function of arrays (k, 1), given examples; the last result is whether all guards are met."""
+    """Return the program of a function of arrays (k, 1), recorded at examples; its last result is whether all guards are met."""
     tape = Tape()
     record = program_of(tape, [*examples.values()], lambda *inputs: [*computed(*inputs), guards_met(tape)])
     return c_program(name, tape, (*record.numbers, *record.truths), np.array([]), tuple(examples))
@@ -300,7 +297,7 @@ def _pose(frame: Array) -> tuple[Array, Array]:
 
 
 def _flat(controlled: ScaledCoordinates, target: Array, angles: Array, search: BroydenSearch) -> list[Array]:
-    """Return the state of the search as numbers: commanded coordinates, targets, all angles, and state of Broyden's method."""
+    """Return the state of the search as numbers: commanded coordinates, targets, all angles, state of Broyden's method."""
     parts = [getattr(search, field.name) for field in fields(search)]
     return [search.u / controlled.scale, target, angles, *parts[:-1], np.where(search.going, 1.0, 0.0)]
 
@@ -319,7 +316,6 @@ class Programs:
     """All programs of a function.
 
     Attributes:
-        function: the function.
         coordinates: inputs of the function besides load and gravity.
         limits: finite limits of the actuators' coordinates [m, rad], by name.
         outputs: the requested outputs that are not empty.
@@ -327,7 +323,7 @@ class Programs:
         line: programs for lines in the function's coordinates.
         drives: programs for lines in actuator coordinates, if compensation is requested.
         pose: program for outputs and truth values, from x, load and gravity.
-        at: for each output, the index of its first result; also for "holds", whether all guards are met.
+        at: for each output, the index of its first result; for "holds", the index of the result "all guards are met".
         jacobian: programs for derivatives, if requested.
         search: programs for compensation, if requested.
         order: for each actuator in the order of the file, its index among the coordinates of ``drives``.
@@ -375,7 +371,7 @@ class Programs:
 
     @property
     def all(self) -> list[tuple[str, CProgram]]:
-        """All programs with descriptions, in the order of the source file."""
+        """Descriptions and programs, in the order of the source file."""
         found: list[tuple[str, CProgram | None]] = []
         for line, given in ((self.line, ""), (self.drives, ", actuators given")):
             if line is not None:

@@ -16,23 +16,21 @@ from kinetostatics.math.rotations import orientation_named
 
 
 def c_array(values: Sequence[float] | Array) -> str:
-    """Return an initializer of a C array."""
+    """Return the initializer of a C array."""
     return "{" + ", ".join(literal(float(value)) for value in values) + "}" if len(values) else "{0.0}"
 
 
 def size(item: Quantity) -> int:
-    """Return the number of entries of a quantity."""
     return int(np.prod(item.shape))
 
 
 def valid(name: str, parts: Programs, status: str) -> str:
-    """Return a C expression that is true if the outputs are valid at a status."""
+    """Return a C expression that is true if the outputs are valid at the status ``status``."""
     found = f"{status} == {name.upper()}_OK"
     return f"{found} || {status} == {name.upper()}_LIMIT_EXCEEDED" if parts.function.compensates else found
 
 
 def source(name: str, scalar: str, parts: Programs) -> str:
-    """Return the source file."""
     function = parts.function
     nx, nt = len(parts.start[0]), len(parts.start[2])
     coordinates = [f"    target[{k}] = (double)input->{parts.c_names[name]};" for k, name in enumerate(function.names)]
@@ -109,14 +107,14 @@ int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_outpu
 
 
 def _following(name: str, parts: Programs, line: Line) -> str:
-    """Return the functions that follow a line of coordinates and analyse the pose at its end."""
+    """Return the C functions that follow a line of coordinates and analyse the pose at its end."""
     pre, nt, at = line.prefix, line.prescribed.size, parts.at
     side = (
         f"    {pre}side(first->x, first->c, second->x, second->c, w, &sure);\n    return sure != 0.0;"
         if line.side is not None
         else "    (void)first; (void)second; (void)w; (void)sure;\n    return 1; /* local freedoms: no test for singular poses */"
     )
-    return f"""static const double {pre}LONGEST[{max(nt, 1)}] = {c_array(line.strides)}; /* step of a line */
+    return f"""static const double {pre}LONGEST[{max(nt, 1)}] = {c_array(line.longest_steps)}; /* step of a line */
 
 static void {pre}impose(const double *target, double *x, double *c)
 {{
@@ -231,7 +229,7 @@ def _line_start(parts: Programs, line: Line) -> str:
 
 
 def _compensated(name: str, parts: Programs) -> str:
-    """Return the function that searches for the commanded pose of the unloaded robot."""
+    """Return the C function that searches for the commanded pose of the unloaded robot."""
     search, at, n = parts.search, parts.at, len(parts.order)
     assert search is not None
     numbers, first = search.numbers, at["actuators"]
@@ -255,7 +253,7 @@ static int compensated(
     memcpy(target_frame, frame, sizeof target_frame);
     begin(target_frame, twist, w, search);
     if (search[{numbers}] == 0.0) return {name.upper()}_NOT_COVERED;
-    for (k = 0; k < {MOST} && search[{search.going}] != 0.0; ++k) {{
+    for (k = 0; k < {MOST} && search[{search.continues}] != 0.0; ++k) {{
         int status;
         if (!followed(pose, pose->target, search, w)) return {name.upper()}_UNREACHABLE;
         status = analysed(pose, pose->target, load, gravity, w, result);
@@ -264,7 +262,7 @@ static int compensated(
         if (next[{numbers}] == 0.0) return {name.upper()}_NOT_COVERED;
         memcpy(search, next, sizeof search);
     }}
-    if (!(search[{search.size}] <= {literal(search.enough)})) return {name.upper()}_UNREACHABLE;
+    if (!(search[{search.largest_error}] <= {literal(search.tolerance)})) return {name.upper()}_UNREACHABLE;
     remaining(target_frame, frame, twist, w, left);
     memcpy(residual_error, left, 6 * sizeof(double));
     if (left[6] == 0.0) return {name.upper()}_NOT_COVERED;
@@ -277,8 +275,8 @@ static int compensated(
     if (!k) return {name.upper()}_UNREACHABLE;
     if (driven_analysed(&driven, after, load, gravity, w, driven_result) != {name.upper()}_OK) return {name.upper()}_UNREACHABLE;
     update(search, driven_result + {at["platform"]}, driven_result + {at["twist"]}, w, next);
-    for (k = 0; k < {search.count}; ++k)
-        if (!(fabs(next[{search.error} + k]) <= {literal(search.led)})) return {name.upper()}_UNREACHABLE;
+    for (k = 0; k < {search.errors}; ++k)
+        if (!(fabs(next[{search.first_error} + k]) <= {literal(search.arrival_tolerance)})) return {name.upper()}_UNREACHABLE;
     return {name.upper()}_OK;
 }}
 """
@@ -297,7 +295,6 @@ def _correction(name: str, parts: Programs) -> str:
 
 
 def _differentiate(name: str, scalar: str, coordinates: Sequence[str], jacobian: CJacobian) -> str:
-    """Return the function that computes derivatives."""
     lost = [
         f"    for (k = 0; k < {size(output) * size(value)}; ++k) jacobian->{field}[k] = ({scalar})NAN;"
         for output, value, field in jacobian.pairs

@@ -1,4 +1,4 @@
-"""Text of the exported files: header, C++ wrapper, build file and description."""
+"""Texts of the exported files: header, C++ wrapper, build file and README."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _KINDS = {
 
 
 def files(name: str, scalar: str, parts: Programs, test: str) -> dict[str, str]:
-    """Return the text of all files by name; ``test`` is the text of the test program."""
+    """Return the texts of all files by name; ``test`` is the text of the test program."""
     return {
         f"{name}.h": _header(name, scalar, parts),
         f"{name}.c": source(name, scalar, parts),
@@ -147,7 +147,6 @@ def _evaluates(parts: Programs) -> str:
 
 
 def _declared(name: str, scalar: str, parts: Programs) -> str:
-    """Return the declarations for derivatives."""
     assert parts.jacobian is not None
     fields = []
     for output, value, field in parts.jacobian.pairs:
@@ -304,7 +303,6 @@ there; on a Cortex-M without an operating system, printing needs semihosting, fo
 
 
 def _searching(parts: Programs) -> str:
-    """Return the paragraph on the search."""
     if parts.search is None:
         return ""
     return f"""
@@ -316,7 +314,7 @@ positions found; unless the loaded platform arrives at its target pose, the stat
 
 
 def _operations(parts: Programs) -> str:
-    """Return a table of the functions: how often each is called, and its operations by kind."""
+    """Return a table of the C functions: how often each is called, and its operations by kind."""
     steps = f": 1 to {MOST_CORRECTIONS}"
     often = {"start of a line": "a line, if its angles are not unique"}
     for what, line in (("", "step of the line"), (", actuators given", "step of the actuators' line")):

@@ -1,7 +1,7 @@
-"""Functions evaluated by compiled code: a pose by Newton's method from a neighbouring pose, or many poses together.
+"""Functions of a robot evaluated by compiled code: one pose by Newton's method from a neighbouring pose, or many poses at once.
 
-If the validity of a compiled result is not certain, the pose is computed by
-:func:`kinetostatics.kinematics.assembly.assemble` and :func:`kinetostatics.analyze`.
+Poses at which the compiled code may be invalid are computed by :func:`kinetostatics.kinematics.assembly.assemble` and
+:func:`kinetostatics.analyze`.
 """
 
 from __future__ import annotations
@@ -37,7 +37,13 @@ _STATUSES = tuple(frozen(np.array(status, dtype=np.int8)) for status in (Status.
 
 @dataclass(frozen=True)
 class _Closed:
-    """A pose with closed loops, computed by ``owner``: x and c (nq' + 3, 1), and the prescribed coordinates ``target``."""
+    """A pose with closed loops.
+
+    Attributes:
+        owner: the function that computed it.
+        state: (nq' + 3, 1) coordinates x of the solver, then orientation coordinates c of the platform.
+        target: prescribed coordinates [m, rad].
+    """
 
     owner: CompiledFunction
     state: Array
@@ -45,7 +51,6 @@ class _Closed:
 
     @cached_property
     def poses(self) -> SolverState:
-        """The state of the solver."""
         return SolverState(self.state[:-3], self.state[-3:])
 
 
@@ -53,12 +58,8 @@ class CompiledFunction:
     """Compiled code of a function.
 
     Args:
-        robot: the robot.
-        prescribed: prescribed coordinates.
-        orientation: convention of the platform's angles.
         names: names of the prescribed coordinates.
-        given: names of the coordinates that are arguments; the other prescribed coordinates are zero.
-        outputs: names of the outputs.
+        given: names of the prescribed coordinates that are arguments; the others are zero.
 
     Attributes:
         unique_below: magnitude [rad] below which orientation coordinates are unique, see :meth:`Orientation.is_unique`.
@@ -100,7 +101,11 @@ class CompiledFunction:
     def single(
         self, coordinates: Mapping[str, Number], near: Configuration | Values | None, load: ArrayLike, gravity: ArrayLike
     ) -> Values | None:
-        """Return the outputs at one pose if they are certainly valid, else None."""
+        """Return the outputs at the pose one step from ``near``.
+
+        None if an argument is not a finite number, the step is too long, Newton's method does not converge, or the code is not
+        valid at the pose.
+        """
         start = self._zero
         if near is not None:
             origin = near.origin if isinstance(near, Values) else None
@@ -138,7 +143,7 @@ class CompiledFunction:
         return Values(values, lambda: self._configuration(there), there)
 
     @cached_property
-    def _together(self) -> PoseCode:
+    def _code_of_many(self) -> PoseCode:
         """Code for many poses, created on first use."""
         return PoseCode(self._robot, self._robot.statics, self._stages)
 
@@ -146,13 +151,12 @@ class CompiledFunction:
         return tuple([float(coordinates.get(name, 0.0)) for name in self._names])
 
     def origin(self, pose: Configuration, coordinates: Mapping[str, Number]) -> _Closed | None:
-        """Return a pose as the start of the next line; None if it is not a single reached pose."""
+        """Return a pose as ``near`` of the next call; None if it is not a single reached pose."""
         if pose.shape or not pose.reached.all():
             return None
         return _Closed(self, np.concatenate([pose.poses.x, pose.poses.c]), self._target(coordinates))
 
     def _configuration(self, closed: _Closed) -> Configuration:
-        """Return a closed pose as a configuration."""
         names = () if self._by_actuators else self._names
         target = np.array(closed.target)[:, None]
         return assembly.closed_pose(
@@ -168,27 +172,26 @@ class CompiledFunction:
             names=names,
         )
 
-    def together(
+    def many(
         self,
         pose: Configuration,
         load: ArrayLike,
         gravity: ArrayLike,
-        careful: Callable[[Configuration, Array, Array], Mapping[str, Array]],
+        by_analysis: Callable[[Configuration, Array, Array], Mapping[str, Array]],
     ) -> dict[str, Array]:
         """Return the outputs at poses, each (…, *shape).
 
         Args:
-            pose: the poses.
             load, gravity: (…, 6) [N, N·m] and (…, 3) [m/s²].
-            careful: function that returns the outputs of poses at which the validity of the compiled results is not certain.
+            by_analysis: function that returns the outputs at poses where the compiled code may be invalid.
 
         Raises:
             ArgumentError: shapes do not fit.
         """
         wrench, field, shape = flat_loads(load, gravity, pose.shape)
         poses = spread(pose, shape)
-        numbers, truths = self._together.computed(poses.poses.x, wrench, field)
-        arrays = {name: place.of(numbers, truths) for name, place in self._together.places.items()}
+        numbers, truths = self._code_of_many.computed(poses.poses.x, wrench, field)
+        arrays = {name: place.of(numbers, truths) for name, place in self._code_of_many.places.items()}
         rough, opening, within, singular, usual = (arrays.pop(name) for name in _CLOSED)
         fine = truths[0] & usual & ~singular & (rough <= self._most) & (opening <= TOLERANCE)
         found = {name: np.moveaxis(array, -1, 0).copy() for name, array in (arrays | {"residual": opening}).items()}
@@ -196,13 +199,13 @@ class CompiledFunction:
         doubtful = np.flatnonzero(~(fine & poses.reached))
         if doubtful.size:
             here = taken(poses, doubtful, doubtful.shape)
-            for name, array in careful(here, wrench[:, doubtful].T, field[:, doubtful].T).items():
+            for name, array in by_analysis(here, wrench[:, doubtful].T, field[:, doubtful].T).items():
                 found[name][doubtful] = array
         return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
 
 
 def _column(value: ArrayLike, size: int) -> Array | None:
-    """Return a vector of finite numbers as a column, else None."""
+    """Return a vector of finite numbers as a column (size, 1); None for anything else."""
     try:
         array = np.asarray(value, dtype=float)
     except (TypeError, ValueError):

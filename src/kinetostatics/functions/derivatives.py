@@ -1,11 +1,11 @@
 """Derivatives of the outputs of a function with closed loops, by the implicit function theorem.
 
-The outputs y(x, load, gravity, θ) and the residuals r(x, c, target, θ) of loops and prescribed coordinates are one record; x are
-the solved coordinates, c the orientation coordinates, θ the robot's constants. The reverse mode of automatic differentiation
-gives all derivatives of y and r. When θ changes at rates θ', the freedoms move at rates v' so that r remains zero:
-v' = −G⁺ ∂r/∂θ θ' and y' = ∂y/∂x T(x) v' + ∂y/∂θ θ'. Here G is the gradient of r by the freedoms, and T(x) v' are the rates of
-the coordinates. The derivatives by the target follow in the same way. Only θ', the rates of constants such as 1/EI with respect
-to a number of the description, are central differences, with relative errors of about 10⁻¹².
+The outputs y(x, load, gravity, θ) and the residuals r(x, c, target, θ) of loops and prescribed coordinates are recorded together,
+as a list of scalar operations (the record); x are the solved coordinates, c the orientation coordinates, θ the robot's constants.
+The reverse mode of automatic differentiation gives all derivatives of y and r. When θ changes at rates θ', the freedoms move at
+rates v' so that r remains zero: v' = −G⁺ ∂r/∂θ θ' and y' = ∂y/∂x T(x) v' + ∂y/∂θ θ'. Here G is the gradient of r by the freedoms,
+and T(x) v' are the rates of the coordinates. The derivatives by the target follow in the same way. Only θ', the rates of
+constants such as 1/EI with respect to a number of the description, are central differences, with relative errors of about 10⁻¹².
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ from kinetostatics.statics.robot_statics import RobotStatics, statics_on
 
 #: Quantities that are differentiated.
 OUTPUTS = ("twist", "stiffness", "compliance", "actuator_forces", "actuators", "mass")
-#: Arguments of an analysis with which derivatives exist.
-PLAIN = {"load", "gravity", "engine", "on_failure"}
+#: Arguments of an analysis that has derivatives.
+DIFFERENTIABLE = {"load", "gravity", "engine", "on_failure"}
 #: Relative singular value of the loops' gradient below which a motion is free.
 _FREE = 1e-9
 #: Fraction of a parameter's step at which the validity of a record is tested. It is so small that first-order motions keep the
@@ -47,19 +47,18 @@ _X, _LOAD, _GRAVITY, _NUMBERS = 0, 1, 2, 5
 
 
 class Gradients:
-    """Derivatives of outputs and loop residuals at N poses with respect to all inputs and constants of the robot.
+    """Derivatives of outputs and residuals at N poses with respect to all inputs and constants of the robot.
 
     Args:
         model: the robot, with chosen wrench bases.
-        names: names of the outputs.
         inputs: x, load, gravity, c and target of the poses, each (…, N).
-        poses: indices of the poses that are differentiated; derivatives at others are NaN.
-        example: inputs of one pose; they determine the shapes for an empty batch.
+        poses: indices of the differentiated poses; derivatives at other poses are NaN.
+        example: inputs of one pose; they determine the shapes if no pose is differentiated.
         tool: see :func:`kinetostatics.engine.pose_record.outputs_at`.
 
     Attributes:
         numbers: (P,) constants of the robot.
-        records: the differentiated records, each with the indices of its poses.
+        records: the differentiated records, each with the indices of the poses at which it is valid.
 
     Raises:
         NotRecordedError: the analysis cannot be recorded.
@@ -81,7 +80,7 @@ class Gradients:
         while left.size or not self.records:
             first = [array[:, left[:1]] for array in inputs] if left.size else example
             record = pose_record(model, all_names, first, all_vary=True, tool=tool)
-            leaves, found, holds = _swept(record, [array[:, left] for array in inputs], self.numbers)
+            leaves, found, holds = _differentiated(record, [array[:, left] for array in inputs], self.numbers)
             holds[:1] = True  # pose of the record
             self.records.append((record, left[holds]))
             self._parts.append((leaves, found[..., holds]))
@@ -110,7 +109,7 @@ class Gradients:
         parts = zip(self.record.shapes.items(), np.split(total, ends), strict=True)
         return {name: part.reshape(*shape, self._N) for (name, shape), part in parts}
 
-    def hold_beside(self, by: float, directions: Mapping[int, Array]) -> bool:
+    def remain_valid(self, by: float, directions: Mapping[int, Array]) -> bool:
         """Whether the records remain valid if x and the constants change by ``by`` times their rates, see :meth:`along`."""
         for record, where in self.records:
             inputs = [array[:, where] for array in self._inputs]
@@ -128,7 +127,6 @@ class Derivatives:
 
     Args:
         pose: the closed poses, of batch shape (N,).
-        prescribed: prescribed coordinates.
         target: (n, N) values of the prescribed coordinates.
         load: (6, N) [N, N·m].
         gravity: (3, N) [m/s²].
@@ -181,8 +179,10 @@ class Derivatives:
 
     @cached_property
     def _closing(self) -> tuple[Array, Array, Array]:
-        """Gradient (N, m, n) of the residuals by scaled steps, its pseudoinverse, and rates of the residuals (m, coordinates, N)
-        for unit rates of the prescribed coordinates.
+        """Return (gradient, inverse, rates) of the scaled residuals.
+
+        The gradient (N, m, n) is with respect to scaled steps of the unknowns, (N, n, m) is its pseudoinverse, and the rates
+        (m, coordinates, N) belong to unit rates of the prescribed coordinates.
         """
         gradient, rates = self.robot.solver.rates(self.prescribed, self.pose.poses, self.target)
         turned = np.nan_to_num(np.moveaxis(gradient, 2, 0))
@@ -203,13 +203,13 @@ class Derivatives:
         return with_given(self.robot.solver, self.prescribed, self._velocities(self._closing[2]))
 
     def _moving(self, v: Array) -> dict[int, Array]:
-        """Return the rates of x for rates (nv, N) of the freedoms."""
+        """Return the rates of x for rates (nv, N) of the freedoms, as directions of :meth:`Gradients.along`."""
         return {_X: self.robot.solver.tree.rates(self.pose.poses.x, v)}
 
     # ---- derivatives by kind of input ---------------------------------------------------------------------------------
 
     def by_coordinate(self, k: int) -> dict[str, Array]:
-        """Return the derivatives (*output, N) by the k-th given coordinate."""
+        """Return the derivatives (*output, N) by the k-th prescribed coordinate."""
         return self._requested(self.nominal.along(self._moving(self._by_coordinates[:, k])))
 
     def by_components(self, name: str) -> dict[str, Array]:
@@ -218,26 +218,26 @@ class Derivatives:
         return _stacked([self._requested(self.nominal.along({kind: unit[:, None]})) for unit in np.eye(size)])
 
     def by_numbers(self, numbers: Sequence[RobotNumber]) -> dict[str, Array]:
-        """Return the derivatives (*output, N) by one number of the robot, (*output, n, N) by n components.
+        """Return the derivatives by numbers of the robot: (*output, N) by one number, (*output, n, N) by n numbers.
 
-        They are NaN if the loops cannot remain closed (overconstrained robots), and for components without derivative.
+        They are NaN if the loops cannot remain closed (overconstrained robots), and for numbers without derivative.
 
         Raises:
-            ArgumentError: no component has a derivative, since a change yields another mechanism or an invalid robot.
+            ArgumentError: no number has a derivative, since a change yields another mechanism or an invalid robot.
         """
         columns: list[dict[str, Array]] = []
         errors: list[ArgumentError] = []
         for item in numbers:
             try:
-                columns.append(self._nothing() if item.step is None else self.by_change(item.name, item.step, item.changed))
+                columns.append(self._zero() if item.step is None else self.by_change(item.name, item.step, item.changed))
             except ArgumentError as error:
                 errors.append(error)
-                columns.append({name: np.full_like(part, np.nan) for name, part in self._nothing().items()})
+                columns.append({name: np.full_like(part, np.nan) for name, part in self._zero().items()})
         if len(errors) == len(columns):
             raise errors[0]
         return columns[0] if len(columns) == 1 else _stacked(columns)
 
-    def _nothing(self) -> dict[str, Array]:
+    def _zero(self) -> dict[str, Array]:
         return self._requested(self.nominal.along({}))
 
     def by_change(self, name: str, step: float, changed: Callable[[float], RobotDescription]) -> dict[str, Array]:
@@ -266,7 +266,7 @@ class Derivatives:
 
         try:
             if all(have_same_statics(changed(by), self.robot.description) for by in (step, -step)):
-                return self._nothing()
+                return self._zero()
             with contextlib.suppress(KinetostaticsError):  # the change may affect which axes meet
                 if first := found(self.robot.statics, self.nominal):
                     return first
@@ -278,12 +278,15 @@ class Derivatives:
         raise ArgumentError(f"there is no derivative by {name!r}: it changes the structure of the robot's limbs")
 
     def _by_rates(self, rates: Array, own: Gradients, step: float) -> dict[str, Array] | None:
-        """Return the derivatives for given rates (P,) of the constants; None if a small change makes the records invalid."""
+        """Return the derivatives for given rates (P,) of the constants.
+
+        None if the records of ``own`` are invalid where the number is changed by a small fraction of its ``step``.
+        """
         directions = {_NUMBERS: rates}
         residual = own.along(directions)["residual"]
         if np.any(np.nan_to_num(residual)):
             directions |= self._moving(self._velocities(residual[:, None])[:, 0])
-        if not all(own.hold_beside(by * step, directions) for by in (_NEAR, -_NEAR)):
+        if not all(own.remain_valid(by * step, directions) for by in (_NEAR, -_NEAR)):
             return None
         return self._requested(own.along(directions))
 
@@ -302,20 +305,17 @@ def derivatives_at(
     tool: Array | None = None,
     names: Sequence[str] = OUTPUTS,
 ) -> Derivatives | None:
-    """Return the derivatives at all poses, or None.
+    """Return the derivatives at all poses of an analysis, or None.
 
-    There are no derivatives if the robot cannot be recorded, if a pose is not reached, or if the analysis has other arguments
-    than :data:`PLAIN`, such as loads on links.
+    None if the robot cannot be recorded, if a pose is not reached, or if the analysis has arguments that are not in
+    :data:`DIFFERENTIABLE`, for instance loads on links.
 
     Args:
-        result: the analysis of the poses.
-        analysis: arguments of the analysis.
         tool: (3,) reference point of twist and stiffness, from o in platform axes [m]; None: o.
-        names: names of the quantities to be differentiated.
     """
     configuration = result.configuration
     more = {name for name, value in analysis.items() if value is not None and not (isinstance(value, str) and value == "world")}
-    if not more <= PLAIN or result.shape != configuration.shape or not np.all(configuration.reached):
+    if not more <= DIFFERENTIABLE or result.shape != configuration.shape or not np.all(configuration.reached):
         return None
     robot, N, convention = robot_of(configuration), len(configuration.reached), configuration.orientation
     if configuration.prescribed:
@@ -336,11 +336,11 @@ def derivatives_at(
     return None
 
 
-def _swept(record: PoseRecord, inputs: Sequence[Array], numbers: Array) -> tuple[Index, Array, Mask]:
-    """Return the L inputs and constants of a record, the derivatives (rows, L, N) by them, and the mask (N,) of valid poses.
+def _differentiated(record: PoseRecord, inputs: Sequence[Array], numbers: Array) -> tuple[Index, Array, Mask]:
+    """Return (leaves, derivatives, valid) of a record with L inputs and constants.
 
-    Inputs and constants are rows of an array (L, 2): the numbers of array and component; for a constant, ``_NUMBERS`` and its
-    number.
+    A row of ``leaves`` (L, 2) is the number of an input array and a component, or ``_NUMBERS`` and the index of a constant. The
+    derivatives (rows, L, N) are with respect to these. ``valid`` (N,) is True where the record is valid.
     """
     rows, tape, N = record.all_rows(), record.tape, inputs[0].shape[1]
     needed = needed_by(tape, (*rows, record.all_hold()))

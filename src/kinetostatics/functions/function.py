@@ -135,7 +135,7 @@ class Function:
         pose = self._pose(coordinates, near)
         if compiled is None:
             return Values(self._values(pose, load, gravity), lambda: pose)
-        found = compiled.together(pose, load, gravity, self._values)
+        found = compiled.many(pose, load, gravity, self._values)
         arrays = {name: frozen(found[name]) for name in self.outputs}
         return Values(arrays, lambda: pose, compiled.origin(pose, coordinates))
 
@@ -209,7 +209,7 @@ class Function:
 
     @cached_property
     def _compiled(self) -> CompiledFunction | None:
-        """The compiled code, or None."""
+        """The compiled code; None with NumPy or compensation, or if the robot cannot be recorded."""
         if self.engine != "compiled" or self.compensates:
             return None
         from kinetostatics.engine.scalars import NotRecordedError
@@ -247,8 +247,8 @@ class Jacobian:
 
     Attributes:
         function: the function.
-        of: its differentiated outputs.
-        by: the inputs and parameters.
+        of: names of the differentiated outputs.
+        by: names of the inputs and parameters with respect to which they are differentiated.
     """
 
     function: Function

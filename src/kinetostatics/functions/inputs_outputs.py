@@ -66,7 +66,8 @@ class Values(ResultMapping[str, Array]):
     """Result of a function: arrays by name, batch axes first, and the pose.
 
     Attributes:
-        origin: the pose in the form from which compiled code starts, for ``near=`` of the next call; None if there is none.
+        origin: the pose in the form from which compiled code starts, for ``near=`` of the next call; None if compiled code
+            cannot start there.
     """
 
     def __init__(self, arrays: Mapping[str, Array], pose: Callable[[], Configuration], origin: object = None) -> None:
@@ -84,7 +85,7 @@ class Values(ResultMapping[str, Array]):
 
 
 def flat_loads(load: ArrayLike, gravity: ArrayLike, *shapes: tuple[int, ...]) -> tuple[Array, Array, tuple[int, ...]]:
-    """Return load (6, N) and gravity (3, N) of N poses, and the batch shape to which both are broadcast together with ``shapes``.
+    """Return load (6, N), gravity (3, N) and the batch shape to which both are broadcast, together with ``shapes``.
 
     Raises:
         ArgumentError: a number is not finite, or shapes do not fit.
@@ -131,7 +132,7 @@ def inputs_of(robot: Robot, names: Sequence[str], by_actuators: bool, orientatio
 
 
 def outputs_of(robot: Robot, requested: Sequence[str], compensate: bool) -> dict[str, Quantity]:
-    """Return the outputs of a function by name: the requested ones, status and residual.
+    """Return the outputs of a function by name: the requested outputs, status and residual.
 
     Raises:
         ArgumentError: an output is unknown.

@@ -1,1 +1,1 @@
-"""Statics of single limbs: constraint and attached wrenches, compliance, sag under their own weight."""
+"""Statics of single limbs: the wrenches that they transmit, their compliance, and their sag under their own weight."""

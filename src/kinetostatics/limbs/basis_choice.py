@@ -1,7 +1,10 @@
-"""Choice and completion of canonical bases of constraint wrenches J_ic and attached wrenches J_ig.
+"""Choice and evaluation of the bases of constraint wrenches J_ic and attached wrenches J_ig of a limb.
 
-The choice is made once per robot, at a few generic poses; at every pose the same candidates are evaluated
-(the method page, sections 2 to 4).
+A basis has canonical wrenches: unit forces and couples along features of the limb, the candidates; if too few candidates are
+suitable, complementary wrenches complete the basis. A complementary wrench is the part of a seed, one of six wrenches along the
+limb axes, that is orthogonal to all other wrenches and to the twists of the limb. The choice is made once per robot: generic
+poses, which have no special geometry, decide the ranks; the basis must be regular at ordinary poses too. At every pose the chosen
+wrenches are evaluated (the method page, sections 2 to 4). In scaled wrenches and twists, all six components have the same unit.
 """
 
 from __future__ import annotations
@@ -37,7 +40,7 @@ RECIPROCAL = 1e-14
 
 
 def evaluate_bases(group: LimbGroup, geometry: LimbGeometry, allowed: Array) -> tuple[Array, Array, Mask]:
-    """Return J_ic (6, n_c, g, N), J_ig (6, n_g, g, N) about o, and the mask (g, N) of degenerate canonical bases.
+    """Return J_ic (6, n_c, g, N) and J_ig (6, n_g, g, N) about o; True where a canonical basis is degenerate (g, N).
 
     ``allowed`` (6, k, g, N) are twists about o that span the permitted motions of the platform; for a serial limb, the twists of
     its passive joints. Degenerate bases are replaced by orthonormal ones, from singular values. In other bases, wrenches that
@@ -78,7 +81,10 @@ def _power(twists: Array, unit: Array) -> Array:
 
 
 def _moved(J: Array, twists: Array, scale: Array) -> Array:
-    """Return wrenches J (6, n, g, N), which must be a maximal set, projected to be reciprocal to all twists (6, k, g, N)."""
+    """Return wrenches J (6, n, g, N), projected to be reciprocal to all twists (6, k, g, N).
+
+    J must have as many independent wrenches as there are wrenches reciprocal to the twists.
+    """
     size = np.sqrt(dot(J * scale, J * scale))
     return J - step_across(normalize(twists / scale), J * scale / size) * size / scale
 
@@ -86,9 +92,9 @@ def _moved(J: Array, twists: Array, scale: Array) -> Array:
 def _columns(
     group: LimbGroup, part: Sequence[Candidate], twists: list[Array], known: list[Array], geometry: LimbGeometry
 ) -> list[Array]:
-    """Return the wrenches (6, g, N) of candidates and of their completion.
+    """Return the wrenches (6, g, N) of the candidates ``part``, followed by complementary wrenches.
 
-    The wrenches of the completion are reciprocal to ``twists``, and independent of one another and of the wrenches ``known``.
+    Complementary wrenches are reciprocal to ``twists``, and independent of one another and of the wrenches ``known``.
     """
     scale, length = _scale(group), group.model.length
     wrenches = CandidateWrenches(geometry, length, PARALLEL)
@@ -101,7 +107,7 @@ def _columns(
 
 
 def _replace(group: LimbGroup, J: Array, count: int, scale: Array, geometry: LimbGeometry, allowed: Array, bad: Mask) -> None:
-    """Replace degenerate canonical bases by orthonormal ones from singular values."""
+    """Replace degenerate canonical bases by orthonormal ones from singular values, in place."""
     s = scale[:, 0, 0]
     for limb, pose in np.argwhere(bad):
         mine = allowed[:, :, limb, pose] / s[:, None]
@@ -119,8 +125,7 @@ def choose_basis(group: LimbGroup, geometry: LimbGeometry, generic: int) -> Basi
     """Choose ranks and canonical wrenches of one limb with known order of elimination.
 
     Args:
-        group: the limb.
-        geometry: geometry at generic poses, which decide ranks, followed by ordinary poses, at which bases must not degenerate.
+        geometry: geometry at generic poses, followed by ordinary poses.
         generic: number of generic poses.
     """
     if group.is_attached:
@@ -180,11 +185,15 @@ def _chosen(
     independent: Array,
     known: list[Array],
 ) -> tuple[Candidate, ...]:
-    """Choose candidates one by one: reciprocal to given twists, and independent of ``known`` and of those already chosen.
+    """Choose candidates one by one, each reciprocal to given twists and independent of the wrenches chosen before.
 
-    If fewer than ``count`` candidates qualify, complementary wrenches are added. ``reciprocal_to`` (6, k, poses) are scaled
-    twists, ``independent`` (6, r, poses) a maximal independent set of them, ``known`` (6, 1, poses) wrenches chosen already;
-    geometry and ``generic`` are those of :func:`choose_basis`.
+    If fewer than ``count`` candidates qualify, complementary wrenches are added.
+
+    Args:
+        geometry, generic: as in :func:`choose_basis`.
+        reciprocal_to: (6, k, poses) scaled twists.
+        independent: (6, r, poses) a maximal independent set of these twists.
+        known: (6, 1, poses) wrenches chosen before this call.
     """
     if not count:
         return ()
@@ -213,13 +222,13 @@ def _chosen(
 
 
 def _with_own_label(candidate: Candidate, others: list[Candidate]) -> Candidate:
-    """Return a candidate with a label that none of the others has."""
+    """Return a candidate with a number added to its label if one of the ``others`` has the same label."""
     same = sum(other.label == candidate.label or other.label.startswith(f"{candidate.label} (") for other in others)
     return replace(candidate, label=f"{candidate.label} ({same + 1})") if same else candidate
 
 
 def _scale(group: LimbGroup) -> Array:
-    """Return (6, 1, 1) factors that make wrenches (times them) and twists (divided by them) comparable."""
+    """Return factors (6, 1, 1): wrenches are scaled by multiplication by them, twists by division by them."""
     return np.array([group.model.length] * 3 + [1.0] * 3).reshape(6, 1, 1)
 
 

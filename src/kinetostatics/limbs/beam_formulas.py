@@ -1,10 +1,11 @@
 """A straight elastic beam: end compliance, sag under its own weight, deflection line, and reactions if clamped at both ends.
 
 All quantities are in beam axes: x along the beam from its clamped base end to its platform end; wrenches ``[f; m]`` and twists
-``[d; r]`` are about the platform end. ``c`` are the six section compliances 1/EA, 1/κGA_y, 1/κGA_z, 1/GJ, 1/EI_y, 1/EI_z.
-Source: closed forms of a cantilever, e.g. S. P. Timoshenko, Strength of Materials, part I, with shear deformation added;
-the method page, section 5. Arrays are ``(6, …)``, batch axes last; lengths (…) are in [m]. Linearly varying loads (12, …) of
-clamped beams are force and moment per length at the base end, then at the platform end [N/m, N].
+``[d; r]`` are about the platform end, unless a section is named. The section at ``s`` has the distance s [m] from the base end;
+outboard of it is the part towards the platform end. ``c`` are the six section compliances 1/EA, 1/κGA_y, 1/κGA_z, 1/GJ, 1/EI_y,
+1/EI_z. A uniform load (6, …) is force and moment per length [N/m, N]; a linearly varying load (12, …) has these six components at
+the base end, then at the platform end. Arrays are ``(6, …)``, batch axes last; lengths (…) are in [m]. Source: closed forms of a
+cantilever, e.g. S. P. Timoshenko, Strength of Materials, part I, with shear deformation added; the method page, section 5.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ def _six(*rows: Array | float) -> Array:
 
 
 def end_displacement(c: Array, length: Array, wrench: Array) -> Array:
-    """Return the twists (6, …) of the platform end under wrenches (6, …) [N, N·m] at this end: end compliance times wrench."""
+    """Return the twists (6, …) of the platform end under wrenches (6, …) [N, N·m] at this end."""
     axial, shear_y, shear_z, twist, bend_y, bend_z = c
     fx, fy, fz, mx, my, mz = wrench
     L = length
@@ -46,7 +47,7 @@ def end_displacement(c: Array, length: Array, wrench: Array) -> Array:
 
 
 def sag(c: Array, length: Array, load: Array) -> Array:
-    """Return the twists (6, …) of the platform end under a uniform load ``load`` (6, …), force and moment per length [N/m, N]."""
+    """Return the twists (6, …) of the platform end under a uniform load."""
     axial, shear_y, shear_z, twist, bend_y, bend_z = c
     L = length
     qx, qy, qz, ux, uy, uz = load
@@ -61,10 +62,7 @@ def sag(c: Array, length: Array, load: Array) -> Array:
 
 
 def bent_line(c: Array, length: Array, wrench: Array, load: Array, s: Array) -> Array:
-    """Return the twists (6, …) of the section at ``s`` (…) [m] from the base end, about that section's centre.
-
-    The beam is under a ``wrench`` (6, …) at the platform end and a uniform load (6, …), force and moment per length [N/m, N].
-    """
+    """Return the twists (6, …) of the section at ``s``, about its centre, under a platform-end wrench and a uniform load."""
     axial, shear_y, shear_z, twist, bend_y, bend_z = c
     L = length
     fx, fy, fz, mx, my, mz = wrench
@@ -84,7 +82,7 @@ def bent_line(c: Array, length: Array, wrench: Array, load: Array, s: Array) -> 
 
 
 def section_wrench(length: Array, wrench: Array, load: Array, s: Array) -> Array:
-    """Return the wrenches (6, …) of the outboard on the inboard part in the section at ``s``, about the section's centre."""
+    """Return the wrenches (6, …) of the outboard on the inboard part in a section, about its centre, see :func:`bent_line`."""
     arm = length - s
     fx, fy, fz, mx, my, mz = wrench
     qx, qy, qz, ux, uy, uz = load
@@ -101,7 +99,7 @@ def section_wrench(length: Array, wrench: Array, load: Array, s: Array) -> Array
 def strain_energy(c: Array, length: Array, section: Callable[[Array], Array]) -> Array:
     """Return the strain energy (…) [J], ∫ ½ wᵀ c w ds over the beam, by Gauss–Legendre quadrature (exact up to degree 7).
 
-    ``section`` returns the section wrenches (6, k, …) [N, N·m] at distances (k, …) [m] from the base end.
+    ``section`` returns the section wrenches w (6, k, …) [N, N·m] at distances (k, …) [m] from the base end.
     """
     points, weights = _GAUSS
     w = section(length * (1 + points.reshape((-1,) + (1,) * np.ndim(length))) / 2)
@@ -112,16 +110,13 @@ def strain_energy(c: Array, length: Array, section: Callable[[Array], Array]) ->
 def turned_forces(c: Array, length: Array, wrench: Array, load: Array, lever: Array) -> Array:
     """Return B (9, 9, N) of zᵀ B z, the second-order potential energy of the forces in a loaded beam whose ends move by z.
 
-    z consists of the rotation of the base end, and of displacement and rotation of the platform end relative to rigid-body motion
-    with the base end; between the ends, the beam bends as under a wrench at the platform end. With the section force F
-    and moment M, the rotation θ, the strains γ and κ of this bending, and the weight q per length at the arm r, the energy is
-    −∫ F · (θ × γ) + ½ M · (θ × κ) + ½ F · (θ × (θ × e_x)) + ½ q · (θ × (θ × r)) ds.
+    z has the rotation of the base end, then displacement and rotation of the platform end relative to a rigid-body motion with
+    the base end. Between the ends, the beam bends as under a wrench at the platform end. With the section force F and moment M,
+    the rotation θ, the strains γ and κ of this bending, and the weight q per length at the arm r, the energy is −∫ F · (θ × γ) +
+    ½ M · (θ × κ) + ½ F · (θ × (θ × e_x)) + ½ q · (θ × (θ × r)) ds.
 
     Args:
         c: (6, 1) section compliances.
-        length: (N,) length [m].
-        wrench: (6, N) wrench at the platform end.
-        load: (6, N) uniform load, force and moment per length [N/m, N].
         lever: (3, N) vector from the beam's axis to the line of its mass [m].
     """
     N = length.shape[0]
@@ -153,7 +148,7 @@ def of_arm(force: Array, arm: Array) -> Array:
 
 
 def outboard_wrench(length: Array, load: Array, s: Array) -> Array:
-    """Return the resultant (6, …), about the section at ``s`` [m], of the load between this section and the platform end."""
+    """Return the resultant (6, …) of the linearly varying load outboard of the section at ``s``, about the section's centre."""
     first, last, left = load[:6], load[6:], length - s
     here = first + (last - first) * (s / length)
     found = np.array((here + last) * left / 2)
@@ -164,7 +159,7 @@ def outboard_wrench(length: Array, load: Array, s: Array) -> Array:
 
 
 def clamped_reaction(c: Array, length: Array, load: Array) -> Array:
-    """Return the wrench (6, …) of the clamp on the platform end, under a load (12, …) per length [N/m, N]."""
+    """Return the wrench (6, …) of the clamp on the platform end of a beam clamped at both ends, under a linearly varying load."""
     free = _displacement(c, length, load, np.zeros_like(load[:6]), length)
     units = np.broadcast_to(np.eye(6).reshape(6, 6, *(1,) * (load.ndim - 1)), (6, *free.shape))
     compliance = end_displacement(c[:, None], length, units).reshape(6, 6, -1)
@@ -172,7 +167,7 @@ def clamped_reaction(c: Array, length: Array, load: Array) -> Array:
 
 
 def clamped_line(c: Array, length: Array, load: Array, s: Array) -> Array:
-    """Return displacement and rotation (6, …) of the section at ``s`` [m] of a beam clamped at both ends."""
+    """Return the twists (6, …) of the section at ``s``, about its centre, of a beam clamped at both ends."""
     return _displacement(c, length, load, clamped_reaction(c, length, load), s)
 
 

@@ -1,7 +1,8 @@
 """Deformation of limbs: compliance C_ic, Eq. (1), and sag Δ_igc, Eqs. (16), (19), (21).
 
-Each coefficient is a sum over beams and springs: the work of one unit wrench on the deformation due to another. Cut-joint
-wrenches are ``(M, 6, …, limb, pose)``, about o.
+Each coefficient is a sum over beams and springs (elastic joints): the work of one unit wrench on the deformation due to another.
+The wrench in a beam or spring is the sum of the weights outboard of it, on the side of the platform, and of wrenches in the
+limb's cut joints (:mod:`kinetostatics.mechanism.limbs`). Cut-joint wrenches are ``(M, 6, …, limb, pose)``, about o.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ class LimbLoads:
 
     Attributes:
         beyond: (6, beams, g, N) weights outboard of each beam's platform end, about o, world axes [N, N·m].
-        spring_beyond: (6, springs, g, N) weights outboard of each spring.
+        spring_beyond: (6, springs, g, N) weights outboard of each spring, about o, world axes [N, N·m].
         on_drives: (1, drives, g, N) the force or torque of weights on each elastic actuator [N or N·m].
         own: (6, beams, g, N) the beams' own weights, force and moment per length, in beam axes [N/m, N].
     """
@@ -61,7 +62,6 @@ def strains(group: LimbGroup, geometry: LimbGeometry, columns: Array, particular
     actuator adds one term to each sum.
 
     Args:
-        group, geometry: the limbs and their geometry.
         columns: (M, 6, n, g, N) cut-joint wrenches per unit of each of n intensities.
         particular: (M, 6, g, N) cut-joint wrenches under the limbs' own weights.
         loads: the weights on beams and springs.
@@ -96,7 +96,7 @@ def strains(group: LimbGroup, geometry: LimbGeometry, columns: Array, particular
 
 
 def whole_compliance(group: LimbGroup, geometry: LimbGeometry) -> Array:
-    """Return the sum (g, N) of all elastic compliances, for forces of 1 N and moments of 1 N times the characteristic length."""
+    """Return the sum (g, N) [m/N] of all elastic compliances, along forces of 1 N and moments of 1 N times the robot's length."""
     g, N = geometry.centres.shape[-2:]
     unit = np.broadcast_to(np.diag(group.twist_scale.reshape(6))[:, :, None, None], (6, 6, g, N))
     total: Array = np.zeros((g, N))
@@ -126,7 +126,7 @@ def spring_motion(linear: Array, angular: Array, axes: Array, arm: Array, carrie
     Args:
         linear, angular: compliances, see :func:`spring_twist`.
         axes, arm: (3, 3, g, N) and (3, g, N) axes and origins of the joint frames, from o.
-        carried: (6, S, g, N) wrenches that the joints carry, about o, for all contributions.
+        carried: (6, S, g, N) wrenches that the joints carry under each of S superposed loads, about o.
     """
     wrench = rotate(axes, move_wrench(carried, arm), back=True)
     local = spring_twist(linear, angular, wrench)
@@ -153,7 +153,8 @@ def split_rigid(C: Array, soft: tuple[int, ...]) -> tuple[Array, Array, Mask]:
 
     Returns:
         ``rigid`` (g, N, n, r), combinations of the wrenches along which the limbs are rigid; ``give`` (g, N, n, n), a generalized
-        inverse of the compliance, C give C = C; and the mask (g, N) of reliable splits with r rigid combinations.
+        inverse of the compliance, C give C = C; ``sure`` (g, N), True where r combinations are rigid, so that the split is
+        reliable.
     """
     n = len(C)
     scaled, unit = correlation(np.moveaxis(C, (0, 1), (-2, -1)))
@@ -177,7 +178,7 @@ def split_rigid(C: Array, soft: tuple[int, ...]) -> tuple[Array, Array, Mask]:
 
 
 def split_by_eigenvectors(C: Array, r: int) -> tuple[Array, Array]:
-    """Return ``rigid`` (…, n, r) and ``give`` (…, n, n) of any compliance (…, n, n), by eigenvectors."""
+    """Return ``rigid`` (…, n, r) and ``give`` (…, n, n) of :func:`split_rigid` for any compliance (…, n, n), by eigenvectors."""
     scaled, unit = correlation(C)
     values, vectors = np.linalg.eigh(scaled)
     combined = unit[..., :, None] * vectors
@@ -200,7 +201,7 @@ def soft_wrenches(C: Array, count: int) -> tuple[int, ...]:
 
 
 def rigid_counts(C: Array) -> Index:
-    """Return the number (g, N) of rigid combinations of constraint wrenches of each limb with compliance (n, n, g, N)."""
+    """Return the number (g, N) of combinations of constraint wrenches along which limbs of compliance (n, n, g, N) are rigid."""
     if not len(C):
         return np.zeros(C.shape[2:], dtype=np.intp)
     values = np.linalg.eigvalsh(correlation(np.moveaxis(C, (0, 1), (-2, -1)))[0])

@@ -41,14 +41,14 @@ class EliminationOrder:
 
 @dataclass(frozen=True)
 class Distribution:
-    """The cut-joint wrenches in equilibrium with a limb's passive joints; n unknowns.
+    """Solutions X (n, …) in equilibrium with a limb's passive joints.
 
     Attributes:
         particular: (n, …) X_0, in equilibrium with the weights.
         spread: (n, 6, …) cut-joint wrenches per unit of the platform's wrench on the limb, for wrenches that it can transmit.
         self_stress: (n, s, …) cut-joint wrenches without resultant on the platform.
         allowed: (6, 6 − n_c, …) twists of the platform that the limb permits: reciprocal to all wrenches that it transmits.
-        doubtful: (…) mask of failed pivots, where the ranks may differ from those at generic poses.
+        doubtful: (…) True where a pivot is too small, so that ranks may differ from the ranks at generic poses.
     """
 
     particular: Array
@@ -70,20 +70,19 @@ def elimination_order(A: Array, P: Array, tolerance: float) -> EliminationOrder:
 
 
 def suits(elimination: EliminationOrder, A: Array, P: Array, tolerance: float) -> bool:
-    """Whether the elimination order of one limb can be used for another at the same generic poses."""
+    """Whether the elimination order of one limb can be used for another limb with A (k, n, poses) at the same generic poses."""
     if ranks(A, P, tolerance) != (len(elimination.joints), len(elimination.platform)):
         return False
     M = _stacked(A, P)
     return float(np.min(_eliminate(M, (*elimination.joints, *elimination.platform)), initial=1.0)) > _GOOD_PIVOT
 
 
-def distribute(elimination: EliminationOrder, A: Array, filled: Mask, P: Array, demand: Array) -> Distribution:
+def distribute(elimination: EliminationOrder, A: Array, nonzero: Mask, P: Array, demand: Array) -> Distribution:
     """Solve A X = −demand, P X = w for every wrench w that the limb can transmit.
 
     Args:
-        elimination: the pivots.
         A: (k, n, g, N) the joints' equations.
-        filled: (k, n) mask of the coefficients that are not zero everywhere.
+        nonzero: (k, n) True for coefficients of A that may differ from zero.
         P: (6, n) sums over the platform's cut joints.
         demand: (k, g, N) power of the weights on the passive freedoms.
     """
@@ -93,7 +92,7 @@ def distribute(elimination: EliminationOrder, A: Array, filled: Mask, P: Array, 
     M[k:, :n] = P.reshape(6, n, *(1,) * len(batch))
     M[range(k, k + 6), range(n + 1, n + 7)] = 1
     pattern = np.zeros((k + 6, n + 7), dtype=bool)
-    pattern[:k, :n], pattern[:k, n], pattern[k:, :n] = filled, True, P != 0
+    pattern[:k, :n], pattern[:k, n], pattern[k:, :n] = nonzero, True, P != 0
     pattern[range(k, k + 6), range(n + 1, n + 7)] = True
     smallest = _eliminate(M, elimination.joints, pattern)
     M[k:, n], pattern[k:, n] = 0, False  # the free columns of the particular solution are zero
@@ -131,37 +130,37 @@ def remainder(elimination: EliminationOrder, A: Array, demand: Array, particular
     return left
 
 
-def _eliminate(M: Array, pivots: tuple[tuple[int, int], ...], filled: Mask | None = None) -> Array:
+def _eliminate(M: Array, pivots: tuple[tuple[int, int], ...], nonzero: Mask | None = None) -> Array:
     """Eliminate columns of M in place (Gauss–Jordan) and return the smallest absolute pivot (…); pivot columns are not cleared.
 
-    ``filled`` is the mask of the entries of M that may differ from zero, updated in place; None: all.
+    ``nonzero`` is True for entries of M that may differ from zero, and is updated in place; None: all entries.
     """
-    filled = np.ones(M.shape[:2], dtype=bool) if filled is None else filled
+    nonzero = np.ones(M.shape[:2], dtype=bool) if nonzero is None else nonzero
     smallest = np.full(M.shape[2:], np.inf)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for row, column in pivots:
             pivot = M[row, column]
             smallest = np.minimum(smallest, np.abs(pivot))
-            others = [int(other) for other in np.flatnonzero(filled[:, column]) if other != row]
-            filled[:, column] = False
-            runs = _runs(filled[row])
+            others = [int(other) for other in np.flatnonzero(nonzero[:, column]) if other != row]
+            nonzero[:, column] = False
+            runs = _runs(nonzero[row])
             for run in runs:
                 M[row, run] /= pivot
             for other in others:
                 for run in runs:
                     M[other, run] -= M[other, column] * M[row, run]
-            filled[others] |= filled[row]
+            nonzero[others] |= nonzero[row]
     return smallest
 
 
 def _runs(mask: Mask) -> list[slice]:
-    """Return the runs of true entries of a mask as slices."""
+    """Return slices of the consecutive true entries of a mask."""
     ends = np.flatnonzero(np.diff(mask, prepend=False, append=False))
     return [slice(first, last) for first, last in ends.reshape(-1, 2).tolist()]
 
 
 def _pivots(M: Array, rows: range, count: int, used: list[int]) -> list[tuple[int, int]]:
-    """Choose the largest pivots over all generic poses, one by one, and eliminate their columns from M (rows, n, poses)."""
+    """Choose pivots one by one, the largest over all generic poses, and eliminate their columns from M (rows, n, poses)."""
     chosen: list[tuple[int, int]] = []
     for _ in range(count):
         free_rows = [row for row in rows if row not in {r for r, _ in chosen}]

@@ -40,7 +40,7 @@ class Candidate:
             ``("axis", f)``: axis of the f-th freedom; ``("cross", f, h)``: perpendicular to the axes of two freedoms;
             ``("cross_limb", f, k)``: perpendicular to the axis of a freedom and a limb axis; ``("to", u)``: towards the centre of
             the u-th joint; ``("meets", f, h)``: intersecting the axes of two freedoms; ``("complement", s)``: no direction, but
-            the s-th seed of the completion.
+            the s-th seed of a complementary wrench, see :mod:`kinetostatics.limbs.basis_choice`.
         centre: the joint whose centre lies on the line of the force, or two freedoms whose axes intersect there; None for a
             couple.
         label: name in reports.
@@ -106,8 +106,8 @@ class LimbSkeleton:
 
     Attributes:
         dofs: for every limb, the freedoms of its joints, inboard ones first.
-        rotates: (k,) mask of rotations.
-        passive: (k,) mask of passive freedoms.
+        rotates: (k,) True for rotations.
+        passive: (k,) True for passive freedoms.
         compound_of: (k,) index of the compound joint of each freedom.
         y_choice: reference of the y axis: ``("axis", f)`` or ``("world", -1)``.
     """
@@ -156,7 +156,6 @@ class LimbSkeleton:
         self._orientations = _orientations(axes[..., 0], moments, named, model.length)[:, :, None]
 
     def geometry(self, frames: Frames, o: Array) -> LimbGeometry:
-        """Evaluate the limbs at given frames; ``o`` (3, N) is the reference point [m]."""
         beam_axes, spring_axes = self._beam_axes.at(frames), self._spring_axes.at(frames)
         axes, arms, centres = self._joints(frames, o)
         o = o[:, None, None]
@@ -244,9 +243,9 @@ class _Vectors:
 
 
 def _nearest_centres(has_centre: Sequence[bool], is_serial: bool) -> dict[int, int | None]:
-    """Return, for each joint without a centre, the nearest joint with one; None without such a joint, or in a limb with rings.
+    """Return, for each joint without a centre, the nearest joint with a centre; of two equally near joints, the outer one.
 
-    Of two equally near joints, the outer one is returned.
+    The value is None if no joint has a centre, and in a limb with rings.
     """
     known = [u for u, has in enumerate(has_centre) if has and is_serial]
     return {
@@ -263,9 +262,8 @@ def _orientations(axes: Array, moments: Array, named: Mask, length: float) -> Ar
     Args:
         axes: (3, k, g) directions of the axes in the file.
         moments: (3, k, g) moments of unit forces along the axes, about the world's origin [m]; zero for translations.
-        named: (k,) whether an axis is a feature of the robot; False for arbitrary axes of the file, as in a spherical joint.
+        named: (k,) True for axes that are features of the robot, False for arbitrary axes of the file, as in a spherical joint.
             Only the moments of features are used.
-        length: characteristic length [m].
     """
     cosines = np.einsum("ikg,ihg->khg", axes, axes) * named[:, None]
     alike = np.where(np.abs(cosines) > _ALIKE, np.sign(cosines), 0.0)
@@ -293,7 +291,6 @@ class CandidateWrenches:
         """Set the geometry and the smallest angles.
 
         Args:
-            geometry: geometry of the limbs at some poses.
             length: characteristic length [m].
             least: two directions determine a third if the sine of their angle exceeds this value, two points if their distance
                 exceeds this value times ``length``.

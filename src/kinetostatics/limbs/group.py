@@ -1,7 +1,8 @@
 """Groups of equal limbs: joints, beams and springs, with the cut-joint wrenches and weights that load each of them.
 
-The wrench in an edge of a limb is a signed sum of cut-joint wrenches (:mod:`kinetostatics.mechanism.limbs`) and of the weights
-outboard of it. Arrays are ``(component, column, limb, pose)``.
+The edges of a limb are its joints and beams. The wrench in an edge is the sum of the wrenches in the cut joints of the limb
+(:mod:`kinetostatics.mechanism.limbs`), with signs 1, −1 or 0, and of the weights outboard of the edge. Arrays are
+``(component, column, limb, pose)``.
 """
 
 from __future__ import annotations
@@ -26,7 +27,6 @@ class LimbGroup:
     """Equal limbs, stacked.
 
     Attributes:
-        limbs: the limbs.
         numbers: their indices among the robot's limbs.
         compounds: for every limb, its joints.
         elements: for every limb, its beams and joints; corresponding joints may consist of different numbers of edges.
@@ -34,15 +34,15 @@ class LimbGroup:
         drives: the elastic actuators of the limbs.
         spring_elements: index of the element of each spring.
         dofs: for every limb, the freedoms of its joints, inboard ones first.
-        passive, rotates: (k,) masks of passive freedoms and of rotations.
+        passive, rotates: (k,) True for passive freedoms; True for rotations.
         compound_of: (k,) index of the compound joint of each freedom.
-        platform_joint: (k,) mask of the freedoms of the platform joint.
+        platform_joint: (k,) True for the freedoms of the platform joint.
         compliances: (6, beams, g, 1) section compliances.
         beam_masses, beam_masses_per_length: (beams, g, 1) mass [kg] and mass per length [kg/m]; the one that is not given is NaN.
-        spring_linear, spring_angular: (3, 3, springs, g) [m/N], [rad/(N·m)].
+        spring_linear, spring_angular: (3, 3, springs, g) compliances [m/N], [rad/(N·m)].
         dof_cut_signs, beam_cut_signs, spring_cut_signs, element_cut_signs: (…, M) signs of the cut-joint wrenches in each
             freedom, beam, spring and element.
-        to_platform: (M,) mask of the cut joints at the platform.
+        to_platform: (M,) True for the cut joints at the platform.
 
     Decided once, at generic poses (:mod:`kinetostatics.limbs.grouping`):
 
@@ -50,7 +50,7 @@ class LimbGroup:
         elimination: order of elimination for the cut-joint wrenches of a limb that is not serial.
         basis: the canonical wrenches, equal except for their labels.
         labels, attached_labels: names of the columns of J_ic and J_ig, for each limb.
-        rigid_directions: number of rigid combinations of the constraint wrenches.
+        rigid_directions: number of combinations of the constraint wrenches along which the limb is rigid.
         soft: constraint wrenches that span the range of the compliance.
         at_one_pose: whether this was decided for a single pose with other ranks (:mod:`kinetostatics.statics.singularity`).
     """
@@ -116,7 +116,7 @@ class LimbGroup:
         return self.on(self.model, [position])
 
     def on(self, model: StaticModel, positions: Sequence[int] | None = None) -> LimbGroup:
-        """Return these limbs, or some of them, of a slightly different robot, with the decisions of this group."""
+        """Return the limbs at ``positions`` (default all) of a robot of equal structure, with the decisions of this group."""
         positions = range(len(self.numbers)) if positions is None else positions
         together = {compound.joints for row in self.compounds for compound in row}
         group = LimbGroup(model, [self.numbers[k] for k in positions], together)
@@ -160,7 +160,6 @@ class LimbGroup:
         )
 
     def geometry(self, frames: Frames, o: Array) -> LimbGeometry:
-        """Evaluate the limbs at given frames; ``o`` (3, N) is the reference point [m]."""
         return self._skeleton.geometry(frames, o)
 
     def _edges_of_members(self) -> tuple[list[list[Edge]], list[list[Edge]], list[list[Edge]]]:
@@ -175,7 +174,7 @@ class LimbGroup:
         return freedoms, beams, springs
 
     def _platform_joint(self) -> Mask:
-        """Return the mask of the freedoms of the outermost passive joints with neither beam nor weight between them.
+        """True for freedoms of the platform joint (k,): the outermost passive joints, with neither beam nor weight between them.
 
         If several joints lead to the platform, there is no platform joint.
         """
@@ -203,12 +202,12 @@ class LimbGroup:
 
     @property
     def places(self) -> set[str]:
-        """Places at which loads affect the limbs: places on the limbs, and on open branches that the limbs' actuators move."""
+        """Places at which loads affect the limbs: on the limbs, and on open branches that their actuators move."""
         elsewhere = {place for drive in self.drives for row in drive.branches for joint in row for place in joint.edge.outboard}
         return elsewhere.union(*(limb.places for limb in self.limbs))
 
     def _outboard_of(self, names: Sequence[str]) -> list[Array]:
-        """Return for freedoms, for beams and for springs a mask (g, edges, W) of the weights or loads outboard of each edge."""
+        """Return masks (g, edges, W) for freedoms, for beams and for springs: 1 for weights or loads outboard of an edge."""
         tables = [[[[carries(edge, name) for name in names] for edge in row] for row in rows] for rows in self._edges]
         return [np.array(table, dtype=float).reshape(len(table), len(table[0]), len(names)) for table in tables]
 
@@ -218,7 +217,6 @@ class LimbGroup:
         """Return the sums of the wrenches outboard of passive freedoms, beams and springs, and the wrenches' forces on actuators.
 
         Args:
-            geometry, frames, o: geometry of the limbs at given frames, with the reference point o (3, N) [m].
             wrenches: (6, W, N) weights or loads about o, world axes [N, N·m].
             names: names of the loaded places; None: the wrenches are the robot's weights.
 
@@ -267,12 +265,12 @@ class LimbGroup:
 
     @property
     def joint_pattern(self) -> Mask:
-        """Mask (k, 6 M) of the coefficients of :meth:`joint_equations` that are not zero everywhere."""
+        """Mask (k, 6 M): True for the coefficients of :meth:`joint_equations` that may differ from zero."""
         return np.repeat(self.dof_cut_signs[self.passive] != 0, 6, axis=1)
 
     @property
     def platform_sum(self) -> Array:
-        """The matrix (6, 6 M) that adds up the cut-joint wrenches at the platform."""
+        """Matrix (6, 6 M) that adds up the cut-joint wrenches at the platform."""
         return np.concatenate([np.eye(6) * counts for counts in self.to_platform], axis=1)
 
     @property
@@ -295,7 +293,7 @@ class LimbGroup:
 
 
 def carried_wrench(signs: NDArray[np.int8], cut_wrenches: Array) -> Array:
-    """Return the sum (6, …) of cut-joint wrenches (M, 6, …) with an edge's ``signs`` (M,): part of the wrench in this edge."""
+    """Return the sum (6, …) of cut-joint wrenches (M, 6, …) with the ``signs`` (M,) of an edge: its wrench without weights."""
     if len(signs) == 1 and signs[0] == 1:
         return cut_wrenches[0]
     total = np.zeros(cut_wrenches.shape[1:])
@@ -305,6 +303,6 @@ def carried_wrench(signs: NDArray[np.int8], cut_wrenches: Array) -> Array:
 
 
 def _members_last(rows: list[list[Array]], shape: tuple[int, ...]) -> Array:
-    """Return constants of the members (such as beams) of g limbs as an array (*shape, members, g)."""
+    """Return constants of members (beams or springs) of g limbs as an array (*shape, members, g)."""
     array: Array = np.array(rows, dtype=float).reshape(len(rows), len(rows[0]), *shape)
     return np.moveaxis(array, (0, 1), (-1, -2))

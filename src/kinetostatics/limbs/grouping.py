@@ -1,4 +1,8 @@
-"""Grouping of equal limbs, and the decisions made once for each group: basis, elimination order, rigid directions."""
+"""Grouping of equal limbs, and the decisions made once for each group: basis, elimination order, rigid combinations of wrenches.
+
+Generic poses, which have no special geometry, decide ranks; bases must be regular at ordinary poses too. Soft wrenches are
+constraint wrenches whose compliances span the range of the compliance of a partly rigid limb.
+"""
 
 from __future__ import annotations
 
@@ -56,7 +60,7 @@ def _decided(
     both: tuple[Frames, Array],
     plans: dict[tuple[object, ...], list[force_method.EliminationOrder]],
 ) -> tuple[LimbGroup, Basis, force_method.EliminationOrder | None]:
-    """Return one limb with decisions made at generic poses, its basis (valid at ordinary poses too), and elimination order."""
+    """Return one limb with decisions made at generic poses, its basis, and its elimination order."""
     geometry = limb.geometry(*generic)
     elimination = None if limb.is_serial else _elimination(limb, geometry, plans.setdefault(limb.signature, []))
     basis = choose_basis(limb.decided(elimination), limb.geometry(*both), generic[1].shape[1])
@@ -65,7 +69,7 @@ def _decided(
 
 
 def _stacked(model: StaticModel, members: list[tuple[LimbGroup, Basis]]) -> LimbGroup:
-    """Join several groups, each of one limb, into one group; all limbs are equal."""
+    """Join groups of one limb each, with equal decisions, into one group."""
     first = members[0][0]
     numbers, bases = [limb.numbers[0] for limb, _ in members], [basis for _, basis in members]
     return LimbGroup(model, numbers).decided(first.elimination, bases, first.rigid_directions, first.soft)
@@ -83,7 +87,7 @@ def _rigid_directions(limb: LimbGroup, frames: Frames, o: Array) -> tuple[int, t
 def _elimination(
     limb: LimbGroup, geometry: LimbGeometry, known: list[force_method.EliminationOrder]
 ) -> force_method.EliminationOrder:
-    """Return a suitable elimination order from ``known``, those of equal limbs; otherwise a new one, added to ``known``."""
+    """Return a suitable elimination order from ``known``, the orders of equal limbs; else a new one, which is appended."""
     A, P, tolerance = limb.joint_equations(geometry)[:, :, 0], limb.platform_sum, limb.model.rank_tolerance
     for elimination in known:
         if force_method.suits(elimination, A, P, tolerance):

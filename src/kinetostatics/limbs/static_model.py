@@ -3,7 +3,7 @@
 An actuator with mimic joints deforms along all its freedoms, under the sum of their forces. Let s_j be the unit twists of the
 actuated joint and of the joints that mimic it with ratios r_j, and w_j their wrenches. The force of the actuator is
 f = Σ r_j s_jᵀ w_j; with the compliance c it moves joint j by r_j s_j c f. This adds one term of rank one per actuator to the sums
-of Eqs. (1) and (16).
+of Eqs. (1) and (16). Some of these joints may be in open branches: chains of links with a free end.
 """
 
 from __future__ import annotations
@@ -33,8 +33,6 @@ class StaticModel(ShortRepr):
     Attributes:
         mechanism: bodies and connections.
         topology: limbs, and the bodies attached to base and platform.
-        beams: beams by name.
-        weights: weights of links and beams.
         zero_frames: frames of the closed zero pose, a batch of one.
         length: characteristic length [m], which makes forces and moments comparable.
         rank_tolerance: relative singular value below which a direction is taken as dependent.
@@ -54,7 +52,6 @@ class StaticModel(ShortRepr):
 
     @cached_property
     def description(self) -> RobotDescription:
-        """The robot's description."""
         return self.mechanism.description
 
 
@@ -65,7 +62,6 @@ class BranchJoint:
     Attributes:
         edge: the joint, directed outwards.
         ratio: its motion per unit of the actuator's coordinate.
-        freedoms: its single freedom.
     """
 
     edge: Edge
@@ -78,7 +74,6 @@ class BranchJoint:
 
 
 def branch_joints(model: StaticModel, drive: Drive) -> tuple[BranchJoint, ...]:
-    """Return the joints of open branches that an actuator moves."""
     found, ratios = [], dict(drive.moves)
     for edge in model.topology.branch_edges:
         if edge.joint in ratios:
@@ -110,8 +105,6 @@ def limb_drives(model: StaticModel, drives: Sequence[Drive], freedoms: Sequence[
     """Return the elastic actuators that move freedoms of equal limbs.
 
     Args:
-        model: the robot.
-        drives: all elastic actuators of the robot.
         freedoms: for every limb, the names of the joints of its freedoms, inboard ones first.
     """
     rows = []

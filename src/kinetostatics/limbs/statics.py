@@ -1,7 +1,8 @@
 """Limbs at many poses: constraint wrenches J_ic, attached wrenches J_ig W_ig, compliance C_ic and sag Δ_igc.
 
-The wrench in an edge of a limb is a sum of cut-joint wrenches (:mod:`kinetostatics.mechanism.limbs`) and weights. Equal limbs are
-stacked: arrays are ``(component, column, limb, pose)``.
+The wrench in a joint or beam of a limb is a signed sum of the wrenches in the limb's cut joints
+(:mod:`kinetostatics.mechanism.limbs`), and of the weights outboard of it. Intensities are the factors of the constraint and
+attached wrenches. Equal limbs are stacked: arrays are ``(component, column, limb, pose)``.
 """
 
 from __future__ import annotations
@@ -49,8 +50,8 @@ class LimbWrenches:
         particular: (M, 6, g, N) cut-joint wrenches under the limb's own weight; J_g W_g for a serial limb.
         self_stress: (M, 6, s, g, N) cut-joint wrenches without resultant on the platform; none for a serial limb.
         unbalanced: (passive freedoms, g, N) residual of Eq. (3) [N].
-        degenerate: (g, N) mask of degenerate canonical bases.
-        doubtful: (g, N) mask of limbs whose joint twists may be dependent, so that they transmit more wrenches.
+        degenerate: (g, N) True where a canonical basis is degenerate.
+        doubtful: (g, N) True where joint twists may be dependent, so that the limb transmits more wrenches.
     """
 
     J_c: Array
@@ -71,7 +72,6 @@ def limb_wrenches(group: LimbGroup, geometry: LimbGeometry, outboard: Array, loa
     of Eq. (4) in the canonical basis.
 
     Args:
-        group, geometry: the limbs and their geometry.
         outboard: (6, passive freedoms, g, N) the weights outboard of each passive freedom, about o, world axes [N, N·m].
         loaded: whether ``outboard`` are loads on links instead of weights. A load on a link inside a platform joint causes a
             wrench that is no combination of the attached wrenches of weights.
@@ -108,7 +108,7 @@ def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array
 
 
 def _carried(group: LimbGroup, T: Array, demand: Array) -> tuple[Array, Array]:
-    """Return a wrench (6, g, N) whose powers on the twists ``T`` are −``demand``, and the residual."""
+    """Return a wrench (6, g, N) whose powers on the twists ``T`` (6, k, g, N) are −``demand`` (k, g, N), and the residual."""
     twists = T * group.twist_scale / np.swapaxes(group.power_scale, 0, 1)
     chosen = list(group.basis.independent)
     factor = Cholesky(np.einsum("ia...,ib...->ab...", twists[:, chosen], twists[:, chosen]))
@@ -121,7 +121,7 @@ def _carried(group: LimbGroup, T: Array, demand: Array) -> tuple[Array, Array]:
 
 
 def _crossed(group: LimbGroup, geometry: LimbGeometry) -> Mask:
-    """Return the mask (g, N) of limbs whose platform joint may have dependent twists; False for a single compound joint."""
+    """True where the platform joint may have dependent twists (g, N); False for a single compound joint."""
     carried = list(group.basis.carried)
     if len({int(compound) for compound in group.compound_of[carried]}) < 2:
         return np.zeros(geometry.limb_axes.shape[2:], dtype=bool)
@@ -159,7 +159,6 @@ class LimbStatics(ShortRepr):
     """A group of limbs at many poses; arrays (…, limb, pose), wrenches about o, world axes.
 
     Attributes:
-        group: the limbs.
         J_c, J_g: (6, n_c, g, N), (6, n_g, g, N) constraint and attached wrenches, Eqs. (2), (4).
         W_g: (n_g, g, N) attached intensities, Eq. (3) [N or N·m].
         R_g: (6, g, N) resultant J_ig W_ig [N, N·m].
@@ -172,9 +171,9 @@ class LimbStatics(ShortRepr):
         loose: (M, 6, s, g, N) self-stresses without compliance, of undetermined magnitude.
         loads: the weights on beams and springs.
         unbalanced: (passive freedoms, g, N) residual of Eq. (3) [N].
-        degenerate: (g, N) mask of degenerate canonical bases.
-        doubtful: (g, N) mask of limbs whose ranks may differ from those at generic poses.
-        may_stiffen: (g, N) mask of limbs whose number of rigid combinations may differ from that at generic poses.
+        degenerate: (g, N) True where a canonical basis is degenerate.
+        doubtful: (g, N) True where ranks may differ from the ranks at generic poses.
+        may_stiffen: (g, N) True where the number of rigid combinations of wrenches may differ from the number at generic poses.
     """
 
     group: LimbGroup
@@ -196,7 +195,6 @@ class LimbStatics(ShortRepr):
     may_stiffen: Mask
 
     def take(self, poses: slice) -> LimbStatics:
-        """Return some of the poses."""
         arrays = {item.name: getattr(self, item.name)[..., poses] for item in fields(self) if item.name not in ("group", "loads")}
         loads = LimbLoads(*(getattr(self.loads, item.name)[..., poses] for item in fields(LimbLoads)))
         return LimbStatics(group=self.group, loads=loads, **arrays)
@@ -208,7 +206,6 @@ def limb_statics(
     """Compute wrenches, compliances and sag of equal limbs.
 
     Args:
-        group: the limbs.
         frames: frames of all bodies, world axes.
         o: (3, N) reference point [m].
         weights: (6, W, N) wrenches of all weights about o [N, N·m].
@@ -254,9 +251,9 @@ def with_loads(statics: LimbStatics, parts: Sequence[tuple[LimbStatics, Array]])
 def _statics(
     group: LimbGroup, geometry: LimbGeometry, outboard: Array, loads: LimbLoads, assembly_error: Array | None, loaded: bool
 ) -> LimbStatics:
-    """Compute the statics of limbs under the loads ``outboard`` of passive freedoms and ``loads`` on beams and springs.
+    """Compute the statics of limbs under loads ``outboard`` of passive freedoms and ``loads`` on beams and springs.
 
-    ``outboard`` and ``loaded`` are those of :func:`limb_wrenches`. The self-stress y of limbs with rings minimizes the
+    ``outboard`` and ``loaded`` are explained at :func:`limb_wrenches`. The self-stress y of limbs with rings minimizes the
     complementary energy of beams and springs, ∂U/∂y = 0 (force method; method page, section 9).
     """
     found = limb_wrenches(group, geometry, outboard, loaded)
@@ -307,7 +304,7 @@ def _statics(
 
 
 def _straining(group: LimbGroup, geometry: LimbGeometry, columns: Array, C: Array) -> Mask:
-    """Return the mask (g, N) of limbs in which any of the wrenches (M, 6, n, g, N) strains a beam or spring.
+    """True where any of the wrenches (M, 6, n, g, N) strains a beam or spring of the limb (g, N).
 
     In the other limbs, the compliance along these wrenches consists of rounding errors only.
     """
@@ -317,16 +314,17 @@ def _straining(group: LimbGroup, geometry: LimbGeometry, columns: Array, C: Arra
 
 
 def _may_stiffen(group: LimbGroup, C: Array) -> Mask:
-    """Return the mask (g, N) of limbs whose number of rigid directions may differ from generic poses; False with beams."""
+    """True (g, N) where a limb without beams may have another number of rigid combinations of wrenches than at generic poses."""
     if not group.only_springs or len(group.soft) != len(C) - group.rigid_directions:
         return np.full(C.shape[2:], group.only_springs)
     return ~split_rigid(C, group.soft)[2]
 
 
 def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
-    """Return the amounts (s, s, g, N) of s self-stresses per unit strain along each, and cut-joint wrenches of rigid ones.
+    """Return the amounts (s, s, g, N) of s self-stresses per unit strain along each, and rigid cut-joint wrenches.
 
-    ``gram`` (n + s, n + s, g, N) is the compliance along n intensities and s self-stresses together.
+    ``gram`` (n + s, n + s, g, N) is the compliance along n intensities and s self-stresses together. The rigid cut-joint
+    wrenches (M, 6, s, g, N) are self-stresses without compliance; zero where all self-stresses are compliant.
     """
     n = len(gram) - self_stress.shape[2]
     scaled, unit = correlation(np.moveaxis(gram, (0, 1), (-2, -1)))
@@ -352,7 +350,7 @@ def _by_eigenvectors(scaled: Array, unit: Array) -> tuple[Array, Array]:
 
 
 def _errors_are_incompatible(group: LimbGroup, loose: Array, assembly_error: Array | None) -> Mask:
-    """Return the mask (g, N) of limbs with incompatible assembly errors: self-stresses without compliance do work on them."""
+    """True where assembly errors are incompatible (g, N): self-stresses without compliance do work on them."""
     if assembly_error is None:
         return np.zeros(loose.shape[3:], dtype=bool)
     length = group.model.length

@@ -83,7 +83,7 @@ def common_point(group: LimbGroup, geometry: LimbGeometry) -> tuple[int, int] | 
 
 
 def central_candidates(group: LimbGroup, f: int, h: int) -> Iterator[Candidate]:
-    """Yield forces through the common point of all passive axes, along two axes and normal to both, and a normal couple."""
+    """Yield forces through the point where the axes f and h meet, along both axes and normal to them, and a normal couple."""
     names = [group.dofs[0][k].label for k in (f, h)]
     yield Candidate(("axis", f), (f, h), f"force along the axis of {names[0]}")
     yield Candidate(("axis", h), (f, h), f"force along the axis of {names[1]}")
@@ -135,7 +135,10 @@ def attached_candidates(group: LimbGroup) -> Iterator[Candidate]:
 
 
 def _platform_centre(compounds: Sequence[CompoundJoint]) -> int:
-    """Return the joint whose centre is preferred for forces: the outermost rotating joint, if it is passive."""
+    """Return the joint whose centre is preferred for forces: the outermost rotating joint, if it and all joints beyond are passive.
+
+    Otherwise return the number of joints, which stands for the limb's outer end.
+    """
     for k in range(len(compounds) - 1, -1, -1):
         if not compounds[k].passive:
             break
@@ -145,10 +148,9 @@ def _platform_centre(compounds: Sequence[CompoundJoint]) -> int:
 
 
 def _candidate_axes(group: LimbGroup) -> list[int]:
-    """Return the freedoms whose axes are features of the limb.
+    """Return the passive freedoms whose axes are features of the limb, in the order of preference.
 
-    Rotations of single-axis joints come first, then universal joints, then translations; in each set,
-    outer joints come first.
+    Rotations of single-axis joints come first, then universal joints, then translations; in each set, outer joints come first.
     """
     rotates, joints = group.rotates, [group.compounds[0][k] for k in group.compound_of]
     free = [int(f) for f in np.flatnonzero(group.passive)[::-1] if joints[f].has_axis(bool(rotates[f]))]
