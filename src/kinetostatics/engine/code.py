@@ -1,7 +1,8 @@
-"""Compiled functions that compute outputs of a robot at many poses, stored on disk.
+"""Compiled functions, stored on disk, that compute outputs of a robot at many poses. The robot's numbers are parameters; all its
+other data are its structure. Outputs are computed in stages; a call computes the outputs up to a given stage.
 
-Code is compiled once per computer and structure of a robot, that is all data of the robot except its numbers, which are
-parameters. A file has the object code and a table that describes it. Concurrent processes can use the same files.
+Code is compiled once per computer and structure. A file has the object code and a table that describes it. Concurrent processes
+can use the same files.
 """
 
 from __future__ import annotations

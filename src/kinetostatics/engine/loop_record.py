@@ -1,7 +1,6 @@
-"""Records of loop closure: the scalar operations of methods of :class:`kinetostatics.kinematics.solver.Solver`.
-
-Lengths and placements are parameters of the records. A pose has coordinates x (nq',) of the tree of joints and orientation
-coordinates c (3,) of the platform. A record is valid at poses that meet its guards, which are the conditions of its branches.
+"""Records of loop closure: the scalar operations of the methods of :class:`kinetostatics.kinematics.solver.Solver`. A pose has
+coordinates x (nq',) of the tree of joints and orientation coordinates c (3,) of the platform. A record is valid at poses that
+meet its guards, the conditions of its branches. Lengths and placements are its parameters.
 """
 
 from __future__ import annotations
@@ -108,7 +107,7 @@ def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: Solv
 
 
 def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
-    """Record :meth:`Solver.line`: coordinates at the start of a straight line of the prescribed coordinates.
+    """Record :meth:`Solver.line`: the coordinates at the start of a straight line in the space of the prescribed coordinates.
 
     Inputs: x and c of the pose at the start, the prescribed coordinates (n,) at the end, and 1 if angles turn the shorter way,
     else 0. Outputs: prescribed coordinates (n,) and orientation coordinates (3,) at the start. Truth value: whether all guards

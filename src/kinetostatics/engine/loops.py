@@ -1,7 +1,5 @@
-"""Newton's method for closed loops by compiled code, and by NumPy at poses where the recorded branches do not apply.
-
-A pose has coordinates x (nq', N) of the tree of joints and orientation coordinates c (3, N) of the platform. The conditions under
-which the compiled code is valid are called guards.
+"""Newton's method for closed loops by compiled code, and by NumPy at poses that do not meet the guards, its conditions of
+validity. A pose has coordinates x (nq', N) of the tree of joints and orientation coordinates c (3, N) of the platform.
 """
 
 from __future__ import annotations
@@ -101,7 +99,7 @@ class CompiledSolver(Solver):
         return found_or_made(keys, make if lanes else None, fits)
 
     def _is_right(self, codes: list[Code]) -> bool:
-        """Use given code, and return whether its results near the example agree with NumPy's."""
+        """Set ``codes`` as code of the solver, and return whether its results near the example agree with NumPy's."""
         self._newton, self._place = codes[:2]
         self._side = None if self._own.local_dofs else codes[2]
         self.operations = int(self._newton.table["operations"])

@@ -1,6 +1,5 @@
-"""Outputs of a robot at closed poses by compiled code, from coordinates, load and gravity.
-
-The outputs are computed in stages: a call computes the outputs of the stages up to a given one.
+"""Outputs of a robot at closed poses by compiled code, from coordinates, load and gravity. They are computed in stages: a call
+computes the outputs of the stages up to a given one.
 """
 
 from __future__ import annotations
@@ -97,7 +96,7 @@ class PoseCode:
             raise NotRecordedError("results of compiled code differ from NumPy's")
 
     def _is_right(self, code: Code, expected: Mapping[str, Array], example: tuple[Array, ...]) -> bool:
-        """Use given code, and return whether its results at the example agree with NumPy's."""
+        """Set ``code``, and return whether its results at the example agree with NumPy's."""
         if code.table["sizes"] != self._sizes:
             return False
         self.code, self.operations = code, int(code.table["operations"])

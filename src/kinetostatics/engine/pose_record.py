@@ -1,8 +1,9 @@
-"""Records of closed poses: the scalar operations that compute joint coordinates, frames, equilibrium and other outputs.
+"""Records of closed poses: the scalar operations that compute joint coordinates, frames, equilibrium and other outputs. A record
+is valid at poses that meet its guards, the conditions of its branches.
 
-Machine code, exported C, derivatives and random samples of robots are computed from these records. A record is valid at poses
-that meet its guards, which are the conditions of its branches. Residuals are defined by :meth:`Solver.system`; they depend on the
-coordinates x of the solver's tree, the platform's orientation coordinates c and the prescribed coordinates.
+Machine code, exported C, derivatives and random samples of robots are computed from these records. Residuals are defined by
+:meth:`Solver.system`; they depend on the coordinates x of the solver's tree, the platform's orientation coordinates c and the
+prescribed coordinates.
 """
 
 from __future__ import annotations
@@ -107,7 +108,7 @@ class Pose:
 
     @cached_property
     def system(self) -> tuple[Array, Array]:
-        """Scaled residuals and gradients, see :meth:`Solver.system`."""
+        """Scaled residuals (m, N) and their gradients (m, n, N), see :meth:`Solver.system`."""
         c, target = self.given
         assert self.model.prescribed is not None
         return self.solver.system(self.model.prescribed, SolverState(self.x, c), target)

@@ -58,7 +58,7 @@ def _program_of(
     """Return a program, with its code if the engine is "compiled", or if it is "auto" and there are enough poses.
 
     Args:
-        programs: the programs of all robots for one kind of purpose.
+        programs: the programs of all robots for the same purpose.
         key: identifies the program among the programs of the robot.
         engine: "auto" or "compiled".
         poses: number of poses of the call.

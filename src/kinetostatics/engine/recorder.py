@@ -1,9 +1,9 @@
-"""Arrays of recorded scalars: NumPy's functions applied to them record their scalar operations (the record).
+"""Arrays on which NumPy's functions record their scalar operations: the record. The numbers of a robot, for instance its lengths,
+are parameters of the record; all other data are the robot's structure, by which compiled code is found.
 
-The numbers of a robot, for instance its lengths, become parameters of the record; all other data are the robot's structure, by
-which compiled code is found. Records are computed from a copy of the data with parameters in place of numbers, and therefore
-depend on structure and parameters only. To save operations, numbers that are 0, 1 or −1 within rounding belong to the structure;
-so do infinite numbers and NaN.
+Records are computed from a copy of the data with parameters in place of numbers, and therefore depend on structure and
+parameters only. To save operations, numbers that are 0, 1 or −1 within rounding belong to the structure; so do infinite numbers
+and NaN.
 """
 
 from __future__ import annotations

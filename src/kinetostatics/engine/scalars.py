@@ -1,9 +1,8 @@
-"""Records: lists of the scalar operations that a NumPy function performs, for compilation.
+"""Records: lists of the scalar operations that a NumPy function performs for one pose, the example. A guard is the condition of a
+branch; a record is valid at poses at which all guards have the same value as at the example.
 
-The function is called with arrays of :class:`Scalar` in place of floats, for one pose, the example. Every scalar has a value at
-the example. Where the function branches, the branch at the example is recorded; its condition is recorded as a guard, and the
-record is valid at poses that meet all guards. Functions that are not sequences of scalar operations (singular values,
-eigenvectors) raise an error.
+The function is called with arrays of :class:`Scalar` in place of floats. Every scalar has a value at the example, which decides
+branches. Functions that are not sequences of scalar operations (singular values, eigenvectors) raise an error.
 """
 
 from __future__ import annotations
@@ -32,8 +31,7 @@ class Tape:
     Attributes:
         operations: name and operands of each operation. Operands are indices of earlier operations, except in :data:`LEAVES`.
         values: result of each operation at the example.
-        guards: the truth values on which branches depend: value at the example, by index of the operation. The record is not
-            valid at poses with another value.
+        guards: value at the example of each truth value on which a branch depends, by the index of its operation.
     """
 
     def __init__(self) -> None:
@@ -72,7 +70,7 @@ class Tape:
 
 
 def needed_by(tape: Tape, outputs: Iterable[int]) -> list[bool]:
-    """True for each operation on which an output depends, outputs included; ``outputs``: indices of operations."""
+    """True for the operations ``outputs`` (indices) and for all operations on which they depend."""
     needed = [False] * len(tape.operations)
     for number in outputs:
         needed[number] = True
@@ -231,7 +229,7 @@ def square_root(a: Number) -> Number:
 
 
 def _function(name: str, function: Callable[[float], float]) -> Callable[[Number], Number]:
-    """Return ``function``, with the addition that its application to a scalar is recorded as operation ``name``."""
+    """Return a function like ``function``, whose application to a scalar is recorded as operation ``name``."""
 
     def of(a: Number) -> Number:
         if not isinstance(a, Scalar):
@@ -348,9 +346,9 @@ def without_nan(a: Number) -> Number:
 
 
 def _operator(function: Callable[[Number, Number], Number], swapped: bool) -> Callable[[Scalar, Number], Number]:
-    """Return a method of :class:`Scalar` that applies ``function``, if ``swapped`` to (other, scalar).
+    """Return a method of :class:`Scalar`: ``function`` of (scalar, other), if ``swapped`` of (other, scalar).
 
-    For an array as the other operand, NumPy calls the method entry by entry.
+    If the other operand is an array, NumPy calls the method entry by entry.
     """
 
     def of(scalar: Scalar, other: Number) -> Number:

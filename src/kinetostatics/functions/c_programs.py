@@ -1,8 +1,7 @@
-"""Programs of an exported function: C functions with the recorded scalar operations of corrections, analyses and derivatives.
-
-The state has coordinates x of the tree of joints and orientation coordinates c of the platform. From one pose to the next it
-follows a line, along which all prescribed coordinates change in proportion. A program is valid at poses that meet its guards,
-which are the conditions of the recorded branches.
+"""Programs of an exported function: C functions with the recorded scalar operations of corrections, analyses and derivatives. A
+pose has coordinates x of the tree of joints and orientation coordinates c of the platform. From pose to pose the robot follows a
+line, along which all prescribed coordinates change in proportion. A program is valid at poses that meet its guards, the
+conditions of the recorded branches.
 """
 
 from __future__ import annotations

@@ -16,7 +16,6 @@ from kinetostatics.math.rotations import orientation_named
 
 
 def c_array(values: Sequence[float] | Array) -> str:
-    """Return the initializer of a C array."""
     return "{" + ", ".join(literal(float(value)) for value in values) + "}" if len(values) else "{0.0}"
 
 

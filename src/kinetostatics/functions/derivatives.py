@@ -280,7 +280,7 @@ class Derivatives:
     def _by_rates(self, rates: Array, own: Gradients, step: float) -> dict[str, Array] | None:
         """Return the derivatives for given rates (P,) of the constants.
 
-        None if the records of ``own`` are invalid where the number is changed by a small fraction of its ``step``.
+        None if a change by a small fraction of ``step`` makes the records of ``own`` invalid.
         """
         directions = {_NUMBERS: rates}
         residual = own.along(directions)["residual"]

@@ -1,10 +1,10 @@
-"""Choice and evaluation of the bases of constraint wrenches J_ic and attached wrenches J_ig of a limb.
+"""Choice and evaluation of the bases J_ic, J_ig of a limb: candidates, which are unit forces and couples along features of the
+limb, then complementary wrenches if too few candidates are suitable. A complementary wrench is the part of a seed, a wrench along
+a limb axis, that is orthogonal to the other wrenches and to the twists of the limb.
 
-A basis has canonical wrenches: unit forces and couples along features of the limb, the candidates; if too few candidates are
-suitable, complementary wrenches complete the basis. A complementary wrench is the part of a seed, one of six wrenches along the
-limb axes, that is orthogonal to all other wrenches and to the twists of the limb. The choice is made once per robot: generic
-poses, which have no special geometry, decide the ranks; the basis must be regular at ordinary poses too. At every pose the chosen
-wrenches are evaluated (the method page, sections 2 to 4). In scaled wrenches and twists, all six components have the same unit.
+The choice is made once per robot: generic poses, which have no special geometry, decide the ranks; the basis must be regular at
+ordinary poses too. At every pose the chosen wrenches are evaluated (the method page, sections 2 to 4). In scaled wrenches and
+twists, all six components have the same unit.
 """
 
 from __future__ import annotations
@@ -228,7 +228,7 @@ def _with_own_label(candidate: Candidate, others: list[Candidate]) -> Candidate:
 
 
 def _scale(group: LimbGroup) -> Array:
-    """Return factors (6, 1, 1): wrenches are scaled by multiplication by them, twists by division by them."""
+    """Return factors (6, 1, 1) by which wrenches are multiplied, and twists divided, to be scaled."""
     return np.array([group.model.length] * 3 + [1.0] * 3).reshape(6, 1, 1)
 
 

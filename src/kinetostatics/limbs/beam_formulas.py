@@ -1,11 +1,12 @@
-"""A straight elastic beam: end compliance, sag under its own weight, deflection line, and reactions if clamped at both ends.
+"""A straight elastic beam in beam axes, x from its clamped base end to its platform end: end compliance, sag under its own
+weight, deflection line, and reactions if clamped at both ends. The section at s has the distance s [m] from the base end;
+outboard of it is the part towards the platform end. A uniform load (6, …) is force and moment per length [N/m, N]; a linearly
+varying load (12, …) has these six components at the base end, then at the platform end.
 
-All quantities are in beam axes: x along the beam from its clamped base end to its platform end; wrenches ``[f; m]`` and twists
-``[d; r]`` are about the platform end, unless a section is named. The section at ``s`` has the distance s [m] from the base end;
-outboard of it is the part towards the platform end. ``c`` are the six section compliances 1/EA, 1/κGA_y, 1/κGA_z, 1/GJ, 1/EI_y,
-1/EI_z. A uniform load (6, …) is force and moment per length [N/m, N]; a linearly varying load (12, …) has these six components at
-the base end, then at the platform end. Arrays are ``(6, …)``, batch axes last; lengths (…) are in [m]. Source: closed forms of a
-cantilever, e.g. S. P. Timoshenko, Strength of Materials, part I, with shear deformation added; the method page, section 5.
+Wrenches ``[f; m]`` and twists ``[d; r]`` are about the platform end, unless a section is named. ``c`` are the six section
+compliances 1/EA, 1/κGA_y, 1/κGA_z, 1/GJ, 1/EI_y, 1/EI_z. Arrays are ``(6, …)``, batch axes last; lengths (…) are in [m]. Source:
+closed forms of a cantilever, e.g. S. P. Timoshenko, Strength of Materials, part I, with shear deformation added; the method page,
+section 5.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ def sag(c: Array, length: Array, load: Array) -> Array:
 
 
 def bent_line(c: Array, length: Array, wrench: Array, load: Array, s: Array) -> Array:
-    """Return the twists (6, …) of the section at ``s``, about its centre, under a platform-end wrench and a uniform load."""
+    """Return the twists (6, …) of the section at s, about its centre, under a wrench at the platform end and a uniform load."""
     axial, shear_y, shear_z, twist, bend_y, bend_z = c
     L = length
     fx, fy, fz, mx, my, mz = wrench
@@ -82,7 +83,10 @@ def bent_line(c: Array, length: Array, wrench: Array, load: Array, s: Array) -> 
 
 
 def section_wrench(length: Array, wrench: Array, load: Array, s: Array) -> Array:
-    """Return the wrenches (6, …) of the outboard on the inboard part in a section, about its centre, see :func:`bent_line`."""
+    """Return the wrenches (6, …) of the outboard on the inboard part in the section at s, about its centre.
+
+    The beam carries a wrench at the platform end and a uniform load.
+    """
     arm = length - s
     fx, fy, fz, mx, my, mz = wrench
     qx, qy, qz, ux, uy, uz = load
@@ -182,7 +186,10 @@ def _section(length: Array, load: Array, reaction: Array, s: Array) -> Array:
 
 
 def _displacement(c: Array, length: Array, load: Array, reaction: Array, s: Array) -> Array:
-    """Return the twists (6, …) of the section at ``s`` of a beam clamped at its base end, by quadrature (exact to degree 4)."""
+    """Return the twists (6, …) of the section at s of a beam clamped at its base end, by quadrature (exact to degree 4).
+
+    The beam is under a linearly varying load and a wrench ``reaction`` at the platform end.
+    """
     found = np.zeros(np.broadcast_shapes(load[:6].shape, s.shape))
     for point, weight in zip(*_GAUSS, strict=True):
         place = s * (1 + point) / 2

@@ -1,8 +1,9 @@
-"""Deformation of limbs: compliance C_ic, Eq. (1), and sag Δ_igc, Eqs. (16), (19), (21).
+"""Deformation of limbs: compliance C_ic, Eq. (1), and sag Δ_igc, Eqs. (16), (19), (21). The wrench in a beam or spring (elastic
+joint) is the sum of the weights outboard of it, on the side of the platform, and of wrenches in the limb's cut joints
+(:mod:`kinetostatics.mechanism.limbs`).
 
-Each coefficient is a sum over beams and springs (elastic joints): the work of one unit wrench on the deformation due to another.
-The wrench in a beam or spring is the sum of the weights outboard of it, on the side of the platform, and of wrenches in the
-limb's cut joints (:mod:`kinetostatics.mechanism.limbs`). Cut-joint wrenches are ``(M, 6, …, limb, pose)``, about o.
+Each coefficient is a sum over beams and springs: the work of one unit wrench on the deformation due to another. Cut-joint
+wrenches are ``(M, 6, …, limb, pose)``, about o.
 """
 
 from __future__ import annotations
@@ -178,7 +179,7 @@ def split_rigid(C: Array, soft: tuple[int, ...]) -> tuple[Array, Array, Mask]:
 
 
 def split_by_eigenvectors(C: Array, r: int) -> tuple[Array, Array]:
-    """Return ``rigid`` (…, n, r) and ``give`` (…, n, n) of :func:`split_rigid` for any compliance (…, n, n), by eigenvectors."""
+    """Return ``rigid`` and ``give`` of :func:`split_rigid` as (…, n, r), (…, n, n), for any compliance of rank n − r."""
     scaled, unit = correlation(C)
     values, vectors = np.linalg.eigh(scaled)
     combined = unit[..., :, None] * vectors

@@ -116,9 +116,9 @@ def distribute(elimination: EliminationOrder, A: Array, nonzero: Mask, P: Array,
 
 
 def remainder(elimination: EliminationOrder, A: Array, demand: Array, particular: Array) -> Array:
-    """Return the part of the demand (k, g, N) that cut-joint wrenches cannot balance, orthogonal to the columns of A.
+    """Return the part of the demand (k, g, N) that no cut-joint wrenches balance; it is orthogonal to the columns of A.
 
-    The residual of the ``particular`` solution (n, g, N) is zero for consistent equations; otherwise it depends on the pivots.
+    For inconsistent equations, the residual of the ``particular`` solution (n, g, N) depends on the pivots; this part does not.
     """
     left = demand + np.einsum("kn...,n...->k...", A, particular)
     where = np.max(np.abs(left), axis=0, initial=0.0) > 1e-10 * np.max(np.abs(demand), axis=0, initial=0.0)

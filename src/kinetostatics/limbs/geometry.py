@@ -41,8 +41,8 @@ class Candidate:
             ``("cross_limb", f, k)``: perpendicular to the axis of a freedom and a limb axis; ``("to", u)``: towards the centre of
             the u-th joint; ``("meets", f, h)``: intersecting the axes of two freedoms; ``("complement", s)``: no direction, but
             the s-th seed of a complementary wrench, see :mod:`kinetostatics.limbs.basis_choice`.
-        centre: the joint whose centre lies on the line of the force, or two freedoms whose axes intersect there; None for a
-            couple.
+        centre: the joint whose centre lies on the line of the force; or two freedoms, whose axes intersect on this line; None for
+            a couple.
         label: name in reports.
     """
 

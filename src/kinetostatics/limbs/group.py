@@ -1,8 +1,6 @@
-"""Groups of equal limbs: joints, beams and springs, with the cut-joint wrenches and weights that load each of them.
-
-The edges of a limb are its joints and beams. The wrench in an edge is the sum of the wrenches in the cut joints of the limb
-(:mod:`kinetostatics.mechanism.limbs`), with signs 1, −1 or 0, and of the weights outboard of the edge. Arrays are
-``(component, column, limb, pose)``.
+"""Groups of equal limbs. The edges of a limb are its joints and beams. The wrench in an edge is the sum of the wrenches in the
+cut joints of the limb (:mod:`kinetostatics.mechanism.limbs`), with signs 1, −1 or 0, and of the weights outboard of the edge, on
+the side of the platform. Arrays are ``(component, column, limb, pose)``.
 """
 
 from __future__ import annotations
@@ -255,7 +253,7 @@ class LimbGroup:
         return table
 
     def joint_equations(self, geometry: LimbGeometry) -> Array:
-        """Return the equations (k, 6 M, g, N) for zero power of scaled cut-joint wrenches on the k passive freedoms, Eq. (2)."""
+        """Return the matrix (k, 6 M, g, N) for the power of scaled cut-joint wrenches on each of k passive freedoms, Eq. (2)."""
         scaled = (geometry.twists[:, self.passive] * self.twist_scale).swapaxes(0, 1) / self.power_scale
         signs = self.dof_cut_signs[self.passive]
         rows = zeros_for((*signs.shape, *scaled.shape[1:]), scaled)

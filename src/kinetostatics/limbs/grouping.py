@@ -1,5 +1,4 @@
 """Grouping of equal limbs, and the decisions made once for each group: basis, elimination order, rigid combinations of wrenches.
-
 Generic poses, which have no special geometry, decide ranks; bases must be regular at ordinary poses too. Soft wrenches are
 constraint wrenches whose compliances span the range of the compliance of a partly rigid limb.
 """

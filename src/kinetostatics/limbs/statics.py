@@ -1,8 +1,8 @@
-"""Limbs at many poses: constraint wrenches J_ic, attached wrenches J_ig W_ig, compliance C_ic and sag Δ_igc.
+"""Limbs at many poses: constraint wrenches J_ic, attached wrenches J_ig W_ig, compliance C_ic and sag Δ_igc. The wrench in a
+joint or beam is a signed sum of the wrenches in the limb's cut joints (:mod:`kinetostatics.mechanism.limbs`), and of the weights
+outboard of it, on the side of the platform. Intensities are the factors of the constraint and attached wrenches.
 
-The wrench in a joint or beam of a limb is a signed sum of the wrenches in the limb's cut joints
-(:mod:`kinetostatics.mechanism.limbs`), and of the weights outboard of it. Intensities are the factors of the constraint and
-attached wrenches. Equal limbs are stacked: arrays are ``(component, column, limb, pose)``.
+Equal limbs are stacked: arrays are ``(component, column, limb, pose)``.
 """
 
 from __future__ import annotations

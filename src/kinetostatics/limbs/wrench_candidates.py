@@ -67,7 +67,7 @@ def constraint_candidates(group: LimbGroup) -> Iterator[Candidate]:
 
 
 def common_point(group: LimbGroup, geometry: LimbGeometry) -> tuple[int, int] | None:
-    """Return two freedoms of different joints whose axes meet in the common point of all passive axes, or None."""
+    """Return two freedoms of different joints whose axes meet in the common point of all passive axes; None without one."""
     free = [int(f) for f in np.flatnonzero(group.passive)]
     if not group.is_serial or not all(group.rotates[f] for f in free):
         return None
@@ -135,7 +135,7 @@ def attached_candidates(group: LimbGroup) -> Iterator[Candidate]:
 
 
 def _platform_centre(compounds: Sequence[CompoundJoint]) -> int:
-    """Return the joint whose centre is preferred for forces: the outermost rotating joint, if it and all joints beyond are passive.
+    """Return the joint whose centre is preferred for forces: the outermost rotating joint, if it and all outer ones are passive.
 
     Otherwise return the number of joints, which stands for the limb's outer end.
     """
