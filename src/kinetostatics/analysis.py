@@ -196,7 +196,7 @@ def _solutions(
     assembly_errors: AssemblyErrors | None,
     applied: tuple[AppliedLoad, ...],
 ) -> list[Solution]:
-    """Return the equilibria in the order of the poses; a pose where the rank of a limb is not the usual one has its own."""
+    """Return the equilibria in the order of the poses; a pose where a limb has an unusual rank is solved separately."""
     first = solve_with_springs(robot, frames, load, gravity, assembly_errors, None, applied)
     if not first.doubtful.any() or not frames.take(np.flatnonzero(first.doubtful)).are_finite().any():
         return [first]
@@ -239,7 +239,7 @@ def load_at_o(robot: Robot, frames: Frames, load: Array, point: Array | None, fr
 
 
 def _complain(robot: Robot, solution: Solution) -> None:
-    """Raise an error with the reason why a pose has no results, or why assembly errors are impossible; if none, return."""
+    """Raise an error about a pose without results, or about contradictory assembly errors; without them, return."""
     for p in np.flatnonzero(solution.singular):
         if short := no_length_text(robot.beams.values(), solution.frames, int(p)):
             raise StaticsError(short)
@@ -284,7 +284,7 @@ def _complain(robot: Robot, solution: Solution) -> None:
 
 
 def free_twists(robot: Robot, solution: Solution, pose: int) -> Array:
-    """(6, k) twists of the platform at o that no constraint wrench resists, world axes [m, rad]; at least the least resisted."""
+    """(6, k) twists of the platform at o that no constraint wrench resists, world axes [m, rad]; or the least resisted one."""
     scale = np.array([1.0] * 3 + [1 / robot.length] * 3)[:, None]
     columns = [np.zeros((6, 0)), *(item.J_c[..., pose].reshape(6, -1) for item in solution.statics)]
     wrenches = np.concatenate(columns, axis=1) * scale

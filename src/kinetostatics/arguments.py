@@ -86,7 +86,7 @@ def positive(what: str, value: FloatLike, expected: str = "a positive number", i
 
 
 def whole_number(what: str, value: SupportsIndex | None, least: int, most: int | None = None, shown: str = "") -> int:
-    """Return an integer from ``least`` to ``most``; raise an ArgumentError for other values, which it calls ``shown``."""
+    """Return an integer from ``least`` to ``most``; raise an ArgumentError otherwise, with ``shown`` in place of the value."""
     number = None
     if value is not None and not isinstance(value, (bool, np.bool_)):
         with contextlib.suppress(TypeError):

@@ -91,7 +91,7 @@ def _actuator_forces(robot: RobotStatics, solution: Solution) -> Array:
 
 
 def _is_usual(robot: RobotStatics, solution: Solution) -> Mask:
-    """(N,) True where forces are determinate, wrench bases regular, and the ranks of limbs the usual ones."""
+    """(N,) True where forces are determinate, wrench bases are regular, and limbs have their usual ranks."""
     return ~solution.indeterminate & ~solution.basis_degenerate & ~solution.doubtful
 
 

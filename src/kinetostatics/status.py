@@ -109,7 +109,7 @@ STATUS_WORDS: Mapping[Status, str] = {
 
 
 def status_of(base: NDArray[np.int8], facts: Mapping[str, Truth]) -> NDArray[np.int8]:
-    """(…) the most severe of the ``facts`` (…) that are true of each pose; ``base``: OK, or the status without results."""
+    """(…) the most severe of the ``facts`` (…) that are true of each pose; ``base``: OK, UNREACHABLE or SINGULAR."""
     status = np.array(base, dtype=np.int8)
     for name, fact in FACTS.items():
         if name in facts and fact.status is not None:

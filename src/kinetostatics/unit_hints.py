@@ -146,7 +146,7 @@ def material_hints(materials: Mapping[str, tuple[float, float | None]]) -> list[
 
 
 def _meant(value: float, usual: tuple[float, float], units: Mapping[str, float]) -> str:
-    """Write the unit in which the value would be ``usual``, and the value in SI; empty if there is none."""
+    """Write ": 210 GPa is 2.1e+11", with the unit in which the value is in the range ``usual``; empty if there is none."""
     fitting = (unit for unit, size in units.items() if usual[0] <= value * size <= usual[1])
     return next(
         (f": {value:.4g} {unit} is {value * units[unit]:.4g}{', and lengths are in m' * ('/mm' in unit)}" for unit in fitting), ""

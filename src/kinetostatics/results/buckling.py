@@ -27,8 +27,8 @@ class Buckling(Shapes[BucklingModes], Reported, builder="reports.dynamics:buckli
     """Load factors and buckling modes of a loaded robot; see :meth:`kinetostatics.Result.buckling`.
 
     Arrays are read-only: batch axes first, then the mode. They are NaN where a pose has no results. If a pose has fewer than
-    ``count`` modes, the other load factors are infinite, and all other arrays NaN. The amplitude of a mode is arbitrary; the
-    largest component of the platform's twist is positive. Any combination of modes with equal load factors is a mode, too.
+    ``count`` modes, its remaining load factors are infinite, and the remaining shapes NaN. The amplitude of a mode is arbitrary;
+    the largest component of the platform's twist is positive. Any combination of modes with equal load factors is a mode, too.
 
     Attributes:
         configuration: the pose or poses, broadcast against the loads.
@@ -100,15 +100,15 @@ def buckling_of(configuration: Configuration, solutions: Iterable[Solution], val
 class SecondOrder(ShortRepr):
     """Twist, compliance and stiffness with the geometric stiffness K_G due to the forces: (K + K_G) u = f (P-Delta).
 
-    K_G and the twist due to assembly errors are those of the linear analysis. Arrays are NaN where the robot buckles or has no
-    results. For robots with springs, ``Result.second_order`` raises a :class:`StaticsError`, because their stiffness K already
-    includes the effects of springs and weights.
+    K_G follows from the forces of the linear analysis; it does not change the twist due to assembly errors. Arrays are NaN where
+    the robot buckles or has no results. For robots with springs, ``Result.second_order`` raises a :class:`StaticsError`, because
+    their stiffness K already includes the effects of springs and weights.
 
     Attributes:
         twist: (…, 6) [m, rad].
         compliance: (…, 6, 6) [m/N, rad/(N·m)].
         stiffness: (…, 6, 6) [N/m, N·m/rad]; NaN where limbs are rigid.
-        change: (…) relative change of the platform's stiffness by K_G in the direction where its magnitude is largest.
+        change: (…) relative change of the platform's stiffness by K_G, in the direction of motion with the largest change.
 
     Examples:
         >>> import kinetostatics as ks

@@ -172,7 +172,7 @@ class MeasurementPlan(Reported, builder="reports.calibration:plan_report"):
         random_standard_errors: geometric mean of the standard errors of random plans.
         gain: factor by which the standard errors are smaller than those of random plans, geometric mean over all independent
             combinations of unknowns that the readings determine; NaN if no random plan determines them.
-        unidentifiable: combined changes of unknowns that affect no reading, whatever the pose and load.
+        unidentifiable: combined changes of unknowns that affect no reading at any of the given poses and loads.
         candidates: number of combinations of pose and load from which the measurements were chosen.
         left_out: number of other combinations, whose poses are unreachable, singular or beyond a joint limit.
         chosen: (n,) indices of the measurements among all combinations of pose and load.

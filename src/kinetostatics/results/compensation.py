@@ -148,7 +148,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
     def status(self) -> NDArray[np.int8]:
         """:class:`Status` of every corrected pose (…), UNREACHABLE if no correction was found.
 
-        Where the target pose of the unloaded robot is UNREACHABLE or SINGULAR, this is the status.
+        It is also UNREACHABLE or SINGULAR where the unloaded robot is at the target pose.
         """
         before = self.uncorrected.status
         found = np.where(np.isin(before, WITHOUT_NUMBERS), before, self.result.status).astype(np.int8)
@@ -238,7 +238,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
 
 def shift_of(target: Array, corrected: Array, is_slide: bool) -> Array:
-    """(N,) corrected less target coordinate of an actuator [m, rad]; angles differ by at most π."""
+    """(N,) corrected less target coordinate of an actuator [m, rad]; differences of angles are within ±π."""
     shift = corrected - target
     return shift if is_slide else shift - 2 * np.pi * np.round(shift / (2 * np.pi))
 

@@ -104,7 +104,7 @@ def source_contributions(
 def part_contributions(robot: Robot, batch: Batch, sources: Mapping[str, Mapping[str, Array]]) -> Mapping[str, tuple[Array, ...]]:
     """(…, 6) twist due to each of the parts in series of a limb, from base to platform; limbs of a single part are omitted.
 
-    ``sources``: twist of each elastic part, from :func:`source_contributions`; those within a part of the limb are added.
+    ``sources``: twist of each elastic part, from :func:`source_contributions`; the twists within a part of the limb are added.
     """
     beams, nothing = robot.description.beams, batch.public([np.zeros((6, len(batch.valid)))])
     twists = [
@@ -125,7 +125,7 @@ MECHANISMS = ("platform_weight", "attached", "deformation")
 
 
 def by_mechanism_of_gravity(platform_weight: Array, limbs: Mapping[str, Mapping[str, Array]]) -> dict[str, Array]:
-    """Return the part of a quantity due to each of the ``MECHANISMS``; ``limbs``: the part due to each limb, by mechanism."""
+    """Return the part of a quantity due to each of the ``MECHANISMS``; ``limbs``: parts by limb and mechanism, to be added."""
     sums = {name: sum((parts[name] for parts in limbs.values()), np.zeros_like(platform_weight)) for name in MECHANISMS[1:]}
     return {"platform_weight": platform_weight, **sums}
 
@@ -192,7 +192,7 @@ def _places(robot: RobotStatics, solution: Solution) -> Mapping[str, Mask]:
 def _unit_payloads(
     robot: RobotStatics, frames: Frames, gravity: Array, link: str | None, places: Mapping[str, Mask]
 ) -> tuple[AppliedLoad, ...]:
-    """Return the weights of a mass of 1 kg at the origin of the frame of ``link`` (None: o-xyz), and of 1 kg·m along each axis.
+    """Return the weight of 1 kg at the origin of the frame of ``link`` (None: o-xyz), and of 1 kg·m along each of its axes.
 
     ``places``: the bodies that carry the payload, from :func:`_places`.
     """

@@ -55,10 +55,9 @@ class PathResult(Reported, builder="reports.dynamics:path_report"):
         """Return a quantity over time, (N,) by name of the reference point, contribution, actuator, beam or joint.
 
         Args:
-            what: "displacement" [m] and "rotation" [rad], magnitudes; "contributions", components of the contributions to the
-                displacement along its direction [m]; "actuator_force" [N], "actuator_torque" [N·m], "actuator_speed" [m/s],
-                "actuator_rate" [rad/s], "actuator_power" [W]; "stress", the largest of each beam [Pa]; "joint_force" [N] and
-                "joint_moment" [N·m], magnitudes.
+            what: "displacement" [m] and "rotation" [rad], magnitudes; "contributions" to the twist, components along the
+                displacement [m]; "actuator_force" [N], "actuator_torque" [N·m], "actuator_speed" [m/s], "actuator_rate" [rad/s],
+                "actuator_power" [W]; "stress", largest of each beam [Pa]; "joint_force" [N], "joint_moment" [N·m], magnitudes.
 
         Raises:
             ArgumentError: there is no such quantity.
@@ -67,7 +66,7 @@ class PathResult(Reported, builder="reports.dynamics:path_report"):
         return ResultMapping({name: frozen(values) for name, values in OVER_TIME[what].of(self).items()})
 
     def peaks(self, what: str) -> Mapping[str, Peak]:
-        """Return the value of largest magnitude of each quantity of :meth:`over_time`, and its time.
+        """Return, for each name of :meth:`over_time`, the value of largest magnitude and the time of this value.
 
         Raises:
             ArgumentError: there is no such quantity.
@@ -80,7 +79,7 @@ class PathResult(Reported, builder="reports.dynamics:path_report"):
         return ResultMapping(found)
 
     def root_mean_square(self, what: str) -> Mapping[str, float]:
-        """Return the root mean square over time of each quantity of :meth:`over_time`, such as of a torque that heats a motor.
+        """Return, for each name of :meth:`over_time`, the root mean square over time, such as of a torque that heats a motor.
 
         Raises:
             ArgumentError: there is no such quantity.

@@ -1,4 +1,4 @@
-"""Arrays of a result: arrays (*dims, N) of chunks of poses are joined to read-only arrays (…, *dims), NaN at failed poses.
+"""Arrays of a result: arrays (*dims, N) of chunks of poses are joined to read-only arrays (…, *dims), NaN without results.
 
 An output is an array of :data:`kinetostatics.quantities.OF_EQUILIBRIUM`.
 """
@@ -67,7 +67,7 @@ class Chunk:
 
     Attributes:
         robot: the robot.
-        solutions: the equilibria, in the order of the poses; a pose where the rank of a limb is not the usual one has its own.
+        solutions: the equilibria, in the order of the poses; a pose where a limb has an unusual rank is solved separately.
         sources: names of the contributions to the twist.
     """
 
@@ -187,7 +187,7 @@ class PoseArrays:
         self._which, self._reached = which, reached
 
     def seen_from(self, tool: Array | None) -> Self:
-        """Return the result about another reference point: a valid point of the platform (3,) [m], or None for o."""
+        """Return the result about another reference point, without checks: (3,) from o in platform axes [m]; None: o."""
         at_o = self if self._at_o is None else self._at_o
         if tool is None:
             return at_o

@@ -111,7 +111,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
-        """(…, 6) parts of the twist [m, rad] due to load, weights of platform and limbs, link loads, payload, inertia, errors."""
+        """(…, 6) parts of the twist [m, rad]: load, platform and limb weights, link loads, payload, inertia, assembly errors."""
         return self._by("contributions", self.sources)
 
     def at_point(self, point: ArrayLike) -> Result:
@@ -207,7 +207,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def platform_wrench(self) -> Array:
-        """(…, 6) external wrench on the platform about o, world axes [N, N·m], Eq. (5): load, its weight, loads on its links."""
+        """(…, 6) external wrench on the platform about o, world axes [N, N·m], Eq. (5): load, weight, loads on its links."""
         return self._of("platform_wrench")
 
     @cached_property
@@ -223,7 +223,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def payload_coefficients(self) -> PayloadCoefficients:
-        """Twist and forces per unit of the payload's mass and first moments; without payload, of one on the platform."""
+        """Twist and forces per unit of mass and first moment of the payload; without payload, of any mass on the platform."""
         link = None if self.payload is None else self.payload.link
         return payload_coefficients(self.robot.statics, self._batch, self.solutions, link)
 
@@ -273,7 +273,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
     def joint_wrenches(self) -> Mapping[str, Array]:
         """(…, 6) wrench of each joint's base side on its platform side, at the joint's centre, world axes [N, N·m].
 
-        A joint within a ring has no base and platform side; its wrench is exerted by its predecessor on its successor.
+        A joint within a ring has neither; the wrench is exerted by the joint's predecessor link on its successor link.
         """
         chunks = self._joint_wrenches
         return ResultMapping(

@@ -136,7 +136,7 @@ class Tolerances(Reported, builder="reports.tolerances:tolerances_report"):
     def sampled(self, name: str) -> tuple[float, float, float, float]:
         """Return mean, standard deviation, 2.5 % and 97.5 % quantile of the samples.
 
-        For displacement and rotation, which are distances from the nominal robot, the second is the root mean square.
+        Displacement and rotation are distances from the nominal robot; the root mean square replaces their standard deviation.
 
         Args:
             name: name of the quantity, see :meth:`PoseQuantities.named`.
@@ -147,7 +147,7 @@ class Tolerances(Reported, builder="reports.tolerances:tolerances_report"):
         return float(np.nanmean(values)), float(scatter), float(low), float(high)
 
     def share(self, parameter: str, name: str = "displacement") -> float:
-        """Return the fraction of a quantity's variance due to a parameter, to first order."""
+        """Return the fraction of the variance of the quantity ``name`` that is due to a parameter, to first order."""
         whole = float(self.standard_deviation.named(name))
         item = self.parameters[parameter]
         own = float(self.effects[parameter].named(name)) * item.standard_deviation / item.tolerance

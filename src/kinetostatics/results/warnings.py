@@ -80,7 +80,7 @@ def near_singular_warnings(result: Result) -> list[str]:
 
 
 def _bases(statics: LimbStatics, length: float) -> tuple[Array, Array]:
-    """Return Q (g, N, 6, n_c) and R (g, N, n_c, n_c): Q R are the constraint wrenches, with moments divided by ``length``."""
+    """Return Q (g, N, 6, n_c) and R (g, N, n_c, n_c): Q R are each limb's constraint wrenches, moments divided by ``length``."""
     columns = np.moveaxis(np.nan_to_num(statics.J_c), (2, 3), (0, 1)) * np.repeat([1.0, 1 / length], 3)[:, None]
     Q, R = np.linalg.qr(columns)
     return Q, R
@@ -261,7 +261,7 @@ def _changed_stiffness(result: Result) -> str:
 
 
 def _motions(values: Array, vectors: Array, k: int, scale: Array) -> str:
-    """Describe the motions spanned by all eigenvectors whose eigenvalues (6,) equal the k-th; single ones are arbitrary."""
+    """Describe the motions spanned by all eigenvectors whose eigenvalues equal the k-th of ``values`` (6,)."""
     alike = np.abs(values - values[k]) <= 1e-6 * abs(values[k])
     spanned = np.linalg.svd(np.concatenate([vectors[:, alike].real, vectors[:, alike].imag], axis=1))[0][:, : np.sum(alike)]
     return " and ".join(describe_twist(twist / scale, scale[-1]) for twist in canonical_basis(spanned).T)
