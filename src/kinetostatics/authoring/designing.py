@@ -43,8 +43,8 @@ class Design:
     """What the text of a robot file is made of.
 
     Attributes:
-        skeletons, places, options: parts, placement and options of the macro, of each limb.
-        sections: sections by prefix: the prefix "rod" begins the names of arguments such as ``rod_outer_diameter``.
+        skeletons, places, options: for each limb, its parts, its placement and the options of its macro.
+        sections: sections of beams by prefix, such as "rod" in the name of the argument ``rod_outer_diameter``.
         shared_material: whether all beams have the same material.
     """
 
@@ -75,7 +75,7 @@ def design_robot(
     name: str | None = None,
     **given: Keyword,
 ) -> Design:
-    """Design a robot; its arguments are described at :func:`new_robot`, and ``given`` are other arguments of the file."""
+    """Return the design for the arguments of :func:`new_robot`, of which ``given`` are arguments of the file."""
     by_group = {group: skeleton_of(parsed, group) for group in parsed.groups}
     skeletons = tuple(by_group[group] for group in parsed.limbs)
     for what, word in (("guide", guide), ("axis", axis)):

@@ -1,4 +1,7 @@
-"""The xacro arguments of a generated file. The prefix of a section's arguments is its role (rod, crank, cylinder) or "rod_4"."""
+"""The xacro arguments of a generated file.
+
+The names of a section's arguments begin with its prefix: the role of its beam (rod, crank or cylinder), or "rod_4" in limb 4.
+"""
 
 from __future__ import annotations
 
@@ -65,7 +68,7 @@ class FileArguments:
         return number
 
     def check_all_used(self, reasons: Mapping[str, str]) -> None:
-        """Raise an ArgumentError if a given value has no argument, with its entry in ``reasons`` or similar names."""
+        """Raise an ArgumentError if a given value has no argument; the message has its entry in ``reasons`` or similar names."""
         for name in self.given:
             if name not in self.texts:
                 reason = reasons.get(name, near_names(name, self.texts))
@@ -197,7 +200,7 @@ MATERIAL_NAMES = ("youngs_modulus", "poisson_ratio", "shear_modulus", "density",
 def chosen_sections(
     architecture: Architecture, skeletons: Sequence[Skeleton], given: Mapping[str, str], lengths: Mapping[str, float]
 ) -> tuple[dict[str, SectionText], list[dict[str, str]]]:
-    """Return (sections by prefix, prefix of each role for each limb); ``lengths``: greatest length of each role [m]."""
+    """Return (sections by prefix, for each limb its prefixes by role); ``lengths``: greatest length of each role [m]."""
     check_mapping("sections", given, '{"rod": "tube 60mm 50mm steel"}')
     has_telescope = any(span.kind == "telescope" for skeleton in skeletons for span in skeleton.spans)
     roles = {role for skeleton in skeletons for role in skeleton.roles} | ({"cylinder"} if has_telescope else set())

@@ -277,7 +277,7 @@ def _beam_text(description: RobotDescription, candidates: Mapping[str, Span], li
 
 
 def _platform_advice(description: RobotDescription) -> str:
-    """Return advice on a platform that is to be elastic; empty unless the platform is the child of a moving joint."""
+    """Return advice on making the platform's link elastic; empty unless a moving joint carries this link."""
     joint = next((item for item in description.joints.values() if item.child == description.platform), None)
     if joint is None or JOINT_TYPES[joint.type].is_fixed or description.loops:
         return ""
@@ -333,7 +333,7 @@ def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | 
 
 
 def _suggested_stiffness(joint: Joint) -> float:
-    """Return the stiffness [N/m, N·m/rad], to two digits, that deflects by ``SLIDE`` or ``TURN`` under the joint's effort."""
+    """Return the stiffness [N/m, N·m/rad], to two digits, that the joint's effort deflects by ``SLIDE`` or ``TURN``."""
     moved = SLIDE if JOINT_TYPES[joint.type].is_slide else TURN
     return float(f"{joint.effort / moved:.2g}")
 

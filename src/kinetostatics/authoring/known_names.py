@@ -105,12 +105,12 @@ OTHERS = {
 
 
 def named(text: str) -> KnownName | None:
-    """Return the mechanism with a name such as "Stewart platform" or "5R"; None if there is none.
+    """Return the mechanism with a name such as "Stewart platform" or "5R"; None if the name is unknown.
 
     Upper and lower case are the same, and words such as "robot" or "platform" are optional.
 
     Raises:
-        ArgumentError: several mechanisms have this name, or robots of another kind.
+        ArgumentError: several mechanisms have this name, or it is the name of a robot of another kind (``OTHERS``).
     """
     name = _normalized(text)
     for names, reason in OTHERS.items():
@@ -131,8 +131,8 @@ def _single(text: str, found: list[KnownName]) -> KnownName | None:
 def options_of(text: str, architecture: str, given: Mapping[str, Keyword]) -> dict[str, Keyword]:
     """Return the default arguments of ``new_robot`` for ``text``, a common name or limbs in the notation.
 
-    Limbs (``architecture``: with actuators in brackets) have the defaults of the only named mechanism with these limbs and the
-    given arrangement. They have no defaults if no named mechanism has these limbs, or if placements are given.
+    Limbs have the defaults of the only named mechanism with these limbs and the given arrangement. They have no defaults if no
+    named mechanism has these limbs, or if placements are given. ``architecture``: the limbs with actuators in brackets.
 
     Raises:
         ArgumentError: several named mechanisms have these limbs, such as the planar and the spherical 3-RRR.

@@ -1,4 +1,4 @@
-"""Parts of a limb: guide, points with joints, links between these points. Its revolute axes are along the y axis of its frame."""
+"""Parts of a limb: guide, points with joints, links between these points. Revolute axes are along y of the limb's frame."""
 
 from __future__ import annotations
 
@@ -132,8 +132,9 @@ def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
 def _with_axes(points: list[LimbPoint]) -> list[LimbPoint]:
     """Return the points with ``axes`` of their universal joints.
 
-    If a neighbouring point is a revolute joint, the axis on its side is along the limb's y. A telescope that is fixed to the
-    platform counts as a revolute joint there. Without such neighbours, the axis at base or platform is along the limb's y.
+    If a neighbouring point is a revolute joint, the axis on the neighbour's side is along the limb's y. A telescope that is fixed
+    to the platform counts as a revolute joint there. Without a revolute neighbour, the axis on the base's side is along y; for a
+    joint at the platform, the axis on the platform's side.
     """
     found = []
     for number, point in enumerate(points):

@@ -169,7 +169,10 @@ def parse_architecture(text: str) -> Architecture:
 
 
 def _is_a_word(text: str) -> bool:
-    """Whether a text is no notation: it has four letters in a row and two that denote no joint, or is a serial robot (6R)."""
+    """Whether a text cannot be notation.
+
+    It has four letters in a row, and at least two letters that denote no joint; or it is a serial robot such as 6R.
+    """
     if re.fullmatch(r"\s*\dR\s*", text):
         return True
     foreign = re.sub("(?i)pa|[rpusc]|[^a-z]", "", text)

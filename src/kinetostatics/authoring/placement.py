@@ -169,7 +169,7 @@ def place_by_arrangement(
 
 
 def _pair_azimuths(k: int, values: Mapping[str, float]) -> tuple[Angle, Angle]:
-    """Return the end azimuths of limb k of six. Pairs are about 0°, 120°, 240° on the base, 60°, 180°, 300° on the platform."""
+    """Return the azimuths of base and platform point of limb k of six: pairs about 0°, 120°, 240° and about 60°, 180°, 300°."""
     middle, side = 120 * (k // 2), 1 if k % 2 else -1
     far = middle + 60 * side
     signs = ("-", "+") if side < 0 else ("+", "-")

@@ -27,11 +27,11 @@ PARALLEL = 1e-3
 class Span:
     """A link between two consecutive moving joints of the chain from base to platform.
 
-    The last one ends at the joint that holds the platform, even if this joint is fixed.
+    The last link ends at the joint that holds the platform, even if this joint is fixed. In a robot with loops, each link with
+    exactly two moving joints or loops is a span.
 
     Attributes:
-        start, end: names of the joints at the two ends, from base to platform; empty in a robot with loops, where the link has no
-            other joints.
+        start, end: names of the joints at the two ends, from base to platform; empty in a robot with loops.
         along: unit vector from start to end, in the link's frame, with all joints at zero.
         axis: axis of the joint at the start, in the link's frame.
         length: distance of the two joints with all joints at zero [m].
@@ -55,7 +55,7 @@ class Span:
 
     @property
     def tube(self) -> tuple[float, float] | None:
-        """Outer and inner diameter [m] of a tube with the link's mass; the outer diameter is reduced to length/``STUBBY``.
+        """Outer and inner diameter [m] of a tube with the link's mass; a thicker tube is reduced to length/``STUBBY``.
 
         None if the link has no mass, or if the length is not between ``SLENDER`` and ``WIRE`` diameters of a tube with this mass.
         """

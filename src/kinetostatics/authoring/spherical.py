@@ -64,7 +64,7 @@ def add_spherical_arguments(
 def _check_arcs(
     architecture: Architecture, k: int, place: LimbPlace, cones: tuple[float, float], arcs: tuple[float, float]
 ) -> None:
-    """Raise an ArgumentError unless ``arcs`` of crank and rod [rad] connect the axes of limb k at base and platform."""
+    """Raise an ArgumentError unless crank and rod with these ``arcs`` [rad] can connect limb k's axes at base and platform."""
     assert place.at_base is not None and place.at_platform is not None  # its azimuths are given or even
     first, last = (
         np.array([math.sin(cone) * math.cos(angle.value), math.sin(cone) * math.sin(angle.value), sign * math.cos(cone)])

@@ -155,9 +155,10 @@ def determined(J: Array) -> tuple[Array, Array, Array]:
 
 
 def outliers(found: Fit, size: float) -> tuple[Array, Mask]:
-    """Return (externally studentized residuals (n,), mask (n,): True at outliers); each is found without the previous outliers.
+    """Return (externally studentized residuals (n,), mask (n,): True at outliers).
 
-    ``size``: root mean square of the weighted readings, to which rounding errors are proportional.
+    Each outlier is sought in a fit without the previous outliers. ``size``: root mean square of the weighted readings, to which
+    rounding errors are proportional.
     """
     from scipy import stats
 

@@ -64,8 +64,8 @@ def plan_measurements(
         robot: the nominal robot.
         unknowns: see :func:`calibrate`.
         n: number of measurements, each a pose and a load.
-        platform, actuators: coordinates of the platform, or of all actuators; arrays span the grid of poses; default: the zero
-            pose.
+        platform, actuators: coordinates of the platform, or of all actuators; arrays span the grid of poses; default: all
+            actuators at zero.
         load: (…, 6) possible loads [N, N·m]; the candidates are all combinations of poses and loads.
         readings: components of the twist and gauges that are read in every measurement.
         gauges, reference, orientation, payload, point, frame, closure_tolerance, analysis: see :func:`calibrate`.

@@ -62,7 +62,7 @@ def _checked(where: str, gauge: object) -> Gauge:
 
 
 def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
-    """Return pairs (name, gauge) by file and line."""
+    """Return pairs (name, gauge) by file and line, such as "gauges.csv:3"."""
     example = "a table of gauges has a line of titles, such as name,x [mm],y [mm],z [mm],ux,uy,uz, and one of each"
     table = read_csv(path, example, COLUMNS, ("name", "ux", "uy", "uz"))
     found: dict[str, tuple[str, Gauge]] = {}
@@ -86,7 +86,7 @@ def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
 
 
 def readings_by_twist(gauges: Sequence[Gauge], which: Index, pose: Configuration, rows: Index) -> Array:
-    """Return rows (n, 6), one for each reading: row times twist [d; r] at o is the reading; world axes [1, m].
+    """Return rows (n, 6) [1, m]: the product of row k and the twist [d; r] at o, world axes, is reading k.
 
     A gauge of direction u at the arm a from o reads the displacement u · d + (a × u) · r, or the rotation u · r. For each
     reading, ``which`` (n,) is the index of its gauge, and ``rows`` (n,) the index of its pose.
@@ -119,7 +119,7 @@ class Measurements:
     """Measurements, row by row; SI units.
 
     Attributes:
-        coordinates: (N,) coordinates of the platform or the actuators, by name [m, rad]; empty: the zero pose.
+        coordinates: (N,) coordinates of the platform or the actuators, by name [m, rad]; empty: actuators at zero.
         load: (N, 6) loads [N, N·m].
         readings: (N,) readings by gauge [m, rad]; NaN if missing.
         rows: (N,) number of each row: line of the file, or index from 0.

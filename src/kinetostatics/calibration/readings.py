@@ -154,7 +154,7 @@ class Model:
         return np.concatenate([mass * np.broadcast_to(self.gravity, arm.shape), np.cross(arm, self.gravity)], axis=-1)
 
     def read(self, pose: Configuration, twists: Array) -> Array:
-        """Return the readings (n, …) for twists (M, 6, …) of the rows and reference poses."""
+        """Return the readings (n, …) for twists (M, 6, …), less the readings at the reference poses."""
         gauges, rows, which = list(self.readings.gauges.values()), self.readings.rows, self.readings.which
         found = np.einsum("ni,ni...->n...", readings_by_twist(gauges, which, pose, rows), twists[rows])
         before = self._referred[rows]

@@ -61,7 +61,7 @@ class Unknown:
 
 
 class Unknowns:
-    """All p unknowns, and the robots with their values.
+    """All p unknowns, and the robot, assembly errors and payload for values of the varied quantities.
 
     Args:
         robot: the nominal robot.
@@ -186,7 +186,7 @@ class Unknowns:
         return mass, moment + mass * arm, arm
 
     def reported(self, values: Array) -> tuple[Array, Array]:
-        """Return the unknowns (p,), and their derivatives (p, p) by the varied quantities.
+        """Return the unknowns (p,) for values of the varied quantities, and their derivatives (p, p) by these.
 
         The centre of a payload without mass is NaN.
         """

@@ -236,9 +236,9 @@ def _poses(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, dict[
 
 
 def _read_table(robot: Robot, args: argparse.Namespace, timed: bool = False) -> tuple[str, dict[str, list[float]]]:
-    """Return (option for the coordinates in ``--table``: "--platform" or "--actuators", columns by name in SI).
+    """Return (option, columns) of ``--table``; ``timed``: whether it also has a column "time".
 
-    ``timed``: whether the table also has a column "time".
+    ``option``: "--platform" or "--actuators", whichever has the coordinates of the table. ``columns``: values by name, in SI.
     """
     if args.platform or args.actuators:
         raise ArgumentError("give either --table or coordinates, not both")

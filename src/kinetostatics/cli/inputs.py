@@ -206,7 +206,7 @@ def load_robot(args: argparse.Namespace) -> Robot:
 def pose_of(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, list[str]]:
     """Return (pose at ``--platform`` or ``--actuators``, warnings).
 
-    Without coordinates it is the zero pose or, if the loops do not close there, the closed pose nearest to the file's zero.
+    Without coordinates, all actuators are at zero or, if the loops do not close there, the pose is :func:`closed_zero_pose`.
     """
     option, items = typed_pose(args)
     given = single_values(robot, option, items)
@@ -226,12 +226,12 @@ def closed_zero_pose(robot: Robot, args: argparse.Namespace) -> Configuration:
 
 
 def typed_pose(args: argparse.Namespace) -> tuple[str, list[str]]:
-    """Return (the given option, "--platform" or "--actuators", its items)."""
+    """Return (option, items): "--actuators" if it is given, else "--platform", and its texts ``NAME=VALUE``."""
     return ("--actuators", args.actuators) if args.actuators else ("--platform", args.platform)
 
 
 def grid_of(robot: Robot | None, args: argparse.Namespace) -> tuple[str, dict[str, float | list[float]]]:
-    """Return (the given option, "--platform" or "--actuators", its coordinates by name: values or lists of values).
+    """Return (option, coordinates): "--actuators" if it is given, else "--platform", and by name its values or lists of values.
 
     For ``robot`` None, the kinds of actuator coordinates are not checked.
     """
@@ -241,7 +241,7 @@ def grid_of(robot: Robot | None, args: argparse.Namespace) -> tuple[str, dict[st
 
 
 def assembled(robot: Robot, option: str, coordinates: Mapping[str, object], args: argparse.Namespace) -> Configuration:
-    """Return the poses at coordinates of the option ``--platform`` or ``--actuators``; without coordinates, the zero pose."""
+    """Return the poses at coordinates of ``--platform`` or ``--actuators``; without coordinates, all actuators are at zero."""
     return robot.assemble(**pose_arguments(robot, option, coordinates, args))
 
 

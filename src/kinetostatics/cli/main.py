@@ -170,7 +170,7 @@ def _suggest_platform_links(error: PlatformMissingError, arguments: list[str]) -
 
 
 def _drop_output() -> None:
-    """Prevent another error when the interpreter closes standard output."""
+    """Redirect standard output to the null device, so that the interpreter can close it without another error."""
     try:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except (OSError, ValueError, AttributeError):

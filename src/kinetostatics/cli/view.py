@@ -87,10 +87,7 @@ def _page(args: argparse.Namespace) -> int:
 
 
 def _shown(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) -> tuple[Result | UnloadedPose, list[str]]:
-    """Return (result, warnings).
-
-    If the pose or its analysis fails, return the unloaded pose, or the robot, with the error as the only warning.
-    """
+    """Return (result, warnings). If pose or analysis fails, return the unloaded pose, with the error as the only warning."""
     from kinetostatics.analysis import analyze
     from kinetostatics.status import Status
     from kinetostatics.viewer.single_poses import UnloadedPose
