@@ -158,7 +158,7 @@ def test_pose_between_reached_neighbours_is_tried_from_each(valid_map, monkeypat
     q = np.where(reached[..., None], ds["q"].values, np.nan)
     only = q[6 + side[0], 5 + side[1]]
     place = {name: ds[name].values[k] for name, k in (("x", 6), ("y", 5))}
-    original = continuity._Front.follow
+    original = continuity._RegionPoses.follow
 
     def follow(self, starts, first, targets, steps=1):
         ends, arrived = original(self, starts, first, targets, steps)
@@ -166,7 +166,7 @@ def test_pose_between_reached_neighbours_is_tried_from_each(valid_map, monkeypat
         from_there = np.all(np.abs(starts[:, : len(only)] - only) < 1e-12, axis=1)
         return ends, arrived & (~here | from_there)
 
-    monkeypatch.setattr(continuity._Front, "follow", follow)
+    monkeypatch.setattr(continuity._RegionPoses, "follow", follow)
     found = checked(valid_map, q, reached)
     assert found.gained == 1
     np.testing.assert_allclose(found.q[0], ds["q"].values[6, 5], atol=1e-9)

@@ -1,4 +1,8 @@
-"""Results of one block of the grid: poses of one robot, assembled and analysed, as arrays of the Dataset."""
+"""Results of one block of the grid: poses of one robot, assembled and analysed, as arrays of the Dataset.
+
+A block is a range of indices along each axis of the grid: parameters, then dimensions of load cases, then coordinates. It has one
+combination of parameters, that is, one robot.
+"""
 
 from __future__ import annotations
 
@@ -28,14 +32,10 @@ if TYPE_CHECKING:
 
 
 def compute_block(plan: SweepPlan, labels: Labels, block: Block, q: Array | None = None) -> dict[str, Values]:
-    """Return the variables of one robot on one block of the grid.
+    """Return the variables of the Dataset on one block.
 
-    Args:
-        plan: plan of the sweep.
-        labels: labels of the Dataset.
-        block: block of the grid, with one value of each parameter.
-        q: (N, nq) model coordinates of the block's poses, NaN where not reached; None: each pose is assembled on the straight
-            line from the zero pose.
+    If the model coordinates ``q`` (N, nq) of the block's poses are None, the poses are assembled from the zero pose; NaN in ``q``
+    marks a pose that is not reached.
     """
     cases, coordinates = plan.part(block, "case"), plan.part(block, "coordinate")
     combination = tuple(piece.start for piece in plan.part(block, "parameter"))
@@ -44,7 +44,7 @@ def compute_block(plan: SweepPlan, labels: Labels, block: Block, q: Array | None
         configuration = plan.assemble(robot, plan.coordinates(coordinates))
     else:
         configuration = robot.configuration(q, closure_tolerance=plan.closure_tolerance, on_failure="nan")
-    parts = _numbers(plan, labels, combination, configuration, cases, coordinates)
+    parts = _arrays(plan, labels, combination, configuration, cases, coordinates)
     found = {}
     for name, item in labels.variables.items():
         lengths = [piece.stop - piece.start for piece, axis in zip(block, plan.axes, strict=True) if axis.kind in item.varies]
@@ -59,10 +59,10 @@ def make_ready(plan: SweepPlan, labels: Labels, combination: Combination) -> Rob
     return robot
 
 
-def _numbers(
+def _arrays(
     plan: SweepPlan, labels: Labels, combination: Combination, configuration: Configuration, cases: Block, coordinates: Block
 ) -> dict[str, Values]:
-    """Return the variables of one robot in a block of N poses: (cases…, N, …), (N, …) or (…), by what they depend on."""
+    """Return the variables in a block of N poses: arrays (cases…, N, …), without the axes on which a variable does not depend."""
     at = (*(slice(k, k + 1) for k in combination), *cases, *coordinates)
     counts, count = sizes_of(cases), math.prod(sizes_of(coordinates))
 
@@ -83,7 +83,7 @@ def _numbers(
         "engine": plan.engine,
     }
     result = analyze(configuration, **given)
-    found = _extract(plan, labels, combination, result, (*counts, configuration.shape[0]))
+    found = _analysis_arrays(plan, labels, combination, result, (*counts, configuration.shape[0]))
     if plan.compensated:
         target: dict[str, Keyword] = {
             "controlled": plan.compensated,
@@ -101,10 +101,10 @@ def _numbers(
     return found
 
 
-def _extract(
+def _analysis_arrays(
     plan: SweepPlan, labels: Labels, combination: Combination, result: Result, shape: tuple[int, ...]
 ) -> dict[str, Values]:
-    """Return the requested variables (cases…, N, …) of an analysis."""
+    """Return the requested variables that follow from an analysis; ``shape``: (cases…, N)."""
     configuration, robot = result.configuration, result.robot
     if result.sources != labels.axes["source"] or robot.description.driven != labels.axes["actuator"]:
         values = ", ".join(f"{name} = {value}" for name, value in plan.parameters(combination).items()) or "these values"
@@ -154,7 +154,7 @@ def _intensities(result: Result, labels: Labels, kind: str, shape: tuple[int, ..
 
 
 def _full(array: Values, entry: Entry, shape: tuple[int, ...]) -> Values:
-    """Return an array, broadcast or reduced to the axes of cases and poses along which its variable varies."""
+    """Return an array with the leading axes on which its variable depends: (cases…, N), (N,) or none."""
     if entry.varies == POSES:
         return array[(0,) * (array.ndim - 1 - len(entry.dims))]
     sizes = () if entry.varies == ROBOTS else shape

@@ -1,12 +1,14 @@
-"""Continuity of the assembly mode along the grid of one robot, after assembly on straight lines from the zero pose.
+"""Continuity of the assembly mode along the grid of one robot.
 
-A straight line may lead to another assembly mode if two modes are close, and it may leave the workspace although its end is
-inside. Both cases are detected by comparison with neighbouring poses:
+Each pose is first assembled at the end of the straight line from the zero pose, on which the prescribed coordinates (of platform
+or actuators) change linearly. A straight line may lead to another assembly mode if two modes are close, and it may leave the
+workspace although its end is inside. Both cases are detected by comparison with neighbouring poses of the grid:
 
-1. Joint coordinates are continuous functions of the prescribed ones, so that their steps between neighbours vary little. Where a
-step is much larger than adjacent steps, the path between its two poses is followed. If it ends at a third pose, the two
-poses are assembled again from the zero pose in small steps; where a pose changes, its neighbours are assembled again, too.
-2. Unreached neighbours of reached poses are assembled from these, ring by ring, until no more poses are reached.
+1. Joint coordinates are continuous functions of the prescribed coordinates, so that their steps between neighbours vary little.
+Where a step is much larger than adjacent steps, the straight line between its two poses is followed. If it ends at a third pose,
+the two poses are assembled again from the zero pose in small steps; where a pose changes, its neighbours are assembled again,
+too. A pose found in another mode is retracted: it counts as not reached. 2. Poses that are not reached are assembled from reached
+neighbours, until no more poses are reached.
 """
 
 from __future__ import annotations
@@ -27,37 +29,37 @@ from kinetostatics.workspace.sweep_plan import SweepPlan
 
 Single = NDArray[np.float32]
 
-#: Numbers of small steps from the zero pose, and between neighbours, that distinguish assembly modes.
+#: Numbers of small steps on a straight line from the zero pose, and between neighbours.
 STEPS, FINE = 48, 8
-#: Largest difference between equal poses that are reached on two paths: absolute [rad], and relative to the step between
+#: Largest difference of a pose reached on two paths: absolute [rad], and relative to the step between
 #: neighbours.
 ALIKE, ALIKE_PART = 1e-5, 0.02
 #: Largest number of rounds of retraction and continuation.
 ROUNDS = 5
 #: Number of neighbours of reached poses that are tried first; if none is reached, the others are skipped.
 PROBES = 200
-#: A step is suspect if it differs from an adjacent one by more than BESIDE times the smaller of both plus USUAL times the median.
+#: A step is suspect if it differs from an adjacent step by more than BESIDE × the smaller of both + USUAL × the median step.
 BESIDE, USUAL = 0.5, 0.2
 #: A step without adjacent steps is suspect if it exceeds LARGE times the median.
 LARGE = 4.0
-#: Scaled difference [rad] up to which two poses are the same.
+#: Largest scaled difference [rad] of two equal poses.
 SAME = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class JointScale:
-    """Scale of differences between model coordinates: lengths are divided by the characteristic length, full turns are ignored.
+    """Scale of differences between poses: lengths are divided by the characteristic length, full turns are ignored.
 
     Attributes:
-        weights: (nq,) factors.
-        angles: (nq,) mask of the coordinates that are angles.
+        weights: (k,) factors of the k compared coordinates.
+        angles: (k,) True for coordinates that are angles.
     """
 
     weights: Array
     angles: Mask
 
     def difference(self, first: Array, second: Array) -> Array:
-        """Return the largest scaled difference (…) of two poses (…, nq) [rad]; NaN where a pose is not reached."""
+        """Return the largest scaled difference (…) between two poses with coordinates (…, k) [rad]; NaN where not reached."""
         gap = (second - first) * self.weights
         gap = np.abs(np.where(self.angles, gap - 2 * np.pi * np.round(gap / (2 * np.pi)), gap))
         return np.asarray(gap.max(axis=-1)) if gap.shape[-1] else np.zeros(gap.shape[:-1])
@@ -74,12 +76,11 @@ class Edges:
         return len(self.first)
 
     def where(self, chosen: Mask) -> Edges:
-        """Return the edges at which a mask is True."""
         return Edges(self.first[chosen], self.second[chosen])
 
 
 def neighbours(shape: Sequence[int]) -> Iterator[tuple[int, tuple[slice, ...], tuple[slice, ...]]]:
-    """Yield each axis with the slices of the lower and of the upper poses of all neighbours along this axis."""
+    """Yield each axis with two indices of grid arrays: of the lower and of the upper pose of all neighbours along this axis."""
     for axis, size in enumerate(shape):
         if size > 1:
             everything = [slice(None)] * len(shape)
@@ -89,11 +90,11 @@ def neighbours(shape: Sequence[int]) -> Iterator[tuple[int, tuple[slice, ...], t
 
 
 def suspect_edges(q: Array, reached: Mask, scale: JointScale) -> Edges:
-    """Return the edges with unusually large steps.
+    """Return the edges whose steps are much larger than adjacent steps.
 
     Args:
-        q: (…grid, nq) model coordinates, NaN where not reached.
-        reached: (…grid) mask of reached poses.
+        q: (…grid, k) compared coordinates, NaN where not reached.
+        reached: (…grid) True where a pose is reached.
         scale: scale of differences.
     """
     # coordinates along the first axis, for speed; single precision is enough here
@@ -110,7 +111,10 @@ def suspect_edges(q: Array, reached: Mask, scale: JointScale) -> Edges:
 
 
 def _suspect(joints: Single, both: Mask, scale: JointScale) -> Mask:
-    """Return the mask (n − 1, …) of suspect steps along axis n of joints (nq, n, …); ``both``: both poses are reached."""
+    """Return a mask (n − 1, …): True for steps along axis n of ``joints`` (k, n, …) that are much larger than adjacent steps.
+
+    ``both`` (n − 1, …) is True where both poses of a step are reached.
+    """
     step = np.zeros(both.shape, dtype=np.float32)
     turn = np.zeros((both.shape[0] - 1, *both.shape[1:]), dtype=np.float32)  # difference between consecutive steps
     for row, weight, circular in zip(joints, scale.weights, scale.angles, strict=True):
@@ -152,44 +156,44 @@ class Continued:
 
 
 def continued(plan: SweepPlan, labels: Labels, robot: Robot, region: Block, q: Array, o: Array, reached: Mask) -> Continued:
-    """Return the corrections of poses by continuity in a region of the coordinate axes.
+    """Return the corrections of poses by continuity in a region of the grid of coordinates.
 
     Args:
         plan: plan of the sweep.
         labels: labels of the Dataset.
         robot: the robot.
-        region: region of the coordinate axes.
+        region: ranges of indices along the coordinate axes.
         q: (…region, nq) model coordinates, NaN where not reached.
         o: (…region, 3) position of o [m], compared in addition to q if some joints have local freedoms.
-        reached: (…region) mask of reached poses.
+        reached: (…region) True where a pose is reached.
     """
-    front = _Front(plan, labels, robot, region, q, o, reached)
-    gained = front.probe()
+    poses = _RegionPoses(plan, labels, robot, region, q, o, reached)
+    gained = poses.try_some()
     for _ in range(ROUNDS):
-        before = front.count
-        wrong = front.take_back()
+        before = poses.count
+        wrong = poses.retract_other_modes()
         if before < reached.size or wrong:
-            front.spread(everywhere=gained or wrong > 0)
-        if not wrong and front.count == before:
+            poses.assemble_unreached(everywhere=gained or wrong > 0)
+        if not wrong and poses.count == before:
             break
     was = reached.ravel()
-    which = np.flatnonzero((front.reached != was) | (front.reached & front.retracted))
+    which = np.flatnonzero((poses.reached != was) | (poses.reached & poses.retracted))
     return Continued(
         which,
-        np.where(front.reached[which, None], front.q[which, : front.nq], np.nan),
-        front.jumps() if which.size else 0,
-        int(np.sum(front.retracted & was)),
-        int(np.sum(front.reached & ~was)),
+        np.where(poses.reached[which, None], poses.q[which, : poses.nq], np.nan),
+        poses.jumps() if which.size else 0,
+        int(np.sum(poses.retracted & was)),
+        int(np.sum(poses.reached & ~was)),
     )
 
 
-class _Front:
-    """The poses of a region by flat index, and the state of their continuation.
+class _RegionPoses:
+    """The N poses of a region by flat index.
 
     Attributes:
         q: (N, nq) model coordinates of reached poses; if joints have local freedoms, followed by x, y, z of o.
-        reached: (N,) mask of poses reached in the assembly mode of the zero pose.
-        retracted: (N,) mask of poses that had been reached in another mode.
+        reached: (N,) True for poses reached in the assembly mode of the zero pose.
+        retracted: (N,) True for poses that had been reached in another mode.
     """
 
     def __init__(self, plan: SweepPlan, labels: Labels, robot: Robot, region: Block, q: Array, o: Array, reached: Mask) -> None:
@@ -202,7 +206,7 @@ class _Front:
         units = np.array([*labels.auxiliary["joint_coordinate_unit"][1], *("m",) * (3 * len(places))])
         firm = np.array([*(not loose for loose in labels.loose), *(True,) * (3 * len(places))])
         self.scale = JointScale(firm * np.where(units == "m", 1 / robot.length, 1.0), (units == "rad") & firm)
-        self._sound = np.zeros(0, dtype=np.intp)  # edges along which a path between both poses was followed
+        self._confirmed = np.zeros(0, dtype=np.intp)  # edges along which a path between both poses was followed
         self._source = np.full(size, -1, dtype=np.intp)  # neighbour from which a pose has been reached; −1: from the zero pose
         self._tried = np.zeros((2 * reached.ndim, size), dtype=bool)
 
@@ -213,32 +217,34 @@ class _Front:
 
     @cached_property
     def values(self) -> dict[str, Array]:
-        """The given coordinates (N,) of all poses."""
+        """Prescribed coordinates (N,) of all poses."""
         return self.plan.coordinates(self.region)
 
     def at(self, which: Index) -> dict[str, Array]:
-        """Return the given coordinates of some poses."""
         return {name: array[which] for name, array in self.values.items()}
 
-    def set(self, which: Index, q: Array | None, source: Index | int = -1) -> None:
-        """Store poses reached from the neighbours ``source`` or the zero pose (−1); ``q`` None: the poses are not reached."""
+    def store(self, which: Index, q: Array | None, source: Index | int = -1) -> None:
+        """Store poses reached from the neighbours ``source`` or the zero pose (−1); without ``q``, mark them as not reached."""
         self.reached[which], self._source[which] = q is not None, source
         if q is not None:
             self.q[which] = q
-        self._sound = self._sound[~np.isin(np.divmod(self._sound, self.reached.size), which).any(axis=0)]
+        self._confirmed = self._confirmed[~np.isin(np.divmod(self._confirmed, self.reached.size), which).any(axis=0)]
 
     # ---- following --------------------------------------------------------------------------------------------------
 
     def follow(
         self, starts: Array | None, first: Mapping[str, Array | float], targets: dict[str, Array], steps: int = 1
     ) -> tuple[Array, Mask]:
-        """Follow straight lines in steps; return the ends (n, nq), and the mask (n,) of targets that are reached.
+        """Follow straight lines in steps.
 
         Args:
             starts: (n, nq) poses; None: the zero pose.
-            first: coordinates of the starts.
-            targets: (n,) target coordinates.
+            first: prescribed coordinates of the starts.
+            targets: (n,) prescribed coordinates of the ends.
             steps: number of steps.
+
+        Returns:
+            The reached poses (n, nq), and a mask (n,): True where the end is reached.
         """
         count = len(next(iter(targets.values())))
         q = np.full((count, self.q.shape[1]), np.nan) if starts is None else starts.copy()
@@ -260,12 +266,12 @@ class _Front:
         return q, np.isin(np.arange(count), alive)
 
     def follow_from_zero(self, which: Index) -> tuple[Array, Mask]:
-        """Follow the straight lines from the zero pose to poses in small steps."""
+        """Follow the straight lines from the zero pose to poses in small steps; see :meth:`follow`."""
         targets, zero = self.at(which), self.zero_coordinates()
         return self.follow(None, {name: zero.get(name, targets[name]) for name in targets}, targets, STEPS)
 
     def zero_coordinates(self) -> dict[str, float]:
-        """Return the coordinates of the zero pose, without the azimuth if the platform is not tilted."""
+        """Return the prescribed coordinates of the zero pose, without the azimuth if the platform is not tilted."""
         zero = self.robot.configuration(self.robot.model_q(self.robot.zero_poses)[:, 0], closure_tolerance=np.inf)
         if self.plan.kind != "platform":
             return {name: float(value) for name, value in zero.actuators.items()}
@@ -277,37 +283,39 @@ class _Front:
     # ---- 1: other modes ---------------------------------------------------------------------------------------------
 
     def suspects(self) -> Edges:
-        """Return the edges whose steps are too large."""
+        """Return the suspect edges, without edges that have been followed to their stored pose."""
         found = suspect_edges(self.q.reshape(*self.shape, -1), self.reached.reshape(self.shape), self.scale)
-        return found.where(~np.isin(found.first * self.reached.size + found.second, self._sound))
+        return found.where(~np.isin(found.first * self.reached.size + found.second, self._confirmed))
 
-    def examine(self, edges: Edges) -> tuple[Edges, Mask]:
-        """Follow edges, in small steps if necessary; return the edges that do not lead to the stored pose, and a mask.
+    def follow_edges(self, edges: Edges) -> tuple[Edges, Mask]:
+        """Follow the straight lines of edges, in small steps if necessary.
 
-        The mask is True for edges that lead to another pose, False for edges at whose end no pose is reached.
+        Returns:
+            The edges that do not lead to the stored pose, and a mask: True for edges that lead to another pose, False for edges
+                at whose end no pose is reached.
         """
-        elsewhere = np.zeros(0, dtype=bool)
+        at_other_pose = np.zeros(0, dtype=bool)
         for steps in (1, FINE):
             if len(edges):
                 ends, arrived = self.follow(self.q[edges.first], self.at(edges.first), self.at(edges.second), steps)
                 step = self.scale.difference(self.q[edges.first], self.q[edges.second])
                 same = arrived & (self.scale.difference(ends, self.q[edges.second]) < ALIKE + ALIKE_PART * step)
-                self._sound = np.append(self._sound, (edges.first * self.reached.size + edges.second)[same])
+                self._confirmed = np.append(self._confirmed, (edges.first * self.reached.size + edges.second)[same])
                 edges = edges.where(~same)
-                elsewhere = arrived[~same]
-        return edges, elsewhere
+                at_other_pose = arrived[~same]
+        return edges, at_other_pose
 
     def jumps(self) -> int:
         """Return the number of edges that lead to another mode."""
-        return int(self.examine(self.suspects())[1].sum())
+        return int(self.follow_edges(self.suspects())[1].sum())
 
-    def take_back(self) -> int:
+    def retract_other_modes(self) -> int:
         """Retract poses that are not in the mode of the zero pose, and return the number of retracted poses.
 
         Poses reached on the straight line from the zero pose are followed again in small steps. A pose reached from a neighbour
         is retracted together with all poses reached from it, because the path may have passed a singular pose.
         """
-        edges, elsewhere = self.examine(self.suspects())
+        edges, at_other_pose = self.follow_edges(self.suspects())
         if not len(edges):
             return 0
         wrong = np.zeros(self.reached.size, dtype=bool)
@@ -319,23 +327,22 @@ class _Front:
             right = arrived & (self.scale.difference(ends, self.q[candidates]) < ALIKE)
             wrong[candidates[~right]] = True
             moved = arrived & ~right
-            self.set(candidates[~right], None)
-            self.set(candidates[moved], ends[moved])
-            candidates = self._beside(candidates[~right])
+            self.store(candidates[~right], None)
+            self.store(candidates[moved], ends[moved])
+            candidates = self._reached_neighbours(candidates[~right])
         from_neighbours = self._source >= 0
         for this, other in ((edges.first, edges.second), (edges.second, edges.first)):
-            wrong[this[from_neighbours[this] & elsewhere & ~wrong[other]]] = True
+            wrong[this[from_neighbours[this] & at_other_pose & ~wrong[other]]] = True
         while np.any(more := from_neighbours & wrong[self._source] & ~wrong):
             wrong |= more
         gone = np.flatnonzero(wrong & from_neighbours)
         # poses reached from retracted ones may be tried again from any neighbour
         self._tried[:, gone[wrong[self._source[gone]]]] = False
-        self.set(gone, None)
+        self.store(gone, None)
         self.retracted |= wrong
         return int(wrong.sum())
 
-    def _beside(self, which: Index) -> Index:
-        """Return the reached neighbours of poses."""
+    def _reached_neighbours(self, which: Index) -> Index:
         there, found = np.zeros(self.shape, dtype=bool), np.zeros(self.shape, dtype=bool)
         there.ravel()[which] = True
         for _, lower, upper in neighbours(self.shape):
@@ -345,38 +352,42 @@ class _Front:
 
     # ---- 2: continuation from neighbours ----------------------------------------------------------------------------
 
-    def probe(self) -> bool:
-        """Try to assemble some poses from their neighbours, and return whether any is reached."""
-        targets, starts, directions = self._ring()
+    def try_some(self) -> bool:
+        """Try to assemble at most ``PROBES`` poses from their neighbours; return whether any is reached."""
+        targets, starts, directions = self._next_poses()
         if targets.size > PROBES:
             some = np.linspace(0, targets.size - 1, PROBES).astype(np.intp)
             targets, starts, directions = targets[some], starts[some], directions[some]
         return self._try(targets, starts, directions)
 
-    def spread(self, everywhere: bool = True) -> None:
-        """Assemble the poses beside reached ones, ring by ring; a pose is tried at most once from each of its neighbours.
+    def assemble_unreached(self, everywhere: bool = True) -> None:
+        """Assemble poses from reached neighbours until no more are reached; each neighbour of a pose is tried at most once.
 
-        With ``everywhere`` False, only poses between two reached ones are tried.
+        With ``everywhere`` False, only poses between two reached neighbours are tried.
         """
-        while (ring := self._ring(everywhere))[0].size:
-            self._try(*ring)
+        while (found := self._next_poses(everywhere))[0].size:
+            self._try(*found)
 
     def _try(self, targets: Index, starts: Index, directions: Index) -> bool:
-        """Assemble poses from neighbours, in small steps if they were retracted, and return whether any is reached."""
+        """Assemble the poses ``targets`` from the neighbours ``starts``; return whether any is reached.
+
+        ``directions`` are the directions of the neighbours, see :meth:`_next_poses`. Retracted poses are followed in small steps.
+        """
         count = self.count
         self._tried[directions, targets] = True
         for steps, mine in ((1, ~self.retracted[targets]), (FINE, self.retracted[targets])):
             if np.any(mine):
                 to, by = targets[mine], starts[mine]
                 ends, arrived = self.follow(self.q[by], self.at(by), self.at(to), steps)
-                self.set(to[arrived], ends[arrived], by[arrived])
+                self.store(to[arrived], ends[arrived], by[arrived])
         return self.count > count
 
-    def _ring(self, everywhere: bool = True) -> tuple[Index, Index, Index]:
-        """Return poses to try, a reached neighbour of each, and this neighbour's direction 2 · axis + side (0: lower, 1: upper).
+    def _next_poses(self, everywhere: bool = True) -> tuple[Index, Index, Index]:
+        """Return the poses (n,) to try, a reached neighbour (n,) of each, and the directions (n,) of these neighbours.
 
-        A pose that could not be reached from one neighbour is tried again only from neighbours that have been reached since then;
-        a pose between two reached ones is tried from all its neighbours.
+        A direction is 2 · axis + side; side 0: the neighbour is lower. A pose that could not be reached from one neighbour is
+        tried again only from neighbours that have been reached since then; a pose between two reached neighbours is tried from
+        all its neighbours.
         """
         numbers = np.arange(self.reached.size).reshape(self.shape)
         start = np.full(self.reached.size, -1, dtype=np.intp)

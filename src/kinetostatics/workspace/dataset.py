@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
     from kinetostatics.robot import Robot
 
-#: A coordinate has a local freedom if it has changed by more than CHANGED after a random shift up to MOVED and closure of the
-#: loops [m, rad].
+#: A coordinate has a local freedom if a random shift by at most MOVED, followed by closure of the loops, changes it by more
+#: than CHANGED [m, rad].
 MOVED, CHANGED = 0.05, 1e-5
 #: Values of ``mode``: a pose is reached in the assembly mode of the zero pose, or not reached.
 REACHED, NOT_REACHED = 0, -1
@@ -39,7 +39,7 @@ class Labels:
         robot: the robot's name.
         axes: labels by dimension, including unused dimensions.
         auxiliary: dimensions and values, by name, of coordinates that are no dimensions (units, limbs, labels of wrenches).
-        loose: mask of the model coordinates that local freedoms change; they are ignored when assembly modes are compared.
+        loose: for each model coordinate, whether local freedoms change it; then it is ignored when assembly modes are compared.
         outputs: names of the variables.
     """
 
@@ -51,12 +51,11 @@ class Labels:
 
     @property
     def variables(self) -> dict[str, Entry]:
-        """The variables of the Dataset."""
         return {name: VARIABLES[name] for name in self.outputs}
 
     @property
     def dims(self) -> set[str]:
-        """The dimensions of the variables besides those of the grid."""
+        """Dimensions of the variables besides the dimensions of the grid."""
         return {dim for item in self.variables.values() for dim in item.dims}
 
 
@@ -87,14 +86,14 @@ FLAGS: Mapping[str, Mapping[str, object]] = {
 
 
 def attributes_of(name: str) -> dict[str, object]:
-    """Return the attributes of a variable; if units differ within it, ``unit_coordinate`` names the coordinate of units."""
+    """Return the attributes of a variable. Without a common unit, ``unit_coordinate`` names the Dataset's coordinate of units."""
     entry = VARIABLES[name]
     units = {"unit_coordinate" if entry.unit in UNITS else "units": entry.unit} if entry.unit else {}
     return {"long_name": entry.words, **units, **FLAGS.get(name, {})}
 
 
 def numbered(labels: Iterable[str]) -> list[str]:
-    """Return labels, with " (2)", " (3)", … appended to repeated ones."""
+    """Return labels, with " (2)", " (3)", … appended to repeated labels."""
     seen: dict[str, int] = {}
     found = []
     for label in labels:
@@ -104,7 +103,6 @@ def numbered(labels: Iterable[str]) -> list[str]:
 
 
 def labels_of(plan: SweepPlan, robot: Robot) -> Labels:
-    """Return the labels of a robot."""
     generic = robot.configuration(robot.model_q(robot.generic_poses).T, closure_tolerance=np.inf, on_failure="nan")
     result = analyze(generic, **plan.extras, on_failure="nan")
     q, pose = _q_labels(robot), orientation_named(plan.orientation).pose_names
@@ -137,7 +135,7 @@ def labels_of(plan: SweepPlan, robot: Robot) -> Labels:
 
 
 def loose_coordinates(plan: SweepPlan, robot: Robot) -> tuple[bool, ...]:
-    """Return the mask of model coordinates changed by local freedoms, such as the spin of a rod between two spherical joints.
+    """Return for each model coordinate whether local freedoms change it, such as the spin of a rod between two spherical joints.
 
     A generic pose is disturbed at random, and its loops are closed again at constant prescribed coordinates.
     """
@@ -199,7 +197,6 @@ def check_names(plan: SweepPlan, labels: Labels, named: Iterable[str] = ()) -> N
 
 
 def coordinates(plan: SweepPlan, labels: Labels) -> dict[str, xr.Variable]:
-    """Return all coordinates of the Dataset."""
     import xarray as xr
 
     found: dict[str, xr.Variable] = {}
@@ -232,7 +229,6 @@ def _stored(values: Values) -> Values:
 
 
 def shapes(plan: SweepPlan, labels: Labels) -> dict[str, tuple[int, ...]]:
-    """Return the shapes of all variables."""
     return {
         name: (*(axis.size for axis in plan.axes if axis.kind in item.varies), *(len(labels.axes[dim]) for dim in item.dims))
         for name, item in labels.variables.items()
@@ -240,7 +236,6 @@ def shapes(plan: SweepPlan, labels: Labels) -> dict[str, tuple[int, ...]]:
 
 
 def dataset(plan: SweepPlan, labels: Labels, arrays: Mapping[str, object], attributes: Mapping[str, object]) -> xr.Dataset:
-    """Return the Dataset of a sweep: its coordinates, and arrays of some of its variables."""
     import xarray as xr
 
     data = {}

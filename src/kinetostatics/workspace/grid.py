@@ -43,12 +43,10 @@ class Axis:
 
     @property
     def size(self) -> int:
-        """Number of values."""
         return len(self.values)
 
     @property
     def long_name(self) -> str:
-        """Description for the attribute ``long_name``."""
         if self.kind == "parameter":
             return f"parameter {self.name} of the robot file"
         if self.kind == "case":
@@ -58,24 +56,23 @@ class Axis:
         return f"orientation coordinate {self.name} of the platform" if self.units == "rad" else self.name
 
     def as_json(self) -> dict[str, object]:
-        """Return the axis as plain values."""
         return {"kind": self.kind, "units": self.units, "values": self.values.tolist()}
 
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """A load [f; m], gravity or a point, which may vary along axes of the grid.
+    """A load, gravity or a point, which may vary along axes of the grid.
 
     Attributes:
-        dims: names of the axes along which it varies.
-        values: (…, k), one axis for each of ``dims``.
+        dims: names of these axes.
+        values: (…, k) vectors, one axis for each of ``dims``.
     """
 
     dims: tuple[str, ...]
     values: Array
 
     def of(self, axes: Sequence[Axis], block: Block) -> Array:
-        """Return the values in a block (…, k), one axis for each of ``axes``, of size 1 where the field does not vary."""
+        """Return the vectors in a block (…, k), with the grid's ``axes``; axes along which the field is constant have size 1."""
         names = [axis.name for axis in axes]
         values = self.values[tuple(block[names.index(name)] for name in self.dims)]
         order = sorted(range(len(self.dims)), key=lambda k: names.index(self.dims[k]))
@@ -83,17 +80,14 @@ class Field:
         return values.reshape(*(values.shape[order.index(self.dims.index(n))] if n in self.dims else 1 for n in names), -1)
 
     def within(self, axes: Sequence[Axis], block: Block) -> Field:
-        """Return the field in a block of the grid."""
         ranges = dict(zip((axis.name for axis in axes), block, strict=True))
         return Field(self.dims, self.values[tuple(ranges[name] for name in self.dims)])
 
     def as_json(self) -> object:
-        """Return the field as plain values."""
         return self.values.tolist() if not self.dims else {"dims": list(self.dims), "values": self.values.tolist()}
 
 
 def sizes_of(block: Block) -> tuple[int, ...]:
-    """Return the sizes of a block."""
     return tuple(piece.stop - piece.start for piece in block)
 
 
@@ -103,7 +97,7 @@ def sizes_of(block: Block) -> tuple[int, ...]:
 def split_values(
     what: str, given: Mapping[str, object], kind: str, units: Mapping[str, str] | str = ""
 ) -> tuple[list[Axis], dict[str, float | str]]:
-    """Return the axes for one-dimensional arrays, and the constant values.
+    """Return an axis for each one-dimensional array, and the single values.
 
     Args:
         what: the argument's name, for messages.
@@ -150,7 +144,7 @@ def _array(what: str, name: str, value: object, text: bool) -> Values:
 
 
 def read_field(what: str, value: object, size: int) -> tuple[Field, list[Axis]]:
-    """Return a vector, and an axis for each dimension along which it varies.
+    """Return a vector as a field, and an axis for each dimension along which it varies.
 
     Args:
         what: the argument's name, for messages.
@@ -182,7 +176,7 @@ def read_field(what: str, value: object, size: int) -> tuple[Field, list[Axis]]:
 
 
 def coordinate_units(robot: Robot, kind: str, names: Sequence[str]) -> dict[str, str]:
-    """Return the units of coordinates of the platform or of actuators."""
+    """Return the units of coordinates, by name; ``kind``: "platform" or "actuators"."""
     if kind == "platform":
         return {name: "m" if name in LENGTHS else "rad" for name in names}
     connections = robot.mechanism.connections
@@ -193,7 +187,7 @@ def coordinate_units(robot: Robot, kind: str, names: Sequence[str]) -> dict[str,
 
 
 def block_sizes(axes: Sequence[Axis], poses: int) -> tuple[int, ...]:
-    """Return the sizes of blocks of about the given number of poses; the last axes are undivided.
+    """Return the sizes of blocks of about ``poses`` poses; a block extends over the last axes before others are divided.
 
     A block contains one robot only, because building a robot takes as long as thousands of poses.
     """
@@ -210,7 +204,7 @@ def block_sizes(axes: Sequence[Axis], poses: int) -> tuple[int, ...]:
 
 
 def chunk_sizes(axes: Sequence[Axis], chunks: Mapping[str, int]) -> tuple[int, ...]:
-    """Return the block sizes of ``chunks={"z": 5, …}``; other dimensions, and those with −1, are undivided."""
+    """Return the block sizes of ``chunks={"z": 5, …}``; dimensions without a size, or with −1, are undivided."""
     names = [axis.name for axis in axes]
     check_mapping("chunks", chunks, '{"z": 10}')
     for name, size in chunks.items():

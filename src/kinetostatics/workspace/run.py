@@ -21,7 +21,7 @@ from kinetostatics.workspace.block import compute_block, make_ready
 from kinetostatics.workspace.continuity import continued
 from kinetostatics.workspace.dataset import REACHED, Labels, check_names, dataset, labels_of, shapes
 from kinetostatics.workspace.grid import Block, block_sizes, chunk_sizes, sizes_of
-from kinetostatics.workspace.store import Arrays, Store, check_memory, is_there, open_map, packages_of
+from kinetostatics.workspace.store import Arrays, Store, check_memory, map_exists, open_map, packages_of
 from kinetostatics.workspace.sweep_arguments import read_plan, try_plan, try_robots
 from kinetostatics.workspace.sweep_plan import Combination, SweepPlan, attributes_of_map
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from kinetostatics.description.robot_description import RobotDescription
 
-#: Smallest and largest number of poses in a block; largest number with costly variables.
+#: Smallest and largest number of poses in a block, and largest number if there are costly variables.
 LEAST, MOST, MOST_COSTLY = 10_000, 32_000, 2000
 #: Smallest number of blocks per thread, for load balance.
 SHARE = 4
@@ -84,14 +84,14 @@ def sweep(
         loads: loads on links, see :func:`kinetostatics.analyze`; the same at all poses.
         payload: see :func:`kinetostatics.analyze`; the same at all poses.
         parameters: values of the file's xacro arguments; an array is a dimension of the grid, a number or string is constant.
-        parameter_units: SI units of parameters, such as ``{"rod_diameter": "m"}``. Default: the unit of those lengths, angles,
-            masses, densities, moduli or stiffnesses of the robot that increase or decrease by as much as the parameter.
+        parameter_units: SI units of parameters, such as ``{"rod_diameter": "m"}``. Default: the unit of a length, angle, mass,
+            density, modulus or stiffness of the robot that changes by as much as the parameter.
         platform_link, base_link: see :func:`kinetostatics.load_robot`.
         outputs: variables, or groups of them: "default"; "beams" (stress, Euler ratio and deflection of each beam);
-            "gravity_mechanisms" (three parts of gravity's effect on twist and actuator forces: by the platform's weight, by the
-            limbs' weights that the platform carries (attached wrenches), and by the limbs' deformation); "compensation"
-            (corrections of the actuators that bring the loaded platform to the target, and the residual error, see
-            :func:`kinetostatics.compensate`; on a grid of actuators, the target consists of those platform coordinates that best
+            "gravity_mechanisms" (the effect of gravity on twist and actuator forces in three parts: by the platform's weight, by
+            the limbs' weights that the platform carries (attached wrenches), and by the limbs' deformation); "compensation"
+            (actuator corrections that bring the loaded platform to its target, and the residual error, see
+            :func:`kinetostatics.compensate`; on a grid of actuators, the target is given in the platform coordinates that best
             determine the zero pose). Status, mode, ``platform_pose``, ``q`` and ``characteristic_length`` are always included.
         modes: number of natural frequencies, with locked actuators and the payload, see :func:`kinetostatics.modes`; unless it is
             0, ``frequency`` and ``zero_frequencies`` are among the variables.
@@ -147,8 +147,8 @@ def sweep(
     if out is None:
         check_memory(plan, labels)
         with waiting(run.text, progress is not False, shown):
-            return computed(plan, labels, sizes, attributes, number, run)
-    if not is_there(out, plan.identity, attributes, restart):
+            return dataset_in_memory(plan, labels, sizes, attributes, number, run)
+    if not map_exists(out, plan.identity, attributes, restart):
         store = Store(plan, labels, sizes, out, restart)
         with waiting(run.text, progress is not False, shown):
             attributes |= compute(store, number, run)
@@ -158,22 +158,20 @@ def sweep(
 
 
 class _Progress:
-    """Progress of a sweep."""
+    """Counter of the computed poses of a sweep, shared by its threads."""
 
     def __init__(self, size: int) -> None:
         self.size, self.done, self.doing, self._lock = size, 0, "sweeping", threading.Lock()
 
     def text(self) -> str:
-        """Return the progress for the line of the terminal."""
         return f"{self.doing}, {self.done:,} of {self.size:,} poses done"
 
     def add(self, block: Block) -> None:
-        """Count the poses of a block."""
         with self._lock:
             self.done += math.prod(sizes_of(block))
 
 
-def computed(
+def dataset_in_memory(
     plan: SweepPlan,
     labels: Labels,
     sizes: tuple[int, ...],
@@ -181,19 +179,22 @@ def computed(
     number: int | None = None,
     progress: _Progress | None = None,
 ) -> xr.Dataset:
-    """Return the whole Dataset of a sweep, in memory; see :func:`compute`."""
+    """Return the whole Dataset of a sweep, in memory."""
     arrays = Arrays(plan, labels, sizes)
     found = compute(arrays, number, progress or _Progress(plan.size))
     return dataset(plan, labels, arrays.arrays, {**attributes, **found})
 
 
 def compute(arrays: Arrays, number: int | None, progress: _Progress) -> dict[str, object]:
-    """Compute the missing blocks, and return attributes with the numbers of corrections by continuity.
+    """Compute the missing blocks and correct their assembly modes.
 
     Args:
-        arrays: arrays of the variables.
+        arrays: arrays that receive the variables.
         number: largest number of threads.
-        progress: counts poses.
+        progress: counter of the computed poses.
+
+    Returns:
+        Attributes of the Dataset: the numbers of corrections by continuity.
     """
     plan, labels = arrays.plan, arrays.labels
     found = {"mode_jumps": 0, "poses_of_other_modes": 0, "poses_by_neighbours": 0}
@@ -207,7 +208,7 @@ def compute(arrays: Arrays, number: int | None, progress: _Progress) -> dict[str
         make_ready(plan, labels, combination)
         in_threads(fill, plan.blocks(combination, arrays.sizes), most=number)
         for region in _regions(plan, labels):
-            for name, count in _continue(arrays, combination, region, number).items():
+            for name, count in _correct_modes(arrays, combination, region, number).items():
                 found[name] += count
     if jumps := found["mode_jumps"]:
         pairs = "1 pair of neighbours on the grid is" if jumps == 1 else f"{jumps} pairs of neighbours on the grid are"
@@ -215,8 +216,8 @@ def compute(arrays: Arrays, number: int | None, progress: _Progress) -> dict[str
     return dict(found)
 
 
-def _continue(arrays: Arrays, combination: Combination, region: Block, number: int | None) -> dict[str, int]:
-    """Correct the poses in a region of the coordinate axes by continuity, and return the numbers of changes by attribute."""
+def _correct_modes(arrays: Arrays, combination: Combination, region: Block, number: int | None) -> dict[str, int]:
+    """Correct the poses in a region of the grid of coordinates by continuity; return the numbers of changes by attribute."""
     plan, labels = arrays.plan, arrays.labels
     one = tuple(slice(k, k + 1) for k in combination)
     cases = tuple(slice(0, 1) for _ in plan.axes_of("case"))
@@ -257,7 +258,7 @@ def _continue(arrays: Arrays, combination: Combination, region: Block, number: i
 
 
 def _regions(plan: SweepPlan, labels: Labels) -> list[Block]:
-    """Return regions of the coordinate axes; adjacent regions share one layer."""
+    """Divide the grid of coordinates into regions of about ``REGION`` joint coordinates; adjacent regions share a layer."""
     shape = tuple(axis.size for axis in plan.axes_of("coordinate"))
     if not shape:
         return [()]
@@ -275,11 +276,7 @@ def _lazy_dataset(
 ) -> xr.Dataset:
     """Return a Dataset of dask arrays: each chunk is a separate sweep, computed by dask's scheduler.
 
-    Args:
-        plan: plan of the sweep.
-        labels: labels of the Dataset.
-        chunks: sizes along dimensions, or "auto".
-        attributes: attributes of the Dataset.
+    ``chunks``: sizes by dimension, or "auto".
     """
     import dask.array as da
     import xarray as xr
@@ -312,4 +309,4 @@ def _pieces(plan: SweepPlan, sizes: Mapping[str, int], varies: tuple[str, ...], 
 def _chunk(numbers: xr.Dataset, plan: SweepPlan, labels: Labels) -> xr.Dataset:
     ends = (numbers[f"number of {axis.name}"].values for axis in plan.axes)
     part = plan.within(tuple(slice(int(found[0]), int(found[-1]) + 1) for found in ends))
-    return computed(part, labels, block_sizes(part.axes, AUTO), {}, 1)
+    return dataset_in_memory(part, labels, block_sizes(part.axes, AUTO), {}, 1)

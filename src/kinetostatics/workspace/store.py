@@ -1,7 +1,7 @@
 """Arrays of a sweep: in memory, or chunk by chunk in a zarr store, from which an interrupted sweep is resumed.
 
-The store is a folder beside the map, ``map.nc.part``. Its chunks are the blocks of the sweep. ``status`` is written last for each
-block: a block is complete if its chunk of ``status`` exists.
+The map is the file ``out`` of a sweep, such as ``map.nc``; the store is a folder beside it, ``map.nc.part``. Its chunks are the
+blocks of the sweep. ``status`` is written last for each block: a block is complete if its chunk of ``status`` exists.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 Stored: TypeAlias = Any  # arrays and groups of NumPy, zarr and h5netcdf, without a common type
 
-#: By file extension: the engine of xarray, and the packages it needs.
+#: Packages by file extension; the first is the engine of xarray.
 ENGINES = {".nc": ("h5netcdf", "h5py", "zarr"), ".nc4": ("h5netcdf", "h5py", "zarr"), ".zarr": ("zarr",)}
 #: Attribute of an unfinished store with the identity of its sweep, and prefix of its files with corrections by continuity.
 NOTES, CHANGES = "unfinished", ".continuity"
@@ -50,14 +50,17 @@ def packages_of(path: str) -> tuple[str, ...]:
     raise ArgumentError(f"out is {path!r}; it must end in .nc (netCDF) or .zarr")
 
 
-def is_there(path: str, identity: str, attributes: Mapping[str, object], restart: bool) -> bool:
-    """Return whether the map of this sweep exists already.
+def map_exists(path: str, identity: str, attributes: Mapping[str, object], restart: bool) -> bool:
+    """Whether the map of this sweep exists already.
 
     Args:
         path: path of the map.
-        identity: identity of the sweep.
+        identity: digest of the sweep, :attr:`SweepPlan.identity`.
         attributes: attributes of its Dataset.
         restart: whether a map of another sweep may be overwritten.
+
+    Raises:
+        ArgumentError: ``path`` is no map, or it is the map of another sweep that may not be overwritten.
     """
     if not os.path.exists(path):
         parent = os.path.dirname(os.path.abspath(path))
@@ -114,7 +117,6 @@ class Arrays:
             self.arrays[name][self._where(name, block)] = numbers[name]
 
     def read(self, name: str, block: Block) -> Values:
-        """Return a variable in a block."""
         return np.asarray(self.arrays[name][self._where(name, block)])
 
     def _where(self, name: str, block: Block) -> Stored:
@@ -122,15 +124,15 @@ class Arrays:
         return tuple(piece for piece, axis in zip(block, self.plan.axes, strict=True) if axis.kind in kinds) or ...
 
     def is_done(self, block: Block) -> bool:
-        """Return whether a block was computed before the sweep was interrupted."""
+        """Whether a block was computed before the sweep was interrupted."""
         return False
 
     def changes(self, region: str) -> dict[str, Any] | None:
-        """Return the corrections of a region that :meth:`keep` stored before the interruption."""
+        """Return the corrections of a region that :meth:`keep` stored before the sweep was interrupted."""
         return None
 
     def keep(self, region: str, changes: Mapping[str, Any]) -> None:
-        """Store the corrections of poses in this region, before they are applied."""
+        """Store the corrections of a region's poses before they are applied."""
 
 
 class Store(Arrays):
@@ -142,7 +144,6 @@ class Store(Arrays):
     """
 
     def __init__(self, plan: SweepPlan, labels: Labels, sizes: tuple[int, ...], path: str, restart: bool) -> None:
-        """Open the store of an interrupted sweep, or create a new one."""
         self.path, self.folder, self._restart = path, f"{path}.part", restart
         with self.naming_the_file():
             super().__init__(plan, labels, sizes)
@@ -185,7 +186,11 @@ class Store(Arrays):
             self._group, self.arrays = group, {name: group[name] for name in self._items}
 
     def _interrupted(self) -> Stored | None:
-        """Return the store of an interrupted sweep if there is one."""
+        """Return the store of this sweep if it was interrupted.
+
+        Raises:
+            ArgumentError: the folder contains another sweep or cannot be read.
+        """
         import zarr
 
         if self._restart or not os.path.exists(self.folder):
@@ -213,18 +218,15 @@ class Store(Arrays):
         return group
 
     def write(self, block: Block, numbers: Mapping[str, Values]) -> None:
-        """Write the variables of a block, its status last."""
         with self.naming_the_file():
             super().write(block, numbers)
 
     def is_done(self, block: Block) -> bool:
-        """Return whether a block was computed before the sweep was interrupted."""
         place = tuple(piece.start // size for piece, size in zip(block, self.sizes, strict=True))
         chunk: str = self.arrays["status"].metadata.encode_chunk_key(place)
         return os.path.exists(os.path.join(self.folder, "status", chunk))
 
     def changes(self, region: str) -> dict[str, Any] | None:
-        """Return the corrections of a region that :meth:`keep` stored before the interruption."""
         path = os.path.join(self.folder, CHANGES + region)
         if not os.path.exists(path):
             return None
@@ -232,7 +234,6 @@ class Store(Arrays):
             return dict(found)
 
     def keep(self, region: str, changes: Mapping[str, Any]) -> None:
-        """Store the corrections of poses in this region, before they are applied."""
         path = os.path.join(self.folder, CHANGES + region)
         with self.naming_the_file():
             with open(f"{path}.partial", "wb") as file:
@@ -240,7 +241,7 @@ class Store(Arrays):
             os.replace(f"{path}.partial", path)
 
     def publish(self, attributes: Mapping[str, object]) -> None:
-        """Convert the complete store to the map ``out``, with the attributes of the Dataset."""
+        """Convert the complete store to the map, with the attributes of the Dataset."""
         import zarr
 
         with self.naming_the_file():
@@ -283,7 +284,6 @@ def size_of(plan: SweepPlan, labels: Labels) -> int:
 
 
 def check_memory(plan: SweepPlan, labels: Labels) -> None:
-    """Check that a map fits into the machine's memory."""
     try:
         memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, OSError, ValueError):  # not available on this system

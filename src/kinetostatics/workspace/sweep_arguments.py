@@ -57,12 +57,12 @@ def read_plan(
     modes: int = 0,
     closure_tolerance: float = 1e-10,
 ) -> tuple[SweepPlan, Robot]:
-    """Return the plan of a sweep and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
+    """Return the plan of a sweep and its first robot; most arguments are described at :func:`kinetostatics.sweep`.
 
     Args:
-        coordinates: platform and actuators.
+        coordinates: prescribed coordinates by "platform" or "actuators".
         links: names of the links of platform and base.
-        vectors: load, gravity and point, with their numbers of components.
+        vectors: load, gravity and point, each with its number of components.
     """
     kinds = {kind: given for kind, given in coordinates.items() if given is not None}
     if len(kinds) > 1:
@@ -130,7 +130,11 @@ def read_plan(
 
 
 def _compensated(robot: Robot, kind: str, given: Sequence[str], orientation: str | None) -> tuple[str, ...]:
-    """Return the coordinates to be corrected: the given ones; on a grid of actuators, those that best determine the zero pose."""
+    """Return the platform coordinates to be corrected.
+
+    On a grid of the platform these are the prescribed coordinates; on a grid of actuators, the coordinates that best determine
+    the zero pose.
+    """
     found = tuple(given) if kind == "platform" else best_choice(robot, orientation_named(orientation), robot.zero_poses)
     if not found:
         raise ArgumentError(f"{robot.name!r} has no platform coordinates that its actuators can correct")
@@ -140,7 +144,7 @@ def _compensated(robot: Robot, kind: str, given: Sequence[str], orientation: str
 def _with_units(
     varying: Sequence[Axis], first: Robot, links: Links, start: Mapping[str, object], given: Mapping[str, str] | None
 ) -> list[Axis]:
-    """Return the axes of parameters, with their units where known, after checking the given units."""
+    """Check the given units, and return the axes of parameters with their units where known."""
     given = {} if given is None else given
     check_mapping("parameter_units", given, '{"rod_diameter": "m"}')
     for name, text in given.items():
@@ -179,7 +183,7 @@ def _source(
 
 
 def _fields(given: Mapping[str, tuple[object, int]], known: Sequence[Axis]) -> tuple[dict[str, Field], list[Axis]]:
-    """Return load, gravity and point, and the axes of those dimensions that are not yet in the grid."""
+    """Return load, gravity and point as fields, and the axes of their dimensions that are not yet in the grid."""
     fields: dict[str, Field] = {}
     cases: list[Axis] = []
     for what, (value, size) in given.items():
@@ -196,7 +200,7 @@ def _fields(given: Mapping[str, tuple[object, int]], known: Sequence[Axis]) -> t
 
 
 def try_plan(plan: SweepPlan, first: Robot) -> None:
-    """Check coordinates and vectors before the computation."""
+    """Warn of coordinates in unusual units, and analyse the first pose, so that errors are raised before the computation."""
     for hint in first.unit_hints({**plan.held, **{axis.name: axis.values for axis in plan.axes_of("coordinate")}}):
         warn(hint)
     corner = plan.coordinates(tuple(slice(0, 1) for _ in plan.axes_of("coordinate")))
@@ -205,7 +209,7 @@ def try_plan(plan: SweepPlan, first: Robot) -> None:
 
 
 def try_robots(plan: SweepPlan) -> None:
-    """Check the robot's file with all combinations of parameters, if there are at most ``TRIED``."""
+    """Load the robots of all combinations of parameters, if there are at most ``TRIED``, to raise errors of the file early."""
     combinations = list(itertools.islice(plan.combinations(), TRIED + 1))
     if len(combinations) <= TRIED:
         for combination in combinations:

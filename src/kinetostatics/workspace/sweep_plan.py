@@ -1,4 +1,7 @@
-"""The plan of a sweep: grid, robots, loads and outputs; its digest, and the provenance stored with the map."""
+"""The plan of a sweep: grid, robots, loads and outputs; its digest, and the provenance stored with the map.
+
+A combination has one value of each varied parameter of the robot file, that is, one robot.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +43,7 @@ Links = Mapping[str, str | None]
 
 #: Largest number of cached robots.
 KEPT = 4
-#: Longest list stored in an attribute; of longer ones only first, last and count (the Dataset's coordinates contain all values).
+#: Longest list stored in an attribute; of a longer list only first value, last value and count (all values are coordinates).
 LONGEST = 64
 #: Packages on whose versions the numbers depend.
 PACKAGES = {"kinetostatics": "kinetostatics", "pinocchio": "pin", "numpy": "numpy"}
@@ -68,7 +71,6 @@ class Source:
     links: Links = field(default_factory=dict)
 
     def load(self, parameters: Mapping[str, object]) -> Robot:
-        """Return the robot with these parameters."""
         if self.description is not None:
             return Robot(self.description)
         robot = Robot(read_robot_file(self.path, parameters, **self.links))
@@ -89,12 +91,11 @@ class SweepPlan:
         held: constant coordinates [m, rad].
         constants: constant parameters of the robot file.
         orientation: convention of the platform's orientation coordinates.
-        load, gravity, point, frame, assembly_errors, loads, payload: arguments of :func:`kinetostatics.analyze`.
+        load, gravity, point, frame, assembly_errors, loads, payload, engine: arguments of :func:`kinetostatics.analyze`.
         closure_tolerance: largest gap of a closed loop [m, rad].
         outputs: names of the requested variables.
         versions: versions of the packages on which the numbers depend, by name.
-        engine: argument of :func:`kinetostatics.analyze`.
-        compensated: controlled platform coordinates, if corrections of actuators are among the outputs; else empty.
+        compensated: platform coordinates that corrections of actuators restore; empty without the output "compensation".
         modes: number of natural frequencies.
     """
 
@@ -120,14 +121,13 @@ class SweepPlan:
 
     @property
     def extras(self) -> dict[str, Keyword]:
-        """Constant arguments of :func:`kinetostatics.analyze`: assembly_errors, loads on links, payload."""
+        """Constant arguments of :func:`kinetostatics.analyze`: assembly errors, loads on links, payload."""
         return {"assembly_errors": self.assembly_errors, "loads": self.loads, "payload": self.payload}
 
     # ---- the grid ---------------------------------------------------------------------------------------------------
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Sizes of all axes."""
         return tuple(axis.size for axis in self.axes)
 
     @property
@@ -136,7 +136,6 @@ class SweepPlan:
         return math.prod(self.shape)
 
     def axes_of(self, *kinds: str) -> tuple[Axis, ...]:
-        """Return the axes of given kinds."""
         return tuple(axis for axis in self.axes if axis.kind in kinds)
 
     def part(self, block: Block, *kinds: str) -> Block:
@@ -153,11 +152,11 @@ class SweepPlan:
         return replace(self, axes=axes, **fields)  # type: ignore[arg-type]
 
     def combinations(self) -> Iterator[Combination]:
-        """Yield all combinations of parameters, the last parameter fastest."""
+        """Yield all combinations, the last parameter fastest."""
         yield from itertools.product(*(range(axis.size) for axis in self.axes_of("parameter")))
 
     def blocks(self, combination: Combination, sizes: Sequence[int], region: Block | None = None) -> Iterator[Block]:
-        """Yield the blocks of one robot, of given sizes; with a region of coordinates, only the blocks that overlap it."""
+        """Yield the blocks of one robot, of given sizes; with a region of coordinates, only blocks that overlap the region."""
         others = [axis.size for axis in self.axes if axis.kind != "parameter"]
         for block in cut(others, sizes[len(combination) :]):
             coordinates = block[len(others) - len(region) :] if region else ()
@@ -165,12 +164,12 @@ class SweepPlan:
                 yield (*(slice(k, k + 1) for k in combination), *block)
 
     def parameters(self, combination: Combination) -> dict[str, object]:
-        """Return the values of all parameters."""
+        """Return the values of all parameters, varied and constant."""
         varying = {axis.name: axis.values[k].item() for axis, k in zip(self.axes_of("parameter"), combination, strict=True)}
         return {**self.constants, **varying}
 
     def coordinates(self, block: Block) -> dict[str, Array]:
-        """Return the coordinates (N,) of all poses in a block of coordinate axes, including constant ones."""
+        """Return the coordinates (N,) of all poses in a block of coordinate axes, including constant coordinates."""
         axes = self.axes_of("coordinate")
         mesh = np.meshgrid(*(axis.values[piece] for axis, piece in zip(axes, block, strict=True)), indexing="ij")
         count = math.prod(sizes_of(block))
@@ -192,7 +191,6 @@ class SweepPlan:
             return _kept[key]
 
     def keep(self, combination: Combination, robot: Robot) -> None:
-        """Add a loaded robot to the cache."""
         with _lock:
             _kept[self._key(combination)] = robot
 
@@ -202,7 +200,7 @@ class SweepPlan:
         return self.source.path, self.source.text, files, links, tuple(self.parameters(combination).items())
 
     def assemble(self, robot: Robot, values: Mapping[str, ArrayLike], near: Configuration | None = None) -> Configuration:
-        """Return the poses (N,) at given coordinates, the ends of straight lines from the zero pose or ``near``."""
+        """Return the poses (N,) at given coordinates, the ends of straight lines from the zero pose or from ``near``."""
         actuators, platform = (None, values) if self.kind == "platform" else (values, None)
         orientation = None if platform is None else self.orientation
         return assemble(robot, actuators, platform, orientation, near, self.closure_tolerance, "nan", compiled_loops(self.engine))
@@ -211,7 +209,7 @@ class SweepPlan:
 
     @property
     def arguments(self) -> dict[str, object]:
-        """All arguments as plain values."""
+        """Arguments of :func:`kinetostatics.sweep` that determine its results, as plain values, without the robot."""
         return {
             self.kind: {**{axis.name: axis.values.tolist() for axis in self.axes_of("coordinate")}, **self.held},
             "parameters": {**{axis.name: axis.values.tolist() for axis in self.axes_of("parameter")}, **self.constants},
@@ -259,7 +257,7 @@ def naming_parameters(parameters: Mapping[str, object]) -> Iterator[None]:
 
 
 def plain(value: object) -> object:
-    """Return nested mappings and arrays as plain values."""
+    """Convert dataclasses, mappings and arrays, also nested ones, to JSON's types."""
     if is_dataclass(value) and not isinstance(value, type):
         return {item.name: plain(getattr(value, item.name)) for item in fields(value)}
     if isinstance(value, Mapping):
@@ -270,7 +268,7 @@ def plain(value: object) -> object:
 
 
 def as_text(value: object) -> str:
-    """Return plain values as JSON with sorted keys, so that equal values have equal text."""
+    """Return JSON with sorted keys, so that equal values have equal text."""
     return json.dumps(plain(value), sort_keys=True, ensure_ascii=False, separators=(",", ":"))
 
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from kinetostatics.workspace.continuity import JointScale, _Front, suspect_edges
+from kinetostatics.workspace.continuity import JointScale, _RegionPoses, suspect_edges
 
 
 def steps(*sizes):
@@ -44,7 +44,7 @@ def test_an_untilted_start_has_no_azimuth(tilt, known):
     start = SimpleNamespace(platform_coordinates=lambda orientation: {"azimuth": 1.5, "tilt": tilt, "torsion": 0.0})
     robot = SimpleNamespace(zero_poses=None, model_q=lambda poses: np.zeros((3, 1)), configuration=lambda *_, **__: start)
     front = SimpleNamespace(robot=robot, plan=SimpleNamespace(kind="platform", orientation="tilt_torsion"))
-    found = _Front.zero_coordinates(front)
+    found = _RegionPoses.zero_coordinates(front)
     assert found == {"tilt": tilt, "torsion": 0.0} | ({"azimuth": 1.5} if known else {})
 
 
@@ -69,7 +69,7 @@ def test_neighbours_tried_equal_a_pose_by_pose_search(shape, everywhere):
         front._tried = (random.random((2 * len(shape), size)) < 0.3) & (random.random(size) < 0.7)
         wrong = np.unique(random.integers(0, size, 2))
         found = [k for k in range(size) if front.reached[k] and any(other in wrong for _, other in beside(k, shape))]
-        assert _Front._beside(front, wrong).tolist() == found
+        assert _RegionPoses._reached_neighbours(front, wrong).tolist() == found
 
         expected = []
         for k in np.flatnonzero(~front.reached):
@@ -81,4 +81,4 @@ def test_neighbours_tried_equal_a_pose_by_pose_search(shape, everywhere):
                 if again and not front._tried[way, k]:
                     expected.append((k, other, way))
                     break
-        assert list(zip(*_Front._ring(front, everywhere), strict=True)) == expected
+        assert list(zip(*_RegionPoses._next_poses(front, everywhere), strict=True)) == expected
