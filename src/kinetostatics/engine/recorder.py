@@ -80,7 +80,7 @@ class Recorded(np.ndarray[tuple[int, ...], np.dtype[np.object_]]):
         if out is not None and out.dtype == object:
             np.ndarray.__setitem__(out, ..., found)
             return out
-        return recorded(found)  # replaces an array of floats as the result of an operation in place
+        return recorded(found)  # a new array, also for an in-place operation on floats
 
     def __array_function__(self, function: Number, types: Number, args: Number, kwargs: Number) -> Number:
         """Apply a NumPy function. Functions of ``numpy.linalg`` cannot be recorded; others rearrange entries or apply ufuncs."""

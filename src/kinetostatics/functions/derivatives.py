@@ -81,7 +81,7 @@ class Gradients:
             first = [array[:, left[:1]] for array in inputs] if left.size else example
             record = pose_record(model, all_names, first, all_vary=True, tool=tool)
             leaves, found, holds = _differentiated(record, [array[:, left] for array in inputs], self.numbers)
-            holds[:1] = True  # pose of the record
+            holds[:1] = True  # at the example pose
             self.records.append((record, left[holds]))
             self._parts.append((leaves, found[..., holds]))
             left = left[~holds]

@@ -61,12 +61,12 @@ def evaluate_bases(group: LimbGroup, geometry: LimbGeometry, allowed: Array) -> 
         bad |= power > 1e-6 + 100 * group.model.closing_error
         off = ~bad & (power > RECIPROCAL)
         if not settles(~off):
-            J[:, :count] = np.where(off, _moved(J[:, :count], allowed, scale), J[:, :count])
+            J[:, :count] = np.where(off, _made_reciprocal(J[:, :count], allowed, scale), J[:, :count])
     if J.shape[1] > count and np.any(group.platform_joint):
         twists = geometry.twists[:, group.platform_joint]
         off = ~bad & (_power(twists / scale, unit[:, count:]) > RECIPROCAL)
         if not settles(~off):
-            J[:, count:] = np.where(off, _moved(J, twists, scale)[:, count:], J[:, count:])
+            J[:, count:] = np.where(off, _made_reciprocal(J, twists, scale)[:, count:], J[:, count:])
     bad = np.asarray(bad)  # a recorded value counts as decided
     if np.any(bad):
         _replace(group, J, count, scale[:, 0], geometry, allowed, bad)
@@ -80,7 +80,7 @@ def _power(twists: Array, unit: Array) -> Array:
     return largest
 
 
-def _moved(J: Array, twists: Array, scale: Array) -> Array:
+def _made_reciprocal(J: Array, twists: Array, scale: Array) -> Array:
     """Return wrenches J (6, n, g, N), projected to be reciprocal to all twists (6, k, g, N).
 
     J must have as many independent wrenches as there are wrenches reciprocal to the twists.
@@ -254,7 +254,7 @@ def _seeds(geometry: LimbGeometry, length: float) -> Array:
     return np.concatenate([np.concatenate([axes, zero]), np.concatenate([zero, axes * length])], axis=1)
 
 
-def _residue(v: Array, basis: list[Array]) -> Array:
+def _orthogonal_part(v: Array, basis: list[Array]) -> Array:
     """Return the part of ``v`` (6, …) that is orthogonal to orthonormal vectors."""
     for _ in range(2):  # twice, against rounding
         for unit in basis:
@@ -266,7 +266,7 @@ def _orthonormal(columns: list[Array]) -> list[Array]:
     """Return orthonormal vectors with the span of independent columns (6, …)."""
     basis: list[Array] = []
     for column in columns:
-        basis.append(normalize(_residue(normalize(column), basis)))
+        basis.append(normalize(_orthogonal_part(normalize(column), basis)))
     return basis
 
 
@@ -274,7 +274,7 @@ def _complete(spanned: list[Array], seeds: Array, chosen: Sequence[int]) -> list
     """Return unit vectors from the chosen seeds, orthogonal to all ``spanned`` (6, …) and to one another."""
     basis = _orthonormal(spanned)
     for seed in chosen:
-        unit = normalize(_residue(normalize(_residue(normalize(seeds[:, seed]), basis)), basis))
+        unit = normalize(_orthogonal_part(normalize(_orthogonal_part(normalize(seeds[:, seed]), basis)), basis))
         basis.append(unit)
     return basis[len(spanned) :]
 
@@ -303,6 +303,6 @@ def _independent(twists: Array, among: Iterable[int], count: int) -> list[int]:
     among = list(among)
     for _ in range(count):
         basis = _orthonormal([twists[:, f] for f in chosen])
-        rests = {int(f): _residue(twists[:, f], basis) for f in among if int(f) not in chosen}
+        rests = {int(f): _orthogonal_part(twists[:, f], basis) for f in among if int(f) not in chosen}
         chosen.append(list(rests)[first_largest([np.min(dot(rest, rest)) for rest in rests.values()])])
     return sorted(chosen)

@@ -1,4 +1,5 @@
-"""Geometry of equal limbs at N poses: unit twists, joint centres, limb axes and beam axes, and unit wrenches along these.
+"""Geometry of equal limbs at N poses: unit twists, joint centres, limb axes and beam axes, and unit wrenches along
+these axes. The inboard side of a joint is the side of the base, its outboard side the side of the platform.
 
 Axes and centres are fixed in bodies of the robot. Arrays are ``(component, member, limb, pose)``, world axes, arms from o.
 """
@@ -86,7 +87,7 @@ class LimbGeometry:
         beam_ends: (3, beams, g, N) platform ends.
         beam_levers: (3, beams, g, N) vectors from the middles of beams to their centres of mass.
         spring_axes: (3, 3, springs, g, N) axes of the frames of elastic joints.
-        spring_arms: (3, springs, g, N) origins of these frames.
+        spring_arms: (3, springs, g, N) origins of the frames of elastic joints.
     """
 
     axes: Array
@@ -191,7 +192,7 @@ class LimbSkeleton:
             along = axes[:, self._last_dofs[compound]]
             arm = centres[:, compound] if near is None else centres[:, compound] - centres[:, near]
             centres[:, compound] -= along * dot(along, arm)
-        if self._ends_at_joint:  # the intersection of its axes
+        if self._ends_at_joint:  # at the intersection of the last joint's axes
             centres[:, -1] = centres[:, -2]
         return axes, arms, centres
 
@@ -333,7 +334,7 @@ class CandidateWrenches:
         geometry = self.geometry
         if kind == "to":
             return self._along(geometry.centres[:, which[0]] - point, self.length)
-        # planes through the point and an axis each
+        # planes through the point, each with one of the axes
         planes = [self._along(cross(geometry.axes[:, f], point - foot(f, geometry)), self.length) for f in which]
         return self._along(cross(planes[0], planes[1]), 1.0)
 

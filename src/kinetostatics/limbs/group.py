@@ -36,7 +36,7 @@ class LimbGroup:
         compound_of: (k,) index of the compound joint of each freedom.
         platform_joint: (k,) True for the freedoms of the platform joint.
         compliances: (6, beams, g, 1) section compliances.
-        beam_masses, beam_masses_per_length: (beams, g, 1) mass [kg] and mass per length [kg/m]; the one that is not given is NaN.
+        beam_masses, beam_masses_per_length: (beams, g, 1) mass [kg] and mass per length [kg/m]; NaN if not given.
         spring_linear, spring_angular: (3, 3, springs, g) compliances [m/N], [rad/(N·m)].
         dof_cut_signs, beam_cut_signs, spring_cut_signs, element_cut_signs: (…, M) signs of the cut-joint wrenches in each
             freedom, beam, spring and element.
@@ -61,10 +61,10 @@ class LimbGroup:
     soft: tuple[int, ...] = ()
     at_one_pose: bool = False
 
-    def __init__(self, model: StaticModel, numbers: Sequence[int], together: Collection[tuple[str, ...]] | None = None) -> None:
+    def __init__(self, model: StaticModel, numbers: Sequence[int], joined: Collection[tuple[str, ...]] | None = None) -> None:
         self.model, self.numbers = model, tuple(numbers)
         self.limbs = [model.topology.all_limbs[k] for k in numbers]
-        self.compounds = [compound_joints(model.mechanism, limb, together) for limb in self.limbs]
+        self.compounds = [compound_joints(model.mechanism, limb, joined) for limb in self.limbs]
         self.elements = [limb_elements(limb, compounds) for limb, compounds in zip(self.limbs, self.compounds, strict=True)]
         self._edges = freedom_edges, beam_edges, spring_edges = self._edges_of_members()
         self.beams = [[model.beams[str(edge.beam)] for edge in row] for row in beam_edges]
@@ -116,8 +116,8 @@ class LimbGroup:
     def on(self, model: StaticModel, positions: Sequence[int] | None = None) -> LimbGroup:
         """Return the limbs at ``positions`` (default all) of a robot of equal structure, with the decisions of this group."""
         positions = range(len(self.numbers)) if positions is None else positions
-        together = {compound.joints for row in self.compounds for compound in row}
-        group = LimbGroup(model, [self.numbers[k] for k in positions], together)
+        joined = {compound.joints for row in self.compounds for compound in row}
+        group = LimbGroup(model, [self.numbers[k] for k in positions], joined)
         group = group.decided(self.elimination, (), self.rigid_directions, self.soft)
         group.basis, group.labels = self.basis, [self.labels[k] for k in positions]
         group.attached_labels = [self.attached_labels[k] for k in positions]
@@ -201,8 +201,8 @@ class LimbGroup:
     @property
     def places(self) -> set[str]:
         """Places at which loads affect the limbs: on the limbs, and on open branches that their actuators move."""
-        elsewhere = {place for drive in self.drives for row in drive.branches for joint in row for place in joint.edge.outboard}
-        return elsewhere.union(*(limb.places for limb in self.limbs))
+        on_branches = {place for drive in self.drives for row in drive.branches for joint in row for place in joint.edge.outboard}
+        return on_branches.union(*(limb.places for limb in self.limbs))
 
     def _outboard_of(self, names: Sequence[str]) -> list[Array]:
         """Return masks (g, edges, W) for freedoms, for beams and for springs: 1 for weights or loads outboard of an edge."""

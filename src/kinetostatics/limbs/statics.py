@@ -88,7 +88,7 @@ def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array
     """
     J_c, J_g, degenerate = evaluate_bases(group, geometry, T)
     W_g = np.zeros((J_g.shape[1], *demand.shape[1:]))
-    left, doubtful = demand, _crossed(group, geometry)
+    left, doubtful = demand, _may_be_dependent(group, geometry)
     if J_g.shape[1]:
         A = np.einsum("ik...,ij...->kj...", T, J_g) / group.power_scale
         factor = Cholesky(np.einsum("ki...,kj...->ij...", A, A))
@@ -102,12 +102,12 @@ def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array
     none = np.zeros((1, 6, 0, *demand.shape[1:]))
     R_g = np.einsum("ij...,j...->i...", J_g, W_g)
     if loaded and group.basis.independent:
-        more, left = _carried(group, T, left)
+        more, left = _balancing(group, T, left)
         R_g = R_g + more
     return LimbWrenches(J_c, J_g, W_g, J_c[None], R_g[None], none, left, degenerate, doubtful)
 
 
-def _carried(group: LimbGroup, T: Array, demand: Array) -> tuple[Array, Array]:
+def _balancing(group: LimbGroup, T: Array, demand: Array) -> tuple[Array, Array]:
     """Return a wrench (6, g, N) whose powers on the twists ``T`` (6, k, g, N) are −``demand`` (k, g, N), and the residual."""
     twists = T * group.twist_scale / np.swapaxes(group.power_scale, 0, 1)
     chosen = list(group.basis.independent)
@@ -120,7 +120,7 @@ def _carried(group: LimbGroup, T: Array, demand: Array) -> tuple[Array, Array]:
     return wrench, demand
 
 
-def _crossed(group: LimbGroup, geometry: LimbGeometry) -> Mask:
+def _may_be_dependent(group: LimbGroup, geometry: LimbGeometry) -> Mask:
     """True where the platform joint may have dependent twists (g, N); False for a single compound joint."""
     carried = list(group.basis.carried)
     if len({int(compound) for compound in group.compound_of[carried]}) < 2:

@@ -8,7 +8,7 @@ import package_robots
 import pytest
 
 from kinetostatics.limbs.basis_choice import evaluate_bases
-from kinetostatics.limbs.statics import _crossed
+from kinetostatics.limbs.statics import _may_be_dependent
 from kinetostatics.limbs.wrench_candidates import common_point
 from kinetostatics.math.screws import unit_twist
 
@@ -59,8 +59,8 @@ def test_common_point_tolerates_rounding(beside, meets):
 def test_dependence_of_parallel_axes_scales_with_characteristic_length(length, part, doubtful):
     """Unit twists of hinges on o and beside it: the smaller eigenvalue of their Gram matrix is about half the squared angle."""
     two = [("R", Z, (0, 0, 0)), ("R", Z, (np.sqrt(2) * part * length, 0, 0))]
-    assert _crossed(*wrist(*two, length=length)).item() == doubtful
-    assert not _crossed(*wrist(*two, length=length, compounds=[0, 0])).item()  # of one universal joint
+    assert _may_be_dependent(*wrist(*two, length=length)).item() == doubtful
+    assert not _may_be_dependent(*wrist(*two, length=length, compounds=[0, 0])).item()  # of one universal joint
 
 
 @pytest.mark.parametrize(
