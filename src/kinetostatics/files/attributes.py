@@ -1,7 +1,7 @@
-"""Attributes of XML elements: functions that read them, and tables by which elements are read and written.
+"""Functions that read attributes of XML elements, and tables by which whole elements are read and written.
 
-A value is a number, a vector, a new name or the name of another part. Errors name the element, the attribute and the valid form.
-Each row of a table describes an attribute: the kind of its value, its default, and its field in the description.
+Each row of a table describes an attribute: the kind of its value, its default, and its field in the description. Errors name the
+element, the attribute and the valid form.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from kinetostatics.files.xml import XmlElement
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 _SPACE = " \t\r\n"
-#: Largest number, largest length [m] and smallest positive number in SI units; results of others would overflow.
+#: Limits of numbers in SI units: largest number, largest length, smallest positive number. Beyond them results would overflow.
 LARGEST, LONGEST, SMALLEST = 1e30, 1e9, 1e-30
 _TOO_SMALL = f"is too small to compute with; it is in SI units, and at least {SMALLEST:g}"
 
 
 def allow(element: XmlElement, attributes: Iterable[str], children: Iterable[str] = ()) -> None:
-    """Raise an error for an unknown attribute or child of the element, except attributes and children with a namespace."""
+    """Raise an error for an unknown attribute or child of the element; all names with a namespace are allowed."""
     attributes, children = tuple(attributes), tuple(children)
     for name in element.attributes:
         if name not in attributes and name != "xmlns" and ":" not in name:
@@ -57,7 +57,7 @@ def text(element: XmlElement, name: str) -> str:
 
 
 def new_name(element: XmlElement, name: str = "name") -> str:
-    """Return a required name in one line."""
+    """Return a required attribute, all of whose characters must be printable."""
     value = text(element, name)
     if not value.isprintable():
         raise element.error(f"the name {value!r} of <{element.tag}> has line breaks, tabs or characters that cannot be printed")
@@ -65,7 +65,7 @@ def new_name(element: XmlElement, name: str = "name") -> str:
 
 
 def reference(element: XmlElement, name: str, known: Collection[str], kind: str) -> str:
-    """Return an attribute that must be the name of an existing item."""
+    """Return a required attribute that must be one of the names ``known``; ``kind`` says in the error what they name."""
     value = text(element, name)
     if value not in known:
         # the label of <parent link> and of a transmission's <joint name> would contain the unknown name
@@ -80,7 +80,7 @@ def _invalid(element: XmlElement, name: str, reason: str) -> RobotFileError:
 
 
 def _parse(element: XmlElement, name: str, item: str, largest: float = LARGEST) -> float:
-    """Return one number of an attribute."""
+    """Return the number in ``item``, which is the whole text of an attribute or a part of it."""
     if _NUMBER.fullmatch(item):
         value = float(item)
         if abs(value) <= largest:
@@ -112,7 +112,6 @@ def number(element: XmlElement, name: str, default: float | None = None) -> floa
 
 
 def positive(element: XmlElement, name: str) -> float:
-    """Return a required number greater than zero."""
     value = number(element, name)
     if value <= 0:
         raise _invalid(element, name, "must be greater than zero")
@@ -122,7 +121,6 @@ def positive(element: XmlElement, name: str) -> float:
 
 
 def not_negative(element: XmlElement, name: str, default: float | None = None) -> float:
-    """Return a number of zero or more."""
     value = number(element, name, default)
     if value < 0:
         raise _invalid(element, name, "must be zero or greater")
@@ -138,7 +136,6 @@ def vector(element: XmlElement, name: str, largest: float = LARGEST) -> Vector:
 
 
 def point(element: XmlElement, name: str) -> Vector:
-    """Return the three required coordinates [m] of a point."""
     return vector(element, name, LONGEST)
 
 
@@ -151,12 +148,11 @@ def _three(element: XmlElement, name: str, items: Iterable[str], read: Callable[
 
 
 def positive_or_inf(element: XmlElement, name: str) -> float:
-    """Return a required number greater than zero, or "inf"."""
     return math.inf if text(element, name).strip(_SPACE) == "inf" else positive(element, name)
 
 
 def stiffnesses(element: XmlElement, name: str) -> Vector:
-    """Return three required numbers of zero or more, or "inf"."""
+    """Return three required numbers, each zero or greater, or "inf"."""
 
     def read(item: str) -> float:
         value = math.inf if item == "inf" else _parse(element, name, item)
@@ -170,7 +166,7 @@ def stiffnesses(element: XmlElement, name: str) -> Vector:
 
 
 def direction(element: XmlElement, name: str) -> Vector:
-    """Return the unit vector along a required vector, which must not be zero."""
+    """Return the unit vector along a required vector that is not zero."""
     value = vector(element, name, sys.float_info.max)
     if abs(math.hypot(*value) - 1) < 1e-15:  # unchanged, so that numbers that were written are read exactly
         return value
@@ -190,7 +186,7 @@ NEEDED = object()
 
 @dataclass(frozen=True)
 class Kind:
-    """Kind of a value: a function that reads it, and its ``form``: "text", "number" or "numbers"."""
+    """Kind of a value: the function that reads it, and its ``form`` in the file: "text", "number" or "numbers"."""
 
     read: Callable[[XmlElement, str], Keyword]
     form: str = "number"
@@ -208,7 +204,6 @@ class Row:
     """An attribute of an XML element.
 
     Attributes:
-        attribute: name of the attribute.
         kind: kind of its value.
         default: value if the attribute or its element is missing; NEEDED: required.
         name: field in the description, such as ``axis`` or ``cone.angle``; empty: name of the attribute.
@@ -223,12 +218,11 @@ class Row:
 
     @cached_property
     def field(self) -> str:
-        """Name of the attribute's field in the description."""
         return self.name or self.attribute
 
     @cached_property
     def default_text(self) -> str | None:
-        """Default value of the attribute, as text of a file."""
+        """The default as text of a file; None if the attribute has no default."""
         return None if self.default is NEEDED or self.default is None else written(self.kind.form, self.default)
 
 
@@ -244,9 +238,8 @@ class ElementTable:
     """An XML element of robot files.
 
     Attributes:
-        tag: name of the element.
         rows: the attributes, by path of the element: "" for the element itself, ``predecessor/origin`` for a child element.
-        children: further allowed child elements.
+        children: tags of further allowed child elements.
         open: paths of elements in which unknown attributes and children are ignored.
     """
 
@@ -265,7 +258,7 @@ class ElementTable:
         return found
 
     def read(self, element: XmlElement, without: Collection[str] = ()) -> dict[str, Keyword]:
-        """Return the values of an element by field; values that combine several attributes are objects of classes in ``PARTS``.
+        """Return the values of an element by field; a field in :data:`PARTS` is an object of the class there.
 
         Child elements with paths in ``without`` are skipped.
 
@@ -307,13 +300,13 @@ class ElementTable:
         always: Collection[str] = (),
         more: Iterable[XmlElement] = (),
     ) -> XmlElement:
-        """Return the element of an item of the description.
+        """Return the XML element of a part of the description.
 
         Args:
             item: object with the fields of the rows.
-            place: place of the element.
-            label: name of the item in errors.
-            given: values of fields instead of the item's.
+            place: file and line of the element.
+            label: name of the part in errors.
+            given: values by field, which replace the item's values.
             always: paths of child elements that are written even if all values are defaults.
             more: further child elements.
 
@@ -353,7 +346,7 @@ class ElementTable:
 
 
 def written(form: str, value: Keyword) -> str:
-    """Return a value as text; numbers have all digits, so that they are read exactly."""
+    """Return a value as text, in the form of its :class:`Kind`; numbers have all digits, so that they are read exactly."""
     if form == "text":
         if not isinstance(value, str):
             raise ArgumentError(f"is {value!r}; it must be a text")

@@ -36,7 +36,7 @@ _ABOUT = re.compile(r"<!--\s*(.+?\.)\s", re.DOTALL)
 
 
 class Robots(dict[str, str]):
-    """Descriptions of the robots of the package, by name; printed as a table."""
+    """One sentence about each robot of the package, by name; printed as a table."""
 
     def __repr__(self) -> str:
         width = max(map(len, self), default=0)
@@ -50,7 +50,7 @@ class Robots(dict[str, str]):
 
 
 def robots() -> Robots:
-    """Return the robots of the package: a mapping from names to one sentence each.
+    """Return the robots of the package: one sentence about each, by name.
 
     A name can be used in place of a robot file: ``ks.load_robot("3rps")``. A file of this name in the working folder has
     priority.
@@ -64,7 +64,6 @@ def _about(path: Path) -> str:
 
 
 def shipped_robots() -> dict[str, Path]:
-    """Return the files of the robots of the package, by name."""
     folder = next((item for item in OWN_FOLDERS if item.is_dir()), None)
     if folder is None:
         return {}
@@ -72,17 +71,12 @@ def shipped_robots() -> dict[str, Path]:
 
 
 def copy_robots(names: Iterable[str], folder: str | os.PathLike[str] = ".") -> list[Path]:
-    """Copy files of robots of the package, and the library of xacro macros that they include.
+    """Copy files of robots of the package, and the library of xacro macros that they include; return the paths of the copies.
 
-    Args:
-        names: names of the robots.
-        folder: folder of the copies; the library is copied to its subfolder ``library``, unless that exists.
-
-    Returns:
-        Paths of the copies.
+    The library is copied to the subfolder ``library`` of ``folder``; an equal file that exists there is kept.
 
     Raises:
-        ArgumentError: a robot is unknown, or its file exists already; nothing is copied then.
+        ArgumentError: a robot is unknown, or a file exists already; nothing is copied then.
     """
     sources = [_shipped(name) for name in dict.fromkeys(names_in("names", names, '["3rps"]'))]
     copies = {Path(folder) / source.name: source for source in sources}
@@ -108,7 +102,7 @@ def _shipped(name: str) -> Path:
 
 
 def shown_path(path: str) -> str:
-    """Return a robot file's path for messages: relative to the working folder if below it, for bundled robots the file name."""
+    """Return a path for messages: the file name of a bundled robot, or the path relative to the working folder if below it."""
     if not os.path.isabs(path):
         return path
     if any(os.path.dirname(path) == os.fspath(folder) for folder in OWN_FOLDERS):
@@ -121,7 +115,7 @@ def shown_path(path: str) -> str:
 
 
 def robot_path(robot: str | os.PathLike[str]) -> Path:
-    """Return the file of a robot given by a path or by the name of a robot of the package.
+    """Return the file of a robot, given by the path or by the name of a robot of the package.
 
     Raises:
         RobotFileError: there is neither a file nor a robot of this name.
@@ -132,7 +126,7 @@ def robot_path(robot: str | os.PathLike[str]) -> Path:
 
 
 def read_robot(robot: str | os.PathLike[str]) -> tuple[bytes, str]:
-    """Return the content of a robot's file, given as in :func:`robot_path`, and its path.
+    """Return the content and the path of a robot's file, given by the path or by the name of a robot of the package.
 
     Raises:
         RobotFileError: the file cannot be read.
@@ -146,15 +140,15 @@ def read_robot(robot: str | os.PathLike[str]) -> tuple[bytes, str]:
         path = given if given.is_file() else shipped_robots().get(name, given)
         return read_file(path), name if path == given else os.fspath(path)
     except FileNotFoundError as error:
-        raise RobotFileError(f"the file cannot be read: {error.strerror}{_perhaps(name)}", name) from None
+        raise RobotFileError(f"the file cannot be read: {error.strerror}{_similar_names(name)}", name) from None
     except OSError as error:
         raise RobotFileError(f"the file cannot be read: {error.strerror or error}", name) from None
     except ValueError as error:  # a path with a null character
         raise RobotFileError(f"the file cannot be read: {error}", name) from None
 
 
-def _perhaps(name: str) -> str:
-    """Return similar names of bundled robots, for a message."""
+def _similar_names(name: str) -> str:
+    """Return a text with similar names of bundled robots; empty if ``name`` is a path with none."""
     near = near_names(re.sub(r"(\.urdf)?(\.xacro)?$", "", os.path.basename(name)), shipped_robots())
     if near.startswith("known") and (os.path.dirname(name) or "." in name):
         return ""
@@ -171,9 +165,9 @@ class PackageNotFound(LookupError):
 def package_folder(name: str) -> Path:
     """Return the folder with the files of an installed package.
 
-    ``kinetostatics`` is the folder of the robots of this package, with its library of xacro macros. Other packages are searched,
-    in this order, in ROS's workspaces (``AMENT_PREFIX_PATH``), beside the packages that pip installed (``cmeel.prefix``, where
-    Pinocchio and its robots are), and in Python's own prefix.
+    ``kinetostatics`` names the folder of the robots and xacro macros of this package. Other packages are searched, in this order,
+    in ROS's workspaces (``AMENT_PREFIX_PATH``), beside the packages that pip installed (``cmeel.prefix``, where Pinocchio and its
+    robots are), and in Python's own prefix.
 
     Raises:
         PackageNotFound: the package is not installed, or the name is invalid.

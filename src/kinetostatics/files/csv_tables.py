@@ -16,9 +16,9 @@ class CsvTable:
     """The contents of a CSV file.
 
     Attributes:
-        place: file and line of the column names.
+        place: file and line of the column names, ``FILE:LINE``.
         names: names of the columns, without units.
-        rows: line number and cells of each row; the unit of the column is appended to numbers without a unit: ``500mm``.
+        rows: line number and cells of each row. A number without a unit has the column's unit appended: ``500mm``.
     """
 
     place: str
@@ -26,21 +26,18 @@ class CsvTable:
     rows: tuple[tuple[int, tuple[str, ...]], ...]
 
     def where(self, line: int) -> str:
-        """Return file and line of a row."""
         return f"{self.place.rpartition(':')[0]}:{line}"
 
 
 def read_csv(
     path: str | os.PathLike[str], example: str, known: Collection[str] | None = None, needed: Sequence[str] = (), least: int = 1
 ) -> CsvTable:
-    """Read a CSV table with column names and units.
+    """Read a CSV table.
 
     Args:
-        path: path of the file.
         example: description of a valid table, for the error if there are fewer than ``least`` rows.
         known: allowed names of columns; None: any.
         needed: names of required columns.
-        least: smallest number of rows.
 
     Raises:
         ArgumentError: the file cannot be read or is not a table as required; the message names file and line.
@@ -71,7 +68,7 @@ def read_csv(
 
 
 def column_name(title: str, place: str) -> tuple[str, str]:
-    """Return the name and the unit in a column's title; the unit is "" if there is none."""
+    """Return the name and the unit in a column's title; the unit is empty if there is none."""
     found = re.fullmatch(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]+)\])?\s*", title)
     if found is None:
         raise ArgumentError(f"{place}: {title.strip()!r} is not a name, or a name with its unit: z [mm]")
@@ -79,7 +76,7 @@ def column_name(title: str, place: str) -> tuple[str, str]:
 
 
 def check_columns(place: str, names: Sequence[str], known: Collection[str] | None) -> None:
-    """Check that the names of columns differ, are in ``known`` (None: any), and have no unit in round brackets."""
+    """Check that all names of columns differ, are in ``known`` (None: any), and have no unit in round brackets."""
     for name in names:
         bracketed = re.fullmatch(r"([^()]+?)\s*\(([^()]+)\)", name)
         if bracketed and name not in (known or ()):
@@ -91,7 +88,7 @@ def check_columns(place: str, names: Sequence[str], known: Collection[str] | Non
 
 
 def with_unit(cell: str, unit: str) -> str:
-    """Return the text of a number with a unit appended, unless it has one."""
+    """Return ``cell`` with a unit appended if it is a number alone."""
     try:
         float(cell)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Tables of the elements of robot files, and writing of the parts of a description by these tables.
+"""Tables of the elements of robot files, and functions that write parts of a description by these tables.
 
 Rules that concern several elements are in :mod:`rules`.
 """
@@ -95,7 +95,7 @@ LOOP = ElementTable(
 
 
 def limits(found: dict[str, Keyword], element: XmlElement) -> None:
-    """Complete ``lower`` and ``upper``: infinite if both are missing; as in URDF, zero if one is missing."""
+    """Complete ``lower`` and ``upper``: infinite if both are missing; zero for one that is missing alone, as in URDF."""
     lower, upper = found["lower"], found["upper"]
     if lower is None and upper is None:
         found["lower"], found["upper"] = -math.inf, math.inf
@@ -107,12 +107,11 @@ def limits(found: dict[str, Keyword], element: XmlElement) -> None:
 
 
 def _unlimited(item: Joint | Loop) -> dict[str, Keyword]:
-    """Return values that omit the attributes ``lower`` and ``upper``, if a joint has no limits; else none."""
+    """Return values by field that omit the attributes ``lower`` and ``upper`` of a joint without limits."""
     return {"lower": None, "upper": None} if (item.lower, item.upper) == (-math.inf, math.inf) else {}
 
 
 def write_link(link: Link, extra: Iterable[XmlElement]) -> XmlElement:
-    """Return a ``<link>`` with further child elements."""
     label = f"link {link.name!r}"
     inertial: list[XmlElement] = []
     if link.has_inertial:
@@ -128,14 +127,12 @@ def write_link(link: Link, extra: Iterable[XmlElement]) -> XmlElement:
 
 
 def write_joint(joint: Joint, extra: Iterable[XmlElement]) -> XmlElement:
-    """Return a ``<joint>`` with further child elements."""
     kind = JOINT_TYPES.get(joint.type)
     always = [path for path, there in (("axis", kind and kind.has_axis), ("limit", kind and kind.has_limits)) if there]
     return JOINT.write(joint, joint.place, f"joint {joint.name!r}", given=_unlimited(joint), always=always, more=extra)
 
 
 def write_loop(loop: Loop) -> XmlElement:
-    """Return a ``<loop>``."""
     kind = JOINT_TYPES.get(loop.type)
     always = ("axis",) if kind is not None and kind.has_axis else ()
     return LOOP.write(loop, loop.place, f"loop {loop.name!r}", given=_unlimited(loop), always=always)
@@ -148,7 +145,7 @@ def _sizes(*names: str) -> tuple[Row, ...]:
     return tuple(Row(name, POSITIVE) for name in names)
 
 
-#: Elements of sections: their class and their numbers.
+#: Elements of sections by tag: the class of the section, and the table of the element.
 SECTIONS: dict[str, tuple[type[Section], ElementTable]] = {
     tag: (kind, ElementTable(tag, {"": rows}))
     for tag, kind, rows in (
@@ -185,7 +182,6 @@ BEAM = ElementTable(
 
 
 def read_section(beam: XmlElement) -> Section:
-    """Return the section of a ``<beam>``."""
     found = beam.children
     if len(found) != 1:
         known = ", ".join(f"<{tag}>" for tag in SECTIONS)
@@ -202,7 +198,7 @@ def read_section(beam: XmlElement) -> Section:
 
 
 def write_beam(beam: Beam, joints: Collection[str]) -> XmlElement:
-    """Return a ``<beam>``; ``joints``: the names of all joints and loops."""
+    """Return a ``<beam>``; ``joints`` are the names of all joints and loops."""
     label = f"beam {beam.name!r}"
     ends = {"start": _end(beam.start, beam, joints), "end": _end(beam.end, beam, joints)}
     name = None if beam.name == beam.link else beam.name
@@ -220,7 +216,6 @@ def _end(end: BeamEnd | None, beam: Beam, joints: Collection[str]) -> str | None
 
 
 def _write_section(beam: Beam, label: str) -> XmlElement:
-    """Return the element of a section, with its independent dimensions."""
     section = beam.section
     table = dict(SECTIONS.values()).get(type(section))  # of a tube <tube>
     if table is None:
@@ -270,12 +265,11 @@ JOINT_STIFFNESS = ElementTable(
 
 
 def write_spring(spring: Spring) -> XmlElement:
-    """Return a ``<spring>``."""
     return SPRING.write(spring, spring.place, f"spring {spring.name!r}")
 
 
 def write_stiffness(item: JointStiffness) -> XmlElement:
-    """Return a ``<joint_stiffness>``; if the item has no stiffnesses, infinite linear ones are written."""
+    """Return a ``<joint_stiffness>``; infinite linear stiffnesses are written if the item has none at all."""
     rigid = item.linear is None and item.angular is None and item.drive is None
     given = {"linear": (math.inf,) * 3} if rigid else None
     return JOINT_STIFFNESS.write(item, item.place, f"stiffness {item.joint!r}", given=given)

@@ -19,10 +19,10 @@ from kinetostatics.files.xml import XmlElement
 
 @dataclass(frozen=True)
 class ForeignLoop:
-    """A loop in the format of another tool; None stands for missing information.
+    """A loop in the format of another tool; a type or axis that the format does not give is None.
 
-    The two origins are the joint's frame in the two links that it joins; they coincide at the joint's zero. The axis is a unit
-    vector in the predecessor's origin frame. ``note`` is a remark for the message on missing information.
+    The two origins are the joint's frame on the two links that it joins; they coincide when the joint's coordinates are zero. The
+    axis is a unit vector in the predecessor's origin frame. ``note`` is a remark for the message on missing information.
     """
 
     name: str
@@ -48,7 +48,7 @@ class SourceRobot:
 
     @cached_property
     def parent_joints(self) -> dict[str, Joint]:
-        """The parent joint of each link except the root, by the link's name."""
+        """The joint between a link and its parent, by the link's name, for all links except the root."""
         return {joint.child: joint for joint in self.joints.values()}
 
     @cached_property
@@ -67,9 +67,10 @@ class SourceRobot:
         return frames
 
     def frame(self, name: str, place: Place) -> tuple[str, Origin]:
-        """Return link and origin of one of Pinocchio's frames, whose name is that of a link or joint.
+        """Return the link and the origin on it of one of Pinocchio's frames, which has the name of a link or joint.
 
-        Exporters mark a frame by a link that is fixed to its parent; then the parent and the fixed joint's origin are returned.
+        Exporters mark a frame by a link fixed to its parent. For such a link, the parent and the fixed joint's origin are
+        returned.
 
         Raises:
             RobotFileError: nothing has that name; or a link and a joint have it, and the link is not the joint's child.
@@ -108,7 +109,7 @@ Z_OFFSET, Z_TOLERANCE = 0.1, 1e-5
 
 
 def read_closing_frames(source: SourceRobot, taken: Collection[str] = ()) -> list[ForeignLoop]:
-    """Return the loops of all pairs of closing frames, except frames in ``taken``, which another file pairs."""
+    """Return the loops of all pairs of closing frames, except frames ``taken`` for the loops of a YAML file."""
     pairs: dict[str, dict[str, Joint]] = {}
     for name, link in source.links.items():
         match = FRAME.fullmatch(name)
@@ -135,7 +136,7 @@ def _closing(source: SourceRobot, name: str, sides: dict[str, Joint]) -> Foreign
 
 
 def _has_z_frame(source: SourceRobot, joint: Joint) -> bool:
-    """Whether there is the additional frame of a revolute mate, at :data:`Z_OFFSET` along z of a closing frame."""
+    """Whether the additional frame of a revolute mate exists, at :data:`Z_OFFSET` along z of the frame below ``joint``."""
     beside = source.parent_joints.get(f"{joint.child}_z")
     if beside is None or not JOINT_TYPES[beside.type].is_fixed or beside.parent != joint.parent:
         return False
@@ -177,7 +178,6 @@ LOOP_JOINT = ElementTable(
 
 
 def read_loop_joints(source: SourceRobot) -> list[ForeignLoop]:
-    """Return the loops of all ``<loop_joint>``."""
     return [_loop_joint(source, element) for element in source.root.named("loop_joint")]
 
 

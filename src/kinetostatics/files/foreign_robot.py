@@ -1,4 +1,7 @@
-"""Loops and actuators of a robot, from its source and from arguments; missing information is listed in one error."""
+"""Loops and actuators of a source, a URDF with loops of another tool, from the source's files and from arguments.
+
+All missing information is listed in one error.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,7 @@ _X, _Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 @dataclass(frozen=True)
 class Actuators:
-    """The actuators of a source: joints named by its YAML file (None if it names none), and joints with a ``<transmission>``."""
+    """Actuators of a source: joints named by its YAML file (None without names), and joints with a ``<transmission>``."""
 
     named: tuple[str, ...] | None
     transmissions: tuple[str, ...]
@@ -33,13 +36,13 @@ class Actuators:
 def foreign_robot(
     path: str, root: XmlElement, yaml: str | os.PathLike[str] | None
 ) -> tuple[SourceRobot, list[ForeignLoop], Actuators, list[str]]:
-    """Return the source (with the joint types of its YAML file), its loops, its actuators and warnings."""
+    """Return the source, with the joint types of its YAML file, and its loops, its actuators and warnings."""
     source = _source(path, root)
     entries = [entry for element in root.named("transmission") for entry in element.named("joint")]
     transmissions = tuple(dict.fromkeys(entry.attributes.get("name", "") for entry in entries))
     warnings: list[str] = []
     if yaml is None:
-        yaml = None if root.named("loop") else gepetto.beside(path)
+        yaml = None if root.named("loop") else gepetto.yaml_beside(path)
         if yaml is None:
             return source, [*read_closing_frames(source), *read_loop_joints(source)], Actuators(None, transmissions), []
         warnings = [f"{yaml}: the loops are read from this file, which lies beside the URDF."]
@@ -74,8 +77,8 @@ def complete(
     """Return the loops, the driven joints without a ``<transmission>``, and warnings.
 
     Raises:
-        ArgumentError: information is missing both in the source and in the arguments of :func:`kinetostatics.extend_robot`, and
-            the message lists all that is missing; or an argument does not fit the source.
+        ArgumentError: information is missing both in the source and in the arguments of :func:`kinetostatics.extend_robot`; or an
+            argument does not fit the source.
         RobotFileError: two loops have the same name, or a loop and a joint.
     """
     _check_names(source, found)
@@ -100,12 +103,12 @@ def complete(
     driven = _driven(source, [*movable, *(name for name in names if name not in untyped)], declared, actuators, missing, warnings)
     if missing:
         raise ArgumentError(f"{source.path} lacks information; give also {'; '.join(missing)}")
-    return tuple(closed), driven, [*warnings, *filter(None, (_turned(source, loop) for loop in closed))]
+    return tuple(closed), driven, [*warnings, *filter(None, (_rotation_warning(source, loop) for loop in closed))]
 
 
 def unread_loops(path: str, root: XmlElement, links: Iterable[str]) -> str:
-    """Return where a file has loops in the format of another tool, empty if it has none; robot files must not have any."""
-    if yaml := gepetto.beside(path):
+    """Return, for a message, the file, element or link by which loops of another tool are given; empty without such loops."""
+    if yaml := gepetto.yaml_beside(path):
         return yaml
     if root.named("loop_joint"):
         return "<loop_joint>"
@@ -123,7 +126,7 @@ def _check_names(source: SourceRobot, found: Sequence[ForeignLoop]) -> None:
 
 
 def _loop(found: ForeignLoop, given: str | None, axis: object, missing: list[str], warnings: list[str]) -> Loop | None:
-    """Return a loop, or None if its type or axis is missing."""
+    """Return a loop; if its type or axis is unknown, add this to ``missing`` and return None."""
     name, known = found.name, names_of("in_loop")
     where = f"{name} ({found.place}), which joins {found.predecessor} and {found.successor}"
     if given is not None and given not in known:
@@ -197,8 +200,8 @@ def _driven(
     return tuple(name for name in chosen if name not in declared.transmissions)
 
 
-def _turned(source: SourceRobot, loop: Loop) -> str | None:
-    """Return a warning if, with all joints at zero, the frames of the loop differ by a rotation of more than a right angle."""
+def _rotation_warning(source: SourceRobot, loop: Loop) -> str | None:
+    """Return a warning if, with all joints at zero, the loop's two frames differ by a rotation of more than a right angle."""
     frames, kind = source.zero_frames, JOINT_TYPES[loop.type]
     first = frames[loop.predecessor] @ loop.predecessor_origin.matrix
     second = frames[loop.successor] @ loop.successor_origin.matrix

@@ -54,10 +54,9 @@ class GepettoFile:
     """The content of a ``robot.yaml``.
 
     Attributes:
-        loops: its loops.
-        frames: names of the frames of its loops.
+        frames: names of the frames that the loops join.
         driven: names of the driven joints of the URDF, or None if unknown.
-        driven_note: reason if the driven joints are uncertain.
+        driven_note: why the driven joints are unknown, if ``name_mot`` is ambiguous.
         retyped: joints with another type than in the URDF.
         warnings: warnings, in full sentences.
     """
@@ -75,23 +74,21 @@ class GepettoFile:
 
 @dataclass(frozen=True)
 class Node:
-    """A value of a YAML file: a text or a list (None: a mapping); and its place."""
+    """A value of a YAML file, a text or a list (None: a mapping), with file and line."""
 
     value: str | list[Node] | None
     place: Place
 
     def error(self, reason: str) -> RobotFileError:
-        """Return an error with ``reason`` at this place."""
         return self.place.error(reason)
 
     def items(self, what: str) -> list[Node]:
-        """Return the entries of a list."""
         if not isinstance(self.value, list):
             raise self.error(f"{what} must be a list, not {repr(self.value) if self.value is not None else 'a mapping'}")
         return self.value
 
     def text(self, what: str) -> str:
-        """Return the text of this node, which must be one line and not blank."""
+        """Return the text of this node, which must be one line and not blank; ``what`` names the node in errors."""
         if not isinstance(self.value, str) or not self.value.strip() or not self.value.isprintable():
             found = repr(self.value) if isinstance(self.value, str) else "a mapping" if self.value is None else "a list"
             raise self.error(f"{what} must be text in one line, not {found}")
@@ -99,7 +96,7 @@ class Node:
 
 
 def _read_yaml(path: str | os.PathLike[str]) -> dict[str, Node]:
-    """Return the entries of a YAML mapping, whose values are texts and lists; tags are ignored."""
+    """Return the entries of a YAML mapping; tags are ignored."""
     import yaml
 
     file = os.fsdecode(path)
@@ -133,7 +130,7 @@ def _read_yaml(path: str | os.PathLike[str]) -> dict[str, Node]:
         raise RobotFileError(f"this is not YAML: {' '.join(str(error).split())}", file) from None
 
 
-def beside(path: str) -> str | None:
+def yaml_beside(path: str) -> str | None:
     """Return the path of the YAML file with the name and folder of a URDF, if that file has ``closed_loop``; else None."""
     file = f"{os.path.splitext(path)[0]}.yaml"
     try:
@@ -146,7 +143,6 @@ def beside(path: str) -> str | None:
 
 
 def read(source: SourceRobot, path: str | os.PathLike[str]) -> GepettoFile:
-    """Read a ``robot.yaml``."""
     keys = _read_yaml(path)
     warnings = [_unknown(key, node) for key, node in keys.items() if key not in KEYS]
     frames, loops = _loops(source, keys)
@@ -202,15 +198,15 @@ def _types(keys: Mapping[str, Node], count: int) -> list[str | None]:
 
 
 def _name(first: str, second: str, taken: set[str]) -> str:
-    """Return a loop's name: the common prefix of its frames' names; both names if the prefix is empty or taken."""
+    """Return a loop's name: the common prefix of the frames' names, or both names if the prefix is empty or taken."""
     shared = os.path.commonprefix((first, second)).rstrip("_-. ")  # noqa: RUF071 names are no paths
     return shared if shared and shared not in taken else f"{first}_{second}"
 
 
 def _driven(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[tuple[str, ...] | None, str]:
-    """Return the driven joints; or None and the reason, if they are uncertain.
+    """Return the names of the driven joints and an empty text, or None and the reason if the names are ambiguous.
 
-    They are uncertain if a text of ``name_mot`` is the name of a joint, and also a part of the names of other joints.
+    They are ambiguous if a text of ``name_mot`` is the name of a joint, and also a part of the names of other joints.
     """
     if "name_mot" not in keys:
         return None, ""
@@ -258,7 +254,7 @@ def _retyped(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[Retyped, ..
 def retype(source: SourceRobot, retyped: Sequence[Retyped]) -> XmlElement:
     """Return the element ``<robot>`` of the source, with joints replaced by runs of revolutes.
 
-    The names of the revolutes are that of the joint with ``_X``, ``_Y`` or ``_Z`` appended.
+    Each revolute has the name of the joint with ``_X``, ``_Y`` or ``_Z`` appended.
     """
     changes = {item.joint: item for item in retyped}
     content: list[XmlElement | str] = []
@@ -292,7 +288,7 @@ def _new_names(item: Retyped) -> list[str]:
 
 
 def _run_of(source: SourceRobot, joint: XmlElement, item: Retyped) -> list[XmlElement | str]:
-    """Return the elements that replace one joint: revolute joints, and the massless links between them."""
+    """Return the elements that replace a joint: revolute joints with massless links between them."""
     place = joint.place
     parts = [part for part in joint.children if part.tag in ("origin", "parent", "child")]
     if not item.axes:

@@ -1,7 +1,8 @@
 """Units of the parameters of a robot file, from derivatives of the robot's numbers.
 
-A parameter has the unit of the numbers whose derivative with respect to the parameter is 1 or −1: it is a length if, for example,
-the diameter of a rod increases by as much as the parameter. Without such numbers, or if their units differ, the unit is unknown.
+A parameter has the unit of the numbers whose derivative with respect to the parameter is 1 or −1. For example, it is a length if
+the diameter of a rod increases by as much as the parameter. Without such numbers, or if their units differ, the unit is
+unknown.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ STEPS, SLOPE = (1e-3, 2e-3), 1e-7
 
 
 def parameter_unit(value: object, read: Callable[[float], RobotDescription]) -> str:
-    """Return the SI unit of a parameter, empty if uncertain; ``read`` returns the description for another value."""
+    """Return the SI unit of a parameter, empty if unknown; ``read`` returns the description for another value."""
     if isinstance(value, bool) or not isinstance(value, Real):
         return ""
     for sign in (1, -1):  # one of the two may be invalid in the file
@@ -63,7 +64,7 @@ def parameter_unit(value: object, read: Callable[[float], RobotDescription]) -> 
 
 
 def parameter_hints(path: str, parameters: Mapping[str, object], links: Mapping[str, str | None]) -> list[str]:
-    """Return hints at given parameters that are lengths of 1 m or more and far exceed their values in the robot's file."""
+    """Return hints at given lengths of 1 m or more that far exceed the parameters' own values in the file."""
     numbers = {name: _number(value) for name, value in parameters.items()}
     given = {name: number for name, number in numbers.items() if number is not None and number >= 1}
     own = {name: _number(text) for name, text in parameter_values(path, {}).items()} if given else {}

@@ -71,12 +71,7 @@ def read_robot_file(
 
 
 def parameter_values(path: str | os.PathLike[str], parameters: Mapping[str, object]) -> dict[str, str]:
-    """Return the values of all xacro arguments of a file, in its order, as strings; empty without xacro.
-
-    Args:
-        path: see :func:`read_robot_file`.
-        parameters: given values; the other arguments have the values in the file.
-    """
+    """Return the values of all xacro arguments of a file, in its order: given ``parameters``, else the file's defaults."""
     data, name = read_robot(path)
     values: dict[str, str] = {}
     read_document(data, name, parameters, values)
@@ -87,12 +82,8 @@ def parse_robot_text(text: str, path: str = "<text>", parameters: Mapping[str, o
     """Read a robot from XML text, URDF or xacro.
 
     Args:
-        text: the XML.
         path: name of the text in messages; xacro searches included files in its folder.
         parameters: see :func:`read_robot_file`.
-
-    Returns:
-        The description.
 
     Raises:
         RobotFileError, ArgumentError: see :func:`read_robot_file`.
@@ -117,7 +108,7 @@ def known_valid(description: RobotDescription) -> RobotDescription:
 def describe(
     root: XmlElement, path: str, warnings: list[str], platform: str | None = None, base: str | None = None
 ) -> RobotDescription:
-    """Return the robot of an element ``<robot>`` without xacro; arguments and errors are those of :func:`read_robot_file`."""
+    """Return the robot of an expanded element ``<robot>``; arguments and errors are those of :func:`read_robot_file`."""
     name = new_name(root) if root.attributes.get("name", "").strip() else file_name(root, path, warnings)
     _check_robot_level(root)
     links = read_links(root, warnings)
@@ -181,7 +172,7 @@ def describe(
 
 
 def _check_robot_level(root: XmlElement) -> None:
-    """Raise an error for misspelled elements, which would otherwise be ignored, and for materials defined twice."""
+    """Raise an error for misspelled child elements, which would otherwise be ignored, and for materials defined twice."""
     version = root.attributes.get("version", "1.0")
     if version.strip() not in ("1.0", "1"):
         raise root.error(f"version={version!r} of <robot> is unknown; URDF has version 1.0")
@@ -199,7 +190,7 @@ def _check_robot_level(root: XmlElement) -> None:
 
 
 def _only(root: XmlElement, table: ElementTable, links: Mapping[str, Link]) -> XmlElement | None:
-    """Return the only element with the tag of a table, None if there is none; the element must name a link."""
+    """Return the only element with the tag of a table, after a check that its link exists; None without an element."""
     found = root.named(table.tag)
     if len(found) > 1:
         raise found[1].error(f"there are two <{table.tag}>; a robot has one")

@@ -1,4 +1,4 @@
-"""Loops, springs, counterweights, beams, driven joints and joint stiffnesses: reading, and checks of their references."""
+"""Reading of loops, springs, counterweights, beams, driven joints and joint stiffnesses, with checks of their references."""
 
 from __future__ import annotations
 
@@ -16,10 +16,9 @@ from kinetostatics.files.attributes import reference, text
 from kinetostatics.files.element_tables import BEAM, COUNTERWEIGHT, JOINT_STIFFNESS, LOOP, SPRING, limits, read_section
 from kinetostatics.files.xml import XmlElement
 
-#: Tolerance for axes along an axis of the joint frame.
-_ALIGNED = 1e-9
+_ALIGNED = 1e-9  # sine of the largest angle between a joint's axis and an axis of its frame that counts as zero
 _PARALLEL = 1e-9  # 1 − cos of the smallest angle between the two axes of a universal joint
-#: The names of the types with one freedom.
+#: Names of the joint types with one freedom.
 SINGLE = ", ".join(names_of("is_single"))
 
 
@@ -27,13 +26,12 @@ SINGLE = ", ".join(names_of("is_single"))
 
 
 def lacks_axis(element: XmlElement) -> bool:
-    """Whether the ``<axis>`` of a joint or loop is missing; universal joints need none, because their default axes are usual."""
+    """Whether the ``<axis>`` of a joint or loop is missing; a universal joint needs none, because its default axes are usual."""
     kind = JOINT_TYPES.get(element.attributes.get("type", ""))
     return kind is not None and kind.has_axis and kind.turns is not Axes.BOTH and element.child("axis") is None
 
 
 def axis_warning(element: XmlElement) -> str:
-    """Return the warning of a missing ``<axis>``."""
     kind = JOINT_TYPES[text(element, "type")]
     slides = {Axes.AXIS: "slides along ", Axes.ACROSS: "slides across "}.get(kind.slides, "")
     moves = f"{slides}{'and ' * bool(slides)}turns about" if kind.turns is Axes.AXIS else slides.rstrip()
@@ -45,7 +43,6 @@ def axis_warning(element: XmlElement) -> str:
 
 
 def read_loops(root: XmlElement, links: Mapping[str, Link], joints: Mapping[str, Joint], warnings: list[str]) -> dict[str, Loop]:
-    """Read all ``<loop>``."""
     return by_name("joint or loop", [_loop(element, links, warnings) for element in root.named("loop")], joints)
 
 
@@ -89,14 +86,12 @@ def _loop(element: XmlElement, links: Mapping[str, Link], warnings: list[str]) -
 
 
 def _check_sides(element: XmlElement, links: Mapping[str, Link]) -> None:
-    """Check the links that a loop or spring joins."""
     first, second = (reference(element.required_child(tag), "link", links, "link") for tag in ("predecessor", "successor"))
     if first == second:
         raise element.error(f"{element.label} joins the link {first!r} to itself")
 
 
 def read_springs(root: XmlElement, links: Mapping[str, Link]) -> dict[str, Spring]:
-    """Read all ``<spring>``."""
     springs: list[Spring] = []
     for element in root.named("spring"):
         springs.append(Spring(**SPRING.read(element), place=element.place))
@@ -124,7 +119,7 @@ def with_counterweights(
 def read_beams(
     root: XmlElement, links: Collection[str], connections: Collection[str], rigid: Mapping[str, str]
 ) -> dict[str, Beam]:
-    """Read all ``<beam>``; ``rigid``: the links that must not have beams, each with its role, "base" or "platform"."""
+    """Read all ``<beam>``; ``rigid``: the role, "base" or "platform", of each link that must not have beams."""
     beams: dict[str, Beam] = {}
     for element in root.named("beam"):
         beam = _beam(element, links, connections, rigid)
@@ -169,7 +164,7 @@ def _beam(element: XmlElement, links: Collection[str], connections: Collection[s
 
 
 def _check_against(beam: Beam, beams: Mapping[str, Beam], element: XmlElement) -> None:
-    """Check a beam against the preceding ones."""
+    """Check a beam against the beams before it in the file."""
     for other in beams.values():
         if other.link != beam.link:
             continue
@@ -188,7 +183,7 @@ def _check_against(beam: Beam, beams: Mapping[str, Beam], element: XmlElement) -
 
 
 def _end(element: XmlElement, name: str, connections: Collection[str]) -> BeamEnd | None:
-    """Read ``from`` or ``to``: a joint or loop, optionally with a side, ``:parent`` or ``:child``."""
+    """Read ``from`` or ``to``: the name of a joint or loop, optionally followed by a side, ``:parent`` or ``:child``."""
     if name not in element.attributes:
         return None
     value = text(element, name)
@@ -211,7 +206,7 @@ def _end(element: XmlElement, name: str, connections: Collection[str]) -> BeamEn
 
 
 def read_driven(root: XmlElement, joints: Mapping[str, Joint], loops: Mapping[str, Loop], warnings: list[str]) -> tuple[str, ...]:
-    """Return the joints and loops named by ``<transmission>`` elements.
+    """Return the names of the joints and loops with a ``<transmission>``.
 
     An invalid transmission is an error if the robot has loops, because the statics depends on the driven joints; without loops it
     is a warning.
@@ -253,7 +248,7 @@ _LEADERS = "a joint can mimic a driven revolute, continuous or prismatic <joint>
 def with_valid_mimics(
     root: XmlElement, joints: Mapping[str, Joint], loops: Collection[str], warnings: list[str]
 ) -> dict[str, Joint]:
-    """Return the joints. Invalid ``<mimic>`` elements are errors if there are loops, and otherwise dropped with a warning."""
+    """Return the joints; an invalid ``<mimic>`` is an error if there are loops, and else dropped with a warning."""
     result = dict(joints)
     for element in root.named("joint"):
         joint = joints[element.attributes["name"]]
@@ -284,7 +279,6 @@ def _check_mimic(element: XmlElement, mimic: Mimic, joints: Mapping[str, Joint],
 
 
 def check_leaders(root: XmlElement, joints: Mapping[str, Joint], driven: Collection[str]) -> None:
-    """Check that every mimic joint follows a driven joint."""
     for element in root.named("joint"):
         mimic = joints[element.attributes["name"]].mimic
         if mimic is not None and mimic.joint not in driven:
@@ -299,7 +293,7 @@ def check_leaders(root: XmlElement, joints: Mapping[str, Joint], driven: Collect
 def read_joint_stiffness(
     root: XmlElement, joints: Mapping[str, Joint], loops: Mapping[str, Loop], driven: Collection[str]
 ) -> dict[str, JointStiffness]:
-    """Read all ``<joint_stiffness>`` by joint; three infinite values are treated as missing."""
+    """Read all ``<joint_stiffness>`` by joint; three infinite values count as missing."""
     result: dict[str, JointStiffness] = {}
     for element in root.named("joint_stiffness"):
         found = JOINT_STIFFNESS.read(element)
@@ -325,9 +319,9 @@ def read_joint_stiffness(
 
 
 def _check_group(element: XmlElement, group: str, values: Vector, joint: Joint | Loop, locked: bool) -> None:
-    """Check the linear or angular stiffnesses of a joint, which may be zero along its freedoms only.
+    """Check the three linear or angular stiffnesses of a joint, which may be zero along the joint's freedoms only.
 
-    If the joint moves along or about other directions than the axes of its frame, all three values must be finite and positive.
+    If a direction of motion is not an axis of the joint's frame, all three values must be finite and positive.
     """
     kind = JOINT_TYPES[joint.type]
     axes = kind.slides if group == "linear" else kind.turns

@@ -36,7 +36,6 @@ _DYNAMICS = {
 
 
 def read_links(root: XmlElement, warnings: list[str]) -> dict[str, Link]:
-    """Read all ``<link>``."""
     links = [_link(element, warnings) for element in root.named("link")]
     if not links:
         raise root.error("the robot has no links")
@@ -44,12 +43,11 @@ def read_links(root: XmlElement, warnings: list[str]) -> dict[str, Link]:
 
 
 def read_joints(root: XmlElement, links: Mapping[str, Link], warnings: list[str]) -> dict[str, Joint]:
-    """Read all ``<joint>``, the joints of the spanning tree."""
     return by_name("joint", [_joint(element, links, warnings) for element in root.named("joint")])
 
 
 def tree_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
-    """Return the root of the tree; links and joints that do not form a tree are an error."""
+    """Return the root link; links and joints that do not form a tree are an error."""
     to_parent: dict[str, Joint] = {}
     for joint in joints.values():
         other = to_parent.setdefault(joint.child, joint)
@@ -81,18 +79,18 @@ def tree_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
 
 
 def other_children(element: XmlElement, *children: str) -> str:
-    """Return the text of the child elements of ``element`` whose tags are not among ``children``."""
+    """Return, as XML, the child elements whose tags are not among ``children``."""
     return "".join(to_text(child, header=False) for child in element.children if child.tag not in children)
 
 
 def plain_transmission(joint: str, place: Place) -> XmlElement:
-    """Return a plain transmission, which only marks a joint as driven."""
+    """Return a transmission without further elements, which only marks a joint as driven."""
     entry = XmlElement("joint", {"name": joint}, (), place, "the driven joints")
     return XmlElement("transmission", {"name": f"drive_{joint}"}, (entry,), place)
 
 
 def extra_of_robot(root: XmlElement, known: Iterable[str]) -> str:
-    """Return the text of all elements of ``<robot>``, transmissions last, except ``known`` elements and plain transmissions."""
+    """Return, as XML, the child elements of ``<robot>`` except ``known`` ones and plain transmissions; transmissions last."""
     kept = [child for child in root.children if child.tag not in (*known, "transmission")]
     for child in root.named("transmission"):
         names = [entry.attributes.get("name", "") for entry in child.named("joint")]
@@ -225,14 +223,14 @@ LISTED, OFFERED = 8, 3
 
 
 def file_name(root: XmlElement, path: str, warnings: list[str]) -> str:
-    """Return the name of a robot whose file gives none: that of the file, without its ending."""
+    """Return the file's name without its ending, for a robot whose file gives no name."""
     stem = re.sub(r"\W+", "_", os.path.basename(path).partition(".")[0]).strip("_")[:100] or "robot"
     warnings.append(f"{root.place}: <robot> has no name; it is called {stem!r}, like its file.")
     return stem
 
 
 def known_link(argument: str, name: str, links: Collection[str], path: str) -> str:
-    """Return the name of a link given as an argument; an unknown one is an error."""
+    """Return ``name``, after a check that such a link exists."""
     if not isinstance(name, str) or name not in links:
         raise ArgumentError(f"{argument}={name!r}: {path} has no such link; {near_names(str(name), links)}")
     return name
@@ -242,8 +240,8 @@ def likely_platforms(links: Collection[str], joints: Mapping[str, Joint]) -> lis
     """Return the links of a tree that may be its platform, the most probable first: moving end links, and hands.
 
     A hand is a link with several moving branches (the fingers of a gripper), each with fewer joints than the path from the root
-    to the hand. Links fixed to a hand precede its fingers. Of several end links fixed to one another, the last one in the file
-    comes first, because in files of arms it is the frame of the tool.
+    to the hand. Hands and links fixed to them precede the fingers. Of several end links fixed to one another, the last one in the
+    file comes first, because in files of arms it is the frame of the tool.
     """
     above = {joint.child: joint for joint in joints.values()}
 
@@ -275,10 +273,11 @@ def likely_platforms(links: Collection[str], joints: Mapping[str, Joint]) -> lis
 
 
 def chosen_platform(root: XmlElement, links: Collection[str], joints: Mapping[str, Joint], warnings: list[str]) -> str:
-    """Return the platform of a robot without loops whose file names none: the only moving end link of its tree.
+    """Return the only moving end link of the tree, as platform of a robot without loops whose file names none.
 
     Raises:
-        PlatformMissingError: there are several, or nothing moves.
+        PlatformMissingError: there are several moving end links.
+        RobotFileError: nothing moves.
     """
     found = likely_platforms(links, joints)
     if len(found) == 1:
@@ -292,7 +291,7 @@ def chosen_platform(root: XmlElement, links: Collection[str], joints: Mapping[st
 def first_base(tree: str, joints: Mapping[str, Joint]) -> str:
     """Return the default base: the root of the tree, or its child if the joint between them is floating or planar.
 
-    Files for simulators connect the robot to a world link by such a joint.
+    By such a joint, files for simulators connect the robot to a world link.
     """
     below = [joint for joint in joints.values() if joint.parent == tree]
     if len(below) == 1 and JOINT_TYPES[below[0].type].freedoms > 1:
@@ -301,12 +300,12 @@ def first_base(tree: str, joints: Mapping[str, Joint]) -> str:
 
 
 def drivable(joints: Mapping[str, Joint]) -> list[str]:
-    """Return the joints that can be driven: those with one freedom and without ``<mimic>``."""
+    """Return the names of the joints with one freedom and without ``<mimic>``."""
     return [joint.name for joint in joints.values() if JOINT_TYPES[joint.type].is_single and joint.mimic is None]
 
 
 def all_driven(joints: Mapping[str, Joint], driven: tuple[str, ...], path: str, warnings: list[str]) -> tuple[str, ...]:
-    """Return the driven joints of a robot without loops: all moving joints, because passive ones could carry no load."""
+    """Return the names of all joints that can be driven, for a robot without loops: passive joints could carry no load."""
     others = [name for name in drivable(joints) if name not in driven]
     if others and not driven:
         moving = f"all {len(others)} joints that move count" if others[1:] else f"the joint that moves, {others[0]!r}, counts"

@@ -1,7 +1,7 @@
 """Writing of robot files, with all digits of the numbers, and of CSV tables; validation of descriptions.
 
-To validate a description, it is converted to an element ``<robot>``, which is read. Parts read from a file keep file and line for
-errors.
+To validate a description, it is converted to an element ``<robot>``, which is read. Errors name file and line of parts that were
+read from a file.
 """
 
 from __future__ import annotations
@@ -46,8 +46,7 @@ class Described(Protocol):
     """An object with a description: a robot."""
 
     @property
-    def description(self) -> RobotDescription:
-        """Its description."""
+    def description(self) -> RobotDescription: ...
 
 
 def validate(description: RobotDescription) -> RobotDescription:
@@ -94,17 +93,17 @@ def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]
     """
     description = validate(robot.description if hasattr(robot, "description") else robot)
     name = path_name("path", path)
-    text = robot_text(_beside(description, os.path.dirname(os.path.abspath(name))), _COMMENT)
+    text = robot_text(_with_meshes_from(description, os.path.dirname(os.path.abspath(name))), _COMMENT)
     if _uses_xacro(name):
         raise ArgumentError(f"{name} uses xacro, and its macros would be lost; write to another file")
     write_text(name, text)
 
 
 def write_text(path: str | os.PathLike[str], text: str, new: bool = False) -> None:
-    """Write a file; an existing file is replaced.
+    """Write a file; an existing file is replaced, or is an error if the file must be ``new``.
 
     Raises:
-        ArgumentError: the file cannot be written, or exists although it must be ``new``.
+        ArgumentError: the file cannot be written.
     """
     name = path_name("path", path)
     try:
@@ -119,7 +118,7 @@ def write_text(path: str | os.PathLike[str], text: str, new: bool = False) -> No
 
 
 def write_table(path: str | os.PathLike[str], columns: Mapping[str, Sequence[str]]) -> None:
-    """Write columns, by title, as a CSV file; an existing file is replaced."""
+    """Write columns, given by title, as a CSV file; an existing file is replaced."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
@@ -128,7 +127,7 @@ def write_table(path: str | os.PathLike[str], columns: Mapping[str, Sequence[str
 
 
 def cells(values: Array) -> list[str]:
-    """Return numbers as texts of a column, empty if they are not finite."""
+    """Return numbers as cells of a CSV table; a cell is empty if the number is not finite."""
     return [f"{value:.15g}" if np.isfinite(value) else "" for value in np.ravel(values)]
 
 
@@ -140,8 +139,8 @@ def _uses_xacro(name: str) -> bool:
         return False
 
 
-def _beside(description: RobotDescription, folder: str) -> RobotDescription:
-    """Return a description whose mesh files are named relative to another folder."""
+def _with_meshes_from(description: RobotDescription, folder: str) -> RobotDescription:
+    """Return a description in which names of mesh files are relative to another folder."""
     source = os.path.dirname(os.path.abspath(description.path))
     if source == folder:
         return description
@@ -164,12 +163,11 @@ _ATTRIBUTE = re.compile(r"[A-Za-z_][\w:.-]*")
 
 
 def robot_text(description: RobotDescription, comment: str = "") -> str:
-    """Return a description as the text of a plain URDF file with the additional elements, indented."""
+    """Return a description as the indented text of a plain URDF file with the elements of this package."""
     return to_text(robot_element(description), comment, indented=True)
 
 
 def robot_element(description: RobotDescription) -> XmlElement:
-    """Return a description as the element ``<robot>``."""
     place = Place(description.path)
     extra = _elements_of(description.extra, place, "the description")
     transmissions = [item for item in extra if item.tag == "transmission"]
@@ -211,7 +209,7 @@ def _values(table: Mapping[str, Item], key: str = "name") -> list[Item]:
 
 @lru_cache(maxsize=1000)
 def _elements_of(extra: str, place: Place, owner: str) -> tuple[XmlElement, ...]:
-    """Return elements from their text, with the place of their owner."""
+    """Return the elements of an XML text; their place is that of the part that contains them, the owner."""
     if not extra:
         return ()
     try:
@@ -224,7 +222,7 @@ def _elements_of(extra: str, place: Place, owner: str) -> tuple[XmlElement, ...]
 
 
 def _transmissions(driven: tuple[str, ...], known: list[XmlElement], place: Place) -> list[XmlElement]:
-    """Return the transmissions of the joints ``driven``, in their order, from ``known`` if suitable, otherwise plain."""
+    """Return the transmissions of the ``driven`` joints in their order: ``known`` ones where they fit, otherwise plain ones."""
     joints = [[entry.attributes.get("name", "") for entry in item.named("joint")] for item in known]
     of_joint = {name: number for number, names in enumerate(joints) for name in names}
     result: list[XmlElement] = []

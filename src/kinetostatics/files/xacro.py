@@ -1,9 +1,9 @@
 """Expands xacro files, with errors that name file and line, and writes the text of xacro files that include another file.
 
-The ``xacro`` package keeps its state in its module and reports errors without lines. During an expansion its parser is replaced
-by that of this package, which records file and line of each element. The position of an error is that of the element being
-expanded, found in the traceback. Packages are found without ROS, and expressions with names such as ``__class__`` are rejected.
-All other expressions are executed, as in ROS: robot files are programs.
+The ``xacro`` package keeps its state in its module and reports errors without lines. During an expansion, its parser is replaced
+by the parser of this package, which records file and line of each element; the traceback of an error shows which element was
+being expanded. Packages are found without ROS, and expressions with names such as ``__class__`` are rejected. All other
+expressions are executed, as in ROS: robot files are programs.
 """
 
 from __future__ import annotations
@@ -48,16 +48,13 @@ class _Arguments(dict[str, str]):
 def expand(
     document: minidom.Document, path: str, parameters: Mapping[str, object], values: dict[str, str] | None = None
 ) -> list[str]:
-    """Expand a xacro document in place.
+    """Expand a xacro document in place, and return xacro's warnings in full sentences.
 
     Args:
         document: a document from :func:`kinetostatics.files.xml.parse`.
         path: its file; included files are searched in its folder.
         parameters: values of its ``<xacro:arg>``, numbers or strings.
         values: receives the values of all arguments, including defaults.
-
-    Returns:
-        Warnings of xacro, in full sentences.
 
     Raises:
         RobotFileError: the document cannot be expanded, or does not declare a parameter.
@@ -102,14 +99,14 @@ def _as_text(name: str, value: object) -> str:
 
 
 def _note_arguments(document: minidom.Document, arguments: _Arguments) -> None:
-    """Record the arguments that a file declares, including those in branches that are not taken."""
+    """Record the arguments that a file declares, even where a condition excludes the declaration."""
     for element in document.getElementsByTagName("xacro:arg"):
         arguments.known.add(element.getAttribute("name"))
 
 
 @contextlib.contextmanager
 def _own_state(xacro: ModuleType, arguments: _Arguments) -> Iterator[None]:
-    """Replace xacro's parser by ours, and restore xacro's state afterwards, even after errors."""
+    """Replace xacro's parser by the parser of this package, and restore xacro's state afterwards, even after errors."""
     from xacro import substitution_args
 
     saved = {name: getattr(xacro, name) for name in ("parse", "safe_eval", "filestack", "macrostack", "verbosity")}
@@ -204,11 +201,11 @@ def read_document(
     """Return the element ``<robot>`` of a file after expansion of xacro, whether the file uses xacro, and warnings.
 
     Args:
-        data: the contents of the file.
         path, parameters, values: see :func:`expand`.
 
     Raises:
-        RobotFileError: the file is invalid, its outermost element is not ``<robot>``, or parameters are given and it has none.
+        RobotFileError: the file is invalid, its outermost element is not ``<robot>``, or it has no xacro but parameters are
+            given.
         ArgumentError: a parameter is neither a number nor a string.
     """
     check("parameters", parameters)
@@ -226,9 +223,9 @@ def read_document(
 
 
 def include_path(source: str, root: XmlElement, uses_xacro: bool, additions: str, out: str) -> str | None:
-    """Return the path by which a file ``out`` includes a source, or None if xacro would change the source or the ``additions``.
+    """Return the path by which the file ``out`` can include a source; None if xacro would change the source or ``additions``.
 
-    The path is relative to the folder of ``out``, unless the source is in an installed package.
+    The path is relative to the folder of ``out``, or begins with ``$(find NAME)`` if the source is in an installed package.
     """
     try:
         path = os.path.relpath(source, os.path.dirname(out) or ".")
@@ -243,7 +240,7 @@ def include_path(source: str, root: XmlElement, uses_xacro: bool, additions: str
 
 
 def _in_package(source: str) -> str | None:
-    """Return ``$(find NAME)/…`` for a file of an installed package; None for others."""
+    """Return ``$(find NAME)/…`` for a file of an installed package; None for another file."""
     path = Path(source).absolute()
     for folder in path.parents:
         if folder.parent.name == "share" and (folder.parents[1] / INDEX / folder.name).is_file():
@@ -265,13 +262,13 @@ def including_text(name: str, include: str, comment: str, additions: str) -> str
 
 
 def whole_text(root: XmlElement, additions: str) -> str:
-    """Return the text of a plain URDF: a source with additional elements."""
+    """Return the text of a source that is a plain URDF, with additional elements at its end."""
     attributes = {name: value for name, value in root.attributes.items() if name != "xmlns:xacro"}
     head, closing, tail = to_text(replace(root, attributes=attributes), indented=True).rpartition("</robot>")
     return f"{head.rstrip()}\n\n{additions}{closing}{tail}"
 
 
 def quoted(value: str) -> str:
-    """Return the value of an attribute as XML text, in quotes."""
+    """Return the value of an attribute as XML, in quotes."""
     # without xml.sax.saxutils, whose import takes 50 ms
     return '"' + html.escape(value, quote=False).replace('"', "&quot;") + '"'

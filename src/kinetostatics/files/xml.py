@@ -28,7 +28,6 @@ class XmlElement:
     """An XML element after expansion of xacro.
 
     Attributes:
-        tag, attributes: name and attributes.
         content: child elements and texts, in order.
         place: file and line.
         owner: for elements without a line, the part of the robot that contains them, such as ``joint 'j1'``.
@@ -42,7 +41,6 @@ class XmlElement:
 
     @cached_property
     def children(self) -> tuple[XmlElement, ...]:
-        """The child elements."""
         return tuple(item for item in self.content if isinstance(item, XmlElement))
 
     @property
@@ -56,24 +54,21 @@ class XmlElement:
         return f"<{self.tag}>"
 
     def error(self, reason: str) -> RobotFileError:
-        """Return an error with ``reason`` at the place of this element."""
         if self.owner and self.place.line is None and self.owner.partition(" ")[2] not in reason:
             reason = f"{self.owner}: {reason}"
         return self.place.error(reason)
 
     def named(self, tag: str) -> list[XmlElement]:
-        """Return the child elements called ``tag``."""
         return [child for child in self.children if child.tag == tag]
 
     def child(self, tag: str) -> XmlElement | None:
-        """Return the child element ``tag``, or None; more than one is an error."""
+        """Return the child element ``tag``, or None; several are an error."""
         found = self.named(tag)
         if len(found) > 1:
             raise found[1].error(f"{self.label} has two <{tag}>; leave one of them")
         return found[0] if found else None
 
     def required_child(self, tag: str) -> XmlElement:
-        """Return the only child element ``tag``; none or several are an error."""
         found = self.child(tag)
         if found is None:
             raise self.error(f"{self.label} has no <{tag}>")
@@ -124,15 +119,12 @@ class _NamespaceBuilder(_DocumentBuilder, expatbuilder.ExpatBuilderNS):
 
 
 def parse(data: bytes | str, file: str, plain: bool = False) -> tuple[minidom.Document, bool]:
-    """Parse XML.
+    """Parse XML, and return the document, with the place of each element, and whether it uses xacro.
 
     Args:
         data: the contents of the file, as bytes or decoded.
         file: name of the file for messages.
         plain: whether undeclared prefixes are accepted, even with xacro.
-
-    Returns:
-        The document with the place of each element, and whether it uses xacro.
 
     Raises:
         RobotFileError: the text is not well-formed, or has a DOCTYPE.
@@ -153,7 +145,7 @@ def parse(data: bytes | str, file: str, plain: bool = False) -> tuple[minidom.Do
 
 
 def _parse_failure(error: expat.ExpatError, builder: _DocumentBuilder) -> str:
-    """Return the reason of a parse error; for a missing end tag, it names the element that is not closed."""
+    """Return the reason of a parse error, with the element whose end tag is missing."""
     reason = f"this is not well-formed XML: {expat.ErrorString(error.code)}"
     if error.code == _UNBOUND_PREFIX:
         return f'{reason}; declare it, as in <robot xmlns:xacro="http://www.ros.org/wiki/xacro">'
@@ -165,7 +157,7 @@ def _parse_failure(error: expat.ExpatError, builder: _DocumentBuilder) -> str:
 
 
 def place_of(node: object) -> Place | None:
-    """Return the place of the nearest element around a node, if known."""
+    """Return the place of a node, or of the nearest element around it with a known place; None without such an element."""
     while isinstance(node, minidom.Node):
         place = node.getUserData(_PLACE)
         if isinstance(place, Place):
@@ -181,7 +173,7 @@ _NO_CHARACTER = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff
 def to_elements(document: minidom.Document, place: Place | None = None, owner: str = "") -> XmlElement:
     """Convert a document to elements, without comments, processing instructions and blank text between elements.
 
-    If ``place`` and ``owner`` are given, all elements have this place and owner.
+    A ``place`` and an ``owner`` are given to all elements.
 
     Raises:
         RobotFileError: the output of xacro is not XML.
@@ -217,7 +209,7 @@ _ATTRIBUTE_ESCAPES = {**_ESCAPES, **str.maketrans({'"': "&quot;", "\n": " ", "\t
 
 
 def to_text(root: XmlElement, comment: str = "", header: bool = True, indented: bool = False) -> str:
-    """Return elements as XML text; if ``indented``, child elements are on separate lines, except beside text."""
+    """Return an element as XML text; if ``indented``, child elements are on separate lines, except beside text."""
     parts = ['<?xml version="1.0"?>\n'] if header else []
     if comment:
         parts.append(f"<!-- {comment.replace('--', '- -')} -->\n")
