@@ -31,7 +31,6 @@ class LocalFreedom:
 
     Attributes:
         links: moving links, except the massless crosses of universal and spherical joints.
-        count: number of freedoms.
         kind: ``spin`` about the line through their joints, ``turn`` about an axis, ``slide`` or ``move``.
         joint: joint along or about whose axis the links move, if any.
         drives: driven joints that move with the links.
@@ -114,8 +113,8 @@ def actuators_of(motions: Motions) -> tuple[int, int]:
 def coordinates_of(motions: Motions) -> tuple[str, ...]:
     """Return coordinates that determine the platform's pose, as many as its mobility; empty if there are none.
 
-    Coordinates of o are preferred if they suffice, otherwise sets with as many angles as possible. Among these, the best
-    conditioned set is chosen; among nearly equal ones, the first in the order z, x, y, rz, rx, ry.
+    Coordinates of o are preferred, then sets with one angle for each rotational freedom. Among these, the best conditioned set
+    is chosen; among nearly equal sets, the first in the order z, x, y, rz, rx, ry.
     """
     robot = motions.robot
     count = robot.mobility.platform
@@ -146,7 +145,7 @@ def coordinates_of(motions: Motions) -> tuple[str, ...]:
 
 
 def local_freedoms(motions: Motions) -> list[LocalFreedom]:
-    """Return the freedoms that do not move the platform; independent ones are separate entries."""
+    """Return the freedoms that do not move the platform; independent freedoms are separate entries."""
     local = motions.local()
     if not local.shape[1]:
         return []
@@ -211,9 +210,9 @@ def _kind(motions: Motions, links: tuple[str, ...], moving: list[int], table: Ar
 
 
 def _joint_along(motions: Motions, links: tuple[str, ...], axis: Array, foot: Array | None) -> str | None:
-    """Return the prismatic joint of links along ``axis``; with a point ``foot``, their revolute joint on the axis through it.
+    """Return the joint of the links along ``axis`` (3,): prismatic if ``foot`` is None, else revolute and through ``foot`` (3,).
 
-    Revolutes inside universal or spherical joints are excluded.
+    None if there is none. Revolutes inside universal or spherical joints are excluded.
     """
     robot = motions.robot
     compounds = [compound for group in robot.statics.groups for row in group.compounds for compound in row]

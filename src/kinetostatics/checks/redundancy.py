@@ -28,7 +28,6 @@ class Redundancy:
     """Redundant constraints in one place.
 
     Attributes:
-        count: number of constraints.
         limbs: names of the limbs between which the constraints act, or of the limb that contains them; else empty.
         joints, beams: joints and beams loaded by a self-stress inside a limb; joints of loops outside limbs; else empty.
         wrenches: descriptions of the wrenches between ``limbs`` at the zero pose; None inside a limb, or if the robot has
@@ -43,7 +42,7 @@ class Redundancy:
 
 
 def redundancies(motions: Motions) -> list[Redundancy]:
-    """Return the redundant constraints inside limbs, then those between limbs, then those of other loops."""
+    """Return the redundant constraints: first inside limbs, then between limbs, then of other loops."""
     robot = motions.robot
     total = robot.mobility.redundant_constraints
     if not total or robot.equations.count > _MANY:

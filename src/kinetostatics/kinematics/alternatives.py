@@ -41,8 +41,8 @@ def prescribed_platform(names: tuple[str, ...], orientation: Orientation) -> Pre
 def choices(robot: RobotKinematics, orientation: Orientation, given: Sequence[str], pose: SolverState) -> list[tuple[str, ...]]:
     """Return all sets of coordinates that determine the platform's pose at generic poses.
 
-    Sets that fail at ``pose`` are left out, unless all fail there. First are the sets with the fewest coordinates that are not
-    ``given``; among equal sets the order is z, x, y, rz, rx, ry.
+    Sets that fail at ``pose`` are left out, unless all fail there. Sets with the fewest coordinates that are not ``given`` come
+    first; the order is otherwise z, x, y, rz, rx, ry.
     """
     known = [name for name in PREFERRED if name in orientation.pose_names]
     sets = [
@@ -119,8 +119,8 @@ def closed_near(robot: RobotKinematics, values: Mapping[str, float]) -> SolverSt
 def start_hint(robot: RobotKinematics, prescribed: PrescribedCoordinates, target: Array) -> str:
     """Return, as text, joint values for ``near=`` from which a straight line to the target (n, 1) can be followed.
 
-    For a target of actuators, a line to platform coordinates zero is tried, too; the text then names these coordinates. It is
-    empty if no line can be followed.
+    For a target of actuators, a line to platform coordinates zero is tried, too; the text then names these coordinates. The
+    text is empty if no line can be followed.
     """
     for values, pose in _starts(robot):
         near = " ".join(f"{name}={value:g}" for name, value in values.items())

@@ -130,12 +130,8 @@ def closed_pose(
     Poses whose residuals exceed rounding are corrected once more.
 
     Args:
-        robot: the robot.
-        poses: the solved poses.
         placed: Pinocchio's coordinates, frames and residuals of the solved poses.
-        shape: batch shape.
         arrived: (N,) True for poses at the target coordinates.
-        convention: convention for orientations.
         closure_tolerance: largest gap of a closed loop [m, rad].
         raising: whether to raise an error if a pose is not reached.
         solved: solver, prescribed coordinates and target (n, N) of the poses; None for poses given by ``q``.

@@ -108,7 +108,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
     def data(self) -> pin.Data:
         """A ``pin.Data`` of :attr:`model` with the frames of all links and joints, and the joint Jacobians, at this single pose.
 
-        Its world frame is that of the root link of the file's tree.
+        Its world frame is the frame of the root link of the file's tree.
 
         Raises:
             ArgumentError: as for :attr:`model`.
@@ -226,7 +226,6 @@ def spread(configuration: Configuration, shape: tuple[int, ...]) -> Configuratio
 
 
 def taken(configuration: Configuration, which: Index, shape: tuple[int, ...]) -> Configuration:
-    """Return the poses ``which`` of a configuration, with the batch shape ``shape``."""
     return replace(
         configuration,
         shape=shape,

@@ -76,8 +76,8 @@ def line_start(
 ) -> tuple[Array, Array]:
     """Return (a, c) at the starts of straight lines to targets: a (n, N) prescribed, c (3, N) orientation coordinates.
 
-    The starts are the poses of ``origin``, but their coordinates may differ: by full turns of the platform that make the
-    line shorter (if ``shorter``), and in how two rotations with coincident axes share an angle.
+    The starts are the poses of ``origin``. Of coordinates that describe the same pose, those near the target are chosen: full
+    turns of the platform are added where ``shorter``; rotations about coincident axes share their angle.
     """
     first, c = (for_each(array, target.shape[1]) for array in origin)
     if prescribed.angles and prescribed.orientation is not None:
@@ -109,8 +109,7 @@ class Couplings:
     """All mimic joints of a mechanism: follower = multiplier · leader + offset [m, rad].
 
     Attributes:
-        names: names of the followers.
-        count: number of followers.
+        names, count: names and number of the followers.
         items: leader, follower, multiplier and offset of each mimic joint.
         columns: freedoms of the followers in the tree.
         is_length: for each follower, True if it is prismatic, False if it rotates.
@@ -182,7 +181,7 @@ class Couplings:
         return best
 
     def equations(self, x: Array, column_scale: Array, columns: tuple[int, ...]) -> tuple[Array, Array]:
-        """Return the scaled residuals (count, N), and gradients (count, nv) with respect to scaled freedoms, each of unit length.
+        """Return (r, g): scaled residuals r (count, N), and gradients g (count, nv) by scaled freedoms, scaled to unit vectors.
 
         Both are zero for followers of the given freedoms ``columns``.
         """

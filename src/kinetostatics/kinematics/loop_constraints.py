@@ -72,7 +72,6 @@ class Closures:
     """The equations of some loops between bodies.
 
     Attributes:
-        loops: the loop connections.
         closures: number of equations.
         loop_of: (closures,) index of the loop to which an equation belongs.
         is_length: (closures,) True for equations in metres, False for equations in radians.
@@ -246,7 +245,7 @@ class LoopEquations(Closures):
         return world_frames(self.mechanism, self.tree.forward(x))
 
     def placed(self, q: Array) -> Placed:
-        """Return the poses with Pinocchio's coordinates ``q`` (nq, N)."""
+        """Return frames and residuals at Pinocchio's coordinates ``q`` (nq, N)."""
         frames = world_frames(self.mechanism, self.mechanism.forward(q))
         return Placed(q, frames, self.evaluate(frames)[0])
 
@@ -281,6 +280,6 @@ def joined(parts: Sequence[Placed]) -> Placed:
     return Placed(np.concatenate(q, axis=-1), joined_frames(frames), np.concatenate(residual, axis=-1))
 
 
-def products(signs: Array, wrench: Array, twists: Array) -> Array:
+def signed_powers(signs: Array, wrench: Array, twists: Array) -> Array:
     """Return the powers (m, nv, N) of wrenches (6, m, N) on twists (6, nv, N), times signs (m, nv)."""
     return signs[:, :, None] * np.einsum("krn,kvn->rvn", wrench, twists)

@@ -40,7 +40,6 @@ def gaps_at(equations: LoopEquations, pose: SolverState) -> dict[str, tuple[floa
 
 
 def are_within(gaps: Mapping[str, tuple[float, float]], metres: float, radians: float) -> bool:
-    """Whether all gaps are at most ``metres`` [m] and ``radians`` [rad]."""
     return all(a <= metres and b <= radians for a, b in gaps.values())
 
 
@@ -87,9 +86,7 @@ def close(
     """Close loops with large gaps by damped least squares (Levenberg–Marquardt), pose by pose.
 
     Args:
-        solver: solver with the equations.
         poses: initial poses.
-        prescribed: prescribed coordinates.
         target: (n, 1) values of the prescribed coordinates.
         weight: weight of the equations of prescribed coordinates relative to those of the loops.
         cutoff: relative singular value below which there is no step in a direction. In an overconstrained robot with rounded
@@ -195,7 +192,7 @@ def frame_corrections(mechanism: Mechanism, size: float) -> tuple[FrameCorrectio
     closures, sides, _, candidates = _at_zero(mechanism)
     found: dict[int, FrameCorrection] = {}
     for columns in (slice(0, 3), slice(3, 6), slice(0, 6)):
-        rotation, shift, closed = _closed(closures, sides, candidates, columns, size)
+        rotation, shift, closed = _best_corrections(closures, sides, candidates, columns, size)
         turn = rotations.logarithm(rotation)
         for n in np.flatnonzero(closed):
             if int(n) not in found:
@@ -304,11 +301,13 @@ def _candidates(mechanism: Mechanism, links: dict[str, Array], sides: list[Array
     )
 
 
-def _closed(closures: Closures, sides: Array, candidates: _Candidates, columns: slice, size: float) -> tuple[Array, Array, Mask]:
-    """Return rotations (3, 3, N) and shifts (3, N) [m] of N candidates that minimize the gaps; (N,) True if they close all loops.
+def _best_corrections(
+    closures: Closures, sides: Array, candidates: _Candidates, columns: slice, size: float
+) -> tuple[Array, Array, Mask]:
+    """Return the corrections of N candidates that minimize the gaps, and (N,) True where all loops are then closed.
 
-    ``sides`` (2K, 4, 4) are the frames of the loops' sides at zero. ``columns`` are the components that may change: 0 to 2 of the
-    shift, 3 to 5 of the rotation.
+    A correction is a rotation (3, 3, N) and a shift (3, N) [m]. ``sides`` (2K, 4, 4) are the frames of the loops' sides at zero.
+    ``columns`` are the components that may change: 0 to 2 of the shift, 3 to 5 of the rotation.
     """
     N, count = candidates.origin.shape[1], len(closures.loops)
     start_rotation = np.repeat(sides[:, :3, :3].transpose(1, 2, 0)[..., None], N, axis=3)

@@ -1,6 +1,7 @@
 """Generic poses, and the freedoms of a robot at these poses: mobility, local freedoms, overconstraint, platform coordinates.
 
-Generic poses are closed poses near the zero pose without its symmetry. A local freedom does not move the platform.
+Generic poses are closed poses near the zero pose without its symmetry. A local freedom does not move the platform. In *scaled*
+twists and rates, lengths are divided by the characteristic length.
 """
 
 from __future__ import annotations
@@ -73,10 +74,7 @@ class Mobility:
 class MobilityAnalysis:
     """The freedoms of a robot at its generic poses, by the null spaces of its loop equations.
 
-    Args:
-        solver: solver with the loop equations.
-        generic: the generic poses.
-        rank_tolerance: relative singular value below which a direction is taken as dependent.
+    ``rank_tolerance`` is the relative singular value below which a direction is taken as dependent.
     """
 
     def __init__(self, solver: Solver, generic: SolverState, rank_tolerance: float) -> None:
@@ -109,7 +107,7 @@ class MobilityAnalysis:
         return float(np.abs(moving).max(initial=0.0)) < 1e-6
 
     def with_dofs(self, prescribed: PrescribedCoordinates) -> PrescribedCoordinates:
-        """Return prescribed coordinates that determine the platform's pose, with the freedoms that remain at generic poses.
+        """Return ``prescribed``, which determine the platform's pose, with ``fixed_dofs`` and ``local_dofs`` at generic poses.
 
         ``fixed_dofs`` are freedoms of single joints that change neither loops nor prescribed coordinates, such as spins of rods;
         ``local_dofs`` is the number of the other remaining freedoms.
@@ -131,7 +129,7 @@ class MobilityAnalysis:
     def free_motions(self, prescribed: PrescribedCoordinates, pose: SolverState) -> tuple[Array, Array]:
         """Return (a, b), the motions of the platform at one pose with fixed prescribed coordinates.
 
-        a (6, k) is a basis of its twists at o [m, rad], b (nv, k) the corresponding rates of the tree, those of smallest norm.
+        a (6, k) is a basis of its twists at o [m, rad]; b (nv, k) are the smallest rates of the tree's freedoms that cause them.
         """
         solver, columns = self.solver, self.solver.free_columns(prescribed)
         basis = self._free_motions(prescribed, pose)[: len(columns)]
@@ -170,11 +168,11 @@ class MobilityAnalysis:
         return move_twist(twists, position) / np.repeat([solver.length, 1.0], 3)[:, None, None] * solver.column_scale[:, None]
 
     def _free_motions(self, prescribed: PrescribedCoordinates, pose: SolverState) -> Array:
-        """Return a basis (n, k) of the free motions at one pose, as scaled changes of the n unknown freedoms and angles."""
+        """Return a basis (f, k) of the free motions at one pose, as scaled changes of the f unknown freedoms and angles."""
         return null_space(self._gradient(prescribed, pose), self.rank_tolerance)[0]
 
     def _gradient(self, prescribed: PrescribedCoordinates, pose: SolverState) -> Array:
-        """Return the gradient (m, n) of loops and prescribed coordinates at one pose."""
+        """Return the gradient (m, f) of loops and prescribed coordinates at one pose."""
         if prescribed.orientation is not None:
             R, _ = self.solver.mechanism.platform_pose(self.solver.equations.forward(pose.x))
             pose = SolverState(pose.x, prescribed.orientation.coordinates(R))

@@ -31,12 +31,10 @@ def follow(
     """Follow straight lines of prescribed coordinates, one for each target, in chunks.
 
     Args:
-        solver: closes the loops.
-        prescribed: the prescribed coordinates.
         start: one pose, or as many as there are targets.
         target: (n, N) coordinates at the ends of the lines [m, rad].
-        origin: result of :meth:`Solver.origin` for the start; then full turns remain unchanged. None: full turns that shorten
-            the lines are chosen.
+        origin: coordinates of the start, see :meth:`Solver.origin`. None: they are computed, with full turns that shorten the
+            lines.
 
     Returns:
         The last pose on each line; (N,) True for lines followed to their end; the fraction (N,) of each line that was followed.
@@ -120,14 +118,14 @@ def is_too_far(solver: Solver, prescribed: PrescribedCoordinates, start: SolverS
 
 
 def _relative_changes(solver: Solver, prescribed: PrescribedCoordinates, first: Array, target: Array) -> Array:
-    """(n, N) change of each coordinate along each line, relative to its longest step; zero if there are no unknowns."""
+    """(n, N) change of each coordinate along each line, relative to its longest step; zero without unknowns."""
     with np.errstate(over="ignore", invalid="ignore"):
         lengths = np.abs(target - first) / longest_strides(solver, prescribed)[:, None]
         return lengths if solver.free_columns(prescribed).size or prescribed.unknown_angles else 0 * lengths
 
 
 def _largest_changes(solver: Solver, prescribed: PrescribedCoordinates, changes: Array) -> tuple[Array, Array]:
-    """Return (a, b): a (N,) largest relative change of an angle on each line, b (N,) largest of a length."""
+    """Return (a, b) for each line: a (N,) largest relative change of an angle, b (N,) largest relative change of a length."""
     turns = _turns(solver, prescribed)
     most_turned, most_shifted = (np.max(changes[rows], axis=0, initial=0.0) for rows in (turns, ~turns))
     return most_turned, most_shifted
@@ -148,7 +146,7 @@ def _step(
 ) -> tuple[SolverState, Mask]:
     """Return the poses at ``goal`` (n, N), and (N,) True where they are reached from ``here`` without a singular pose between.
 
-    Singular poses are not sought if freedoms are local. Newton's method starts from ``guess`` (None: ``here``); ``before`` and
+    With local freedoms, singular poses are not looked for. Newton's method starts from ``guess`` (None: ``here``); ``before`` and
     ``passing`` are as in :meth:`Solver.newton`.
     """
     moved, good = solver.newton(prescribed, here if guess is None else guess, goal, before, passing)
@@ -162,9 +160,9 @@ def _step(
 def _predicted(
     solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, changes: Array, which: Mask
 ) -> tuple[SolverState, Array]:
-    """Return poses for ``changes`` (n, N) of the coordinates, to first order, and the sizes (N,) of the steps to them.
+    """Return the poses moved by ``changes`` (n, N) of the coordinates, to first order, and the sizes (N,) of these steps.
 
-    Poses that are False in ``which`` (N,) are not moved; the size of their steps is infinite.
+    Poses where ``which`` (N,) is False are not moved; their sizes are infinite.
     """
     guess, before = SolverState(np.array(poses.x), np.array(poses.c)), np.full(which.size, np.inf)
     some, shift = poses.take(which), changes[:, which]

@@ -31,8 +31,8 @@ _WEIGHTS = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
 def freedom_rates(solver: Solver, prescribed: PrescribedCoordinates, gradient: Array, rates: Array, step: Array) -> Array:
     """Return the rates (nv, k, N) of the unknown freedoms; NaN where the residuals cannot remain zero.
 
-    The scaled residuals change at ``rates`` (m, k, N) if the unknowns are fixed, and by ``gradient`` (m, n, N) per scaled step of
-    each unknown. The ``step`` (n, k, N) of the unknowns compensates the rates in the least-squares sense.
+    The scaled residuals change at ``rates`` (m, k, N) if the unknowns are fixed, and by ``gradient`` (m, f, N) per scaled step of
+    each of f unknowns. The ``step`` (f, k, N) of the unknowns compensates the rates in the least-squares sense.
     """
     left = np.max(np.abs(rates + np.einsum("mnN,nkN->mkN", gradient, step)), axis=0, initial=0.0)
     stays_open = left > _OPEN * np.max(np.abs(rates), axis=0, initial=0.0) + 1e-12
@@ -83,9 +83,6 @@ def moving_bodies(
     """Return the motion of all B bodies at N closed poses, with local freedoms at rest.
 
     Args:
-        solver: solver of the loops.
-        prescribed: the moving coordinates.
-        poses: closed poses.
         velocity: (n, N) velocities of the coordinates [m/s, rad/s].
         acceleration: (n, N) accelerations of the coordinates [m/s², rad/s²].
 

@@ -119,7 +119,7 @@ def ordinary_poses(robot: RobotKinematics) -> Array:
         return zero
     prescribed = robot.mobility_analysis.with_dofs(robot.actuator_coordinates)
     start = robot.zero_origin(prescribed)[0]
-    travel = np.concatenate([np.diag([_reach(robot, name)[side] for name in names]) for side in (0, 1)], axis=1)
+    travel = np.concatenate([np.diag([_travel(robot, name)[side] for name in names]) for side in (0, 1)], axis=1)
     poses = robot.zero_poses.take(np.zeros(travel.shape[1], dtype=np.intp))
     found = [zero]
     for part in _PARTS if len(names) <= _MANY else _PARTS[:1]:
@@ -130,8 +130,8 @@ def ordinary_poses(robot: RobotKinematics) -> Array:
     return np.hstack([zero, reached.model_q[:, reached.status == Status.OK]])
 
 
-def _reach(robot: RobotKinematics, name: str) -> tuple[float, float]:
-    """Return the travel of an actuator below and above zero [m, rad]."""
+def _travel(robot: RobotKinematics, name: str) -> tuple[float, float]:
+    """Return (a, b) [m, rad]: how far an actuator is moved below and above zero; a ≤ 0, b ≥ 0."""
     item = robot.mechanism.connections[name]
     far = _FAR * (robot.length if item.type.is_slide else 1.0)
     return min(max(item.lower, -far), 0.0), max(min(item.upper, far), 0.0)

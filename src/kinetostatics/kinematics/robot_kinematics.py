@@ -93,11 +93,8 @@ class RobotKinematics:
     """The kinematics of a robot, computed on first use.
 
     Attributes:
-        name: its name in the file.
-        description: contents of the robot file.
         mechanism: bodies and connections.
         topology: limbs, and the bodies attached to base and platform.
-        equations: equations of the loops.
     """
 
     def __init__(self, mechanism: Mechanism, topology: Topology) -> None:
@@ -133,7 +130,7 @@ class RobotKinematics:
 
     @cached_property
     def _unclosable(self) -> AssemblyError | None:
-        """The error that no pose near zero closes the loops; None if such a pose exists."""
+        """The error that no pose near zero closes the loops; None if a pose does."""
         best, residual = self._closed_zero
         if residual <= zero_pose.OPEN:
             return None

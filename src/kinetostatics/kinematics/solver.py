@@ -1,7 +1,8 @@
 """Newton's method on thousands of poses at once: closed loops and prescribed coordinates.
 
-The n *unknowns* are the freedoms of the tree that are neither prescribed nor fixed, followed by the unknown orientation
-coordinates of the platform. Residuals and steps are *scaled*: lengths are divided by a characteristic length.
+The f *unknowns* are the freedoms of the tree that are neither prescribed nor fixed, followed by the unknown orientation
+coordinates of the platform; n is the number of prescribed coordinates. In *scaled* residuals and steps, lengths are divided by a
+characteristic length.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from kinetostatics.kinematics.coordinates import PrescribedCoordinates, line_start
-from kinetostatics.kinematics.loop_constraints import LoopEquations, Placed, joined, products
+from kinetostatics.kinematics.loop_constraints import LoopEquations, Placed, joined, signed_powers
 from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array, Index, Mask, chunks, empty_for, everywhere, zeros_for
@@ -89,7 +90,7 @@ class Solver:
     # ---- coordinates of a pose --------------------------------------------------------------------------------------
 
     def loop_coordinate(self, number: int, frames: Frames) -> Array:
-        """Return the coordinate (N,) [m, rad] of a one-freedom loop: the successor relative to the predecessor."""
+        """Return the coordinate (N,) of a one-freedom loop: travel [m] or angle [rad] of the successor from the predecessor."""
         loop = self.equations.loops[number]
         here, there = loop.predecessor_body, loop.successor_body
         own = self.equations.loop_axes[number]
@@ -103,7 +104,10 @@ class Solver:
         return angle
 
     def values(self, prescribed: PrescribedCoordinates, poses: SolverState, near: Array | None = None) -> Array:
-        """Return the prescribed coordinates (n, N) at given poses; full turns of actuators are chosen near ``near`` (n, N)."""
+        """Return the prescribed coordinates (n, N) at given poses.
+
+        Of angles of actuators that differ by full turns, those nearest to ``near`` (n, N) are chosen.
+        """
         frames = self.equations.forward(poses.x)
         given = np.zeros((prescribed.size, 1)) if near is None else np.where(np.isfinite(near), near, 0.0)
         rows = []
@@ -128,7 +132,7 @@ class Solver:
     # ---- equations --------------------------------------------------------------------------------------------------
 
     def system(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> tuple[Array, Array]:
-        """Return the scaled residuals (m, N) of all equations, and their gradients (m, n, N) with respect to the n unknowns."""
+        """Return the scaled residuals (m, N) of all equations, and their gradients (m, f, N) with respect to the unknowns."""
         equations, tree = self.equations, self.tree
         free, (loop_factors, platform_factors) = self.free_columns(prescribed), self._factors(prescribed)
         N, f, extra = poses.x.shape[1], len(free), len(prescribed.unknown_angles)
@@ -162,7 +166,7 @@ class Solver:
                 error, wrench, unit = error - 2 * np.pi * np.round(error / (2 * np.pi)), wrench_of_couple(axis), 1.0
             signs = (tree.moves[loop.successor_body].astype(float) - tree.moves[loop.predecessor_body])[None, free]
             residuals[at] = error / unit
-            gradient[at, :f] = products(signs * self.column_scale[free] / unit, wrench[:, None], twists)[0]
+            gradient[at, :f] = signed_powers(signs * self.column_scale[free] / unit, wrench[:, None], twists)[0]
             at, given = at + 1, given + 1
         if prescribed.positions or prescribed.angles:
             R, position = self.mechanism.platform_pose(frames)
@@ -181,12 +185,15 @@ class Solver:
         return residuals, gradient
 
     def predictors(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> Array:
-        """Return the scaled steps (f, n, N) of f unknowns per change of each of n prescribed coordinates, at solved poses."""
+        """Return the scaled steps (f, n, N) of the unknowns per change of each prescribed coordinate, at solved poses."""
         gradient, rates = self.rates(prescribed, poses, target)
         return np.nan_to_num(-least_squares(gradient, rates, prescribed.local_dofs))
 
     def rates(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> tuple[Array, Array]:
-        """Return the derivatives of m scaled residuals by scaled steps of f unknowns (m, f, N), and by coordinates (m, n, N)."""
+        """Return (A, B), the derivatives of m scaled residuals.
+
+        A (m, f, N) is with respect to scaled steps of the unknowns, B (m, n, N) with respect to the prescribed coordinates.
+        """
         given, free = len(prescribed.columns), self.free_columns(prescribed)
         everything = replace(prescribed, columns=())
         columns = self.free_columns(everything)
@@ -207,7 +214,7 @@ class Solver:
         return gradient[:, unknown.astype(np.intp)], rates
 
     def _factors(self, prescribed: PrescribedCoordinates) -> tuple[Array, Array]:
-        """Return signed scales of the free freedoms: (closures, f, 1) in the loop equations, (f, 1) in the platform's twist."""
+        """Return signed scales of the k free freedoms: (closures, k, 1) in the loop equations, (k, 1) in the platform's twist."""
         if (key := (prescribed.columns, prescribed.fixed_dofs)) not in self._scales:
             free = self.free_columns(prescribed)
             loops = self.equations.signs[:, free] * self.column_scale[free] / self._row_scale
@@ -230,7 +237,7 @@ class Solver:
             poses.c[k] = target[row]
 
     def advance(self, prescribed: PrescribedCoordinates, poses: SolverState, step: Array) -> SolverState:
-        """Return the poses moved by a scaled ``step`` (n, N) of the unknowns."""
+        """Return the poses moved by a scaled ``step`` (f, N) of the unknowns."""
         free = self.free_columns(prescribed)
         v = zeros_for((self.tree.nv, poses.x.shape[1]), step)
         v[free] = step[: len(free)] * self.column_scale[free, None]
@@ -239,7 +246,7 @@ class Solver:
         return SolverState(self.tree.integrate(poses.x, v), c)
 
     def size(self, prescribed: PrescribedCoordinates, step: Array) -> Array:
-        """Return the sizes (N,) of scaled steps (n, N): the largest rotation [rad] or displacement relative to the reach."""
+        """Return the sizes (N,) of scaled steps (f, N): the largest rotation [rad] or displacement relative to the reach."""
         squares = step * step
         slides = np.flatnonzero(~self.tree.column_rotates[self.free_columns(prescribed)])
         if slides.size:
@@ -262,8 +269,6 @@ class Solver:
         then the solution belongs to the branch of the starting pose.
 
         Args:
-            prescribed: prescribed coordinates.
-            poses: starting poses.
             target: (n, N) values of the prescribed coordinates [m, rad].
             before: (N,) sizes of the scaled steps by which the starting poses were predicted; None or infinite: not predicted.
             passing: (N,) True for intermediate poses on a path, which are solved only to :data:`ROUGHLY`; None: all False.
@@ -335,15 +340,15 @@ class Solver:
         return have_one_sign(one, two)
 
     def surely_on_one_side(self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState) -> Mask:
-        """(N,) True where a test that suffices for :meth:`on_one_side` holds, with a margin for rounding."""
+        """(N,) True where :meth:`on_one_side` holds with a margin for rounding; False decides nothing."""
         nothing = np.zeros((prescribed.size, 1))
         one, two = (self.system(prescribed, poses, nothing)[1] for poses in (first, second))
         return surely_have_one_sign(one, two)
 
     def origin(self, prescribed: PrescribedCoordinates, start: SolverState, near: Array | None = None) -> tuple[Array, Array]:
-        """Return (a, c) at the start of straight lines: a (n, N) prescribed coordinates, c (3, N) orientation coordinates.
+        """Return (a, c) at poses where straight lines start: a (n, N) prescribed coordinates, c (3, N) orientation coordinates.
 
-        Full turns of actuators are chosen near ``near`` (n, N).
+        ``near`` is as in :meth:`values`.
         """
         values = self.values(prescribed, start, near)
         if not prescribed.angles or prescribed.orientation is None:

@@ -51,7 +51,7 @@ def box_diagonal(mechanism: Mechanism) -> float:
 
 
 def characteristic_length(mechanism: Mechanism, topology: Topology, size: float) -> float:
-    """Return the mean distance [m] of the limbs' outer joints from o, or a quarter of the robot's ``size`` [m]."""
+    """Return the mean distance [m] of the limbs' outer joints from o; a quarter of ``size`` [m] if they are at o."""
     body, placement = mechanism.platform_frame
     frames = mechanism.forward(mechanism.tree.neutral[:, None])
     o = frames.point(body, placement[:3, 3])[:, 0]
@@ -129,7 +129,6 @@ def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]
     """Return a text about gaps at zero, and the corrections of axes or of a single frame that would close all loops.
 
     Args:
-        mechanism: mechanism whose loops cannot be closed.
         gaps: gap of each loop at zero, {name: (m, rad)}.
         size: size of the robot [m].
         closest: text on the smallest gaps with all joints free, if these are large.
@@ -195,7 +194,7 @@ def _wrong_axes(mechanism: Mechanism) -> str:
 
 
 def _missing_axes(mechanism: Mechanism) -> str:
-    """Return, as text, the axes missing in the file; other errors are reported once the axes are written."""
+    """Return, as text, the joints and loops without ``<axis>`` in the file; empty if there are none."""
     description = mechanism.description
     connections: dict[str, Joint | Loop] = {**description.joints, **description.loops}
     names = [name for name in description.default_axes if name in connections and connections[name].axis == (1.0, 0.0, 0.0)]
@@ -206,7 +205,7 @@ def _missing_axes(mechanism: Mechanism) -> str:
 
 
 def _other_links_text(mechanism: Mechanism, size: float) -> str:
-    """Return, as text, the joints and loops, each of which would close all loops at zero if attached to another link."""
+    """Return, as text, the joints and loops that would each close all loops at zero if attached to another link."""
     found = other_links(mechanism, size)
     shown = ", or ".join(map(str, found[:_SHOWN]))
     return f". Or a link is wrong: all loops would close with {shown}, with unchanged numbers" if found else ""
@@ -227,7 +226,7 @@ def _listed(mechanism: Mechanism, corrections: tuple[FrameCorrection, ...]) -> s
 def with_wrong_parent(error: RobotFileError, mechanism: Mechanism) -> RobotFileError:
     """Return the error that a joint, or a side of a loop, is on a wrong link; if this is not likely, return the given error.
 
-    A wrong link is likely if exactly one such change, to a link of :func:`.ends_nowhere`, would close all loops at zero.
+    A wrong link is likely if exactly one change of attachment, to a link of :func:`.ends_nowhere`, would close all loops at zero.
     """
     size, empty = box_diagonal(mechanism), [link for link, _ in ends_nowhere(mechanism)]
     if not empty or not mechanism.description.loops or are_closed_at_zero(mechanism, size):

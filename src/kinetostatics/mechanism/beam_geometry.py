@@ -28,7 +28,6 @@ class BeamSpan:
     """A beam between two points of the robot.
 
     Attributes:
-        beam: description of the beam.
         start_body, start: body of the start, and position (3,) [m] of the start in this body.
         end_body, end: body of the end, and position (3,) [m] of the end in this body.
         carrier: body of the link to which the file assigns the beam.
@@ -145,7 +144,7 @@ class SpanFinder:
         return not target.isdisjoint(found)
 
     def _ends(self, beam: Beam) -> tuple[BeamEnd, BeamEnd]:
-        """Return start and end as in the file; by default, a beam whose link has two joints lies between these joints."""
+        """Return start and end as in the file; by default, at the two joints of the link, or towards base and platform."""
         here = self.mechanism.at_link[beam.link]
         if len(here) == 1 and (beam.start is None or beam.end is None):
             raise beam_error(

@@ -28,7 +28,6 @@ class BeamModel(ShortRepr):
     """Data of a beam, independent of the pose.
 
     Attributes:
-        span: start and end of the beam.
         axes: (3, 3) beam axes x, y, z as columns, in the carrier body.
         compliances: (6,) section compliances.
         mass_per_length: mass per length [kg/m], or None if the total ``mass`` is given.
@@ -160,8 +159,8 @@ def _with_spread_mass(
 ) -> BeamModel:
     """Return a beam with its mass. Without a density, the beams of a link share the link's mass in proportion to their lengths.
 
-    The common centre of mass of these shares is the link's. ``middles``: length [m] and middle (3,) [m] of every beam at the
-    closed zero pose; the middle is in the carrier body.
+    The common centre of mass of these shares is the link's centre of mass. ``middles``: length [m] and middle (3,) [m] of every
+    beam at the closed zero pose; the middle is in the carrier body.
     """
     if model.mass_per_length is not None:
         return model

@@ -59,7 +59,7 @@ class BodyEdge:
 
 
 def place_of_end(beam: str, end: int) -> str:
-    """Return the name, as in the file, of the place at a beam's start (``end`` = 0) or end (1)."""
+    """Return the name, as in the file, of a beam's start (``end`` = 0) or end (1) as a place for loads."""
     return f"{('start', 'end')[end]}:{beam}"
 
 
@@ -67,7 +67,6 @@ class BodyGraph:
     """Rigid bodies and edges of a mechanism.
 
     Attributes:
-        base, platform: bodies of base and platform.
         base_links, platform_links: links of these two bodies.
         spans: span of each beam, from start to end as in the file.
         bodies: all bodies, in the order of the file.
@@ -150,7 +149,7 @@ class BodyGraph:
     def _join_links_in_spans(self) -> None:
         """Join each link within a beam's span to the start or end on its side of the beam's link.
 
-        A beam's link without end points joins the start.
+        The beam's link joins the start, unless a beam ends on it.
         """
         for span in self.spans.values():
             ends = self._ends(span)
@@ -224,7 +223,7 @@ class DirectedEdge:
 
 
 def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) -> list[DirectedEdge]:
-    """Return the edges of one component in depth-first order from the base, or from the platform if no edge is at the base.
+    """Return the edges of a limb or attached body in depth-first order from the base, or from the platform if the base has none.
 
     Every edge comes after the tree edges on the way from the root to its inner body. ``edges``: all edges at the component's
     bodies, or one edge between base and platform.

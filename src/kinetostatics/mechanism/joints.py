@@ -28,7 +28,6 @@ class ElasticJoint:
     """The elasticity of one joint.
 
     Attributes:
-        joint: name of the joint.
         body, frame: the body on the predecessor's side, and the joint frame (4, 4) in this body.
         linear: (3, 3) displacement of the successor relative to the predecessor per unit force, in the joint frame [m/N].
         angular: (3, 3) rotation per unit moment about the frame's origin [rad/(N·m)].
@@ -46,7 +45,6 @@ class Drive:
     """An elastic actuator. Its force is the sum, over the joints in ``moves``, of the joint's force times the joint's motion.
 
     Attributes:
-        joint: name of the driven joint.
         compliance: compliance along the joint's coordinate [m/N, rad/(N·m)].
         moves: names of the driven joint and of joints that mimic it, each with its motion per unit of the driven coordinate.
     """
@@ -196,7 +194,7 @@ class CompoundJoint:
         return self.has_centre or any(dof.rotates for dof in self.dofs)
 
     def has_axis(self, rotates: bool) -> bool:
-        """Whether the axes of the joint's rotations (or translations) are features of the robot, not arbitrary in the file."""
+        """Whether the axes of the joint's rotations or (not ``rotates``) translations are features of the robot."""
         return (self.type.turns if rotates else self.type.slides) in (Axes.AXIS, Axes.BOTH)
 
 
@@ -304,9 +302,9 @@ def sides(edge: Edge, connection: Connection) -> tuple[tuple[int, Array], tuple[
 
 
 def _common_centre(run: Sequence[tuple[Edge, Connection]]) -> tuple[float, float] | None:
-    """Return where the common point of 2 or 3 revolutes lies on the innermost and on the outermost axis [m]; None without one.
+    """Return (a, b) [m], positions of the common point of 2 or 3 revolutes on the innermost and outermost axis; None without one.
 
-    Each number is the distance along the axis from the joint's origin.
+    A position is the distance along the axis from the joint's origin.
     """
     if len(run) < 2:
         return None

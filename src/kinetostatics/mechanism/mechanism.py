@@ -71,9 +71,9 @@ class Connection:
         return self.successor if link == self.predecessor else self.predecessor
 
     def axis_on(self, predecessor_side: bool) -> Array:
-        """Return ``axis`` (3,) in the body of the predecessor, or else of the successor.
+        """Return ``axis`` (3,) in the predecessor's body, or else in the successor's body.
 
-        The successor's is valid only if the axis is fixed in both bodies, as for revolute and prismatic joints.
+        The axis in the successor's body is valid only if it is fixed in both bodies, as for revolute and prismatic joints.
         """
         frame = self.predecessor_frame if predecessor_side else self.successor_frame
         return np.asarray(frame[:3, :3] @ self.axis)
@@ -154,7 +154,6 @@ class Mechanism:
     """Bodies, connections and the spanning tree of a robot, independent of its pose.
 
     Attributes:
-        description: the validated description of the robot.
         model: Pinocchio's model of the tree, with the inertias of the URDF elements.
         connections: all joints and loops by name, fixed ones too, in the order of the file, loops last.
         body_of: body of every link, and the link's placement (4, 4) in this body.

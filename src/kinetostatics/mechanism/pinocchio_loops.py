@@ -77,7 +77,6 @@ def constraint_models(
     """Return Pinocchio's constraints of all loops; see :meth:`kinetostatics.Robot.constraint_models`.
 
     Args:
-        mechanism: the robot.
         model: ``pin.Model`` on which the constraints work.
         length: distance [m] between the two points that constrain a hinge.
         anchors: whether to return constraints of Pinocchio 4 instead of ``pin.RigidConstraintModel``.

@@ -269,7 +269,7 @@ class _TopologyBuilder:
     # ---- checks and attached bodies ---------------------------------------------------------------------------------
 
     def _check_misplaced(self, limbs: tuple[Limb, ...], attached: tuple[Edge, ...]) -> dict[str, str]:
-        """Return the places that no joint supports, each with the name of the joint between the ends of a beam that should.
+        """Return :attr:`.Topology.without_support`.
 
         Raises:
             RobotFileError: a joint between the ends of a beam carries a cut-joint wrench or a weight.
@@ -319,7 +319,6 @@ def _joints_of(edge: BodyEdge) -> list[str]:
 
 
 def _path_to_root(body: RigidBody, reached_by: dict[RigidBody, DirectedEdge]) -> Iterator[DirectedEdge]:
-    """Yield the edges of the spanning tree from a body to the root."""
     while (step := reached_by.get(body)) is not None:
         yield step
         body = step.inner

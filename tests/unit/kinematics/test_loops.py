@@ -9,7 +9,7 @@ from loop_robots import FREEDOMS
 
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.kinematics.assembly import closed_pose
-from kinetostatics.kinematics.loop_constraints import LoopEquations, products
+from kinetostatics.kinematics.loop_constraints import LoopEquations, signed_powers
 from kinetostatics.math.rotations import exponential, orientation_named
 from kinetostatics.mechanism.mechanism import Mechanism
 
@@ -60,7 +60,7 @@ def test_loop_gradient_is_the_derivative_of_the_residual(kind):
     residual, wrench = equations.evaluate(equations.forward(q))
     np.testing.assert_allclose(residual, 0, atol=1e-14)
     assert len(residual) == 6 - FREEDOMS[kind]
-    gradient = products(equations.signs, wrench, equations.tree.twists(equations.forward(q)))[..., 0]
+    gradient = signed_powers(equations.signs, wrench, equations.tree.twists(equations.forward(q)))[..., 0]
     assert np.linalg.matrix_rank(gradient, tol=1e-9) == 6 - FREEDOMS[kind]
     step = 1e-6
     for _ in range(5):
