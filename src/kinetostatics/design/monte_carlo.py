@@ -1,9 +1,11 @@
 """Monte Carlo simulation of thousands of robots with random deviations at one pose.
 
-The operations of loop closure and equilibrium are recorded once. The constants of the robots are inputs of this record; every
-robot is a column of a batch. The constants are computed from the description for four deviations of each parameter, and
-interpolated for all other robots. Where a constant changes by less than a factor of 5, its logarithm is interpolated; this is
-exact for products of powers such as 1/(EI). For every robot, Newton's method closes the loops, and the equilibrium is solved.
+A record is the list of arithmetic operations of loop closure and equilibrium. Its inputs are coordinates, loads, and the robot's
+constants, that is, the numbers that enter the equations; it is valid for all robots that take the same branches of the
+computation. Every robot is a column of a batch. The constants are computed from the description for four deviations of each
+parameter, and interpolated for all other robots. Where a constant changes by less than a factor of 5, its logarithm is
+interpolated; this is exact for products of powers such as 1/(EI). For every robot, Newton's method closes the loops, and the
+equilibrium is solved.
 
 Records are evaluated by NumPy, because compiling them takes about as long as evaluating 10,000 robots.
 """
@@ -40,11 +42,11 @@ WANTED = ("twist", "stiffness", "actuator_forces")
 _CLOSING = ("residual", "gradient")
 #: Interpolation nodes besides the nominal robot, relative to the largest change of a parameter.
 NODES = (-1.0, -0.5, 0.5, 1.0)
-#: Number of robots in a batch, and largest number of records for different branches.
+#: Number of robots in a batch, and largest number of records, each for other branches of the computation.
 BATCH, RECORDS = 1000, 6
-#: Largest number of Newton corrections, and their scaled magnitude that counts as rounding.
+#: Largest number of Newton corrections, and scaled magnitude of a correction that counts as rounding.
 CORRECTIONS, ROUNDING = 12, 1e-13
-#: Largest remaining gap of a closed loop, relative to the initial gap. If an overconstrained robot cannot close, more remains.
+#: Largest remaining gap of a closed loop, relative to the initial gap; an overconstrained robot that cannot close exceeds it.
 OPEN = 0.03
 #: Number of samples of a batch that are also analysed one by one.
 CHECKED = 3
@@ -64,16 +66,13 @@ def random_robots(
 ) -> tuple[dict[str, Array], float]:
     """Return twist, stiffness and actuator forces (N, …) of N robots, and their largest difference from single analyses.
 
+    The difference is the distance of displacements, in units of ``deviation``; NaN if no robot was analysed singly.
+
     Args:
-        nominal: the analysis of the nominal robot.
         derivatives: derivatives of this analysis; None: all robots are analysed one by one.
-        family: the parametric robot.
-        numbers: the varied numbers of parts and arguments of the file.
-        errors: the varied assembly errors.
         linear: (errors, …) effects per unit of each assembly error, by quantity; the effects are superposed.
         values: (numbers + errors, N) deviations from the nominal values, SI.
-        analysis: arguments of :func:`kinetostatics.analyze`.
-        deviation: standard deviation of the displacement [m]; the difference is relative to this value.
+        deviation: standard deviation of the displacement [m].
         tool: reference point of twist and stiffness; None: o.
     """
     N, own = values.shape[1], numbers_of(nominal.configuration, nominal, tool, WANTED)
@@ -150,7 +149,7 @@ class Constants:
 
         Args:
             parts: (changes, N) changes relative to the largest change of each parameter.
-            which: indices of constants.
+            which: indices of the constants that the record needs.
         """
         found: list[float | Array] = self.nominal.tolist()
         rows = np.flatnonzero(np.isin(self.changing, which))
@@ -177,8 +176,6 @@ class ManyRobots:
 
     Args:
         derivatives: derivatives of the nominal robot at its pose, a batch of one.
-        robots: the parametric robot.
-        numbers: the varied numbers.
         reach: (numbers,) largest deviation of each number.
     """
 
@@ -207,7 +204,7 @@ class ManyRobots:
         """Return twist, stiffness and actuator forces (…, N) of robots; NaN where no record is valid or the loops do not close.
 
         Args:
-            amounts: (changes, N) deviations.
+            amounts: (numbers, N) deviations.
         """
         parts, N = amounts / self._reach[:, None], amounts.shape[1]
         nominal, record = self._derivatives.pose.poses, self._nominal
@@ -234,7 +231,7 @@ class ManyRobots:
         return found
 
     def _closed(self, parts: Array, poses: SolverState) -> tuple[SolverState, Mask]:
-        """Return the poses, and the mask of those with closed loops."""
+        """Return corrected poses, and a mask (N,): True where the loops are closed and the record is valid."""
         N, solver = parts.shape[1], self._robot.solver
         first, good = np.zeros(N), np.ones(N, dtype=bool)
         for k in range(CORRECTIONS if self._constants.changing.size else 0):
@@ -251,7 +248,7 @@ class ManyRobots:
     def _evaluated(
         self, record: PoseRecord, names: Sequence[str], parts: Array, poses: SolverState
     ) -> tuple[dict[str, Array], Mask]:
-        """Return outputs (…, N), and the mask of poses at which the record is valid."""
+        """Return outputs (…, N) of a record, and a mask (N,): True where the record is valid."""
         N, rows, holds, tape = parts.shape[1], record.all_rows(names), record.holds[names[-1]], record.tape
         needed = needed_by(tape, [*rows, holds])
         which = [item[1] for item, is_needed in zip(tape.operations, needed, strict=True) if is_needed and item[0] == "parameter"]

@@ -121,8 +121,6 @@ class Search:
     """A checked optimization problem with its design variables.
 
     Attributes:
-        problem: objective and requirements.
-        ranges, choices: design variables.
         own: values of the design variables in the file.
         minimize: the objective as given.
     """
@@ -134,7 +132,7 @@ class Search:
     minimize: str
 
     def optimum(self, problem: Problem, begin: Mapping[str, float], starts: int) -> Optimum:
-        """Return the optimum; the first of the searches begins at the parameters ``begin``."""
+        """Return the optimum; the first of the ``starts`` searches begins at the parameters ``begin``."""
         ends, searched = search(problem, self.ranges, self.choices, begin, starts)
         best = min(ends, key=lambda found: rank(problem.at(found)))
         return self.described(problem, best, ends, searched)
@@ -142,7 +140,10 @@ class Search:
     def described(
         self, problem: Problem, best: dict[str, float], ends: Sequence[dict[str, float]] = (), searched: str = "listed values"
     ) -> Optimum:
-        """Return the optimum at the parameters ``best``, with the ends of all searches and the method of search."""
+        """Return the optimum at the parameters ``best``.
+
+        ``ends`` are the parameters at the ends of all searches, ``searched`` describes the method of search.
+        """
         point = problem.at(best)
         if point.result is None:
             raise StaticsError("no parameters within the bounds yield a robot that can be analysed: check the bounds of vary")
@@ -164,7 +165,7 @@ class Search:
             )
             checked.append(found)
         name = problem.objective[0]
-        before = problem.at(self.own if problem.sizes.are_own else {}).objective
+        before = problem.at(self.own if problem.sizes.file_is_a_design else {}).objective
         allowed: dict[str, tuple[float, ...]] = {item.name: (item.low, item.high) for item in self.ranges}
         for choice in self.choices:
             allowed |= {key: tuple(sorted({row[k] for row in choice.rows})) for k, key in enumerate(choice.names)}
@@ -228,7 +229,7 @@ def prepare(
     grid, is_platform = grid_of(*workspace, first.description.driven)
     limits = [(item.text, item.limit) for item in requirements if item.below and REQUIRABLE[item.name].kind == "length"]
     hints = [hint for text, x in limits for hint in length_hint(f"{text} allows {x:.6g} m,", x, first.zero_size, most=1.0)]
-    for hint in (*first.unit_hints(grid), *_odd_ranges(sizes, ranges, choices), *hints):
+    for hint in (*first.unit_hints(grid), *_unit_hints(sizes, ranges, choices), *hints):
         warn(hint)
     place = tool_on_robot(tool, first)
     # check coordinates and arguments before the search
@@ -239,8 +240,8 @@ def prepare(
     return Search(problem, ranges, choices, {name: sizes.own(name) for name in names}, minimize)
 
 
-def _odd_ranges(sizes: VariedNumbers, ranges: Sequence[Range], choices: Sequence[Choice]) -> list[str]:
-    """Return hints at ranges of lengths that are given without a unit, but are probably in millimetres."""
+def _unit_hints(sizes: VariedNumbers, ranges: Sequence[Range], choices: Sequence[Choice]) -> list[str]:
+    """Return hints at ranges of lengths without a unit that are unusually large beside the file's value, as if in millimetres."""
     tried = [(item.name, item.low, item.units) for item in ranges]
     for choice in choices:
         rows = zip(choice.names, zip(*choice.rows, strict=True), choice.units, strict=False)
@@ -254,7 +255,6 @@ def _odd_ranges(sizes: VariedNumbers, ranges: Sequence[Range], choices: Sequence
 
 
 def parse_objective(text: str) -> tuple[str, float]:
-    """Return name and argument of a quantity that may be minimized."""
     objective = parse_quantity(text)
     if REQUIRABLE[objective[0]].better == "large":
         raise ArgumentError(f"{text!r} is not to be minimized; require it: {objective[0]} > …")
@@ -264,7 +264,7 @@ def parse_objective(text: str) -> tuple[str, float]:
 def _without_influence(
     problem: Problem, ranges: Sequence[Range], best: Mapping[str, float], point: Evaluation
 ) -> tuple[str, ...]:
-    """Return the names of ranges without influence: at both ends, objective and margins are those of the optimum."""
+    """Return the names of ranges at both ends of which objective and margins are the same as at the optimum."""
 
     def same(item: Range, u: float) -> bool:
         other = problem.at({**best, item.name: item.value(u)})
@@ -284,10 +284,10 @@ def _without_influence(
 def _multipliers(
     problem: Problem, ranges: Sequence[Range], best: Mapping[str, float], point: Evaluation
 ) -> tuple[list[float], tuple[str, ...]]:
-    """Return the objective saved by relaxing each requirement by 1 %, and the parameters at a bound.
+    """Return the objective saved by relaxing each requirement by 1 %, and texts that name the parameters at a bound.
 
-    At the optimum, the gradient of the objective is a combination of the gradients of the active margins. The multipliers are
-    the coefficients of this combination, found by least squares as numbers ≥ 0.
+    At the optimum, the gradient of the objective is a combination of the gradients of the active margins. The multipliers are the
+    coefficients of this combination, found by least squares as numbers ≥ 0.
     """
     from scipy.optimize import nnls
 

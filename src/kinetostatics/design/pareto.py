@@ -101,7 +101,7 @@ def pareto(
 
     if not first.ranges:
         problem, every = limited(1e300), combinations(first.choices)
-        found = [first.described(problem, item) for item in _best_of(problem, every)]
+        found = [first.described(problem, item) for item in _undominated_designs(problem, every)]
         searched = f"all {len(every)} combinations of the listed values were tried"
     else:
         ends = []
@@ -109,7 +109,7 @@ def pareto(
             ends.append(item.optimum(item.problem, item.own, starts))
             if not ends[-1].feasible:
                 raise StaticsError("no parameters within the bounds meet all requirements: see the report of optimize")
-        most, least = _second(limited(1e300), ends[0]), ends[1].objective
+        most, least = _worst_second_quantity(limited(1e300), ends[0]), ends[1].objective
         problems = [limited(float(limit)) for limit in _limits(most, least, points)]
         found = [first.described(problems[0], dict(ends[0].parameters))]
         for problem in problems[1:-1]:
@@ -129,7 +129,7 @@ def pareto(
     )
 
 
-def _second(problem: Problem, found: Optimum) -> float:
+def _worst_second_quantity(problem: Problem, found: Optimum) -> float:
     """Return the worst value of the second quantity of a design; the last requirement of ``problem`` limits this quantity."""
     return float(np.nanmax(problem.at(found.parameters).values[-1]))
 
@@ -141,7 +141,7 @@ def _limits(most: float, least: float, points: int) -> Array:
     return np.geomspace(most, least, points) * (1 + SAME / 10)
 
 
-def _best_of(problem: Problem, every: Sequence[dict[str, float]]) -> list[dict[str, float]]:
+def _undominated_designs(problem: Problem, every: Sequence[dict[str, float]]) -> list[dict[str, float]]:
     """Return the feasible designs that no other design dominates."""
     feasible = [item for item in every if problem.at(item).feasible]
     if not feasible:

@@ -1,6 +1,7 @@
 """Objective and requirements of an optimization, such as ``sag < 20um``, as functions of the parameters of a robot.
 
-Both are evaluated at all poses of a workspace: the worst value of the objective, and the margin of each requirement at each pose.
+The objective is the worst value of a quantity over all poses of a workspace. The margin of a requirement at a pose is the
+distance of the value from its limit, relative to the limit, and negative if violated.
 """
 
 from __future__ import annotations
@@ -36,8 +37,8 @@ class Requirable:
 
     Attributes:
         kind: kind of its values, see :data:`kinetostatics.description.units.KINDS`; "number": dimensionless.
-        function: computes its values (P, …, k) from an analysis, the analysis at the tool's tip, and the argument; NaN at poses
-            without results.
+        function: computes its values (P, …, k) from an analysis, the same analysis at the tool's tip, and the argument; NaN at
+            poses without results.
         argument: kind of the argument in brackets, if any.
         words: definition in words.
         better: whether "small" or "large" values are better.
@@ -110,11 +111,9 @@ class Requirement:
     """A limit of a quantity at every pose.
 
     Attributes:
-        text: the requirement as given.
-        name: name of the quantity.
-        argument: its argument, SI.
+        argument: argument of the quantity, SI.
         below: True for an upper limit, False for a lower limit.
-        limit: limit, SI.
+        limit: SI.
     """
 
     text: str
@@ -124,12 +123,12 @@ class Requirement:
     limit: float
 
     def margins(self, values: Array) -> Array:
-        """Return the margins of values relative to the limit: negative if violated, −1 for NaN."""
+        """Return the margins of values: negative if violated, −1 for NaN, at most 1000."""
         found = 1 - values / self.limit if self.below else values / self.limit - 1
         return np.where(np.isnan(found), -1.0, np.minimum(found, 1e3))
 
 
-def _form(name: str) -> str:
+def _example(name: str) -> str:
     """Return the name of a quantity, with an example of its argument if it has an argument."""
     kind = REQUIRABLE[name].argument
     return sized_example(name, KINDS[kind]) if kind else name
@@ -143,15 +142,14 @@ def parse_quantity(text: object) -> tuple[str, float]:
         )
     name, argument = sized_name(text)
     if name not in REQUIRABLE:
-        raise ArgumentError(f"no quantity {name!r}: {near_names(name, map(_form, REQUIRABLE))}")
+        raise ArgumentError(f"no quantity {name!r}: {near_names(name, map(_example, REQUIRABLE))}")
     kind = REQUIRABLE[name].argument
     if (kind is None) != (argument is None):
-        raise ArgumentError(f"{text.strip()!r}: write {_form(name)}" + (f", a {kind} in the brackets" if kind else ""))
+        raise ArgumentError(f"{text.strip()!r}: write {_example(name)}" + (f", a {kind} in the brackets" if kind else ""))
     return name, parse_number(argument, kind or "", text) if argument is not None else 0.0
 
 
 def parse_requirement(text: object) -> Requirement:
-    """Return a requirement such as ``sag < 20um``."""
     match = _REQUIREMENT.fullmatch(text) if isinstance(text, str) else None
     if match is None:
         raise ArgumentError(f"{text!r} is not of the form QUANTITY < LIMIT or QUANTITY > LIMIT, such as 'sag < 20um'")
@@ -168,7 +166,8 @@ class Evaluation:
 
     Attributes:
         objective: value of the objective, SI; infinite if the parameters are invalid.
-        margins: (m,) margins of all requirements at all poses; then, for each pose and load, 1 with results or −1 without.
+        margins: (m,) margins of all requirements at all poses; then, for each pose and load, −1 if the twist or the objective is
+            NaN, else 1.
         result: the analysis (P, …), None if the parameters are invalid; the axes of load cases follow the axis of poses.
         values: values (N, k) of each requirement at the N entries of the result.
     """
@@ -196,12 +195,11 @@ class Problem:
     Attributes:
         sizes: varied numbers, and the robots with these numbers.
         coordinates: (P,) coordinates of all poses.
-        is_platform: whether ``coordinates`` are those of the platform; otherwise of the actuators.
+        is_platform: whether ``coordinates`` belong to the platform; otherwise to the actuators.
         orientation: convention of the orientation coordinates, see :meth:`Robot.assemble`.
         analysis: arguments of :func:`kinetostatics.analyze`, with every load case at every pose.
         cases: shape of the load cases; () for one.
         objective: name and argument of the objective.
-        requirements: requirements at every pose.
         tool: reference point of sag, deflections and stiffness against forces; None: o.
         closure_tolerance: largest gap of a closed loop [m, rad].
         known: evaluations computed so far, by parameters.
@@ -222,7 +220,6 @@ class Problem:
     count: int = 0
 
     def at(self, parameters: Mapping[str, float]) -> Evaluation:
-        """Return the analysis of the robot with these parameters: objective and margins."""
         key = tuple(sorted(parameters.items()))
         if key not in self.known:
             self.known[key] = self._evaluate(parameters)
@@ -230,7 +227,7 @@ class Problem:
         return self.known[key]
 
     def analyzed(self, robot: Robot) -> Result:
-        """Return the analysis of a robot at all poses, every load case at every pose (P, …)."""
+        """Return the analysis (P, …) of a robot at all poses, every load case at every pose."""
         given = {name: values.reshape(-1, *(1,) * len(self.cases)) for name, values in self.coordinates.items()}
         poses = assembled(robot, given, self.is_platform, self.orientation, self.closure_tolerance, self.analysis)
         return analyze(poses, on_failure="nan", **self.analysis)
@@ -249,7 +246,7 @@ class Problem:
         except (RobotFileError, StaticsError):
             return Evaluation(np.inf, np.array([-1.0]), None, [])
         margins = [item.margins(value).ravel() for item, value in zip(self.requirements, values, strict=True)]
-        # poses without results violate every requirement; so do those without the objective
+        # a pose without results, or without the objective, violates all requirements
         margins.append(np.where(np.isnan(result.twist[..., 0].ravel()) | np.any(np.isnan(found), axis=-1), -1.0, 1.0))
         worst = float(np.nanmax(found)) if np.any(np.isfinite(found)) else np.inf
         return Evaluation(worst, np.concatenate(margins), result, values)
@@ -258,7 +255,10 @@ class Problem:
 def grid_of(
     platform: Mapping[str, ArrayLike] | None, actuators: Mapping[str, ArrayLike] | None, driven: Sequence[str]
 ) -> tuple[dict[str, Array], bool]:
-    """Return the coordinates (P,) of a grid of poses, and whether they are the platform's; default: actuators at zero."""
+    """Return the coordinates (P,) of a grid of poses, and whether they belong to the platform.
+
+    Without ``platform`` and ``actuators``, the coordinates of the ``driven`` joints are zero.
+    """
     if platform is not None and actuators is not None:
         raise ArgumentError("give either platform or actuators, not both")
     what = "actuators" if platform is None else "platform"

@@ -3,7 +3,8 @@
 Ranges are searched by SciPy's SLSQP (D. Kraft, A software package for sequential quadratic programming, 1988) from several
 starts. Gradients are central differences of whole analyses, which agree with exact derivatives to 4e-8 and take a third of the
 time (one parameter, two dozen poses). Values from lists and catalogues are enumerated. If there are ranges and lists, the listed
-values are first treated as continuous; only those near the resulting optimum are tried.
+values are first treated as continuous; only listed values near the resulting optimum are tried. In a search, the position u of
+each parameter in its range is between 0 and 1.
 """
 
 from __future__ import annotations
@@ -32,7 +33,10 @@ _MOST_BROKEN = 10.0
 def search(
     problem: Problem, ranges: Sequence[Range], choices: Sequence[Choice], own: Mapping[str, float], starts: int
 ) -> tuple[list[dict[str, float]], str]:
-    """Return the results of all searches, and a description of the method."""
+    """Return the parameters at the ends of all searches, and a description of the method.
+
+    ``own`` are the parameters at which the first search begins.
+    """
     if not choices:
         ends = [_minimize(problem, ranges, {}, place) for place in _places(ranges, own, starts)]
         return ends, f"SLSQP from {starts} start{'s' * (starts > 1)}"
@@ -63,14 +67,14 @@ def search(
 
 
 def _neighbours(choice: Choice, value: float) -> set[float]:
-    """Return the listed values next to a value on either side, and one more above."""
+    """Return three neighbouring listed values: the last below ``value`` and the first two from ``value`` on."""
     values = [row[0] for row in choice.rows]
     k = int(np.searchsorted(values, value * (1 - 1e-9)))
     return set(values[max(0, k - 1) : k + 2])
 
 
 def _places(ranges: Sequence[Range], own: Mapping[str, float], starts: int) -> list[Array]:
-    """Return the starts in the unit cube: the values of the file, then Halton's sequence."""
+    """Return the starts u: the parameters ``own``, then Halton's sequence."""
     from scipy.stats import qmc
 
     first = np.array([item.place(own[item.name]) for item in ranges])
@@ -79,7 +83,7 @@ def _places(ranges: Sequence[Range], own: Mapping[str, float], starts: int) -> l
 
 
 def _minimize(problem: Problem, ranges: Sequence[Range], fixed: Mapping[str, float], place: Array) -> dict[str, float]:
-    """Return the end of a search: the optimum, or the point of smallest violation if no point is feasible."""
+    """Return the parameters at the end of a search from ``place``: the optimum, or the least violation if none is feasible."""
     from scipy.optimize import minimize
 
     def named(u: Array) -> dict[str, float]:

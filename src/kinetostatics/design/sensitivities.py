@@ -1,9 +1,9 @@
 """Derivatives of an analysis with respect to the arguments of the robot's file, and to numbers of its parts.
 
-Finite differences yield the derivatives of the robot's constants by the parameters; the derivatives of results by these
-constants are exact (:mod:`kinetostatics.functions.derivatives`). If such derivatives do not exist (overconstrained rigid limbs,
-assembly errors, loads on links), central differences of whole analyses are used. Derivatives with respect to the stiffness of a
-beam, a joint or an actuator are exact: :attr:`kinetostatics.Result.source_contributions`.
+The robot's constants are the numbers that enter its equations. Finite differences yield their derivatives by the parameters; the
+derivatives of results by these constants are exact (:mod:`kinetostatics.functions.derivatives`). If exact derivatives do not
+exist (overconstrained rigid limbs, assembly errors, loads on links), central differences of whole analyses are used. Derivatives
+with respect to the stiffness of a beam, a joint or an actuator are exact: :attr:`kinetostatics.Result.source_contributions`.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from kinetostatics.robot import Robot, robot_of
 #: Step of central differences, relative to the parameter (to 1 if it is zero; for a placement, to the characteristic length).
 #: With this step, errors of truncation and of rounding are about equal, 1e-8 of the quantity.
 STEP = 3e-5
-#: Relative change of a quantity, for a change of a parameter by its whole value, that counts as rounding.
+#: A parameter has no influence if its change by 100 % changes a quantity, to first order, by less than this part of the quantity.
 NOTHING = 1e-7
 #: Quantities that do not depend on loads.
 OF_POSES = {"mass", "actuators"}
@@ -54,11 +54,11 @@ def sensitivities(
     Args:
         configuration: a pose or a batch of poses. The coordinates used for assembly, of the platform or the actuators, are kept
             constant.
-        by: names of xacro arguments of the file, which change all numbers computed from them, or of dimensions of parts, see
-            :attr:`Function.parameters`: ``"rod_1.outer_diameter"``, ``"platform.mass"``, ``"revolute_1.placement.x"``,
-            ``"prismatic_1.actuator_stiffness"``; ``*`` is a wildcard: ``"rod_*.density"``. Default: all numerical arguments with
-            an influence; for a file without arguments, or a robot changed after reading, all dimensions of parts with an
-            influence, except placements and centres of mass.
+        by: names of parameters: xacro arguments of the file, each of which changes all numbers computed from it, or dimensions of
+            parts, see :attr:`Function.parameters`: ``"rod_1.outer_diameter"``, ``"platform.mass"``,
+            ``"revolute_1.placement.x"``, ``"prismatic_1.actuator_stiffness"``; ``*`` is a wildcard: ``"rod_*.density"``.
+            Default: all numerical arguments with an influence; for a file without arguments, or a robot changed after reading,
+            all dimensions of parts with an influence, except placements and centres of mass.
         outputs: quantities to differentiate: "twist", "stiffness", "compliance", "actuator_forces", "actuators" (their
             coordinates), "mass"; default: all of them.
         tool: (3,) reference point of twist and stiffness, from o in platform axes [m], such as a tool's tip; default: o. The
@@ -66,9 +66,9 @@ def sensitivities(
         analysis: arguments of :func:`kinetostatics.analyze`: ``load``, ``gravity``, ``point``, ….
 
     Returns:
-        Derivatives per unit of each parameter. If :attr:`Sensitivity.exact` is False, they are differences of analyses; their
-        errors, times the parameter's value, are about 1e-7 of the quantity. Also exact derivatives per relative change of the
-        stiffness of each beam, elastic joint and actuator.
+        Derivatives per unit of each parameter, and exact derivatives of the twist per relative change of the stiffness of each
+        beam, elastic joint and actuator. Where :attr:`Sensitivity.exact` is False, a derivative is a difference of analyses;
+        its error, times the parameter's value, is about 1e-7 of the quantity.
 
     Raises:
         ArgumentError: a parameter or quantity is unknown; or an argument of the file is named, but the robot was changed after
@@ -111,7 +111,7 @@ def sensitivities(
     for pattern, number in numbers:
         try:
             slopes, exact = slopes_by(number, result, derivatives, analysis, place, asked)
-            if number.read is None and _is_lost(slopes, result):
+            if number.read is None and _loops_stay_open(slopes, result):
                 raise opens_loops(number.name)
             found[number.name] = _sensitivity(number, slopes, exact, result, asked)
             continue
@@ -129,13 +129,12 @@ def sensitivities(
     every = Sensitivities(result, ResultMapping(found), ResultMapping(sources), ResultMapping(skipped), place, asked)
     if by is None:
         whole = numbers_of(configuration, result, place, asked)
-        found = {name: item for name, item in found.items() if _does_anything(item, whole)}
+        found = {name: item for name, item in found.items() if _has_influence(item, whole)}
     order = sorted(found, key=every.order)
     return replace(every, parameters=ResultMapping({name: found[name] for name in order}))
 
 
 def _quantities(outputs: Sequence[str]) -> tuple[str, ...]:
-    """Return the requested quantities, in their usual order."""
     asked = names_in("outputs", outputs, '["twist", "mass"]')
     for name in asked:
         check_choice("outputs", name, QUANTITIES)
@@ -163,8 +162,8 @@ def slopes_by(
 ) -> tuple[dict[str, Array], bool]:
     """Return the derivatives of quantities with respect to one number, batch axes first, and whether they are exact.
 
-    In exact derivatives, finite differences are used for the robot's constants only. If an exact derivative does not exist
-    at some pose, differences of whole analyses are used. The last axis of actuator quantities is the axis of actuators.
+    In exact derivatives, finite differences are used for the robot's constants only. If an exact derivative does not exist at
+    some pose, differences of whole analyses are used. The last axis of actuator quantities is the axis of actuators.
     """
     if derivatives is not None:
         with contextlib.suppress(ArgumentError):  # the change yields another mechanism, or none (negative mass)
@@ -190,14 +189,13 @@ def slopes_by(
 def quantities_of(
     description: RobotDescription, nominal: Result, analysis: Mapping[str, Keyword], tool: Array | None, asked: Sequence[str]
 ) -> dict[str, Array]:
-    """Return the requested quantities of another robot at the same pose, batch axes first, actuators last."""
+    """Return quantities of another robot at the nominal prescribed coordinates, batch axes first, actuators last."""
     pose = same_pose(nominal.configuration, Robot(description), loops_for(analysis))
     result = None if set(asked) <= OF_POSES else analyze(pose, **{**analysis, "on_failure": "nan"})
     return numbers_of(pose, result, tool, asked)
 
 
 def numbers_of(pose: Configuration, result: Result | None, tool: Array | None, asked: Sequence[str]) -> dict[str, Array]:
-    """Return the differentiated quantities of a pose and its analysis."""
     found: dict[str, Array] = {}
     if "mass" in asked:
         found["mass"] = pose.robot.weights.masses(pose.frames).sum(axis=0).reshape(pose.shape)
@@ -211,8 +209,8 @@ def numbers_of(pose: Configuration, result: Result | None, tool: Array | None, a
     return found
 
 
-def _is_lost(slopes: Mapping[str, Array], result: Result) -> bool:
-    """Return whether a small change of a number prevents the closure of loops."""
+def _loops_stay_open(slopes: Mapping[str, Array], result: Result) -> bool:
+    """Whether a small change of a number prevents the closure of loops."""
     arrays = [array for name, array in slopes.items() if name != "mass"]
     return bool(np.any(np.isfinite(result.twist)) and arrays and not any(np.any(np.isfinite(array)) for array in arrays))
 
@@ -231,8 +229,8 @@ def _sensitivity(
     return Sensitivity(number.name, number.value, "" if number.unit == "1" else number.unit, ResultMapping(found), exact)
 
 
-def _does_anything(item: Sensitivity, whole: Mapping[str, Array]) -> bool:
-    """Return whether a parameter changes twist, forces, mass or requested quantities by more than rounding."""
+def _has_influence(item: Sensitivity, whole: Mapping[str, Array]) -> bool:
+    """Whether a parameter changes twist, actuator forces or mass by more than rounding; without these, any requested quantity."""
     part, pairs = abs(item.value) or 1.0, []
     for name in [name for name in ("twist", "actuator_forces", "mass") if name in item.derivatives] or item.derivatives:
         own = item.derivatives[name]

@@ -36,12 +36,12 @@ from kinetostatics.unit_hints import angular_tolerance_hint, tolerance_hint
 
 #: Standard deviation of a parameter relative to its tolerance, by distribution.
 DEVIATIONS = {"normal": 1 / 3, "uniform": 1 / math.sqrt(3)}
-#: Default number of samples, in one batch and if analysed one by one.
+#: Default number of samples, computed in batches or analysed one by one.
 SAMPLES, ONE_BY_ONE = 10_000, 300
 #: Default tolerances of assembly errors, by unit.
 USUAL = {"m": 1e-4, "rad": 1e-3, "K": 1.0}
 RANKINGS = ("force", "displacement", "rotation")
-#: Effect of an assembly error, relative to the largest, that counts as zero, as along a joint's freedoms.
+#: Effect of an assembly error, relative to the largest effect, that counts as zero; errors along a joint's freedoms have none.
 _NO_EFFECT = 1e-9
 
 
@@ -63,11 +63,11 @@ def tolerances(
     Args:
         configuration: one pose. Under changes of dimensions and placements, the coordinates used for assembly, of the platform
             or the actuators, are constant. Assembly errors displace the platform with locked actuators.
-        tolerances: ± tolerances by name: a number (SI), a number with a unit ``"0.1mm"``, or a percentage ``"2%"``. Names are
-            those of xacro arguments of the file, which change all numbers computed from them; of dimensions of parts, see
-            :attr:`Function.parameters`: ``"rod_1.outer_diameter"``, ``"platform.mass"``, ``"revolute_1.placement.x"``,
-            ``"prismatic_1.actuator_stiffness"``; and of assembly errors: for joints ``"revolute_1.error.x"`` … ``rz``, along and
-            about the axes of the joint frame on the base side; for beams ``"rod_1.error.length"`` and
+        tolerances: ± tolerances by name of a parameter: a number (SI), a number with a unit ``"0.1mm"``, or a percentage
+            ``"2%"``. A parameter is an xacro argument of the file, which changes all numbers computed from it; a dimension of a
+            part, see :attr:`Function.parameters`: ``"rod_1.outer_diameter"``, ``"platform.mass"``, ``"revolute_1.placement.x"``,
+            ``"prismatic_1.actuator_stiffness"``; or an assembly error: of a joint ``"revolute_1.error.x"`` … ``rz``, along and
+            about the axes of the joint frame on the base side, of a beam ``"rod_1.error.length"`` or
             ``"rod_1.error.temperature"`` [K]. ``*`` is a wildcard for several parameters: ``"rod_*.outer_diameter"``. None: all
             assembly errors with an effect, within 0.1 mm, 1 mrad and 1 K.
         rank_by: order of the effects: "force" (then by moment), "displacement" or "rotation"; default: force if some error
@@ -173,7 +173,7 @@ def _check_keywords(analysis: Mapping[str, Keyword]) -> None:
 def _read_tolerances(
     family: ParametricRobot, tolerances: Mapping[str, object] | None
 ) -> tuple[list[RobotNumber], list[ErrorParameter], dict[str, float]]:
-    """Return the varied numbers, arguments of the file first; the assembly errors; and the tolerances by name."""
+    """Return the varied numbers, arguments of the file first; the varied assembly errors; the tolerances by name."""
     if tolerances is None:
         errors = list(family.errors.values())
         return [], errors, {item.name: USUAL[item.unit] for item in errors}
@@ -250,7 +250,10 @@ def _by_errors(
     tool: Array | None,
     only_effective: bool,
 ) -> dict[str, Effect]:
-    """Return the effect of each assembly error alone: twist and forces of the self-stress. The stiffness does not change."""
+    """Return the effect of each assembly error on twist and forces, by name; assembly errors do not change the stiffness.
+
+    ``only_effective`` omits errors without an effect.
+    """
     if not errors:
         return {}
     robot = nominal.robot
@@ -311,13 +314,13 @@ def _sampled(made: Mapping[str, Array], nominal: Result, tool: Array | None) -> 
 
 
 def _worst(effects: Sequence[Effect]) -> PoseQuantities:
-    """Return Σ |effect|, and the largest magnitudes of displacement and rotation."""
+    """Return Σ |effect|; displacement and rotation are the largest magnitudes over all signs of the effects."""
     furthest = (longest_sum(np.array([item.twist[part] for item in effects])) for part in LENGTHS.values())
     return _combined(effects, lambda parts: np.abs(parts).sum(axis=0), *furthest)
 
 
 def _deviation(effects: Sequence[Effect], ratio: float) -> PoseQuantities:
-    """Return √Σ (ratio · effect)², ratio = σ / tolerance; effects on displacement and rotation are magnitudes."""
+    """Return √Σ (ratio · effect)², ratio = σ / tolerance; an effect on displacement or rotation is a magnitude."""
 
     def total(parts: Array) -> Array:
         return np.asarray(ratio * np.linalg.norm(parts, axis=0))

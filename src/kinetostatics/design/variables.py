@@ -56,7 +56,7 @@ class Range:
 
 @dataclass(frozen=True)
 class Choice:
-    """Parameters that take their values from one of several rows, SI; ``units`` are the units given with these values."""
+    """Parameters ``names`` that take their values from one of several ``rows``, SI; ``units`` are given with the values."""
 
     names: tuple[str, ...]
     rows: tuple[tuple[float, ...], ...]
@@ -69,7 +69,7 @@ def typed_unit(text: str) -> str:
 
 
 def read_variables(vary: object) -> tuple[list[Range], list[Choice]]:
-    """Return the design variables.
+    """Return the design variables: ranges, and lists or catalogues.
 
     Args:
         vary: by name of a parameter, or tuple of names: a range ``"20mm:120mm"`` or ``(0.02, 0.12)``; a list of values or
@@ -103,7 +103,7 @@ def read_variables(vary: object) -> tuple[list[Range], list[Choice]]:
 
 
 def typed_units(ranges: Sequence[Range], choices: Sequence[Choice]) -> list[tuple[str, str]]:
-    """Return pairs of parameters and the units given with their values."""
+    """Return pairs of a parameter and a unit given with one of its values."""
     named = [(item.name, item.units) for item in ranges]
     named += [pair for item in choices for pair in zip(item.names, item.units, strict=False)]
     return [(name, unit) for name, units in named for unit in dict.fromkeys(units) if unit]
@@ -130,7 +130,10 @@ def _values(what: str, value: object) -> Choice:
 
 
 def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
-    """Return the rows of a catalogue; each column's title is a parameter, or the dimension at the end of the parameter's name."""
+    """Return the rows of a catalogue.
+
+    A column's title is the name of a parameter, or the dimension at the end of this name, such as ``outer_diameter``.
+    """
     path = str(files("kinetostatics.design") / f"{name}.csv") if name in CATALOGUES else name
     example = "a catalogue has a line of titles, such as outer_diameter [mm], and two rows at least"
     table = read_csv(path, example, least=2)
@@ -183,7 +186,6 @@ class VariedNumbers:
     """Varied numbers of a robot, and the robots with other values of these numbers.
 
     Attributes:
-        robots: the parametric robot.
         alike: numbers by name, or by a pattern such as ``rod_*.outer_diameter``, whose numbers have one common value.
     """
 
@@ -195,8 +197,8 @@ class VariedNumbers:
         return float(np.mean([item.value for item in self.alike[name]]))
 
     @property
-    def are_own(self) -> bool:
-        """Whether all numbers of each pattern are equal in the file, so that the robot of the file is a possible design."""
+    def file_is_a_design(self) -> bool:
+        """Whether the file gives all numbers of a pattern the same value, for each pattern."""
         return all(len({item.value for item in several}) == 1 for several in self.alike.values())
 
     def unit(self, name: str) -> str:
@@ -210,10 +212,9 @@ class VariedNumbers:
 
 
 def varied_numbers(robots: ParametricRobot, names: Sequence[str], typed: Sequence[tuple[str, str]]) -> VariedNumbers:
-    """Return the varied numbers of a robot.
+    """Select the varied numbers of a robot, and check their units.
 
     Args:
-        robots: the parametric robot.
         names: names of numbers, or patterns.
         typed: pairs of a name and the unit given with its values.
     """

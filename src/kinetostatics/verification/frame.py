@@ -29,8 +29,6 @@ class FrameBeam:
     """An elastic beam between two pieces.
 
     Attributes:
-        name: name of the beam.
-        pieces: pieces at its ends, the inner end first.
         points: (2, 3) positions of its ends [m].
         axes: (3, 3) x (from the inner to the outer end), y, z as columns.
         stiffness: EA, κGA_y, κGA_z [N], GJ, EI_y, EI_z [N·m²].
@@ -82,12 +80,9 @@ class FrameJoint:
     """A joint between two pieces. A joint inside several telescopic beams is one `FrameJoint` for each beam.
 
     Attributes:
-        name: name of the joint.
-        pieces: inner and outer piece.
         point: (3,) centre of the joint [m].
         axes: (3, 3) axes of the joint as columns.
         blocked: (6,) True for constrained directions along and about these axes.
-        springs: elastic parts of the joint, in series with the constraints.
         assembly_error: (6,) displacement of the outer piece relative to the inner piece when unloaded, at the centre [m, rad].
         cross: only for a universal joint free about both axes: the axes (3,) fixed to the inner and to the outer piece.
     """
@@ -126,7 +121,6 @@ class Actuator:
     """A driven joint, with the joints that follow it.
 
     Attributes:
-        name: name of the driven joint.
         moves: transmission ratio and coordinate of each joint that the actuator moves, the driven joint first.
         stiffness: stiffness [N/m, N·m/rad] of an elastic actuator that moves several joints; infinite otherwise. An actuator that
             moves one joint has its stiffness in a spring of that joint.
@@ -146,11 +140,8 @@ class FrameModel:
     """A frame.
 
     Attributes:
-        base, platform: indices of these pieces.
         references: (n, 3) reference point of each of the n pieces [m]; o for the platform.
         loads: (n, 6) force and moment on each piece about its reference point [N, N·m].
-        beams, joints: connections of the pieces.
-        actuators: the driven joints.
         size: diagonal of the box around all points [m].
         length: unit of length for rotations [m]: mean distance of the platform's joints and beam ends from o, or ``size`` if this
             mean is below 0.001 ``size``.
@@ -304,7 +295,6 @@ def joint_assembly_error(error: object, joint: PlacedJoint) -> Array:
 
     Args:
         error: the displacement given by the user, in world axes or with its own ``frame``; None if there is none.
-        joint: the joint.
     """
     if error is None or (isinstance(error, Mapping) and "twist" not in error):  # a beam with the joint's name has this error
         return np.zeros(6)

@@ -47,14 +47,9 @@ def build(
     """Build the frame of a single pose.
 
     Args:
-        configuration: the pose.
         load: (6,) external force and moment on the platform [N, N·m].
-        gravity: (3,) [m/s²].
         point: (3,) point of application of the force [m]; default o.
         frame: axes of load and point, "world" or "platform"; with "platform", the point is relative to o.
-        assembly_errors: errors of joints and beams by name, as in :func:`kinetostatics.analyze`.
-        loads: loads on links by name, as in :func:`kinetostatics.analyze`.
-        payload: payload on the platform or a link.
     """
     builder = _FrameBuilder(configuration, assembly_errors or {})
     return builder.build(np.asarray(load, dtype=float), np.asarray(gravity, dtype=float), point, frame, loads or {}, payload)

@@ -76,7 +76,6 @@ def extrapolations(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) 
     """Solve a frame at all levels.
 
     Args:
-        model: the frame.
         scale: units of the results.
         probes: pieces whose displacements are returned.
 
@@ -153,10 +152,7 @@ def frame_of(model: FrameModel, scale: FrameUnits, probes: Sequence[int], elemen
     """Return the worker's input, in units of ``scale``; the first nodes are the reference points of the pieces.
 
     Args:
-        model: the frame.
-        scale: the units.
         probes: pieces whose displacements are returned.
-        elements: number of elements of a beam.
     """
     nodes: list[list[float]] = []
     fixed: list[int] = []

@@ -63,7 +63,6 @@ class PlacedJoint:
     """A joint or loop of the file at the pose, world axes.
 
     Attributes:
-        name: its name.
         kind: name of its type.
         links: predecessor and successor.
         frames: (4, 4) joint frames fixed to predecessor and successor.
@@ -117,7 +116,6 @@ class JointedPieces:
     """A joint between two pieces.
 
     Attributes:
-        joint: the joint.
         pieces: pieces of its predecessor and successor.
         along: only for a joint inside a telescopic beam: the beam's name, and whether the joint's predecessor is nearer to the
             beam's start.
@@ -145,11 +143,8 @@ class RigidPieces:
     except the carrier, are intermediate pieces.
 
     Attributes:
-        joints: all joints and loops by name.
         jointed: joints with their pieces, in the order of the file. A joint inside several telescopic beams has one entry for
             each beam, with pieces of that beam.
-        beams: all beams by name.
-        base, platform: pieces of base and platform.
     """
 
     def __init__(self, configuration: Configuration) -> None:

@@ -179,7 +179,6 @@ def geometric_stiffness(model: FrameModel, joints: Array, beams: Array) -> Array
     """Return the geometric stiffness (6n, 6n) of n pieces about their reference points, including the stiffness of springs.
 
     Args:
-        model: the frame.
         joints: (joints, 6) wrench of the inner piece on the outer piece at the pose, about the joint's centre [N, N·m].
         beams: (beams, 2, 6) wrenches on both ends of each beam at the pose, about these ends [N, N·m].
     """
@@ -240,7 +239,6 @@ def _joint_stiffness(joint: FrameJoint, wrench: Array, inner: Array, outer: Arra
     of the outer piece. The second-order displacements of the centres are left to :func:`_arm_stiffness`.
 
     Args:
-        joint: the joint.
         wrench: (6,) F and M, of the inner piece on the outer piece [N, N·m].
         inner, outer: (6, 12) displacements of the centre on each piece by the displacements of the two pieces.
     """
@@ -262,7 +260,6 @@ def _beam_stiffness(beam: FrameBeam, end: Array, first: Array, last: Array) -> A
     """Return the second derivative (12, 12) of the second-order work in a beam that has the linear bending shape.
 
     Args:
-        beam: the beam.
         end: (6,) wrench on its outer end [N, N·m].
         first, last: (6, 12) displacements of its inner and outer end by the displacements of its two pieces.
     """

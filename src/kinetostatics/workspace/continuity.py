@@ -159,9 +159,6 @@ def continued(plan: SweepPlan, labels: Labels, robot: Robot, region: Block, q: A
     """Return the corrections of poses by continuity in a region of the grid of coordinates.
 
     Args:
-        plan: plan of the sweep.
-        labels: labels of the Dataset.
-        robot: the robot.
         region: ranges of indices along the coordinate axes.
         q: (…region, nq) model coordinates, NaN where not reached.
         o: (…region, 3) position of o [m], compared in addition to q if some joints have local freedoms.

@@ -36,11 +36,9 @@ class Labels:
     """Labels of the Dataset's dimensions besides those of the grid; the same for all robots of a sweep.
 
     Attributes:
-        robot: the robot's name.
         axes: labels by dimension, including unused dimensions.
         auxiliary: dimensions and values, by name, of coordinates that are no dimensions (units, limbs, labels of wrenches).
         loose: for each model coordinate, whether local freedoms change it; then it is ignored when assembly modes are compared.
-        outputs: names of the variables.
     """
 
     robot: str

@@ -29,7 +29,6 @@ class Axis:
     """One dimension of the grid.
 
     Attributes:
-        name: name of the dimension.
         kind: "parameter" of the robot file, "case" (a dimension of a load or of gravity) or "coordinate" of platform or
             actuators.
         values: (n,) numbers in SI, or strings.
@@ -149,7 +148,6 @@ def read_field(what: str, value: object, size: int) -> tuple[Field, list[Axis]]:
     Args:
         what: the argument's name, for messages.
         value: a vector, or an ``xarray.DataArray`` of vectors with the dimension ``component``.
-        size: number of components.
     """
     dims: tuple[str, ...] = ()
     field: xr.DataArray | None = None

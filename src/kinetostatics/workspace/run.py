@@ -188,11 +188,6 @@ def dataset_in_memory(
 def compute(arrays: Arrays, number: int | None, progress: _Progress) -> dict[str, object]:
     """Compute the missing blocks and correct their assembly modes.
 
-    Args:
-        arrays: arrays that receive the variables.
-        number: largest number of threads.
-        progress: counter of the computed poses.
-
     Returns:
         Attributes of the Dataset: the numbers of corrections by continuity.
     """

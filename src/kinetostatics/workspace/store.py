@@ -54,9 +54,7 @@ def map_exists(path: str, identity: str, attributes: Mapping[str, object], resta
     """Whether the map of this sweep exists already.
 
     Args:
-        path: path of the map.
         identity: digest of the sweep, :attr:`SweepPlan.identity`.
-        attributes: attributes of its Dataset.
         restart: whether a map of another sweep may be overwritten.
 
     Raises:
@@ -97,7 +95,6 @@ class Arrays:
 
     Attributes:
         arrays: arrays by name, of NumPy or of zarr.
-        sizes: sizes of the blocks.
     """
 
     arrays: Mapping[str, Stored]
@@ -136,12 +133,7 @@ class Arrays:
 
 
 class Store(Arrays):
-    """The variables of a sweep in a zarr store, from which the map ``out`` is written.
-
-    Attributes:
-        path: path of the map.
-        folder: folder of the store.
-    """
+    """The variables of a sweep in a zarr store, from which the map ``out`` is written."""
 
     def __init__(self, plan: SweepPlan, labels: Labels, sizes: tuple[int, ...], path: str, restart: bool) -> None:
         self.path, self.folder, self._restart = path, f"{path}.part", restart

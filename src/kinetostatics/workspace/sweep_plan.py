@@ -85,18 +85,13 @@ class SweepPlan:
     """All data of a sweep.
 
     Attributes:
-        source: source of its robots.
         kind: kind of the coordinates, "platform" or "actuators".
         axes: axes of the grid: parameters, then cases of loads, then coordinates.
         held: constant coordinates [m, rad].
-        constants: constant parameters of the robot file.
-        orientation: convention of the platform's orientation coordinates.
         load, gravity, point, frame, assembly_errors, loads, payload, engine: arguments of :func:`kinetostatics.analyze`.
         closure_tolerance: largest gap of a closed loop [m, rad].
-        outputs: names of the requested variables.
         versions: versions of the packages on which the numbers depend, by name.
         compensated: platform coordinates that corrections of actuators restore; empty without the output "compensation".
-        modes: number of natural frequencies.
     """
 
     source: Source
