@@ -1,7 +1,7 @@
 """Elements of a description as frozen dataclasses: links, joints, loops, beams, materials, springs.
 
-The fields are those of robot files, in SI units and radians. Values are checked when the whole description is validated or a
-robot is created. The position in the file (``place``) is ignored in comparisons.
+The fields correspond to attributes of robot files, in SI units and radians. Values are checked when the whole description is
+validated or a robot is created. The position in the file (``place``) is ignored in comparisons.
 """
 
 from __future__ import annotations

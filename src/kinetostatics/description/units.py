@@ -89,11 +89,10 @@ _POWERS = {"²": 2, "³": 3, "⁴": 4}
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit of measurement: its size in SI and its dimension.
+    """A unit of measurement.
 
     Attributes:
-        ten: exponent of the power of ten in its size in SI.
-        degrees: exponent of the factor π/180 in its size in SI.
+        ten, degrees: exponents of 10 and of π/180 in the size of the unit in SI.
         dimension: exponents of m, kg, s, K and rad.
     """
 

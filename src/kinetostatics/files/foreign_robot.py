@@ -36,7 +36,7 @@ class Actuators:
 def foreign_robot(
     path: str, root: XmlElement, yaml: str | os.PathLike[str] | None
 ) -> tuple[SourceRobot, list[ForeignLoop], Actuators, list[str]]:
-    """Return the source, with the joint types of its YAML file, and its loops, its actuators and warnings."""
+    """Return the source with the joint types of a YAML file, the loops, the actuators, and warnings."""
     source = _source(path, root)
     entries = [entry for element in root.named("transmission") for entry in element.named("joint")]
     transmissions = tuple(dict.fromkeys(entry.attributes.get("name", "") for entry in entries))

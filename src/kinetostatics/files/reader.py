@@ -108,7 +108,7 @@ def known_valid(description: RobotDescription) -> RobotDescription:
 def describe(
     root: XmlElement, path: str, warnings: list[str], platform: str | None = None, base: str | None = None
 ) -> RobotDescription:
-    """Return the robot of an expanded element ``<robot>``; arguments and errors are those of :func:`read_robot_file`."""
+    """Return the robot of an expanded element ``<robot>``; for arguments and errors see :func:`read_robot_file`."""
     name = new_name(root) if root.attributes.get("name", "").strip() else file_name(root, path, warnings)
     _check_robot_level(root)
     links = read_links(root, warnings)

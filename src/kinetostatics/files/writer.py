@@ -209,7 +209,7 @@ def _values(table: Mapping[str, Item], key: str = "name") -> list[Item]:
 
 @lru_cache(maxsize=1000)
 def _elements_of(extra: str, place: Place, owner: str) -> tuple[XmlElement, ...]:
-    """Return the elements of an XML text; their place is that of the part that contains them, the owner."""
+    """Return the elements of an XML text; ``place`` and ``owner`` of the part with this text are used in errors."""
     if not extra:
         return ()
     try:

@@ -52,8 +52,8 @@ def expand(
 
     Args:
         document: a document from :func:`kinetostatics.files.xml.parse`.
-        path: its file; included files are searched in its folder.
-        parameters: values of its ``<xacro:arg>``, numbers or strings.
+        path: path of the document; included files are searched in the folder of this path.
+        parameters: values of ``<xacro:arg>``, numbers or strings.
         values: receives the values of all arguments, including defaults.
 
     Raises:
@@ -240,7 +240,7 @@ def include_path(source: str, root: XmlElement, uses_xacro: bool, additions: str
 
 
 def _in_package(source: str) -> str | None:
-    """Return ``$(find NAME)/…`` for a file of an installed package; None for another file."""
+    """Return ``$(find NAME)/…`` for a file of an installed package, else None."""
     path = Path(source).absolute()
     for folder in path.parents:
         if folder.parent.name == "share" and (folder.parents[1] / INDEX / folder.name).is_file():
