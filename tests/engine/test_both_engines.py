@@ -143,7 +143,7 @@ def assert_same(robot, compiled, poses, applied=()):
     Where the record does not hold, or a limb may be degenerate, NumPy computes.
     """
     x, *loads = poses
-    frames, reached = robot.equations.forward(x), np.all(np.isfinite(x), axis=0)
+    frames, reached = robot.equations.place(x).frames, np.all(np.isfinite(x), axis=0)
     wanted = solve_with_springs(robot.statics, frames, *loads, applied=applied)
     rng = np.random.default_rng(5)
     jittered = [

@@ -60,7 +60,7 @@ def test_record_of_ring_with_stiff_self_stress_equals_numpy(monkeypatch):
     robot = ks.Robot(parse_robot_text(hybrid_robots.write_randomly(mechanism, 202)[1].text))
     poses = some_poses(robot)
     found, holds = evaluated(robot, record_of(robot), *poses)
-    poses = robot.equations.forward(poses[0]), *poses[1:]
+    poses = robot.equations.place(poses[0]).frames, *poses[1:]
     wanted = solve(robot.statics, *poses)
     assert np.all(holds) and not wanted.singular.any()
     close(found["contributions"].sum(axis=0), wanted.twists.sum(axis=1))
@@ -78,7 +78,7 @@ def test_record_of_ring_with_stiff_self_stress_equals_numpy(monkeypatch):
 def test_elimination_equals_singular_values_and_eigenvectors(kind, monkeypatch):
     robot = ROBOTS[kind]()
     x, *loads = some_poses(robot)
-    poses = robot.equations.forward(x), *loads
+    poses = robot.equations.place(x).frames, *loads
     found, outputs = solve(robot.statics, *poses), solved(robot, x, *loads)
     calls = []
     right = platform_equilibrium._RigidPart._by_singular_values

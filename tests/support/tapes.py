@@ -30,7 +30,7 @@ NAMES = tuple(name for stage in ANALYSIS for name in stage)
 
 def solved(robot, x, load, gravity, applied=()):
     """Return the same by NumPy, each (…, N)."""
-    solution = solve_with_springs(robot.statics, robot.equations.forward(x), load, gravity, applied=applied)
+    solution = solve_with_springs(robot.statics, robot.equations.place(x).frames, load, gravity, applied=applied)
     return {name: OF_EQUILIBRIUM[name](robot.statics, solution) for name in NAMES}
 
 
