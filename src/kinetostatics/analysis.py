@@ -239,7 +239,7 @@ def load_at_o(robot: Robot, frames: Frames, load: Array, point: Array | None, fr
 
 
 def _complain(robot: Robot, solution: Solution) -> None:
-    """Raise an error about a pose without results, or about contradictory assembly errors; without them, return."""
+    """Raise an error if a pose has no results, or if assembly errors contradict one another."""
     for p in np.flatnonzero(solution.singular):
         if short := no_length_text(robot.beams.values(), solution.frames, int(p)):
             raise StaticsError(short)

@@ -61,8 +61,8 @@ def compensate(
 ) -> Compensation:
     """Find actuator positions at which the loaded platform is at its target pose, and the actuator forces there.
 
-    As many coordinates of the platform as its mobility reach their targets. The error in the other coordinates, which no actuator
-    can correct, is :attr:`Compensation.residual_error`.
+    With mobility n, n coordinates of the platform reach their targets. The error of the other coordinates, which no actuator can
+    correct, is :attr:`Compensation.residual_error`.
 
     Args:
         configuration: the target of the loaded platform: a pose or a batch of poses.
@@ -74,16 +74,15 @@ def compensate(
         orientation: convention of orientation coordinates in ``controlled``, see :meth:`Robot.assemble`; default: as in the pose.
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
         closure_tolerance: largest gap of a closed loop [m, rad], see :meth:`Robot.assemble`; default: as in the pose.
-        tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip; x, y and z in ``controlled`` and in
-            errors are the coordinates of this point instead of o. With three freedoms, ``controlled=("x", "y", "z")`` corrects
-            the position of the tip, but not the angles; with six, a tool has no effect. The point of application of ``load`` is
-            ``point``.
+        tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip. The controlled x, y and z, and their
+            errors, are the coordinates of this point instead of o. With three freedoms, ``controlled=("x", "y", "z")`` corrects
+            the position of the tip, but not the angles; with six, a tool has no effect. ``load`` acts at ``point``.
         analysis: further arguments of :func:`kinetostatics.analyze`: ``point``, ``frame``, ``assembly_errors``, ``engine``, ….
 
     Returns:
         Actuator positions, forces, residual errors, and a status for each pose. If an actuator exceeds its limit, the status is
-        LIMIT_EXCEEDED and the correction is not clipped. If the actuators, moved straight from the target pose, would reach
-        another assembly mode through a singular pose, the status is UNREACHABLE.
+        LIMIT_EXCEEDED and the correction is not clipped. If actuators that move in a straight line from the target to the
+        corrected positions pass a singular pose into another assembly mode, the status is UNREACHABLE.
 
     Raises:
         ArgumentError: an argument has an invalid value or shape.

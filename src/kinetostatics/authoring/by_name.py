@@ -53,7 +53,7 @@ def new_robot(
         height: height of o above O at the zero pose [m]; default: 0.5. It is negative for a suspended platform.
         arrangement: "symmetric" (evenly around Z), "planar" (evenly around Z, all revolute axes along Z, height 0 unless given),
             "cartesian" (three limbs along X, Y and Z) or "spherical" (limbs RRR whose axes all pass through O). Default: the
-            arrangement of the only named mechanism with these limbs, else symmetric.
+            arrangement of the mechanism with a common name that has these limbs; symmetric if there is none.
         azimuths: azimuths of the limbs [rad]; default: evenly spaced.
         placements: in place of radii and azimuths, a list with ``{"base": (x, y, z), "platform": (x, y, z)}`` for each limb: its
             base point in the base frame, its platform point in the platform frame [m], and optionally "axis" (direction of its

@@ -131,8 +131,8 @@ def _single(text: str, found: list[KnownName]) -> KnownName | None:
 def options_of(text: str, architecture: str, given: Mapping[str, Keyword]) -> dict[str, Keyword]:
     """Return the default arguments of ``new_robot`` for ``text``, a common name or limbs in the notation.
 
-    Limbs have the defaults of the only named mechanism with these limbs and the given arrangement. They have no defaults if no
-    named mechanism has these limbs, or if placements are given. ``architecture``: the limbs with actuators in brackets.
+    Limbs in the notation have the defaults of the named mechanism with these limbs and the given arrangement; they have none if
+    there is no such mechanism, or if placements are given. ``architecture``: ``text`` in the notation, each actuator in brackets.
 
     Raises:
         ArgumentError: several named mechanisms have these limbs, such as the planar and the spherical 3-RRR.

@@ -280,7 +280,7 @@ class _Assembly:
             yield beam.name, BeamEnergy(columns, motions, stiffness, np.arange(self.inner - 2 * INNER, self.inner))
 
     def _springs(self) -> None:
-        """Add springs between links: the negative eigenvalues of their stiffness, under compression, belong to K_G."""
+        """Add springs between links. A compressed spring is unstable across its axis; this negative stiffness belongs to K_G."""
         for spring in placed_springs(self.structure.model, self.frames):
             values, axes = np.linalg.eigh(np.nan_to_num(np.moveaxis(spring.tangent, 2, 0)))
             stiff = np.einsum("nia,na,nja->ijn", axes, np.maximum(values, 0), axes)

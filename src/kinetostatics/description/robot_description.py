@@ -201,7 +201,7 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
     def with_payload(
         self, name: str, link: str, mass: float, at: Vector = (0.0, 0.0, 0.0), inertia: Inertia | None = None
     ) -> RobotDescription:
-        """Return a copy with a mass fixed to a link, as the link ``name`` and the fixed joint ``name_mount``.
+        """Return a copy with a further link, a mass that the fixed joint "<name>_mount" attaches to ``link``.
 
         Args:
             name: name of the new link.

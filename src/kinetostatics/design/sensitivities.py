@@ -230,7 +230,7 @@ def _sensitivity(
 
 
 def _has_influence(item: Sensitivity, whole: Mapping[str, Array]) -> bool:
-    """Whether a parameter changes twist, actuator forces or mass by more than rounding; without these, any requested quantity."""
+    """Whether a parameter changes twist, actuator forces or mass (or, if none of them is requested, any quantity) noticeably."""
     part, pairs = abs(item.value) or 1.0, []
     for name in [name for name in ("twist", "actuator_forces", "mass") if name in item.derivatives] or item.derivatives:
         own = item.derivatives[name]

@@ -53,7 +53,7 @@ class CExport:
         folder: folder of the files.
         files: names of the files.
         name: prefix of all names in C.
-        operations: number of operations of one correction of the loops, and of the analysis.
+        operations: two numbers of operations: of one step of Newton's method for the pose, and of the analysis of the pose.
         work: size of the work array on the stack [bytes].
     """
 

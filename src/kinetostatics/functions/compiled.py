@@ -101,7 +101,7 @@ class CompiledFunction:
     def single(
         self, coordinates: Mapping[str, Number], near: Configuration | Values | None, load: ArrayLike, gravity: ArrayLike
     ) -> Values | None:
-        """Return the outputs at the pose one step from ``near``.
+        """Return the outputs at ``coordinates``, found from the neighbouring pose ``near``.
 
         None if an argument is not a finite number, the step is too long, Newton's method does not converge, or the code is not
         valid at the pose.

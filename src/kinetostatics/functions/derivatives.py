@@ -4,8 +4,8 @@ The outputs y(x, load, gravity, θ) and the residuals r(x, c, target, θ) of loo
 as a list of scalar operations (the record); x are the solved coordinates, c the orientation coordinates, θ the robot's constants.
 The reverse mode of automatic differentiation gives all derivatives of y and r. When θ changes at rates θ', the freedoms move at
 rates v' so that r remains zero: v' = −G⁺ ∂r/∂θ θ' and y' = ∂y/∂x T(x) v' + ∂y/∂θ θ'. Here G is the gradient of r by the freedoms,
-and T(x) v' are the rates of the coordinates. The derivatives by the target follow in the same way. Only θ', the rates of
-constants such as 1/EI with respect to a number of the description, are central differences, with relative errors of about 10⁻¹².
+and T(x) v' are the rates of the coordinates. The derivatives by the target follow in the same way. Only the rates θ'
+are central differences, with relative errors of about 10⁻¹²: for example, the rate of 1/EI if the diameter of a rod changes.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Gradients:
         model: the robot, with chosen wrench bases.
         inputs: x, load, gravity, c and target of the poses, each (…, N).
         poses: indices of the differentiated poses; derivatives at other poses are NaN.
-        example: inputs of one pose; they determine the shapes if no pose is differentiated.
+        example: inputs of one pose, from which the array shapes of the results follow if ``poses`` is empty.
         tool: see :func:`kinetostatics.engine.pose_record.outputs_at`.
 
     Attributes:

@@ -138,7 +138,8 @@ class Couplings:
     def residual(self, x: Array, turns: int = 20, given: tuple[int, ...] = ()) -> Array:
         """Return the errors (count, N) [m, rad] of the followers at coordinates ``x`` (nq', N).
 
-        Full turns of continuous leaders are chosen as in :meth:`coordinate`. Followers of the freedoms ``given`` have no error.
+        Full turns of continuous leaders are chosen as in :meth:`coordinate`. The error of a follower is 0 if its leader is one of
+        the freedoms ``given``.
         """
         leaders = {item.leader.first_v: item.leader for item in self.items if item.leader.first_v not in given}
         values = {column: self.coordinate(leader, x, turns=turns) for column, leader in leaders.items()}

@@ -30,7 +30,7 @@ _Row: TypeAlias = tuple[int, Connection, tuple[Array, ...]]
 
 @dataclass(frozen=True)
 class _Table:
-    """n equations of one kind: the bodies (n,) on both sides, and k vectors (k, 3, n) fixed in these bodies."""
+    """n equations of one kind: for each, the two bodies that the loop connects, and k vectors (k, 3, n) fixed in the bodies."""
 
     count: int
     predecessor: Index

@@ -1,10 +1,10 @@
 """Choice and evaluation of the bases J_ic, J_ig of a limb: candidates, which are unit forces and couples along features of the
-limb, then complementary wrenches if too few candidates are suitable. A complementary wrench is the part of a seed, a wrench along
-a limb axis, that is orthogonal to the other wrenches and to the twists of the limb.
+limb, then complementary wrenches if too few candidates are suitable. A complementary wrench is made from a wrench
+along a limb axis, its seed: the components along the other wrenches and along the twists of the limb are subtracted.
 
-The choice is made once per robot: generic poses, which have no special geometry, decide the ranks; the basis must be regular at
-ordinary poses too. At every pose the chosen wrenches are evaluated (the method page, sections 2 to 4). In scaled wrenches and
-twists, all six components have the same unit.
+The choice is made once per robot. Ranks are those at generic poses, which have no special geometry; the chosen wrenches must also
+be independent at ordinary poses, the zero pose and others within the limits. They are evaluated at every pose (the method page,
+sections 2 to 4). In scaled wrenches and twists, all six components have the same unit.
 """
 
 from __future__ import annotations

@@ -205,7 +205,7 @@ class LimbGroup:
         return on_branches.union(*(limb.places for limb in self.limbs))
 
     def _outboard_of(self, names: Sequence[str]) -> list[Array]:
-        """Return masks (g, edges, W) for freedoms, for beams and for springs: 1 for weights or loads outboard of an edge."""
+        """Return three masks, (g, k, W) for the k freedoms, the k beams and the k springs: 1 where weight W is outboard of it."""
         tables = [[[[carries(edge, name) for name in names] for edge in row] for row in rows] for rows in self._edges]
         return [np.array(table, dtype=float).reshape(len(table), len(table[0]), len(names)) for table in tables]
 

@@ -210,7 +210,7 @@ def limb_statics(
         o: (3, N) reference point [m].
         weights: (6, W, N) wrenches of all weights about o [N, N·m].
         gravity: (3, N) gravity, world axes [m/s²].
-        assembly_error: (6, elements, g, N) twists of outboard sides due to assembly errors of elements, about o; None: none.
+        assembly_error: (6, elements, g, N) assembly errors: the twist of the outboard side of each element, about o; None: none.
     """
     geometry = group.geometry(frames, o)
     outboard, beyond, spring_beyond, on_drives = group.carried(geometry, frames, o, weights)

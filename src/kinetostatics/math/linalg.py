@@ -71,10 +71,10 @@ def correlation(matrix: Array) -> tuple[Array, Array]:
 
 
 def canonical_basis(basis: Array) -> Array:
-    """Return an orthonormal basis (n, k) that depends only on the span of the orthonormal ``basis`` (n, k); LAPACK's does not.
+    """Return an orthonormal basis (n, k) that depends only on the subspace that the orthonormal ``basis`` (n, k) spans.
 
-    The unit vectors of the n coordinates are projected on the span; each step takes the longest projection (the first of equal
-    ones), and subtracts its direction from all projections.
+    The unit vectors of the n coordinates are projected on the subspace. Each step takes the longest projection (the first of
+    equal ones) as direction of the next basis vector, and subtracts the components along it from all projections.
     """
     rest, found = np.array(basis), np.empty_like(basis)
     for k in range(basis.shape[1]):

@@ -217,7 +217,7 @@ class Orientation:
             near: (3, N) coordinates; of all solutions, including full turns, one near them is returned. If the first and last
                 axes are parallel, the first angle is that of ``near``. None: all magnitudes are at most π, tilts are not
                 negative, and an undetermined first angle is 0.
-            locked: sine of the angle between the first and last axes up to which they are treated as parallel.
+            locked: the first and last axes count as parallel if the sine of the angle between them is at most this number.
         """
         if self.sequence is None:
             c = logarithm(R, at_half_turns=True)

@@ -122,7 +122,7 @@ class SpanFinder:
         return {name: self._span(beam) for name, beam in self.description.beams.items()}
 
     def _rigid_with(self, link: str) -> set[str]:
-        """Return ``link`` and the links without beams that rigid fixed joints connect to it."""
+        """Return ``link`` and all links without beams that are connected to it by rigid fixed joints."""
 
         def fixed_to(link: str) -> Iterator[str]:
             for item in self.mechanism.at_link[link]:

@@ -225,8 +225,8 @@ class DirectedEdge:
 def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) -> list[DirectedEdge]:
     """Return the edges of a limb or attached body in depth-first order from the base, or from the platform if the base has none.
 
-    Every edge comes after the tree edges on the way from the root to its inner body. ``edges``: all edges at the component's
-    bodies, or one edge between base and platform.
+    The search starts at the base (or platform). An edge comes after the edges by which the search reached the edge's inner body.
+    ``edges``: all edges of the limb or attached body, or one edge between base and platform.
     """
     at: _Edges = {}
     for edge in edges:

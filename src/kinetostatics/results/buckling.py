@@ -51,7 +51,7 @@ class Buckling(Shapes[BucklingModes], Reported, builder="reports.dynamics:buckli
 
     @cached_property
     def load_factors(self) -> Array:
-        """(…, count) factors of all forces at which the robot buckles, ascending; infinite where there are fewer modes.
+        """(…, count) load factors λ, ascending: under λ times all forces the robot buckles. Infinite if there are fewer modes.
 
         If a factor is below 1, the robot buckles under its loads.
         """

@@ -147,10 +147,10 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def by_mechanism(self) -> Result:
-        """The same result with two contributions of every limb's weight, in all quantities by contribution.
+        """The same result, in which the contribution of every limb's weight is split into two contributions.
 
-        "limb_1" is the part due to attached wrenches, with the forces that carry the limb's own weight; "deformation of limb_1",
-        the part due to the strains by these forces. See :attr:`mechanism_contributions`.
+        "limb_1" is the part due to the limb's attached wrenches, the forces that carry its weight. "deformation of limb_1" is the
+        part due to the strains of the limb under these forces. See :attr:`mechanism_contributions`.
         """
         chunk = Chunk(self.robot, [by_mechanism(self.robot.statics, solution) for solution in self.solutions])
         found = Result(self.configuration, self.shape, self._which, (chunk,), self._reached, self.payload)

@@ -233,7 +233,7 @@ def _buckling(result: Result) -> list[str]:
 
 
 def _changed_stiffness(result: Result) -> str:
-    """Return a clause on the change of the stiffness by forces, at the pose with the largest product of compliance and forces."""
+    """Return how much forces change the stiffness, as a clause; for the pose where compliance times force is largest."""
     if result.robot.description.springs or not result.twist.size:
         return ""
     scale = np.repeat([1.0, result.robot.length], 3)

@@ -125,7 +125,7 @@ class SmallMotions:
         return BeamEnds(name, inner, self._in_span(end, span.end_link, span.outward[::-1]))
 
     def _in_span(self, body: RigidBody, link: str, joints: Iterable[Connection]) -> RigidBody:
-        """Add the ``joints`` between a beam and the ``body`` at one of its ends; return the beam's own body at this end."""
+        """Add the ``joints`` in series between ``body`` and the end of a beam; return the body at this end, fixed to the beam."""
         for joint in joints:
             mine, behind = self._more(self._freedoms(joint)), RigidBody()
             self.columns[behind] = self.columns[body] + mine

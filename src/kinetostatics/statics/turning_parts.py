@@ -294,7 +294,7 @@ class Coordinates:
 
     Attributes:
         platform: blocks determined by the platform's twist only.
-        inside: blocks inside limbs; blocks coupled by limbs or springs are in one tuple.
+        inside: the other blocks; those that a limb or spring couples are in one tuple.
         sizes: numbers of components of all blocks.
         on_platform: indices of the springs between base and platform.
     """

@@ -90,7 +90,7 @@ class Wrenches:
                 yield from self._screw(group, limb.name, label, joints, units[:, :, n], parts[:, :, n], outward)
 
     def _network(self, limb: LimbResult) -> Iterator[Arrow]:
-        """Yield, for a limb with rings or several platform joints, wrenches at these joints and axial forces of beams."""
+        """Yield the wrenches at the platform joints and the axial forces of the beams of a limb that is not serial."""
         poses, result, table = self.poses, self.result, self.robot.statics.joint_table
         for name in limb.platform_joints:
             k = [table.names.index(name)]

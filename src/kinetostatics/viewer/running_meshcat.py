@@ -227,7 +227,7 @@ class _Svg(NamedTuple):
 
 
 class _Swing(NamedTuple):
-    """An animation at a node of its own; windows opened later receive this node after the nodes that the animation moves."""
+    """An animation at a separate node, which meshcat sends to a new window after the nodes that the animation moves."""
 
     animation: Animation
     path: Path

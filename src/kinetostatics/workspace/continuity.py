@@ -156,7 +156,7 @@ class Continued:
 
 
 def continued(plan: SweepPlan, labels: Labels, robot: Robot, region: Block, q: Array, o: Array, reached: Mask) -> Continued:
-    """Return the corrections of poses by continuity in a region of the grid of coordinates.
+    """Return the poses of a region of the grid that change when they are compared with their neighbours.
 
     Args:
         region: ranges of indices along the coordinate axes.

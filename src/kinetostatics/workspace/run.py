@@ -189,7 +189,7 @@ def compute(arrays: Arrays, number: int | None, progress: _Progress) -> dict[str
     """Compute the missing blocks and correct their assembly modes.
 
     Returns:
-        Attributes of the Dataset: the numbers of corrections by continuity.
+        Attributes of the Dataset: how many poses were corrected because they were in another assembly mode than their neighbours.
     """
     plan, labels = arrays.plan, arrays.labels
     found = {"mode_jumps": 0, "poses_of_other_modes": 0, "poses_by_neighbours": 0}
