@@ -64,7 +64,7 @@ def analyze(
         assembly_errors: errors of joints and beams in the unloaded robot, by name; see
             :mod:`kinetostatics.statics.assembly_errors`. The error of a joint is a twist (…, 6) [m, rad]: the displacement of its
             platform side relative to its base side, at the joint's centre, in world axes; or ``{"twist": …, "frame": "joint"}``,
-            in the axes of the joint frame. The centre of a prismatic joint is its origin on the platform side. The error of a
+            in the axes of the joint frame. A prismatic joint has its centre on the platform side. The error of a
             beam is ``{"length": …, "temperature": …}``: excess length [m], temperature rise [K]. All errors together cause the
             contribution "assembly_errors".
         loads: loads on links, by link name: a wrench (…, 6), force [N] and moment [N·m] in world axes at the link's origin; a
@@ -74,8 +74,9 @@ def analyze(
         motion: velocities and accelerations of the coordinates, a :class:`Motion`. The inertia of links, beams and payload, with
             Coriolis and centrifugal terms, causes the contribution "inertia".
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
-        engine: "numpy", "compiled", or "auto". "auto" uses compiled code that is in memory; from 1,000 poses on, code on disk;
-            from 10,000 poses on, it compiles. Numbers differ by rounding errors only; statuses are equal.
+        engine: "numpy", "compiled", or "auto". "auto" uses compiled code if it is in memory; for 1,000 poses and more, also code
+            on disk; for 10,000 and more, it compiles missing code. Otherwise NumPy computes. Numbers differ by rounding errors
+            only; statuses are equal.
 
     Returns:
         The result; loads, gravity and point are broadcast against the batch of poses.

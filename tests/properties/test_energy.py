@@ -101,7 +101,7 @@ def test_every_part_of_a_stiff_robot_is_in_equilibrium(name):
             put(piece, sign * wrench, point)
     whole = list(range(len(left)))  # pieces of the base, or of the platform, are one part
     for joint in model.joints:
-        if joint.name in model.within:
+        if joint.name in model.outside_limbs:
             first, second = (whole[piece] for piece in joint.pieces)
             whole = [first if root == second else root for root in whole]
     size = max(float(np.linalg.norm(wrench[:3])) for wrench in result.joint_wrenches.values())

@@ -93,8 +93,8 @@ def _trajectory(robot: Robot, args: argparse.Namespace) -> Trajectory:
 def _rigid_advice(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) -> list[str]:
     """Return a list with one warning if no part of the robot is elastic; otherwise an empty list.
 
-    The warning contains commands that make the robot elastic and repeat the analysis of ``args``. The commands are tested at the
-    same pose and under the same loads, without writing the file: the compliance must not be zero.
+    The warning contains commands that make the robot elastic and repeat the analysis of ``args``. They are given only if they
+    make the compliance nonzero at the same pose and under the same loads.
     """
     if robot.description.beams or robot.description.joint_stiffness:
         return []

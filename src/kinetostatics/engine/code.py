@@ -75,7 +75,7 @@ class Code:
     def results(
         self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int, stage: int = LAST
     ) -> tuple[Array, Mask]:
-        """Return the outputs at the N poses of the last input, (``numbers``, N) and (``truths``, N); see :meth:`__call__`."""
+        """Return the outputs, (``numbers``, N) and (``truths``, N). The last of the ``inputs`` has N poses."""
         N = inputs[-1].shape[1]
         if N == 1:
             return self._at_one_pose(inputs, parameters, numbers, truths, stage)

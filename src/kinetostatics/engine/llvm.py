@@ -152,7 +152,7 @@ class _Writer:
             self.varies.append(operation[0] == "input" or any(self.varies[k] for k in operands(operation)))
 
     def instruction(self, number: int, lanes: int) -> list[str]:
-        """Return the instructions of an operation, for ``lanes`` poses; with 0 lanes, once for all poses."""
+        """Return the instructions of an operation, for blocks of ``lanes`` poses, 8 or 1; 0: the operation depends on no pose."""
         name, *taken = self._tape.operations[number]
         result, real, truth = f"%{'v' if lanes else 's'}{number}", kind_of("double", lanes), kind_of("i1", lanes)
         if name == "input":

@@ -258,7 +258,7 @@ class ElementTable:
         return found
 
     def read(self, element: XmlElement, without: Collection[str] = ()) -> dict[str, Keyword]:
-        """Return the values of an element by field; a field in :data:`PARTS` is an object of the class there.
+        """Return the values of an element by field; fields listed in :data:`PARTS` are objects of the classes listed.
 
         Child elements with paths in ``without`` are skipped.
 

@@ -107,7 +107,7 @@ def complete(
 
 
 def unread_loops(path: str, root: XmlElement, links: Iterable[str]) -> str:
-    """Return, for a message, the file, element or link by which loops of another tool are given; empty without such loops."""
+    """Return, as text, the file, XML element or link in which another tool defines loops; "" if there is none."""
     if yaml := gepetto.yaml_beside(path):
         return yaml
     if root.named("loop_joint"):

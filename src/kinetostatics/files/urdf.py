@@ -273,7 +273,7 @@ def likely_platforms(links: Collection[str], joints: Mapping[str, Joint]) -> lis
 
 
 def chosen_platform(root: XmlElement, links: Collection[str], joints: Mapping[str, Joint], warnings: list[str]) -> str:
-    """Return the only moving end link of the tree, as platform of a robot without loops whose file names none.
+    """Return the platform of a robot without loops, if its file names no platform: the only moving end link of the tree.
 
     Raises:
         PlatformMissingError: there are several moving end links.

@@ -92,7 +92,7 @@ def c_names(names: Iterable[str]) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Line:
-    """Programs for lines in some prescribed coordinates.
+    """Programs that follow lines, for one set of prescribed coordinates.
 
     Attributes:
         prefix: prefix of the functions' names in C.

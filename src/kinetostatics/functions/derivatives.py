@@ -181,8 +181,8 @@ class Derivatives:
     def _closing(self) -> tuple[Array, Array, Array]:
         """Return (gradient, inverse, rates) of the scaled residuals.
 
-        The gradient (N, m, n) is with respect to scaled steps of the unknowns, (N, n, m) is its pseudoinverse, and the rates
-        (m, coordinates, N) belong to unit rates of the prescribed coordinates.
+        gradient (N, m, n): of the m residuals with respect to scaled steps of the n unknowns; inverse (N, n, m): its
+        pseudoinverse; rates (m, coordinates, N): of the residuals at unit rates of the prescribed coordinates.
         """
         gradient, rates = self.robot.solver.rates(self.prescribed, self.pose.poses, self.target)
         turned = np.nan_to_num(np.moveaxis(gradient, 2, 0))

@@ -150,7 +150,7 @@ class Couplings:
         return np.stack(errors) if errors else np.zeros((0, x.shape[1]))
 
     def coordinate(self, joint: TreeJoint, x: Array, near: Array | float = 0.0, turns: int = 500) -> Array:
-        """Return the coordinate (N,) [m, rad] of a one-freedom joint at coordinates ``x`` (nq', N).
+        """Return the position (N,) [m, rad] of a one-freedom joint at the coordinates ``x`` (nq', N) of the tree.
 
         The full turns of a continuous joint are chosen so that its angle is consistent with all its followers and nearest to
         ``near``. If the followers are continuous too, up to ``turns`` full turns to either side are tried.

@@ -173,7 +173,7 @@ class LimbStatics(ShortRepr):
         unbalanced: (passive freedoms, g, N) residual of Eq. (3) [N].
         degenerate: (g, N) True where a canonical basis is degenerate.
         doubtful: (g, N) True where ranks may differ from the ranks at generic poses.
-        may_stiffen: (g, N) True where the number of rigid combinations of wrenches may differ from the number at generic poses.
+        may_stiffen: (g, N) True where the limb may be rigid along more or fewer combinations of wrenches than at generic poses.
     """
 
     group: LimbGroup

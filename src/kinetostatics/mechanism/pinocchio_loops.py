@@ -80,7 +80,8 @@ def constraint_models(
         model: ``pin.Model`` on which the constraints work.
         length: distance [m] between the two points that constrain a hinge.
         anchors: whether to return constraints of Pinocchio 4 instead of ``pin.RigidConstraintModel``.
-        welds: for each loop replaced by joints, body and ``pin.SE3`` of both sides of the weld.
+        welds: for each loop that joints replace, (body, placement, body, placement): the two bodies welded together, and the
+            ``pin.SE3`` of the weld in each.
     """
     import pinocchio as pin
 

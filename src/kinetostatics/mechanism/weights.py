@@ -31,7 +31,7 @@ class Weights:
     """The W weights of a robot.
 
     Attributes:
-        names: (W) name of each rigid link, or ``beam:`` and the beam; weights of the limbs first, then of base and platform.
+        names: (W) "LINK" for a rigid link, "beam:NAME" for a beam; weights of the limbs first, then of base and platform.
         owner: (W) limb of each weight, or ``base`` or ``platform``.
         inertias: ``pin.Inertia`` of every rigid link with weight, in the frame of its body.
     """

@@ -225,7 +225,7 @@ def errors_of(robot: Robot) -> dict[str, ErrorParameter]:
 
 
 def as_assembly_errors(errors: Sequence[ErrorParameter], amounts: Array) -> dict[str, Keyword]:
-    """Return ``errors`` of ``amounts`` (errors, N) as the argument ``assembly_errors`` of :func:`kinetostatics.analyze`."""
+    """Return the argument ``assembly_errors`` of :func:`kinetostatics.analyze` for values ``amounts`` (errors, N)."""
     found: dict[str, Keyword] = {}
     for error, row in zip(errors, amounts, strict=True):
         if error.kind in COMPONENTS:

@@ -244,7 +244,7 @@ def _status(part: xr.Dataset, dims: Sequence[str], beyond_limits: bool) -> NDArr
 
 
 def place_of(coordinate: xr.DataArray, axis: ShownAxis, value: float) -> int:
-    """Return the index of the value nearest to ``value``; if the coordinate has names as values, the index of a name."""
+    """Return the index of the coordinate's value nearest to ``value``; if its values are names, ``value`` is the index itself."""
     if axis.ticks:
         if str(value) not in axis.ticks:
             raise ArgumentError(f"no {axis.name} {value!r}: {near_names(str(value), axis.ticks)}")

@@ -60,7 +60,7 @@ def _sentences(found: Optimum) -> list[str]:
 
 
 def _margin(margin: float) -> str:
-    """Write a margin, relative to the limit, in per cent; from ten on, as a multiple of the limit."""
+    """Write a margin relative to the limit: in per cent, or, from ten times the limit on, as a multiple."""
     if abs(margin) <= 1e-5:
         return "0"
     return f"{100 * margin:.3g} %" if abs(margin) < 10 else f"{margin:+.0f} ×"

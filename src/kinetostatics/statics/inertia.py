@@ -87,7 +87,7 @@ class _InertialLoads:
         self._put(place, body, wrench, centre)
 
     def _add_beam(self, name: str) -> None:
-        """Add the load along a beam, which moves with the body that carries its weight."""
+        """Add the inertial load along a beam. The beam has the velocity of the body to which its weight is assigned."""
         beam, frames = self.robot.beams[name], self.frames
         body, (start, end), length = beam.span.carrier, beam.ends(frames), beam.length(frames)
         density, lever, section = beam.line_density(length), beam.lever(frames), beam.span.beam.section

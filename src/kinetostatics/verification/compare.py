@@ -126,7 +126,7 @@ def verify(
         assembly_errors: errors of joints and beams by name, as in :func:`kinetostatics.analyze`.
         loads: loads on links, as in :func:`kinetostatics.analyze`.
         payload: payload on the platform or a link.
-        modes: number of natural frequencies to compare; their finite elements divide beams and use consistent masses.
+        modes: number of natural frequencies to compare; for them, each beam has several elements with consistent masses.
         within: largest permitted relative difference; for natural frequencies at least 1e-5.
 
     Raises:
@@ -206,7 +206,7 @@ def _ends(beam: BeamResult) -> Array:
 def _determined(
     ours: Mapping[str, Array], theirs: Mapping[str, Array], result: Result, not_compared: dict[str, str]
 ) -> list[str]:
-    """Return the names in both mappings of wrenches, without wrenches that rigid overconstrained parts leave undetermined.
+    """Return the names that occur in both ``ours`` and ``theirs``, if the wrench is determined in spite of rigid parts.
 
     The reason for each omitted wrench is added to ``not_compared``.
     """

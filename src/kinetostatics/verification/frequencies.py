@@ -81,7 +81,7 @@ def frequencies(model: FrameModel, count: int) -> Frequencies:
 
 
 def _without_zeros(mesh: Frame, count: int, regularization: float) -> tuple[float, tuple[float, int, Array]]:
-    """Compute the lowest nonzero eigenvalues of a mesh with a given stiffness of free directions at the first level.
+    """Compute the lowest nonzero eigenvalues of a mesh; ``regularization`` is the stiffness of free directions, at level 0.
 
     Returns:
         Their scatter; and a tuple: the given ``regularization``, the number of zeros, the eigenvalues (levels, count).

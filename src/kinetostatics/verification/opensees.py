@@ -57,8 +57,8 @@ class FrameSolution(ShortRepr):
         compliance: (6, 6) compliance at o, by six unit loads [m/N, m/(N·m), rad/N, rad/(N·m)].
         stiffness: (6, 6) inverse of the compliance; NaN if the compliance is singular.
         joint_wrenches: (6,) wrench of each joint's inner side on its outer side, about the joint's centre [N, N·m].
-        beam_wrenches: (2, 6) wrenches of the outer on the inner part at the sections at each beam's inner and outer end, each
-            about the section's centroid [N, N·m].
+        beam_wrenches: (2, 6) section wrenches at the inner and at the outer end of each beam, about the section's centroid:
+            the part towards the platform acts on the part towards the base [N, N·m].
         actuator_forces: force or torque of each driven joint [N or N·m].
         rotating_actuators: names of the driven joints that rotate.
     """

@@ -198,7 +198,7 @@ def _spaces(model: VibrationModel, K: Array, M: Array) -> Iterator[_Space]:
 
 
 def _with_mass(space: _Space, K: Array, M: Array) -> Iterator[_Space]:
-    """Leave out motions that have neither stiffness nor mass; yield groups of poses with equal numbers of these motions."""
+    """Yield groups of poses with equal numbers of motions, after motions without stiffness and mass are omitted."""
     K, M = space.restricted(K), space.restricted(M)
     scaled, size = _scaled(K)
     axes = np.linalg.eigh(scaled)[1] / size[:, :, None]

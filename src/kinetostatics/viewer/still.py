@@ -139,7 +139,7 @@ class Still:
             yield StillArrow(described, value, surface, colour, 0.0 if inwards else length, frame)
 
     def outline(self) -> Array:
-        """Return points (n, 3) that the picture must contain: of meshes, and the ends of axes and of initially visible arrows."""
+        """Return the points (n, 3) that the picture must contain: vertices of meshes, ends of axes and of visible arrows."""
         points = [
             self.vertices(mesh, root)[:: 1 + len(mesh.surface.vertices) // 2000]
             for mesh in self.scene.meshes

@@ -31,8 +31,7 @@ Single = NDArray[np.float32]
 
 #: Numbers of small steps on a straight line from the zero pose, and between neighbours.
 STEPS, FINE = 48, 8
-#: Largest difference of a pose reached on two paths: absolute [rad], and relative to the step between
-#: neighbours.
+#: Largest difference of a pose reached on two paths: absolute [rad], and relative to the step between neighbours.
 ALIKE, ALIKE_PART = 1e-5, 0.02
 #: Largest number of rounds of retraction and continuation.
 ROUNDS = 5
@@ -141,8 +140,7 @@ class Continued:
     """Corrections of the poses of a region by continuity.
 
     Attributes:
-        which: flat indices of the changed poses.
-        q: (n, nq) their model coordinates, NaN where not reached.
+        which, q: flat indices of the n changed poses; (n, nq) their model coordinates, NaN where not reached.
         jumps: number of pairs of neighbours that remain in different modes.
         retracted: number of poses that the straight line had reached in another mode.
         gained: number of additionally reached poses.
@@ -232,16 +230,12 @@ class _RegionPoses:
     def follow(
         self, starts: Array | None, first: Mapping[str, Array | float], targets: dict[str, Array], steps: int = 1
     ) -> tuple[Array, Mask]:
-        """Follow straight lines in steps.
+        """Follow straight lines; return the reached poses (n, nq), and a mask (n,): True where the end is reached.
 
         Args:
             starts: (n, nq) poses; None: the zero pose.
-            first: prescribed coordinates of the starts.
-            targets: (n,) prescribed coordinates of the ends.
+            first, targets: (n,) prescribed coordinates of the starts and of the ends.
             steps: number of steps.
-
-        Returns:
-            The reached poses (n, nq), and a mask (n,): True where the end is reached.
         """
         count = len(next(iter(targets.values())))
         q = np.full((count, self.q.shape[1]), np.nan) if starts is None else starts.copy()
