@@ -41,7 +41,7 @@ def test_functions_methods_and_properties_of_the_api_have_docstrings(entry):
     found = getattr(importlib.import_module(module), name)
     members = [getattr(found, item) for item in dir(found)] if inspect.isclass(found) else [found]
     for member in members:
-        function = inspect.unwrap(getattr(member, "fget", member))
+        function = inspect.unwrap(getattr(member, "fget", getattr(member, "func", member)))  # of properties, cached or not
         if inspect.isfunction(function) and function.__module__.startswith("kinetostatics") and function.__name__[0] != "_":
             assert inspect.getdoc(member), function.__qualname__
 

@@ -120,9 +120,8 @@ def test_neutral_operations_are_not_recorded():
     ):
         assert found == plain and not isinstance(found, Scalar)
     assert len(tape.operations) == count
-    assert (
-        scalars.logical_and(tape.write(("parameter", 0), 2.0), truth) is truth
-    )  # a robot's number that is 0 has a guard of its own
+    # a robot's number that is 0 has a guard of its own
+    assert scalars.logical_and(tape.write(("parameter", 0), 2.0), truth) is truth
     assert (a + b) is (b + a) and (a * b) is (b * a) and scalars.logical_and(truth, more) is scalars.logical_and(more, truth)
     assert (a - b) is not (b - a) and scalars.angle_of(a, b) is not scalars.angle_of(b, a)
 

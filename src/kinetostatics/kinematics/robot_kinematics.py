@@ -229,6 +229,7 @@ class RobotKinematics:
 
     @cached_property
     def generic_frames(self) -> Frames:
+        """Frames of all bodies at the generic poses."""
         return self.frames_of(self.generic_poses)
 
     @property
@@ -248,10 +249,12 @@ class RobotKinematics:
 
     @cached_property
     def solver(self) -> Solver:
+        """The solver that closes the loops at prescribed coordinates."""
         return self._solver(slack=1e-7 + 100 * self.closing_error)
 
     @cached_property
     def mobility_analysis(self) -> MobilityAnalysis:
+        """Mobility of the closed loops, with or without prescribed coordinates."""
         return MobilityAnalysis(self.solver, self.generic_poses, self.rank_tolerance)
 
     @property
@@ -269,6 +272,7 @@ class RobotKinematics:
 
     @cached_property
     def actuator_coordinates(self) -> PrescribedCoordinates:
+        """The positions of the driven joints, as prescribed coordinates of the solver."""
         loops = [loop.name for loop in self.equations.loops]
         bodies = [self.mechanism.body_of_joint[name] for name in self.description.driven if name not in loops]
         columns = tuple(self.equations.joint_of_body[body].first_v for body in bodies)
@@ -307,6 +311,7 @@ class RobotKinematics:
 
     @cached_property
     def joint_coordinates(self) -> JointCoordinates:
+        """Coordinates of all joints and loops with one freedom, and their limits."""
         return JointCoordinates(self.solver)
 
     # ---- beams and weights ------------------------------------------------------------------------------------------------
