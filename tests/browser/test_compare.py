@@ -6,10 +6,10 @@ import io
 import numpy as np
 import pytest
 from browser_pages import LOAD, POSES, packed_in, settle, vertices, visits
+from PIL import Image as image
 
 import kinetostatics as ks
 
-image = pytest.importorskip("PIL.Image")
 NUMBERS = "[...document.querySelectorAll('#robot-total tr.total')].map(row => [...row.cells].map(cell => cell.textContent))"
 
 

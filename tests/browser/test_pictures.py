@@ -6,10 +6,9 @@ import io
 import numpy as np
 import pytest
 from browser_pages import settle
+from PIL import Image as image
 
 from kinetostatics.cli import main as cli
-
-image = pytest.importorskip("PIL.Image")
 
 
 def pixels(data):

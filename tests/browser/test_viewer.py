@@ -167,7 +167,8 @@ def test_rigid_planar_robot_fits_the_window_without_colour_scale(visit, tmp_path
 
 
 def test_pictures_are_not_blank_and_well_framed(page):
-    image = pytest.importorskip("PIL.Image")
+    from PIL import Image as image
+
     settle(page)
     picture = np.asarray(image.open(io.BytesIO(page.screenshot())).convert("RGB")).astype(int)
     left, top, right, bottom = map(round, page.evaluate(STAGE))

@@ -4,13 +4,12 @@ import os
 import subprocess
 import sys
 
+import argcomplete
 import pytest
 from places import ROBOTS
 
 from kinetostatics.cli import main
 from kinetostatics.files.bundled import shipped_robots
-
-argcomplete = pytest.importorskip("argcomplete")
 
 
 @pytest.fixture(scope="module")

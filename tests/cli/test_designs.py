@@ -9,9 +9,6 @@ import pytest
 import kinetostatics as ks
 from kinetostatics.cli.main import main
 
-pytest.importorskip("scipy")
-pytest.importorskip("matplotlib")
-
 LOAD = "--load 0 0 -500 0 0 0".split()
 
 

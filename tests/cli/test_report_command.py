@@ -29,7 +29,6 @@ def chapter(html, title):
 
 @pytest.fixture(scope="module")
 def html(tmp_path_factory):
-    pytest.importorskip("matplotlib")
     file = tmp_path_factory.mktemp("report") / "report.html"
     assert main([*COMMAND, "--title", "Tripod <1>", "--out", str(file)]) == 0
     return file.read_text(encoding="utf-8")
@@ -41,7 +40,8 @@ def pose():
 
 
 def test_report_figures_open_no_windows(monkeypatch, tmp_path):
-    plt = pytest.importorskip("matplotlib.pyplot")
+    from matplotlib import pyplot as plt
+
     monkeypatch.setattr("kinetostatics.cli.robots._map", lambda *_: None)
     monkeypatch.setattr("kinetostatics.report_page.report_html", lambda *_: plt.get_backend())
     monkeypatch.setattr(plt, "switch_backend", lambda name: monkeypatch.setattr(plt, "get_backend", lambda: name))
@@ -140,7 +140,6 @@ def test_report_with_a_tool_refers_to_its_tip(pose, monkeypatch, tmp_path):
 
 
 def test_report_has_the_finite_element_verdict(html):
-    pytest.importorskip("openseespy")
     assert "<p>Verified: the largest difference is " in chapter(html, "Checked by finite elements")
 
 

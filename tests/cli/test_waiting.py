@@ -110,8 +110,6 @@ def test_table_of_slow_commands_is_complete():
 def test_commands_report_progress_within_two_seconds(command, place, monkeypatch):
     """All times are a tenth of the real ones."""
     arguments, name, words = SLOW[command]
-    if command == "verify":
-        pytest.importorskip("openseespy")
     assert kinetostatics.progress.EVERY <= 1
     monkeypatch.setattr("kinetostatics.progress.EVERY", 0.1)
     make_slow(monkeypatch, name, 0.2)

@@ -15,8 +15,6 @@ from kinetostatics.calibration.fit import leave_one_out, solution
 from kinetostatics.calibration.readings import Model, Readings
 from kinetostatics.calibration.unknowns import Unknowns
 
-pytest.importorskip("scipy")
-
 NAMES = ("z", "rx", "ry")
 PAYLOAD = ks.Payload(5.0, (0.1, -0.02, 0.05))
 TRUE = {"rod_1": 0.8, "rod_2": 1.1, "rod_3": 0.95}
@@ -275,7 +273,8 @@ def test_leave_one_out_errors_equal_those_of_refits():
 
 def test_csv_files_datasets_and_columns_give_equal_estimates(table, tmp_path):
     """The same readings from a CSV in millimetres, an xarray Dataset and columns."""
-    xr = pytest.importorskip("xarray")
+    import xarray as xr
+
     robot, given = package_robots.robot("3rps"), columns(table, table["loaded"])
     path, sensors = tmp_path / "mine.csv", tmp_path / "gauges.csv"
     lines = ["z [mm],rx [deg],ry,Fx,Fy [kN],Fz,note,front [um],tool [mm],level [mrad]", ""]
@@ -436,7 +435,8 @@ def test_repeated_rows_cause_a_warning(cantilever, tmp_path):
 
 def test_poses_may_be_given_by_actuator_coordinates(table):
     """In a pandas DataFrame."""
-    pandas = pytest.importorskip("pandas")
+    import pandas
+
     pose = table["pose"]
     rows = pandas.DataFrame({**pose.actuators, **table["loads"], "dz [mm]": 1e3 * table["loaded"][:, 2]})
     found = ks.calibrate(package_robots.robot("3rps"), rows, list(TRUE), payload=PAYLOAD)

@@ -72,7 +72,6 @@ def test_corrected_actuators_bring_the_loaded_platform_to_target(name):
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr"])
 def test_finite_elements_confirm_the_corrected_pose(name):
     """OpenSees at the corrected actuators: the controlled coordinates are those wanted, within its own scatter."""
-    pytest.importorskip("openseespy", reason="needs OpenSeesPy: pip install 'kinetostatics[verify]'")
     robot = package_robots.robot(name)
     pose = robot.assemble(platform={"z": 0.5 if name == "3rps" else 0.6, "rx": 0.05, "ry": -0.06}, orientation="XYZ")
     found = ks.compensate(pose, LOAD)
@@ -334,7 +333,6 @@ def test_invalid_robots_and_files_are_refused(tmp_path):
 
 
 def test_saved_tables_and_datasets_have_all_corrections(tmp_path):
-    pytest.importorskip("h5netcdf")
     import xarray as xr
 
     robot = package_robots.robot("3rps")

@@ -1,5 +1,6 @@
 """Figures of the Dataset of a compensation."""
 
+import matplotlib
 import numpy as np
 import package_robots
 import pytest
@@ -7,7 +8,6 @@ import pytest
 import kinetostatics as ks
 from kinetostatics.cli.main import main
 
-matplotlib = pytest.importorskip("matplotlib", reason="needs Matplotlib: pip install 'kinetostatics[plot]'")
 matplotlib.use("Agg")
 
 pytestmark = pytest.mark.usefixtures("no_figures_left")
@@ -33,7 +33,6 @@ def test_errors_and_corrections_along_a_path_are_plotted():
 
 
 def test_plot_command_draws_files_of_the_compensate_command(tmp_path, capsys):
-    pytest.importorskip("h5netcdf")
     table, figure = tmp_path / "path.nc", tmp_path / "missed.svg"
     command = ["compensate", "3rps", "--platform", "z=0.5", "rx=0,0.1,0.2", "ry=0", "--load", *map(str, LOAD)]
     assert main([*command, "--out", str(table)]) == 0

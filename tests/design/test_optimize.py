@@ -12,8 +12,6 @@ from places import ROBOTS, ROOT
 import kinetostatics as ks
 from kinetostatics.design.variables import read_variables
 
-pytest.importorskip("scipy")
-
 E, RHO = parametric_machines.E, parametric_machines.RHO
 STILL = {"gravity": (0, 0, 0)}
 

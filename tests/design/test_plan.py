@@ -9,8 +9,6 @@ import pytest
 
 import kinetostatics as ks
 
-pytest.importorskip("scipy")
-
 RODS = ["rod_1", "rod_2", "rod_3"]
 SOME = {"z": 0.5, "rx": [-0.1, 0.1], "ry": 0.1}
 LOADS = [[0, 0, -2000, 0, 0, 0], [1000, 0, 0, 0, 0, 0]]

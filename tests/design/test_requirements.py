@@ -9,8 +9,6 @@ from parametric_machines import BEAM, HEAD, INERTIA, RHO, E, moving
 import kinetostatics as ks
 from kinetostatics.design.problem import REQUIRABLE, Requirable, parse_requirement
 
-pytest.importorskip("scipy")
-
 D, L, BEYOND, MASS, FX, FZ = 0.04, 0.8, 0.2, 5.0, 20e3, 500.0
 #: Angles of the motor: the rod is pressed, bent and turned differently at each.
 ANGLES = np.array([-0.2, 0.0, 0.3])

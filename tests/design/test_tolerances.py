@@ -385,7 +385,9 @@ def test_rounding_noise_is_zero_in_the_table():
 
 
 def test_histogram_shows_samples_and_first_order_outline(legs):
-    pytest.importorskip("matplotlib").use("Agg")
+    import matplotlib
+
+    matplotlib.use("Agg")
     ax = ks.plot.tolerances(legs, "prismatic_2")
     assert ax.get_xlabel() == "force of prismatic_2 [N]" and sum(bar.get_height() for bar in ax.patches[:60]) == 500
     # bars, and the outline of the same robots to first order

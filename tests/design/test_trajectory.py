@@ -153,7 +153,9 @@ def test_invalid_path_arguments_are_refused(delta, path):
 
 @pytest.mark.usefixtures("no_figures_left")
 def test_figures_show_forces_speeds_and_stresses(path, capsys):
-    pytest.importorskip("matplotlib").use("Agg")
+    import matplotlib
+
+    matplotlib.use("Agg")
     ax = ks.plot.path(path, "actuator_torque")
     assert [line.get_label() for line in ax.get_lines()] == ["motor_1", "motor_2", "motor_3"]
     assert ax.get_lines()[1].get_ydata() == pytest.approx(path.result.actuator_forces["motor_2"])

@@ -1,16 +1,16 @@
 """Examples run, and their numbers agree with the paper, with the package and with the balance of energy."""
 
 import pytest
+import reproduce_paper
 
 
 def test_reproduce_paper_prints_the_tables():
-    printed = pytest.importorskip("reproduce_paper").tables()
+    printed = reproduce_paper.tables()
     assert "| 2 | f_1a [N] | 385.435 | 386.220 | 385.435 | +0.00 % | -0.20 % |" in printed
 
 
 def test_left_out_attached_wrench_gives_the_papers_analytical_forces():
     """The remark under Table 4: without J_3g2 W_3g2 in Eq. (12) the paper's f_11, f_21 of configuration 2 appear."""
-    reproduce_paper = pytest.importorskip("reproduce_paper")
     result = reproduce_paper.analyze("2pru_upr", 2)
     limb = result.limbs["limb_3"]
     assert limb.attached_labels[1].startswith("force along limb y")

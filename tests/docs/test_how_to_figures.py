@@ -1,10 +1,9 @@
 """The how-to pages with figures: their code runs, and its results are as the pages state."""
 
+import how_to_figures
 import numpy as np
 import pytest
 from places import ROOT
-
-how_to_figures = pytest.importorskip("how_to_figures")
 
 
 def test_feedforward_forces_balance_robot_and_tool():
@@ -33,7 +32,6 @@ def test_correction_removes_errors_of_controlled_coordinates_only():
 
 @pytest.mark.slow
 def test_sizing_finds_a_feasible_rod_diameter():
-    pytest.importorskip("scipy")
     fewer = {"[0.58, 0.6, 0.62]": "0.62", '90mm"}': '90mm"}, starts=1', "np.radians([-10, 0, 10])": "np.radians([-10, 10])"}
     best = how_to_figures.page_names("size_a_rod", **fewer)["best"]
     assert best.feasible and 0.06 < best.parameters["rod_diameter"] < 0.07 and best.poses == 4 and not best.beyond_limits
@@ -52,7 +50,6 @@ def test_sampled_tolerances_agree_with_the_linear_estimate():
 
 @pytest.mark.slow
 def test_calibration_finds_the_true_stiffness_and_the_outlier():
-    pytest.importorskip("scipy")
     swaps = {"[0.55, 0.6, 0.65]": "0.55", "found = ks.calibrate(robot": "kept = ks.calibrate(robot"}
     names = how_to_figures.page_names("calibrate", **swaps)
     found, kept = names["found"], names["kept"]

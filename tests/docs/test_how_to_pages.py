@@ -3,15 +3,14 @@
 import os
 import shlex
 
+import matplotlib
 import numpy as np
 import pytest
 from page_code import DOCS, blocks, commands, in_a_copy, run_commands, run_python, text_of
 
 from kinetostatics.cli.main import main
 
-matplotlib = pytest.importorskip("matplotlib", reason="needs Matplotlib: pip install 'kinetostatics[plot]'")
 matplotlib.use("Agg")
-pytest.importorskip("scipy")
 
 #: Files of the reader, which do not exist here.
 OWN = ("poses.csv", "path.csv")

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import robot_without_a_file as example
 from page_code import in_a_copy, python_of, text_of
 
 import kinetostatics as ks
@@ -28,13 +29,12 @@ def test_blocks_print_the_output_in_their_comments(
 
 
 def test_example_file_loads_as_the_same_robot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    pytest.importorskip("robot_without_a_file").main(str(tmp_path / "tripod.urdf"))
+    example.main(str(tmp_path / "tripod.urdf"))
     assert capsys.readouterr().out.rstrip().endswith("what it loads as is the same: True")
 
 
 def test_example_forces_equal_statics_by_hand() -> None:
     """The upright tripod by symmetry and statics; thicker legs hold the camera better."""
-    example = pytest.importorskip("robot_without_a_file")
     bare = ks.analyze(ks.Robot(example.tripod()).assemble())
     np.testing.assert_allclose(bare.twist[[0, 1, 3, 4, 5]], 0, atol=1e-15)
     force = [float(value) for value in bare.actuator_forces.values()]

@@ -4,14 +4,16 @@ import re
 import shlex
 
 import numpy as np
+import paper_configuration_2
+import paper_step_by_step as page
 import pytest
+import reproduce_paper
 from page_code import between, blocks, in_a_copy, python_of
 from places import ROOT
 
 from kinetostatics.cli.main import main
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-reproduce_paper = pytest.importorskip("reproduce_paper")
 #: Commands that take long, and have tests of their own.
 OF_THEIR_OWN = ("verify", "report", "optimize", "calibrate", "tolerances", "export")
 
@@ -60,8 +62,9 @@ def test_the_example_of_assembly_errors_runs(monkeypatch, capsys):
 
 @pytest.mark.slow
 def test_commands_for_maps_write_their_files(monkeypatch, tmp_path, capsys):
-    pytest.importorskip("matplotlib").use("Agg")
-    pytest.importorskip("h5netcdf")
+    import matplotlib
+
+    matplotlib.use("Agg")
     monkeypatch.chdir(tmp_path)
     commands = [shlex.split(line) for line in between(README, "maps").splitlines() if line.startswith("kinetostatics ")]
     assert [command[1] for command in commands] == ["sweep", "plot", "plot"]
@@ -75,7 +78,6 @@ def test_commands_for_maps_write_their_files(monkeypatch, tmp_path, capsys):
 
 def test_formulas_of_the_paper_page_equal_the_package():
     """``docs/explanation/paper.md`` with Eqs. (2) to (24) is up to date, too."""
-    page = pytest.importorskip("paper_step_by_step")
     assert page.PAGE.read_text(encoding="utf-8") == page.page(), "stale: run python examples/paper_step_by_step.py --write"
     rows = [row for _, found in page.pages() for row in found]
     assert len(rows) > 45 and max(row.difference for row in rows) < 1e-12
@@ -86,7 +88,7 @@ def test_formulas_of_the_paper_page_equal_the_package():
 
 
 def test_computed_twist_fits_the_forces_the_papers_does_not():
-    second = pytest.importorskip("paper_configuration_2").Second.read()
+    second = paper_configuration_2.Second.read()
     forces = {key: np.abs([limb.intensities[k] for limb in second.limbs]) for k, key in enumerate(("f1", "f2"))}
     for component in range(1, 6):  # along the line Δ_dx does not change
         np.testing.assert_allclose(second.compatible(forces, second.result.twist, component), second.result.twist, rtol=1e-8)

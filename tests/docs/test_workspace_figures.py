@@ -3,20 +3,20 @@
 import json
 import re
 
+import matplotlib
 import numpy as np
+import paper_workspace
 import pytest
 from page_code import between, blocks, commands, text_of
 from places import ROOT
 
 from kinetostatics.cli.main import main
 
-matplotlib = pytest.importorskip("matplotlib", reason="needs Matplotlib: pip install 'kinetostatics[plot]'")
 matplotlib.use("Agg")
 
 pytestmark = pytest.mark.usefixtures("no_figures_left")
 
 PAGE = text_of("how_to/workspace_figures")
-paper_workspace = pytest.importorskip("paper_workspace")
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,6 @@ def test_the_pages_example_runs(example):
 
 @pytest.mark.slow
 def test_the_pages_commands_run(example, tmp_path, monkeypatch, capsys):
-    pytest.importorskip("h5netcdf")
     monkeypatch.chdir(tmp_path)
     example[0]["ds"].to_netcdf("map.nc", engine="h5netcdf")
     drawn = [command for command in commands("how_to/workspace_figures") if command[0] == "plot"]

@@ -8,8 +8,6 @@ import kinetostatics as ks
 from kinetostatics.cli.main import main
 from kinetostatics.design.problem import parse_quantity, parse_requirement
 
-pytest.importorskip("xarray")
-
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("orientation", ["tilt_torsion", "XYZ"])
@@ -67,7 +65,6 @@ def test_maps_and_results_at_point_match_forces_at_tool_tip(tmp_path, capsys):
     np.testing.assert_allclose(sags, np.linalg.norm(displacement, axis=-1), rtol=1e-12)
     with pytest.raises(ks.ArgumentError, match="another reference point than o already"):
         ks.indices.at_point(there, tip)
-    pytest.importorskip("matplotlib")
     ds.to_netcdf(tmp_path / "map.nc")
     command = ["plot", str(tmp_path / "map.nc"), *"--kind line --x ry --at z=0.5 --out".split(), str(tmp_path / "tip.svg")]
     assert main([*command, "--tool", "5cm", "-2cm", "200mm"]) == 0 and "wrote" in capsys.readouterr().out

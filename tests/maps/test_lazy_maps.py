@@ -62,7 +62,8 @@ def test_invalid_chunks_are_refused(chunks, message):
 @pytest.mark.slow
 def test_killed_cluster_worker_does_not_change_the_map():
     """Two processes, of which one is killed in mid-sweep."""
-    distributed = pytest.importorskip("distributed")
+    import distributed
+
     grid = {"z": np.linspace(0.45, 0.65, 24), "rx": np.linspace(-0.15, 0.15, 8), "ry": np.linspace(-0.1, 0.1, 10)}
     ds = ks.sweep("3rps", grid, chunks={"z": 1})
     wanted = ds.compute(scheduler="synchronous")

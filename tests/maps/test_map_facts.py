@@ -107,7 +107,6 @@ def test_a_summary_counts_every_fact(far):
 
 
 def test_figures_mask_poses_beyond_limits(far):
-    pytest.importorskip("matplotlib")
     from kinetostatics.plot.masks import masks_of
     from kinetostatics.plot.selection import select
 

@@ -10,6 +10,7 @@ import warnings
 import xml.etree.ElementTree as ElementTree
 from collections import Counter
 
+import matplotlib
 import numpy as np
 import pytest
 from small_maps import map_of
@@ -17,19 +18,18 @@ from small_maps import map_of
 import kinetostatics as ks
 from kinetostatics.cli.main import main
 
-matplotlib = pytest.importorskip("matplotlib", reason="needs Matplotlib: pip install 'kinetostatics[plot]'")
 matplotlib.use("Agg")
 
-from matplotlib import pyplot as plt  # noqa: E402
-from matplotlib.collections import PathCollection  # noqa: E402
-from matplotlib.colors import to_rgba  # noqa: E402
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # noqa: E402
+from matplotlib import pyplot as plt
+from matplotlib.collections import PathCollection
+from matplotlib.colors import to_rgba
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from kinetostatics.plot.display_units import coordinate_unit, display_unit  # noqa: E402
-from kinetostatics.plot.masks import extrapolated, smooth_field  # noqa: E402
-from kinetostatics.plot.selection import main_range  # noqa: E402
-from kinetostatics.plot.style import figure_of  # noqa: E402
-from kinetostatics.plot.surfaces import cut_cells, skin  # noqa: E402
+from kinetostatics.plot.display_units import coordinate_unit, display_unit
+from kinetostatics.plot.masks import extrapolated, smooth_field
+from kinetostatics.plot.selection import main_range
+from kinetostatics.plot.style import figure_of
+from kinetostatics.plot.surfaces import cut_cells, skin
 
 pytestmark = pytest.mark.usefixtures("no_figures_left")
 
@@ -250,7 +250,8 @@ def test_slice_over_a_text_coordinate_labels_its_axis(ds):
 
 
 def test_lazy_map_is_computed_only_where_shown(ds):
-    array = pytest.importorskip("dask.array")
+    from dask import array
+
     seen = []
 
     def note(block, block_info=None):
@@ -880,7 +881,6 @@ def test_missing_packages_are_named_with_their_extra(missing, wanted, message):
 
 @pytest.fixture(scope="module")
 def stored(ds, tmp_path_factory):
-    pytest.importorskip("h5netcdf")
     path = tmp_path_factory.mktemp("map") / "map.nc"
     ds.to_netcdf(path, engine="h5netcdf")
     return path
@@ -950,8 +950,6 @@ def test_command_refuses_files_that_are_no_maps(capsys, tmp_path):
 
 @pytest.mark.slow
 def test_help_examples_of_sweep_and_plot_run(capsys, tmp_path, monkeypatch):
-    for package in ("h5netcdf", "zarr"):
-        pytest.importorskip(package)
     monkeypatch.chdir(tmp_path)
     commands = []
     for name in ("sweep", "plot"):

@@ -90,6 +90,5 @@ def test_named_robot_stays_closed_with_other_parameters(key, sizes, factor):
 
 @pytest.mark.parametrize("key", ["3-RPS", "3-[P]R(4R)R cartesian"])
 def test_named_robot_agrees_with_finite_elements(key):
-    pytest.importorskip("openseespy")
     robot = build(key, {"base_radius": 0.3, "platform_radius": 0.12, "height": 0.5, "hangs": True})
     assert ks.verify(robot.assemble(), load=[10, -20, 30, 1, 2, -3]).verified

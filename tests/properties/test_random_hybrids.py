@@ -9,7 +9,6 @@ tries that many. Failures that were found so are below as small robots, or as se
 """
 
 import os
-from importlib.util import find_spec
 
 import finite_elements
 import hybrid_robots as hr
@@ -24,10 +23,6 @@ import kinetostatics as ks
 from kinetostatics.files.reader import parse_robot_text
 
 COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "2"))
-needs_opensees = pytest.mark.skipif(
-    find_spec("openseespy") is None and not os.environ.get("KINETOSTATICS_REQUIRE_OPENSEES"),
-    reason="needs OpenSeesPy: pip install 'kinetostatics[verify]'",
-)
 #: Relative to the whole twist, and to the largest joint wrench.
 CLOSE = 1e-6
 
@@ -179,7 +174,6 @@ def agrees_with_finite_elements(seed):
 
 
 @pytest.mark.slow
-@needs_opensees
 @settings(max_examples=max(COUNT // 4, 1), deadline=None)
 @given(st.integers(0, 2**31))
 @example(98311)  # joints that only one way in a thousand passes backwards

@@ -9,7 +9,6 @@ tries that many. Every failure found becomes a row of ``KNOWN``.
 """
 
 import os
-from importlib.util import find_spec
 
 import finite_elements
 import numpy as np
@@ -20,11 +19,6 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import kinetostatics as ks
-
-pytestmark = pytest.mark.skipif(
-    find_spec("openseespy") is None and not os.environ.get("KINETOSTATICS_REQUIRE_OPENSEES"),
-    reason="needs OpenSeesPy: pip install 'kinetostatics[verify]'",
-)
 
 COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "2"))
 

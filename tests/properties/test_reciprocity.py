@@ -130,7 +130,6 @@ def is_reciprocal(file, rng):
 @pytest.mark.parametrize("engine", ["numpy", "compiled"])
 def test_nearly_reciprocal_wrench_is_made_exactly_reciprocal(request, engine):
     """Beside limbs 400,000 times stiffer, a power of 4e-9 on one joint would change the twist by 1.2e-6 of it."""
-    pytest.importorskip("openseespy")
     robot = ks.load_robot(request.config.rootpath / "tests/cases/nearly_reciprocal.urdf")
     pose = robot.assemble(actuators={"l1_j2": -0.0008069485108324282, "l3_j1": 0.05673813151780757})
     verified = ks.verify(pose)

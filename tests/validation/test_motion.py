@@ -132,7 +132,6 @@ FURTHER = ("five_bar", "6rus", "gough_stewart", "planar_3rrr", "tripteron", "ort
 )
 def test_sag_in_motion_equals_finite_elements(name, rounding):
     """Twists are extrapolated to segments without length; forces do not depend on it."""
-    pytest.importorskip("openseespy")
     robot = package_robots.robot(name)
     at, v, a = random_motion(robot)
     found = []

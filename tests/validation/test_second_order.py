@@ -138,7 +138,6 @@ FRAMES = {  # nodes, beams (from, to, stiff), tip, load
 @pytest.mark.parametrize("name", FRAMES)
 def test_second_order_equals_opensees(name, transformation):
     """Elements that follow their chords, 16 to a beam, loads in 10 steps with equilibrium in the displaced state."""
-    pytest.importorskip("openseespy")
     spec, nodes, beams, tip, load = FRAMES[name]
     given = {"nodes": nodes, "beams": beams, "tip": tip, "load": load, "E": E, "section": [SECTION.area, 4e-7, 4e-7, 6e-7]}
     code = (Path(__file__).parents[1] / "support" / "opensees_second_order.py").read_text(encoding="utf-8")

@@ -255,7 +255,6 @@ def test_response_of_one_mass_equals_closed_form():
 
 
 def test_response_is_drawn_and_saved(tmp_path):
-    pytest.importorskip("matplotlib")
     found = ks.frequency_response(package_robots.robot("3rps").assemble(), np.geomspace(10, 500, 50))
     ax = ks.plot.frequency_response(found, "transmissibility", ("x", "z"))
     lines = {line.get_label(): line.get_xydata() for line in ax.get_lines()}

@@ -5,14 +5,13 @@ import itertools
 import numpy as np
 import package_robots
 import pytest
+from scipy import stats
 
 import kinetostatics as ks
 from kinetostatics.calibration.fit import FALSE_ALARM, determined, fit, outliers, solution
 from kinetostatics.calibration.measurement_plan import _exchanged, best_subset, log_det
 from kinetostatics.calibration.readings import Model, Readings
 from kinetostatics.calibration.unknowns import Unknown, Unknowns, identifiable_ones, unidentifiable
-
-stats = pytest.importorskip("scipy.stats")
 
 X = np.arange(8.0)
 LINE = np.stack([np.ones(8), X], axis=1)

@@ -85,7 +85,6 @@ def test_beam_over_welded_slide_equals_beam_on_one_link(carrier, cut, density):
 
 
 def test_welded_slide_agrees_with_finite_elements():
-    pytest.importorskip("openseespy")
     robot = sr.robot_of(welded(0.4, "rod"), cuts=[0, 1], twirl=3)
     assert max(ks.verify(robot.assemble(), LOAD, GRAVITY).differences.values()) < 1e-6
 

@@ -161,8 +161,6 @@ def test_standard_error_is_restored_after_threads_make_robots(monkeypatch):
 @each_pose
 def test_actuator_forces_balance_gravity_in_pinocchio(name, number, anchors):
     """Gravity of Pinocchio's tree is balanced by its loop constraints and by the actuators, with the forces of ``analyze``."""
-    if anchors and not hasattr(pin, "PointAnchorConstraintModel"):
-        pytest.skip("Pinocchio 3 has no anchors")
     pose = pose_of(name, number)
     _balanced(pose, pose.loop_model(anchors=anchors), anchors)
     if name not in ("2pru_upr", "linear_delta"):  # without universal loops
