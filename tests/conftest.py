@@ -12,6 +12,7 @@ os.environ.setdefault("KINETOSTATICS_ENGINE", "numpy")
 
 import pytest
 from hypothesis import HealthCheck, settings
+from selection import in_tenth, without_skips
 
 _SLOW = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large]
 
@@ -57,8 +58,12 @@ def pytest_collection_finish():
     gc.enable()
 
 
+def pytest_addoption(parser):
+    parser.addoption("--tenth", type=int, choices=range(10), help="of the slow tests run this tenth only")
+
+
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
+def pytest_collection_modifyitems(config, items):
     """Put the short files of ``tests/unit`` last, so that no process waits long for another one's last file.
 
     Of the cases of a test that is marked ``few(n)`` all but n of the quick ones, evenly spread, are slow.
@@ -75,6 +80,21 @@ def pytest_collection_modifyitems(items):
         for item in quick:
             if item not in kept:
                 item.add_marker("slow")
+    number = config.getoption("tenth")
+    if number is not None:
+        others = [item for item in items if item.get_closest_marker("slow") and not in_tenth(item.nodeid, number)]
+        config.hook.pytest_deselected(items=others)
+        items[:] = [item for item in items if item not in set(others)]
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport():
+    return without_skips((yield))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report():
+    return without_skips((yield))
 
 
 @pytest.hookimpl(optionalhook=True)

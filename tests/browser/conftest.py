@@ -1,35 +1,24 @@
 """Chromium, and the page of one result, shared by the browser tests."""
 
-import os
 import shutil
 
 import pytest
 from browser_pages import LOAD, POSES, move, value_of, visits
+from playwright.sync_api import sync_playwright
 
 import kinetostatics as ks
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-REQUIRED = os.environ.get("KINETOSTATICS_REQUIRE_BROWSER") == "1"
 FLAGS = [
     "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist",
     "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run",
 ]  # fmt: skip
 
 
-def missing(reason):
-    if REQUIRED:
-        pytest.fail(f"{reason}, but KINETOSTATICS_REQUIRE_BROWSER is set")
-    pytest.skip(reason)
-
-
 @pytest.fixture(scope="session")
 def browser():
     if CHROMIUM is None:
-        missing("Chromium is not installed (Debian: apt install chromium)")
-    try:
-        from playwright.sync_api import sync_playwright
-    except ImportError:
-        missing("playwright is not installed (pip install 'kinetostatics[test]')")
+        pytest.skip("Chromium is not installed (Debian: apt install chromium)")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         yield browser

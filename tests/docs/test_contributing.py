@@ -1,8 +1,14 @@
-"""Files and commands named in CONTRIBUTING.md, the hooks and the workflow exist; CITATION.cff equals the README."""
+"""CONTRIBUTING.md, hooks and workflow name what exists; CITATION.cff equals the README; which tests are chosen."""
 
+import itertools
+import json
+import os
 import re
+import subprocess
+import sys
 
 import pytest
+import yaml
 from places import ROOT
 
 PAGE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
@@ -16,7 +22,7 @@ def test_files_named_in_contributing_exist():
 
 
 def test_citation_equals_that_of_the_readme():
-    citation = pytest.importorskip("yaml").safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     paper = citation["preferred-citation"]
     assert f"title   = {{{paper['title']}}}" in readme and f"year    = {{{paper['year']}}}" in readme
@@ -24,7 +30,6 @@ def test_citation_equals_that_of_the_readme():
 
 
 def test_hooks_and_workflow_call_existing_commands():
-    yaml = pytest.importorskip("yaml")
     hooks = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8"))["repos"][0]["hooks"]
     commands = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     for hook in hooks:
@@ -38,3 +43,32 @@ def test_hooks_and_workflow_call_existing_commands():
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     assert "-m pytest -m slow" in (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     assert f'requires-python = ">={versions[0]}"' in project
+
+
+def test_each_slow_test_is_in_exactly_one_tenth():
+    """Collected as ``.ci/run`` does; the cases that ``few`` makes slow are among them."""
+    code = r"""if True:
+        import json, pytest
+        class Collected:
+            def pytest_collection_finish(self, session):
+                tests.append([item.nodeid for item in session.items])
+        tests, options = [], ["--collect-only", "-qq", "-m", "slow", "tests/unit/math", "tests/unit/mechanism", "tests/design"]
+        for tenth in ([], *(["--tenth", str(number)] for number in range(10))):
+            pytest.main(options + tenth, plugins=[Collected()])
+        print("\n" + json.dumps(tests))
+    """
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    every, *tenths = json.loads(done.stdout.splitlines()[-1])
+    assert len(every) > 100 and sorted(every) == sorted(itertools.chain(*tenths))
+    assert max(map(len, tenths)) < len(every) / 4
+
+
+@pytest.mark.parametrize("required", [False, True])
+def test_what_is_missing_fails_where_everything_is_required(required, tmp_path):
+    """A test of what needs CalculiX, with no program in reach."""
+    name = "tests/validation/test_solid_finite_elements.py::test_solids_agree_with_beams"
+    environment = {**os.environ, "PATH": str(tmp_path), "KINETOSTATICS_REQUIRE_ALL": str(int(required))}
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-rs", "-m", "not slow", name]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, env=environment)
+    assert done.returncode == int(required), done.stdout
+    assert "needs ccx" in done.stdout and ("KINETOSTATICS_REQUIRE_ALL is set" in done.stdout) == required
