@@ -11,7 +11,6 @@ import pytest
 from c_programs import SANITIZED, compiled, run
 
 import kinetostatics as ks
-from kinetostatics.functions.c_programs import c_names, identifier
 from kinetostatics.functions.c_source import c_array
 from kinetostatics.functions.c_texts import STATUSES
 
@@ -164,18 +163,3 @@ def test_invalid_exports_raise_argument_error(tmp_path):
     (tmp_path / "taken").write_text("", encoding="utf-8")
     with pytest.raises(ks.ArgumentError, match="taken is a file"):
         ks.compile(package_robots.robot("3rps")).export_c(tmp_path / "taken")
-
-
-@pytest.mark.parametrize(
-    ("name", "alone", "member"),
-    [("5 bars", "robot_5_bars", "robot_5_bars"), ("2", "robot_2", "robot_2"), ("a1-b", "a1_b", "a1_b"), ("a b", "a_b", "a_b")],
-)
-def test_c_identifiers_of_names(name, alone, member):
-    assert identifier(name) == alone and c_names([name]) == {name: member}
-    assert identifier("") == "robot_"
-
-
-def test_struct_members_are_unique_and_no_keywords():
-    assert c_names(["a_b", "a-b", "a b", "int", "class"]) == {
-        "a_b": "a_b", "a-b": "a_b_", "a b": "a_b__", "int": "int_", "class": "class_",
-    }  # fmt: skip

@@ -15,7 +15,8 @@ from kinetostatics.compensation import error_tolerance
 from kinetostatics.engine.c_code import literal
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.functions.c_programs import Exported, Programs, identifier
+from kinetostatics.functions.c_names import c_comment, identifier
+from kinetostatics.functions.c_programs import Exported, Programs
 from kinetostatics.functions.c_source import c_array, valid
 from kinetostatics.functions.c_texts import files
 from kinetostatics.functions.inputs_outputs import Reference, Values
@@ -177,7 +178,7 @@ def _test_program(name: str, scalar: str, parts: Programs, references: Sequence[
             checks.append(f'    failed |= differ("{field}", jacobian.{field}, row->output + {at_row}, {n}, {absolute});')
             at_row += n
     tolerance = "1e-9" if scalar == "double" else "1e-5"
-    return f"""/* {robot.name}: compares {name}.c with results of Python at the same poses. Written by kinetostatics. */
+    return f"""/* {c_comment(robot.name)}: compares {name}.c with Python at the same poses. Written by kinetostatics. */
 #include "{name}.h"
 
 #include <math.h>

@@ -6,8 +6,7 @@ conditions of the recorded branches.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from itertools import accumulate
 from typing import Protocol
@@ -30,6 +29,7 @@ from kinetostatics.engine.record_derivatives import tangent_record
 from kinetostatics.engine.recorder import Structure
 from kinetostatics.engine.scalars import Tape
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.functions.c_names import c_names
 from kinetostatics.functions.inputs_outputs import ALWAYS, LOADS, Quantity
 from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.kinematics.path_following import longest_strides
@@ -42,15 +42,6 @@ from kinetostatics.robot import Robot
 
 #: Arbitrary twist [m, rad] at which the search is recorded.
 _TWIST = (1e-3, -2e-3, 3e-3, -4e-3, 5e-3, 6e-3)
-#: Keywords of C99 and C++17.
-_KEYWORDS = frozenset(
-    "alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl const const_cast constexpr "
-    "continue decltype default delete do double dynamic_cast else enum explicit export extern false float for friend "
-    "goto if inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected "
-    "public register reinterpret_cast restrict return short signed sizeof static static_assert static_cast struct switch "
-    "template this thread_local throw true try typedef typeid typename union unsigned using virtual void volatile "
-    "wchar_t while xor xor_eq".split()
-)
 
 
 class Exported(Protocol):
@@ -68,23 +59,6 @@ class Exported(Protocol):
     @property
     def __call__(self) -> Callable[..., Mapping[str, Array]]:
         """Function that returns the outputs at given inputs."""
-
-
-def identifier(name: str) -> str:
-    """Return a name as a valid identifier in C."""
-    found = re.sub(r"\W", "_", name, flags=re.ASCII)
-    return f"robot_{found}" if not found or found[0].isdigit() else found
-
-
-def c_names(names: Iterable[str]) -> dict[str, str]:
-    """Return for each name a unique identifier that is valid in C and C++."""
-    found: dict[str, str] = {}
-    for name in names:
-        mine = identifier(name) if name[0].isdigit() else re.sub(r"\W", "_", name)
-        while mine in _KEYWORDS or mine in found.values():
-            mine += "_"
-        found[name] = mine
-    return found
 
 
 # ---- lines of coordinates ------------------------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ import numpy as np
 
 from kinetostatics.compensation import MOST
 from kinetostatics.engine.c_code import literal
+from kinetostatics.functions.c_names import c_comment
 from kinetostatics.functions.c_programs import CJacobian, Line, Programs
 from kinetostatics.functions.inputs_outputs import LOADS, Quantity
 from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING
@@ -43,7 +44,7 @@ def source(name: str, scalar: str, parts: Programs) -> str:
         lost.append(f"{loop}NAN;")
     lines = [parts.line, *([] if parts.drives is None else [parts.drives])]
     more = f"    double residual_error[6], actuators[{max(len(parts.order), 1)}];\n" if function.compensates else ""
-    return f"""/* {function.robot.name}: written by kinetostatics; see {name}.h. */
+    return f"""/* {c_comment(function.robot.name)}: written by kinetostatics; see {name}.h. */
 #include "{name}.h"
 
 #include <math.h>

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from kinetostatics.compensation import MOST
+from kinetostatics.functions.c_names import c_comment, markdown
 from kinetostatics.functions.c_programs import Programs
 from kinetostatics.functions.c_source import size, source, valid
 from kinetostatics.functions.inputs_outputs import Quantity
@@ -59,10 +60,10 @@ def _about(parts: Programs) -> str:
     return "actuator coordinates and feedforward forces with which the loaded platform has its target pose"
 
 
-def _words(item: Quantity) -> str:
-    """Return meaning, order of components and units of a quantity."""
+def _words(item: Quantity, escaped: Callable[[str], str]) -> str:
+    """Return meaning, order of components, which may be named after parts, and units of a quantity."""
     units = ", ".join(dict.fromkeys(item.units))
-    rows, last = ((), (), *item.axes.values())[-2:]
+    rows, last = (tuple(map(escaped, labels)) for labels in ((), (), *item.axes.values())[-2:])
     parts = [item.meaning, f"in the order {', '.join(last)}" if last else ""]
     if rows:
         more = "" if rows == last else f", rows {', '.join(rows)}"
@@ -77,13 +78,14 @@ def _header(name: str, scalar: str, parts: Programs) -> str:
         limits = parts.limits.get(item.name) if function.by_actuators else None
         range_ = f"valid from {limits[0]:.6g} to {limits[1]:.6g}" if limits else "the status is UNREACHABLE outside the workspace"
         zero = f"{parts.at_start[item.name]:.6g} at the {'zero' if parts.from_zero else 'start'} pose"
-        inputs.append(f"    {scalar} {parts.c_names[item.name]}; /* {item.name}: {_words(item)}; {zero}; {range_} */")
-    outputs = [f"    {scalar} {item.name}[{size(item)}]; /* {_words(item)} */" for item in parts.outputs]
+        words = f"{c_comment(item.name)}: {_words(item, c_comment)}; {zero}; {range_}"
+        inputs.append(f"    {scalar} {parts.c_names[item.name]}; /* {words} */")
+    outputs = [f"    {scalar} {item.name}[{size(item)}]; /* {_words(item, c_comment)} */" for item in parts.outputs]
     statuses = ",\n".join(f"    {name.upper()}_{key} = {value} /* {words} */" for key, value, words in _statuses(parts))
-    actuators = [f" *   {actuator}: {lower:.6g} to {upper:.6g}" for actuator, (lower, upper) in parts.limits.items()]
+    actuators = [f" *   {c_comment(actuator)}: {lower:.6g} to {upper:.6g}" for actuator, (lower, upper) in parts.limits.items()]
     checked = "checked by the status" if function.compensates else "not checked"
     ranges = "\n".join([f" * Ranges of the actuators' coordinates [m, rad], {checked}:", *actuators]) if actuators else " *"
-    return f"""/* {function.robot.name}: {_about(parts)}.
+    return f"""/* {c_comment(function.robot.name)}: {_about(parts)}.
  * Written by kinetostatics.
  *
  * SI units, world axes (those of the base), reference point o of the platform. Angles are in radians;
@@ -170,7 +172,7 @@ def _wrapper(name: str, parts: Programs) -> str:
         return ::{name}_differentiate(&input, &state_, &output, &jacobian);
     }}
 """
-    return f"""// {parts.function.robot.name}: a C++ wrapper of {name}.h, written by kinetostatics.
+    return f"""// {c_comment(parts.function.robot.name)}: a C++ wrapper of {name}.h, written by kinetostatics.
 #ifndef {name.upper()}_HPP
 #define {name.upper()}_HPP
 
@@ -222,8 +224,8 @@ add_test(NAME {name} COMMAND {name}_test)
 
 def _readme(name: str, scalar: str, parts: Programs) -> str:
     function = parts.function
-    inputs = "\n".join(f"- `{parts.c_names[item.name]}`: {_words(item)}" for item in parts.coordinates)
-    outputs = "\n".join(f"- `{item.name}[{size(item)}]`: {_words(item)}" for item in parts.outputs)
+    inputs = "\n".join(f"- `{parts.c_names[item.name]}`: {_words(item, markdown)}" for item in parts.coordinates)
+    outputs = "\n".join(f"- `{item.name}[{size(item)}]`: {_words(item, markdown)}" for item in parts.outputs)
     statuses = "\n".join(f"| `{name.upper()}_{key}` | {value} | {words} |" for key, value, words in _statuses(parts))
     example = "\n".join(
         f"input.{parts.c_names[item.name]} = {parts.at_start[item.name]:.6g}; /* {item.units[0]} */" for item in parts.coordinates
@@ -240,7 +242,7 @@ def _readme(name: str, scalar: str, parts: Programs) -> str:
 components first: {", ".join(f"`{field}`" for _, _, field in parts.jacobian.pairs)}.
 
 """
-    return f"""# {function.robot.name} for a controller
+    return f"""# {markdown(function.robot.name)} for a controller
 
 {_about(parts)[0].upper()}{_about(parts)[1:]}.
 C99, written by `kinetostatics export`: no heap, no library but libm, bounded iterations, all state in an argument.

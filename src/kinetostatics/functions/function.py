@@ -349,7 +349,7 @@ def compile(
 
     Raises:
         ArgumentError: an output is unknown; both ``platform`` and ``actuators`` are given; or ``compensate`` or ``orientation``
-            is given without ``platform``.
+            is given without ``platform``; or an actuator is called load, gravity or near.
         CoordinatesError: the coordinates are unknown or do not determine the pose.
 
     Examples:
@@ -381,6 +381,8 @@ def compile(
     else:
         names = _listed("actuators", robot.description.driven if actuators is None else actuators, '("motor_1", "motor_2")')
         assembly.all_actuators(robot, dict.fromkeys(names, 0.0))
+        if taken := {*LOADS, "near"}.intersection(names):
+            raise ArgumentError(f"the actuator {min(taken)!r} is named like another argument of the function: rename the joint")
     requested = _listed("outputs", outputs, '("twist", "actuator_forces")')
     chosen = "compiled" if check_engine(engine) != "numpy" else "numpy"
     return Function(robot, names, platform is None, orientation, requested, chosen, compensate)
