@@ -146,7 +146,7 @@ def forces_of(structure: SmallMotions, solution: Solution) -> Forces:
         for name, line in item.load.lines.items():  # without its resultants: the load acts along the beam
             beam, lines[name] = model.beams[name], lines.get(name, 0.0) + line * item.times
             resultants = line_resultants(beam, frames, line)
-            for place, wrench, end in zip(model.topology.beam_ends[name], resultants, beam.ends(frames), strict=True):
+            for place, wrench, end in zip(model.topology.line_ends(name), resultants, beam.ends(frames), strict=True):
                 about_o = move_wrench(-wrench * item.times, solution.o - end)
                 others.append((structure.body_at[place], about_o, item.load.points[place]))
     centres = model.weights.centres(frames)

@@ -63,6 +63,11 @@ def place_of_end(beam: str, end: int) -> str:
     return f"{('start', 'end')[end]}:{beam}"
 
 
+def body_at_end(place: str) -> str:
+    """Return the place of the body at the end of a telescopic beam, for the place at this end, which moves with the beam's link."""
+    return f"body at {place}"
+
+
 class BodyGraph:
     """Rigid bodies and edges of a mechanism.
 
@@ -103,7 +108,8 @@ class BodyGraph:
                         body.places.append(link)
         for name, span in self.spans.items():
             for end, body in enumerate(self._ends(span)):
-                body.places.append(place_of_end(name, end))
+                place = place_of_end(name, end)
+                body.places += [place, body_at_end(place)] if span.spanned else [place]
 
     def links_of(self, bodies: list[RigidBody], edges: list[BodyEdge]) -> tuple[str, ...]:
         found = {link for body in bodies for link in body.links}

@@ -6,7 +6,8 @@ outside the tree are the *cut joints* of the limb. By equilibrium, their wrenche
 limb has one cut joint, its joint to the platform. An *open branch* carries no cut-joint wrench: only weights and loads.
 
 A *weight* is a link without beams that has mass, or a beam. A *place* is a point at which loads may act: a link without beams, or
-an end of a beam. *Inboard* and *outboard* of an edge mean towards the root of the tree and away from it.
+an end of a beam; the end of a telescopic beam is two places, one that moves with the beam's link and one that moves with the body
+at this end. *Inboard* and *outboard* of an edge mean towards the root of the tree and away from it.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import ClassVar
 
 from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.mechanism.beam_geometry import BeamSpan
+from kinetostatics.mechanism.body_graph import body_at_end
 
 
 @dataclass(frozen=True)
@@ -151,8 +153,13 @@ class Topology(ShortRepr):
     beam_ends: dict[str, tuple[str, str]]
     without_support: dict[str, str]
 
+    def line_ends(self, beam: str) -> tuple[str, str]:
+        """Return the places of the resultants of a load along a beam, which move with the bodies at its inner and outer end."""
+        inner, outer = self.beam_ends[beam]
+        return (body_at_end(inner), body_at_end(outer)) if self.beams[beam].spanned else (inner, outer)
+
     def link_of(self, place: str) -> str:
-        kind, _, beam = place.partition(":")
+        kind, _, beam = place.removeprefix(body_at_end("")).partition(":")
         return self.beams[beam].beam.link if kind in ("start", "end") and beam in self.beams else place
 
     @property

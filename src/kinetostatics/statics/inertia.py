@@ -2,7 +2,9 @@
 
 A rigid link of mass m and inertia J about its centre of mass G, with angular velocity ω and angular acceleration α, is loaded by
 the force −m a_G and the moment −(J α + ω × J ω). Along a beam of mass μ per length, the acceleration a and the load −μ a per
-length vary linearly; the rotary inertia of the sections is a moment per length. At its ends, the beam loads the rest of the robot
+length vary linearly between its ends; the rotary inertia of the sections is a moment per length. A telescopic beam stretches: the
+velocity of its mass m at the pose varies linearly between the velocities v₁, v₂ of its ends, with the kinetic energy
+m (v₁² + v₁·v₂ + v₂²)/6, whichever link has the beam. At its ends, the beam loads the rest of the robot
 by the opposites of the reactions that it would have if clamped at both ends. Displacements and section forces of the beam are the
 sum of two parts: one of the clamped beam, one due to these end loads.
 """
@@ -13,7 +15,7 @@ import numpy as np
 
 from kinetostatics.limbs.beam_formulas import clamped_reaction, outboard_wrench
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.linalg import cross, least_squares
+from kinetostatics.math.linalg import cross, dot, least_squares
 from kinetostatics.math.screws import move_wrench
 from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.mechanism.tree import Frames
@@ -87,20 +89,21 @@ class _InertialLoads:
         self._put(place, body, wrench, centre)
 
     def _add_beam(self, name: str) -> None:
-        """Add the inertial load along a beam. The beam has the velocity of the body to which its weight is assigned."""
         beam, frames = self.robot.beams[name], self.frames
-        body, (start, end), length = beam.span.carrier, beam.ends(frames), beam.length(frames)
+        body, ends, length, axes = beam.span.carrier, beam.ends(frames), beam.length(frames), beam.world_axes(frames)
         density, lever, section = beam.line_density(length), beam.lever(frames), beam.span.beam.section
-        axes = frames.orientations(np.array([body]), beam.axes[:, :, None])[:, :, 0]
+        if beam.telescopic:
+            lever = lever - axes[:, 0] * dot(axes[:, 0], lever)
+        bodies = (beam.span.start_body, beam.span.end_body)
         couple = density * self._couple(body, axes, np.diag([section.I_y + section.I_z, section.I_y, section.I_z]) / section.area)
         parts = []
-        for point in (start, end):
-            force = -density * self._acceleration(body, point + lever)
+        for moved, point in zip(bodies, ends, strict=True):
+            force = -density * self._acceleration(moved, point + lever)
             parts += [force, couple + cross(lever, force)]
         self.lines[name] = np.concatenate(parts)
         resultants = line_resultants(beam, frames, self.lines[name])
-        for place, wrench, point in zip(self.robot.topology.beam_ends[name], resultants, (start, end), strict=True):
-            self._put(place, body, wrench, point)
+        for place, moved, wrench, point in zip(self.robot.topology.line_ends(name), bodies, resultants, ends, strict=True):
+            self._put(place, moved, wrench, point)
 
     def _put(self, place: str, body: int, wrench: Array, point: Array) -> None:
         """Add a wrench (6, N) about a point (3, N) [m] to the wrenches of a place and of a body."""
