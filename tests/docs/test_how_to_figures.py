@@ -62,14 +62,17 @@ def test_calibration_finds_the_true_stiffness_and_the_outlier():
     assert names["plan"].gain > 1 and len(names["plan"].chosen) == 10
 
 
-def test_fastest_motion_is_limited_by_the_sag():
+def test_fastest_motion_is_limited_by_the_sag(capsys):
     """The page's speed is the highest that both limits permit, and the faster analysis agrees."""
     names = how_to_figures.page_names("motion")
     k, fast = names["k"], names["fast"]
     assert names["sag"](k + 0.01) > 0.2e-3 and names["torque"](k) < 40
     assert fast.peaks("displacement")["the tool's tip"].value == pytest.approx(names["sag"](k), rel=1e-9)
     assert max(abs(peak.value) for peak in fast.peaks("actuator_torque").values()) == pytest.approx(names["torque"](k), rel=1e-9)
-    assert f"{1 / k:.3f} s, limited by the sag" in (ROOT / "docs" / "how_to" / "motion.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "how_to" / "motion.md").read_text(encoding="utf-8")
+    assert f"{1 / k:.3f} s, limited by the sag" in page
+    largest = [float(line) for line in capsys.readouterr().out.splitlines()[-2:]]
+    assert "{:.0f} N as one beam, {:.0f} N as a cylinder and a rod".format(*largest) in page
 
 
 @pytest.mark.slow

@@ -64,7 +64,7 @@ def place_of_end(beam: str, end: int) -> str:
 
 
 def body_at_end(place: str) -> str:
-    """Return the place of the body at the end of a telescopic beam, for the place at this end, which moves with the beam's link."""
+    """Return the place of the body at the end of a telescopic beam, given the place at this end that moves with its link."""
     return f"body at {place}"
 
 
