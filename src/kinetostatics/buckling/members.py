@@ -164,7 +164,12 @@ class Members:
             name: (frames.point(span.start_body, span.start)[:, 0], frames.point(span.end_body, span.end)[:, 0])
             for name, span in spans.items()
         }
-        pairs = ((a.name, b.name) for a in structure.beams for b in structure.beams if a is not b and self._are_in_line(a, b))
+        self._slides = {
+            joint.connection.name: frames.direction(joint.connection.predecessor_body, joint.connection.axis_on(True))[:, 0]
+            for joint in structure.joints
+            if joint.connection.type.is_slide
+        }
+        pairs = ((a.name, b.name) for a in structure.beams for b in self._in_line_with(a))
         together = joined(model.beams, pairs)
         self.names = tuple(self._in_order(mine) for mine in dict.fromkeys(together[name] for name in model.beams))
 
@@ -173,32 +178,34 @@ class Members:
         sense = sum(np.sign(x @ self._x[name]) for name in names)
         return tuple(sorted(names, key=lambda name: (float(sense or 1.0) * float(x @ sum(self._ends[name])), name)))
 
-    def _are_in_line(self, a: BeamEnds, b: BeamEnds) -> bool:
-        """Whether two beams are collinear at a body that is neither base nor platform."""
-        graph, welded = self.structure.graph, self._welded(self._x[a.name])
+    def _in_line_with(self, a: BeamEnds) -> Iterator[BeamEnds]:
+        """Yield the beams that are collinear with a beam at a body that is neither base nor platform."""
+        graph, x = self.structure.graph, self._x[a.name]
+        welded, size = self._welded(x), max(float(np.linalg.norm(np.subtract(*self._ends[a.name]))), 1e-3)
         for behind, body in ((1, a.outer), (-1, a.inner)):
-            for ahead, other in ((1, b.inner), (-1, b.outer)):
-                if body in (graph.base, graph.platform) or other not in welded[body]:
-                    continue
-                x, y = behind * self._x[a.name], ahead * self._x[b.name]
-                first, second = self._ends[a.name][behind > 0], self._ends[b.name][ahead < 0]
-                size = max(float(np.linalg.norm(np.subtract(*self._ends[a.name]))), 1e-3)
-                if x @ y > 0 and np.linalg.norm(cross(x, y)) < _IN_LINE:
-                    if np.linalg.norm(cross(x, second - first)) < _IN_LINE * size:
-                        return True
-        return False
+            if body in (graph.base, graph.platform):
+                continue
+            for b in self.structure.beams:
+                for ahead, other in ((1, b.inner), (-1, b.outer)):
+                    if b is a or other not in welded[body]:
+                        continue
+                    y, first, second = self._x[b.name], self._ends[a.name][behind > 0], self._ends[b.name][ahead < 0]
+                    if behind * ahead * (x @ y) > 0 and np.linalg.norm(cross(x, y)) < _IN_LINE:
+                        if np.linalg.norm(cross(x, second - first)) < _IN_LINE * size:
+                            yield b
 
     def _welded(self, x: Array) -> dict[RigidBody, frozenset[RigidBody]]:
         """Return for every body the bodies that are fixed to it, elastically or rigidly, or slide relative to it along x."""
-        graph, frames = self.structure.graph, self.structure.model.zero_frames
-        pairs = []
-        for joint in self.structure.joints:
-            item = joint.connection
-            axis = frames.direction(item.predecessor_body, item.axis_on(True))[:, 0]
-            slides = item.type.is_slide and np.linalg.norm(cross(axis, x)) < _IN_LINE
-            if (item.type.is_fixed or slides) and not {joint.inner, joint.outer} & {graph.base, graph.platform}:
-                pairs.append((joint.inner, joint.outer))
-        return joined(self.structure.columns, pairs)
+        ends = {self.structure.graph.base, self.structure.graph.platform}
+        along = {name for name, axis in self._slides.items() if np.linalg.norm(cross(axis, x)) < _IN_LINE}
+        return joined(
+            self.structure.columns,
+            (
+                (joint.inner, joint.outer)
+                for joint in self.structure.joints
+                if (joint.connection.type.is_fixed or joint.connection.name in along) and not {joint.inner, joint.outer} & ends
+            ),
+        )
 
     def ratios(self, solution: Solution) -> dict[str, Array]:
         """Return for every beam the ratio (N,) of the forces to the critical forces of its member.

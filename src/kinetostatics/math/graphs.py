@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence, Set
-from typing import Generic, TypeVar
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from typing import TypeVar
 
-Node = TypeVar("Node")
+Node = TypeVar("Node", bound=Hashable)
 Edge = TypeVar("Edge")
 Key = TypeVar("Key", bound=Hashable)
 
-#: Largest number of steps of a path search.
-PATIENCE = 20_000
+#: Largest number of states of a search for the directions of edges.
+MOST_STATES = 10_000
+
+_State = frozenset[tuple[Hashable, Hashable]]
 
 
 def reachable(starts: Iterable[Node], neighbours: Callable[[Node], Iterable[Node]]) -> dict[Node, None]:
@@ -28,9 +30,7 @@ def reachable(starts: Iterable[Node], neighbours: Callable[[Node], Iterable[Node
 def joined(nodes: Iterable[Node], pairs: Iterable[tuple[Node, Node]]) -> dict[Node, frozenset[Node]]:
     """Return the connected component of every node; ``pairs`` are the edges."""
     at: dict[Node, list[Node]] = {node: [] for node in nodes}
-    for first, second in pairs:
-        at[first].append(second)
-        at[second].append(first)
+    at |= neighbours_of(pairs)
     found: dict[Node, frozenset[Node]] = {}
     for node in at:
         if node not in found:
@@ -69,61 +69,127 @@ def blocks(
     return result
 
 
-class Paths(Generic[Key, Node]):
-    """Simple paths of a graph from one node to another.
+def neighbours_of(edges: Iterable[tuple[Node, Node]]) -> dict[Node, list[Node]]:
+    at: dict[Node, list[Node]] = {}
+    for first, second in edges:
+        at.setdefault(first, []).append(second)
+        at.setdefault(second, []).append(first)
+    return at
 
-    Args:
-        edges: the two nodes of every edge, by key.
-        start, goal: first and last node of the paths.
+
+def st_order(edges: Iterable[tuple[Node, Node]], start: Node, goal: Node) -> dict[Node, int]:
+    """Number the nodes on simple paths from ``start`` (0) to ``goal``: each other one has an earlier and a later neighbour.
+
+    Between two numbered nodes, a path through nodes without number is inserted behind the earlier one (A. Lempel, S. Even, I.
+    Cederbaum, *An algorithm for planarity testing of graphs*, 1967). An edge is on a path if, and only if, both its nodes have a
+    number.
     """
+    at = neighbours_of(edges)
+    order, numbered = [start, goal], [start, goal]
+    on_paths = {start, goal}
+    for node in numbered:
+        for other in at.get(node, []):
+            if other in on_paths:
+                continue
+            before: dict[Node, Node] = {other: node}
+            for step in (queue := [other]):
+                for following in at[step]:
+                    if following not in before and following != node:
+                        before[following] = step
+                        if following not in on_paths:
+                            queue.append(following)
+            end = next((end for end in before if end in on_paths), None)
+            if end is None:
+                continue
+            inserted, step = [], before[end]
+            while step != node:
+                inserted.append(step)
+                step = before[step]
+            numbered += inserted
+            on_paths.update(inserted)
+            behind = min(order.index(node), order.index(end)) + 1
+            order[behind:behind] = inserted if order[behind - 1] == end else inserted[::-1]
+    return {node: number for number, node in enumerate(order)}
 
-    def __init__(self, edges: Mapping[Key, tuple[Node, Node]], start: Node, goal: Node) -> None:
-        self.start, self.goal = start, goal
-        self._at: dict[Node, list[tuple[Key, Node]]] = {start: [], goal: []}
-        for key, (first, second) in edges.items():
-            self._at.setdefault(first, []).append((key, second))
-            self._at.setdefault(second, []).append((key, first))
 
-    def pass_along(self, edge: Key, first: Node, second: Node) -> bool:
-        """Whether a path passes ``edge`` from ``first`` to ``second``; True if undecided after :data:`PATIENCE` steps."""
-        start, goal = self.start, self.goal
-        if first == second or first == goal or second == start:
-            return False
+def path_directions(edges: Mapping[Key, tuple[Node, Node]], start: Node, goal: Node) -> dict[Key, set[bool]]:
+    """Return the directions in which simple paths from ``start`` to ``goal`` pass each edge; True: from its first node.
 
-        def steps(node: Node, path: Set[Node]) -> Iterator[Node]:
-            """Yield each neighbour of ``node`` that leaves ``first`` reachable, and ``second`` connected to the goal."""
-            for key, other in self._at[node]:
-                if key == edge or other in path or other in (second, goal):
-                    continue
-                ahead = self.connected(other, first, path | {second, goal}, edge)
-                if ahead and self.connected(second, goal, path | {other}, edge):
-                    yield other
+    If there are more than :data:`MOST_STATES` states, paths pass the edges between ``start`` and ``goal`` in both directions.
+    """
+    parts: dict[Hashable, dict[Key, tuple[Node, Node]]] = {}
+    inner = joined(
+        (end for ends in edges.values() for end in ends if end not in (start, goal)),
+        (ends for ends in edges.values() if start not in ends and goal not in ends),
+    )
+    for key, ends in edges.items():
+        if ends[0] != ends[1]:
+            parts.setdefault(next((inner[end] for end in ends if end in inner), key), {})[key] = ends
+    directions: dict[Key, set[bool]] = {key: set() for key in edges}
+    for part in parts.values():
+        order = st_order(part.values(), start, goal)
+        on_paths = {key: ends for key, ends in part.items() if ends[0] in order and ends[1] in order}
+        directions |= _directions(on_paths, start, goal)
+    return directions
 
-        if not self.connected(second, goal, {start}, edge):
-            return False
-        if first == start:
-            return True
-        path = [start]
-        todo = [steps(start, {start})]
-        for _ in range(PATIENCE):
-            following = next(todo[-1], None)
-            if following is None:
-                todo.pop()
-                path.pop()
-                if not todo:
-                    return False
-            elif following == first:
-                return True
-            else:
-                path.append(following)
-                todo.append(steps(following, set(path)))
-        return True
 
-    def connected(self, start: Node, goal: Node, barred: Set[Node], without: Key) -> bool:
-        if start in barred or goal in barred:
-            return False
+def _directions(edges: Mapping[Key, tuple[Node, Node]], start: Node, goal: Node) -> dict[Key, set[bool]]:
+    """Return the directions of edges that are all on paths, by combining pieces of paths edge by edge.
 
-        def neighbours(node: Node) -> Iterator[Node]:
-            return (other for key, other in self._at[node] if key != without and other not in barred)
+    A *state* is the set of pieces (first node, last node) that the edges so far make, without nodes that have no further edge; a
+    node not passed is a piece by itself. The paths are the ways from state to state that end with one piece from ``start`` to
+    ``goal`` (D. E. Knuth, *The Art of Computer Programming* 4A, 7.1.4: Simpath).
+    """
+    states: Iterable[_State] = [frozenset({(start, start), (goal, goal)})]
+    layers: list[tuple[Key | None, dict[_State, list[tuple[_State, bool | None]]]]] = []
+    for key, node, is_new in _sweep(edges, start, goal):
+        origins: dict[_State, list[tuple[_State, bool | None]]] = {}
+        for state in states:
+            if key is None:  # the node has no further edge
+                if node == start or not any(node in piece and piece != (node, node) for piece in state):
+                    if (start, start) not in state:
+                        origins.setdefault(state - {(node, node)}, []).append((state, None))
+                continue
+            pieces = state | {(node, node)} if is_new else state
+            origins.setdefault(pieces, []).append((state, None))
+            first_of, last_of = {last: first for first, last in pieces}, dict(pieces)
+            for (tail, head), forward in ((edges[key], True), (edges[key][::-1], False)):
+                if tail in first_of and head in last_of and first_of[tail] != head and tail != goal and head != start:
+                    first, last = first_of[tail], last_of[head]
+                    combined = pieces - {(first, tail), (head, last)} | {(first, last)}
+                    origins.setdefault(combined, []).append((state, forward))
+        if len(origins) > MOST_STATES:
+            return {key: {True, False} for key in edges}
+        layers.append((key, origins))
+        states = origins
+    directions: dict[Key, set[bool]] = {key: set() for key in edges}
+    complete: set[_State] = {frozenset({(start, goal)})}
+    for key, origins in reversed(layers):
+        passed = [origin for state in complete for origin in origins.get(state, [])]
+        complete = {state for state, _ in passed}
+        if key is not None:
+            directions[key] = {forward for _, forward in passed if forward is not None}
+    return directions
 
-        return goal in reachable([start], neighbours)
+
+def _sweep(edges: Mapping[Key, tuple[Node, Node]], start: Node, goal: Node) -> Iterator[tuple[Key | None, Node, bool]]:
+    """Yield each edge with the node that it leads to, and whether this is the first edge there; no edge: the node's last is over.
+
+    All edges of a node follow one another; the next node is the one with the fewest neighbours not reached yet.
+    """
+    at: dict[Node, list[tuple[Key, Node]]] = {}
+    for key, (first, second) in edges.items():
+        at.setdefault(first, []).append((key, second))
+        at.setdefault(second, []).append((key, first))
+    seen, swept, waiting = {start, goal}, set(), [start] if start in at else []
+    while waiting:
+        node = min(reversed(waiting), key=lambda node: len({other for _, other in at[node]} - seen))
+        waiting.remove(node)
+        for key, other in at[node]:
+            if key not in swept:
+                swept.add(key)
+                yield key, other, other not in seen
+                if other not in seen:
+                    seen.add(other)
+                    waiting.append(other)
+        yield None, node, False

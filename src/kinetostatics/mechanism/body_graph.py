@@ -3,10 +3,8 @@
 A *body* is a link without beams, or one end of a link with beams. Joints, loops and beams are the *edges* between bodies. The
 graph depends neither on names nor on the cuts of loops in the file.
 
-An edge has the direction in which paths from base to platform pass it. If, and only if, all of these paths pass it in one
-direction, the current through it in an electrical network with the same graph has this direction for all resistances (R. J.
-Duffin, *Topology of series-parallel networks*, J. Math. Anal. Appl. 10, 1965). A path search decides whether a path passes an
-edge against the current. Edges passed in both directions have the direction of the current, so that there are no directed rings.
+An edge has the direction in which paths from base to platform pass it. Edges passed in both directions have the direction of an
+order of the bodies in which each body on a path has an earlier and a later neighbour, so that there are no directed rings.
 """
 
 from __future__ import annotations
@@ -17,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.graphs import Paths, reachable
+from kinetostatics.math.graphs import path_directions, reachable, st_order
 from kinetostatics.mechanism.beam_geometry import SAME_POINT, BeamSpan, SpanFinder, beam_error
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
 
@@ -205,9 +203,6 @@ def _are_one_point(first: Array, second: Array) -> bool:
     return float(np.linalg.norm(first - second)) < SAME_POINT
 
 
-#: Current, relative to the total, up to which an edge is on no path from base to platform (rounding).
-_NO_CURRENT = 1e-9
-
 _Edges = dict[RigidBody, list[BodyEdge]]
 
 
@@ -242,12 +237,11 @@ def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) 
     inner: dict[BodyEdge, RigidBody] = {}
     both_ways: set[BodyEdge] = set()
     if base in at and platform in at:
-        currents = _currents(edges, at, base, platform)
-        paths = Paths({edge: edge.ends for edge in edges}, base, platform)
-        for edge, current in zip(edges, currents.tolist(), strict=True):
-            if abs(current) > _NO_CURRENT:
-                inner[edge] = edge.ends[int(current < 0)]
-                if paths.pass_along(edge, edge.other(inner[edge]), inner[edge]):
+        order = st_order([edge.ends for edge in edges], base, platform)
+        for edge, directions in path_directions({edge: edge.ends for edge in edges}, base, platform).items():
+            if directions:
+                inner[edge] = min(edge.ends, key=order.__getitem__)
+                if len(directions) == 2:
                     both_ways.add(edge)
     reached_by: dict[RigidBody, BodyEdge] = {}
     for edge in sorted(inner, key=lambda edge: edge.beam is None):  # beams first, so that they are in the tree
@@ -294,18 +288,3 @@ def _depth_first(
         yield DirectedEdge(edge, inner[edge], outer, in_tree, edge in both_ways)
         if in_tree:
             stack.extend(leaving.get(outer, [])[::-1])
-
-
-def _currents(edges: list[BodyEdge], at: _Edges, base: RigidBody, platform: RigidBody) -> Array:
-    """Return the current (edges,) through each edge, relative to the total; positive if it enters at ``ends[0]``."""
-    bodies = [body for body in at if body not in (base, platform)]
-    number = {body: k for k, body in enumerate([*bodies, base, platform])}
-    incidence = np.zeros((len(edges), len(number)))
-    for row, edge in zip(incidence, edges, strict=True):
-        row[[number[body] for body in edge.ends]] = -1.0, 1.0
-    # equal conductances would leave edges without current
-    conductance = 10 ** np.random.default_rng(0).uniform(-2.5, 2.5, len(edges))
-    n = len(bodies)
-    laplacian = (incidence.T * conductance) @ incidence
-    potential = np.append(np.linalg.solve(laplacian[:n, :n], -laplacian[:n, n + 1]), [0.0, 1.0])
-    return np.asarray(conductance * (incidence @ potential) / abs(laplacian[n] @ potential))

@@ -15,7 +15,7 @@ import numpy as np
 
 from kinetostatics.description.joint_types import JOINT_TYPES, JointType
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.graphs import Paths, joined
+from kinetostatics.math.graphs import joined, neighbours_of, path_directions, reachable
 from kinetostatics.mechanism.beam_geometry import BeamSpan, SpanFinder
 
 if TYPE_CHECKING:
@@ -38,19 +38,18 @@ class Directions:
     def __init__(self, edges: Mapping[str, tuple[int, int]], base: int, platform: int) -> None:
         self.base, self.platform = base, platform
         self._edges = dict(edges)
-        self._paths = Paths(self._edges, base, platform)
+        self._directions = path_directions(edges, base, platform)
 
     def inner_first(self, edge: str) -> bool:
         """Whether the first node of an edge is its inner node."""
-        first, second = self._edges[edge]
-        forward = self._paths.pass_along(edge, first, second)
-        if forward or self._paths.pass_along(edge, second, first):
-            return forward
+        if self._directions[edge]:
+            return True in self._directions[edge]
+        at = neighbours_of(ends for key, ends in self._edges.items() if key != edge)
         for target, barred in ((self.base, self.platform), (self.platform, self.base)):
-            if self._paths.connected(first, target, {barred}, edge):
-                return True
-            if self._paths.connected(second, target, {barred}, edge):
-                return False
+            inner = reachable([target], lambda node: [other for other in at.get(node, []) if other != barred])  # noqa: B023
+            for end, is_inner in zip(self._edges[edge], (True, False), strict=True):
+                if end in inner:
+                    return is_inner
         return True
 
 

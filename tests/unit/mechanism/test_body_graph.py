@@ -43,7 +43,7 @@ def test_chain_direction_does_not_depend_on_joint_order():
 
 def test_only_the_bridge_has_both_directions():
     bridge = ("0a", "0b", "ab", "a1", "b1")
-    assert Network(*bridge).read() == ["0a", "~ab-", "a1", "0b", "b1"]
+    assert Network(*bridge).read() == ["0a", "a1", "0b", "~ba-", "b1"]
     assert Network("0a", "0b", "ab", "a1", "b1", "1c", "c0").read()[-2:] == ["0c", "c1"]
 
 
