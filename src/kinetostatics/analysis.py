@@ -86,6 +86,7 @@ def analyze(
         SingularPoseError: with the actuators locked, the platform can still move; the message describes the motion.
         LimbEquilibriumError: a limb cannot hold its own weight.
         StaticsError: a telescopic beam or a spring has no length, or assembly errors of rigid parts contradict one another.
+        RobotFileError: with ``motion``, a link has moments of inertia that no body has.
 
     Examples:
         A tripod carries 500 N on its platform. The contributions of load and weights sum to the twist:
@@ -123,6 +124,7 @@ def analyze(
     if motion is not None:
         if not isinstance(motion, Motion):
             raise ArgumentError(f"motion= needs a Motion, such as ks.Motion({{'z': 0.5}}, {{'z': -9.0}}), got {motion!r}")
+        robot.weights.check_inertias()
         moving, *rates = prescribed_motion(configuration, motion)
         arrays += [rates[0][0][..., None]]
     shapes = {configuration.shape, *(array.shape[:-1] for array in arrays)}

@@ -274,12 +274,27 @@ def test_response_is_drawn_and_saved(tmp_path):
         (ks.frequency_response, {"frequencies": [0.0, 5.0]}, "positive"),
         (ks.frequency_response, {"frequencies": [1.0], "damping": -0.1}, "damping ratio"),
         (ks.frequency_response, {"frequencies": [1.0], "damping": {"masses": 1.0}}, "damping ratio"),
+        (ks.frequency_response, {"frequencies": [1.0], "damping": True}, "damping ratio"),
+        (ks.frequency_response, {"frequencies": [1.0], "damping": np.True_}, "damping ratio"),
+        (ks.frequency_response, {"frequencies": [1.0], "damping": np.inf}, "damping ratio"),
+        (ks.frequency_response, {"frequencies": [1.0], "damping": np.nan}, "damping ratio"),
+        (ks.frequency_response, {"frequencies": [1.0], "damping": "0.1"}, "damping ratio"),
+        (ks.frequency_response, {"frequencies": [1.0], "damping": {"mass": False}}, "damping ratio"),
+        (ks.frequency_response, {"frequencies": [1.0], "damping": {"stiffness": float("inf")}}, "damping ratio"),
         (ks.frequency_response, {"frequencies": [1.0], "tool": (0.1, 0.2)}, "three numbers"),
     ],
 )
 def test_invalid_arguments_raise_argument_error(function, arguments, words):
     with pytest.raises(ks.ArgumentError, match=words):
         function(package_robots.robot("3rps").assemble(), **arguments)
+
+
+@pytest.mark.parametrize("scalar", [np.float32, np.float64, np.longdouble, np.int64, np.uint8])
+def test_damping_may_be_any_scalar_of_numpy(scalar):
+    pose = package_robots.robot("five_bar").assemble()
+    for given, plain in ((scalar(1), 1.0), ({"stiffness": scalar(1)}, {"stiffness": 1.0})):
+        one, other = (ks.frequency_response(pose, [20.0], damping=damping).compliance for damping in (given, plain))
+        assert np.array_equal(one, other)
 
 
 @pytest.mark.parametrize(

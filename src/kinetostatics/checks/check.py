@@ -66,8 +66,10 @@ def robot_facts(robot: Robot) -> RobotFacts:
     if groups is not None:
         facts.mobility = attempt(lambda: _mobility(robot, facts.zero))
     masses = attempt(lambda: robot.weights.masses(robot.zero_frames)[:, 0])
+    facts.inertia_warnings += description.inertia_warnings
     if masses is not None:
         facts.mass = float(masses.sum())
+        facts.inertia_warnings += [f"{error}; modes and motions are refused" for error in robot.weights.impossible_inertias]
 
     def mass_of(owner: str) -> float | None:
         return None if masses is None else float(masses[robot.weights.of(owner)].sum())
@@ -101,14 +103,15 @@ def robot_facts(robot: Robot) -> RobotFacts:
         facts.warnings += warnings
         facts.zero.warnings += at_zero
         facts.problems += problems
-    facts.warnings += facts.zero.warnings
+    facts.warnings += facts.zero.warnings + facts.inertia_warnings
     return facts
 
 
 def robot_warnings(robot: Robot) -> tuple[str, ...]:
-    """Return the problems and warnings of a robot, without warnings that concern only the zero pose."""
+    """Return the problems and warnings of a robot, without warnings that concern only the zero pose, or modes and motions."""
     facts = robot_facts(robot)
-    return (*facts.problems, *(text for text in facts.warnings if text not in facts.zero.warnings))
+    others = {*facts.zero.warnings, *facts.inertia_warnings}
+    return (*facts.problems, *(text for text in facts.warnings if text not in others))
 
 
 # ---- parts -----------------------------------------------------------------------------------------------------------

@@ -168,7 +168,8 @@ class RobotFacts:
         mass_follows_pose: whether the mass of a telescopic beam changes with its length.
         massless: massless links without beams that are between joints.
         problems: errors that prevent any analysis.
-        warnings: warnings of the robot and of its zero pose.
+        warnings: all warnings: of the robot, of its zero pose, and of its inertias.
+        inertia_warnings: warnings that concern modes and motions only.
     """
 
     name: str
@@ -190,6 +191,7 @@ class RobotFacts:
     on_platform: AttachedBodiesFacts | None = None
     problems: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    inertia_warnings: list[str] = field(default_factory=list)
 
 
 def limb_facts(robot: Robot, reader: GraphReader, limb: Limb, mass: float | None) -> LimbFacts:

@@ -62,6 +62,11 @@ class Origin(ShortRepr):
         return result
 
 
+#: Largest violations of the conditions on principal moments of inertia that rounding explains: relative to the largest, for four
+#: digits, and absolute [kg·m²], for tensors whose entries have six decimals.
+ROUNDED_INERTIA = 1e-3, 4.5e-6
+
+
 @dataclass(frozen=True, repr=False)
 class Inertia(ShortRepr):
     """Moments of inertia about a link's centre of mass, for vibrations and Pinocchio's model; statics does not use them.
@@ -78,6 +83,17 @@ class Inertia(ShortRepr):
         xx, xy, xz, yy, yz, zz = self.moments
         R = Origin(rpy=self.rpy).matrix[:3, :3]
         return np.asarray(R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T)
+
+    @property
+    def flaw(self) -> str:
+        """Why no body has these moments, beyond :data:`ROUNDED_INERTIA`; empty if a body, rod or point mass has them."""
+        least, middle, largest = np.linalg.eigvalsh(self.matrix)
+        relative, absolute = ROUNDED_INERTIA
+        if min(least, least + middle - largest) >= -(relative * abs(largest) + absolute):
+            return ""
+        listed = f"{least:.4g}, {middle:.4g} and {largest:.4g} kg·m²"
+        why = "none may be negative" if least < 0 else "none may exceed the sum of the others"
+        return f"no body has the principal moments of inertia {listed}: {why}"
 
 
 @dataclass(frozen=True, repr=False)

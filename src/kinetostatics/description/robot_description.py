@@ -81,6 +81,7 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
         path: path of the file; paths of meshes are relative to it.
         platform_place: file and line of the platform.
         file_warnings: warnings about the text of the file, in full sentences.
+        inertia_warnings: warnings about missing moments of inertia, which concern modes and motions only.
         default_axes: names of joints and loops without an axis in the file; their axis is x.
         springs: springs between points of two links, by name.
         parameters: values of xacro arguments given when the file was read.
@@ -103,6 +104,7 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
     path: str = field(default="<python>", compare=False)
     platform_place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
     file_warnings: tuple[str, ...] = field(default=(), compare=False)
+    inertia_warnings: tuple[str, ...] = field(default=(), compare=False)
     default_axes: tuple[str, ...] = field(default=(), compare=False)
     springs: Mapping[str, Spring] = field(default_factory=dict)
     parameters: Mapping[str, object] = field(default_factory=ResultMapping, compare=False, repr=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import TypeVar
 
 import numpy as np
@@ -53,11 +54,13 @@ class Vibrations:
 
         Raises:
             ArgumentError: an argument has an invalid value.
+            RobotFileError: a link has moments of inertia that no body has.
         """
         if not isinstance(configuration, Configuration):
             raise ArgumentError(f"{name} needs a Configuration, got {configuration!r}; create one with robot.assemble(…)")
         check("drives", drives)
         robot, shape = robot_of(configuration), configuration.shape
+        robot.weights.check_inertias()
         free = {name: drive_of(robot.mechanism, name, np.inf) for name in robot.description.driven}
         structure = SmallMotions(robot.statics, free if drives == "free" else None)
         valid = np.array(configuration.reached)
@@ -119,6 +122,7 @@ def modes(configuration: Configuration, count: int = 6, *, drives: str = "locked
 
     Raises:
         ArgumentError: an argument has an invalid value.
+        RobotFileError: a link has moments of inertia that no body has.
 
     Examples:
         >>> import kinetostatics as ks
@@ -170,6 +174,7 @@ def frequency_response(
 
     Raises:
         ArgumentError: an argument has an invalid value.
+        RobotFileError: a link has moments of inertia that no body has.
 
     Examples:
         The first resonance of a tripod, 131.5 Hz, amplifies motions of the floor along x:
@@ -206,9 +211,10 @@ def frequency_response(
 def _damping(damping: object) -> Damping:
     values: Mapping[str, Keyword] = damping if isinstance(damping, Mapping) else {"ratio": damping}
     known = {"mass", "stiffness"} if isinstance(damping, Mapping) else {"ratio"}
-    good = set(values) <= known and all(isinstance(value, (int, float)) and value >= 0 for value in values.values())
-    if not good:
+    numbers = [value for value in values.values() if isinstance(value, Real) and not isinstance(value, bool)]
+    if not set(values) <= known or len(numbers) < len(values) or not all(0 <= float(number) < np.inf for number in numbers):
         raise ArgumentError(
             f'damping is {damping!r}; it must be a damping ratio, such as 0.02, or {{"mass": α, "stiffness": β}} [1/s, s]'
         )
-    return Damping(2 * values.get("ratio", 0.0), values.get("mass", 0.0), values.get("stiffness", 0.0))
+    ratio, mass, stiffness = (float(values.get(name, 0.0)) for name in ("ratio", "mass", "stiffness"))
+    return Damping(2 * ratio, mass, stiffness)

@@ -59,7 +59,7 @@ def foreign_robot(
 
 def _source(path: str, root: XmlElement) -> SourceRobot:
     warnings: list[str] = []  # repeated when the new file is read
-    links = read_links(root, warnings)
+    links = read_links(root, warnings, [])
     joints = read_joints(root, links, warnings)
     tree_root(links, joints)
     return SourceRobot(path, root, links, joints)

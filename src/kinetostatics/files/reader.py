@@ -111,7 +111,8 @@ def describe(
     """Return the robot of an expanded element ``<robot>``; for arguments and errors see :func:`read_robot_file`."""
     name = new_name(root) if root.attributes.get("name", "").strip() else file_name(root, path, warnings)
     _check_robot_level(root)
-    links = read_links(root, warnings)
+    inertia_warnings: list[str] = []
+    links = read_links(root, warnings, inertia_warnings)
     joints = read_joints(root, links, warnings)
     links, joints = with_counterweights(root, links, joints)
     tree = tree_root(links, joints)
@@ -163,6 +164,7 @@ def describe(
             path,
             platform_place=place,
             file_warnings=tuple(warnings),
+            inertia_warnings=tuple(inertia_warnings),
             springs=read_springs(root, links),
             default_axes=tuple(
                 item.attributes["name"] for tag in ("joint", "loop") for item in root.named(tag) if lacks_axis(item)

@@ -35,8 +35,8 @@ _DYNAMICS = {
 }
 
 
-def read_links(root: XmlElement, warnings: list[str]) -> dict[str, Link]:
-    links = [_link(element, warnings) for element in root.named("link")]
+def read_links(root: XmlElement, warnings: list[str], inertia_warnings: list[str]) -> dict[str, Link]:
+    links = [_link(element, warnings, inertia_warnings) for element in root.named("link")]
     if not links:
         raise root.error("the robot has no links")
     return by_name("link", links)
@@ -111,7 +111,7 @@ def _check_children(element: XmlElement, known: tuple[str, ...], warnings: list[
             warnings.append(f"{child.place}: <{child.tag}> in {element.label} is ignored; did you mean <{near[0]}>?")
 
 
-def _link(element: XmlElement, warnings: list[str]) -> Link:
+def _link(element: XmlElement, warnings: list[str], inertia_warnings: list[str]) -> Link:
     name = new_name(element)
     _check_children(element, _LINK_CHILDREN, warnings)
     for shape in element.named("visual") + element.named("collision"):
@@ -121,26 +121,21 @@ def _link(element: XmlElement, warnings: list[str]) -> Link:
     if inertial is None:
         return Link(name, extra=extra, place=element.place)
     found = INERTIAL.read(inertial)
-    inertia = Inertia(_moments(element, inertial, warnings), found.pop("rpy"))
+    inertia = Inertia(_moments(element, inertial, inertia_warnings), found.pop("rpy"))
     return Link(name, **found, inertia=inertia, has_inertial=True, extra=extra, place=element.place)
 
 
 def _moments(link: XmlElement, inertial: XmlElement, warnings: list[str]) -> tuple[float, float, float, float, float, float]:
-    """Return ixx, ixy, ixz, iyy, iyz, izz; missing or negative moments are zero, because the statics needs none of them."""
+    """Return ixx, ixy, ixz, iyy, iyz, izz; missing ones are zero."""
     tensor = inertial.child("inertia")
     if tensor is None:
-        warnings.append(
-            f"{inertial.place}: <inertial> of {link.label} has no <inertia>; it counts as zero, and the statics are the same."
-        )
+        warnings.append(f"{inertial.place}: <inertial> of {link.label} has no <inertia>, which modes and motions take as zero.")
         return (0.0,) * 6
-    found = {name: number(tensor, name) for name in MOMENTS if name in tensor.attributes}
-    odd = [name for name in MOMENTS if name not in found or (name[1] == name[2] and found[name] < 0)]
-    if odd:
-        warnings.append(
-            f"{tensor.place}: {', '.join(odd)} of <inertia> in {link.label} {'is' if len(odd) == 1 else 'are'} missing or "
-            f"negative and count{'s' if len(odd) == 1 else ''} as zero; the statics are the same."
-        )
-    xx, xy, xz, yy, yz, zz = (0.0 if name in odd else found[name] for name in MOMENTS)
+    missing = [name for name in MOMENTS if name not in tensor.attributes]
+    if missing:
+        listed = ", ".join(missing)
+        warnings.append(f"{tensor.place}: <inertia> of {link.label} lacks {listed}, which modes and motions take as zero.")
+    xx, xy, xz, yy, yz, zz = (0.0 if name in missing else number(tensor, name) for name in MOMENTS)
     return xx, xy, xz, yy, yz, zz
 
 

@@ -74,7 +74,8 @@ def validate(description: RobotDescription) -> RobotDescription:
     known = {warning.partition(": ")[2] for warning in description.file_warnings}
     new = [warning for warning in found.file_warnings if warning.partition(": ")[2] not in known]
     warnings = (*description.file_warnings, *new)
-    return known_valid(replace(found, file_warnings=warnings, default_axes=description.default_axes))
+    kept = {name: getattr(description, name) for name in ("inertia_warnings", "default_axes")}
+    return known_valid(replace(found, file_warnings=warnings, **kept))
 
 
 def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]) -> None:

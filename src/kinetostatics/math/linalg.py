@@ -52,6 +52,12 @@ def dot(a: Array, b: Array) -> Array:
     return np.einsum("i...,i...->...", a, b)
 
 
+def semidefinite(a: Array) -> Array:
+    """Return a symmetric matrix (n, n) with zero instead of negative eigenvalues."""
+    values, vectors = np.linalg.eigh(a)
+    return a if values[0] >= 0 else np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
+
+
 def normalize(a: Array) -> Array:
     """Return unit vectors along vectors (n, …); NaN for a zero vector."""
     with np.errstate(invalid="ignore", divide="ignore"):

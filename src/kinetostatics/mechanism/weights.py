@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.exceptions import StaticsError
+from kinetostatics.exceptions import RobotFileError, StaticsError
 from kinetostatics.math.arrays import Array, empty_for
+from kinetostatics.math.linalg import semidefinite
 from kinetostatics.math.screws import wrench_of_force
 from kinetostatics.mechanism.beam_model import BeamModel, no_length_text
 from kinetostatics.mechanism.limbs import Edge, Topology, carries
@@ -36,7 +37,7 @@ class Weights:
         inertias: ``pin.Inertia`` of every rigid link with weight, in the frame of its body.
     """
 
-    NOT_RECORDED = ("inertias", "_known")
+    NOT_RECORDED = ("inertias", "_known", "_moving")
 
     def __init__(self, mechanism: Mechanism, topology: Topology, beams: Mapping[str, BeamModel]) -> None:
         parts = [(limb.name, limb.weights) for limb in topology.limbs]
@@ -50,6 +51,9 @@ class Weights:
         self._is_rigid = np.array([k not in self._beam_of for k in range(len(self.names))], dtype=bool)
         inertias = link_inertias(mechanism.model)
         self.inertias = {name: inertias[name] for name in rigid}
+        for inertia in self.inertias.values():
+            inertia.inertia = semidefinite(inertia.inertia)  # rounding errors of the file
+        self._moving = [mechanism.description.links[name] for name in rigid if name not in topology.base.weights]
         self._mass = np.array([inertia.mass for inertia in self.inertias.values()])
         self._body = np.array([mechanism.body_of[name][0] for name in rigid], dtype=np.intp)
         self._centre = np.array([inertia.lever for inertia in self.inertias.values()]).reshape(-1, 3).T
@@ -63,6 +67,17 @@ class Weights:
         self._centred = np.array([number for number, _, _ in own], dtype=np.intp)
         self._beam_body = np.array([body for _, body, _ in own], dtype=np.intp)
         self._beam_centre = np.array([centre for _, _, centre in own]).reshape(-1, 3).T
+
+    @property
+    def impossible_inertias(self) -> list[RobotFileError]:
+        """An error for each moving link with moments of inertia that no body has; statics does not use them."""
+        moving = (link for link in self._moving if link.inertia.flaw)
+        return [link.place.error(f"the <inertia> of link {link.name!r} is impossible: {link.inertia.flaw}") for link in moving]
+
+    def check_inertias(self) -> None:
+        """Raise the first of the :attr:`impossible_inertias`."""
+        for error in self.impossible_inertias:
+            raise error
 
     def masses(self, frames: Frames) -> Array:
         """(W, N) [kg]; masses of telescopic beams with a density depend on the pose."""

@@ -13,6 +13,7 @@ from kinetostatics.math.linalg import canonical_basis
 from kinetostatics.math.screws import describe_twist
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
+from kinetostatics.statics.inertia import INERTIA
 from kinetostatics.statics.link_loads import sum_of
 from kinetostatics.statics.solution import Solution, balanced
 
@@ -176,6 +177,7 @@ OPEN_LOOPS = 1e-9
 
 def result_warnings(result: Result) -> tuple[str, ...]:
     found = [*_instability(result), *_buckling(result), *result.robot.warnings]
+    found += result.robot.description.inertia_warnings if INERTIA in result.contributions else ()
     found += [*_open_loops(result), *_large_motions(result), *near_singular_warnings(result)]
     for item in result.configuration.limits_exceeded.values():
         slides = result.robot.mechanism.connections[item.joint].type.is_slide

@@ -19,6 +19,7 @@ from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.statics import LimbStatics, limb_statics_under
 from kinetostatics.math.arrays import Array, Index, Mask
+from kinetostatics.math.linalg import semidefinite
 from kinetostatics.math.screws import move_wrench, rotate
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
@@ -255,7 +256,7 @@ class LinkLoads:
                 link, R, point = self._placed(item, frames)
                 for place, where in places_at(self.robot, item.name, link, frames, point).items():
                     mass, body = np.where(where, item.mass[0], 0.0), self.robot.mechanism.body_of[link][0]
-                    yield place, body, point, mass, R, np.where(mass > 0, item.inertia.matrix[:, :, None], 0.0)
+                    yield place, body, point, mass, R, np.where(mass > 0, semidefinite(item.inertia.matrix)[:, :, None], 0.0)
 
 
 def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: Array) -> dict[str, Mask]:
@@ -380,8 +381,14 @@ def _payload(robot: RobotStatics, payload: object) -> _Load:
     mass = finite_numbers("the payload's mass", payload.mass)
     if np.any(mass < 0):
         raise ArgumentError(f"the payload's mass is {payload.mass!r}; it must be zero or more [kg]")
-    center = _vector("the payload's center", payload.center, 3)
-    return _Load(PAYLOAD, payload.link, center, mass=mass[..., None], inertia=payload.inertia or Inertia())
+    center, inertia = _vector("the payload's center", payload.center, 3), payload.inertia or Inertia()
+    if not isinstance(inertia, Inertia):
+        raise ArgumentError(f"the payload's inertia is {inertia!r}; it must be a kinetostatics.description.Inertia")
+    for name, size in (("moments", 6), ("rpy", 3)):
+        _vector(f"the payload's inertia, {name},", getattr(inertia, name), size)
+    if inertia.flaw:
+        raise ArgumentError(f"the payload's inertia is impossible: {inertia.flaw}")
+    return _Load(PAYLOAD, payload.link, center, mass=mass[..., None], inertia=inertia)
 
 
 def _check_link(robot: RobotStatics, what: str, link: object) -> None:
