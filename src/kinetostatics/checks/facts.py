@@ -255,9 +255,9 @@ def elastic_joints(robot: Robot) -> list[ElasticJointFacts]:
         drive = stiffness.drive if name in drives_of(robot.mechanism) else None
         springs = springs_of(robot.mechanism, name)
         if springs or drive is not None:
-            linear, angular = (springs[0].linear, springs[0].angular) if springs else (np.zeros((3, 3)), np.zeros((3, 3)))
+            compliance = springs[0].compliance if springs else np.zeros((6, 6))
             kind = robot.mechanism.connections[name].type.name
-            found.append(ElasticJointFacts(name, kind, _stiffnesses(linear), _stiffnesses(angular), drive))
+            found.append(ElasticJointFacts(name, kind, _stiffnesses(compliance[:3, :3]), _stiffnesses(compliance[3:, 3:]), drive))
     return found
 
 

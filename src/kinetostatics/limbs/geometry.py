@@ -6,19 +6,20 @@ Axes and centres are fixed in bodies of the robot. Arrays are ``(component, memb
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from kinetostatics.description.joint_types import Axes
+from kinetostatics.elements.element import ElasticElement, PlacedElement
+from kinetostatics.elements.vectors import FixedVectors
 from kinetostatics.limbs.static_model import StaticModel
-from kinetostatics.math.arrays import Array, Index, Mask, zeros_for
+from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import axis_across, cross, dot, normalize
 from kinetostatics.math.screws import unit_twist, wrench_of_couple, wrench_of_force
-from kinetostatics.mechanism.beam_model import BeamModel
-from kinetostatics.mechanism.joints import CompoundJoint, ElasticJoint, sides
+from kinetostatics.mechanism.joints import CompoundJoint, sides
 from kinetostatics.mechanism.limbs import Limb
 from kinetostatics.mechanism.tree import Frames
 
@@ -37,7 +38,7 @@ class Candidate:
     """A candidate wrench: a unit force through the centre of a joint, or a unit couple, along a direction.
 
     Attributes:
-        direction: ``("limb", k)``: axis x, y or z of the limb; ``("beam", b)``: along the b-th beam, through its platform end;
+        direction: ``("limb", k)``: axis x, y or z of the limb; ``("beam", e)``: along the line of the e-th elastic element;
             ``("axis", f)``: axis of the f-th freedom; ``("cross", f, h)``: perpendicular to the axes of two freedoms;
             ``("cross_limb", f, k)``: perpendicular to the axis of a freedom and a limb axis; ``("to", u)``: towards the centre of
             the u-th joint; ``("meets", f, h)``: intersecting the axes of two freedoms; ``("complement", s)``: no direction, but
@@ -82,24 +83,14 @@ class LimbGeometry:
         centres: (3, compounds + 1, g, N) joint centres, and the platform end of the limb. A joint without a centre has the point
             of its axis nearest to the neighbouring joint centre; in a limb with rings, nearest to o.
         limb_axes: (3, 3, g, N) columns x, y, z; z along the limb.
-        beam_axes: (3, 3, beams, g, N).
-        beam_lengths: (beams, g, N) [m].
-        beam_ends: (3, beams, g, N) platform ends.
-        beam_levers: (3, beams, g, N) vectors from the middles of beams to their centres of mass.
-        spring_axes: (3, 3, springs, g, N) axes of the frames of elastic joints.
-        spring_arms: (3, springs, g, N) origins of the frames of elastic joints.
+        elements: the elastic elements.
     """
 
     axes: Array
     twists: Array
     centres: Array
     limb_axes: Array
-    beam_axes: Array
-    beam_lengths: Array
-    beam_ends: Array
-    beam_levers: Array
-    spring_axes: Array
-    spring_arms: Array
+    elements: tuple[PlacedElement, ...]
 
 
 class LimbSkeleton:
@@ -118,38 +109,25 @@ class LimbSkeleton:
         model: StaticModel,
         limbs: Sequence[Limb],
         compounds: Sequence[Sequence[CompoundJoint]],
-        beams: Sequence[Sequence[BeamModel]],
-        springs: Sequence[Sequence[ElasticJoint]],
+        elements: Sequence[ElasticElement],
     ) -> None:
-        self._compounds = compounds[0]
+        self._compounds, self._elements = compounds[0], tuple(elements)
         self.dofs = rows = [[dof for compound in row for dof in compound.dofs] for row in compounds]
         self.rotates = np.array([dof.rotates for dof in rows[0]], dtype=bool)
         self.passive = np.array([dof.passive for dof in rows[0]], dtype=bool)
         self.compound_of = np.array([k for k, compound in enumerate(compounds[0]) for _ in compound.dofs], dtype=np.intp)
         signs = np.array([[f.sign for f in row] for row in rows], dtype=float).reshape(len(rows), -1).T[..., None]
         self._signs = signs if np.any(signs < 0) else None
-        spans = [[beam.span for beam in row] for row in beams]
-        self._axes = _Vectors([[(f.body, f.axis) for f in row] for row in rows])
-        self._beam_axes = _Vectors([[(beam.span.carrier, beam.axes) for beam in row] for row in beams], (3, 3))
-        self._spring_axes = _Vectors([[(spring.body, spring.frame[:3, :3]) for spring in row] for row in springs], (3, 3))
-        self._centres = _Vectors([[(f.centre_body, f.centre) for f in row] for row in rows])
-        self._outer_ends = _Vectors([[_outer_point(model, limb)] for limb in limbs])
-        self._beam_starts = _Vectors([[(s.start_body, s.start) for s in row] for row in spans])
-        self._beam_ends = _Vectors([[(s.end_body, s.end) for s in row] for row in spans])
-        given = [[np.zeros(3) if beam.centre is None else beam.centre for beam in row] for row in beams]
-        self._beam_centres = _Vectors(
-            [[(s.carrier, c) for s, c in zip(*row, strict=True)] for row in zip(spans, given, strict=True)]
-        )
-        centred = [[beam.centre is not None for beam in row] for row in beams]
-        self._centred = np.array(centred, dtype=bool).reshape(len(beams), -1).T[..., None]
-        self._spring_points = _Vectors([[(spring.body, spring.frame[:3, 3]) for spring in row] for row in springs])
+        self._axes = FixedVectors([[(f.body, f.axis) for f in row] for row in rows])
+        self._centres = FixedVectors([[(f.centre_body, f.centre) for f in row] for row in rows])
+        self._outer_ends = FixedVectors([[_outer_point(model, limb)] for limb in limbs])
         self._loose = _nearest_centres([compound.has_centre for compound in self._compounds], limbs[0].is_serial)
         last = self._compounds[-1] if self._compounds and self._compounds[-1].edge == len(limbs[0].edges) - 1 else None
         self._ends_at_joint = last is not None and (not last.has_centre or all(dof.rotates for dof in last.dofs))
         self._last_dofs = [int(np.flatnonzero(self.compound_of == u)[-1]) for u in range(len(self._compounds))]
-        zero = model.zero_frames
-        axes, arms, centres = self._joints(zero, np.zeros((3, 1)))
-        z = self._limb_z(self._beam_axes.at(zero), centres)[:, :, 0]
+        axes, arms, centres = self._joints(model.zero_frames, np.zeros((3, 1)))
+        placed = self._placed(model.zero_frames, np.zeros((3, 1)), self._twists(axes, arms))
+        z = self._limb_z(placed, centres)[:, :, 0]
         self.y_choice = self._choose_y(axes[:, :, 0, 0], z[:, 0])
         self._world_y = axis_across(z)
         named = np.array([compound.has_axis(dof.rotates) for compound in compounds[0] for dof in compound.dofs], dtype=bool)
@@ -157,18 +135,11 @@ class LimbSkeleton:
         self._orientations = _orientations(axes[..., 0], moments, named, model.length)[:, :, None]
 
     def geometry(self, frames: Frames, o: Array) -> LimbGeometry:
-        beam_axes, spring_axes = self._beam_axes.at(frames), self._spring_axes.at(frames)
         axes, arms, centres = self._joints(frames, o)
-        o = o[:, None, None]
-        twists = unit_twist(axes, arms, self.rotates[:, None, None])
-        if self._signs is not None:
-            twists *= self._signs
+        twists = self._twists(axes, arms)
         axes = axes * self._orientations
-        beam_starts, beam_ends = self._beam_starts.points(frames), self._beam_ends.points(frames)
-        beam_levers = zeros_for(beam_ends.shape, beam_ends)
-        if np.any(self._centred):
-            beam_levers = np.where(self._centred, self._beam_centres.points(frames) - (beam_starts + beam_ends) / 2, beam_levers)
-        z = self._limb_z(beam_axes, centres)
+        elements = self._placed(frames, o, twists)
+        z = self._limb_z(elements, centres)
         reference = axes[:, self.y_choice[1]] if self.y_choice[0] == "axis" else self._world_y[:, :, None]
         y = normalize(reference - z * dot(z, reference))
         return LimbGeometry(
@@ -176,13 +147,17 @@ class LimbSkeleton:
             twists=twists,
             centres=centres,
             limb_axes=np.stack([cross(y, z), y, z], axis=1),
-            beam_axes=beam_axes,
-            beam_lengths=dot(beam_axes[:, 0], beam_ends - beam_starts),
-            beam_ends=beam_ends - o,
-            beam_levers=beam_levers,
-            spring_axes=spring_axes,
-            spring_arms=self._spring_points.points(frames) - o,
+            elements=elements,
         )
+
+    def _placed(self, frames: Frames, o: Array, twists: Array) -> tuple[PlacedElement, ...]:
+        return tuple(element.placed(frames, o, twists) for element in self._elements)
+
+    def _twists(self, axes: Array, arms: Array) -> Array:
+        twists = unit_twist(axes, arms, self.rotates[:, None, None])
+        if self._signs is not None:
+            twists *= self._signs
+        return twists
 
     def _joints(self, frames: Frames, o: Array) -> tuple[Array, Array, Array]:
         """Return axes of the freedoms as in the file, arms to a point of each axis (3, k, g, N), and ``LimbGeometry.centres``."""
@@ -196,10 +171,11 @@ class LimbSkeleton:
             centres[:, -1] = centres[:, -2]
         return axes, arms, centres
 
-    def _limb_z(self, beam_axes: Array, centres: Array) -> Array:
+    def _limb_z(self, elements: Sequence[PlacedElement], centres: Array) -> Array:
         """Return the limbs' z axes (3, g, N): along the last beam, else from the first joint to the platform end, else up."""
-        if beam_axes.shape[2]:
-            return beam_axes[:, 0, -1]
+        lines = [element.line for element in elements if element.line is not None]
+        if lines:
+            return lines[-1][0]
         axis = centres[:, -1] - centres[:, 0]
         far = dot(axis, axis) > 1e-18
         return np.where(far, normalize(axis), np.array([0.0, 0.0, 1.0])[:, None, None])
@@ -216,31 +192,6 @@ class LimbSkeleton:
                 if suitable and self.passive[f] == passive and self.rotates[f] and abs(float(axes[:, f] @ z)) < 0.999:
                     return "axis", f
         return "world", -1
-
-
-class _Vectors:
-    """Points or directions (3,), or axes (3, 3), fixed in bodies, for the k members of each of g limbs."""
-
-    def __init__(self, rows: list[list[tuple[int, Array]]], shape: tuple[int, ...] = (3,)) -> None:
-        g, k = len(rows), len(rows[0])
-        self._shape = (*shape, k, g)
-        self._bodies = np.array([body for row in rows for body, _ in row], dtype=np.intp).reshape(g, k).T.ravel()
-        vectors = np.array([vector for row in rows for _, vector in row], dtype=float).reshape(g, k, *shape)
-        self._vectors = np.moveaxis(vectors, (0, 1), (-1, -2)).reshape(*shape, k * g)
-
-    def points(self, frames: Frames) -> Array:
-        """Return points in the world (3, k, g, N) [m]."""
-        return self._shaped(frames.points, frames)
-
-    def at(self, frames: Frames) -> Array:
-        """Return directions (3, k, g, N) or axes (3, 3, k, g, N) in the world."""
-        return self._shaped(frames.directions if self._vectors.ndim == 2 else frames.orientations, frames)
-
-    def _shaped(self, evaluate: Callable[[Index, Array], Array], frames: Frames) -> Array:
-        N = frames.position.shape[2]
-        if not self._bodies.size:  # avoid indexing
-            return zeros_for((*self._shape, N), frames.position)
-        return evaluate(self._bodies, self._vectors).reshape(*self._shape, N)
 
 
 def _nearest_centres(has_centre: Sequence[bool], is_serial: bool) -> dict[int, int | None]:
@@ -303,8 +254,9 @@ class CandidateWrenches:
         """Return the wrenches (6, g, N) of a candidate about o; NaN where its direction is undetermined."""
         geometry = self.geometry
         if candidate.direction[0] == "beam":
-            number = int(candidate.direction[1])
-            return wrench_of_force(geometry.beam_axes[:, 0, number], geometry.beam_ends[:, number])
+            line = geometry.elements[int(candidate.direction[1])].line
+            assert line is not None
+            return wrench_of_force(*line)
         if candidate.centre is None:
             return wrench_of_couple(self._direction(candidate.direction, None))
         if isinstance(candidate.centre, tuple):

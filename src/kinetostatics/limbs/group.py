@@ -6,18 +6,21 @@ the side of the platform. Arrays are ``(component, column, limb, pose)``.
 from __future__ import annotations
 
 import copy
-import functools
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.elements.actuator import Actuators, MovedFreedom, branch_joints
+from kinetostatics.elements.beam import Beams
+from kinetostatics.elements.element import ElasticElement, carried_wrench, outboard_masks
+from kinetostatics.elements.joint import ElasticJoints
 from kinetostatics.limbs.force_method import EliminationOrder
 from kinetostatics.limbs.geometry import Basis, LimbGeometry, LimbSkeleton
-from kinetostatics.limbs.static_model import StaticModel, limb_drives
+from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array, Mask, zeros_for
 from kinetostatics.mechanism.joints import compound_joints, drives_of, limb_elements, springs_of
-from kinetostatics.mechanism.limbs import Edge, carries
+from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
 
 
@@ -28,18 +31,12 @@ class LimbGroup:
         numbers: their indices among the robot's limbs.
         compounds: for every limb, its joints.
         elements: for every limb, its beams and joints; corresponding joints may consist of different numbers of edges.
-        beams, springs: for every limb, the beams and springs on its edges, inboard ones first.
-        drives: the elastic actuators of the limbs.
-        spring_elements: index of the element of each spring.
+        elastic: the elastic elements: beams, joints, actuators, inboard ones first.
         dofs: for every limb, the freedoms of its joints, inboard ones first.
         passive, rotates: (k,) True for passive freedoms; True for rotations.
         compound_of: (k,) index of the compound joint of each freedom.
         platform_joint: (k,) True for the freedoms of the platform joint.
-        compliances: (6, beams, g, 1) section compliances.
-        beam_masses, beam_masses_per_length: (beams, g, 1) mass [kg] and mass per length [kg/m]; NaN if not given.
-        spring_linear, spring_angular: (3, 3, springs, g) compliances [m/N], [rad/(N·m)].
-        dof_cut_signs, beam_cut_signs, spring_cut_signs, element_cut_signs: (…, M) signs of the cut-joint wrenches in each
-            freedom, beam, spring and element.
+        dof_cut_signs, element_cut_signs: (…, M) signs of the cut-joint wrenches in each freedom and element.
         to_platform: (M,) True for the cut joints at the platform.
 
     Decided once, at generic poses (:mod:`kinetostatics.limbs.grouping`):
@@ -66,30 +63,18 @@ class LimbGroup:
         self.limbs = [model.topology.all_limbs[k] for k in numbers]
         self.compounds = [compound_joints(model.mechanism, limb, joined) for limb in self.limbs]
         self.elements = [limb_elements(limb, compounds) for limb, compounds in zip(self.limbs, self.compounds, strict=True)]
-        self._edges = freedom_edges, beam_edges, spring_edges = self._edges_of_members()
-        self.beams = [[model.beams[str(edge.beam)] for edge in row] for row in beam_edges]
-        springs = functools.partial(springs_of, model.mechanism)
-        self.springs = [[spring for edge in limb.edges if edge.joint for spring in springs(edge.joint)] for limb in self.limbs]
-        self._skeleton = LimbSkeleton(model, self.limbs, self.compounds, self.beams, self.springs)
+        limb = self.limbs[0]
+        self.to_platform = np.array(limb.to_platform, dtype=bool)
+        self._freedom_edges = [
+            [limb.edges[compound.edge] for compound in compounds for _ in compound.dofs]
+            for limb, compounds in zip(self.limbs, self.compounds, strict=True)
+        ]
+        self.dof_cut_signs = self._cut_signs(self._freedom_edges[0])
+        self.element_cut_signs = self._cut_signs([limb.edges[element.edges[-1]] for element in self.elements[0]])
+        self.elastic: tuple[ElasticElement, ...] = (*self._beams(), *self._elastic_joints(), *self._actuators())
+        self._skeleton = LimbSkeleton(model, self.limbs, self.compounds, self.elastic)
         self.dofs, self.passive = self._skeleton.dofs, self._skeleton.passive
         self.rotates, self.compound_of = self._skeleton.rotates, self._skeleton.compound_of
-        names = [[c.joints[0] for c in row for _ in c.dofs] for row in self.compounds]  # joints of the driven freedoms
-        self.drives = limb_drives(model, list(drives_of(model.mechanism).values()), names)
-        self.compliances = _members_last([[m.compliances for m in row] for row in self.beams], (6,))[..., None]
-        self.beam_masses = _members_last([[np.array(m.mass) for m in row] for row in self.beams], ())[..., None]
-        self.beam_masses_per_length = _members_last(
-            [[np.array(np.nan if m.mass_per_length is None else m.mass_per_length) for m in row] for row in self.beams], ()
-        )[..., None]
-        self.spring_linear = _members_last([[spring.linear for spring in row] for row in self.springs], (3, 3))
-        self.spring_angular = _members_last([[spring.angular for spring in row] for row in self.springs], (3, 3))
-        limb, elements = self.limbs[0], self.elements[0]
-        element_of = {k: number for number, element in enumerate(elements) for k in element.edges}
-        self.spring_elements = tuple(element_of[limb.edges.index(edge)] for edge in spring_edges[0])
-        self.to_platform = np.array(limb.to_platform, dtype=bool)
-        self.dof_cut_signs = self._cut_signs(freedom_edges[0])
-        self.beam_cut_signs = self._cut_signs(beam_edges[0])
-        self.spring_cut_signs = self._cut_signs(spring_edges[0])
-        self.element_cut_signs = self._cut_signs([limb.edges[element.edges[-1]] for element in elements])
         self.platform_joint = self._platform_joint()
         self._outboard_of_weights = self._outboard_of(model.weights.names)
 
@@ -133,14 +118,10 @@ class LimbGroup:
         """Whether these are closed chains attached only to the base, or only to the platform."""
         return not np.any(self.to_platform)
 
-    def spring(self, number: int) -> tuple[Array, Array]:
-        """Return the linear and angular compliances (3, 3, g) of corresponding springs."""
-        return self.spring_linear[:, :, number], self.spring_angular[:, :, number]
-
     @property
-    def only_springs(self) -> bool:
-        """Whether only joints, bearings and actuators are elastic."""
-        return bool(self.springs[0] or self.drives) and not self.beams[0]
+    def partly_elastic(self) -> bool:
+        """Whether the limb has elastic elements, but none that every force and moment deforms."""
+        return bool(self.elastic) and not any(element.in_every_direction for element in self.elastic)
 
     @property
     def signature(self) -> tuple[object, ...]:
@@ -148,9 +129,7 @@ class LimbGroup:
         return (
             tuple((compound.type, tuple((f.rotates, f.passive) for f in compound.dofs)) for compound in self.compounds[0]),
             tuple(element.signature for element in self.elements[0]),
-            tuple(map(tuple, self.spring_cut_signs.tolist())),
-            self.spring_elements,
-            tuple((drive.freedoms, len(drive.branches[0])) for drive in self.drives),
+            tuple(element.signature for element in self.elastic),
             tuple(self.platform_joint.tolist()),
             self.limbs[0].to_platform,
             self.limbs[0].on_platform,
@@ -160,16 +139,49 @@ class LimbGroup:
     def geometry(self, frames: Frames, o: Array) -> LimbGeometry:
         return self._skeleton.geometry(frames, o)
 
-    def _edges_of_members(self) -> tuple[list[list[Edge]], list[list[Edge]], list[list[Edge]]]:
-        """Return for every limb the edges of its freedoms, of its beams and of its springs."""
-        freedoms = [
-            [limb.edges[compound.edge] for compound in compounds for _ in compound.dofs]
-            for limb, compounds in zip(self.limbs, self.compounds, strict=True)
-        ]
-        beams = [[edge for edge in limb.edges if edge.beam] for limb in self.limbs]
-        joints = [[edge for edge in limb.edges if edge.joint] for limb in self.limbs]
-        springs = [[edge for edge in row for _ in springs_of(self.model.mechanism, str(edge.joint))] for row in joints]
-        return freedoms, beams, springs
+    def _beams(self) -> Iterator[Beams]:
+        for number, element in enumerate(self.elements[0]):
+            if element.is_beam:
+                edges = self._edges_of(number)
+                yield Beams([self.model.beams[str(edge.beam)] for edge in edges], edges, number, self.element_cut_signs[number])
+
+    def _elastic_joints(self) -> Iterator[ElasticJoints]:
+        for number in range(len(self.elements[0])):
+            edges = self._edges_of(number)
+            joints = [springs_of(self.model.mechanism, edge.joint) if edge.joint else () for edge in edges]
+            for alike in zip(*joints, strict=True):
+                yield ElasticJoints(alike, edges, number, self.element_cut_signs[number])
+
+    def _edges_of(self, element: int) -> list[Edge]:
+        """Return the outermost edge of an element in each limb."""
+        return [limb.edges[row[element].edges[-1]] for limb, row in zip(self.limbs, self.elements, strict=True)]
+
+    def _actuators(self) -> Iterator[Actuators]:
+        drives, model = list(drives_of(self.model.mechanism).values()), self.model
+        element_of = {element.compound: number for number, element in enumerate(self.elements[0])}
+        freedoms = [(c, dof.rotates) for c, compound in enumerate(self.compounds[0]) for dof in compound.dofs]
+        rows = []
+        for compounds in self.compounds:
+            joints = [c.joints[0] for c in compounds for _ in c.dofs]
+            moves = [sorted((joints.index(name), ratio) for name, ratio in drive.moves if name in joints) for drive in drives]
+            rows.append(
+                sorted(((drive, own) for drive, own in zip(drives, moves, strict=True) if own), key=lambda row: row[1][0])
+            )
+        for alike in zip(*rows, strict=True):
+            ratios = np.array([[ratio for _, ratio in moves] for _, moves in alike]).T[..., None]
+            moved_freedoms = [
+                MovedFreedom(
+                    number=number,
+                    element=element_of[freedoms[number][0]],
+                    rotates=freedoms[number][1],
+                    signs=self.dof_cut_signs[number],
+                    edges=tuple(row[number] for row in self._freedom_edges),
+                    ratios=ratio,
+                )
+                for (number, _), ratio in zip(alike[0][1], ratios, strict=True)
+            ]
+            branches = [branch_joints(model.mechanism, model.topology, drive) for drive, _ in alike]
+            yield Actuators([drive for drive, _ in alike], moved_freedoms, branches)
 
     def _platform_joint(self) -> Mask:
         """True for freedoms of the platform joint (k,): the outermost passive joints, with neither beam nor weight between them.
@@ -201,46 +213,31 @@ class LimbGroup:
     @property
     def places(self) -> set[str]:
         """Places at which loads affect the limbs: on the limbs, and on open branches that their actuators move."""
-        on_branches = {place for drive in self.drives for row in drive.branches for joint in row for place in joint.edge.outboard}
-        return on_branches.union(*(limb.places for limb in self.limbs))
+        return set().union(*(element.places for element in self.elastic), *(limb.places for limb in self.limbs))
 
-    def _outboard_of(self, names: Sequence[str]) -> list[Array]:
-        """Return three masks, (g, k, W) for the k freedoms, the k beams and the k springs: 1 where weight W is outboard of it."""
-        tables = [[[[carries(edge, name) for name in names] for edge in row] for row in rows] for rows in self._edges]
-        return [np.array(table, dtype=float).reshape(len(table), len(table[0]), len(names)) for table in tables]
+    def _outboard_of(self, names: Sequence[str]) -> tuple[Array, list[list[Array]]]:
+        """Return masks of the weights that are outboard: of the freedoms (g, k, W), and of each elastic element."""
+        freedoms = np.array([outboard_masks(edges, names) for edges in self._freedom_edges])
+        return freedoms.reshape(len(self.limbs), -1, len(names)), [element.outboard(names) for element in self.elastic]
 
     def carried(
-        self, geometry: LimbGeometry, frames: Frames, o: Array, wrenches: Array, names: Sequence[str] | None = None
-    ) -> tuple[Array, Array, Array, Array]:
-        """Return the sums of the wrenches outboard of passive freedoms, beams and springs, and the wrenches' forces on actuators.
+        self, geometry: LimbGeometry, wrenches: Array, names: Sequence[str] | None = None
+    ) -> tuple[Array, tuple[Array, ...]]:
+        """Return what passive freedoms and elastic elements carry under weights or loads.
 
         Args:
             wrenches: (6, W, N) weights or loads about o, world axes [N, N·m].
             names: names of the loaded places; None: the wrenches are the robot's weights.
 
         Returns:
-            Arrays (6, passive freedoms, g, N), (6, beams, g, N), (6, springs, g, N) and (1, elastic actuators, g, N).
+            The sums (6, passive freedoms, g, N) of the wrenches outboard of the passive freedoms, and for each element its
+            :meth:`kinetostatics.elements.element.PlacedElement.carried_loads`.
         """
-        tables = self._outboard_of_weights if names is None else self._outboard_of(names)
-        freedoms, beams, springs = (np.einsum("gkw,iwn->ikgn", table, wrenches) for table in tables)
-        forces = zeros_for((1, len(self.drives), *geometry.centres.shape[-2:]), geometry.centres)
-        for number, drive in enumerate(self.drives):
-            which = list(drive.freedoms)
-            forces[0, number] = np.einsum("ikgn,ikgn->gn", geometry.twists[:, which] * drive.ratios, freedoms[:, which])
-            for position, joints in enumerate(drive.branches):
-                for joint in joints:
-                    mask = [float(carries(joint.edge, name)) for name in names or self.model.weights.names]
-                    own = np.einsum("w,iwn->in", mask, wrenches)
-                    forces[0, number, position] += np.einsum("in,in->n", joint.twist(frames, o), own)
-        return freedoms[:, self.passive], beams, springs, forces
-
-    def on_drive(self, geometry: LimbGeometry, number: int, cut_wrenches: Array) -> Array:
-        """Return the force or torque (…, g, N) of cut-joint wrenches (M, 6, …, g, N) on an elastic actuator."""
-        drive, total = self.drives[number], np.zeros(cut_wrenches.shape[2:])
-        for freedom, ratio in zip(drive.freedoms, drive.ratios, strict=True):
-            carried = carried_wrench(self.dof_cut_signs[freedom], cut_wrenches)
-            total = total + np.einsum("i...,ij...->j...", geometry.twists[:, freedom] * ratio, carried)
-        return total
+        freedoms, elements = self._outboard_of_weights if names is None else self._outboard_of(names)
+        on_elements = tuple(
+            placed.carried_loads(outboard, wrenches) for placed, outboard in zip(geometry.elements, elements, strict=True)
+        )
+        return np.einsum("gkw,iwn->ikgn", freedoms[:, self.passive], wrenches), on_elements
 
     # ---- cut joints -----------------------------------------------------------------------------------------------------
 
@@ -288,19 +285,3 @@ class LimbGroup:
     def platform_wrench(self, cut_wrenches: Array) -> Array:
         """Return the wrench (6, …) of the platform on the limb from cut-joint wrenches (M, 6, …)."""
         return carried_wrench(self.to_platform.astype(np.int8), cut_wrenches)
-
-
-def carried_wrench(signs: NDArray[np.int8], cut_wrenches: Array) -> Array:
-    """Return the sum (6, …) of cut-joint wrenches (M, 6, …) with the ``signs`` (M,) of an edge: its wrench without weights."""
-    if len(signs) == 1 and signs[0] == 1:
-        return cut_wrenches[0]
-    total = np.zeros(cut_wrenches.shape[1:])
-    for number in np.flatnonzero(signs):
-        total += signs[number] * cut_wrenches[number]
-    return total
-
-
-def _members_last(rows: list[list[Array]], shape: tuple[int, ...]) -> Array:
-    """Return constants of members (beams or springs) of g limbs as an array (*shape, members, g)."""
-    array: Array = np.array(rows, dtype=float).reshape(len(rows), len(rows[0]), *shape)
-    return np.moveaxis(array, (0, 1), (-1, -2))

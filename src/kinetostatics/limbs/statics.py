@@ -7,8 +7,7 @@ Equal limbs are stacked: arrays are ``(component, column, limb, pose)``.
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -20,9 +19,8 @@ from kinetostatics.limbs.compliance import (
     RIGID,
     LimbLoads,
     assembly_error_strains,
-    own_weights_of_beams,
+    compliance_and_sag,
     split_rigid,
-    strains,
     whole_compliance,
 )
 from kinetostatics.limbs.geometry import LimbGeometry
@@ -169,7 +167,7 @@ class LimbStatics(ShortRepr):
         particular: (M, 6, g, N) cut-joint wrenches under the limb's own weight; R_g for a serial limb.
         assembly_error_cut_wrenches: (M, 6, g, N) self-stress: cut-joint wrenches due to assembly errors at zero intensities.
         loose: (M, 6, s, g, N) self-stresses without compliance, of undetermined magnitude.
-        loads: the weights on beams and springs.
+        loads: the weights on elastic elements.
         unbalanced: (passive freedoms, g, N) residual of Eq. (3) [N].
         degenerate: (g, N) True where a canonical basis is degenerate.
         doubtful: (g, N) True where ranks may differ from the ranks at generic poses.
@@ -196,8 +194,7 @@ class LimbStatics(ShortRepr):
 
     def take(self, poses: slice) -> LimbStatics:
         arrays = {item.name: getattr(self, item.name)[..., poses] for item in fields(self) if item.name not in ("group", "loads")}
-        loads = LimbLoads(*(getattr(self.loads, item.name)[..., poses] for item in fields(LimbLoads)))
-        return LimbStatics(group=self.group, loads=loads, **arrays)
+        return LimbStatics(group=self.group, loads=self.loads.map(lambda array: array[..., poses]), **arrays)
 
 
 def limb_statics(
@@ -213,8 +210,8 @@ def limb_statics(
         assembly_error: (6, elements, g, N) assembly errors: the twist of the outboard side of each element, about o; None: none.
     """
     geometry = group.geometry(frames, o)
-    outboard, beyond, spring_beyond, on_drives = group.carried(geometry, frames, o, weights)
-    loads = LimbLoads(beyond, spring_beyond, on_drives, own_weights_of_beams(group, geometry, gravity))
+    outboard, carried = group.carried(geometry, weights)
+    loads = LimbLoads(carried, tuple(element.own_load(gravity) for element in geometry.elements))
     return _statics(group, geometry, outboard, loads, assembly_error, False)
 
 
@@ -222,8 +219,8 @@ def limb_statics_under(group: LimbGroup, frames: Frames, o: Array, wrenches: Map
     """Compute the statics of equal limbs without weights, under loads: ``wrenches`` (6, N) about o, by place [N, N·m]."""
     geometry = group.geometry(frames, o)
     loads = np.stack(list(wrenches.values()), axis=1)
-    outboard, beyond, spring_beyond, on_drives = group.carried(geometry, frames, o, loads, list(wrenches))
-    return _statics(group, geometry, outboard, LimbLoads(beyond, spring_beyond, on_drives, np.zeros_like(beyond)), None, True)
+    outboard, carried = group.carried(geometry, loads, list(wrenches))
+    return _statics(group, geometry, outboard, LimbLoads(carried, (None,) * len(carried)), None, True)
 
 
 def with_loads(statics: LimbStatics, parts: Sequence[tuple[LimbStatics, Array]]) -> LimbStatics:
@@ -232,26 +229,27 @@ def with_loads(statics: LimbStatics, parts: Sequence[tuple[LimbStatics, Array]])
     ``parts`` are the statics under each single load, with the factor (N,) of this load.
     """
 
-    def total(name: str) -> Array:
-        pick = operator.attrgetter(name)
-        found: Array = sum((pick(part) * times for part, times in parts), pick(statics))
+    def total(of: Callable[[LimbStatics], Array]) -> Array:
+        found: Array = sum((of(part) * times for part, times in parts), of(statics))
         return found
 
+    carried = zip(statics.loads.carried, *(part.loads.carried for part, _ in parts), strict=True)
+    times = (1.0, *(times for _, times in parts))
     return replace(
         statics,
-        W_g=total("W_g"),
-        R_g=total("R_g"),
-        gravity_displacement=total("gravity_displacement"),
-        particular=total("particular"),
-        unbalanced=total("unbalanced"),
-        loads=LimbLoads(total("loads.beyond"), total("loads.spring_beyond"), total("loads.on_drives"), total("loads.own")),
+        W_g=total(lambda item: item.W_g),
+        R_g=total(lambda item: item.R_g),
+        gravity_displacement=total(lambda item: item.gravity_displacement),
+        particular=total(lambda item: item.particular),
+        unbalanced=total(lambda item: item.unbalanced),
+        loads=LimbLoads(tuple(sum(a * t for a, t in zip(row, times, strict=True)) for row in carried), statics.loads.own),
     )
 
 
 def _statics(
     group: LimbGroup, geometry: LimbGeometry, outboard: Array, loads: LimbLoads, assembly_error: Array | None, loaded: bool
 ) -> LimbStatics:
-    """Compute the statics of limbs under loads ``outboard`` of passive freedoms and ``loads`` on beams and springs.
+    """Compute the statics of limbs under loads ``outboard`` of passive freedoms and ``loads`` on elastic elements.
 
     ``outboard`` and ``loaded`` are explained at :func:`limb_wrenches`. The self-stress y of limbs with rings minimizes the
     complementary energy of beams and springs, ∂U/∂y = 0 (force method; method page, section 9).
@@ -259,15 +257,15 @@ def _statics(
     found = limb_wrenches(group, geometry, outboard, loaded)
     cut_wrenches, particular, self_stress = found.cut_wrenches, found.particular, found.self_stress
     if not self_stress.shape[2]:
-        C, gravity_displacement = strains(group, geometry, cut_wrenches, particular, loads)
-        if group.only_springs:  # a beam is compliant in every direction
+        C, gravity_displacement = compliance_and_sag(group, geometry, cut_wrenches, particular, loads)
+        if group.partly_elastic:  # a beam is compliant in every direction
             C = np.where(_straining(group, geometry, cut_wrenches, C), C, 0.0)
         error = assembly_error_strains(group, cut_wrenches, assembly_error)
         stress, loose = np.broadcast_to(0.0, particular.shape), self_stress
     else:
         n = cut_wrenches.shape[2]
         columns = np.concatenate([cut_wrenches, self_stress], axis=2)
-        gram, drift = strains(group, geometry, columns, particular, loads)
+        gram, drift = compliance_and_sag(group, geometry, columns, particular, loads)
         gram = np.where(_straining(group, geometry, columns, gram), gram, 0.0)
         gain, loose = _relaxation(gram, self_stress)
         mixed = np.einsum("ab...,bj...->aj...", gain, gram[n:, :n])
@@ -276,7 +274,7 @@ def _statics(
         error = assembly_error_strains(group, self_stress, assembly_error)
         stress = -np.einsum("mia...,ab...,b...->mi...", self_stress, gain, error)
         before = np.einsum("ii...->i...", gram[:n, :n]).max(axis=0, initial=0.0)
-        C, gravity_displacement = strains(group, geometry, cut_wrenches, particular, loads)
+        C, gravity_displacement = compliance_and_sag(group, geometry, cut_wrenches, particular, loads)
         rounding = np.einsum("ii...->i...", C) <= 1e-20 * before
         C = np.where(rounding[:, None] | rounding[None], 0.0, C)
         incompatible = _errors_are_incompatible(group, loose, assembly_error)
@@ -315,8 +313,8 @@ def _straining(group: LimbGroup, geometry: LimbGeometry, columns: Array, C: Arra
 
 def _may_stiffen(group: LimbGroup, C: Array) -> Mask:
     """True (g, N) where a limb without beams may have another number of rigid combinations of wrenches than at generic poses."""
-    if not group.only_springs or len(group.soft) != len(C) - group.rigid_directions:
-        return np.full(C.shape[2:], group.only_springs)
+    if not group.partly_elastic or len(group.soft) != len(C) - group.rigid_directions:
+        return np.full(C.shape[2:], group.partly_elastic)
     return ~split_rigid(C, group.soft)[2]
 
 

@@ -20,8 +20,9 @@ from kinetostatics.mechanism.joints import CompoundJoint
 
 def beam_candidates(group: LimbGroup) -> Iterator[Candidate]:
     """Yield forces along the beams of a limb with rings, outer ones first."""
-    for b, beam in reversed(list(enumerate(group.beams[0]))):
-        yield Candidate(("beam", b), None, f"force on the line of {beam.name}")
+    for number, element in reversed(list(enumerate(group.elastic))):
+        if element.has_line:
+            yield Candidate(("beam", number), None, f"force on the line of {element.names[0]}")
 
 
 def as_component(candidate: Candidate) -> Candidate:

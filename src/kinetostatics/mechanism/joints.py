@@ -29,15 +29,14 @@ class ElasticJoint:
 
     Attributes:
         body, frame: the body on the predecessor's side, and the joint frame (4, 4) in this body.
-        linear: (3, 3) displacement of the successor relative to the predecessor per unit force, in the joint frame [m/N].
-        angular: (3, 3) rotation per unit moment about the frame's origin [rad/(N·m)].
+        compliance: (6, 6) twist of the successor relative to the predecessor per unit wrench about the frame's origin, in the
+            joint frame [m/N, rad/(N·m)].
     """
 
     joint: str
     body: int
     frame: Array
-    linear: Array
-    angular: Array
+    compliance: Array
 
 
 @dataclass(frozen=True)
@@ -60,10 +59,10 @@ def springs_of(mechanism: Mechanism, joint: str) -> tuple[ElasticJoint, ...]:
     if stiffness is None:
         return ()
     connection = mechanism.connections[joint]
-    linear, angular = np.diag(_compliances(stiffness.linear)), np.diag(_compliances(stiffness.angular))
-    if not np.any(linear) and not np.any(angular):
+    compliance = np.diag([*_compliances(stiffness.linear), *_compliances(stiffness.angular)])
+    if not np.any(compliance):
         return ()
-    return (ElasticJoint(joint, connection.predecessor_body, connection.predecessor_frame, linear, angular),)
+    return (ElasticJoint(joint, connection.predecessor_body, connection.predecessor_frame, compliance),)
 
 
 def drives_of(mechanism: Mechanism) -> dict[str, Drive]:

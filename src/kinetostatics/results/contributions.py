@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kinetostatics.elements.element import carried_wrench
+from kinetostatics.elements.loaded_beams import LoadedBeams
 from kinetostatics.layout.mapping import ResultMapping, ShortRepr
-from kinetostatics.limbs.group import carried_wrench
 from kinetostatics.math.arrays import Array, Mask, frozen
 from kinetostatics.math.linalg import cross
 from kinetostatics.math.screws import move_twist, wrench_of_couple, wrench_of_force
@@ -20,7 +21,6 @@ from kinetostatics.robot import Robot
 from kinetostatics.statics.deformation import Deformation
 from kinetostatics.statics.joint_wrenches import actuator_forces_from, joint_contributions, joints_in_order
 from kinetostatics.statics.link_loads import PAYLOAD, AppliedLoad, link_frame
-from kinetostatics.statics.loaded_beams import LoadedBeams
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution, unit_cut_wrenches
 from kinetostatics.statics.springs import solve_with_springs

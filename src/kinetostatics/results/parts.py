@@ -12,9 +12,10 @@ from functools import cached_property
 import numpy as np
 
 from kinetostatics.description.elements import Beam
+from kinetostatics.elements import beam_formulas
+from kinetostatics.elements.loaded_beams import LoadedBeams
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported
-from kinetostatics.limbs import beam_formulas
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, frozen
@@ -24,7 +25,6 @@ from kinetostatics.robot import Robot
 from kinetostatics.statics.deformation import Deformation
 from kinetostatics.statics.joint_wrenches import limb_wrench
 from kinetostatics.statics.link_loads import with_contributions
-from kinetostatics.statics.loaded_beams import LoadedBeams
 from kinetostatics.statics.solution import Solution
 
 

@@ -13,10 +13,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.limbs.compliance import spring_motion
+from kinetostatics.elements.actuator import BranchJoint
+from kinetostatics.elements.element import carried_wrench
+from kinetostatics.elements.loaded_beams import LoadedBeams
 from kinetostatics.limbs.geometry import LimbGeometry
-from kinetostatics.limbs.group import LimbGroup, carried_wrench
-from kinetostatics.limbs.static_model import BranchJoint
+from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import least_squares
@@ -24,7 +25,6 @@ from kinetostatics.math.screws import rotate, wrench_of_force
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.statics.inertia import line_resultants
 from kinetostatics.statics.link_loads import by_place, with_contributions
-from kinetostatics.statics.loaded_beams import LoadedBeams
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
 
@@ -107,42 +107,25 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
     deformed: dict[int, Array] = {}
     beam_of: dict[int, LoadedBeams] = {}
     everyone = tuple(range(g))
-    for b, k in enumerate(k for k, element in enumerate(elements) if element.is_beam):
-        axes, end, length = geometry.beam_axes[:, :, b], geometry.beam_ends[:, b], geometry.beam_lengths[b]
-        models = [row[b] for row in group.beams]
-        beyond = _with_loads(solution, number, share * statics.loads.beyond[:, None, b], "beyond", b)
-        total, load = carried_wrench(signs[k], cut_wrenches) + beyond, share * statics.loads.own[:, None, b]
-        own = carried_wrench(signs[k], statics.particular)[:3] + statics.loads.beyond[:3, b]
-        own = np.einsum("ign,ign->gn", axes[:, 0], own) + elements[k].turned * statics.loads.own[0, b] * length
-        beams = LoadedBeams.under(models, group.compliances[:, b], axes, length, end, total, load)
-        beam_of[k] = replace(beams, axial_correction=moved_share * own)
-        deformed[k] = beams.end_twist()
-        names = tuple(model.name for model in models)
-        out.elastic.append(ElasticDeformation("beams", names, group, number, everyone, signs[k], deformed[k].sum(axis=1)))
-    for spring, k in enumerate(group.spring_elements):
-        axes, arm = geometry.spring_axes[:, :, spring], geometry.spring_arms[:, spring]
-        beyond = share * statics.loads.spring_beyond[:, None, spring]
-        beyond = _with_loads(solution, number, beyond, "spring_beyond", spring)
-        total = carried_wrench(signs[k], cut_wrenches) + beyond
-        moved, energy = spring_motion(*group.spring(spring), axes, arm, total)
-        out.spring_energy[:] += energy.sum(axis=0)
-        deformed[k] = deformed.get(k, 0.0) + moved
-        names = tuple(row[spring].joint for row in group.springs)
-        out.elastic.append(ElasticDeformation("joints", names, group, number, everyone, signs[k], moved.sum(axis=1)))
-    element_of = {element.compound: k for k, element in enumerate(elements)}
-    for d, drive in enumerate(group.drives):
-        own = share * statics.loads.on_drives[:, None, d]
-        force = group.on_drive(geometry, d, cut_wrenches) + _with_loads(solution, number, own, "on_drives", d)[0]
-        travel = drive.compliance * force
-        out.spring_energy[:] += np.einsum("gn,gn->n", force.sum(axis=0), travel.sum(axis=0)) / 2
-        out.drive_deformations.update((joint, travel[:, m]) for m, joint in enumerate(drive.joints))
-        for freedom, ratio in zip(drive.freedoms, drive.ratios, strict=True):
-            k = element_of[int(group.compound_of[freedom])]
-            moved = geometry.twists[:, None, freedom] * (ratio * travel)
-            deformed[k] = deformed.get(k, 0.0) + moved
+    for e, (elastic, placed) in enumerate(zip(group.elastic, geometry.elements, strict=True)):
+        weights, own = statics.loads.carried[e], statics.loads.own[e]
+        carried = placed.carried(cut_wrenches) + _with_loads(solution, number, share * weights[:, None], e)
+        forces = placed.forces(carried)
+        displacements = placed.displacements(forces)
+        if own is not None:
+            displacements += placed.own_displacement(share * own[:, None])
+        for k, motion in placed.motions(displacements):
+            deformed[k] = deformed.get(k, 0.0) + motion
             out.elastic.append(
-                ElasticDeformation("actuators", drive.joints, group, number, everyone, signs[k], moved.sum(axis=1))
+                ElasticDeformation(elastic.kind, elastic.names, group, number, everyone, signs[k], motion.sum(axis=1))
             )
+        out.drive_deformations.update(placed.travels(displacements))
+        if own is None:
+            out.spring_energy[:] += np.einsum("ign,ign->n", forces.sum(axis=1), displacements.sum(axis=1)) / 2
+        else:
+            alone = placed.inside((placed.carried(statics.particular) + weights)[:, None], own[:, None])
+            alone = alone.turned(alone.inner) if elements[k].turned else alone
+            beam_of[k] = replace(placed.inside(carried, share * own[:, None]), axial_correction=moved_share * alone.axial_force())
     _add_assembly_errors(solution, number, deformed, beam_of, out)
     turned = _joint_motions(solution, statics, geometry, deformed, signs, S)
     # sum of the motions of all elements from base to platform
@@ -168,17 +151,14 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         out.beams.append(beams.turned(motions[k]) if elements[k].turned else beams)
 
 
-def _with_loads(solution: Solution, number: int, weights: Array, name: str, element: int) -> Array:
-    """Add loads on links to the wrenches that one beam, elastic joint or actuator of each limb carries under weights.
+def _with_loads(solution: Solution, number: int, weights: Array, element: int) -> Array:
+    """Add loads on links to what one elastic element of each limb carries (c, S, g, N) under weights.
 
     Args:
-        number: index of the group of limbs.
-        weights: (6, S, g, N) wrenches under weights; for an actuator, its force (1, S, g, N).
-        name: attribute with the loads: "beyond" for a beam, "spring_beyond" for an elastic joint, "on_drives" for an actuator.
-        element: index of the beam, elastic joint or actuator.
+        number, element: indices of the group of limbs and of the element.
     """
     parts = [item.statics[number] for item in solution.applied]
-    loads = [None if part is None else np.asarray(getattr(part.loads, name)[:, element]) for part in parts]
+    loads = [None if part is None else part.loads.carried[element] for part in parts]
     return with_contributions(weights, solution.applied, loads)
 
 
@@ -299,10 +279,9 @@ def _deform_branches(
             out.beams.append(replace(beams, inner=motion[:, :, None], stretch=stretch, axial_correction=axial))
             motion = motion + beams.end_twist()[:, :, 0]
         for spring in robot.branch_springs.get(str(edge.joint), ()):
-            axes = frames.orientations(np.array([spring.body]), spring.frame[:3, :3, None])
-            arm = frames.points(np.array([spring.body]), spring.frame[:3, 3:]) - solution.o[:, None]
-            moves = spring_motion(spring.linear[..., None], spring.angular[..., None], axes, arm, carried)[0]
-            motion = motion + moves[:, :, 0]
+            placed = spring.placed(frames, solution.o)
+            for _, moved_by_spring in placed.motions(placed.displacements(placed.forces(carried))):
+                motion = motion + moved_by_spring[:, :, 0]
         if edge.key in moved:
             actuator, joint = moved[edge.key]
             known = out.drive_deformations[actuator][: len(share)]
@@ -355,16 +334,16 @@ def beam_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
     found: dict[str, Array] = {}
     for number, statics in enumerate(solution.statics):
         group = statics.group
-        elements, signs = group.elements[0], group.element_cut_signs
-        if not any(element.is_beam for element in elements):
+        masses = [element.masses(solution.frames) for element in group.elastic]
+        if not any(item is not None for item in masses):
             continue
         cut_wrenches, share = solution.cut_wrenches(number), solution.contribution_mask(group).sum(axis=0)
-        for b, k in enumerate(k for k, element in enumerate(elements) if element.is_beam):
-            outer = carried_wrench(signs[k], cut_wrenches)[:3].sum(axis=1) + share * statics.loads.beyond[:3, b]
-            masses = [row[b].mass_of(row[b].length(solution.frames)) for row in group.beams]
-            inner = outer + share * np.stack(masses) * solution.gravity[:, None]
-            both = np.stack([inner, outer])
-            found.update((row[b].name, both[:, :, m]) for m, row in enumerate(group.beams))
+        for elastic, heavy, weights in zip(group.elastic, masses, statics.loads.carried, strict=True):
+            if heavy is not None:
+                mass, signs = heavy
+                outer = carried_wrench(signs, cut_wrenches)[:3].sum(axis=1) + share * weights[:3]
+                both = np.stack([outer + share * mass * solution.gravity[:, None], outer])
+                found.update((name, both[:, :, m]) for m, name in enumerate(elastic.names))
     loads = by_place(solution.applied)
     for edge in (edge for edge in robot.topology.branch_edges if edge.beam is not None):
         model = robot.beams[str(edge.beam)]

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.limbs.beam_formulas import of_arm, turned_forces
+from kinetostatics.elements.beam_formulas import of_arm, turned_forces
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross
 from kinetostatics.math.rotations import skew

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetostatics.limbs.beam_formulas import clamped_reaction, outboard_wrench
+from kinetostatics.elements.beam_formulas import clamped_reaction, outboard_wrench
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross, dot, least_squares
 from kinetostatics.math.screws import move_wrench

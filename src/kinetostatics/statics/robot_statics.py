@@ -10,11 +10,13 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from kinetostatics.elements.actuator import BranchJoint, branch_joints
+from kinetostatics.elements.joint import ElasticJoints
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.grouping import make_limb_groups
-from kinetostatics.limbs.static_model import BranchJoint, StaticModel, branch_joints
+from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array
-from kinetostatics.mechanism.joints import Drive, ElasticJoint, Freedoms, drives_of, freedoms_of, sides, springs_of
+from kinetostatics.mechanism.joints import Drive, Freedoms, drives_of, freedoms_of, sides, springs_of
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.turning_parts import TurningParts, turning_parts
@@ -124,7 +126,7 @@ class RobotStatics(StaticModel):
     example: Frames
     parts: TurningParts | None
     branch_drives: tuple[tuple[Drive, tuple[BranchJoint, ...]], ...]
-    branch_springs: Mapping[str, tuple[ElasticJoint, ...]]
+    branch_springs: Mapping[str, tuple[ElasticJoints, ...]]
 
     def passive_joints(self, owner: str) -> list[str]:
         """Return the passive joints of a limb, or of the bodies attached only to ``base`` or only to ``platform``."""
@@ -155,8 +157,9 @@ def statics_on(statics: RobotStatics, model: StaticModel) -> RobotStatics:
 def _with_groups(model: StaticModel, groups: tuple[LimbGroup, ...], example: Frames) -> RobotStatics:
     branches, table = passive_branch_joints_of(model), JointTable(model)
     parts = turning_parts(model) if model.description.springs else None
-    moved = [(drive, branch_joints(model, drive)) for drive in drives_of(model.mechanism).values()]
-    springs = {edge.joint: springs_of(model.mechanism, edge.joint) for edge in model.topology.branch_edges if edge.joint}
+    moved = [(drive, branch_joints(model.mechanism, model.topology, drive)) for drive in drives_of(model.mechanism).values()]
+    joints = [edge.joint for edge in model.topology.branch_edges if edge.joint]
+    springs = {joint: tuple(ElasticJoints([own]) for own in springs_of(model.mechanism, joint)) for joint in joints}
     return RobotStatics(
         **{item.name: getattr(model, item.name) for item in fields(StaticModel)},
         groups=groups,

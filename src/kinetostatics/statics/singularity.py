@@ -119,7 +119,7 @@ def groups_of_poses(
 
     ``statics`` has the statics of N poses for the groups of generic poses.
     """
-    stiffening = [k for k, item in enumerate(statics) if item.group.only_springs]
+    stiffening = [k for k, item in enumerate(statics) if item.group.partly_elastic]
     stiffening = [k for k in stiffening if statics[k].may_stiffen.any()]
     if not stiffening and not any([item.doubtful.any() for item in statics]):
         return {}

@@ -156,11 +156,11 @@ class SmallMotions:
             found.append(replace(freedoms[0], stiffness=0.0 if drive is None else 1 / drive.compliance))
         for spring in springs_of(self.model.mechanism, joint.name):
             R, centre = spring.frame[:3, :3], spring.frame[:3, 3]
-            for rotates, compliance in ((False, spring.linear), (True, spring.angular)):
-                for k in np.flatnonzero(np.diag(compliance)):
-                    found.append(
-                        Freedom(rotates, spring.body, R[:, k], spring.body, centre, stiffness=1 / float(compliance[k, k]))
-                    )
+            compliances = np.diag(spring.compliance)
+            for k in np.flatnonzero(compliances):
+                found.append(
+                    Freedom(bool(k > 2), spring.body, R[:, k % 3], spring.body, centre, stiffness=1 / float(compliances[k]))
+                )
         return found
 
     def columns_of(self, *bodies: RigidBody) -> tuple[int, ...]:

@@ -180,7 +180,7 @@ class _Finder:
     def _outer_part(self, step: _Step) -> int:
         inner = self._inner_part(step)
         passive = any(dof.passive and dof.rotates for dof in step.dofs)
-        elastic = step.edge.beam is not None or any(np.any(spring.angular) for spring in self._springs(step))
+        elastic = step.edge.beam is not None or any(np.any(spring.compliance[3:, 3:]) for spring in self._springs(step))
         elastic |= step.edge.joint in self.on_elastic_drives and any(dof.rotates for dof in step.dofs)
         if not (passive or elastic) or step.edge.key not in self.place_at:
             return inner
@@ -215,7 +215,7 @@ class _Finder:
         moving = [dof for dof in step.dofs if not dof.rotates and (on_elastic_drives or (dof.passive and not step.on_branch))]
         found = [(dof.body, dof.axis) for dof in moving]
         for spring in self._springs(step):
-            found += [(spring.body, spring.frame[:3, k]) for k in range(3) if spring.linear[k, k] > 0]
+            found += [(spring.body, spring.frame[:3, k]) for k in range(3) if spring.compliance[k, k] > 0]
         return tuple(Fixed(found[0][0], axis) for axis in _orthonormal([axis for _, axis in found]))
 
     def _centre(self, step: _Step) -> Fixed:

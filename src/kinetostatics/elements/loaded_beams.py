@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kinetostatics.limbs import beam_formulas
-from kinetostatics.limbs.beam_formulas import clamped_line, clamped_section_wrench
+from kinetostatics.elements import beam_formulas
+from kinetostatics.elements.beam_formulas import clamped_line, clamped_section_wrench
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import move_twist, move_wrench, rotate
 from kinetostatics.mechanism.beam_model import BeamModel

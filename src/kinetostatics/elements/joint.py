@@ -1,0 +1,72 @@
+"""Elastic joints in limbs: bearings and springs, whose forces refer to the frame of the joint."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.elements.element import Section, outboard_masks
+from kinetostatics.elements.loaded_beams import LoadedBeams
+from kinetostatics.elements.vectors import FixedVectors
+from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.joints import ElasticJoint
+from kinetostatics.mechanism.limbs import Edge
+from kinetostatics.mechanism.tree import Frames
+
+
+class ElasticJoints:
+    """Corresponding elastic joints of g equal limbs, see :class:`kinetostatics.elements.element.ElasticElement`."""
+
+    kind = "joints"
+    in_every_direction = has_line = False
+    places: frozenset[str] = frozenset()
+
+    def __init__(
+        self, joints: Sequence[ElasticJoint], edges: Sequence[Edge] = (), element: int = 0, signs: NDArray[np.int8] | None = None
+    ) -> None:
+        """Set the joints; arguments as of :class:`kinetostatics.elements.beam.Beams`."""
+        self.names, self.edges, self.element = tuple(joint.joint for joint in joints), tuple(edges), element
+        self.signs = np.zeros(0, dtype=np.int8) if signs is None else signs
+        self._axes = FixedVectors([[(joint.body, joint.frame[:3, :3])] for joint in joints], (3, 3))
+        self._origins = FixedVectors([[(joint.body, joint.frame[:3, 3])] for joint in joints])
+        self.compliance = np.stack([joint.compliance for joint in joints], axis=-1)  # (6, 6, g)
+
+    @property
+    def signature(self) -> tuple[object, ...]:
+        return self.kind, self.element, tuple(self.signs.tolist())
+
+    def outboard(self, names: Sequence[str]) -> list[Array]:
+        return [outboard_masks(self.edges, names)]
+
+    def masses(self, frames: Frames) -> None:
+        return None
+
+    def placed(self, frames: Frames, o: Array, twists: Array | None = None) -> PlacedJoints:
+        arm = self._origins.points(frames)[:, 0] - o[:, None]
+        return PlacedJoints(self.signs, self.element, self._axes.at(frames)[:, :, 0], arm, self)
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedJoints(Section):
+    """Corresponding elastic joints at N poses."""
+
+    joints: ElasticJoints
+
+    @property
+    def line(self) -> None:
+        return None
+
+    def own_load(self, gravity: Array) -> None:
+        return None
+
+    def displacements(self, forces: Array) -> Array:
+        return np.einsum("ijg,j...gn->i...gn", self.joints.compliance, forces)
+
+    def own_displacement(self, load: Array) -> Array:
+        return np.zeros_like(load)
+
+    def inside(self, carried: Array, load: Array) -> LoadedBeams:
+        raise TypeError("an element without length has no inside")
