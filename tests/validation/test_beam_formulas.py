@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kinetostatics.limbs import beam_formulas as beams
+from kinetostatics.elements import beam_formulas as beams
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
 

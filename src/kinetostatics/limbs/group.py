@@ -218,7 +218,9 @@ class LimbGroup:
     def _outboard_of(self, names: Sequence[str]) -> tuple[Array, list[list[Array]]]:
         """Return masks of the weights that are outboard: of the freedoms (g, k, W), and of each elastic element."""
         freedoms = np.array([outboard_masks(edges, names) for edges in self._freedom_edges])
-        return freedoms.reshape(len(self.limbs), -1, len(names)), [element.outboard(names) for element in self.elastic]
+        return freedoms.reshape(len(self.limbs), len(self._freedom_edges[0]), len(names)), [
+            element.outboard(names) for element in self.elastic
+        ]
 
     def carried(
         self, geometry: LimbGeometry, wrenches: Array, names: Sequence[str] | None = None
