@@ -1,6 +1,7 @@
 """Trajectories: poses, velocities, statics along the path, peaks, files, figures and the command."""
 
 import csv
+from dataclasses import replace
 
 import numpy as np
 import package_robots
@@ -8,7 +9,9 @@ import pytest
 from loop_robots import Held
 
 import kinetostatics as ks
+from kinetostatics.buckling.stability import Stability
 from kinetostatics.cli.main import main
+from kinetostatics.results import warnings
 
 WAY = {"x": [-0.15, 0.0, 0.15], "y": 0.0, "z": [-0.75, -0.7, -0.75]}
 TIMES = [0.0, 0.1, 0.2]
@@ -101,6 +104,13 @@ def test_peaks_have_the_extreme_value_and_its_time(path):
     text = str(path)
     assert f"{peak.value:.3f} N·m" in text and "Path of 'delta' in 0.2 s: 41 poses" in text
     assert path.to_dict()["peaks"]["actuator_torque"]["motor_1"] == {"value": peak.value, "time": peak.time}
+
+
+def test_reports_of_paths_compute_no_buckling_modes_where_nothing_buckles(path, monkeypatch):
+    monkeypatch.setattr(Stability, "modes", lambda self: pytest.fail("an eigenvalue problem was solved"))
+    again = replace(path, result=ks.analyze(path.result.configuration, payload=PAYLOAD))
+    monkeypatch.setattr(warnings, "_changed_stiffness", lambda result: "")  # this one is of a single pose
+    assert "largest von Mises stress" in str(again) and again.to_dict()["peaks"]["stress"]
 
 
 def test_table_has_a_row_for_each_instant(path, tmp_path):

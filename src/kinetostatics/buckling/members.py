@@ -139,7 +139,7 @@ class BucklingModes:
 _IN_LINE = 1e-6
 #: Strain energy, relative to the largest strain energy of a member, above which a member takes part in a mode.
 _TAKES_PART = 0.05
-#: Upper bound of the ratios below which no eigenvalues are computed.
+#: Estimate of the largest ratio, relative to the one of interest, below which no eigenvalues are computed.
 _NO_RISK = 0.1
 #: Largest number of matrix entries at a time.
 _CHUNK = 2_000_000
@@ -207,30 +207,33 @@ class Members:
             ),
         )
 
-    def ratios(self, solution: Solution) -> dict[str, Array]:
+    def ratios(self, solution: Solution, least: float = 0.0) -> dict[str, Array]:
         """Return for every beam the ratio (N,) of the forces to the critical forces of its member.
 
         The ratio is the largest 1/λ of the buckling modes in which the member takes part; it is 0 without such a mode, as under
-        tension.
+        tension, and at poses where a bound shows that all ratios are below ``least``.
         """
         found = np.zeros((len(self.names), solution.o.shape[1]))
         if self.names:
             forces = forces_of(self.structure, solution)
-            for poses in self._chunks(found.shape[1]):
+            doubtful = self._doubtful(forces, solution.compliance, least) if least else np.arange(found.shape[1])
+            for chunk in self._chunks(len(doubtful)):
+                poses = doubtful[chunk]
                 found[:, poses] = self._ratios(stability(self.structure, forces.take(poses)))
         return {name: ratio for member, ratio in zip(self.names, found, strict=True) for name in member}
 
     def buckles(self, solution: Solution) -> Mask:
-        forces = forces_of(self.structure, solution)
-        doubtful = np.flatnonzero(self._estimate(forces, solution.compliance) >= _NO_RISK)
         found = np.zeros(solution.o.shape[1], dtype=bool)
-        parts = np.array_split(doubtful, -(-len(doubtful) // _BLOCK)) if len(doubtful) else []
-        rest = [part[~surely_stable(self.structure, forces.take(part))] for part in parts]
-        doubtful = np.concatenate([doubtful[:0], *rest])
-        for chunk in self._chunks(len(doubtful)):
-            poses = doubtful[chunk]
-            found[poses] = np.any(self._ratios(stability(self.structure, forces.take(poses))) >= 1, axis=0)
+        for ratio in self.ratios(solution, 1.0).values():
+            found |= ratio >= 1
         return found
+
+    def _doubtful(self, forces: Forces, compliance: Array, least: float) -> Index:
+        """Return the poses where a ratio may be ``least`` or above."""
+        doubtful = np.flatnonzero(self._estimate(forces, compliance) >= _NO_RISK * least)
+        parts = np.array_split(doubtful, -(-len(doubtful) // _BLOCK)) if len(doubtful) else []
+        rest = [part[~surely_stable(self.structure, forces.take(part), 1 / least)] for part in parts]
+        return np.concatenate([doubtful[:0], *rest])
 
     def _chunks(self, N: int) -> list[Index]:
         coordinates = len(self.structure.freedoms) + 2 * INNER * len(self.structure.beams)

@@ -7,7 +7,7 @@ and in slides. Bending moments, torques and displacements before buckling are ne
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -132,6 +132,11 @@ class Forces:
         lines = {name: line[:, poses] for name, line in self.lines.items()}
         return Forces(frames, self.o[:, poses], self.gravity[:, poses], beams, joints, centres, others, lines)
 
+    def multiplied(self, times: float) -> Forces:
+        beams, lines = ({name: times * array for name, array in item.items()} for item in (self.beams, self.lines))
+        others = [(body, times * wrench, point) for body, wrench, point in self.others]
+        return replace(self, gravity=times * self.gravity, beams=beams, joints=times * self.joints, others=others, lines=lines)
+
 
 def forces_of(structure: SmallMotions, solution: Solution) -> Forces:
     """Return all forces at the poses of a solution; statically indeterminate forces are one of their solutions."""
@@ -161,15 +166,15 @@ def stability(structure: SmallMotions, forces: Forces) -> Stability:
     return Stability(np.moveaxis(found.K, 2, 0), np.moveaxis(found.G, 2, 0), found.beams, found.motions)
 
 
-def surely_stable(structure: SmallMotions, forces: Forces) -> Mask:
-    """Return a mask (N,): True where a sufficient condition shows that K + K_G is positive definite.
+def surely_stable(structure: SmallMotions, forces: Forces, times: float = 1.0) -> Mask:
+    """Return a mask (N,): True where a sufficient condition shows that K + K_G is positive definite under ``times`` the forces.
 
     For all values of the inner coordinates of a beam, xᵀ(K + K_G)x ≥ uᵀ(B + G)u − |Cᵀu|²/(1 − β), with the motions u of its ends,
     their bending and geometric stiffness B and G, the geometric stiffness C that couples them with the inner coordinates, and the
     ratio β of the largest compressive force to the critical force of the beam with clamped ends. The condition is not met for
     β ≥ 1. The remaining matrix, of rigid-body motions, is sparse because the limbs are connected at the platform only.
     """
-    found = _Assembly(structure, forces, condensed=True)
+    found = _Assembly(structure, forces if times == 1 else forces.multiplied(times), condensed=True, times=times)
     diagonal = np.einsum("iin->in", found.G)
     diagonal += found.added
     return definite_in_order(found.G, fronts(len(found.G), frozenset(found.coupled)))
@@ -179,11 +184,11 @@ class _Assembly:
     """Assembly of K (n, n, N) and K_G (n + b, n + b, N).
 
     If ``condensed``, only the diagonal (n, N) of K and a lower bound (n, n, N) of K + K_G without inner coordinates are
-    assembled.
+    assembled, for ``times`` the given forces of springs.
     """
 
-    def __init__(self, structure: SmallMotions, forces: Forces, condensed: bool = False) -> None:
-        self.structure, self.given, self.condensed = structure, forces, condensed
+    def __init__(self, structure: SmallMotions, forces: Forces, condensed: bool = False, times: float = 1.0) -> None:
+        self.structure, self.given, self.condensed, self.times = structure, forces, condensed, times
         self.places = {name: k for k, name in enumerate(structure.model.joint_table.names)}
         self.frames, self.o = forces.frames, forces.o
         self.motions = PlacedMotions(structure, self.frames, self.o)
@@ -285,7 +290,7 @@ class _Assembly:
             values, axes = np.linalg.eigh(np.nan_to_num(np.moveaxis(spring.tangent, 2, 0)))
             stiff = np.einsum("nia,na,nja->ijn", axes, np.maximum(values, 0), axes)
             unstable = np.einsum("nia,na,nja->ijn", axes, np.minimum(values, 0), axes)
-            self._add(*self.motions.stretched(spring), [(slice(0, 3), stiff)], [(slice(0, 3), unstable)])
+            self._add(*self.motions.stretched(spring), [(slice(0, 3), stiff)], [(slice(0, 3), self.times * unstable)])
 
     def _joints(self) -> None:
         """Add the stiffness of elastic joints, joint forces on bodies, and the geometric stiffness of forces in slides."""

@@ -216,7 +216,7 @@ def _beams(result: Result, noise: NoiseFloor) -> list[Block]:
 
 
 #: Results of a beam in reports.
-BEAM_DATA = [item.name for item in dataclasses.fields(BeamResult) if item.name not in ("name", "description")]
+BEAM_DATA = [item.name.lstrip("_") for item in dataclasses.fields(BeamResult) if item.name not in ("name", "description")]
 
 
 def limb_report(limb: LimbResult) -> Report:

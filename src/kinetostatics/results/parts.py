@@ -163,6 +163,20 @@ STATIONS = 21
 FRACTIONS = frozen(np.linspace(0, 1, STATIONS))
 
 
+@dataclass(frozen=True, eq=False)
+class _EulerRatios:
+    """The ratios of all beams, computed when the first of them is asked for."""
+
+    robot: Robot
+    batch: Batch
+    solutions: tuple[Solution, ...]
+
+    @cached_property
+    def of_beams(self) -> Mapping[str, Array]:
+        chunks = [self.robot.members.ratios(solution) for solution in self.solutions]
+        return {name: self.batch.public([chunk[name] for chunk in chunks]) for name in self.robot.description.beams}
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class BeamResult(Reported, builder="reports.parts:beam_report"):
     """Results of one beam at n stations from its base end to its platform end.
@@ -180,10 +194,7 @@ class BeamResult(Reported, builder="reports.parts:beam_report"):
         rotations: (…, n, 3) rotation of the sections, world axes [rad].
         stress: (…) largest von Mises stress of the stations, from all six section forces [Pa]; NaN for ``<section>``, whose
             outline is unknown. Stress concentrations at inner corners of rectangular tubes are ignored.
-        euler_ratio: (…) ratio of the forces to the critical forces of the buckling modes in which the beam takes part; 1 and
-            above means buckling. For a strut between two hinges the ratio is N/N_Euler; see :mod:`kinetostatics.buckling`.
-            Collinear beams that are welded or telescopic form one member with one ratio.
-        member: names of the beams of this member, from its base end to its platform end.
+        member: names of the beams of the beam's member, from its base end to its platform end, see :attr:`euler_ratio`.
         strain_energy: (…) strain energy [J].
     """
 
@@ -198,9 +209,18 @@ class BeamResult(Reported, builder="reports.parts:beam_report"):
     deflections: Array
     rotations: Array
     stress: Array
-    euler_ratio: Array
+    _euler_ratio: _EulerRatios
     strain_energy: Array
     member: tuple[str, ...]
+
+    @cached_property
+    def euler_ratio(self) -> Array:
+        """(…) ratio of the forces to the critical forces of the buckling modes in which the beam takes part.
+
+        1 and above means buckling. For a strut between two hinges the ratio is N/N_Euler; see :mod:`kinetostatics.buckling`.
+        Collinear beams that are welded or telescopic form one member with one ratio.
+        """
+        return self._euler_ratio.of_beams[self.name]
 
     @property
     def deflection(self) -> Array:
@@ -212,7 +232,7 @@ def beam_results(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, BeamResult]:
     found: dict[str, BeamResult] = {}
-    ratios = [robot.members.ratios(solution) for solution in solutions]
+    ratios = _EulerRatios(robot, batch, tuple(solutions))
     members = {beam: member for member in robot.members.names for beam in member}
     numbers = [[_beam_arrays(stack, solution) for stack in d.beams] for d, solution in zip(deformations, solutions, strict=True)]
     for name, beam in robot.description.beams.items():
@@ -221,9 +241,8 @@ def beam_results(
         mine = {key: [stack[key][..., position, :] for stack, position in pieces] for key in pieces[0][0]}
         wrenches = [np.swapaxes(w, 0, 1) for w in mine["section_wrenches"]]
         mine["stress"] = [beam.section.largest_stress(w, beam.poisson_ratio) for w in wrenches]
-        mine["euler_ratio"] = [ratio[name] for ratio in ratios]
         arrays = {key: batch.public(chunks) for key, chunks in mine.items()}
-        found[name] = BeamResult(name, beam, FRACTIONS, **arrays, member=members[name])
+        found[name] = BeamResult(name, beam, FRACTIONS, **arrays, _euler_ratio=ratios, member=members[name])
     return ResultMapping(found)
 
 
@@ -248,7 +267,7 @@ def centre_lines(
 
 
 def _beam_arrays(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
-    """Return the arrays of :class:`BeamResult` by name, as (…, g, N), without ``stress`` and ``euler_ratio``."""
+    """Return the arrays of :class:`BeamResult` by name, as (…, g, N), without ``stress`` and ``_euler_ratio``."""
     parts = {name: getattr(beams, name).sum(axis=1, keepdims=True) for name in ("wrench", "load", "inner")}
     line = None if beams.line is None else beams.line.sum(axis=1, keepdims=True)
     total = replace(beams, **parts, stretch=beams.stretch.sum(axis=0, keepdims=True), line=line)

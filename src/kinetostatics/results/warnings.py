@@ -216,7 +216,10 @@ def _poses(result: Result, where: NDArray[np.bool_]) -> str:
 
 def _buckling(result: Result) -> list[str]:
     """Return warnings about members near buckling, and about the change of stiffness by forces, which linear theory neglects."""
-    ratios = {beam.name: float(np.max(np.nan_to_num(beam.euler_ratio), initial=0.0)) for beam in result.beams.values()}
+    chunks = [result.robot.members.ratios(solution, EULER_WARNING) for solution in result.solutions]
+    ratios = {
+        name: max(float(np.max(np.nan_to_num(chunk[name]), initial=0.0)) for chunk in chunks) for name in result.robot.beams
+    }
     members: dict[str, list[str]] = {}
     for name, ratio in ratios.items():
         members.setdefault(f"{ratio:.6g}", []).append(name)

@@ -380,6 +380,23 @@ def test_surely_stable_poses_do_not_buckle(name):
     assert np.all(buckles == (times > 1)[:, None])
 
 
+@pytest.mark.few(3)
+@pytest.mark.parametrize("name", package_robots.NAMES)
+def test_ratios_above_a_bound_are_those_of_all_poses(name):
+    """Random loads around 0.05 of the critical ones; the other ratios are zero, most of them without eigenvalues."""
+    robot = package_robots.robot(name)
+    directions = np.random.default_rng(2).standard_normal((8, 6)) * [1, 1, 1, 0.3, 0.3, 0.3]
+    found = ks.analyze(robot.assemble(), directions, (0, 0, 0))
+    largest = np.max([beam.euler_ratio for beam in found.beams.values()], axis=0)
+    times = np.array([1e-3, 0.1, 0.9, 1.1, 3.0])[:, None] * 0.05 / np.maximum(largest, 1e-9)
+    [solution] = ks.analyze(robot.assemble(), times[..., None] * directions, (0, 0, 0)).solutions
+    every, above = robot.members.ratios(solution), robot.members.ratios(solution, 0.05)
+    for beam, ratios in every.items():
+        assert np.array_equal(above[beam][ratios >= 0.05], ratios[ratios >= 0.05])
+        assert np.all((above[beam] == ratios) | (above[beam] == 0))
+    assert not np.any([ratios[:8] for ratios in above.values()])
+
+
 def test_a_leg_of_a_hexapod_is_one_member():
     robot = package_robots.robot("gough_stewart")
     found = ks.analyze(robot.assemble(), load=(0, 0, -1e5, 0, 0, 0))

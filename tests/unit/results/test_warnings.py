@@ -230,9 +230,10 @@ def test_open_loops_and_large_motions_cause_warnings():
 def test_buckling_warnings_begin_at_a_twentieth_of_the_load(ratio, words, monkeypatch):
     """Beams with equal ratios to their buckling loads share a warning."""
     monkeypatch.setattr(warnings, "_changed_stiffness", lambda result: "")
-    ratios = {"a": [0.2, 1.5], "b": [0.2, 1.5], "c": ratio, "d": [np.nan, 0.0]}
-    beams = {name: SimpleNamespace(name=name, euler_ratio=np.array(ratio)) for name, ratio in ratios.items()}
-    both, *one = warnings._buckling(SimpleNamespace(beams=beams))
+    chunks = [{"a": [0.2, 1.5], "b": [0.2], "c": [0.01], "d": [np.nan]}, {"a": [], "b": [1.5], "c": [ratio], "d": [0.0]}]
+    members = SimpleNamespace(ratios=lambda chunk, least: {name: np.array(values) for name, values in chunk.items()})
+    robot = SimpleNamespace(beams=dict.fromkeys("abcd"), members=members)
+    both, *one = warnings._buckling(SimpleNamespace(robot=robot, solutions=chunks))
     assert both == "the forces are 150 % of the buckling load of beams a, b: no result applies"
     assert len(one) == bool(words) and all("beam c" in text and words in text for text in one)
 
