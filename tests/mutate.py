@@ -1,18 +1,23 @@
 """Small mistakes, put into the numeric code one at a time: which of them do the tests notice?
 
-    python tests/mutate.py                       # a sample from every folder that computes numbers
+    python tests/mutate.py                                   # a sample from every folder that computes numbers
     python tests/mutate.py engine statics/solution           # from this folder and this module
     python tests/mutate.py statics/solution --count 40 --seed 3 --jobs 2
-    python tests/mutate.py --map                 # find out again which test reaches which line: over an hour
-    python tests/mutate.py --map test_screws     # the same for some files of tests, say new ones
 
-Each mistake (a mutant) changes one thing: an operator, a comparison, a sign, a number, a statement left out. Thresholds, the
-numbers below 1e-3, become a thousand times larger and smaller. Every mutant meets the tests that reach its line, the quickest
-first, until one fails. What no test notices is listed; mutants that change nothing a user could see are named with the reason in
-``mutants_without_effect.txt`` (``-> …``: all of a line) and do not count. Needs ``coverage`` (in the extra ``test``) and a
-system that can fork.
+Each mistake (a mutant) changes one thing, of one kind:
 
-Which test reaches which line is kept in ``build``; lines that have moved since are found by their text.
+- arithmetic: an operator, a sign, a number, a statement left out;
+- tolerance: a number below 1e-3 becomes a thousand times larger or smaller;
+- condition: a comparison or a branch turned round, ``and`` for ``or``, a part of a condition left out;
+- guard: a mask, a bound or ``np.where`` left out.
+
+The kinds are drawn equally often, as far as a folder has them. The tests of a folder (``TESTS``) first run without mutants, in
+the same copy of the package: tests that fail or are skipped there are named and left out, and the lines that the others reach
+are noted. This is kept in ``build`` until the package or a test file changes. Then every mutant meets the tests that reach its
+line, the quickest first, until one fails. Killed means that pytest says so (exit code 1); mutants that exceed the time or end
+pytest in another way, as by an error of an import, are counted apart. What no test notices is listed; mutants that change nothing
+a user could see are named with the reason in ``mutants_without_effect.txt`` and are not drawn. Needs ``coverage`` (in the extra
+``test``) and a system that can fork.
 """
 
 from __future__ import annotations
@@ -20,7 +25,7 @@ from __future__ import annotations
 import argparse
 import ast
 import compileall
-import difflib
+import hashlib
 import importlib
 import json
 import os
@@ -28,10 +33,11 @@ import random
 import re
 import resource
 import shutil
+import signal
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import zip_longest
@@ -41,31 +47,53 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "src" / "kinetostatics"
-MAP = ROOT / "build" / "tests_of_lines.json"
+MAPS = ROOT / "build" / "tests_of_lines"
 WITHOUT_EFFECT = Path(__file__).parent / "mutants_without_effect.txt"
+KINDS = ("arithmetic", "condition", "tolerance", "guard")
 
-#: The folders in which a mistake makes a wrong number, and the modules beside them.
-FOLDERS = """math sections description mechanism kinematics limbs statics buckling engine functions results checks
-indices workspace calibration design verification""".split()
-MODULES = ["analysis", "compensation", "robot", "status", "layout/numbers"]
-
-#: Tests that reach the core by way of a browser, other processes or large maps tell little about single numbers for their time.
-SLOW = re.compile(
-    r"test_(viewer|plot|fuzz|solid|workspace_figures|benchmarks|guide|readme|examples|cli|foreign|robot_files|python_api"
-    r"|random|rewritings|mutate)"
-)
+#: The folders in which a mistake makes a wrong number, and the files or folders of tests that are about them.
+TESTS = {
+    "math": "unit/math unit/kinematics/test_joint_coordinates.py unit/buckling unit/description",
+    "sections": "unit/sections validation/test_section_shear.py",
+    "description": "unit/description unit/files/test_joint_elements.py unit/files/test_robot_file.py unit/limbs",
+    "mechanism": "unit/mechanism",
+    "kinematics": "unit/kinematics properties/test_zero_pose.py properties/test_loop_types.py",
+    "limbs": "unit/limbs validation/test_closed_forms.py",
+    "statics": "unit/statics validation/test_closed_forms.py",
+    "buckling": "unit/buckling validation/test_second_order.py",
+    "vibration": "unit/vibration validation/test_vibration.py",
+    "engine": "engine",
+    "functions": "functions",
+    "results": "unit/results",
+    "checks": "unit/checks cli/test_check_golden.py",
+    "indices": "maps/test_indices.py maps/test_any_direction.py",
+    "workspace": "unit/workspace maps/test_sweep.py maps/test_map_facts.py maps/test_store.py",
+    "calibration": "unit/calibration design/test_calibrate.py design/test_plan.py",
+    "design": "unit/design design/test_optimize.py design/test_pareto.py design/test_tolerances.py design/test_requirements.py"
+    " design/test_sensitivities.py",
+    "verification": "validation/test_verification.py",
+    "dynamics": "design/test_trajectory.py design/test_trajectory_profiles.py unit/reports/test_dynamics.py"
+    " validation/test_motion.py",
+    "parametric": "unit/parametric maps/test_parameter_units.py",
+    "files": "unit/files",
+}
 
 _SWAPPED = {"Add": "-", "Sub": "+", "Mult": "/", "Div": "*", "FloorDiv": "*", "Mod": "*"}
 _SIGNS = {"Add": "+", "Sub": "-", "Mult": "*", "Div": "/", "FloorDiv": "//", "Mod": "%"}
 _OPPOSITE = {"Lt": ">=", "LtE": ">", "Gt": "<=", "GtE": "<", "Eq": "!=", "NotEq": "==", "In": "not in", "NotIn": "in"}
+_BOUNDS = ("max", "min", "np.maximum", "np.minimum", "np.clip")
+
+#: Kind, start and end of the bytes that are replaced, and the new text.
+Change = tuple[str, int, int, str]
 
 
 @dataclass(frozen=True)
 class Mutant:
-    """One mistake: in which module and line, what stood there and what stands there now; the bytes put in place of others."""
+    """One mistake: its module, line and kind, what stood there and what stands there now; the bytes put in place of others."""
 
     module: str
     line: int
+    kind: str
     was: str
     now: str
     change: tuple[int, int, str]
@@ -73,11 +101,6 @@ class Mutant:
     @property
     def name(self) -> str:
         return f"{self.module}: {self.was.strip()} -> {self.now.strip()}"
-
-    @property
-    def line_name(self) -> str:
-        """How all mutants of the line are excused together."""
-        return f"{self.module}: {self.was.strip()} -> …"
 
     @property
     def text(self) -> str:
@@ -91,7 +114,6 @@ class Mutant:
 
 
 def mutants(module: str) -> Iterator[Mutant]:
-    """Yield every mutant of a module."""
     raw = (PACKAGE / f"{module}.py").read_bytes()
     lines = raw.splitlines(keepends=True)
     starts = [0]
@@ -101,60 +123,84 @@ def mutants(module: str) -> Iterator[Mutant]:
     def place(line: int, column: int) -> int:
         return starts[line - 1] + column
 
-    for start, end, new in _changes(ast.parse(raw), place, raw):
+    for kind, start, end, new in _changes(ast.parse(raw), place, raw):
         number = raw[:start].count(b"\n")
         rest = raw[end : raw.find(b"\n", end)].decode()
         was, now = lines[number].decode().rstrip(), raw[starts[number] : start].decode() + new + rest
-        yield Mutant(module, number + 1, was, now.splitlines()[0], (start, end, new))
+        yield Mutant(module, number + 1, kind, was, now.splitlines()[0], (start, end, new))
 
 
-def _changes(tree: ast.Module, place, raw: bytes) -> Iterator[tuple[int, int, str]]:
-    """Yield (start, end, new text) of every change."""
+def _changes(tree: ast.Module, place, raw: bytes) -> Iterator[Change]:
+    def span(node: ast.expr | ast.stmt) -> tuple[int, int]:
+        return place(node.lineno, node.col_offset), place(node.end_lineno, node.end_col_offset)
+
+    def text(node: ast.expr) -> str:
+        start, end = span(node)
+        return raw[start:end].decode()
+
     skipped = {id(part) for node in ast.walk(tree) for part in _without_numbers(node)}
     for node in _walk(tree, skipped):
-        span = (
-            (place(node.lineno, node.col_offset), place(node.end_lineno, node.end_col_offset))
-            if hasattr(node, "lineno")
-            else None
-        )
-        if isinstance(node, (ast.BinOp, ast.Compare, ast.BoolOp)):
+        if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.BitAnd, ast.BitOr)) and not _is_type(node):
+            for part in (node.left, node.right):
+                yield "guard", *span(node), f"({text(part)})"
+        elif isinstance(node, ast.Call) and ast.unparse(node.func) in _BOUNDS and len(node.args) > 1:
+            for part in node.args[: 1 if ast.unparse(node.func) == "np.clip" else 2]:
+                if not isinstance(part, ast.Starred):
+                    yield "guard", *span(node), f"({text(part)})"
+        elif isinstance(node, ast.Call) and ast.unparse(node.func) == "np.where" and len(node.args) == 3:
+            mask, *parts = map(text, node.args)
+            for part in parts:
+                yield "guard", *span(node), f"np.where({mask}, {part}, {part})"
+        elif isinstance(node, (ast.BinOp, ast.Compare, ast.BoolOp)):
             yield from _operators(node, place, raw)
         elif isinstance(node, ast.AugAssign) and type(node.op).__name__ in _SWAPPED:
             name = type(node.op).__name__
             between = _between(node.target, node.value, place)
             at = raw.index(f"{_SIGNS[name]}=".encode(), between[0], between[1])
-            yield at, at + len(_SIGNS[name]), _SWAPPED[name]
-        elif isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.Not)):
-            yield (span[0], span[0] + 3, "") if isinstance(node.op, ast.Not) else (span[0], span[0] + 1, "+")
+            yield "arithmetic", at, at + len(_SIGNS[name]), _SWAPPED[name]
+        elif isinstance(node, ast.UnaryOp) and not isinstance(node.op, ast.UAdd):
+            kind, new = {"Not": ("condition", ""), "Invert": ("guard", ""), "USub": ("arithmetic", "+")}[type(node.op).__name__]
+            start = span(node)[0]
+            yield kind, start, start + (3 if isinstance(node.op, ast.Not) else 1), new
         elif isinstance(node, ast.Constant) and type(node.value) in (int, float):
+            kind = "tolerance" if 0 < node.value < 1e-3 else "arithmetic"
             for new in _numbers(node.value):
-                yield *span, new
+                yield kind, *span(node), new
         elif isinstance(node, (ast.If, ast.IfExp, ast.While)):
-            test = node.test
-            start, end = place(test.lineno, test.col_offset), place(test.end_lineno, test.end_col_offset)
-            yield start, end, f"(not ({raw[start:end].decode()}))"
+            yield "condition", *span(node.test), f"(not ({text(node.test)}))"
+        if isinstance(node, ast.BoolOp):
+            for part in node.values:
+                yield "condition", *span(part), str(isinstance(node.op, ast.And))
         if isinstance(node, ast.AugAssign) or (
             isinstance(node, ast.Assign) and all(isinstance(target, ast.Subscript) for target in node.targets)
         ):
-            yield *span, "pass"
+            yield "arithmetic", *span(node), "pass"
 
 
-def _operators(node: ast.BinOp | ast.Compare | ast.BoolOp, place, raw: bytes) -> Iterator[tuple[int, int, str]]:
+def _is_type(node: ast.expr) -> bool:
+    """Whether an expression is a union of types, such as ``int | None``."""
+    if isinstance(node, ast.BinOp):
+        return _is_type(node.left) or _is_type(node.right)
+    name = node.value if isinstance(node, ast.Constant) else node.id if isinstance(node, ast.Name) else ""
+    return name is None or (isinstance(name, str) and (name[:1].isupper() or name in ("int", "float", "str", "dict", "list")))
+
+
+def _operators(node: ast.BinOp | ast.Compare | ast.BoolOp, place, raw: bytes) -> Iterator[Change]:
     if isinstance(node, ast.BoolOp):
         word, other = ("and", "or") if isinstance(node.op, ast.And) else ("or", "and")
         start, end = _between(node.values[0], node.values[1], place)
         at = raw.index(word.encode(), start, end)
-        yield at, at + len(word), other
+        yield "condition", at, at + len(word), other
         return
     left, right = (node.left, node.right) if isinstance(node, ast.BinOp) else (node.left, node.comparators[0])
     name = type(node.op if isinstance(node, ast.BinOp) else node.ops[0]).__name__
     start, end = _between(left, right, place)
     if isinstance(node, ast.BinOp) and name in _SWAPPED:
         at = raw.index(_SIGNS[name].encode(), start, end)
-        yield at, at + len(_SIGNS[name]), _SWAPPED[name]
+        yield "arithmetic", at, at + len(_SIGNS[name]), _SWAPPED[name]
     elif name in _OPPOSITE:
-        found = re.compile(rb"not\s+in|in|[<>=!]=|[<>]").search(raw, start, end)
-        yield *found.span(), _OPPOSITE[name]
+        sign = re.compile(rb"not\s+in|in|[<>=!]=|[<>]").search(raw, start, end)
+        yield "condition", *sign.span(), _OPPOSITE[name]
 
 
 def _between(left: ast.expr, right: ast.expr, place) -> tuple[int, int]:
@@ -195,10 +241,10 @@ def _without_numbers(node: ast.AST) -> list[ast.AST]:
 
 
 class _Recorder:
-    """Tells coverage which test runs, and notes how long each takes and which fail."""
+    """Tells coverage which test runs, and notes how long each takes and which do not pass."""
 
     def __init__(self, coverage) -> None:
-        self.coverage, self.seconds, self.failed = coverage, Counter(), set()
+        self.coverage, self.seconds, self.left_out = coverage, Counter(), set()
 
     def pytest_runtest_logstart(self, nodeid: str, location) -> None:
         self.coverage.switch_context(nodeid.partition("[")[0])
@@ -207,76 +253,61 @@ class _Recorder:
         test = report.nodeid.partition("[")[0]
         self.seconds[test] += report.duration
         if report.failed:
-            self.failed.add(test)
+            self.left_out.add(test)
 
 
-def make_map(names: list[str]) -> None:
-    """Run the tests of some files, each in a process of its own, and write down which of them reach which line."""
-    files = [path for path in sorted((ROOT / "tests").rglob("test_*.py")) if path.stem in names]
-    part = MAP.with_suffix(".part")
-    MAP.parent.mkdir(exist_ok=True)
+def test_map(places: Iterable[str]) -> dict:
+    """Return the seconds of each test about some folders, and which tests reach each line; the files of tests run if need be."""
+    paths = [ROOT / "tests" / name for place in places for name in TESTS[place.partition("/")[0]].split()]
+    files = sorted({file for path in paths for file in (path.rglob("test_*.py") if path.is_dir() else [path])})
+    shared = [*sorted(PACKAGE.rglob("*.py")), *sorted((ROOT / "tests" / "support").glob("*.py")), ROOT / "tests" / "conftest.py"]
+    version = b"".join(path.read_bytes() for path in shared)
+    known: dict = {"seconds": {}, "lines": {}}
     for file in files:
-        if (child := os.fork()) == 0:
-            os.chdir(ROOT)
-            os.environ["CI"] = "true"  # the same examples every time
-            part.write_text(json.dumps(_lines_of_tests(file)), encoding="utf-8")
-            os._exit(0)
-        if os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0:
-            _write_map(f"{file.relative_to(ROOT).as_posix()}::", json.loads(part.read_text(encoding="utf-8")))
-    part.unlink(missing_ok=True)
+        key = hashlib.sha256(version + file.read_bytes()).hexdigest()
+        kept = MAPS / f"{'_'.join(file.relative_to(ROOT / 'tests').with_suffix('').parts)}.json"
+        part = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else {"key": None}
+        if part["key"] != key:
+            part = {"key": key, **_lines_of_tests(file)}
+            MAPS.mkdir(parents=True, exist_ok=True)
+            kept.write_text(json.dumps(part), encoding="utf-8")
+        if part["left_out"]:
+            print("do not pass without mutants, left out:", *part["left_out"], flush=True)
+        known["seconds"] |= part["seconds"]
+        for module, lines in part["lines"].items():
+            for line, tests in lines.items():
+                known["lines"].setdefault(module, {}).setdefault(line, []).extend(tests)
+    return known
 
 
 def _lines_of_tests(file: Path) -> dict:
-    """Return the seconds of each test of a file, and for each line that is reached, which tests do so."""
-    import coverage
+    """Run a file of tests in a copy of the package: seconds of each test that passes, and which tests reach each line."""
+    with tempfile.TemporaryDirectory() as folder:
+        copy, result = _copy(folder), Path(folder) / "result.json"
 
-    measured = coverage.Coverage(data_file=None, source=[str(PACKAGE)], config_file=False)
-    recorder = _Recorder(measured)
-    measured.start()
-    pytest.main(["-q", "-p", "no:cacheprovider", "-p", "no:xdist", str(file)], plugins=[recorder])
-    measured.stop()
-    found = measured.get_data()
-    lines: dict = {}
-    for path in found.measured_files():
-        reached = found.contexts_by_lineno(path)
-        lines[str(Path(path).relative_to(PACKAGE).with_suffix(""))] = {
-            line: sorted(test for test in tests if test and test not in recorder.failed) for line, tests in reached.items()
-        }
-    if recorder.failed:
-        print("fail as they are and are left out:", *sorted(recorder.failed), flush=True)
-    return {"seconds": recorder.seconds, "lines": lines}
+        def measured() -> int:
+            import coverage
 
+            measuring = coverage.Coverage(data_file=None, source=[str(copy)], config_file=False)
+            recorder = _Recorder(measuring)
+            measuring.start()
+            code = pytest.main(["-q", "-p", "no:cacheprovider", str(file)], plugins=[recorder])
+            measuring.stop()
+            data = measuring.get_data()
+            lines = {}
+            for path in data.measured_files():
+                reached = data.contexts_by_lineno(path)
+                lines[Path(path).relative_to(copy).with_suffix("").as_posix()] = {
+                    line: sorted(set(tests) - recorder.left_out - {""}) for line, tests in reached.items()
+                }
+            seconds = {test: time for test, time in recorder.seconds.items() if test not in recorder.left_out}
+            result.write_text(json.dumps({"seconds": seconds, "left_out": sorted(recorder.left_out), "lines": lines}))
+            return int(code)
 
-def _write_map(prefix: str, new: dict) -> None:
-    """Put the tests of one file into the map, in place of what it knew of them."""
-    known = read_map() if MAP.exists() else {"seconds": {}, "lines": {}}
-    seconds = {test: time for test, time in known["seconds"].items() if not test.startswith(prefix)}
-    lines: dict = {}
-    for module, reached in known["lines"].items():
-        lines[module] = {line: [t for t in tests if not t.startswith(prefix)] for line, tests in reached.items()}
-    for module, reached in new["lines"].items():
-        for line, tests in reached.items():
-            lines.setdefault(module, {}).setdefault(line, []).extend(tests)
-    texts = {module: (PACKAGE / f"{module}.py").read_text(encoding="utf-8") for module in lines}
-    MAP.write_text(json.dumps({"seconds": {**seconds, **new["seconds"]}, "lines": lines, "texts": texts}), encoding="utf-8")
-
-
-def read_map() -> dict:
-    """Return the map, its lines numbered as they are now."""
-    known = json.loads(MAP.read_text(encoding="utf-8"))
-    for module in list(known["lines"]):
-        path = PACKAGE / f"{module}.py"
-        if not path.exists():
-            del known["lines"][module]
-            continue
-        then, now = known["texts"][module].splitlines(), path.read_text(encoding="utf-8").splitlines()
-        if then != now:
-            moved = {}
-            for old, new, count in difflib.SequenceMatcher(None, then, now, autojunk=False).get_matching_blocks():
-                moved |= {str(old + k + 1): str(new + k + 1) for k in range(count)}
-            reached = known["lines"][module]
-            known["lines"][module] = {moved[line]: tests for line, tests in reached.items() if line in moved}
-    return known
+        code = _in_a_process(folder, measured, 3600)
+        if code not in (0, 1, 5) or not result.exists():  # 5: all tests of the file are slow
+            sys.exit(f"{file}: pytest ends with exit code {code} without mutants")
+        return json.loads(result.read_text(encoding="utf-8"))
 
 
 def tests_of(mutant: Mutant, known: dict) -> list[str]:
@@ -340,28 +371,41 @@ def _tests_of_name(name: str, known: dict, seen: set[str]) -> set[str]:
 # ---- trying them -----------------------------------------------------------------------------------------------------------
 
 
-def survives(mutant: Mutant, tests: list[str], seconds: float, known: dict) -> bool:
-    """Whether the tests that fit into so many seconds all pass with the mutant."""
+def outcome(mutant: Mutant, tests: list[str], seconds: float, known: dict) -> str:
+    """Return what the tests that fit into so many seconds make of a mutant: killed, survived, timeout, or broken."""
     chosen, total = [], 0.0
     for test in tests:
         needed = known["seconds"].get(test, 0.0)
         if not chosen or total + needed <= seconds:
             chosen.append(test)
             total += needed
+    if not chosen:
+        return "survived"
     with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / "src" / "kinetostatics"
-        shutil.copytree(PACKAGE, copy)  # compiled files, too
-        (Path(folder) / "robots").symlink_to(ROOT / "robots")
-        (copy / f"{mutant.module}.py").write_text(mutant.text, encoding="utf-8")
-        child = os.fork()
-        if not child:
-            _try(folder, chosen, 30 + 6 * round(min(total, seconds)))
-        return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+        module = _copy(folder) / f"{mutant.module}.py"
+        module.unlink()  # the copy consists of links
+        module.write_text(mutant.text, encoding="utf-8")
+        code = _in_a_process(
+            folder, lambda: pytest.main(["-x", "-q", "-p", "no:cacheprovider", *chosen]), 30 + 6 * round(min(total, seconds))
+        )
+    return {0: "survived", 1: "killed", -signal.SIGXCPU: "timeout", -signal.SIGALRM: "timeout"}.get(code, "broken")
 
 
-def _try(folder: str, tests: list[str], seconds: int) -> None:
-    """In a process of its own, which may take so many seconds: run tests with the package as it lies in a folder, and leave."""
-    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
+def _copy(folder: str) -> Path:
+    """Copy the package, with its compiled files, as links, and return where it lies."""
+    copy = Path(folder) / "src" / "kinetostatics"
+    shutil.copytree(PACKAGE, copy, copy_function=os.link)
+    (Path(folder) / "robots").symlink_to(ROOT / "robots")
+    return copy
+
+
+def _in_a_process(folder: str, run, seconds: int) -> int:
+    """Run a function in a process with the package as it lies in a folder, for so many seconds at most; return its exit code."""
+    child = os.fork()
+    if child:
+        return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
+    signal.alarm(10 * seconds)  # what waits uses no time of the processor
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1, 2):
         os.dup2(nowhere, stream)
@@ -371,72 +415,70 @@ def _try(folder: str, tests: list[str], seconds: int) -> None:
     os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"  # which takes longer than most tests
     sys.path.insert(0, f"{folder}/src")
     os.chdir(ROOT)
-    code = 1
+    code = 3
     try:
-        code = pytest.main(["-x", "-q", "-p", "no:cacheprovider", *tests])
+        code = run()
     finally:
         os._exit(int(code))
 
 
+def _drawn(place: str, count: int, seed: int, excused: set[str]) -> list[Mutant]:
+    """Draw mutants of a folder or module, of each kind equally many as far as there are so many."""
+    every = [mutant for module in _modules(place) for mutant in mutants(module)]
+    gone = excused - {mutant.name for mutant in every}
+    for name in sorted(name for name in gone if name.partition(": ")[0] in _modules(place)):
+        print(f"excused, but not there any more: {name}", flush=True)
+    chance = random.Random(f"{seed} {place}")
+    kinds = []
+    for kind in KINDS:
+        possible = [mutant for mutant in every if mutant.kind == kind and mutant.name not in excused]
+        kinds.append(chance.sample(possible, min(count, len(possible))))
+    return [mutant for row in zip_longest(*kinds) for mutant in row if mutant][:count]
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument(
-        "places", nargs="*", help="folders or modules of the package (with --map: files of tests); default: what makes numbers"
-    )
-    parser.add_argument("--count", type=int, default=20, help="mutants of each folder or module")
+    parser.add_argument("places", nargs="*", default=list(TESTS), help="folders or modules of the package; default: all of TESTS")
+    parser.add_argument("--count", type=int, default=15, help="mutants of each folder or module")
     parser.add_argument("--seed", type=int, default=0, help="which ones are drawn")
-    parser.add_argument("--seconds", type=float, default=40.0, help="of tests that each mutant meets at most")
+    parser.add_argument("--seconds", type=float, default=20.0, help="of tests that each mutant meets at most")
     parser.add_argument("--jobs", type=int, default=1, help="how many are tried at a time")
-    parser.add_argument("--map", action="store_true", help="find out which test reaches which line, nothing else")
     options = parser.parse_args()
     sys.path.insert(0, str(ROOT / "tests" / "support"))
-    every = [path.stem for path in sorted((ROOT / "tests").rglob("test_*.py")) if not SLOW.match(path.name)]
-    if options.map or not MAP.exists():
-        make_map(options.places or every)
-    if options.map:
-        return 0
-    places = options.places or [*FOLDERS, *MODULES]
-    known = read_map()
-    excused = {line.rpartition("  # ")[0].strip() for line in _excuses()}
-    drawn: list[Mutant] = []
-    counts: dict[str, Counter[str]] = {place: Counter() for place in places}
-    place_of: dict[str, str] = {}
-    for place in places:
-        possible = []
-        for module in _modules(place):
-            place_of[module] = place
-            every_one = list(mutants(module))
-            possible += [mutant for mutant in every_one if not {mutant.name, mutant.line_name} & excused]
-            names = {name for mutant in every_one for name in (mutant.name, mutant.line_name)}
-            for name in sorted(excused - names):
-                if name.startswith(f"{module}: "):
-                    print(f"excused, but not there any more: {name}", flush=True)
-        drawn += random.Random(f"{options.seed} {place}").sample(possible, min(options.count, len(possible)))
-    random.Random(options.seed).shuffle(drawn)  # so that a part of them is a fair sample, too
-
-    def judge(mutant: Mutant) -> None:
-        tests = tests_of(mutant, known)
-        outcome = "survived" if not tests or survives(mutant, tests, options.seconds, known) else "noticed"
-        counts[place_of[mutant.module]][outcome] += 1
-        print("." if outcome == "noticed" else "S", end="", file=sys.stderr, flush=True)
-        if outcome == "survived":
-            reached = f"{len(tests)} tests reach it" if tests else "no test reaches it"
-            print(
-                f"not noticed ({reached}): {mutant.module}.py:{mutant.line}\n    {mutant.was.strip()}\n    {mutant.now.strip()}",
-                flush=True,
-            )
-
     for name in ("hypothesis", "pinocchio", "xarray", "scipy.optimize"):
         importlib.import_module(name)  # once, before the first fork
     compileall.compile_dir(PACKAGE, quiet=1)
+    excused = {line.rpartition("  # ")[0].strip() for line in WITHOUT_EFFECT.read_text(encoding="utf-8").splitlines()}
+    counts: dict[str, Counter[str]] = {}
+    for place in options.places:
+        known, found = test_map([place]), Counter()
 
-    with ThreadPoolExecutor(options.jobs) as pool:
-        list(pool.map(judge, drawn))
-    for place, found in counts.items():
-        print(f"{place:28} {found['noticed']:4} of {found.total():4} noticed")
-    noticed, total = sum(found["noticed"] for found in counts.values()), len(drawn)
-    print(f"{noticed} of {total} mutants noticed: {100 * noticed / max(total, 1):.1f} %")
+        def judge(mutant: Mutant, known: dict = known, found: Counter[str] = found) -> None:
+            tests = tests_of(mutant, known)
+            result = outcome(mutant, tests, options.seconds, known)
+            found[result] += 1
+            found[result, mutant.kind] += 1
+            if result != "killed":
+                print(f"{result} ({mutant.kind}, {len(tests)} tests reach it): {mutant.module}.py:{mutant.line}")
+                print(f"    {mutant.was.strip()}\n    {mutant.now.strip()}", flush=True)
+
+        with ThreadPoolExecutor(options.jobs) as pool:
+            list(pool.map(judge, _drawn(place, options.count, options.seed, excused)))
+        counts[place] = found
+        print(_line(place, found), flush=True)
+    print(_line("all", sum(counts.values(), Counter())))
+    for kind in KINDS:
+        print(_line(kind, Counter({result: sum(found[result, kind] for found in counts.values()) for result in _RESULTS})))
     return 0
+
+
+_RESULTS = ("killed", "survived", "timeout", "broken")
+
+
+def _line(name: str, found: Counter) -> str:
+    tried = found["killed"] + found["survived"]
+    share = f"{100 * found['killed'] / tried:.0f} %" if tried else "-"
+    return f"{name:28} killed {found['killed']:3} of {tried:3}, {share}; timeouts {found['timeout']}, broken {found['broken']}"
 
 
 def _modules(place: str) -> list[str]:
@@ -444,10 +486,6 @@ def _modules(place: str) -> list[str]:
     if not (PACKAGE / place).is_dir():
         return [place]
     return [str(path.relative_to(PACKAGE).with_suffix("")) for path in sorted((PACKAGE / place).rglob("*.py"))]
-
-
-def _excuses() -> list[str]:
-    return WITHOUT_EFFECT.read_text(encoding="utf-8").splitlines() if WITHOUT_EFFECT.exists() else []
 
 
 if __name__ == "__main__":
