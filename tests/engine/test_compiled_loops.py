@@ -159,3 +159,32 @@ def test_missing_step_and_line_start_code_has_fallbacks(monkeypatch):
     moved, step = solver.single_step()
     assert step(np.concatenate([start.x, start.c]), target) and moved.shape[1] > 1
     np.testing.assert_allclose(moved[:-3, :1], robot.solver.newton(prescribed, start, target)[0].x, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("method", "flag"), [("_corrected", 1), ("_corrected", 2), ("_placed", 1)])
+def test_code_whose_guards_fail_at_its_own_example_is_refused(monkeypatch, method, flag):
+    """Its numbers may be right there, but it would never be used, or say of a closed pose that it is open."""
+    robot, right = robot_named("five_bar"), getattr(CompiledSolver, method)
+
+    def doubtful(*given):
+        results = list(right(*given))
+        results[flag] = ~results[flag]
+        return tuple(results)
+
+    assert solver_of(robot)[0].is_there
+    monkeypatch.setattr(CompiledSolver, method, doubtful)
+    with pytest.raises(loops.NotRecordedError, match="differs from NumPy"):
+        solver_of(robot)
+
+
+def test_line_starts_whose_guards_fail_at_the_example_are_left_to_numpy(monkeypatch):
+    right = CompiledSolver._started
+
+    def doubtful(*given):
+        *numbers, holds = right(*given)
+        return *numbers, ~holds
+
+    solver, other = (solver_of(robot_named("five_bar"))[0] for _ in range(2))
+    assert solver._start is not None
+    monkeypatch.setattr(CompiledSolver, "_started", doubtful)
+    assert other._start is None

@@ -240,3 +240,32 @@ def test_lines_of_ambiguous_angles_take_the_shorter_way(holds, monkeypatch):
     assert len(asked) == 2 and all(asked)
     several = {key: value + np.linspace(0, 0.02, 3) for key, value in one.items()}
     assert_alike(f(**several, near=values), g(**several, near=careful))
+
+
+@pytest.mark.parametrize("doubt", ["guards", "usual", "singular", "worst_equation", "opening"])
+def test_poses_in_doubt_are_left_to_numpy_one_by_one_and_in_batches(doubt, monkeypatch):
+    """Each condition by itself: the numbers of such poses, here NaN, are never returned."""
+    f, g, at, load, gravity = functions("ur10")
+    wanted, some = g(**at, load=load, gravity=gravity), np.arange(POSES) % 3 == 1
+
+    def doubtful(numbers, truths, places, poses):
+        numbers, truths = numbers.copy(), truths.copy()
+        if doubt in ("worst_equation", "opening"):
+            rows, numbers[:, poses] = places[doubt].rows, np.nan
+            numbers[rows, poses] = 1.0
+        else:
+            row = 0 if doubt == "guards" else places[doubt].rows.start
+            numbers[:, poses] = np.nan
+            numbers[places["worst_equation"].rows, poses] = numbers[places["opening"].rows, poses] = 0.0
+            truths[row, poses] = doubt == "singular"
+        return numbers, truths
+
+    many, single = f._compiled._code_of_many, f._compiled._computed
+    computed = many.computed
+    monkeypatch.setattr(many, "computed", lambda *given: doubtful(*computed(*given), many.places, some))
+    assert_alike(f(**at, load=load, gravity=gravity), wanted)
+    near, k = f(**{key: float(value[1]) for key, value in at.items()}), 1
+    here = {key: float(value[1]) for key, value in at.items()}
+    assert f._compiled.single(here, near, load[k], gravity[k]) is not None
+    monkeypatch.setattr(f._compiled, "_computed", lambda: doubtful(*single(), f._compiled._code.places, slice(None)))
+    assert f._compiled.single(here, near, load[k], gravity[k]) is None

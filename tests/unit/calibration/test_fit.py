@@ -184,3 +184,25 @@ def test_payload_model_is_defined_at_zero_mass():
     np.testing.assert_allclose(model.jacobian(np.array([0.0, 0.3]))[:, 0], slope, rtol=1e-8)
     told, factors = unknowns.reported(np.array([0.0, 0.3]))
     assert told[0] == 0 and np.isnan(told[1]) and factors[0].tolist() == [1, 0] and np.all(np.isnan(factors[1]))
+
+
+def test_unknown_that_hardly_moves_a_reading_keeps_its_value():
+    """Below ``UNSEEN`` of the largest column an unknown is unidentifiable, alone: neither does it move nor any other with it."""
+    slope = np.stack([np.ones(8), 0.9e-6 * np.sqrt(8 / 140) * X], axis=1)  # its column is 0.9e-6 of the other's
+    scale, seen, null = determined(slope)
+    np.testing.assert_array_equal(np.abs(null), [[0.0], [1.0]])
+    np.testing.assert_array_equal(np.abs(seen), [[1.0], [0.0]])
+    np.testing.assert_allclose(scale, 1 / np.sqrt(8), rtol=1e-15)
+    found = fit(lambda x: slope @ x, lambda x: slope, np.array([5.0, 3.0]), 1.0 + NOISE, np.ones(8), False)
+    assert found.x[1] == 3.0 and found.degrees_of_freedom == 7 and found.covariance[1, 1] == 0.0
+    assert determined(slope * [1.0, 1.2])[2].shape == (2, 0)  # 1.08e-6 of it is seen
+
+
+@pytest.mark.parametrize("k", range(8))
+def test_an_outlier_among_exact_readings_is_studentized_by_rounding(k):
+    """Without it nothing is left but rounding, which counts as ``ROUNDING`` of the readings, never as zero or less."""
+    readings = (0.1 + 0.3 * X) * (1 + 0.01 * k) + (np.arange(8) == k)
+    studentized, bad = outliers(line_fit(LINE, readings), 2.0)
+    assert bad.tolist() == (np.arange(8) == k).tolist()
+    free = 1 - LINE[k] @ np.linalg.solve(LINE.T @ LINE, LINE[k])
+    assert studentized[k] == pytest.approx(np.sqrt(free) / (1e-9 * 2.0), rel=1e-6)
