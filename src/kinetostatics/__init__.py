@@ -7,6 +7,8 @@ manipulators using screw theory, Chinese Journal of Mechanical Engineering 36 (2
 
 import lazy_loader
 
+from kinetostatics import hooks
+
 _lazy, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
@@ -20,3 +22,31 @@ def __getattr__(name: str) -> object:
         return version("kinetostatics")
     except PackageNotFoundError:  # source folder on the path, not installed
         return "0+unknown"
+
+
+def _report_of(item: object, **options: object) -> object:
+    from kinetostatics.reports import report_of
+
+    return report_of(item, **options)
+
+
+def _robot_warnings(robot: object) -> tuple[str, ...]:
+    from kinetostatics.checks.check import robot_warnings
+
+    return robot_warnings(robot)
+
+
+def _result_warnings(result: object) -> tuple[str, ...]:
+    from kinetostatics.results.warnings import result_warnings
+
+    return result_warnings(result)
+
+
+def _robot_text(description: object) -> str:
+    from kinetostatics.files.writer import robot_text
+
+    return robot_text(description)
+
+
+hooks.report_of, hooks.robot_text = _report_of, _robot_text
+hooks.robot_warnings, hooks.result_warnings = _robot_warnings, _result_warnings

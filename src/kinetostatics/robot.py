@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
+from kinetostatics import hooks
 from kinetostatics.arguments import warn
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.engine.programs import check_engine, compiled_loops
@@ -20,7 +21,7 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.reach import ordinary_poses
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.zero_pose import with_wrong_parent
-from kinetostatics.layout.report import Reported, late
+from kinetostatics.layout.report import Reported
 from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.pinocchio_loops import constraint_models
@@ -73,7 +74,7 @@ def load_robot(
     return robot
 
 
-class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
+class Robot(Reported, RobotKinematics):
     """A parallel manipulator with joints, limbs and beams.
 
     The kinematics are in :class:`RobotKinematics`; this class adds the statics and the public methods.
@@ -140,7 +141,7 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """Warnings that apply to all poses; :attr:`Result.warnings` includes them."""
-        return late("checks.check:robot_warnings")(self)  # type: ignore[no-any-return]
+        return hooks.robot_warnings(self)
 
     @cached_property
     def members(self) -> Members:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import ClassVar, TypeVar
 
+from kinetostatics import hooks
 from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import (
     IN_PYTHON,
@@ -28,7 +29,7 @@ from kinetostatics.description.elements import (
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.layout.mapping import ResultMapping
-from kinetostatics.layout.report import Reported, late
+from kinetostatics.layout.report import Reported
 from kinetostatics.unit_hints import angular_limit_hints, material_hints, rpy_hints
 
 Named = TypeVar("Named", Link, Joint, Loop, Beam, Spring)
@@ -65,7 +66,7 @@ def by_name(kind: str, items: Iterable[Named], *taken: Mapping[str, Link | Joint
 
 
 @dataclass(frozen=True, repr=False)
-class RobotDescription(Reported, builder="reports.robot:description_report"):
+class RobotDescription(Reported):
     """Description of a robot: links, joints, loops, beams, springs, stiffnesses, platform and base.
 
     Attributes:
@@ -156,7 +157,7 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
     @cached_property
     def urdf(self) -> str:
         """The robot file as text, with xacro expanded; programs that read URDF skip the additional elements."""
-        return late("files.writer:robot_text")(self)  # type: ignore[no-any-return]
+        return hooks.robot_text(self)
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -52,7 +52,7 @@ class LimitExceeded:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Configuration(Reported, builder="reports.pose:configuration_report"):
+class Configuration(Reported):
     """A robot at one pose or a batch of poses, with closed loops. All arrays are read-only, batch axes first.
 
     Created by :meth:`Robot.assemble` or :meth:`Robot.configuration`.

@@ -6,11 +6,11 @@ import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import Enum
 from functools import cached_property
-from importlib import import_module
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
+from kinetostatics import hooks
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.layout.blocks import ReportSection
 from kinetostatics.layout.renderings import report_html, report_text
@@ -103,21 +103,11 @@ class Report:
 
 
 class Reported:
-    """Base of classes whose objects have a report: ``class Result(Reported, builder="reports.result:result_report")``.
-
-    The builder is the function that makes the :class:`Report` of an object; it is imported when it is first called.
-    """
-
-    _builder: ClassVar[str]
-
-    def __init_subclass__(cls, builder: str = "", **more: object) -> None:
-        super().__init_subclass__(**more)
-        if builder:
-            cls._builder = builder
+    """Base of classes whose objects have a report, made by :mod:`kinetostatics.reports`."""
 
     def report(self) -> Report:
         """Return the whole report; ``print`` shows the brief one."""
-        return late(self._builder)(self)  # type: ignore[no-any-return]
+        return hooks.report_of(self)  # type: ignore[no-any-return]
 
     def __repr__(self) -> str:
         return repr(self.report())
@@ -131,9 +121,3 @@ class Reported:
     def to_dict(self) -> dict[str, Json]:
         """Return all data as plain numbers, lists and strings, as printed by ``--json``."""
         return self.report().to_dict()
-
-
-def late(path: str) -> Callable[..., Any]:
-    """Import a function of the package, given as "module:function", and return it."""
-    module, _, name = path.partition(":")
-    return getattr(import_module(f"kinetostatics.{module}"), name)  # type: ignore[no-any-return]

@@ -23,7 +23,7 @@ from kinetostatics.statics.springs import inverse
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Buckling(Shapes[BucklingModes], Reported, builder="reports.dynamics:buckling_report"):
+class Buckling(Shapes[BucklingModes], Reported):
     """Load factors and buckling modes of a loaded robot; see :meth:`kinetostatics.Result.buckling`.
 
     Arrays are read-only: batch axes first, then the mode. They are NaN where a pose has no results. If a pose has fewer than

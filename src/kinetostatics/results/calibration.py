@@ -91,7 +91,7 @@ class Outlier:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Calibration(Reported, builder="reports.calibration:calibration_report"):
+class Calibration(Reported):
     """Result of :func:`kinetostatics.calibrate`.
 
     Attributes:
@@ -160,7 +160,7 @@ class Calibration(Reported, builder="reports.calibration:calibration_report"):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MeasurementPlan(Reported, builder="reports.calibration:plan_report"):
+class MeasurementPlan(Reported):
     """Result of :func:`kinetostatics.plan_measurements`.
 
     Attributes:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Compensation(Reported, builder="reports.compensation:compensation_report"):
+class Compensation(Reported):
     """Feedforward forces and corrected actuator positions of one pose or a batch of poses; see :func:`kinetostatics.compensate`.
 
     Arrays are read-only, batch axes first; NaN where no correction was found.

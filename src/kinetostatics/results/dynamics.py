@@ -28,7 +28,7 @@ from kinetostatics.vibration.motions import ModeShapes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Modes(Shapes[ModeShapes], Reported, builder="reports.dynamics:modes_report"):
+class Modes(Shapes[ModeShapes], Reported):
     """The lowest natural frequencies and modes of one pose or a batch of poses; see :func:`kinetostatics.modes`.
 
     Arrays are read-only, batch axes first, then the mode; NaN where a pose has no results. Every mode has a modal mass of 1 kg,
@@ -127,7 +127,7 @@ class Modes(Shapes[ModeShapes], Reported, builder="reports.dynamics:modes_report
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FrequencyResponse(Reported, builder="reports.dynamics:frequency_response_report"):
+class FrequencyResponse(Reported):
     """Response of the platform at o, or at a tool, world axes; see :func:`kinetostatics.frequency_response`.
 
     Arrays are read-only, batch axes first; NaN where a pose has no results. The time factor is exp(iωt).

@@ -65,7 +65,7 @@ class Start:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Optimum(Reported, builder="reports.optimum:optimum_report"):
+class Optimum(Reported):
     """Result of :func:`kinetostatics.optimize`.
 
     Attributes:
@@ -122,7 +122,7 @@ class Optimum(Reported, builder="reports.optimum:optimum_report"):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ParetoFront(Reported, builder="reports.optimum:pareto_report"):
+class ParetoFront(Reported):
     """Pareto-optimal designs for two quantities.
 
     Attributes:

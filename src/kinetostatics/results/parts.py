@@ -28,7 +28,7 @@ from kinetostatics.statics.link_loads import with_contributions
 from kinetostatics.statics.solution import Solution
 
 
-class LimbResult(Reported, builder="reports.parts:limb_report"):
+class LimbResult(Reported):
     """Wrenches, compliance and sag of one limb. The platform exerts the wrenches on the limb; they are about o, world axes.
 
     In a network (a limb with rings or several joints to the platform), intensities are coordinates of the limb's wrench in a
@@ -178,7 +178,7 @@ class _EulerRatios:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BeamResult(Reported, builder="reports.parts:beam_report"):
+class BeamResult(Reported):
     """Results of one beam at n stations from its base end to its platform end.
 
     Attributes:

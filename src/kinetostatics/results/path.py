@@ -34,7 +34,7 @@ class Peak:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PathResult(Reported, builder="reports.dynamics:path_report"):
+class PathResult(Reported):
     """The analysis of a trajectory, see :meth:`Trajectory.analyze`. All arrays are read-only.
 
     Attributes:

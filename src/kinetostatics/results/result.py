@@ -11,11 +11,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinetostatics import hooks
 from kinetostatics.arguments import whole_number
 from kinetostatics.description.loads import Payload
 from kinetostatics.kinematics.configuration import Configuration, spread
 from kinetostatics.layout.mapping import ResultMapping
-from kinetostatics.layout.report import Report, Reported, late
+from kinetostatics.layout.report import Report, Reported
 from kinetostatics.math.arrays import Array, Index, frozen
 from kinetostatics.results import contributions
 from kinetostatics.results.buckling import Buckling, SecondOrder, buckling_of, second_order_of
@@ -30,7 +31,7 @@ from kinetostatics.statics.solution import Solution, by_mechanism, of_deformatio
 from kinetostatics.status import FACTS, REPORTED, Status, status_of
 
 
-class Result(Reported, PoseArrays, builder="reports.result:result_report"):
+class Result(Reported, PoseArrays):
     """The result of :func:`kinetostatics.analyze`; wrenches are ``[force; moment]``, twists ``[displacement; rotation]``.
 
     Attributes:
@@ -64,7 +65,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
         Raises:
             ArgumentError: there is no such limb, or the axis is neither "x" nor "y".
         """
-        return late(self._builder)(self, hinge_axes)  # type: ignore[no-any-return]
+        return hooks.report_of(self, hinge_axes=hinge_axes)  # type: ignore[no-any-return]
 
     # ---- the platform -----------------------------------------------------------------------------------------------
 
@@ -386,7 +387,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """Warnings about the result, in full sentences."""
-        return late("results.warnings:result_warnings")(self.seen_from(None))  # type: ignore[no-any-return]
+        return hooks.result_warnings(self.seen_from(None))
 
 
 def _both_mechanisms(contributions: Mapping[str, Array], limb: str) -> Mapping[str, Array]:

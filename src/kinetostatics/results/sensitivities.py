@@ -63,7 +63,7 @@ class Sensitivity(ShortRepr):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_report"):
+class Sensitivities(Reported):
     """Derivatives of results with respect to parameters of the robot and to the stiffness of every elastic part.
 
     ``s["rod_diameter"]`` is a :class:`Sensitivity`; iteration yields the names, the most influential parameter first.

@@ -91,7 +91,7 @@ class Tolerance:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tolerances(Reported, builder="reports.tolerances:tolerances_report"):
+class Tolerances(Reported):
     """Pose errors and forces due to tolerances of parameters: first-order estimates and random samples.
 
     Attributes:

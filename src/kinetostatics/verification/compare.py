@@ -41,7 +41,7 @@ STIFF = 1e9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Verification(ShortRepr, Reported, builder="reports.verification:verification_report"):
+class Verification(ShortRepr, Reported):
     """One pose computed twice: by :func:`kinetostatics.analyze`, and by OpenSees from beam and joint elements.
 
     Differences are norms over all components of a twist, wrench or matrix, relative to the norm of the finite-element result;
