@@ -220,6 +220,21 @@ def test_response_near_zero_frequency_equals_statics(name):
     assert np.abs(found.transmissibility[0] - carried).max() < 1e-6
 
 
+def test_response_far_above_the_first_frequency():
+    """Of a fixed rod along x with a mass at its tip: 1 / (k EA cot(k L) − ω² m), k = ω √(ρ/E), up to 1 GHz in a moment."""
+    mass, L, area = 3.0, 1.3, np.pi * 0.05**2 / 4
+    pose = sr.write(replace(sr.cantilever(L), mass=mass)).robot().assemble()
+    frequencies = np.geomspace(1.0, 1e9, 40)
+    found = ks.frequency_response(pose, frequencies, damping=0.05)
+    omega, s = 2 * np.pi * frequencies, 1 + 0.1j
+    k = omega * np.sqrt(sr.RHO / (sr.E * s))
+    wave = np.exp(-2j * k * L)  # decays: Im k < 0
+    rod = s * k * sr.E * area * 1j * (1 + wave) / (1 - wave)
+    assert found.compliance[:, 0, 0] == pytest.approx(1 / (rod - omega**2 * mass), rel=1e-8)
+    counted = ks.modes(pose, 2).count_below(1e6)
+    assert counted > 1000
+
+
 @pytest.mark.few(1)
 @pytest.mark.parametrize("damping", [0.02, {"mass": 3.0, "stiffness": 2e-5}])
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr"])
@@ -272,6 +287,7 @@ def test_response_is_drawn_and_saved(tmp_path):
         (ks.modes, {"drives": "open"}, "locked"),
         (ks.modes, {"payload": 5}, "Payload"),
         (ks.frequency_response, {"frequencies": [0.0, 5.0]}, "positive"),
+        (ks.frequency_response, {"frequencies": [5.0, 2e9]}, r"positive numbers up to 1e\+09 \[Hz\]"),
         (ks.frequency_response, {"frequencies": [1.0], "damping": -0.1}, "damping ratio"),
         (ks.frequency_response, {"frequencies": [1.0], "damping": {"masses": 1.0}}, "damping ratio"),
         (ks.frequency_response, {"frequencies": [1.0], "damping": True}, "damping ratio"),

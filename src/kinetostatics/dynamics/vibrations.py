@@ -29,6 +29,9 @@ from kinetostatics.vibration.vibration_model import Part, VibrationModel, mass_a
 #: Largest number of poses in a chunk, the unit of work of a thread.
 _POSES_OF_MODES, _POSES_OF_RESPONSES = 200, 50
 
+#: Highest frequency [Hz] of a response.
+HIGHEST = 1e9
+
 Found = TypeVar("Found")
 
 
@@ -186,8 +189,8 @@ def frequency_response(
         [1.0, 31.9, 0.49]
     """
     omega = 2 * np.pi * np.ravel(finite_numbers("frequencies", frequencies))
-    if not omega.size or np.any(omega <= 0):
-        raise ArgumentError(f"frequencies is {frequencies!r}; it must be positive numbers [Hz]")
+    if not omega.size or np.any((omega <= 0) | (omega > 2 * np.pi * HIGHEST)):
+        raise ArgumentError(f"frequencies is {frequencies!r}; it must be positive numbers up to {HIGHEST:g} [Hz]")
     losses = _damping(damping)
     vibrations = Vibrations.of("frequency_response", configuration, drives, payload)
     robot = robot_of(configuration)

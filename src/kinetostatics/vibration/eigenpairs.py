@@ -66,13 +66,16 @@ def eigenpairs(model: VibrationModel, count: int) -> Eigenpairs:
 
 
 def modes_below(model: VibrationModel, square: Array) -> Index:
-    """Return the number (N, m) of modes below λ (N, m), including frequency zero: the number of negative eigenvalues of D(λ)."""
-    while (divided := model.divided(_MARGIN * float(square.max(initial=0.0)))) is not None:
-        model = divided
-    found = np.zeros(square.shape, dtype=np.intp)
+    """Return the number (N, m) of modes below λ (N, m), including frequency zero.
+
+    It is the number of negative eigenvalues of D(λ) and of modes of the pieces of beams with clamped ends.
+    """
+    found = sum(
+        (item.pieces * item.piece.clamped_modes(square) for item in model.beams.values()), np.zeros(square.shape, dtype=np.intp)
+    )
     for poses, basis in model.closed_motions():
         D = _Space(poses, basis, 0).restricted(model.take(poses).dynamic_stiffness(square[poses]))
-        found[poses] = np.sum(np.linalg.eigvalsh(_scaled(D)[0]) < 0, axis=-1)
+        found[poses] += np.sum(np.linalg.eigvalsh(_scaled(D)[0]) < 0, axis=-1)
     return found
 
 

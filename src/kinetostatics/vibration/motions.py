@@ -121,8 +121,6 @@ def _shares(energies: Mapping[str, Array]) -> dict[str, Array]:
 
 #: Largest number of matrix entries, over poses and frequencies, that are solved at once.
 _AT_ONCE = 4_000_000
-#: Least ratio of the λ of clamped rods to the largest λ of the response, for convergence of their series.
-_MARGIN = 1.2
 
 
 @dataclass(frozen=True)
@@ -149,8 +147,6 @@ def responses(model: VibrationModel, platform: Array, carried: Array, omega: Arr
         omega: (F,) angular frequencies [1/s].
         damping: damping of all parts.
     """
-    while (divided := model.divided(_MARGIN * float(omega.max()) ** 2)) is not None:
-        model = divided
     n = model.coordinates
     compliance, transmissibility = np.empty((2, model.poses, len(omega), 6, 6), dtype=complex)
     P = np.zeros((model.poses, 6, n))

@@ -8,13 +8,13 @@ entries of the transfer matrix are entire functions of λ, computed by their pow
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.math.arrays import Array, Index
+from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.rotations import skew
 
 #: Real or complex numbers.
@@ -22,6 +22,8 @@ Numbers: TypeAlias = NDArray[Any]
 
 #: Terms of the power series, enough for λ up to the lowest λ of the rod with clamped ends.
 _TERMS = 22
+#: Least ratio of the λ of clamped rods to λ, for convergence of the series.
+_MARGIN = 1.2
 #: Imaginary step of λ by which D is differentiated, relative to λ: its square vanishes against 1.
 _STEP = 1e-40
 #: First root of cos x cosh x = 1: the bending frequency of a clamped rod is its square times √(EI/μ)/L².
@@ -65,9 +67,32 @@ class Rod:
         """Return the dynamic stiffness (…, 12, 12) at λ (…) [1/s²].
 
         Rows and columns: displacement and rotation of the start, displacement and rotation of the end, in beam axes; forces on
-        the rod.
+        the rod. Above the lowest λ of the rod with clamped ends, it is that of two halves without the point between them.
         """
-        return self._straight(square) if self.eccentricity is None else self._eccentric(square)
+        far = self._far(square)
+        if not np.any(far):
+            return self._straight(square) if self.eccentricity is None else self._eccentric(square)
+        found = np.empty((*np.shape(square), 12, 12), dtype=square.dtype)
+        found[..., ~far, :, :] = self.dynamic_stiffness(square[..., ~far])
+        found[..., far, :, :] = _in_series(self._half.dynamic_stiffness(square[..., far]))
+        return found
+
+    def clamped_modes(self, square: Array) -> Index:
+        """Return the number (…) of modes below λ (…) of the rod with clamped ends."""
+        far, found = self._far(square), np.zeros(np.shape(square), dtype=np.intp)
+        if np.any(far):
+            D = self._half.dynamic_stiffness(square[..., far])
+            middle = np.linalg.eigvalsh(D[..., :6, :6] + D[..., 6:, 6:])
+            found[..., far] = 2 * self._half.clamped_modes(square[..., far]) + np.sum(middle < 0, axis=-1)
+        return found
+
+    def _far(self, square: Numbers) -> Mask:
+        """Return for the last axis of λ where it may exceed the lowest λ of the rod with clamped ends."""
+        return np.asarray(np.any(_MARGIN * np.abs(square) > self.clamped_square(), axis=tuple(range(np.ndim(square) - 1))))
+
+    @property
+    def _half(self) -> Rod:
+        return replace(self, length=self.length / 2)
 
     def pencil(self, square: Array) -> tuple[Array, Array]:
         """Return K̃ and M̃ (…, 12, 12) of D(λ) = K̃ − λ M̃ with M̃ = −dD/dλ at λ (…).
@@ -137,6 +162,16 @@ class Rod:
         units = np.stack([size] * 3 + [one] * 3 + [force] * 3 + [force * size] * 3, axis=-1)
         T = _exponential(A * np.broadcast_to(length, shape)[..., None, None] * units[..., None, :] / units[..., :, None])
         return T * units[..., :, None] / units[..., None, :]
+
+
+def _in_series(D: Numbers) -> Numbers:
+    """Return the dynamic stiffness (…, 12, 12) of two equal rods, one after the other, from that of each."""
+    start, across, end = D[..., :6, :6], D[..., :6, 6:], D[..., 6:, 6:]
+    ahead = np.concatenate([np.swapaxes(across, -1, -2), across], axis=-1)  # forces on the point between them
+    found = -np.swapaxes(ahead, -1, -2) @ np.linalg.solve(start + end, ahead)
+    found[..., :6, :6] += start
+    found[..., 6:, 6:] += end
+    return np.asarray(found)
 
 
 def _series(x: Numbers) -> tuple[Numbers, Numbers]:

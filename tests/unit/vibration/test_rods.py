@@ -122,3 +122,48 @@ def test_bound_of_rods_with_much_rotary_inertia(weak):
     item = Rod(np.array(1.5), compliances, np.array(7.0), gyration)
     exact = 4 * np.pi**2 / (1e-3 * 7.0 * 50.0**2 * 1.5**2)
     assert 0.99 * exact < item.clamped_square() < exact
+
+
+def in_pieces(eccentricity, count, square):
+    """Return the dynamic stiffness (n, n) of all points of a rod in equal pieces, from its start to its end."""
+    piece, found = rod(eccentricity, LENGTH / count).dynamic_stiffness(square), np.zeros((6 * count + 6,) * 2, square.dtype)
+    for k in range(count):
+        found[6 * k : 6 * k + 12, 6 * k : 6 * k + 12] += piece
+    return found
+
+
+@pytest.mark.parametrize("eccentricity", [None, np.array([0.3, -0.2, 0.4])])
+@pytest.mark.parametrize("hertz", [90.0, 403.0, 2011.0])
+def test_dynamic_stiffness_above_clamped_frequencies_is_that_of_short_pieces(eccentricity, hertz):
+    """All pieces at once, short enough for the power series, with their inner points eliminated; λ is real or complex."""
+    for square in (np.array([(2 * np.pi * hertz) ** 2]), np.array([(2 * np.pi * hertz) ** 2 / (1 + 0.04j)])):
+        assert 1.2 * np.abs(square[0]) > rod(eccentricity).clamped_square()
+        assert 1.2 * np.abs(square[0]) < rod(eccentricity, LENGTH / 100).clamped_square()
+        every, outer = in_pieces(eccentricity, 100, square[0]), [*range(6), *range(-6, 0)]
+        inner = every[6:-6, 6:-6]
+        expected = every[np.ix_(outer, outer)] - every[outer, 6:-6] @ np.linalg.solve(inner, every[6:-6][:, outer])
+        found = rod(eccentricity).dynamic_stiffness(square)[0]
+        size = np.sqrt(np.abs(np.diag(expected)))
+        assert np.max(np.abs(found - expected) / np.outer(size, size)) < 1e-8
+        if square.dtype == float:
+            assert rod(eccentricity).clamped_modes(square)[0] == np.sum(np.linalg.eigvalsh(inner) < 0) > 0
+
+
+def test_frequencies_of_a_call_do_not_change_one_another():
+    square = (2 * np.pi * np.array([1.0, 50.0, 300.0, 1e4])) ** 2
+    found = rod(length=np.array([[LENGTH], [LENGTH / 3]])).dynamic_stiffness(np.array([square, square]))
+    for k in range(4):
+        for pose, length in enumerate((LENGTH, LENGTH / 3)):
+            alone = rod(length=length).dynamic_stiffness(square[k])
+            assert np.abs(found[pose, k] - alone).max() < 1e-10 * np.abs(alone).max()
+
+
+@pytest.mark.parametrize("hertz", [10.0, 1e3, 1e6])
+def test_response_of_a_cantilever_equals_tangent_of_the_wave_number(hertz):
+    """Extension and torsion of a fixed rod with damping: tan(k L) / (k EA), k = ω √(ρ/E), far above the first frequency."""
+    square = np.array([(2 * np.pi * hertz) ** 2 / (1 + 0.04j)])
+    flexibility = np.linalg.inv(rod().dynamic_stiffness(square)[0, 6:, 6:])
+    polar = GYRATION.sum() * RHO * AREA
+    for row, c, mass in ((0, COMPLIANCES[0], RHO * AREA), (3, COMPLIANCES[3], polar)):
+        k = np.sqrt(square[0] * mass * c)
+        assert flexibility[row, row] == pytest.approx(np.tan(k * LENGTH) / k * c, rel=1e-9)
