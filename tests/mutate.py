@@ -58,11 +58,11 @@ TESTS = {
     "description": "unit/description unit/files/test_joint_elements.py unit/files/test_robot_file.py unit/limbs",
     "mechanism": "unit/mechanism",
     "kinematics": "unit/kinematics properties/test_zero_pose.py properties/test_loop_types.py",
-    "limbs": "unit/limbs validation/test_closed_forms.py",
-    "statics": "unit/statics validation/test_closed_forms.py",
+    "limbs": "unit/limbs unit/statics validation/test_beam_formulas.py",
+    "statics": "unit/statics validation/test_hybrid_limbs.py",
     "buckling": "unit/buckling validation/test_second_order.py",
     "vibration": "unit/vibration validation/test_vibration.py",
-    "engine": "engine",
+    "engine": "engine functions/test_c_by_hand.py functions/test_c_export.py",
     "functions": "functions",
     "results": "unit/results",
     "checks": "unit/checks cli/test_check_golden.py",
@@ -77,6 +77,11 @@ TESTS = {
     "parametric": "unit/parametric maps/test_parameter_units.py",
     "files": "unit/files",
 }
+
+#: What all folders of mechanics are tested by, too.
+_GENERAL = "validation/test_closed_forms.py properties/test_loop_statics.py properties/test_properties.py"
+for _place in ("math", "mechanism", "kinematics", "limbs", "statics", "results"):
+    TESTS[_place] += f" {_GENERAL}"
 
 _SWAPPED = {"Add": "-", "Sub": "+", "Mult": "/", "Div": "*", "FloorDiv": "*", "Mod": "*"}
 _SIGNS = {"Add": "+", "Sub": "-", "Mult": "*", "Div": "/", "FloorDiv": "//", "Mod": "%"}
@@ -182,7 +187,9 @@ def _is_type(node: ast.expr) -> bool:
     if isinstance(node, ast.BinOp):
         return _is_type(node.left) or _is_type(node.right)
     name = node.value if isinstance(node, ast.Constant) else node.id if isinstance(node, ast.Name) else ""
-    return name is None or (isinstance(name, str) and (name[:1].isupper() or name in ("int", "float", "str", "dict", "list")))
+    return name is None or (
+        isinstance(name, str) and (name[:1].isupper() or name in ("int", "float", "bool", "str", "dict", "list"))
+    )
 
 
 def _operators(node: ast.BinOp | ast.Compare | ast.BoolOp, place, raw: bytes) -> Iterator[Change]:

@@ -82,3 +82,16 @@ def test_invalid_arguments_are_refused(changes, said):
     options = {"unknowns": ["rod_1"], "n": 1, "load": LOADS}
     with pytest.raises(ks.KinetostaticsError, match=said):
         ks.plan_measurements(package_robots.robot("3rps"), **{**options, **changes})
+
+
+def test_poses_that_cannot_be_measured_are_no_candidates():
+    """Beyond a joint limit, or out of reach: the plan is that of the other poses."""
+    for name, unknowns, axis, values, fixed in (
+        ("3rps", RODS, "z", [0.5, 5.0, 0.6], {"rx": [-0.1, 0.1], "ry": 0.1}),
+        ("five_bar", ["distal_1", "distal_2"], "y", [0.2, 9.0, 0.25], {"x": [-0.02, 0.02]}),
+    ):
+        robot, given = package_robots.robot(name), {"load": LOADS, "readings": ["dz"]}
+        found = ks.plan_measurements(robot, unknowns, 4, {axis: values, **fixed}, **given)
+        wanted = ks.plan_measurements(robot, unknowns, 4, {axis: values[::2], **fixed}, **given)
+        assert found.candidates == wanted.candidates == 8 and set(found.coordinates[axis].tolist()) <= set(values[::2])
+        assert {**found.standard_errors} == pytest.approx({**wanted.standard_errors}, rel=1e-9)

@@ -188,3 +188,20 @@ def test_line_starts_whose_guards_fail_at_the_example_are_left_to_numpy(monkeypa
     assert solver._start is not None
     monkeypatch.setattr(CompiledSolver, "_started", doubtful)
     assert other._start is None
+
+
+@pytest.mark.parametrize("error", [1e-11, 1e-8])
+def test_loop_code_may_differ_from_numpy_by_rounding_only(monkeypatch, error):
+    robot, right = robot_named("five_bar"), CompiledSolver._corrected
+
+    def shifted(*given):
+        found, *flags = right(*given)
+        found.x[0] += error
+        return found, *flags
+
+    monkeypatch.setattr(CompiledSolver, "_corrected", shifted)
+    if error < 1e-9:
+        assert solver_of(robot)[0].is_there
+    else:
+        with pytest.raises(loops.NotRecordedError, match="differs from NumPy"):
+            solver_of(robot)

@@ -137,8 +137,7 @@ def in_threads(
     """
     parts = list(parts)
     before = getattr(_here, "alone", False)
-    apart = enabled and len(parts) > 1 and not before
-    number = min(most or threads(), len(parts)) if apart else 1
+    number = min(most or threads(), len(parts)) if enabled and not before else 1
     if number < 2:
         _here.alone = before or most == 1
         try:

@@ -277,11 +277,8 @@ class Mechanism:
             axes.append(frame[:3, :3] @ connection.axis)
             points.append(frame[:3, 3])
         first = meeting_points(axes[0], points[0], axes[1], points[1])
-        second = meeting_points(axes[1], points[1], axes[2], points[2])
         size = 1.0 + float(np.abs(points).max())
-        if first is None or second is None or abs(first[1] - second[0]) > 1e-9 * size:
-            return None
-        if max(abs(float(axes[0] @ axes[1])), abs(float(axes[1] @ axes[2]))) > 1e-9:
+        if first is None or max(abs(float(axes[0] @ axes[1])), abs(float(axes[1] @ axes[2]))) > 1e-9:
             return None
         centre = points[0] + first[0] * axes[0]
         if float(np.abs(centre - points[2]).max()) > 1e-12 * size:

@@ -39,6 +39,7 @@ def test_properties_of_all_joint_types():
     assert names_of("in_tree") == ("fixed", "revolute", "continuous", "prismatic", "floating", "planar")
     assert set(names_of("in_loop")) == set(JOINT_TYPES) - {"floating"}
     assert names_of("is_single") == ("revolute", "continuous", "prismatic")
+    assert names_of("is_hinge") == ("revolute", "continuous") and names_of("is_slide") == ("prismatic",)
     assert names_of("has_limits") == ("revolute", "prismatic")
     assert names_of("has_cone") == ("universal", "spherical")
     assert names_of("is_on_axis") == ("revolute", "continuous", "prismatic", "cylindrical")

@@ -338,3 +338,12 @@ def test_file_warnings_are_given_once() -> None:
     assert changed.warnings == description.warnings
     made = parallelogram().changed("left", extra="<visul/>")
     assert [line for line in ks.Robot(made).description.warnings if "<visul>" in line and line.startswith("<python>: ")]
+
+
+@pytest.mark.parametrize(("ratio", "expected"), [(0.3, 0.3), (0.0, 0.0), (-0.9, -0.9), (0.5, 0.5), (0.51, 0.0), (2.0, 0.0)])
+def test_poisson_ratio_follows_from_both_moduli_of_isotropic_materials(ratio: float, expected: float) -> None:
+    """E / 2G − 1; moduli that no isotropic material has, as of wood or fibres, give none."""
+    material = Material(1.0, shear_modulus=1 / (2 * (1 + ratio)))
+    beam = Beam("rod", Tube.of(0.02), material)
+    assert beam.poisson_ratio == pytest.approx(expected, abs=1e-15)
+    assert Beam("rod", Tube.of(0.02), Material(1.0, poisson_ratio=0.4)).poisson_ratio == 0.4

@@ -63,6 +63,25 @@ def test_units_take_every_prefix_and_kinds_have_si_units():
 
 
 @pytest.mark.parametrize(
+    ("left", "right"),
+    [
+        ("N", "kg·m/s2"),
+        ("J", "N·m"),
+        ("Pa", "N/m2"),
+        ("bar", "MPa"),
+        ("Hz", "1/s"),
+        ("deg", "rad"),
+        ("°", "rad"),
+        ("N/m", "J/m2"),
+    ],
+)
+def test_derived_units_have_the_dimensions_of_their_definitions(left, right):
+    assert unit(left).dimension == unit(right).dimension and unit("kN").size == 1e3 and unit("bar").size == 1e5
+    basic = [unit(name).dimension for name in ("m", "kg", "s", "K", "rad")]
+    np.testing.assert_array_equal(basic, np.eye(5))
+
+
+@pytest.mark.parametrize(
     "text", ["", "inch", "e", "N/", "/", "//m", "()", "mN·", "m5", "kgm", "Nx", "°C", "min", "m//s", "2", "mm mm x"]
 )
 def test_invalid_units_are_not_found(text):

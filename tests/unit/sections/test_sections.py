@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
-from kinetostatics.sections.stresses import shear_functions
+from kinetostatics.sections.stresses import largest_on_rings, shear_functions
 
 
 def test_area_and_moments_of_circle_and_tube():
@@ -97,3 +98,32 @@ def test_torsion_and_shear_of_tubes_have_smooth_derivatives(sides):
         return (numbers[0] - numbers[1]) / (2 * h)
 
     np.testing.assert_allclose(slopes(1e-6), slopes(1e-3), rtol=1e-4)
+
+
+def test_bending_is_isotropic_up_to_rounding():
+    """Then the y axis of a beam is arbitrary; a difference that a drawing could show makes it matter."""
+    for difference, isotropic in ((0.0, True), (1e-13, True), (-1e-13, True), (1e-10, False), (-1e-10, False), (0.1, False)):
+        assert Section(1e-4, 1e-9, 1e-9 * (1 + difference), 1e-9).is_isotropic == isotropic
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_walls_and_holes_of_rectangular_tubes_have_a_least_size(turned):
+    """1e-5 of the larger side: thinner is a mistake in units, and beyond what the shear functions are accurate for."""
+    sides = (0.05, 0.1) if turned else (0.1, 0.05)
+    for thickness in (1.1e-6, 0.025 - 0.6e-6):
+        assert RectangularTube.of(*sides, thickness).thickness == thickness
+    for thickness in (0.9e-6, 0.025 - 0.4e-6):
+        with pytest.raises(ArgumentError, match="thickness="):
+            RectangularTube.of(*sides, thickness)
+
+
+@pytest.mark.parametrize("flat", [1.0, 0.999, 1.001, 0.9, 3.0])
+def test_largest_stress_on_a_ring_equals_that_of_many_angles(flat):
+    """Squares a + b cos θ + d cos 2θ with b = −4 d have a flat top, at which Newton's method has no slope to divide by."""
+    theta, eight = np.linspace(0, 2 * np.pi, 200_000), np.linspace(0, 2 * np.pi, 8, endpoint=False)
+    for turn in np.linspace(0.01, 0.25, 13):
+        square = 3.0 + np.cos(theta - turn) - flat / 4 * np.cos(2 * (theta - turn))
+        forms = np.zeros((1, 8, 21))
+        forms[0, :, 0] = 3.0 + np.cos(eight - turn) - flat / 4 * np.cos(2 * (eight - turn))
+        found = largest_on_rings(forms, np.eye(6)[:, :1])
+        assert found[0] ** 2 == pytest.approx(square.max(), rel=2e-7)
