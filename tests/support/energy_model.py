@@ -407,7 +407,7 @@ class Answer:
         negative: number of negative eigenvalues of the tangent stiffness, inner freedoms included.
         free: whether the platform can move without resistance.
         gap: how far from zero the smallest stiffness is, in units of what counts as zero: large if the answer is sure.
-        turn: largest rotation [rad] of any body or section.
+        turn: largest rotation [rad] of any body or section; at the pose, of linear theory.
     """
 
     twist: np.ndarray
@@ -446,7 +446,7 @@ def _largest_rotation(structure, state):
     return float(np.linalg.norm(np.append(bodies, inner).reshape(-1, 6)[:, 3:], axis=1).max())
 
 
-def _answer(structure, twist, compliance, linear, tangent, factors, negative, turn=0.0):
+def _answer(structure, twist, compliance, linear, tangent, factors, negative, turn):
     unit = np.repeat([structure.length, 1.0], 3)
     scale = np.outer(unit, unit) / (structure.force * structure.length)
     gap, free = min(tangent.gap, factors.gap), tangent.free(slice(6)) > 1e-6
@@ -472,7 +472,8 @@ def at_the_pose(structure, stiffening_loads=True):
     twist = -tangent.solve(equations(structure, state).gradient)[:6]
     negative = tangent.negative + loaded.inner_negative - factors.negative - found.inner_negative
     linear = -factors.solve(found.gradient)
-    return _answer(structure, twist, _platform(structure, tangent), linear, tangent, factors, negative)
+    turn = _largest_rotation(structure, moved_by(structure, at_rest(structure), found, linear))
+    return _answer(structure, twist, _platform(structure, tangent), linear, tangent, factors, negative, turn)
 
 
 def _forces_at_the_pose(structure, solution):
@@ -499,27 +500,40 @@ def load_factors(structure, count=3):
     return np.array([1 / ratio if ratio > 1e-9 else np.inf for ratio in ratios])
 
 
-def in_equilibrium(structure, steps=4, iterations=30, tolerance=1e-11):
-    """Return finite motion and tangent stiffness in the nonlinear equilibrium, by Newton's method with load steps.
+def in_equilibrium(structure, iterations=12, tolerance=1e-11):
+    """Return finite motion and tangent stiffness in the nonlinear equilibrium, by Newton's method, in steps if needed.
 
     Raises:
         ArithmeticError: the iterations do not converge.
     """
     first, factors, _ = linear_solution(structure)
-    state = at_rest(structure)
-    for scale in np.arange(1, steps + 1) / steps:
-        for _ in range(iterations):
-            found = equations(structure, state, scale=scale)
-            tangent = Solved.of(found.hessian)
-            step = -tangent.solve(found.gradient)
-            state = moved_by(structure, state, found, step)
-            if np.abs(step[: structure.sizes[0]]).max() < tolerance:
-                break
-        else:
-            raise ArithmeticError(f"no equilibrium at {scale:.0%} of the loads")
+    for steps in (1, 4, 16):
+        state = _followed(structure, np.arange(1, steps + 1) / steps, iterations, tolerance)
+        if state is not None:
+            break
+    else:
+        raise ArithmeticError("no equilibrium under these loads")
     found = equations(structure, state)
     tangent = Solved.of(found.hessian)
     negative = tangent.negative + found.inner_negative - factors.negative - first.inner_negative
     linear = -factors.solve(first.gradient)
     compliance, turn = _platform(structure, tangent, state.x[3:6]), _largest_rotation(structure, state)
     return _answer(structure, state.x[:6], compliance, linear, tangent, factors, negative, turn)
+
+
+def _followed(structure, scales, iterations, tolerance):
+    """Return the equilibrium under the last one of growing loads; None if an iteration does not converge."""
+    state = at_rest(structure)
+    for scale in scales:
+        for _ in range(iterations):
+            found = equations(structure, state, scale=scale)
+            step = -Solved.of(found.hessian).solve(found.gradient)
+            largest = np.abs(step[: structure.sizes[0]]).max()
+            if not largest < 1.0:
+                return None
+            state = moved_by(structure, state, found, step)
+            if largest < tolerance:
+                break
+        else:
+            return None
+    return state
