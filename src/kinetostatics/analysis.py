@@ -6,7 +6,6 @@ The equilibrium itself is solved in :mod:`kinetostatics.statics.solution`.
 from __future__ import annotations
 
 import inspect
-import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
@@ -33,7 +32,7 @@ from kinetostatics.statics.assembly_errors import AssemblyErrors, parse_assembly
 from kinetostatics.statics.inertia import inertial_load
 from kinetostatics.statics.link_loads import AppliedLoad, LinkLoads, parse_link_loads, wrenches_of
 from kinetostatics.statics.robot_statics import RobotStatics
-from kinetostatics.statics.singularity import UNBALANCED, groups_of_poses
+from kinetostatics.statics.singularity import UNBALANCED, parts_of_batch
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import placed_springs, solve_with_springs, sources_of
 
@@ -201,19 +200,14 @@ def _solutions(
 ) -> list[Solution]:
     """Return the equilibria in the order of the poses; a pose where a limb has an unusual rank is solved separately."""
     first = solve_with_springs(robot, frames, load, gravity, assembly_errors, None, applied)
-    if not first.doubtful.any() or not frames.take(np.flatnonzero(first.doubtful)).are_finite().any():
-        return [first]
-    special = groups_of_poses(robot, frames, first.o, first.statics)
-    if not special:
+    parts = parts_of_batch(robot, frames, first.o, first.statics, first.doubtful)
+    if len(parts) == 1 and parts[0][1] is None:
         return [first]
     found: list[Solution] = []
-    ends = sorted({0, load.shape[1], *special, *(pose + 1 for pose in special)})
-    for start, end in itertools.pairwise(ends):
-        at = slice(start, end)
-        here = frames.take(at)
+    for at, groups in parts:
         errors = None if assembly_errors is None else assembly_errors.map(lambda array: array[:, at])  # noqa: B023
         loads = tuple(item.take(at) for item in applied)
-        found.append(solve_with_springs(robot, here, load[:, at], gravity[:, at], errors, special.get(start), loads))
+        found.append(solve_with_springs(robot, frames.take(at), load[:, at], gravity[:, at], errors, groups, loads))
     return found
 
 

@@ -324,7 +324,10 @@ def test_rigid_and_unstable_robots_have_no_frequencies(name, expected):
         found = ks.modes(pose, 2, drives=drives)
         np.testing.assert_equal(found.frequencies, [expected] * 2)
         assert ("unstable" if np.isnan(expected) else "no natural frequency") in str(found)
-    assert np.all(np.isfinite(ks.frequency_response(pose, [5.0]).transmissibility))
+        response = ks.frequency_response(pose, [5.0], drives=drives)
+        assert np.all(np.isfinite(response.transmissibility)) == np.isinf(expected)
+        assert response.status == found.status == (ks.Status.SINGULAR if np.isnan(expected) else ks.Status.OK)
+        assert response.warnings == found.warnings and bool(found.warnings) == np.isnan(expected)
 
 
 # ---- closed forms and invariances ----------------------------------------------------------------------------------------

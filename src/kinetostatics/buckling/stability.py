@@ -343,7 +343,7 @@ class _Assembly:
                 mixed = (f - dot(e, f) * e)[:, None] * e
                 S -= mixed + np.swapaxes(mixed, 0, 1)
             values = np.einsum("iin->n", S) * np.eye(3)[:, :, None] - S
-            self._add(turning, self.units[:3, list(turning)], (), [(slice(0, 3), values)])
+            self._add(turning, self.units[3:, list(turning)], (), [(slice(0, 3), values)])
 
 
 def _product(blocks: _Blocks, motions: Array) -> Array:

@@ -295,7 +295,7 @@ compensate 3rps --table path.csv --load 0 0 -500 0 0 0 --out corrected.nc
 
 def _modes(args: argparse.Namespace) -> int:
     with waiting("computing modes"):
-        options = {**payload_of(args), **given_of(("count", "drives"), args)}
+        options = {**payload_of(args), **given_of(("count", "drives", "gravity"), args)}
         configuration, warnings = pose_of(load_robot(args), args)
         report = MODES.called()(configuration, **options).report()
     answer(report, args, warnings)
@@ -309,7 +309,7 @@ MODES = Command(
         "Compute the lowest natural frequencies at one pose, with effective masses by direction and the shares of energy\n"
         "of every part. Beams vibrate as continuous rods: nothing is discretized, and no mode is missed."
     ),
-    arguments=(*ROBOT, *POSE, "payload", "payload_center", "payload_link", "drives", "json"),
+    arguments=(*ROBOT, *POSE, "payload", "payload_center", "payload_link", "gravity", "drives", "json"),
     own={"count": Argument("count", "number of modes (default: 6)", "N")},
     function="dynamics.vibrations:modes",
     notes=VALUES_HELP,
@@ -331,7 +331,7 @@ def _response(args: argparse.Namespace) -> int:
 
         check_files(args.out, ("csv", *FIGURES))
         first, last, count = parse_range("--frequencies", "frequencies", args.frequencies)
-        options = {**payload_of(args), **given_of(("damping", "drives", "tool"), args)}
+        options = {**payload_of(args), **given_of(("damping", "drives", "tool", "gravity"), args)}
         configuration, warnings = pose_of(load_robot(args), args)
         found = RESPONSE.called()(configuration, np.geomspace(first, last, count or FREQUENCIES), **options)
         save_files(args.out, "frequency_response", found, **given_of(("what", "components"), args))
@@ -346,7 +346,7 @@ RESPONSE = Command(
         "Compute the response of the platform to harmonic forces on it, and to harmonic motion of the floor, at one pose.\n"
         "The dynamic stiffness is solved at each frequency: no modes are left out."
     ),
-    arguments=(*ROBOT, *POSE, "payload", "payload_center", "payload_link", "tool", "drives", "json"),
+    arguments=(*ROBOT, *POSE, "payload", "payload_center", "payload_link", "gravity", "tool", "drives", "json"),
     own={
         "frequencies": Argument("text", f"frequencies [Hz], logarithmically spaced (COUNT: {FREQUENCIES})", "FIRST:LAST[:COUNT]"),
         "damping": Argument("number", "damping ratio of all modes (default: 0.02)", "ZETA"),

@@ -14,23 +14,26 @@ from kinetostatics.arguments import Keyword, check, finite_numbers, whole_number
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.math.arrays import Index, Mask, in_threads
+from kinetostatics.math.arrays import Array, Index, Mask, in_threads
 from kinetostatics.mechanism.joints import drive_of
 from kinetostatics.results.dynamics import FrequencyResponse, Modes
 from kinetostatics.results.pose_arrays import tool_on_robot
 from kinetostatics.robot import robot_of
-from kinetostatics.statics.link_loads import PAYLOAD, LinkLoads, parse_link_loads
+from kinetostatics.statics.link_loads import PAYLOAD, AppliedLoad, LinkLoads, parse_link_loads
 from kinetostatics.statics.small_motions import PlacedMotions, SmallMotions
+from kinetostatics.statics.springs import geometric_stiffness
 from kinetostatics.vibration.eigenpairs import eigenpairs
 from kinetostatics.vibration.motions import Damping, ModeShapes, responses
 from kinetostatics.vibration.rods import Numbers
-from kinetostatics.vibration.vibration_model import Part, VibrationModel, mass_at, vibration_model
+from kinetostatics.vibration.vibration_model import Part, VibrationModel, mass_at, spring_part, vibration_model
 
 #: Largest number of poses in a chunk, the unit of work of a thread.
 _POSES_OF_MODES, _POSES_OF_RESPONSES = 200, 50
 
 #: Highest frequency [Hz] of a response.
 HIGHEST = 1e9
+#: Share in the strain energy, in robots with springs, of the change of the forces' lever arms.
+GEOMETRIC = "lever arms of forces"
 
 Found = TypeVar("Found")
 
@@ -43,16 +46,18 @@ class Vibrations:
         configuration: the pose or poses.
         structure: the coordinates of small motions.
         loads: the payload, with the batch axis of its arrays last; None without payload.
+        gravity: (3, N) [m/s²].
         valid: (N,) True at valid poses: reached, with positive lengths of all telescopic beams.
     """
 
     configuration: Configuration
     structure: SmallMotions
     loads: LinkLoads | None
+    gravity: Array
     valid: Mask
 
     @classmethod
-    def of(cls, name: str, configuration: Configuration, drives: str, payload: Payload | None) -> Vibrations:
+    def of(cls, name: str, configuration: Configuration, drives: str, payload: Payload | None, gravity: ArrayLike) -> Vibrations:
         """Check the arguments of the function ``name``.
 
         Raises:
@@ -75,7 +80,12 @@ class Vibrations:
                 loads = loads.map(lambda array: np.broadcast_to(array, shape + array.shape[-1:]).reshape(-1, array.shape[-1]).T)
             except ValueError:
                 raise ArgumentError(f"the payload's arrays do not fit the poses, whose batch shape is {shape}") from None
-        return cls(configuration, structure, loads, valid)
+        field = finite_numbers("gravity", gravity)
+        try:
+            field = np.broadcast_to(field, (*shape, 3)).reshape(-1, 3).T
+        except ValueError:
+            raise ArgumentError(f"gravity has the shape {field.shape}; it must be (3,), or fit the poses {shape}") from None
+        return cls(configuration, structure, loads, field, valid)
 
     def in_chunks(self, function: Callable[[Index], Found], most: int) -> list[Found]:
         """Call a function, in threads, with the indices of the valid poses in chunks of at most ``most`` poses."""
@@ -87,11 +97,17 @@ class Vibrations:
         """Return the coordinates of small motions, and the masses and elastic parts, at given poses."""
         frames = self.configuration.frames.take(poses)
         motions = PlacedMotions(self.structure, frames, self.configuration.robot.mechanism.platform_pose(frames)[1])
-        model = vibration_model(motions)
-        if self.loads is None:
-            return motions, model
-        loads = self.loads.map(lambda array: array[:, poses])
-        return motions, replace(model, masses={**model.masses, **_carried(loads, motions, model.masses)})
+        model, gravity = vibration_model(motions), self.gravity[:, poses]
+        applied: tuple[AppliedLoad, ...] = ()
+        if self.loads is not None:
+            loads = self.loads.map(lambda array: array[:, poses])
+            applied = loads.at(frames, gravity)
+            model = replace(model, masses={**model.masses, **_carried(loads, motions, model.masses)})
+        if self.structure.parts is not None:
+            robot, columns = self.structure.model, tuple(range(motions.units.shape[1]))
+            u, K = geometric_stiffness(robot, self.structure.parts, frames, gravity, applied, motions.at_place)
+            model = replace(model, springs={**model.springs, GEOMETRIC: spring_part(columns, u, K)})
+        return motions, model
 
 
 def _carried(loads: LinkLoads, motions: PlacedMotions, links: Mapping[str, Part]) -> dict[str, Part]:
@@ -106,19 +122,27 @@ def _carried(loads: LinkLoads, motions: PlacedMotions, links: Mapping[str, Part]
     return found
 
 
-def modes(configuration: Configuration, count: int = 6, *, drives: str = "locked", payload: Payload | None = None) -> Modes:
+def modes(
+    configuration: Configuration,
+    count: int = 6,
+    *,
+    drives: str = "locked",
+    payload: Payload | None = None,
+    gravity: ArrayLike = (0, 0, -9.81),
+) -> Modes:
     """Compute the lowest natural frequencies and modes of one pose or a batch of poses.
 
     Links are rigid bodies with inertia, beams are continuous Timoshenko rods with rotary inertia, elastic joints and actuators
     are springs. The dynamic stiffness of beams is exact, without discretization, and no mode is missed (see the page on natural
-    frequencies). The geometric stiffness due to loads and weights is neglected; the geometric stiffness due to spring tensions is
-    included.
+    frequencies). For robots with springs, the tangent stiffness is the one of :func:`kinetostatics.analyze`, with the geometric
+    stiffness due to springs and weights; otherwise the geometric stiffness is neglected.
 
     Args:
         configuration: the pose or poses.
         count: number of modes.
         drives: "locked": coordinates of actuators are fixed, or elastic with their stiffness; "free": actuators exert no force.
         payload: a :class:`Payload` with its inertia.
+        gravity: (…, 3) gravity [m/s²] in world axes, for the geometric stiffness of robots with springs.
 
     Returns:
         Frequencies, shapes, effective masses and shares of energy.
@@ -139,7 +163,7 @@ def modes(configuration: Configuration, count: int = 6, *, drives: str = "locked
         3
     """
     number = whole_number("count", count, 1)
-    vibrations = Vibrations.of("modes", configuration, drives, payload)
+    vibrations = Vibrations.of("modes", configuration, drives, payload, gravity)
 
     def solved(poses: Index) -> ModeShapes:
         motions, model = vibrations.placed(poses)
@@ -157,6 +181,7 @@ def frequency_response(
     tool: ArrayLike | None = None,
     drives: str = "locked",
     payload: Payload | None = None,
+    gravity: ArrayLike = (0, 0, -9.81),
 ) -> FrequencyResponse:
     """Compute the response of the platform to harmonic forces on it, and to harmonic motion of the floor.
 
@@ -171,6 +196,7 @@ def frequency_response(
         tool: (3,) point of the platform for forces and displacements, from o in platform axes [m]; default: o.
         drives: "locked" or "free", see :func:`kinetostatics.modes`.
         payload: a :class:`Payload` with its inertia.
+        gravity: (…, 3) [m/s²], see :func:`kinetostatics.modes`.
 
     Returns:
         Compliance and transmissibility, complex.
@@ -192,7 +218,7 @@ def frequency_response(
     if not omega.size or np.any((omega <= 0) | (omega > 2 * np.pi * HIGHEST)):
         raise ArgumentError(f"frequencies is {frequencies!r}; it must be positive numbers up to {HIGHEST:g} [Hz]")
     losses = _damping(damping)
-    vibrations = Vibrations.of("frequency_response", configuration, drives, payload)
+    vibrations = Vibrations.of("frequency_response", configuration, drives, payload, gravity)
     robot = robot_of(configuration)
     place, body = tool_on_robot(tool, robot), vibrations.structure.platform
 
@@ -204,11 +230,12 @@ def frequency_response(
         return responses(model, twists, carried, omega, losses)
 
     parts = vibrations.in_chunks(solved, _POSES_OF_RESPONSES)
-    found = np.full((2, len(vibrations.valid), len(omega), 6, 6), np.nan, dtype=complex)
+    found = np.full((2, len(vibrations.valid), len(omega), 6, 6), complex(np.nan, np.nan))
     if parts:
         found[:, vibrations.valid] = np.concatenate(parts, axis=1)
     compliance, transmissibility = found.reshape(2, *configuration.shape, len(omega), 6, 6)
-    return FrequencyResponse(configuration, omega / (2 * np.pi), compliance, transmissibility, damping, drives, payload, place)
+    valid, frequency = vibrations.valid, omega / (2 * np.pi)
+    return FrequencyResponse(configuration, frequency, compliance, transmissibility, damping, drives, payload, place, valid)
 
 
 def _damping(damping: object) -> Damping:

@@ -84,22 +84,26 @@ UNITS_OF_MODES = {
 def modes_report(modes: Modes) -> Report:
     title = [f"Natural frequencies of {modes.robot.name!r}: "]
     if modes.shape == ():
-        title += [*state_title(modes.configuration), "; " + _frequencies(modes)]
+        title += [*state_title(modes.configuration, modes.status), "; " + _frequencies(modes)]
     else:
-        title += state_title(modes.configuration)
+        title += state_title(modes.configuration, modes.status)
     return Report(title, lambda: list(_mode_sections(modes)), lambda: _mode_data(modes))
 
 
 def _frequencies(modes: Modes) -> str:
     if np.isnan(modes.frequencies[0]):
-        return "unstable: a motion has negative stiffness"
+        return "unstable: a motion has negative stiffness" if modes.warnings else "no results"
     if not np.isfinite(modes.frequencies[0]):
+        if modes.zero_frequencies:
+            return f"no natural frequency above zero; {count(int(modes.zero_frequencies), 'free motion')} of frequency zero"
         return "no natural frequency: no elastic part carries a mass"
     form = NumberFormat.of(modes.frequencies[:1], HERTZ, digits=4)
     return ", ".join(form(value) for value in modes.frequencies[:3]) + f"{', …' if modes.count > 3 else ''} {form.unit}"
 
 
 def _mode_sections(modes: Modes) -> Iterator[ReportSection]:
+    if modes.warnings:
+        yield warning_section(modes.warnings)
     if not np.any(np.isfinite(modes.frequencies)):
         return
     if modes.shape:
@@ -150,6 +154,7 @@ def _mode_data(modes: Modes) -> dict[str, object]:
         "units": UNITS_OF_MODES,
         "shape": modes.shape,
         "status": status_names(modes.status),
+        "warnings": modes.warnings,
         **attributes(modes.configuration, ("platform", "actuators")),
         **attributes(modes, ("drives", "frequencies", "zero_frequencies", "twists")),
         **attributes(modes, ("participation_factors", "effective_masses", "strain_energy_shares", "kinetic_energy_shares")),
@@ -166,12 +171,17 @@ UNITS_OF_RESPONSE = {
 
 def frequency_response_report(found: FrequencyResponse) -> Report:
     f = found.frequencies
-    title = [f"Frequency response of {found.robot.name!r} at {point_name(found.tool)}: ", *state_title(found.configuration)]
+    title = [
+        f"Frequency response of {found.robot.name!r} at {point_name(found.tool)}: ",
+        *state_title(found.configuration, found.status),
+    ]
     title.append(f"; {f.min():.4g} to {f.max():.4g} Hz, {len(f)} frequencies")
     return Report(title, lambda: list(_response_sections(found)), lambda: _response_data(found))
 
 
 def _response_sections(found: FrequencyResponse) -> Iterator[ReportSection]:
+    if found.warnings:
+        yield warning_section(found.warnings)
     if not np.any(np.isfinite(found.compliance)):
         return
     units = ["m/N"] * 3 + ["rad/(N·m)"] * 3
@@ -197,6 +207,8 @@ def _response_data(found: FrequencyResponse) -> dict[str, object]:
         "robot": found.robot.name,
         "units": UNITS_OF_RESPONSE,
         "shape": found.shape,
+        "status": status_names(found.status),
+        "warnings": found.warnings,
         **attributes(found, ("damping", "drives", "tool", "frequencies")),
         "compliance": np.abs(found.compliance),
         "compliance_phase": np.angle(found.compliance),

@@ -24,9 +24,10 @@ Coordinate: TypeAlias = tuple[Array, Units, float]
 _ORIENTATIONS = {"rotation_vector": "rotation vector", "tilt_torsion": "tilt and torsion"}
 
 
-def statuses_of(poses: Configuration | Result) -> list[State]:
-    """Return the states OK, UNREACHABLE and SINGULAR, in this order."""
-    return [(status_word(item), poses.status == item, STATUS_WORDS[item]) for item in (Status.OK, *WITHOUT_NUMBERS)]
+def statuses_of(poses: Configuration | Result, status: NDArray[np.int8] | None = None) -> list[State]:
+    """Return the states OK, UNREACHABLE and SINGULAR, in this order; ``status`` as for :func:`state_title`."""
+    status = poses.status if status is None else status
+    return [(status_word(item), status == item, STATUS_WORDS[item]) for item in (Status.OK, *WITHOUT_NUMBERS)]
 
 
 def facts_of(poses: Configuration | Result) -> list[State]:
@@ -42,9 +43,12 @@ def status_word(status: Status) -> Word:
     return Word(status.name, "good" if status == Status.OK else "bad" if status in WITHOUT_NUMBERS else "doubtful")
 
 
-def state_title(poses: Configuration | Result) -> list[str]:
-    """Return the states of one pose, the most severe first; for a batch, its shape, and the number of poses in each state."""
-    one, (ok, *worse), facts = poses.shape == (), statuses_of(poses), facts_of(poses)
+def state_title(poses: Configuration | Result, status: NDArray[np.int8] | None = None) -> list[str]:
+    """Return the states of one pose, the most severe first; for a batch, its shape, and the number of poses in each state.
+
+    ``status`` (…): other statuses than those of the poses.
+    """
+    one, (ok, *worse), facts = poses.shape == (), statuses_of(poses, status), facts_of(poses)
     states = [
         (title, where) for title, where, _ in ((*worse, *reversed(facts)) if one else (ok, *worse, *facts)) if np.any(where)
     ]

@@ -27,8 +27,40 @@ from kinetostatics.vibration.eigenpairs import modes_below
 from kinetostatics.vibration.motions import ModeShapes
 
 
+class _Stable:
+    """Poses of which some may be unstable; ``valid`` (N,) is True at reached poses with positive lengths of all beams."""
+
+    configuration: Configuration
+    valid: Mask
+
+    @property
+    def _numbers(self) -> Array:
+        """Any numbers (…, n), NaN where a motion has negative stiffness."""
+        raise NotImplementedError
+
+    @property
+    def _unstable(self) -> Mask:
+        return np.isnan(self._numbers[..., 0].real) & self.valid.reshape(self.configuration.shape)
+
+    @cached_property
+    def status(self) -> NDArray[np.int8]:
+        """:class:`Status` of every pose (…); SINGULAR if a telescopic beam has no length or a motion has negative stiffness."""
+        status, singular = self.configuration.status, np.isnan(self._numbers[..., 0].real)
+        status = np.where(singular & (status != Status.UNREACHABLE), Status.SINGULAR, status).astype(np.int8)
+        status.setflags(write=False)
+        return status
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """A warning about unstable poses, at which a motion has negative stiffness; else empty."""
+        where = self._unstable
+        poses = f"{int(where.sum())} of {where.size} poses are" if where.shape else "the pose is"
+        text = f"{poses} unstable: springs and weights overcome the stiffness of a motion, and no number applies"
+        return (text,) if np.any(where) else ()
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class Modes(Shapes[ModeShapes], Reported):
+class Modes(_Stable, Shapes[ModeShapes], Reported):
     """The lowest natural frequencies and modes of one pose or a batch of poses; see :func:`kinetostatics.modes`.
 
     Arrays are read-only, batch axes first, then the mode; NaN where a pose has no results. Every mode has a modal mass of 1 kg,
@@ -50,17 +82,13 @@ class Modes(Shapes[ModeShapes], Reported):
     chunks: tuple[ModeShapes, ...]
     valid: Mask
 
-    @cached_property
-    def status(self) -> NDArray[np.int8]:
-        """:class:`Status` of every pose (…); SINGULAR if a telescopic beam has no length or a motion has negative stiffness."""
-        status, valid = self.configuration.status, ~np.isnan(self.frequencies[..., 0])
-        status = np.where(valid | (status == Status.UNREACHABLE), status, Status.SINGULAR).astype(np.int8)
-        status.setflags(write=False)
-        return status
+    @property
+    def _numbers(self) -> Array:
+        return self.frequencies
 
     @cached_property
     def frequencies(self) -> Array:
-        """(…, count) natural frequencies, ascending [Hz]; infinite where there are fewer modes."""
+        """(…, count) natural frequencies, ascending [Hz]; infinite where there are fewer modes, NaN at unstable poses."""
         return self._array((self.count,), lambda chunk: np.sqrt(chunk.pairs.square) / (2 * np.pi))
 
     @cached_property
@@ -111,7 +139,11 @@ class Modes(Shapes[ModeShapes], Reported):
 
     @cached_property
     def strain_energy_shares(self) -> Mapping[str, Array]:
-        """(…, count) share of each beam, elastic joint, actuator and spring in the strain energy."""
+        """(…, count) share of each beam, elastic joint, actuator and spring in the strain energy.
+
+        For robots with springs, "lever arms of forces" is the share, possibly negative, of weights, springs and joint forces by
+        their lever arms.
+        """
         return self._by_part(lambda chunk: chunk.strain_energy)
 
     @cached_property
@@ -127,10 +159,10 @@ class Modes(Shapes[ModeShapes], Reported):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FrequencyResponse(Reported):
+class FrequencyResponse(_Stable, Reported):
     """Response of the platform at o, or at a tool, world axes; see :func:`kinetostatics.frequency_response`.
 
-    Arrays are read-only, batch axes first; NaN where a pose has no results. The time factor is exp(iωt).
+    Arrays are read-only, batch axes first; NaN where a pose has no results or is unstable. The time factor is exp(iωt).
 
     Attributes:
         configuration: the pose or poses.
@@ -141,6 +173,7 @@ class FrequencyResponse(Reported):
         drives: whether the actuators are "locked" or "free".
         payload: the payload, or None.
         tool: (3,) reference point, from o in platform axes [m]; None: o.
+        valid: (N,) True at reached poses with positive lengths of all telescopic beams.
     """
 
     configuration: Configuration
@@ -151,6 +184,11 @@ class FrequencyResponse(Reported):
     drives: str
     payload: Payload | None
     tool: Array | None
+    valid: Mask
+
+    @property
+    def _numbers(self) -> Array:
+        return self.compliance[..., 0, 0]
 
     def __post_init__(self) -> None:
         for array in (self.frequencies, self.compliance, self.transmissibility):

@@ -70,6 +70,7 @@ class GeometricTerms:
         robot: GeometricStiffness,
         acting: Sequence[tuple[str, Array, Array]],
         passages: Sequence[tuple[Passage, Array, Array | None, Array]],
+        own: bool = True,
     ) -> None:
         """Add up the terms.
 
@@ -77,6 +78,7 @@ class GeometricTerms:
             acting: forces on parts: each with its place, arm from o (3, N) [m] and force (3, N) [N].
             passages: each passage with the arm from o to its centre (3, N) [m], the axes (3, k, N) of its k slides (None without
                 slides), and the matrix B (9, 9, N) of its energy, see :meth:`GeometricStiffness._of_joint`.
+            own: whether K_g includes the tangent stiffness K_t of the springs themselves.
         """
         self._robot, self._where, self._parts, self._o = robot, robot.coordinates, robot.parts, robot.o
         self._springs, self._acting, self._passages = robot.springs, acting, passages
@@ -89,7 +91,7 @@ class GeometricTerms:
             self._add(("part", part), ("part", part), block)
         for number, (item, _, axes, block) in enumerate(passages):
             self._add_passage(number, item, axes, block)
-        for number, spring in enumerate(self._springs):
+        for number, spring in enumerate(self._springs if own else ()):
             self._add_spring(number, spring)
 
     def _add(self, one: Block, two: Block, block: Array) -> None:
@@ -245,8 +247,11 @@ class GeometricStiffness:
                 rows.append(end - start)
         return np.concatenate(rows)
 
-    def under(self, solution: Solution) -> GeometricTerms:
-        """Return K_g under the weights, spring forces and joint wrenches of an equilibrium, without the load on the platform."""
+    def under(self, solution: Solution, own: bool = True) -> GeometricTerms:
+        """Return K_g under the weights, spring forces and joint wrenches of an equilibrium, without the load on the platform.
+
+        ``own``: whether K_g includes the tangent stiffness of the springs themselves.
+        """
         transmitted = _PassageWrenches(self._robot, solution)
         acting: list[tuple[str, Array, Array]] = []
         centres = self._robot.weights.centres(self._frames) - self.o[:, None]
@@ -270,7 +275,7 @@ class GeometricStiffness:
                 terms, start, back = self._of_beam(solution, item.edge.beam, axes, arm, force, moment)
                 acting.append((item.places[0], start, back))
                 passages.append((item, arm, axes, terms))
-        return GeometricTerms(self, acting, passages)
+        return GeometricTerms(self, acting, passages, own)
 
     def _of_joint(self, item: Passage, force: Array, moment: Array) -> Array:
         """Return the matrix B (9, 9, N) of a joint's energy zᵀ B z = F · ((θ + ½ φ) × s) + ½ M · (θ × φ).

@@ -58,7 +58,8 @@ class PlatformEquilibrium:
         self_stresses: for each group, (n_c, k, g, N) intensities in k self-stresses, which have no resultant on the platform.
     """
 
-    def __init__(self, robot: RobotStatics, statics: tuple[LimbStatics, ...], N: int) -> None:
+    def __init__(self, robot: RobotStatics, statics: tuple[LimbStatics, ...], N: int, support: float = 0.0) -> None:
+        """Factorize the stiffness; ``support`` is added to it, relative to its size, where the platform would be free."""
         self._statics = statics
         self.scale = np.array([1.0] * 3 + [1 / robot.length] * 3)
         K = np.zeros((6, 6, N))
@@ -78,6 +79,9 @@ class PlatformEquilibrium:
                 half = factor.forward(np.swapaxes(item.J_c, 0, 1))
                 K += np.einsum("kign,kjgn->ijn", half, half)
             self._halves.append(half)
+        if support:
+            size = np.einsum("iin,i->n", K, self.scale**2)
+            K += np.diag(support / self.scale**2)[:, :, None] * np.where(size > 0, size, 1.0)
         self._splits = splits = [factor for factor in self._factors if isinstance(factor, _Split)]
         self._rigid = _RigidPart(K, splits, self.scale) if splits else None
         self.undetermined = [np.zeros((*item.J_c.shape[1:],), dtype=bool) for item in statics]

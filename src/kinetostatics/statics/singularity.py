@@ -11,6 +11,7 @@ elastic is compliant in the directions in which they move it; a stretched limb h
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
@@ -150,6 +151,21 @@ def groups_of_poses(
         if changed or counts_of:
             found[pose] = tuple(group for item in statics for group in _regrouped(robot, item.group, changed, counts_of, here))
     return found
+
+
+def parts_of_batch(
+    robot: RobotStatics, frames: Frames, o: Array, statics: tuple[LimbStatics, ...], doubtful: NDArray[np.bool_]
+) -> list[tuple[slice, tuple[LimbGroup, ...] | None]]:
+    """Divide a batch into poses at which all limbs have their usual ranks, and single poses with their own groups of limbs.
+
+    ``statics`` has the statics of N poses for the groups of generic poses; at ``doubtful`` poses (N,), ranks may differ.
+    """
+    N = o.shape[1]
+    special: dict[int, tuple[LimbGroup, ...]] = {}
+    if doubtful.any() and frames.take(np.flatnonzero(doubtful)).are_finite().any():
+        special = groups_of_poses(robot, frames, o, statics)
+    ends = sorted({0, N, *special, *(pose + 1 for pose in special)})
+    return [(slice(start, end), special.get(start)) for start, end in itertools.pairwise(ends)] or [(slice(0, 0), None)]
 
 
 def _changed(item: LimbStatics, frames: Frames, o: Array, pose: int) -> list[int]:

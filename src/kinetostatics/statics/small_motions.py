@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.geometric_stiffness import PlacedSpring
 from kinetostatics.statics.robot_statics import RobotStatics
+from kinetostatics.statics.turning_parts import TurningParts, turning_parts
 
 
 @dataclass(frozen=True)
@@ -111,12 +113,19 @@ class SmallMotions:
                         self.columns[other] = self.columns[here] + mine
                         queue.append(other)
         self.beams = [self._beam(name) for name in model.beams]
+        for beam in self.beams:
+            self.body_at.update(zip(model.topology.beam_ends[beam.name], (beam.inner, beam.outer), strict=True))
         self.followers = tuple(self._followers())
         given = [(k, freedom) for k, freedom in enumerate(self.freedoms) if freedom is not None]
         self._given, self._twists = [k for k, _ in given], Freedoms([freedom for _, freedom in given])
         self._loose = [k for k, freedom in enumerate(self.freedoms) if freedom is None]  # three rotations, three translations, …
         self.turning = {k for k, freedom in enumerate(self.freedoms) if freedom is not None and freedom.rotates}
         self.turning.update(column for k, column in enumerate(self._loose) if k % 6 < 3)
+
+    @cached_property
+    def parts(self) -> TurningParts | None:
+        """The parts that rotate relative to one another with these actuators; None for a robot without springs."""
+        return self.model.parts and turning_parts(self.model, self._drives)
 
     def _beam(self, name: str) -> BeamEnds:
         """Return a beam; joints in its span, which make it telescopic, add bodies at its ends."""
@@ -167,17 +176,16 @@ class SmallMotions:
         return tuple(sorted({column for body in bodies for column in self.columns[body]}))
 
     def unit_twists(self, frames: Frames, o: Array) -> Array:
-        """Return the twists (6, n, N) per unit of each coordinate: rotation, then displacement of the point at o (3, N).
+        """Return the twists (6, n, N) about o (3, N) per unit of each coordinate.
 
         Coordinates that are rotations are multiplied by the characteristic length, so that all coordinates are lengths [m].
         """
         size = self.model.length
         found = zeros_for((6, len(self.freedoms), o.shape[1]), o)
         for k, column in enumerate(self._loose):
-            found[k % 6, column] = 1.0 if k % 6 > 2 else 1 / size
+            found[(k + 3) % 6, column] = 1.0 if k % 6 > 2 else 1 / size
         if self._given:
-            twists = self._twists.twists(frames, o) / np.where(self._twists.rotates, size, 1.0)[:, None]
-            found[:3, self._given], found[3:, self._given] = twists[3:], twists[:3]
+            found[:, self._given] = self._twists.twists(frames, o) / np.where(self._twists.rotates, size, 1.0)[:, None]
         return found
 
 
@@ -193,8 +201,8 @@ class PlacedMotions:
         """Return (2, 3, k, N) per unit of k coordinates: the rotation of a body, and the displacement of its ``point`` (3, N)."""
         mine = list(self.structure.columns[body])
         found, where = zeros_for((2, 3, len(columns), self.o.shape[1]), self.o), [columns.index(column) for column in mine]
-        turns = self.units[:3, mine]
-        found[0][:, where], found[1][:, where] = turns, self.units[3:, mine] + cross(turns, (point - self.o)[:, None])
+        turns = self.units[3:, mine]
+        found[0][:, where], found[1][:, where] = turns, self.units[:3, mine] + cross(turns, (point - self.o)[:, None])
         return found
 
     def stretched(self, spring: PlacedSpring) -> tuple[tuple[int, ...], Array]:
@@ -218,7 +226,7 @@ class PlacedMotions:
             columns = tuple(sorted({*self.structure.columns_of(joint.inner, joint.outer), *joint.columns}))
             ends = [self.moved(columns, body, point) for body in (joint.inner, joint.outer)]
             rows = (ends[1] - ends[0]).reshape(6, len(columns), self.o.shape[1])
-            turns, shifts = np.split(self.units[:, list(joint.columns)], 2)
+            shifts, turns = np.split(self.units[:, list(joint.columns)], 2)
             own = np.concatenate([turns, shifts + cross(turns, (point - self.o)[:, None])])
             rows[:, [columns.index(column) for column in joint.columns]] -= own
             rows[:3] *= self.structure.model.length
@@ -231,6 +239,13 @@ class PlacedMotions:
         """
         turns, shifts = self.moved(tuple(range(self.units.shape[1])), body, point)
         return np.concatenate([shifts, turns]).transpose(2, 0, 1), self.carried(point)
+
+    def at_place(self, place: str) -> Array:
+        """Return the twists (6, n, N) about o of the body at a place per unit of each coordinate."""
+        columns = list(self.structure.columns[self.structure.body_at[place]])
+        found = np.zeros_like(self.units)
+        found[:, columns] = self.units[:, columns]
+        return found
 
     def of_body(self, shapes: Array, body: RigidBody, point: Array) -> Array:
         """Return the twist (N, m, 6) [m, rad] of a body at a point (3, N), world axes, in the modes ``shapes`` (N, m, n)."""

@@ -169,6 +169,7 @@ def balanced(
     groups: tuple[LimbGroup, ...] | None = None,
     applied: tuple[AppliedLoad, ...] = (),
     weights: Array | None = None,
+    support: float = 0.0,
 ) -> Balanced:
     """Solve Eq. (12) for N poses.
 
@@ -178,6 +179,7 @@ def balanced(
         assembly_errors: assembly errors of joints and beams.
         groups: the limbs; None: the groups of generic poses.
         weights: (6, W, N) the robot's weights about o; if None, they are computed.
+        support: see :class:`PlatformEquilibrium`.
     """
     _, o = robot.mechanism.platform_pose(frames)
     weights = robot.weights.wrenches(frames, o, gravity) if weights is None else weights
@@ -190,7 +192,7 @@ def balanced(
     sources += tuple(item.name for item in applied)
     if assembly_errors is not None:
         sources += ("assembly_errors",)
-    balance = PlatformEquilibrium(robot, statics, o.shape[1])
+    balance = PlatformEquilibrium(robot, statics, o.shape[1], support)
     loads = applied_statics(applied, groups, frames, o, first, len(sources))
     right, strains = _by_contribution(robot, sources, statics, load, platform_weight, loads)
     twists, intensities = balance.solve(right, strains, assembly_errors is not None)

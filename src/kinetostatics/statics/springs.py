@@ -9,7 +9,7 @@ spring forces are applied as loads on links, and the effect of K_g as further lo
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
 
@@ -17,7 +17,7 @@ import numpy as np
 
 from kinetostatics.description.elements import Spring
 from kinetostatics.limbs.group import LimbGroup
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import solve_by_elimination
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.assembly_errors import AssemblyErrors
@@ -25,8 +25,12 @@ from kinetostatics.statics.deformation import Deformation, deform
 from kinetostatics.statics.geometric_stiffness import GeometricStiffness, GeometricTerms, PlacedSpring
 from kinetostatics.statics.link_loads import AppliedLoad, places_at
 from kinetostatics.statics.robot_statics import RobotStatics
+from kinetostatics.statics.singularity import parts_of_batch
 from kinetostatics.statics.solution import Balanced, Solution, balanced, unit_responses, with_more
+from kinetostatics.statics.turning_parts import TurningParts
 
+#: Relative stiffness of a support for the forces of a platform that springs alone hold.
+_SUPPORT = 1e-9
 #: Length of a spring, relative to the robot's size, below which its force has no direction.
 _NOTHING = 1e-9
 
@@ -81,11 +85,9 @@ def solve_with_springs(
     """Solve Eq. (12) as :func:`kinetostatics.statics.solution.balanced` does, with the robot's springs."""
     if robot.parts is None:
         return balanced(robot, frames, load, gravity, assembly_errors, groups, applied, weights).solution
-    springs, (_, o) = placed_springs(robot, frames), robot.mechanism.platform_pose(frames)
-    geometric = GeometricStiffness(robot, robot.parts, frames, springs)
-    pulls = tuple(AppliedLoad(f"spring {item.name}", *item.pull(item.force, o), "spring") for item in springs)
-    before = balanced(robot, frames, load, gravity, assembly_errors, groups, (*applied, *pulls), weights)
-    solution = before.solution
+    springs, o = placed_springs(robot, frames), robot.mechanism.platform_pose(frames)[1]
+    before = under_springs(robot, frames, springs, load, gravity, assembly_errors, groups, applied, weights)
+    solution, geometric = before.solution, GeometricStiffness(robot, robot.parts, frames, springs)
     terms = geometric.under(solution)
     u, twists, tangents, compliance = _response(robot, geometric, terms, before)
     found = with_more(robot, before, terms.loads(u), [f"change with {name}" for name in solution.sources], twists)
@@ -94,6 +96,55 @@ def solve_with_springs(
     sound = compliance.sum(axis=(0, 1)) + sum((item.force.sum(axis=0) for item in springs), np.zeros_like(o[0]))
     singular = found.singular | ~np.isfinite(sound)
     return replace(found, compliance=compliance, stiffness=stiffness, tangents=tangents, singular=singular)
+
+
+def under_springs(
+    robot: RobotStatics,
+    frames: Frames,
+    springs: Iterable[PlacedSpring],
+    load: Array,
+    gravity: Array,
+    assembly_errors: AssemblyErrors | None = None,
+    groups: tuple[LimbGroup, ...] | None = None,
+    applied: tuple[AppliedLoad, ...] = (),
+    weights: Array | None = None,
+    support: float = 0.0,
+) -> Balanced:
+    """Solve Eq. (12) under the forces of springs, without geometric stiffness."""
+    _, o = robot.mechanism.platform_pose(frames)
+    pulls = tuple(AppliedLoad(f"spring {item.name}", *item.pull(item.force, o), "spring") for item in springs)
+    return balanced(robot, frames, load, gravity, assembly_errors, groups, (*applied, *pulls), weights, support)
+
+
+def geometric_stiffness(
+    robot: RobotStatics,
+    parts: TurningParts,
+    frames: Frames,
+    gravity: Array,
+    applied: tuple[AppliedLoad, ...],
+    motion: Callable[[str], Array],
+) -> tuple[Array, Array]:
+    """Return the displacements u (n, k, N) per unit of k coordinates, and the geometric stiffness K_g (n, n, N).
+
+    K_g is the one of :func:`solve_with_springs`, without the tangent stiffness of the springs themselves.
+
+    Args:
+        parts: the parts that rotate relative to one another in the coordinates.
+        motion: ``motion(place)`` (6, k, N) is the twist of a place about o per unit of each coordinate.
+    """
+    springs, none = placed_springs(robot, frames), zeros_for((6, gravity.shape[1]), gravity)
+    geometric = GeometricStiffness(robot, parts, frames, springs)
+    blocks = geometric.coordinates.blocks
+    first = under_springs(robot, frames, springs, none, gravity, applied=applied).solution
+    found = geometric.under(first, own=False).matrix(blocks, blocks)
+    special = {at.start: groups for at, groups in parts_of_batch(robot, frames, first.o, first.statics, first.doubtful) if groups}
+    for pose in sorted({*special, *np.flatnonzero(first.singular).tolist()}):
+        at, groups = slice(pose, pose + 1), special.get(pose)
+        here, loads, support = frames.take(at), tuple(item.take(at) for item in applied), _SUPPORT * bool(first.singular[pose])
+        springs, fields = placed_springs(robot, here), gravity[:, at]
+        solution = under_springs(robot, here, springs, none[:, at], fields, None, groups, loads, support=support).solution
+        found[..., at] = GeometricStiffness(robot, parts, here, springs).under(solution, own=False).matrix(blocks, blocks)
+    return geometric.displacements(motion, blocks), found
 
 
 def _response(

@@ -7,7 +7,7 @@ rotation of one part. A *place*, at which a load acts, is a rigid link or an end
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -18,6 +18,7 @@ from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.graphs import joined, reachable
 from kinetostatics.mechanism.joints import (
+    Drive,
     ElasticJoint,
     Freedom,
     compound_joints,
@@ -96,8 +97,9 @@ class TurningParts:
     spring_places: tuple[tuple[str, str], ...]
 
 
-def turning_parts(model: StaticModel) -> TurningParts:
-    return _Finder(model).found()
+def turning_parts(model: StaticModel, drives: Mapping[str, Drive] | None = None) -> TurningParts:
+    """Return the parts of a robot with elastic or free actuators ``drives``; None: the elastic actuators of its file."""
+    return _Finder(model, drives_of(model.mechanism) if drives is None else drives).found()
 
 
 @dataclass(frozen=True)
@@ -113,7 +115,7 @@ class _Step:
 
 
 class _Finder:
-    def __init__(self, model: StaticModel) -> None:
+    def __init__(self, model: StaticModel, drives: Mapping[str, Drive]) -> None:
         self.model = model
         self.topology, self.connections = model.topology, model.mechanism.connections
         self.place_at: dict[str, str] = {}  # a place on the outer side of an edge, by its key
@@ -122,7 +124,7 @@ class _Finder:
         self.places, self.owners = [model.description.base, model.description.platform], [-1, -1]
         self.part_at: dict[str, int] = {}  # by the edge's key
         self.hinged: set[int] = set()
-        self.on_elastic_drives = {joint for drive in drives_of(model.mechanism).values() for joint, _ in drive.moves}
+        self.on_elastic_drives = {joint for drive in drives.values() for joint, _ in drive.moves}
 
     def found(self) -> TurningParts:
         steps = list(self._steps())

@@ -20,6 +20,8 @@ from kinetostatics.vibration.vibration_model import VibrationModel
 
 #: Part of the largest stiffness or mass of scaled motions below which a motion has zero stiffness or mass.
 _NONE = 1e-11
+#: Part of the largest stiffness of scaled motions above which a negative stiffness is no rounding error of forces.
+_UNSTABLE = 1e-9
 #: Relative change of λ at which Newton's method ends; the remaining error is of the order of its square.
 _CONVERGED = 1e-7
 _STEPS = 30
@@ -80,12 +82,12 @@ def modes_below(model: VibrationModel, square: Array) -> Index:
 
 
 def independent_motions(model: VibrationModel) -> list[tuple[Index, Array | None]]:
-    """Return groups of P poses, each with a basis (P, n, r) of the motions that keep loops closed and have stiffness or mass.
+    """Return groups of P stable poses, each with a basis (P, n, r) of motions that keep loops closed and have stiffness or mass.
 
     None instead of a basis stands for all motions.
     """
     K, M = (matrix[:, 0] for matrix in model.pencil(np.zeros((model.poses, 1))))
-    return [(space.poses, space.basis) for space in _spaces(model, K, M)]
+    return [(space.poses, space.basis) for space in _spaces(model, K, M) if space.stable]
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,7 @@ class _Space:
     """Poses with the same number r of independent motions, which keep loops closed and have stiffness or mass.
 
     ``basis`` (P, n, r) has these motions as columns, or is None if all coordinates are independent; ``free`` is the number of
-    motions without stiffness. ``stable`` is False where a motion has negative stiffness, which compressed springs may cause.
+    motions without stiffness. ``stable`` is False where a motion has negative stiffness, which springs and weights may cause.
     """
 
     poses: Index
@@ -191,19 +193,23 @@ def _spaces(model: VibrationModel, K: Array, M: Array) -> Iterator[_Space]:
 
     Poses at which a motion has negative stiffness are separate groups.
     """
+    whole = np.array(K)  # without the cancellation of stiffnesses of opposite signs
+    n = model.cancelling.shape[1]
+    whole[:, :n, :n] += model.cancelling
     for poses, basis in model.closed_motions():
-        values = np.linalg.eigvalsh(_scaled(_Space(poses, basis, 0).restricted(K[poses]))[0])
-        missing = np.where(np.any(values < -_NONE, axis=1), -1, np.sum(values < _NONE, axis=1))
+        every = _Space(poses, basis, 0)
+        values = np.linalg.eigvalsh(_scaled(every.restricted(K[poses]), every.restricted(whole[poses]))[0])
+        missing = np.where(np.any(values < -_UNSTABLE, axis=1), -1, np.sum(values < _NONE, axis=1))
         for free in np.unique(missing):
             some = np.flatnonzero(missing == free)
             space = _Space(poses[some], None if basis is None else basis[some], max(int(free), 0), free >= 0)
-            yield from _with_mass(space, K[poses[some]], M[poses[some]]) if free > 0 else [space]
+            yield from _with_mass(space, K[poses[some]], M[poses[some]], whole[poses[some]]) if free > 0 else [space]
 
 
-def _with_mass(space: _Space, K: Array, M: Array) -> Iterator[_Space]:
+def _with_mass(space: _Space, K: Array, M: Array, whole: Array) -> Iterator[_Space]:
     """Yield groups of poses with equal numbers of motions, after motions without stiffness and mass are omitted."""
     K, M = space.restricted(K), space.restricted(M)
-    scaled, size = _scaled(K)
+    scaled, size = _scaled(K, space.restricted(whole))
     axes = np.linalg.eigh(scaled)[1] / size[:, :, None]
     free, stiff = axes[..., : space.free], axes[..., space.free :]
     masses = np.einsum("pii->pi", M)
@@ -222,9 +228,12 @@ def _with_mass(space: _Space, K: Array, M: Array) -> Iterator[_Space]:
         yield _Space(space.poses[some], basis if space.basis is None else space.basis[some] @ basis, space.free - int(number))
 
 
-def _scaled(matrix: Array) -> tuple[Array, Array]:
-    """Return symmetric matrices (…, n, n) scaled to diagonal entries 1, or near 0 for rounding errors; and the scale (…, n)."""
-    size = np.sqrt(np.abs(np.einsum("...ii->...i", matrix)))
+def _scaled(matrix: Array, by: Array | None = None) -> tuple[Array, Array]:
+    """Return symmetric matrices (…, n, n) scaled to diagonal entries 1, or near 0 for rounding errors; and the scale (…, n).
+
+    ``by`` (…, n, n): matrices that the scale gives the diagonal entries 1 instead.
+    """
+    size = np.sqrt(np.abs(np.einsum("...ii->...i", matrix if by is None else by)))
     largest = size.max(axis=-1, keepdims=True, initial=0.0)
     size = np.where(size > _NONE * largest, size, np.where(largest > 0, largest, 1.0))
     return matrix / (size[..., :, None] * size[..., None, :]), size

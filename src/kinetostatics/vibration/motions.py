@@ -137,7 +137,7 @@ class Damping:
 
 
 def responses(model: VibrationModel, platform: Array, carried: Array, omega: Array, damping: Damping) -> tuple[Numbers, Numbers]:
-    """Return compliance and transmissibility (N, F, 6, 6) at a point of the platform.
+    """Return compliance and transmissibility (N, F, 6, 6) at a point of the platform; NaN where a motion has negative stiffness.
 
     Args:
         model: the robot at N poses.
@@ -148,7 +148,7 @@ def responses(model: VibrationModel, platform: Array, carried: Array, omega: Arr
         damping: damping of all parts.
     """
     n = model.coordinates
-    compliance, transmissibility = np.empty((2, model.poses, len(omega), 6, 6), dtype=complex)
+    compliance, transmissibility = np.full((2, model.poses, len(omega), 6, 6), complex(np.nan, np.nan))
     P = np.zeros((model.poses, 6, n))
     P[..., : platform.shape[2]] = platform
     for poses, basis in independent_motions(model):

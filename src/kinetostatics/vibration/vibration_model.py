@@ -34,15 +34,18 @@ class Part:
         motions: (N, r, k) displacements of the part per unit of each coordinate.
         matrix: (N, r, r) mass [kg, kg·m²] or stiffness [N/m, N·m/rad] with respect to these displacements.
         carried: (N, r, 6) displacements of the part when the whole robot moves as one body, per unit of its twist about o.
+        indefinite: whether the stiffness may have negative eigenvalues.
     """
 
     columns: tuple[int, ...]
     motions: Array
     matrix: Array
     carried: Array
+    indefinite: bool = False
 
     def take(self, poses: Index) -> Part:
-        return Part(self.columns, self.motions[poses], self.matrix[poses], self.carried[poses])
+        motions, matrix, carried = self.motions[poses], self.matrix[poses], self.carried[poses]
+        return replace(self, motions=motions, matrix=matrix, carried=carried)
 
     def of_coordinates(self) -> Array:
         """Return the mass or stiffness (N, k, k) with respect to the part's k coordinates."""
@@ -159,6 +162,19 @@ class VibrationModel:
         return found[0], found[1]
 
     @cached_property
+    def cancelling(self) -> Array:
+        """Stiffness (N, n, n) to add to K for a measure of the terms that cancel in it: |K_i| − K_i, summed over the springs."""
+        n = self.closure.shape[2]
+        found = np.zeros((self.poses, n, n))
+        for part in self.springs.values():
+            if part.indefinite:
+                values, axes = np.linalg.eigh(part.matrix)
+                motions = np.swapaxes(axes, 1, 2) @ part.motions
+                cancelled = np.swapaxes(motions, 1, 2) @ ((np.abs(values) - values)[..., None] * motions)
+                found[np.ix_(range(self.poses), part.columns, part.columns)] += cancelled
+        return found
+
+    @cached_property
     def first_along(self) -> Mapping[str, int]:
         """By beam, the index of the first coordinate of the points between its pieces."""
         more = np.cumsum([0, *(6 * (item.pieces - 1) for item in self.beams.values())])
@@ -237,6 +253,12 @@ def mass_at(motions: PlacedMotions, body: RigidBody, point: Array, matrix: Array
     return Part(columns, placed.moved(columns, body, point), matrix, motions.carried(point))
 
 
+def spring_part(columns: tuple[int, ...], motions: Array, matrix: Array) -> Part:
+    """Return a part with the stiffness ``matrix`` (r, r, N) of displacements ``motions`` (r, k, N) per unit of a coordinate."""
+    nothing = np.zeros((matrix.shape[2], len(matrix), 6))
+    return Part(columns, motions.transpose(2, 0, 1), matrix.transpose(2, 0, 1), nothing, indefinite=True)
+
+
 @dataclass(frozen=True)
 class _Placement:
     motions: PlacedMotions
@@ -277,8 +299,7 @@ class _Placement:
                 yield joint.connection.name, Part(joint.columns, motions, matrix, np.zeros((N, len(scale), 6)))
         for spring in placed_springs(structure.model, self.motions.frames):
             columns, stretch = self.motions.stretched(spring)
-            motions, matrix = (array.transpose(2, 0, 1) for array in (stretch, spring.tangent))
-            yield f"spring {spring.name}", Part(columns, motions, matrix, np.zeros((N, 3, 6)))
+            yield f"spring {spring.name}", spring_part(columns, stretch, spring.tangent)
 
     def rod(self, name: str, bodies: tuple[RigidBody, RigidBody]) -> PlacedRod:
         structure, frames = self.motions.structure, self.motions.frames

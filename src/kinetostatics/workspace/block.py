@@ -95,7 +95,8 @@ def _arrays(
         more = {"actuator_correction": shifts, "residual_error": corrected.residual_error}
         found |= {name: np.broadcast_to(more[name], (*counts, *more[name].shape[-2:])) for name in more if name in labels.outputs}
     if plan.modes:
-        vibrations = modes(configuration, plan.modes, payload=plan.payload)
+        gravity = given["gravity"][(0,) * len(cases)]  # frequencies do not vary with loads
+        vibrations = modes(configuration, plan.modes, payload=plan.payload, gravity=gravity)
         more = {"frequency": vibrations.frequencies, "zero_frequencies": vibrations.zero_frequencies}
         found |= {name: more[name] for name in more if name in labels.outputs}
     return found
