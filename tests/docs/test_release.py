@@ -79,6 +79,15 @@ def test_missing_and_extra_files_of_packages_are_reported():
     assert differences(whole - {licence}, files, files) == ["the wheel lacks .dist-info/licenses/LICENSE"]
 
 
+def test_linters_are_a_dependency_group_and_no_requirement_of_the_tests():
+    project = tomllib.loads(PROJECT)
+    linters = set(requirements(project["dependency-groups"]["lint"]))
+    assert linters == {"ruff", "mypy", "deptry", "import-linter"}
+    for extra in project["project"]["optional-dependencies"].values():
+        assert linters.isdisjoint(requirements(extra))
+    assert "--group lint" in (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+
+
 def test_release_workflow_calls_existing_scripts():
     import yaml
 
