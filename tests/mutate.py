@@ -64,7 +64,7 @@ TESTS = {
     "vibration": "unit/vibration validation/test_vibration.py",
     "engine": "engine functions/test_c_by_hand.py functions/test_c_export.py",
     "functions": "functions",
-    "results": "unit/results",
+    "results": "unit/results unit/reports design/test_compensate.py design/test_trajectory.py design/test_optimize.py",
     "checks": "unit/checks cli/test_check_golden.py",
     "indices": "maps/test_indices.py maps/test_any_direction.py",
     "workspace": "unit/workspace maps/test_sweep.py maps/test_map_facts.py maps/test_store.py",
@@ -248,17 +248,19 @@ def _without_numbers(node: ast.AST) -> list[ast.AST]:
 
 
 class _Recorder:
-    """Tells coverage which test runs, and notes how long each takes and which do not pass."""
+    """Tells coverage which test runs, and notes how much of the processor's time each takes and which do not pass."""
 
     def __init__(self, coverage) -> None:
-        self.coverage, self.seconds, self.left_out = coverage, Counter(), set()
+        self.coverage, self.seconds, self.left_out, self.before = coverage, Counter(), set(), 0.0
 
     def pytest_runtest_logstart(self, nodeid: str, location) -> None:
         self.coverage.switch_context(nodeid.partition("[")[0])
+        self.before = sum(os.times()[:4])
 
     def pytest_runtest_logreport(self, report) -> None:
         test = report.nodeid.partition("[")[0]
-        self.seconds[test] += report.duration
+        if report.when == "teardown":
+            self.seconds[test] += sum(os.times()[:4]) - self.before
         if report.failed:
             self.left_out.add(test)
 
@@ -267,7 +269,12 @@ def test_map(places: Iterable[str]) -> dict:
     """Return the seconds of each test about some folders, and which tests reach each line; the files of tests run if need be."""
     paths = [ROOT / "tests" / name for place in places for name in TESTS[place.partition("/")[0]].split()]
     files = sorted({file for path in paths for file in (path.rglob("test_*.py") if path.is_dir() else [path])})
-    shared = [*sorted(PACKAGE.rglob("*.py")), *sorted((ROOT / "tests" / "support").glob("*.py")), ROOT / "tests" / "conftest.py"]
+    shared = [
+        Path(__file__),
+        *sorted(PACKAGE.rglob("*.py")),
+        *sorted((ROOT / "tests" / "support").glob("*.py")),
+        ROOT / "tests" / "conftest.py",
+    ]
     version = b"".join(path.read_bytes() for path in shared)
     known: dict = {"seconds": {}, "lines": {}}
     for file in files:
@@ -298,7 +305,7 @@ def _lines_of_tests(file: Path) -> dict:
             measuring = coverage.Coverage(data_file=None, source=[str(copy)], config_file=False)
             recorder = _Recorder(measuring)
             measuring.start()
-            code = pytest.main(["-q", "-p", "no:cacheprovider", str(file)], plugins=[recorder])
+            code = pytest.main(["-q", "-p", "no:cacheprovider", str(file.relative_to(ROOT))], plugins=[recorder])
             measuring.stop()
             data = measuring.get_data()
             lines = {}
@@ -399,15 +406,17 @@ def outcome(mutant: Mutant, tests: list[str], seconds: float, known: dict) -> st
 
 
 def _copy(folder: str) -> Path:
-    """Copy the package, with its compiled files, as links, and return where it lies."""
-    copy = Path(folder) / "src" / "kinetostatics"
-    shutil.copytree(PACKAGE, copy, copy_function=os.link)
-    (Path(folder) / "robots").symlink_to(ROOT / "robots")
-    return copy
+    """Copy the project, with compiled files, as links, and return where the package lies."""
+    for path in ROOT.iterdir():
+        if path.is_dir() and path.name not in ("build", ".git", ".venv", "site", ".hypothesis", ".mypy_cache", ".ruff_cache"):
+            shutil.copytree(path, Path(folder) / path.name, copy_function=os.link)
+        elif path.is_file():
+            os.link(path, Path(folder) / path.name)
+    return Path(folder) / "src" / "kinetostatics"
 
 
 def _in_a_process(folder: str, run, seconds: int) -> int:
-    """Run a function in a process with the package as it lies in a folder, for so many seconds at most; return its exit code."""
+    """Run a function in a process with the project as it lies in a folder, for so many seconds at most; return its exit code."""
     child = os.fork()
     if child:
         return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
@@ -421,7 +430,7 @@ def _in_a_process(folder: str, run, seconds: int) -> int:
     os.environ["KINETOSTATICS_CACHE"] = f"{folder}/code"  # which mutants make, too
     os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"  # which takes longer than most tests
     sys.path.insert(0, f"{folder}/src")
-    os.chdir(ROOT)
+    os.chdir(folder)
     code = 3
     try:
         code = run()
@@ -451,7 +460,6 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=20.0, help="of tests that each mutant meets at most")
     parser.add_argument("--jobs", type=int, default=1, help="how many are tried at a time")
     options = parser.parse_args()
-    sys.path.insert(0, str(ROOT / "tests" / "support"))
     for name in ("hypothesis", "pinocchio", "xarray", "scipy.optimize"):
         importlib.import_module(name)  # once, before the first fork
     compileall.compile_dir(PACKAGE, quiet=1)
