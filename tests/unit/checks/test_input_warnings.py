@@ -9,14 +9,14 @@ from kinetostatics.checks.check import robot_facts
 E = 2e11
 
 
-def mast(length=1.0, diameter=0.05, density=7850.0, shear=E / 2.6, alpha=1e-5, rod_mass=0.0, top_mass=3.0, more="", foot="fixed"):
+def mast(length=1.0, diameter=0.05, density=7850.0, shear=E / 2.6, alpha=1e-5, rod_mass=0.0, top_mass=3.0, more="", head="fixed"):
     """An upright rod, clamped to the base, with a mass on its top."""
     beam = (
         f'<beam link="rod" from="foot" to="head" density="{density!r}" youngs_modulus="{E}" shear_modulus="{shear!r}" '
         f'shear_coefficient="0.9" thermal_expansion="{alpha!r}"><circle diameter="{diameter!r}"/></beam>'
     )
-    parts = link("base"), link("rod", rod_mass), link("platform", top_mass), joint("foot", foot, "base", "rod")
-    return robot(*parts, joint("head", "fixed", "rod", "platform", f"0 0 {length!r}"), beam, more)
+    parts = link("base"), link("rod", rod_mass), link("platform", top_mass), joint("foot", "fixed", "base", "rod")
+    return robot(*parts, joint("head", head, "rod", "platform", f"0 0 {length!r}"), beam, more)
 
 
 def warned(words, **given):
@@ -51,8 +51,8 @@ def test_thermal_expansion_of_no_solid(alpha, odd):
 
 @pytest.mark.parametrize(("size", "odd"), [(0.99e-3, True), (1.01e-3, False), (99.0, False), (101.0, True)])
 def test_sizes_of_robots_in_millimetres_or_beyond(size, odd):
-    length = size / mast(foot="continuous").zero_size
-    assert warned("large; write lengths in m", length=length, diameter=length / 20, foot="continuous") == odd
+    length = size / mast(head="continuous").zero_size
+    assert warned("large; write lengths in m", length=length, diameter=length / 20, head="continuous") == odd
 
 
 @pytest.mark.parametrize("factor", [1.0, -1.0])
