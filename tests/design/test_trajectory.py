@@ -1,6 +1,8 @@
 """Trajectories: poses, velocities, statics along the path, peaks, files, figures and the command."""
 
 import csv
+import itertools
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -94,7 +96,7 @@ def test_peaks_have_the_extreme_value_and_its_time(path):
     peak = path.peaks("actuator_torque")["motor_1"]
     assert (peak.value, peak.time) == (force[k], path.times[k])
     wrench = path.result.joint_wrenches["lower_2b"]
-    assert path.peaks("joint_force")["lower_2b"].value == max(np.linalg.norm(item[:3]) for item in wrench)
+    assert path.peaks("joint_force")["lower_2b"].value == np.linalg.norm(wrench[:, :3], axis=1).max()
     assert path.root_mean_square("actuator_torque")["motor_1"] == pytest.approx(
         np.sqrt(np.trapezoid(force**2, path.times) / 0.2), rel=1e-14
     )
@@ -136,12 +138,89 @@ def test_table_has_a_row_for_each_instant(path, tmp_path):
         ({"platform": WAY, "times": [0, 0.2, 0.1]}, "3 increasing numbers"),
         ({"platform": {**WAY, "y": [0, 1]}, "times": TIMES}, r"shapes x \(3,\), y \(2,\)"),
         ({"platform": WAY, "speed": {"x": 1.0}, "acceleration": 1.0}, "speed of z is missing"),
+        ({"platform": WAY, "times": TIMES, "speed": 1.0}, "give either times="),
+        ({"platform": WAY, "times": TIMES, "acceleration": 1.0}, "give either times="),
         ({"platform": {**WAY, "x": [0, 0, 1], "z": -0.7}, "speed": 1.0, "acceleration": 1.0}, "are the same"),
     ],
 )
 def test_invalid_trajectories_are_refused(delta, given, words):
     with pytest.raises(ks.ArgumentError, match=words):
         ks.trajectory(delta, given.pop("times", None), **given)
+
+
+@pytest.mark.parametrize("samples", [2, 3, 201, 700])
+def test_every_waypoint_is_an_instant(delta, samples):
+    """Of many rows, all; of few, each interval is divided equally, into ``samples`` poses or more."""
+    rng = np.random.default_rng(2)
+    times = np.cumsum(rng.uniform(0.001, 0.01, 300))
+    z = -0.72 + 1e-4 * np.cumsum(rng.uniform(-1, 1, 300))
+    t = ks.trajectory(delta, times, platform={"x": 0.0, "y": 0.0, "z": z}, samples=samples)
+    assert len(t.times) >= max(samples, 300) and np.all(np.diff(t.times) > 0)
+    rows = np.searchsorted(t.times, times)
+    assert np.array_equal(t.times[rows], times)
+    assert t.configuration.platform["z"][rows] == pytest.approx(z, abs=1e-10)
+    for first, last in itertools.pairwise(rows):
+        assert np.ptp(np.diff(t.times[first : last + 1])) < 1e-12
+        assert np.diff(t.times[first : last + 1]).max() <= np.ptp(times) / (samples - 1) + 1e-12
+
+
+def test_the_peak_of_a_fast_table_is_found(delta):
+    """A shake of 25 ms in 1.5 s, in rows of 1 ms; its peak is that of 5,000 poses."""
+    times = np.arange(1500) * 1e-3
+    z = -0.72 + 0.002 * np.exp(-(((times - 0.7013) / 0.006) ** 2))
+    rows = {"x": 0.0, "y": 0.0, "z": z}
+    coarse, fine = (
+        ks.trajectory(delta, times, platform=rows, samples=n).analyze().peaks("actuator_torque")["motor_1"] for n in (201, 5_000)
+    )
+    assert abs(coarse.value) > 5 and coarse.value == pytest.approx(fine.value, rel=0.01)
+    assert coarse.time == pytest.approx(fine.time, abs=1e-3)
+
+
+def test_a_jump_of_an_angle_is_asked_about_and_both_pieces_of_advice_work():
+    robot, times = package_robots.robot("ur10"), np.array([0.0, 0.5])
+    angle, rest = np.radians([170.0, -170.0]), dict.fromkeys(robot.description.driven[1:], 0.3)
+    joint = robot.description.driven[0]
+    words = "from 170° to -170° between the waypoints 1 and 2, at 0 and 0.5 s: if it turns the short way, write 190°"
+    with pytest.raises(ks.ArgumentError, match=f"{joint} turns {words}"):
+        ks.trajectory(robot, times, actuators={joint: angle, **rest})
+    short = ks.trajectory(robot, times, actuators={joint: np.unwrap(angle), **rest})
+    long = ks.trajectory(robot, [0.0, 0.25, 0.5], actuators={joint: [angle[0], 0.0, angle[1]], **rest})
+    turned = [np.trapezoid(t.actuator_velocities[joint], t.times) for t in (short, long)]
+    assert np.degrees(turned) == pytest.approx([20, -340], rel=1e-3)
+    with pytest.raises(ks.ArgumentError, match="rz turns from 179° to -178°"):
+        ks.trajectory(robot, times, platform={"x": 0.5, "y": 0.3, "z": 0.4, "rx": 0.0, "ry": 0.0, "rz": np.radians([179, -178])})
+    assert ks.trajectory(robot, actuators={joint: angle, **rest}, speed=1.0, acceleration=1.0).times[-1] > 5
+
+
+def test_actuators_that_race_near_a_singular_pose_are_named():
+    """The elbow of a UR10 is stretched to 3 degrees; the warning's speed is that of the velocities at its instant."""
+    robot = package_robots.robot("ur10")
+    names = robot.description.driven
+    start, end = (
+        robot.assemble(actuators=dict(zip(names, [0.3, -1.2, elbow, -0.4, 1.2, 0.2], strict=True))) for elbow in (1.5, 0.05)
+    )
+    way = {name: [float(start.platform[name]), float(end.platform[name])] for name in start.platform}
+    t = ks.trajectory(robot, [0.0, 1.0], platform=way, near=start)
+    [warning] = t.warnings
+    found = re.match(r"(\w+) moves at (\S+) rad/s at (\S+) s, since the pose is near a singular one", warning)
+    k = int(np.argmin(np.abs(t.times - float(found[3]))))
+    assert found[1] == "elbow_joint" and abs(t.actuator_velocities[found[1]][k]) == pytest.approx(float(found[2]), rel=5e-3)
+    assert warning in " ".join(str(t.analyze()).split()) and warning in t.analyze().to_dict()["warnings"]
+    less = {name: [a, a + 0.6 * (b - a)] for name, (a, b) in way.items()}
+    assert ks.trajectory(robot, [0.0, 1.0], platform=less, near=start).warnings == ()
+    assert (
+        ks.trajectory(
+            robot, [0.0, 1.0], actuators={n: [float(start.actuators[n]), float(end.actuators[n])] for n in names}
+        ).warnings
+        == ()
+    )
+
+
+def test_usual_motions_cause_no_warnings(delta):
+    assert ks.trajectory(delta, TIMES, platform=WAY).warnings == ()
+    assert (
+        ks.trajectory(package_robots.robot("3rps"), [0, 1], platform={"z": [0.5, 0.6], "rx": [0, 0.3], "ry": 0.0}).warnings == ()
+    )
 
 
 def test_invalid_path_arguments_are_refused(delta, path):
@@ -192,8 +271,10 @@ def test_analyze_command_with_a_table_of_waypoints(capsys, tmp_path, path):
     rows = list(csv.DictReader(out.read_text(encoding="utf-8").splitlines()))
     found = [float(row["force of motor_1 [N·m]"]) for row in rows[::5]]
     assert found == pytest.approx(list(path.result.actuator_forces["motor_1"]), rel=1e-9)
+    assert main([*command, "--samples", "300"]) == 0 and "301 poses" in capsys.readouterr().out
     for extra, words in (
         (["analyze", "delta", "--out", str(out)], "--out is for a path: --table FILE"),
+        (["analyze", "delta", "--samples", "5"], "--samples is for a path: --table FILE"),
         ([*command, "--platform", "z=1"], "either --table or coordinates"),
         ([*command, "--hinge-axis", "limb_1=x"], "--hinge-axis is for one pose"),
         ([*command, "--out", "path.nc"], "does not end in .csv"),

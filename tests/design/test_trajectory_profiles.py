@@ -1,5 +1,8 @@
 """Motions through waypoints: continuity and rest at the ends, the least jerk, times of trapezoids."""
 
+import time
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -26,6 +29,28 @@ def test_splines_pass_their_points_and_rest_at_both_ends():
     (before, *_), (there, v, a), (after, *_) = (minimum_jerk(TIMES, POINTS, at + shift) for shift in (-step, 0, step))
     assert v == pytest.approx((after - before) / (2 * step), rel=1e-6, abs=1e-6)
     assert a == pytest.approx((after - 2 * there + before) / step**2, rel=1e-3, abs=1e-3)
+
+
+def test_many_points_take_linear_time_and_memory():
+    """A sine through 20,000 points at 1 ms: velocities and accelerations away from the ends, where the motion must rest."""
+    t = np.arange(20_000) * 1e-3
+    tracemalloc.start()
+    start = time.process_time()
+    x, v, a = minimum_jerk(t, np.sin(t)[None], t)
+    seconds, (_, peak) = time.process_time() - start, tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    inner = slice(50, -50)
+    assert x[0] == pytest.approx(np.sin(t), abs=1e-12)
+    assert v[0, inner] == pytest.approx(np.cos(t[inner]), abs=1e-9)
+    assert a[0, inner] == pytest.approx(-np.sin(t[inner]), abs=1e-6)
+    assert peak < 60e6 and seconds < 30  # dense matrices would take 19 GB
+
+
+def test_splines_do_not_depend_on_the_unit_of_time():
+    one = minimum_jerk(TIMES, POINTS, TIMES)
+    scaled = minimum_jerk(1e-4 * TIMES, POINTS, 1e-4 * TIMES)
+    for order in range(3):
+        assert scaled[order] * 1e-4**order == pytest.approx(one[order], rel=1e-9, abs=1e-9)
 
 
 def test_no_other_motion_through_the_points_has_less_jerk():

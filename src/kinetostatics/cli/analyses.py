@@ -66,8 +66,8 @@ def _analyze(args: argparse.Namespace) -> int:
             path = path if tool is None else path.at_point(tool)
             save_files(args.out, "path", path, **given_of(("what",), args))
             report = path.report()
-        elif args.out or args.what:
-            raise ArgumentError(f"--{'out' if args.out else 'what'} is for a path: --table FILE")
+        elif given := [name for name in ("out", "what", "samples") if getattr(args, name)]:
+            raise ArgumentError(f"--{given[0]} is for a path: --table FILE")
         else:
             configuration, warnings = pose_of(robot, args)
             result = ANALYZE.called()(configuration, **options)
@@ -87,7 +87,7 @@ def _trajectory(robot: Robot, args: argparse.Namespace) -> Trajectory:
 
     option, columns = _read_table(robot, args, timed=True)
     times = columns.pop("time")
-    return trajectory(robot, times, **pose_arguments(robot, option, columns, args))
+    return trajectory(robot, times, **pose_arguments(robot, option, columns, args), **given_of(("samples",), args))
 
 
 def _rigid_advice(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) -> list[str]:
@@ -143,6 +143,7 @@ ANALYZE = Command(
         "full": Argument("flag", "print all tables instead of the summary"),
         "only": Argument("texts", f"some tables: {', '.join(TABLES)}", "NAME"),
         "table": Argument("text", "a path instead of a pose: a CSV file of waypoints with their times", "FILE"),
+        "samples": Argument("count", "least number of poses of the path (default: 201); every waypoint is one", "N", least=2),
         "what": Argument(
             "text", "quantity of the figure of the path, such as stress or torque_speed (default: displacement)", "QUANTITY"
         ),

@@ -17,13 +17,19 @@ from numpy.typing import ArrayLike
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.arguments import Keyword, check_mapping, finite_numbers, positive, whole_number
 from kinetostatics.description.loads import Motion
+from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.configuration import Configuration, taken
 from kinetostatics.kinematics.rates import actuator_rates
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.results.path import PathResult
 from kinetostatics.robot import Robot
+
+#: Speed of the platform, relative to its largest, below which it counts as at rest.
+_AT_REST = 0.01
+#: Speed of the actuators, relative to that for the same motion of the platform at a usual pose, above which there is a warning.
+_FAST = 5.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -46,8 +52,43 @@ class Trajectory:
     @cached_property
     def actuator_velocities(self) -> Mapping[str, Array]:
         """Velocity (N,) of each actuator [m/s, rad/s]."""
-        rates = actuator_rates(self.configuration, self.motion)
+        rates, _ = self._rates
         return ResultMapping({name: frozen(rate) for name, rate in rates.items()})
+
+    @cached_property
+    def _rates(self) -> tuple[dict[str, Array], Array]:
+        return actuator_rates(self.configuration, self.motion)
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """A warning if the actuators are fast because a pose is near a singular one; for motions of the platform."""
+        robot = self.configuration.robot
+        types = [robot.mechanism.connections[name].type for name in robot.description.driven]
+        if not types or set(self.motion.velocities) <= set(robot.description.driven):
+            return ()
+        units = np.array([robot.length if kind.is_hinge else 1.0 for kind in types])[:, None]
+        fast = np.stack([*self._rates[0].values()]) * units
+        size, speed = np.linalg.norm(fast, axis=0), np.linalg.norm(self._rates[1] * np.repeat([1.0, robot.length], 3), axis=1)
+        moving = np.flatnonzero(speed > _AT_REST * speed.max(initial=0.0))
+        if not len(moving):
+            return ()
+        gain = size[moving] / speed[moving]
+        middle = np.argsort(gain)[len(moving) // 2]
+        usual = moving[middle]
+        there = actuator_rates(taken(self.configuration, np.full(len(size), usual), size.shape), self.motion)[0]
+        times = size[moving] / np.linalg.norm(np.stack([*there.values()]) * units, axis=0)[moving]
+        near = np.flatnonzero((times > _FAST) & (gain > _FAST * gain[middle]))
+        if not len(near):
+            return ()
+        worst = near[np.argmax(size[moving[near]])]
+        k = moving[worst]
+        number = int(np.argmax(np.abs(fast[:, k])))
+        name, rate = robot.description.driven[number], abs(fast[number, k] / units[number, 0])
+        return (
+            f"{name} moves at {rate:.3g} {types[number].unit}/s at {self.times[k]:.4g} s, since the pose is near a singular one: "
+            f"the same motion of the platform at {self.times[usual]:.4g} s needs speeds of the actuators that are "
+            f"{times[worst]:.2g} times smaller",
+        )
 
     def analyze(
         self, load: ArrayLike = (0, 0, 0, 0, 0, 0), gravity: ArrayLike = (0, 0, -9.81), **analysis: Keyword
@@ -68,7 +109,7 @@ class Trajectory:
             raise ArgumentError(
                 f"a path needs one load, or one for each of its {len(self.times)} poses; these have the shape {found.shape}"
             )
-        return PathResult(self.times, self.actuator_velocities, found)
+        return PathResult(self.times, self.actuator_velocities, found, self.warnings)
 
 
 def trajectory(
@@ -97,7 +138,7 @@ def trajectory(
         actuators: coordinates of the actuators at the waypoints, instead of ``platform``.
         speed: largest speed of each coordinate [m/s, rad/s], a number or by name.
         acceleration: largest acceleration of each coordinate [m/s², rad/s²], a number or by name.
-        samples: number of poses, at equal intervals of time.
+        samples: least number of poses. Every waypoint is a pose; the times between two waypoints are divided equally.
         orientation, near, closure_tolerance: see :meth:`Robot.assemble`.
 
     Raises:
@@ -127,7 +168,8 @@ def trajectory(
         instants = finite_numbers("times", times)
         if instants.shape != points.shape[1:] or np.any(np.diff(instants) <= 0):
             raise ArgumentError(f"times is {times!r}; it must be {points.shape[1]} increasing numbers [s], one for each waypoint")
-        at = np.linspace(instants[0], instants[-1], samples)
+        _check_turns(robot, names, points, instants)
+        at = _divided(instants, samples)
         profile = minimum_jerk(instants, points, at)
     else:
         if speed is None or acceleration is None:
@@ -135,7 +177,7 @@ def trajectory(
         if np.any(np.all(np.diff(points, axis=1) == 0, axis=0)):
             raise ArgumentError("two waypoints in succession are the same")
         limits = _limits("speed", speed, names, points), _limits("acceleration", acceleration, names, points)
-        at = np.linspace(0.0, trapezoid_times(points, *limits)[0][-1], samples)
+        at = _divided(trapezoid_times(points, *limits)[0], samples)
         profile = trapezoids(points, *limits, at)
     values, *rates = (dict(zip(names, array, strict=True)) for array in profile)
     where: dict[str, Keyword] = {"platform" if actuators is None else "actuators": values}
@@ -158,6 +200,28 @@ def _waypoints(what: str, given: Mapping[str, ArrayLike]) -> tuple[list[str], Ar
             f"{what} has the shapes {sizes}; a path has two waypoints or more, the same number in each coordinate"
         )
     return list(given), points
+
+
+def _check_turns(robot: Robot, names: list[str], points: Array, times: Array) -> None:
+    """Raise an error if an angle changes by more than π between two waypoints, as where it is given in −π to π."""
+    for name, row in zip(names, points, strict=True):
+        connection = robot.mechanism.connections.get(name)
+        is_angle = PLATFORM_KINDS.get(name) == "angle" if connection is None else connection.type.is_hinge
+        jumps = np.abs(np.diff(row)) > np.pi * (1 + 1e-9)
+        if is_angle and np.any(jumps):
+            k = int(np.argmax(jumps))
+            before, after = np.degrees(row[k : k + 2])
+            raise ArgumentError(
+                f"{name} turns from {before:.6g}° to {after:.6g}° between the waypoints {k + 1} and {k + 2}, at {times[k]:.6g} "
+                f"and {times[k + 1]:.6g} s: if it turns the short way, write {after - 360 * round((after - before) / 360):.6g}° "
+                "(numpy.unwrap does so for all waypoints); if it turns so far, add waypoints between these"
+            )
+
+
+def _divided(times: Array, samples: int) -> Array:
+    """Return instants that contain ``times`` (n,) and divide each interval equally; in all ``samples`` or more."""
+    parts = np.maximum(np.ceil(np.diff(times) / np.ptp(times) * (samples - 1) - 1e-9), 1)
+    return np.interp(np.arange(parts.sum() + 1), np.concatenate([[0.0], np.cumsum(parts)]), times)
 
 
 def _limits(what: str, given: float | Mapping[str, float], names: list[str], points: Array) -> Array:
@@ -184,8 +248,12 @@ def _powers(tau: Array, order: int) -> Array:
     return np.array([math.perm(j, order) * tau ** max(j - order, 0) for j in range(6)])
 
 
+_ROOTS, _WEIGHTS = np.polynomial.legendre.leggauss(3)  # from −1 to 1
 #: Coefficients (6, 6) of the quintic with given values and first two derivatives at τ = 0 and 1.
 _QUINTIC = np.linalg.inv([_powers(np.array(end), order) for end in (0.0, 1.0) for order in range(3)])
+#: (6, 6) ∫ of the squared third derivative of a quintic from τ = 0 to 1, by the values and first two derivatives at both ends.
+_JERKS = _powers((_ROOTS + 1) / 2, 3).T @ _QUINTIC
+_SQUARED_JERK = _JERKS.T @ (_JERKS * _WEIGHTS[:, None] / 2)
 
 
 def minimum_jerk(times: Array, points: Array, at: Array) -> Profile:
@@ -196,24 +264,42 @@ def minimum_jerk(times: Array, points: Array, at: Array) -> Profile:
     are the times of the returned values.
     """
     steps, n = np.diff(times), len(times)
-    sizes = np.tile(np.stack([np.ones(n - 1), steps, steps**2], axis=1), 2)
-    jumps = np.zeros((2 * (n - 2), 3 * n))  # of the third and fourth derivative at inner points, per state of all points
-    for k in range(n - 2):
-        for row, order in enumerate((3, 4)):
-            for side, start, sign in ((1.0, k, 1.0), (0.0, k + 1, -1.0)):
-                part = _powers(np.array(side), order) @ _QUINTIC * sizes[start] * (steps[k] / steps[start]) ** order
-                jumps[2 * k + row, 3 * start : 3 * start + 6] += sign * part
-    unknown = [3 * k + order for k in range(1, n - 1) for order in (1, 2)]
-    states = np.zeros((3 * n, len(points)))
-    states[::3] = points.T
-    states[unknown] = -np.linalg.solve(jumps[:, unknown], jumps[:, ::3] @ points.T)
+    unit = steps.mean()  # of time, for the states: value, velocity and acceleration at a point
+    sizes = np.tile(np.stack([np.ones(n - 1), steps / unit, (steps / unit) ** 2], axis=1), 2)
+    parts = sizes[:, :, None] * _SQUARED_JERK * sizes[:, None] * ((unit / steps) ** 5)[:, None, None]
+    own = parts[:-1, 3:, 3:] + parts[1:, :3, :3]  # (n − 2, 3, 3), of inner points
+    states = np.zeros((n, 3, len(points)))
+    states[:, 0] = points.T
+    pull = own @ states[1:-1] + parts[:-1, 3:, :3] @ states[:-2] + parts[1:, :3, 3:] @ states[2:]
+    states[1:-1, 1:] = -_solve_in_order(own[:, 1:, 1:], parts[1:-1, 1:3, 4:], pull[:, 1:])
     part = _part(times, at)
-    ends = np.stack([states[3 * part + k] * sizes[part, k, None] for k in range(6)])
+    ends = np.concatenate([states[part], states[part + 1]], axis=1).transpose(1, 0, 2) * sizes[part].T[..., None]
     tau, step = (at - times[part]) / steps[part], steps[part]
     value, velocity, acceleration = (
         np.einsum("pN,pk,kNc->cN", _powers(tau, order), _QUINTIC, ends) / step**order for order in range(3)
     )
     return value, velocity, acceleration
+
+
+def _solve_in_order(diagonal: Array, above: Array, right: Array) -> Array:
+    """Solve a symmetric positive definite block-tridiagonal system in linear time.
+
+    Args:
+        diagonal: (n, m, m) blocks on the diagonal.
+        above: (n − 1, m, m) blocks above them.
+        right: (n, m, c) right-hand sides.
+    """
+    found, factors = np.array(right), np.empty_like(above)
+    for k in range(len(right)):
+        inverse = np.linalg.inv(diagonal[k] - (above[k - 1].T @ factors[k - 1] if k else 0.0))
+        if k:
+            found[k] -= above[k - 1].T @ found[k - 1]
+        found[k] = inverse @ found[k]
+        if k < len(above):
+            factors[k] = inverse @ above[k]
+    for k in range(len(above) - 1, -1, -1):
+        found[k] -= factors[k] @ found[k + 1]
+    return found
 
 
 def trapezoid_times(points: Array, speed: Array, acceleration: Array) -> tuple[Array, Array, Array]:

@@ -19,7 +19,7 @@ from kinetostatics.kinematics.path_following import follow
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import least_squares
-from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
+from kinetostatics.math.screws import move_twist, wrench_of_couple, wrench_of_force
 
 #: Relative residual of the rates above which the loops cannot remain closed.
 _OPEN = 1e-6
@@ -107,8 +107,8 @@ def moving_bodies(
     return twists, derivative, _local(solver, prescribed, poses, target)
 
 
-def actuator_rates(configuration: Configuration, motion: Motion) -> dict[str, Array]:
-    """Return the velocity (…) of every actuator [m/s, rad/s] in a motion through poses whose loops are closed.
+def actuator_rates(configuration: Configuration, motion: Motion) -> tuple[dict[str, Array], Array]:
+    """Return the velocity (…) of every actuator and the platform's twist (…, 6) at o [m/s, rad/s] in a motion, loops closed.
 
     Raises:
         ArgumentError, CoordinatesError: as :func:`prescribed_motion`.
@@ -126,7 +126,8 @@ def actuator_rates(configuration: Configuration, motion: Motion) -> dict[str, Ar
         wrench = wrench_of_force(axis, point) if joint.type.is_slide else wrench_of_couple(axis)
         relative = twists[:, joint.successor_body] - twists[:, joint.predecessor_body]
         found[name] = np.einsum("in,in->n", wrench, relative).reshape(velocity.shape[1:])
-    return found
+    twist = move_twist(twists[:, robot.mechanism.platform_frame[0]], robot.mechanism.platform_pose(frames)[1])
+    return found, twist.T.reshape(*velocity.shape[1:], 6)
 
 
 def _local(solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> Array:

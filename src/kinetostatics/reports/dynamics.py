@@ -246,7 +246,7 @@ def _path_sections(path: PathResult) -> Iterator[ReportSection]:
             if rows := _peak_rows(path, what, every=True):
                 table = Table.of_rows(("", "largest", "at"), [(of, value, at) for _, value, of, at in rows], "lrr")
                 yield ReportSection(f"Peaks of the {OVER_TIME[what].words}", [table], what, detail=True)
-    yield warning_section(result.warnings)
+    yield warning_section(path.warnings)
 
 
 def _peak_rows(path: PathResult, what: str, every: bool = False) -> list[tuple[str, Number, str, Number]]:
@@ -285,7 +285,7 @@ def _path_data(path: PathResult) -> dict[str, object]:
         "robot": result.robot.name,
         "units": UNITS_OF_PATHS,
         "status": status_names(result.status),
-        "warnings": result.warnings,
+        "warnings": path.warnings,
         "orientation": result.configuration.orientation.name,
         **attributes(path, ("times", "actuator_velocities")),
         **attributes(result.configuration, ("platform", "actuators")),

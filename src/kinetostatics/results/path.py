@@ -41,11 +41,18 @@ class PathResult(Reported):
         times: (N,) instants of the poses [s].
         actuator_velocities: (N,) velocity of each actuator along the trajectory [m/s, rad/s], by name.
         result: the :class:`Result` of all poses, batch shape (N,).
+        motion_warnings: warnings about the motion.
     """
 
     times: Array
     actuator_velocities: Mapping[str, Array]
     result: Result
+    motion_warnings: tuple[str, ...] = ()
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings about the motion and the result, in full sentences."""
+        return (*self.motion_warnings, *self.result.warnings)
 
     def at_point(self, point: ArrayLike) -> PathResult:
         """Return the results with another reference point on the platform, see :meth:`Result.at_point`."""
