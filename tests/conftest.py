@@ -12,7 +12,7 @@ os.environ.setdefault("KINETOSTATICS_ENGINE", "numpy")
 
 import pytest
 from hypothesis import HealthCheck, settings
-from selection import in_tenth, without_skips
+from selection import in_part, without_skips
 
 _SLOW = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large]
 
@@ -59,7 +59,7 @@ def pytest_collection_finish():
 
 
 def pytest_addoption(parser):
-    parser.addoption("--tenth", type=int, choices=range(10), help="of the slow tests run this tenth only")
+    parser.addoption("--part", type=int, help="of the slow tests run the part with this number (mod 10, or as their mark says)")
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -80,9 +80,10 @@ def pytest_collection_modifyitems(config, items):
         for item in quick:
             if item not in kept:
                 item.add_marker("slow")
-    number = config.getoption("tenth")
+    number = config.getoption("part")
     if number is not None:
-        others = [item for item in items if item.get_closest_marker("slow") and not in_tenth(item.nodeid, number)]
+        slow = {item: item.get_closest_marker("parts") for item in items if item.get_closest_marker("slow")}
+        others = [item for item, mark in slow.items() if not in_part(item.nodeid, number, *(mark.args if mark else ()))]
         config.hook.pytest_deselected(items=others)
         items[:] = [item for item in items if item not in set(others)]
 

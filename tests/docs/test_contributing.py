@@ -1,6 +1,5 @@
 """CONTRIBUTING.md, hooks and workflow name what exists; CITATION.cff equals the README; which tests are chosen."""
 
-import itertools
 import json
 import os
 import re
@@ -10,6 +9,7 @@ import sys
 import pytest
 import yaml
 from places import ROOT
+from selection import in_part
 
 PAGE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 
@@ -45,22 +45,29 @@ def test_hooks_and_workflow_call_existing_commands():
     assert f'requires-python = ">={versions[0]}"' in project
 
 
-def test_each_slow_test_is_in_exactly_one_tenth():
-    """Collected as ``.ci/run`` does; the cases that ``few`` makes slow are among them."""
+def test_each_slow_test_is_in_exactly_one_part():
+    """Collected as ``.ci/run`` does, with the cases that ``few`` makes slow: in one of ten parts, or of thirty."""
     code = r"""if True:
         import json, pytest
         class Collected:
             def pytest_collection_finish(self, session):
-                tests.append([item.nodeid for item in session.items])
-        tests, options = [], ["--collect-only", "-qq", "-m", "slow", "tests/unit/math", "tests/unit/mechanism", "tests/design"]
-        for tenth in ([], *(["--tenth", str(number)] for number in range(10))):
-            pytest.main(options + tenth, plugins=[Collected()])
+                marks = {item.nodeid: item.get_closest_marker("parts") for item in session.items}
+                tests.append({test: list(mark.args) if mark else [] for test, mark in marks.items()})
+        tests, options = [], ["--collect-only", "-qq", "-m", "slow", "tests/engine", "tests/unit/math"]
+        for part in ([], ["--part", "1517"], ["--part", "1527"]):
+            pytest.main(options + part, plugins=[Collected()])
         print("\n" + json.dumps(tests))
     """
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-    every, *tenths = json.loads(done.stdout.splitlines()[-1])
-    assert len(every) > 100 and sorted(every) == sorted(itertools.chain(*tenths))
-    assert max(map(len, tenths)) < len(every) / 4
+    every, *parts = json.loads(done.stdout.splitlines()[-1])
+    for test, count in every.items():
+        assert sum(in_part(test, number, *count) for number in range(1500, 1500 + (count or [10])[0])) == 1
+    for number, part in zip((1517, 1527), parts, strict=True):
+        assert list(part) == [test for test, count in every.items() if in_part(test, number, *count)]
+        plain, costly = ({test for test, count in part.items() if bool(count) == is_costly} for is_costly in (False, True))
+        assert len(plain) > 3 and 10 < len(costly) < 30
+    assert len(every) > 600 and {test for test in parts[0] if not every[test]} == {test for test in parts[1] if not every[test]}
+    assert not {test for test in parts[0] if every[test]} & {test for test in parts[1] if every[test]}
 
 
 @pytest.mark.parametrize("required", [False, True])

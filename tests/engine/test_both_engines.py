@@ -185,6 +185,7 @@ def test_compiled_statics_equals_numpy_for_package_robots(name):
     assert_same(robot, PoseCode(robot, robot.statics, ANALYSIS), some_poses(robot, 1))
 
 
+@pytest.mark.parts(30)
 @pytest.mark.few(1)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_compiled_statics_equals_numpy_for_random_robots(seed):
@@ -235,6 +236,7 @@ def test_engines_agree_in_and_out_of_reach_for_package_robots(name):
 
 
 #: The last one is elastic along an actuator that one limb hardly loads, which rounding took for two elastic directions.
+@pytest.mark.parts(30)
 @pytest.mark.few(1)
 @pytest.mark.parametrize("seed", [*SEEDS, 1016])
 def test_engines_agree_in_and_out_of_reach_for_random_robots(seed):
