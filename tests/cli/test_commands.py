@@ -6,6 +6,7 @@ import shlex
 
 import pytest
 
+import kinetostatics as ks
 from kinetostatics.arguments import ARGUMENTS, LOADS, ROBOT
 from kinetostatics.cli.commands import COMMANDS, command
 from kinetostatics.cli.inputs import option_of, parse_quantity
@@ -39,6 +40,8 @@ def arguments_of(name):
     names = set(found)
     if any(item.kind is inspect.Parameter.VAR_KEYWORD for item in found.values()):
         names |= set(LOADS)
+    if name == "analyze":  # the options of a path are arguments of another function
+        names |= set(inspect.signature(ks.trajectory).parameters)
     return names, found
 
 
