@@ -311,7 +311,7 @@ def test_results_without_poses_or_with_too_many_are_errors(tmp_path):
 
 def test_unwritable_file_and_by_mechanism_in_meshcat_are_errors(tmp_path):
     result = ks.analyze(package_robots.robot("3rps").assemble())
-    with pytest.raises(ks.KinetostaticsError, match="cannot write"):
+    with pytest.raises(ks.KinetostaticsError, match="cannot be written"):
         ks.save_html(result, tmp_path / "missing" / "x.html")
     with pytest.raises(ks.ArgumentError, match="by_mechanism= adds sliders to a page"):
         ks.show(result, by_mechanism=True, visualizer=object())
@@ -465,7 +465,7 @@ def test_view_command_writes_pages_of_poses_and_paths(tmp_path, capsys):
         (["--live", "--sweep", "rx=0:1"], "--live and --sweep exclude one another"),
         (["--by-mechanism", "--meshcat"], "--meshcat and --by-mechanism exclude one another"),
         (["--live", "--html", "x.html"], "not allowed"),
-        (["--html", "missing/x.html"], "cannot write"),
+        (["--html", "missing/x.html"], "cannot be written"),
         (["--screenshot", "sag.jpg"], "images are PNG files; name it 'sag.png'"),
         (["--colour", "stress"], "give --screenshot FILE.png too"),
         (["--screenshot", "sag.png", "--by-mechanism"], "--screenshot and --by-mechanism exclude one another"),

@@ -17,7 +17,7 @@ from kinetostatics.authoring.notation import JOINTS, parse_architecture
 from kinetostatics.authoring.placement import direction, vector_text
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.files.reader import parse_robot_text
-from kinetostatics.files.writer import write_text
+from kinetostatics.output_files import write_text
 from kinetostatics.robot import Robot
 
 

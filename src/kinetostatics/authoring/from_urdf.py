@@ -22,9 +22,9 @@ from kinetostatics.files.element_tables import write_loop
 from kinetostatics.files.foreign_robot import complete, foreign_robot
 from kinetostatics.files.reader import describe, parse_robot_text
 from kinetostatics.files.urdf import drivable, first_base, plain_transmission, tree_root
-from kinetostatics.files.writer import write_text
 from kinetostatics.files.xacro import include_path, including_text, quoted, read_document, whole_text
 from kinetostatics.files.xml import XmlElement, to_text
+from kinetostatics.output_files import write_text
 from kinetostatics.robot import Robot
 from kinetostatics.sections.kinds import Tube
 

@@ -99,7 +99,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         _drop_output()
         where = f"{error.filename}: " if error.filename else ""
         return _fail(f"{where}{error.strerror or error}")
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as interruption:
+        print("; ".join(["kinetostatics: interrupted", *map(str, interruption.args)]), file=sys.stderr)
         return 130
 
 

@@ -59,9 +59,8 @@ def _sweep(args: argparse.Namespace) -> int:
         found = _map(args)
     except KeyboardInterrupt:
         part = f"{args.out.rstrip('/')}.part"
-        if os.path.isdir(part):
-            print(f"kinetostatics: interrupted; the same command continues from {part}", file=sys.stderr)
-        raise
+        hint = [f"the same command continues from {part}"] if os.path.isdir(part) else []
+        raise KeyboardInterrupt(*hint) from None
     with found:
         if not args.quiet:
             seconds = None if there else time.perf_counter() - begin

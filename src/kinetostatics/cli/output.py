@@ -79,10 +79,16 @@ def print_message(kind: str, text: str, commands: Iterable[str] = ()) -> None:
 
 
 def check_folder(path: str | None) -> None:
-    """Check, before long computations, that the folder of a file of ``--out`` exists."""
-    folder = os.path.dirname(path or "")
-    if folder and not os.path.isdir(folder):
+    """Check, before long computations, that a file of ``--out`` can be written to its folder."""
+    if path is None:
+        return
+    folder = os.path.dirname(path) or "."
+    if not os.path.isdir(folder):
         raise ArgumentError(f"--out: there is no folder {folder}")
+    if os.path.isdir(path):
+        raise ArgumentError(f"--out: {path} is a folder; it must be a file")
+    if not os.access(folder, os.W_OK):
+        raise ArgumentError(f"--out: {path} cannot be written: there is no permission to write to the folder {folder}")
 
 
 def check_files(paths: Iterable[str], endings: Iterable[str]) -> None:

@@ -14,7 +14,6 @@ import json
 import os
 import stat
 import sys
-import tempfile
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
@@ -23,8 +22,10 @@ from pathlib import Path
 import numpy as np
 
 from kinetostatics.engine import llvm
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.layout.report import Json
 from kinetostatics.math.arrays import Array, Mask, chunks, in_threads
+from kinetostatics.output_files import replacing
 
 #: Folders and a module with functions that are recorded or generate code: their text is part of the key of stored code.
 _SOURCES = ("quantities.py", "buckling", "description", "engine", "kinematics", "limbs", "math", "mechanism", "statics")
@@ -232,19 +233,13 @@ def read_stored(key: str) -> bytes | None:
 
 def store(key: str, content: bytes) -> None:
     """Store the content of a file, unless the folder cannot be created or others may write there too."""
-    with contextlib.suppress(OSError):
+    with contextlib.suppress(OSError, ArgumentError):
         cache_folder().mkdir(parents=True, exist_ok=True, mode=0o700)
         folder = _if_private(cache_folder())
         if folder is None:
             return
-        number, name = tempfile.mkstemp(dir=folder)
-        try:
-            with os.fdopen(number, "wb") as file:
-                file.write(_MAGIC + hashlib.sha256(content).digest() + content)
-            os.replace(name, folder / f"{key}.code")  # atomic: no other process can read an incomplete file
-        except OSError:
-            os.unlink(name)
-            raise
+        with replacing(folder / f"{key}.code") as partial:
+            partial.write_bytes(_MAGIC + hashlib.sha256(content).digest() + content)
 
 
 def _if_private(folder: Path) -> Path | None:

@@ -7,9 +7,9 @@ index is read: nothing is imported and no program is run.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
-import shutil
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -17,6 +17,7 @@ from pathlib import Path
 from kinetostatics.arguments import names_in
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.xml import read_file
+from kinetostatics.output_files import write_text
 
 ENDINGS = (".urdf.xacro", ".urdf")
 #: Folder of xacro macros included by the robots, beside them.
@@ -89,8 +90,9 @@ def copy_robots(names: Iterable[str], folder: str | os.PathLike[str] = ".") -> l
         elif os.path.lexists(copy):
             raise ArgumentError(f"{os.fspath(copy)} is there already, and is not overwritten")
     for copy, source in copies.items():
-        copy.parent.mkdir(exist_ok=True)
-        shutil.copyfile(source, copy)
+        with contextlib.suppress(OSError):  # told by the next line
+            copy.parent.mkdir(exist_ok=True)
+        write_text(copy, source.read_text(encoding="utf-8"), new=True)
     return list(copies)
 
 

@@ -36,6 +36,7 @@ from kinetostatics.files.reader import describe, known_valid
 from kinetostatics.files.urdf import plain_transmission
 from kinetostatics.files.xml import XmlElement, parse, to_elements, to_text
 from kinetostatics.math.arrays import Array
+from kinetostatics.output_files import write_text
 
 _COMMENT = "written by kinetostatics; docs/reference/robot_format.md describes the elements that are not URDF"
 #: Attributes with names of files, relative to the robot file.
@@ -98,24 +99,6 @@ def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]
     if _uses_xacro(name):
         raise ArgumentError(f"{name} uses xacro, and its macros would be lost; write to another file")
     write_text(name, text)
-
-
-def write_text(path: str | os.PathLike[str], text: str, new: bool = False) -> None:
-    """Write a file; an existing file is replaced, or is an error if the file must be ``new``.
-
-    Raises:
-        ArgumentError: the file cannot be written.
-    """
-    name = path_name("path", path)
-    try:
-        with open(name, "x" if new else "w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-    except FileExistsError:
-        raise ArgumentError(f"{name} exists and is not overwritten; delete it or choose another name") from None
-    except OSError as error:
-        raise ArgumentError(f"{name} cannot be written: {error.strerror or error}") from None
-    except ValueError as error:  # a path with a null character
-        raise ArgumentError(f"{name!r} cannot be written: {error}") from None
 
 
 def write_table(path: str | os.PathLike[str], columns: Mapping[str, Sequence[str]]) -> None:

@@ -95,19 +95,31 @@ class _KeepPlace:
 _KEEP_PLACE = _KeepPlace()
 
 
+#: Largest depth of nested elements; functions of minidom are recursive.
+DEEPEST = 200
+
+
 class _DocumentBuilder(expatbuilder.ExpatBuilder):
-    """Builds a document, records the line of each element, and rejects entities."""
+    """Builds a document, records the line of each element, and rejects entities and deep nesting."""
 
     file = ""
     uses_xacro = False
+    depth = 0
 
     def start_element_handler(self, name: str, attributes: list[str]) -> None:
         super().start_element_handler(name, attributes)
-        node = self.curNode
+        node, line = self.curNode, self.getParser().CurrentLineNumber
+        self.depth += 1
+        if self.depth > DEEPEST:
+            raise RobotFileError(f"<{name}> is nested in {DEEPEST} elements, and more are not allowed", self.file, line)
         assert isinstance(node, minidom.Element)
-        node.setUserData(_PLACE, Place(self.file, self.getParser().CurrentLineNumber), _KEEP_PLACE)
+        node.setUserData(_PLACE, Place(self.file, line), _KEEP_PLACE)
         if node.tagName.startswith("xacro:") or node.hasAttribute("xmlns:xacro"):
             self.uses_xacro = True
+
+    def end_element_handler(self, name: str) -> None:
+        super().end_element_handler(name)
+        self.depth -= 1
 
     def start_doctype_decl_handler(self, *_declaration: object) -> None:
         reason = "a DOCTYPE, with the entities it may declare, is not allowed in a robot file; delete it"

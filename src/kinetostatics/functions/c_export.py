@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -22,6 +23,7 @@ from kinetostatics.functions.c_texts import files
 from kinetostatics.functions.inputs_outputs import Reference, Values
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array
+from kinetostatics.output_files import replacing
 from kinetostatics.status import WITHOUT_NUMBERS, Status
 
 #: Types of arguments and results.
@@ -84,8 +86,7 @@ def export_c(
 
     Raises:
         ArgumentError: ``near`` is not one pose of the robot; the robot or the orientation cannot be exported; ``scalar`` is
-            invalid; or ``folder`` is a file.
-        OSError: a file cannot be written.
+            invalid; or the files cannot be written.
     """
     check_choice("scalar", scalar, tuple(SCALARS))
     where = Path(path_name("folder", folder))
@@ -103,9 +104,13 @@ def export_c(
         raise ArgumentError(f"{function.robot.name!r} cannot be exported: {error}") from error
     references = _references(parts, jacobian, start, REFERENCES, SCALARS[scalar])
     texts = files(own, scalar, parts, _test_program(own, scalar, parts, references))
-    where.mkdir(parents=True, exist_ok=True)
-    for file, text in texts.items():
-        (where / file).write_text(text, encoding="utf-8")
+    try:
+        where.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ArgumentError(f"{where} cannot be written: {error.strerror or error}") from None
+    with contextlib.ExitStack() as all_or_none:
+        for file, text in texts.items():
+            all_or_none.enter_context(replacing(where / file)).write_text(text, encoding="utf-8")
     return CExport(where, tuple(texts), own, (parts.line.newton.operations, parts.pose.operations), 8 * parts.work)
 
 

@@ -186,9 +186,8 @@ class Function:
             Folder, files, numbers of operations, and memory of the C code.
 
         Raises:
-            ArgumentError: ``near`` is not one closed pose of the robot, rigid limbs overconstrain the robot, or ``scalar`` is
-                invalid.
-            OSError: the folder cannot be written.
+            ArgumentError: ``near`` is not one closed pose of the robot, rigid limbs overconstrain the robot, ``scalar`` is
+                invalid, or the files cannot be written.
         """
         return export_c(self, folder, scalar, name, near=near)
 
@@ -313,7 +312,6 @@ class Jacobian:
 
         Raises:
             ArgumentError: as :meth:`Function.export_c`; or a derivative is with respect to a parameter, which is constant in C.
-            OSError: the folder cannot be written.
         """
         return export_c(self.function, folder, scalar, name, self, near)
 

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import TextIO
 
 from kinetostatics.arguments import path_name
-from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.layout.blocks import Block, Column, Facts, ReportSection, Table, Text, Word
+from kinetostatics.output_files import write_text
 
 #: Width at which lines are wrapped [letters].
 WIDTH = 110
@@ -141,7 +142,7 @@ def html_path(path: str | os.PathLike[str]) -> str:
     """
     file = path_name("path", path)
     if Path(file).suffix.lower() not in (".html", ".htm"):
-        right = Path(file).with_suffix(".html").name
+        right = f"{Path(file).stem.strip('.') or 'page'}.html"
         raise ArgumentError(f"{file}: the page is an HTML file, which a browser prints as PDF; name it {right!r}")
     return file
 
@@ -150,15 +151,10 @@ def save_page(path: str | os.PathLike[str], page: Callable[[], str]) -> None:
     """Write an HTML page; ``page`` is called after the path has been checked.
 
     Raises:
-        ArgumentError: the extension is neither ``.html`` nor ``.htm``.
-        KinetostaticsError: the file cannot be written.
+        ArgumentError: the extension is neither ``.html`` nor ``.htm``, or the file cannot be written.
     """
     file = html_path(path)
-    html = page()
-    try:
-        Path(file).write_text(html, encoding="utf-8")
-    except OSError as error:
-        raise KinetostaticsError(f"{file}: cannot write the page: {error.strerror or error}") from None
+    write_text(file, page())
 
 
 def report_html(title: str, sections: Iterable[ReportSection]) -> str:

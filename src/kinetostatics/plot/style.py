@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import io
 import os
 import textwrap
 from collections.abc import Callable, Sequence
@@ -19,6 +20,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.output_files import replacing
 from kinetostatics.plot.display_units import typeset
 from kinetostatics.plot.selection import ShownAxis
 
@@ -176,13 +178,17 @@ def save(figure: Figure | Axes, path: str | os.PathLike[str], dpi: float = 300) 
         dpi: dots per inch of a PNG, and of cells drawn as pixels in the other formats.
 
     Raises:
-        ArgumentError: the path has another extension.
+        ArgumentError: the path has another extension, or the file cannot be written.
     """
     options = format_of(path)
     if not isinstance(figure, Axes | Figure):
         raise ArgumentError(f"save needs a figure or axes, as returned by functions of ks.plot, got {figure!r}")
     canvas = figure_of(figure) if isinstance(figure, Axes) else figure
-    canvas.savefig(Path(path), dpi=dpi, bbox_inches="tight", pad_inches=0.03, metadata=options)
+    content = io.BytesIO()  # Matplotlib cannot close a PDF on a full disk
+    ending = Path(path).suffix[1:].lower()
+    canvas.savefig(content, format=ending, dpi=dpi, bbox_inches="tight", pad_inches=0.03, metadata=options)
+    with replacing(path) as partial:
+        partial.write_bytes(content.getbuffer())
 
 
 def format_of(path: str | os.PathLike[str]) -> dict[str, None]:

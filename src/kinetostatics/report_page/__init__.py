@@ -81,11 +81,10 @@ def save_report(
         analysis: further arguments of :func:`kinetostatics.analyze`: ``point``, ``frame``, ``loads``, ``payload``, ….
 
     Raises:
-        ArgumentError: an argument is invalid, the file's extension is not .html, there are several poses, or the map is of
-            another robot.
+        ArgumentError: an argument is invalid, the file's extension is not .html, there are several poses, the map is of
+            another robot, or the file cannot be written.
         CoordinatesError: the controlled coordinates do not determine the pose.
         StaticsError: the pose cannot be analysed.
-        KinetostaticsError: the file cannot be written.
     """
     check_keywords(save_report, analysis)
     given = {"load": load, "gravity": gravity, **analysis}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ from kinetostatics.math.arrays import Array, batch_first, chunks, frozen
 from kinetostatics.math.linalg import matmul, pivot_rows
 from kinetostatics.math.rotations import exponential, logarithm
 from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS, move_twist
+from kinetostatics.output_files import replacing
 from kinetostatics.quantities import VARIABLES
 from kinetostatics.results.result import Result
 from kinetostatics.robot import robot_of
@@ -121,16 +123,16 @@ class Compensation(Reported):
             axes: as in :meth:`to_dataset`.
 
         Raises:
-            ArgumentError: the name has another ending, or the folder does not exist.
+            ArgumentError: the name has another ending, or the file cannot be written.
         """
         name = path_name("path", path)
-        folder = os.path.dirname(name)
-        if folder and not os.path.isdir(folder):
-            raise ArgumentError(f"{name} cannot be written: there is no folder {folder}")
         if name.endswith(".csv"):
             write_table(name, _table_columns(self))
         elif name.endswith(".nc"):
-            self.to_dataset(axes).to_netcdf(name, engine="h5netcdf")
+            content = io.BytesIO()  # HDF5 cannot close files on a full disk
+            self.to_dataset(axes).to_netcdf(content, engine="h5netcdf")
+            with replacing(name) as partial:
+                partial.write_bytes(content.getbuffer())
         else:
             raise ArgumentError(f"{name!r} does not end in .csv (a table) or .nc (netCDF)")
 

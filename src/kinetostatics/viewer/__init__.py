@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.renderings import save_page
+from kinetostatics.output_files import write_text
 from kinetostatics.progress import in_notebook, pausing, waiting
 from kinetostatics.results.dynamics import Modes
 from kinetostatics.results.result import Result
@@ -128,7 +129,6 @@ def save_html(
 
     Raises:
         ArgumentError: no pose could be analysed, there are more than 1000 poses, or an argument is invalid.
-        KinetostaticsError: the file cannot be written.
     """
     save_page(path, lambda: _page(result, title, pose, exaggeration, by_mechanism, compare))
 
@@ -159,8 +159,9 @@ def save_image(
         size: width and height [pixels].
 
     Raises:
-        ArgumentError: no pose could be analysed, there are more than 1000 poses, or an argument is invalid.
-        KinetostaticsError: there is no Chromium, or the file cannot be written.
+        ArgumentError: no pose could be analysed, there are more than 1000 poses, an argument is invalid, or the file cannot be
+            written.
+        KinetostaticsError: there is no Chromium.
     """
     save_screenshot(_page(result, title, pose, exaggeration, False, compare, mode), path, size, colour, view)
 
@@ -221,6 +222,6 @@ def _temporary_file(html: str, name: str) -> Path:
     """Write a page to a temporary file that remains when the program ends."""
     safe = "".join(c if c.isalnum() or c in "-_" else "_" for c in name)
     handle, path = tempfile.mkstemp(prefix=f"kinetostatics_{safe}_", suffix=".html")
-    with os.fdopen(handle, "w", encoding="utf-8") as file:
-        file.write(html)
+    os.close(handle)
+    write_text(path, html)
     return Path(path)

@@ -21,6 +21,7 @@ from urllib.parse import urlencode
 
 from kinetostatics.arguments import warn
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.output_files import replacing
 from kinetostatics.viewer.description import Scene
 from kinetostatics.viewer.packing import Packing, zipped
 
@@ -141,7 +142,5 @@ def save_screenshot(
             raise KinetostaticsError(
                 f"{browser} has drawn no image in {len(PATIENCE)} attempts; write the page as HTML, open it and press I"
             )
-        try:
-            shutil.copyfile(image, target)
-        except OSError as error:
-            raise KinetostaticsError(f"{os.fspath(path)}: cannot write the image: {error.strerror or error}") from None
+        with replacing(target) as partial:
+            shutil.copyfile(image, partial)

@@ -7,6 +7,7 @@ blocks of the sweep. ``status`` is written last for each block: a block is compl
 from __future__ import annotations
 
 import contextlib
+import errno
 import glob
 import json
 import math
@@ -19,6 +20,7 @@ import numpy as np
 
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.math.arrays import Values
+from kinetostatics.output_files import replacing
 from kinetostatics.workspace.dataset import Labels, attributes_of, dataset, shapes
 from kinetostatics.workspace.grid import Block, cut
 from kinetostatics.workspace.sweep_plan import SweepPlan, plain
@@ -30,6 +32,8 @@ Stored: TypeAlias = Any  # arrays and groups of NumPy, zarr and h5netcdf, withou
 
 #: Packages by file extension; the first is the engine of xarray.
 ENGINES = {".nc": ("h5netcdf", "h5py", "zarr"), ".nc4": ("h5netcdf", "h5py", "zarr"), ".zarr": ("zarr",)}
+#: Upper bound of what a netCDF file has beside its numbers [bytes].
+HEADER = 2**20
 #: Attribute of an unfinished store with the identity of its sweep, and prefix of its files with corrections by continuity.
 NOTES, CHANGES = "unfinished", ".continuity"
 #: Attributes of a Dataset that identify its sweep, with phrases for different values in messages.
@@ -228,9 +232,8 @@ class Store(Arrays):
     def keep(self, region: str, changes: Mapping[str, Any]) -> None:
         path = os.path.join(self.folder, CHANGES + region)
         with self.naming_the_file():
-            with open(f"{path}.partial", "wb") as file:
+            with replacing(path) as partial, open(partial, "wb") as file:
                 np.savez(file, **changes)
-            os.replace(f"{path}.partial", path)
 
     def publish(self, attributes: Mapping[str, object]) -> None:
         """Convert the complete store to the map, with the attributes of the Dataset."""
@@ -243,10 +246,16 @@ class Store(Arrays):
                     os.remove(leftover)
                 self._group.attrs.put(dict(attributes))
                 zarr.consolidate_metadata(self.folder, zarr_format=2)
+                old = f"{self.path}.old"
+                shutil.rmtree(old, ignore_errors=True)
                 if os.path.isdir(self.path):
-                    shutil.rmtree(self.path)
+                    os.replace(self.path, old)
                 os.replace(self.folder, self.path)
+                shutil.rmtree(old, ignore_errors=True)
                 return
+            disk = shutil.disk_usage(self.folder)
+            if disk.total and disk.free < size_of(self.plan, self.labels) + HEADER:  # the HDF5 library crashes on full disks
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
             whole = os.path.join(self.folder, "whole.nc")
             self._write_netcdf(whole, attributes)
             os.replace(whole, self.path)

@@ -202,6 +202,7 @@ def test_bad_file_is_refused_with_line_and_reason(old: str, new: str, words: lis
         ("<robot name='r'/>", 1, ["no links"]),
         ("<robot name='r'>\n<link name='a'/></robot>", 1, ["no platform", "no joint moves a link", "<platform link="]),
         ("\ud800", 1, ["decoded"]),
+        ("<robot>\n" + "<visual>\n" * 10_000 + "</visual>" * 10_000 + "</robot>", 201, ["nested in 200 elements"]),
     ],
 )
 def test_bad_text_is_refused_with_line_and_reason(text: str, line: int | None, words: list[str]) -> None:
