@@ -2,15 +2,19 @@
 
 import re
 import shlex
+from importlib import metadata
+from pathlib import Path
 
 import numpy as np
 import paper_configuration_2
 import paper_step_by_step as page
 import pytest
 import reproduce_paper
+from packaging.requirements import Requirement
 from page_code import between, blocks, in_a_copy, python_of
 from places import ROOT
 
+import kinetostatics as ks
 from kinetostatics.cli.main import main
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -109,6 +113,50 @@ def test_commands_print_the_numbers_of_the_paper_tables(key, capsys):
         for value in size:
             if value > max(1e-6 * max(size), 1e-15):
                 assert any(abs(number - value * power) < 2e-3 * number for power in powers for number in numbers), (value, out)
+
+
+def test_readme_verifies_the_pose_that_it_analyses():
+    lines = [line for line in between(README, "commands").splitlines() if line.startswith("kinetostatics ")]
+    commands = [shlex.split(line, comments=True) for line in lines]
+    analyzed, verified = ([words[2:] for words in commands if words[1] == name] for name in ("analyze", "verify"))
+    assert analyzed == verified and len(verified) == 1
+
+
+def test_size_of_the_environment_is_that_of_the_required_packages():
+    """A fresh environment has 1.47 GB; pip and compiled modules, a tenth of it, are not among the files of packages."""
+    total, of_pinocchio, seen, wanted = 0, 0, set(), [Requirement("kinetostatics")]
+    while wanted:
+        requirement = wanted.pop()
+        package = metadata.distribution(requirement.name)
+        for extra in {"", *requirement.extras}:
+            needed = map(Requirement, package.requires or ())
+            asked = {item.name: item for item in needed if item.marker is None or item.marker.evaluate({"extra": extra})}
+            wanted += [item for name, item in asked.items() if (requirement.name, extra, name) not in seen]
+            seen |= {(requirement.name, extra, name) for name in asked}
+        if requirement.name not in seen:
+            seen.add(requirement.name)
+            files = [Path(str(file.locate())) for file in package.files or ()]
+            sizes = {file: file.stat().st_size for file in files if file.is_file()}
+            total += sum(sizes.values())
+            of_pinocchio += sum(size for file, size in sizes.items() if "cmeel.prefix" in file.parts)
+    words = re.search(
+        r"takes ([\d.]+) GB of disk, of which Pinocchio, its libraries and its example robots take ([\d.]+) GB",
+        " ".join(README.split()),
+    )
+    assert total / 1e9 == pytest.approx(0.9 * float(words[1]), rel=0.1)
+    assert of_pinocchio / 1e9 == pytest.approx(float(words[2]), rel=0.1)
+
+
+def test_sags_named_in_the_readme_are_those_of_robots_with_rigid_joints():
+    words = " ".join(README.split())
+    for name, text in (("2pru_upr", "the 2PRU-UPR below sags by 24 µm"), ("ur10", "a UR10 by 0.36 mm")):
+        robot = ks.load_robot(name)
+        sag = np.linalg.norm(ks.analyze(robot.assemble()).twist[:3])
+        size, unit = re.search(r"([\d.]+) (µm|mm)$", text).groups()
+        assert text in words and f"{sag / {'µm': 1e-6, 'mm': 1e-3}[unit]:.{len(size.partition('.')[2])}f}" == size
+        assert not robot.description.joint_stiffness or all(
+            np.isinf(stiffness.drive) for stiffness in robot.description.joint_stiffness.values()
+        )
 
 
 def test_readme_commands_run_in_a_clone(monkeypatch, tmp_path, capsys):

@@ -85,6 +85,8 @@ def _axis(axis: Array) -> str:
 
 #: Largest number of actuators listed one by one; for more, only the smallest and the largest force are given.
 MOST_ACTUATORS = 6
+#: Ratio of the sum of magnitudes of parts to their sum, above which parts cancel.
+CANCELLING = 2.0
 #: Cosines above which a direction is described as along an axis, and as mostly along it.
 ALONG, MOSTLY = 0.995, 0.7
 _NAMES = {"load": "the load", "platform_weight": "the platform's weight", "payload": "the payload"}
@@ -133,14 +135,21 @@ def _contribution(result: Result, name: str) -> str:
 
 
 def _largest(names: list[str], twists: Array, result: Result, noise: NoiseFloor, word: str, number: int) -> str:
-    """Write up to ``number`` of the largest parts of the displacement [%]; ``word`` precedes the name of each source."""
+    """Write up to ``number`` of the largest parts of the displacement, in per cent or, where parts cancel, in length.
+
+    ``word`` precedes the name of each source.
+    """
     found = parts_along(twists, result.twist, noise)
     if found is None:
         return ""
     parts, sizes, _ = found
     shares = [share(part, float(sizes[0])) for part in parts[:, 0].tolist()]
     some = [k for k in ranked(np.abs(parts[:, 0]))[:number] if abs(shares[k]) > 0.5]
-    return "".join(f"{', ' if k else '; '}{shares[i]:.0f} % {word}{names[i]}" for k, i in enumerate(some))
+    if np.abs(parts[:, 0]).sum() > CANCELLING * sizes[0]:
+        texts = [quantity(part, LENGTHS, noise.displacement, digits=3) for part in parts[:, 0].tolist()]
+    else:
+        texts = [f"{part:.0f} %" for part in shares]
+    return "".join(f"{', ' if k else '; '}{texts[i]} {word}{names[i]}" for k, i in enumerate(some))
 
 
 def _direction(unit: Array, gravity: Array) -> str:

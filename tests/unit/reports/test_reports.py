@@ -370,6 +370,22 @@ def test_summary_has_direction_and_sources_of_the_displacement():
     assert "0 µm: nothing is elastic" in rigid
 
 
+@pytest.mark.parametrize("tilt", [0.0, 10.0])
+def test_contributions_that_cancel_are_lengths_in_the_summary(tilt):
+    """Of the tilted tripod, the limbs' weights move the platform by seven times its displacement, in opposite directions."""
+    target = {"z": 0.5, "azimuth": np.radians(-170), "tilt": np.radians(tilt)}
+    result = ks.analyze(package_robots.robot("3rps").assemble(platform=target, orientation="tilt_torsion"))
+    size = np.linalg.norm(result.twist[:3])
+    parts = {name: twist[:3] @ result.twist[:3] / size for name, twist in result.contributions.items()}
+    text = " ".join(str(result).partition("Summary")[2].split())
+    if sum(map(abs, parts.values())) > 2 * size:
+        assert (
+            tilt and f"; {1e9 * parts['limb_2']:.0f} nm from limb_2's weight, {1e9 * parts['limb_1']:.0f} nm from limb_1" in text
+        )
+    else:
+        assert not tilt and re.search(r"; \d+ % from the platform's weight, \d+ % from limb_1's weight", text)
+
+
 def test_revolutes_about_one_point_are_one_row():
     text = whole(ks.analyze(robot("3prs").assemble()))
     assert row(text, "Joints", "spherical_1")[1:4] == ["spherical,", "3", "revolutes"] and "spherical_1_x" not in text
