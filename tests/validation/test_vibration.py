@@ -12,9 +12,11 @@ import vibration_elements
 from mechanisms import Beam, Joint, Link, Stiffness
 from places import CASES as FILES
 from small_robots import Limb
+from threadpoolctl import threadpool_info, threadpool_limits
 
 import kinetostatics as ks
 from kinetostatics.description import JointStiffness
+from kinetostatics.dynamics import vibrations
 
 #: NAFEMS, Selected Benchmarks for Natural Frequency Analysis, FV5: deep simply supported beam [Hz].
 FV5 = [42.650, 42.650, 71.20, 125.00, 148.15, 148.15, 213.61, 283.47, 283.47]
@@ -284,6 +286,8 @@ def test_response_is_drawn_and_saved(tmp_path):
     [
         (ks.modes, {"count": 0}, "whole number"),
         (ks.modes, {"count": 1.5}, "whole number"),
+        (ks.modes, {"count": 300}, r"count is 300: .* times the cube of coordinates may be at most 5e\+09"),
+        (ks.modes, {"count": 10**9}, "count is 1000000000: so many modes are too expensive"),
         (ks.modes, {"drives": "open"}, "locked"),
         (ks.modes, {"payload": 5}, "Payload"),
         (ks.frequency_response, {"frequencies": [0.0, 5.0]}, "positive"),
@@ -303,6 +307,23 @@ def test_response_is_drawn_and_saved(tmp_path):
 def test_invalid_arguments_raise_argument_error(function, arguments, words):
     with pytest.raises(ks.ArgumentError, match=words):
         function(package_robots.robot("3rps").assemble(), **arguments)
+
+
+@pytest.mark.parametrize(
+    ("name", "call"),
+    [("eigenpairs", lambda pose: ks.modes(pose, 1)), ("responses", lambda pose: ks.frequency_response(pose, np.array([5.0])))],
+)
+def test_vibrations_use_one_thread_of_blas(name, call, monkeypatch):
+    """Each library of BLAS has three threads before and after."""
+
+    def blas_threads():
+        return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+
+    inner, seen = getattr(vibrations, name), []
+    monkeypatch.setattr(vibrations, name, lambda *given: (seen.append(blas_threads()), inner(*given))[1])
+    with threadpool_limits(3, "blas"):
+        call(package_robots.robot("five_bar").assemble())
+        assert seen == [{1}] and blas_threads() == {3}
 
 
 @pytest.mark.parametrize("scalar", [np.float32, np.float64, np.longdouble, np.int64, np.uint8])

@@ -9,6 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
+from threadpoolctl import threadpool_limits
 
 from kinetostatics.arguments import Keyword, check, finite_numbers, whole_number
 from kinetostatics.description.loads import Payload
@@ -88,10 +89,11 @@ class Vibrations:
         return cls(configuration, structure, loads, field, valid)
 
     def in_chunks(self, function: Callable[[Index], Found], most: int) -> list[Found]:
-        """Call a function, in threads, with the indices of the valid poses in chunks of at most ``most`` poses."""
+        """Call a function, in threads, with the indices of the valid poses in chunks of ``most`` poses, or of one."""
         poses = np.flatnonzero(self.valid)
-        chunks = np.array_split(poses, -(-len(poses) // most)) if len(poses) else []
-        return in_threads(function, chunks)
+        chunks = np.array_split(poses, -(-len(poses) // max(most, 1))) if len(poses) else []
+        with threadpool_limits(1, "blas"):  # threads of BLAS delay small matrices
+            return in_threads(function, chunks)
 
     def placed(self, poses: Index) -> tuple[PlacedMotions, VibrationModel]:
         """Return the coordinates of small motions, and the masses and elastic parts, at given poses."""
@@ -169,7 +171,7 @@ def modes(
         motions, model = vibrations.placed(poses)
         return ModeShapes(eigenpairs(model, number), motions)
 
-    shapes = tuple(vibrations.in_chunks(solved, _POSES_OF_MODES))
+    shapes = tuple(vibrations.in_chunks(solved, min(_POSES_OF_MODES, 10_000 // number**2)))
     return Modes(configuration, number, drives, payload, shapes, vibrations.valid)
 
 

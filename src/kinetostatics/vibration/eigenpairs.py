@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.statics.small_motions import signs_of_modes
 from kinetostatics.vibration.rods import Numbers
@@ -25,6 +26,8 @@ _UNSTABLE = 1e-9
 #: Relative change of λ at which Newton's method ends; the remaining error is of the order of its square.
 _CONVERGED = 1e-7
 _STEPS = 30
+#: Largest number of modes times the cube of coordinates, for a time of a minute and a memory of 1 GB.
+_LARGEST = 5e9
 #: Least ratio of the λ of clamped rods to the largest requested λ.
 _MARGIN = 1.6
 #: Relative difference of λ below which modes belong to one eigenspace.
@@ -52,6 +55,11 @@ class Eigenpairs:
 
 def eigenpairs(model: VibrationModel, count: int) -> Eigenpairs:
     while True:
+        if count * model.coordinates**3 > _LARGEST:
+            raise ArgumentError(
+                f"count is {count}: so many modes are too expensive, because they divide the beams until the robot has "
+                f"{model.coordinates} coordinates; count times the cube of coordinates may be at most {_LARGEST:.0e}"
+            )
         K, M = (matrix[:, 0] for matrix in model.pencil(np.zeros((model.poses, 1))))
         spaces = list(_spaces(model, K, M))
         square, free = np.full((model.poses, count), np.nan), np.zeros(model.poses, dtype=np.intp)
