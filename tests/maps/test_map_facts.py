@@ -131,3 +131,10 @@ def test_older_maps_lack_facts_without_a_status(monkeypatch):
     assert facts.in_map(older, "limit_exceeded").values.tolist() == [False, True, False]
     monkeypatch.setattr(facts, "FACTS", {"new": facts.Fact("new", None, "", "")})
     assert not facts.in_map(older, "new").any()
+
+
+def test_map_poses_out_of_reach_are_invalid_though_within_all_limits():
+    ds = ks.sweep("orthoglide", platform={"x": [0.0, 9.0], "y": 0.0, "z": 0.0})
+    assert ds["limit_exceeded"].values.ravel().tolist() == [False, False]
+    assert ks.indices.valid(ds).values.ravel().tolist() == [True, False]
+    assert ks.indices.valid(ds, beyond_limits=True).values.ravel().tolist() == [True, False]

@@ -8,6 +8,7 @@ from simple_machines import BEAM, CIRCLE, RHO, joint, link, robot
 
 import kinetostatics as ks
 from kinetostatics.description import JointStiffness
+from kinetostatics.mechanism.beam_geometry import SpanFinder
 from kinetostatics.mechanism.joints import is_sprung
 
 
@@ -86,3 +87,30 @@ def test_weights_at_a_pose_that_is_not_reached_are_nan():
     pose = machine.assemble(platform={"x": 9.0, "y": 0.0}, on_failure="nan")
     result = ks.analyze(pose)
     assert result.status == ks.Status.UNREACHABLE and np.isnan(result.twist).all() and np.isnan(result.base_wrench).all()
+
+
+@pytest.mark.parametrize(
+    ("kinds", "axis", "offset", "one"),
+    [
+        (("continuous", "prismatic"), "0 0 1", "0 0 0.3", True), (("prismatic", "continuous"), "0 0 1", "0 0 0.3", True),
+        (("continuous", "prismatic"), "1e-10 0 1", "0 0 0.3", True), (("continuous", "prismatic"), "1e-7 0 1", "0 0 0.3", False),
+        (("continuous", "prismatic"), "0 0 1", "1e-10 0 0.3", True), (("continuous", "prismatic"), "0 0 1", "1e-7 0 0.3", False),
+        (("prismatic", "prismatic"), "0 0 1", "0 0 0.3", False), (("continuous", "continuous"), "0 0 1", "0 0 0.3", False),
+        (("continuous", "continuous"), "1 0 0", "0 0 0.3", True), (("continuous", "continuous"), "1 0 0", "0 1e-7 0.3", False),
+        (("continuous", "continuous"), "1 0 0", "0 1e-10 0.3", True),
+    ],
+)  # fmt: skip
+def test_two_joints_of_a_massless_link_are_one_if_their_axes_coincide_or_meet(kinds, axis, offset, one):
+    """A hinge and a slide along one line are a cylindrical joint, two hinges with a common point a universal joint."""
+    parts = (
+        link("base"),
+        link("middle"),
+        link("rod"),
+        link("platform", 1.0),
+        joint("first", kinds[0], "base", "middle", axis="0 0 1"),
+    )
+    beam = f'<beam link="rod" from="second" to="head" density="{RHO}" {BEAM}>{CIRCLE}</beam>'
+    second, head = joint("second", kinds[1], "middle", "rod", offset, axis), joint("head", "fixed", "rod", "platform", "0 0 1")
+    mechanism = robot(*parts, second, head, beam).mechanism
+    found = SpanFinder(mechanism)._are_one_joint("middle", mechanism.connections["first"], mechanism.connections["second"])
+    assert found == one
