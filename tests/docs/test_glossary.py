@@ -60,6 +60,26 @@ def test_symbol_has_its_attribute_equation_and_units(row, result):
         assert set(unit.split(", ")) <= told if path.startswith("result.paper_forces") else set(unit.split(", ")) == told
 
 
+@pytest.mark.parametrize("row", WORDS, ids=lambda row: row[0])
+def test_word_has_its_code(row):
+    word, meaning, code = row
+    doc = inspect.getdoc(named(code.strip("`"))) or ""
+    assert meaning and re.search(rf"\b{word}", doc, re.IGNORECASE), f"{code} does not name the {word}"
+
+
+def test_code_named_on_the_page_exists():
+    paths = {path for path in re.findall(r"`([a-z_]+(?:\.\w+)+)`", PAGE) if not path.startswith("result.")}
+    assert len(paths) > 15
+    for path in paths:
+        named(path)
+
+
+def test_a_wrench_is_transformed_to_a_section_by_one_symbol():
+    """X are the wrenches of cut joints, which section 9 introduces; before, there is none."""
+    before = METHOD[: METHOD.index("## 9. ")]
+    assert not re.search(r"(?<![A-Za-z\\])X(?![a-z])", re.sub(r"```.*?```", "", before, flags=re.DOTALL))
+
+
 def described(path, result):
     """Return the docstring of an attribute, from its own or from its class."""
     owner, name = re.fullmatch(r"(.*?\w(?:\[[^\]]*\])?)\.(\w+)(?:\[[^\]]*\])*", path).groups()

@@ -23,9 +23,9 @@ CODE = {
     "limbs.intensities": "statics.platform_equilibrium.PlatformEquilibrium._intensities",
     "limbs.attached_wrenches": "limbs.statics.limb_wrenches",
     "limbs.attached_intensities": "limbs.statics.limb_wrenches",
-    "limbs.compliance": "limbs.compliance.strains",
+    "limbs.compliance": "limbs.compliance.compliance_and_sag",
     "limbs.stiffness": "results.parts.LimbResult.stiffness",
-    "limbs.sag": "limbs.compliance.strains",
+    "limbs.sag": "limbs.compliance.compliance_and_sag",
 }
 
 

@@ -83,7 +83,7 @@ def bent_line(c: Array, length: Array, wrench: Array, load: Array, s: Array) -> 
 
 
 def section_wrench(length: Array, wrench: Array, load: Array, s: Array) -> Array:
-    """Return the wrenches (6, …) of the outboard on the inboard part in the section at s, about its centre.
+    """Return the wrenches w (6, …) of the outboard on the inboard part in the section at s, about its centre.
 
     The beam carries a wrench at the platform end and a uniform load.
     """

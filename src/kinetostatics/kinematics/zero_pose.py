@@ -1,4 +1,7 @@
-"""The closed pose near zero, errors if there is none, and the robot's size. At zero all joints are at zero; loops may be open."""
+"""The zero pose (the closed pose near zero), errors if there is none, and the robot's size.
+
+At zero all joints are at zero; loops may be open.
+"""
 
 from __future__ import annotations
 
