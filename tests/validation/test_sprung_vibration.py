@@ -7,6 +7,7 @@ import small_robots as sr
 import sprung_robots
 
 import kinetostatics as ks
+from kinetostatics.description import Spring
 from kinetostatics.files.reader import parse_robot_text
 
 GRAVITY = 9.81
@@ -155,3 +156,33 @@ def test_static_limit_of_sprung_random_robots_is_the_compliance(seed):
     while sum(map(sr.wrenches, limbs)) < 6:
         limbs.append(str(rng.choice(sr.LIMBS)))
     assert_one_tangent(sprung_robots.serial(limbs, seed, rigid=bool(rng.integers(2))))
+
+
+# ---- beams near buckling ---------------------------------------------------------------------------------------------------
+
+
+def column(share):
+    """Return a cantilever whose tip a constant force pulls towards its foot, a share of the load under which it buckles, and the
+    lateral stiffness P / L tan kL / (tan kL − kL) of its tip: the foot is a fixed point, so that kL = π at buckling."""
+    length, bend = 1.5, sr.E * 4e-7
+    section = sr.Section(20.0, 4e-7, 4e-7, 6e-7)  # stiff along its axis
+    spec = sr.cantilever(length, (0, 0, 1), section=section, y_axis=(0, 1, 0), density=0.0)
+    kl, force = np.pi * np.sqrt(share), share * np.pi**2 * bend / length**2
+    robot = sr.robot_of(spec)
+    pull = Spring("pull", 0.0, robot.description.base, robot.description.platform, (0, 0, 0), (0, 0, 0), 0.0, force)
+    pose = ks.Robot(robot.description.with_part(pull)).assemble()
+    return pose, force / length * np.tan(kl) / (np.tan(kl) - kl)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.9, 0.99])
+def test_statics_and_response_near_buckling_equal_the_closed_form(share):
+    pose, stiffness = column(share)
+    result, response = ks.analyze(pose, gravity=(0, 0, 0)), ks.frequency_response(pose, [1e-5], damping=0.0, gravity=(0, 0, 0))
+    assert 1 / float(result.compliance[0, 0]) == pytest.approx(stiffness, rel=1e-5)
+    assert 1 / float(response.compliance[0, 0, 0].real) == pytest.approx(stiffness, rel=1e-5)
+
+
+def test_statics_and_modes_are_unstable_beyond_buckling():
+    pose, _ = column(1.001)
+    assert any("unstable" in text for text in ks.analyze(pose, gravity=(0, 0, 0)).warnings)
+    assert ks.modes(pose, 1, gravity=(0, 0, 0)).warnings

@@ -107,8 +107,9 @@ class Vibrations:
             model = replace(model, masses={**model.masses, **_carried(loads, motions, model.masses)})
         if self.structure.parts is not None:
             robot, columns = self.structure.model, tuple(range(motions.units.shape[1]))
-            u, K = geometric_stiffness(robot, self.structure.parts, frames, gravity, applied, motions.at_place)
-            model = replace(model, springs={**model.springs, GEOMETRIC: spring_part(columns, u, K)})
+            u, K, buckled = geometric_stiffness(robot, self.structure.parts, frames, gravity, applied, motions.at_place)
+            springs = {**model.springs, GEOMETRIC: spring_part(columns, u, K)}
+            model = replace(model, springs=springs, buckled=buckled)
         return motions, model
 
 

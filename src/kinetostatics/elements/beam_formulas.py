@@ -15,9 +15,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kinetostatics.math.arrays import Array, empty_for, zeros_for
+from kinetostatics.math.arrays import Array, empty_for
 from kinetostatics.math.linalg import solve_by_elimination
-from kinetostatics.math.rotations import skew
 
 #: Points on −1 … 1 and weights that integrate polynomials up to degree 7 exactly.
 _GAUSS = np.polynomial.legendre.leggauss(4)
@@ -109,40 +108,6 @@ def strain_energy(c: Array, length: Array, section: Callable[[Array], Array]) ->
     w = section(length * (1 + points.reshape((-1,) + (1,) * np.ndim(length))) / 2)
     density = np.einsum("i...,ik...->k...", c, w * w)
     return np.asarray(np.einsum("k,k...->...", weights, density) * length / 4)
-
-
-def turned_forces(c: Array, length: Array, wrench: Array, load: Array, lever: Array) -> Array:
-    """Return B (9, 9, N) of zᵀ B z, the second-order potential energy of the forces in a loaded beam whose ends move by z.
-
-    z has the rotation of the base end, then displacement and rotation of the platform end relative to a rigid-body motion with
-    the base end. Between the ends, the beam bends as under a wrench at the platform end. With the section force F and moment M,
-    the rotation θ, the strains γ and κ of this bending, and the weight q per length at the arm r, the energy is −∫ F · (θ × γ) +
-    ½ M · (θ × κ) + ½ F · (θ × (θ × e_x)) + ½ q · (θ × (θ × r)) ds.
-
-    Args:
-        c: (6, 1) section compliances.
-        lever: (3, N) vector from the beam's axis to the line of its mass [m].
-    """
-    N = length.shape[0]
-    units, none = np.broadcast_to(np.eye(6)[:, :, None], (6, 6, N)), np.zeros((6, 1, N))
-    points, shares = np.polynomial.legendre.leggauss(3)  # exact up to degree 5
-    along, turned = np.array([[1.0], [0.0], [0.0]]), np.broadcast_to(np.eye(3)[:, :, None], (3, 3, N))
-    found = zeros_for((9, 9, N), length, wrench)
-    for point, share in zip(points, shares, strict=True):
-        s = length * (1 + point) / 2
-        there = -section_wrench(length, wrench, load, s)
-        strains = c[:, :, None] * section_wrench(length, units, none, s)
-        rotation = np.concatenate([turned, bent_line(c[:, :, None], length, units, none, s)[3:]], axis=1)
-        pairs = (there[:3], strains[:3]), (there[3:], strains[3:] / 2)
-        moved = -sum(np.einsum("ijn,jkn->ikn", skew(part), strain) for part, strain in pairs)
-        arms = (of_arm(load[:3], lever) - of_arm(there[:3], along)) / 2
-        found[:, 3:] += np.einsum("ian,ikn->akn", rotation, moved) * (share / 2 * length)
-        turning = np.einsum("ijn,jbn->ibn", arms, rotation)
-        found += np.einsum("ian,ibn->abn", rotation, turning) * (share / 2 * length)
-    bends = solve_by_elimination(end_displacement(c[:, :, None], length, units), units)
-    found[:, 3:] = np.einsum("aln,lbn->abn", found[:, 3:], bends)
-    found[3:] = np.einsum("lan,lbn->abn", bends, found[3:])
-    return found
 
 
 def of_arm(force: Array, arm: Array) -> Array:

@@ -15,7 +15,8 @@ from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
 from kinetostatics.statics.inertia import INERTIA
 from kinetostatics.statics.link_loads import sum_of
-from kinetostatics.statics.solution import Solution, balanced
+from kinetostatics.statics.solution import balanced
+from kinetostatics.statics.springs import unstable_motions
 
 #: A pose is nearly singular if its constraint index is smaller, or its force amplification exceeds the reciprocal.
 LEAST_CONSTRAINT = 0.02
@@ -194,7 +195,11 @@ def _instability(result: Result) -> list[str]:
     """Return a warning about unstable poses of robots with springs: the tangent stiffness has an eigenvalue ≤ 0."""
     if not result.robot.description.springs:
         return []
-    inside, of_platform = (np.concatenate(counts) for counts in zip(*map(_unstable_motions, result.solutions), strict=True))
+    sizes = [len(item.singular) for item in result.solutions]
+    pairs = list(zip(result.solutions, sizes, strict=True))
+    inside, of_platform = (
+        np.concatenate([unstable_motions(item.tangents[part], N) for item, N in pairs]) for part in (slice(-1), slice(-1, None))
+    )
     where = (inside + of_platform > 0) & np.all(np.isfinite(result.twist.reshape(-1, 6)), axis=1)
     if not np.any(where):
         return []
@@ -270,15 +275,6 @@ def _motions(values: Array, vectors: Array, k: int, scale: Array) -> str:
     alike = np.abs(values - values[k]) <= 1e-6 * abs(values[k])
     spanned = np.linalg.svd(np.concatenate([vectors[:, alike].real, vectors[:, alike].imag], axis=1))[0][:, : np.sum(alike)]
     return " and ".join(describe_twist(twist / scale, scale[-1]) for twist in canonical_basis(spanned).T)
-
-
-def _unstable_motions(solution: Solution) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the numbers of unstable motions (N,) within the limbs while the platform is fixed, and (N,) of the platform."""
-    counts = []
-    for tangent in solution.tangents:
-        matrices = np.nan_to_num(np.moveaxis(tangent, 2, 0))
-        counts.append(np.sum(np.linalg.eigvals(matrices).real < NOTHING, axis=1))
-    return np.sum(counts[:-1], axis=0) + np.zeros(solution.o.shape[1], dtype=np.intp), counts[-1]
 
 
 def _open_loops(result: Result) -> list[str]:

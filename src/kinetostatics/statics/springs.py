@@ -17,18 +17,21 @@ import numpy as np
 
 from kinetostatics.description.elements import Spring
 from kinetostatics.limbs.group import LimbGroup
-from kinetostatics.math.arrays import Array, zeros_for
+from kinetostatics.math.arrays import Array, Index, Mask, zeros_for
 from kinetostatics.math.linalg import solve_by_elimination
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.assembly_errors import AssemblyErrors
 from kinetostatics.statics.deformation import Deformation, deform
-from kinetostatics.statics.geometric_stiffness import GeometricStiffness, GeometricTerms, PlacedSpring
+from kinetostatics.statics.geometric_stiffness import GeometricStiffness
+from kinetostatics.statics.geometric_terms import GeometricTerms, PlacedSpring
 from kinetostatics.statics.link_loads import AppliedLoad, places_at
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.singularity import parts_of_batch
 from kinetostatics.statics.solution import Balanced, Solution, balanced, unit_responses, with_more
 from kinetostatics.statics.turning_parts import TurningParts
 
+#: Eigenvalue of a tangent stiffness, relative to the elastic one, up to which a motion is unstable.
+_UNSTABLE = 1e-9
 #: Relative stiffness of a support for the forces of a platform that springs alone hold.
 _SUPPORT = 1e-9
 #: Length of a spring, relative to the robot's size, below which its force has no direction.
@@ -88,8 +91,9 @@ def solve_with_springs(
     springs, o = placed_springs(robot, frames), robot.mechanism.platform_pose(frames)[1]
     before = under_springs(robot, frames, springs, load, gravity, assembly_errors, groups, applied, weights)
     solution, geometric = before.solution, GeometricStiffness(robot, robot.parts, frames, springs)
-    terms = geometric.under(solution)
-    u, twists, tangents, compliance = _response(robot, geometric, terms, before)
+    deformation = deform(robot, solution)
+    terms = geometric.under(solution, deformation)
+    u, twists, tangents, compliance = _response(robot, geometric, terms, before, deformation)
     found = with_more(robot, before, terms.loads(u), [f"change with {name}" for name in solution.sources], twists)
     rigid = np.where(solution.singular, np.nan, solution.stiffness)
     stiffness = inverse(compliance, rigid, robot.length)
@@ -123,10 +127,11 @@ def geometric_stiffness(
     gravity: Array,
     applied: tuple[AppliedLoad, ...],
     motion: Callable[[str], Array],
-) -> tuple[Array, Array]:
+) -> tuple[Array, Array, Mask]:
     """Return the displacements u (n, k, N) per unit of k coordinates, and the geometric stiffness K_g (n, n, N).
 
-    K_g is the one of :func:`solve_with_springs`, without the tangent stiffness of the springs themselves.
+    The third result (N,) is True where a beam buckles between fixed ends. K_g is the one of :func:`solve_with_springs`,
+    without the tangent stiffness of the springs themselves.
 
     Args:
         parts: the parts that rotate relative to one another in the coordinates.
@@ -136,36 +141,46 @@ def geometric_stiffness(
     geometric = GeometricStiffness(robot, parts, frames, springs)
     blocks = geometric.coordinates.blocks
     first = under_springs(robot, frames, springs, none, gravity, applied=applied).solution
-    found = geometric.under(first, own=False).matrix(blocks, blocks)
+    terms = geometric.under(first, deform(robot, first), own=False)
+    found, buckled = terms.matrix(blocks, blocks), unstable_motions(terms.inner, len(first.singular)) > 0
     special = {at.start: groups for at, groups in parts_of_batch(robot, frames, first.o, first.statics, first.doubtful) if groups}
     for pose in sorted({*special, *np.flatnonzero(first.singular).tolist()}):
         at, groups = slice(pose, pose + 1), special.get(pose)
         here, loads, support = frames.take(at), tuple(item.take(at) for item in applied), _SUPPORT * bool(first.singular[pose])
         springs, fields = placed_springs(robot, here), gravity[:, at]
         solution = under_springs(robot, here, springs, none[:, at], fields, None, groups, loads, support=support).solution
-        found[..., at] = GeometricStiffness(robot, parts, here, springs).under(solution, own=False).matrix(blocks, blocks)
-    return geometric.displacements(motion, blocks), found
+        terms = GeometricStiffness(robot, parts, here, springs).under(solution, deform(robot, solution), own=False)
+        found[..., at], buckled[at] = terms.matrix(blocks, blocks), unstable_motions(terms.inner, 1) > 0
+    return geometric.displacements(motion, blocks), found, buckled
+
+
+def unstable_motions(tangents: Iterable[Array], N: int) -> Index:
+    """Return the number (N,) of unstable motions according to matrices (n, n, N), see :attr:`Solution.tangents`."""
+    found = np.zeros(N, dtype=np.intp)
+    for tangent in tangents:
+        found += np.sum(np.linalg.eigvals(np.nan_to_num(np.moveaxis(tangent, 2, 0))).real < _UNSTABLE, axis=1)
+    return found
 
 
 def _response(
-    robot: RobotStatics, geometric: GeometricStiffness, K: GeometricTerms, before: Balanced
+    robot: RobotStatics, geometric: GeometricStiffness, K: GeometricTerms, before: Balanced, deformation: Deformation
 ) -> tuple[Array, Array, tuple[Array, ...], Array]:
     """Return the displacements u (n, S, N), the twists (6, S, N), :attr:`Solution.tangents`, and the compliance (6, 6, N).
 
     With the twist Δ of the platform and the changes t of the forces, the displacements are u = u_0 + U Δ + F t in limbs and P Δ
     on the platform. Then t = −K_g u and Δ = Δ_0 + C (Uᵀ t + Pᵀ t_platform), with the twist Δ_0 and the compliance C of the
-    platform without K_g, and the changes t_platform conjugate to P Δ.
+    platform without K_g, and the changes t_platform conjugate to P Δ. Loads along beams add constants to t.
     """
     solution, where, S = before.solution, geometric.coordinates, len(before.solution.sources)
     pull, fixed = unit_responses(robot, before, geometric.unit_loads())
-    u_0 = _displacements(robot, solution, geometric)
+    u_0 = _displacements(robot, solution, geometric, deformation)
     held = partial(_motion, robot, fixed, deform(robot, fixed))
     rows = [k for kind, _ in where.platform for k in ((0, 1, 2) if kind == "shift" else (3, 4, 5))]
     P = np.eye(6)[rows][:, :, None]
     K_p, none = K.matrix(where.platform, where.platform), np.zeros_like(solution.twists[rows])
-    parts = [(none, np.einsum("abn,bin->ain", K_p, P))]
+    parts = [(none + K.constant(where.platform, S), np.einsum("abn,bin->ain", K_p, P))]
     pulls = [np.broadcast_to(P, (*P.shape[:2], none.shape[2]))]
-    tangents, lefts, first = [], [], len(rows)
+    tangents, lefts, first = [*K.inner], [], len(rows)
     for blocks in where.inside:
         here = slice(first, first + sum(where.sizes[block] for block in blocks))
         F = geometric.displacements(held, blocks)[:, S:][:, here]
@@ -176,6 +191,7 @@ def _response(
         tangent = np.eye(len(F))[:, :, None] + np.einsum("abn,bcn->acn", own, F)
         right = np.einsum("abn,bsn->asn", own, both)
         right += np.einsum("abn,bsn->asn", to_platform, np.concatenate([none, pulls[0]], axis=1))
+        right[:, :S] += K.constant(blocks, S)
         found = _solved(tangent, right)
         left = both - np.einsum("abn,bsn->asn", F, found)
         lefts.append(left)
@@ -204,12 +220,12 @@ def _solved(matrix: Array, right: Array) -> Array:
     return solve_by_elimination(np.where(fine, matrix, np.eye(len(matrix))[:, :, None]), np.where(fine, right, 0.0))
 
 
-def _displacements(robot: RobotStatics, solution: Solution, geometric: GeometricStiffness) -> Array:
+def _displacements(robot: RobotStatics, solution: Solution, geometric: GeometricStiffness, deformation: Deformation) -> Array:
     """Return the displacements u (n, S, N) due to every contribution.
 
     The sag of bodies attached only to the base belongs to no contribution; it is added to the contribution of the first spring.
     """
-    motion = partial(_motion, robot, solution, deform(robot, solution))
+    motion = partial(_motion, robot, solution, deformation)
     u = geometric.displacements(motion, geometric.coordinates.blocks)
     first = [k for k, item in enumerate(solution.sources) if item.startswith("spring ")]
     u[:, first[:1]] += u[:, -1:]

@@ -207,7 +207,8 @@ def _spaces(model: VibrationModel, K: Array, M: Array) -> Iterator[_Space]:
     for poses, basis in model.closed_motions():
         every = _Space(poses, basis, 0)
         values = np.linalg.eigvalsh(_scaled(every.restricted(K[poses]), every.restricted(whole[poses]))[0])
-        missing = np.where(np.any(values < -_UNSTABLE, axis=1), -1, np.sum(values < _NONE, axis=1))
+        unstable = np.any(values < -_UNSTABLE, axis=1) | (False if model.buckled is None else model.buckled[poses])
+        missing = np.where(unstable, -1, np.sum(values < _NONE, axis=1))
         for free in np.unique(missing):
             some = np.flatnonzero(missing == free)
             space = _Space(poses[some], None if basis is None else basis[some], max(int(free), 0), free >= 0)

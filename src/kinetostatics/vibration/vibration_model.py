@@ -15,7 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from kinetostatics.math.arrays import Array, Index
+from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.mechanism.body_graph import RigidBody
 from kinetostatics.statics.small_motions import PlacedMotions
 from kinetostatics.statics.springs import placed_springs
@@ -114,6 +114,7 @@ class VibrationModel:
         closure: (N, c, n) closure equations of loops of joints.
         platform: (N, 6, n) twist of the platform at o per coordinate, with rotations multiplied by ``size``.
         size: the robot's characteristic length [m].
+        buckled: (N,) True where a beam buckles between fixed ends, which makes a pose unstable; None: nowhere.
     """
 
     masses: Mapping[str, Part]
@@ -122,6 +123,7 @@ class VibrationModel:
     closure: Array
     platform: Array
     size: float
+    buckled: Mask | None = None
 
     @property
     def poses(self) -> int:
@@ -140,6 +142,7 @@ class VibrationModel:
             self.closure[poses],
             self.platform[poses],
             self.size,
+            None if self.buckled is None else self.buckled[poses],
         )
 
     def divided(self, square: float) -> VibrationModel | None:
