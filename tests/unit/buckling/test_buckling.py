@@ -459,3 +459,15 @@ def test_a_rigid_robot_does_not_buckle():
     limb = sr.Limb((Joint("a", "P", (0, 0, 0), (0, 0, 1), driven=True), Joint("b", "F", (0, 0, 1))), (Link("rod", 1.0),))
     found = pushed(sr.Spec((limb,), (), o=(0, 0, 1)), (0, 0, -1e9, 0, 0, 0))
     assert found.buckles.dtype == bool and not found.buckles
+
+
+def test_ratios_are_nan_where_the_pose_is_not_reached():
+    """Not 0, as if the beams were under tension; the other poses of the batch are as if alone."""
+    robot, load = package_robots.robot("orthoglide"), (10.0, 20.0, -300.0, 0.0, 0.0, 0.0)
+    with pytest.warns(UserWarning, match="lengths are in m"):
+        poses = robot.assemble(platform={"x": [0.0, 9.0, 0.01], "y": 0.0, "z": 0.0}, on_failure="nan")
+    several, alone = ks.analyze(poses, load), ks.analyze(robot.assemble(platform={"x": 0.01, "y": 0.0, "z": 0.0}), load)
+    for name, beam in several.beams.items():
+        assert np.isnan(beam.euler_ratio).tolist() == [False, True, False]
+        assert beam.euler_ratio[2] == pytest.approx(alone.beams[name].euler_ratio, rel=1e-9)
+    assert max(beam.euler_ratio[2] for beam in several.beams.values()) > 0
