@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.elements import beam_formulas
-from kinetostatics.elements.element import Section, outboard_masks
+from kinetostatics.elements.element import NO_CUTS, Section, outboard_masks
 from kinetostatics.elements.loaded_beams import LoadedBeams
 from kinetostatics.elements.vectors import FixedVectors
 from kinetostatics.math.arrays import Array, zeros_for
@@ -27,13 +27,15 @@ class Beams:
     in_every_direction = has_line = True
     places: frozenset[str] = frozenset()
 
-    def __init__(self, models: Sequence[BeamModel], edges: Sequence[Edge], element: int, signs: NDArray[np.int8]) -> None:
+    def __init__(
+        self, models: Sequence[BeamModel], edges: Sequence[Edge], element: int = 0, signs: NDArray[np.int8] = NO_CUTS
+    ) -> None:
         """Set the beams.
 
         Args:
             models, edges: the beams, and their edges in the limbs.
-            element: index of the element in the limb.
-            signs: (M,) signs of the cut-joint wrenches that the beams transmit.
+            element: index of the element in the limb; irrelevant in open branches.
+            signs: (M,) signs of the cut-joint wrenches that the beams transmit; none in open branches.
         """
         self.models, self.edges, self.element, self.signs = tuple(models), tuple(edges), element, signs
         spans = [model.span for model in models]

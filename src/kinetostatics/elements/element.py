@@ -21,6 +21,9 @@ from kinetostatics.math.screws import move_twist, move_wrench, rotate
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.mechanism.tree import Frames
 
+#: Signs of the cut-joint wrenches in elements of open branches, which carry none.
+NO_CUTS: NDArray[np.int8] = np.zeros(0, dtype=np.int8)
+
 
 class PlacedElement(Protocol):
     """Corresponding elements of g limbs at N poses."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.elements.element import Section, outboard_masks
+from kinetostatics.elements.element import NO_CUTS, Section, outboard_masks
 from kinetostatics.elements.loaded_beams import LoadedBeams
 from kinetostatics.elements.vectors import FixedVectors
 from kinetostatics.math.arrays import Array
@@ -25,11 +25,11 @@ class ElasticJoints:
     places: frozenset[str] = frozenset()
 
     def __init__(
-        self, joints: Sequence[ElasticJoint], edges: Sequence[Edge] = (), element: int = 0, signs: NDArray[np.int8] | None = None
+        self, joints: Sequence[ElasticJoint], edges: Sequence[Edge], element: int = 0, signs: NDArray[np.int8] = NO_CUTS
     ) -> None:
         """Set the joints; arguments as of :class:`kinetostatics.elements.beam.Beams`."""
         self.names, self.edges, self.element = tuple(joint.joint for joint in joints), tuple(edges), element
-        self.signs = np.zeros(0, dtype=np.int8) if signs is None else signs
+        self.signs = signs
         self._axes = FixedVectors([[(joint.body, joint.frame[:3, :3])] for joint in joints], (3, 3))
         self._origins = FixedVectors([[(joint.body, joint.frame[:3, 3])] for joint in joints])
         self.compliance = np.stack([joint.compliance for joint in joints], axis=-1)  # (6, 6, g)
@@ -44,7 +44,7 @@ class ElasticJoints:
     def masses(self, frames: Frames) -> None:
         return None
 
-    def placed(self, frames: Frames, o: Array, twists: Array | None = None) -> PlacedJoints:
+    def placed(self, frames: Frames, o: Array, twists: Array) -> PlacedJoints:
         arm = self._origins.points(frames)[:, 0] - o[:, None]
         return PlacedJoints(self.signs, self.element, self._axes.at(frames)[:, :, 0], arm, self)
 

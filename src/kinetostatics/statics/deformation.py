@@ -21,7 +21,6 @@ from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import least_squares
-from kinetostatics.math.screws import rotate, wrench_of_force
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.statics.inertia import line_resultants
 from kinetostatics.statics.link_loads import by_place, with_contributions
@@ -255,7 +254,7 @@ def _deform_branches(
     share[strains] = 1
     axial_correction[forces] += 1
     axial_correction[strains] -= 1
-    still = np.zeros((6, len(share), solution.o.shape[1]))
+    still, no_freedoms = np.zeros((6, len(share), solution.o.shape[1])), np.zeros((6, 0, 1, solution.o.shape[1]))
     for edge in edges:
         if edge.parent is None:
             motion = still if root is None else root
@@ -266,22 +265,17 @@ def _deform_branches(
             off[:, solution.sources.index("assembly_errors")] = assembly_errors.of_edge(edge, frames, solution.o)
         own = robot.weights.carried_by(edge, solution.weights)
         carried = _with_branch_loads(solution, edge, own[:, None] * share[:, 0])[:, :, None]
-        if edge.beam is not None:
-            model = robot.beams[edge.beam]
-            axes = frames.orientations(np.array([model.span.carrier]), model.axes[:, :, None])
-            end = frames.points(np.array([model.span.end_body]), model.span.end[:, None]) - solution.o[:, None]
-            length = model.length(frames)[None]
-            field = wrench_of_force(solution.gravity, model.lever(frames))[:, None]
-            load = (rotate(axes, field, back=True) * model.line_density(length))[:, None] * share
-            beams = LoadedBeams.under([model], model.compliances[:, None, None], axes, length, end, carried, load)
-            stretch = np.einsum("ign,isn->sgn", axes[:, 0], off[:3])
-            axial = axial_correction * np.einsum("ign,in->gn", axes[:, 0], own[:3])
-            out.beams.append(replace(beams, inner=motion[:, :, None], stretch=stretch, axial_correction=axial))
-            motion = motion + beams.end_twist()[:, :, 0]
-        for spring in robot.branch_springs.get(str(edge.joint), ()):
-            placed = spring.placed(frames, solution.o)
-            for _, moved_by_spring in placed.motions(placed.displacements(placed.forces(carried))):
-                motion = motion + moved_by_spring[:, :, 0]
+        for element in robot.branch_elements.get(edge.key, ()):
+            placed = element.placed(frames, solution.o, no_freedoms)
+            displacements, weight = placed.displacements(placed.forces(carried)), placed.own_load(solution.gravity)
+            if weight is not None and placed.line is not None:
+                load, (x, _) = share * weight[:, None], placed.line
+                displacements += placed.own_displacement(load)
+                stretch, axial = np.einsum("ign,isn->sgn", x, off[:3]), np.einsum("ign,in->gn", x, own[:3])
+                beams = replace(placed.inside(carried, load), inner=motion[:, :, None], stretch=stretch)
+                out.beams.append(replace(beams, axial_correction=axial_correction * axial))
+            for _, deformed in placed.motions(displacements):
+                motion = motion + deformed[:, :, 0]
         if edge.key in moved:
             actuator, joint = moved[edge.key]
             known = out.drive_deformations[actuator][: len(share)]
@@ -345,12 +339,12 @@ def beam_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
                 both = np.stack([outer + share * mass * solution.gravity[:, None], outer])
                 found.update((name, both[:, :, m]) for m, name in enumerate(elastic.names))
     loads = by_place(solution.applied)
-    for edge in (edge for edge in robot.topology.branch_edges if edge.beam is not None):
-        model = robot.beams[str(edge.beam)]
+    for edge in robot.topology.branch_edges:
         beyond = robot.weights.carried_by(edge, solution.weights)
         beyond = sum((wrench for place, wrench in loads.items() if carries(edge, place)), beyond)
-        mass = model.mass_of(model.length(solution.frames))
-        found[model.name] = np.stack([beyond[:3] + mass * solution.gravity, beyond[:3]])
+        for elastic in robot.branch_elements.get(edge.key, ()):
+            if (heavy := elastic.masses(solution.frames)) is not None:
+                found[elastic.names[0]] = np.stack([beyond[:3] + heavy[0][0] * solution.gravity, beyond[:3]])
     for item in solution.applied:
         for name, line in item.load.lines.items():
             first, last = line_resultants(robot.beams[name], solution.frames, line)

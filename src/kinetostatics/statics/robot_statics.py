@@ -5,12 +5,14 @@ An open branch is a chain of links with a free end, on a limb, the base or the p
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 
 import numpy as np
 
 from kinetostatics.elements.actuator import BranchJoint, branch_joints
+from kinetostatics.elements.beam import Beams
+from kinetostatics.elements.element import ElasticElement
 from kinetostatics.elements.joint import ElasticJoints
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.grouping import make_limb_groups
@@ -117,7 +119,7 @@ class RobotStatics(StaticModel):
         example: frames of one generic pose.
         parts: parts that rotate relative to one another, for a robot with springs; else None.
         branch_drives: elastic actuators that move joints of open branches, with these joints.
-        branch_springs: elasticities of joints of open branches, by joint.
+        branch_elements: beams and elastic joints of open branches, by key of the edge.
     """
 
     groups: tuple[LimbGroup, ...]
@@ -126,7 +128,7 @@ class RobotStatics(StaticModel):
     example: Frames
     parts: TurningParts | None
     branch_drives: tuple[tuple[Drive, tuple[BranchJoint, ...]], ...]
-    branch_springs: Mapping[str, tuple[ElasticJoints, ...]]
+    branch_elements: Mapping[str, tuple[ElasticElement, ...]]
 
     def passive_joints(self, owner: str) -> list[str]:
         """Return the passive joints of a limb, or of the bodies attached only to ``base`` or only to ``platform``."""
@@ -158,8 +160,7 @@ def _with_groups(model: StaticModel, groups: tuple[LimbGroup, ...], example: Fra
     branches, table = passive_branch_joints_of(model), JointTable(model)
     parts = turning_parts(model) if model.description.springs else None
     moved = [(drive, branch_joints(model.mechanism, model.topology, drive)) for drive in drives_of(model.mechanism).values()]
-    joints = [edge.joint for edge in model.topology.branch_edges if edge.joint]
-    springs = {joint: tuple(ElasticJoints([own]) for own in springs_of(model.mechanism, joint)) for joint in joints}
+    elements = {edge.key: tuple(_elements_of(model, edge)) for edge in model.topology.branch_edges}
     return RobotStatics(
         **{item.name: getattr(model, item.name) for item in fields(StaticModel)},
         groups=groups,
@@ -168,5 +169,13 @@ def _with_groups(model: StaticModel, groups: tuple[LimbGroup, ...], example: Fra
         example=example,
         parts=parts,
         branch_drives=tuple(item for item in moved if item[1]),
-        branch_springs={name: mine for name, mine in springs.items() if mine},
+        branch_elements={key: elastic for key, elastic in elements.items() if elastic},
     )
+
+
+def _elements_of(model: StaticModel, edge: Edge) -> Iterator[ElasticElement]:
+    if edge.beam is not None:
+        yield Beams([model.beams[edge.beam]], [edge])
+    elif edge.joint is not None:
+        for joint in springs_of(model.mechanism, edge.joint):
+            yield ElasticJoints([joint], [edge])
