@@ -13,8 +13,8 @@ import numpy as np
 from kinetostatics.engine.recorder import Structure, recorded, recorded_input, recording
 from kinetostatics.engine.scalars import Number, Tape
 from kinetostatics.kinematics.coordinates import PrescribedCoordinates, line_start
-from kinetostatics.kinematics.rates import freedom_rates, with_given
 from kinetostatics.kinematics.solver import Solver, SolverState
+from kinetostatics.kinematics.velocities import freedom_rates, with_given
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import least_squares
 

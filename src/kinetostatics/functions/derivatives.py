@@ -25,7 +25,7 @@ from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.alternatives import prescribed_platform
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinates import PrescribedCoordinates
-from kinetostatics.kinematics.rates import freedom_rates, with_given
+from kinetostatics.kinematics.velocities import freedom_rates, with_given
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.parametric.parametric_robot import changed_model, have_same_statics
 from kinetostatics.parametric.robot_numbers import RobotNumber

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import SolverState
+from kinetostatics.kinematics.velocities import platform_jacobian
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, Index, Mask, batch_first, frozen
@@ -190,6 +191,34 @@ class Configuration(Reported):
         coordinates = self.robot.joint_coordinates.at(self.model_q, self.frames)
         driven = self.robot.description.driven
         return ResultMapping({name: frozen(coordinates[name].reshape(self.shape)) for name in driven})
+
+    @cached_property
+    def jacobian(self) -> Array:
+        """(…, 6, a) twist of the platform at o, world axes, per unit speed of each of the a actuators, others at rest.
+
+        Columns are in the order of :attr:`actuators`; units are those of the twist [m/s, rad/s] per [m/s] or [rad/s]. Loops
+        remain closed. NaN where an actuator cannot move alone, as at singular poses and with redundant actuators, and where the
+        pose is not reached.
+        """
+        return batch_first(np.where(self.reached, platform_jacobian(self.robot, self.poses), np.nan), self.shape)
+
+    @cached_property
+    def condition_number(self) -> Array:
+        """(…) ratio of the largest to the smallest singular value of :attr:`jacobian`.
+
+        Rotations of the platform and speeds of rotary actuators are multiplied by ``robot.length``. Infinite where some speeds of
+        the actuators do not move the platform; NaN where the Jacobian is NaN.
+        """
+        length, joints = self.robot.length, self.robot.mechanism.connections
+        speeds = [1.0 if joints[name].type.is_slide else length for name in self.actuators]
+        scaled = self.jacobian * np.array([1.0] * 3 + [length] * 3)[:, None] / speeds
+        known = np.isfinite(scaled).all(axis=(-2, -1))
+        values = np.linalg.svd(np.where(known[..., None, None], scaled, 0.0), compute_uv=False)
+        if not speeds:
+            return frozen(np.full(self.shape, np.nan))
+        moves = values[..., -1] > 1e-12 * values[..., 0]
+        ratio = values[..., 0] / np.where(moves, values[..., -1], 1.0)
+        return frozen(np.where(known, np.where(moves, ratio, np.inf), np.nan))
 
     @cached_property
     def limits_exceeded(self) -> Mapping[str, LimitExceeded]:

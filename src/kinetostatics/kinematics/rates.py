@@ -1,8 +1,8 @@
 """Velocities and accelerations of all bodies for given rates of the prescribed coordinates, with closed loops.
 
-Velocities follow from the gradients of the loop equations by the implicit function theorem. Accelerations are the sum of a part
-that is linear in the accelerations of the coordinates and a part that is quadratic in their velocities. The second part is the
-derivative of the velocities along a straight line of the coordinates, computed by central differences of eighth order.
+Accelerations are the sum of a part that is linear in the accelerations of the coordinates and a part that is quadratic in their
+velocities. The second part is the derivative of the velocities along a straight line of the coordinates, computed by central
+differences of eighth order.
 """
 
 from __future__ import annotations
@@ -17,41 +17,13 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.kinematics.path_following import follow
 from kinetostatics.kinematics.solver import Solver, SolverState
-from kinetostatics.math.arrays import Array, zeros_for
-from kinetostatics.math.linalg import least_squares
+from kinetostatics.kinematics.velocities import twists_of_bodies, velocities_of
+from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import move_twist, wrench_of_couple, wrench_of_force
 
-#: Relative residual of the rates above which the loops cannot remain closed.
-_OPEN = 1e-6
 #: Largest motion of a freedom in the differences [rad, characteristic lengths], and the weights of the differences.
 _STEP = 5e-3
 _WEIGHTS = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
-
-
-def freedom_rates(solver: Solver, prescribed: PrescribedCoordinates, gradient: Array, rates: Array, step: Array) -> Array:
-    """Return the rates (nv, k, N) of the unknown freedoms; NaN where the residuals cannot remain zero.
-
-    The scaled residuals change at ``rates`` (m, k, N) if the unknowns are fixed, and by ``gradient`` (m, f, N) per scaled step of
-    each of f unknowns. The ``step`` (f, k, N) of the unknowns compensates the rates in the least-squares sense.
-    """
-    left = np.max(np.abs(rates + np.einsum("mnN,nkN->mkN", gradient, step)), axis=0, initial=0.0)
-    stays_open = left > _OPEN * np.max(np.abs(rates), axis=0, initial=0.0) + 1e-12
-    free = solver.free_columns(prescribed)
-    v = zeros_for((solver.tree.nv, *step.shape[1:]), step)
-    v[free] = step[: free.size] * solver.column_scale[free, None, None]
-    return np.where(stays_open, np.nan, v)
-
-
-def with_given(solver: Solver, prescribed: PrescribedCoordinates, v: Array) -> Array:
-    """Return the rates (nv, n, N) of all freedoms per unit rate of each prescribed coordinate.
-
-    ``v`` (nv, n, N) are the rates of the unknown freedoms alone; prescribed freedoms and their followers are added.
-    """
-    found = np.array(v, subok=True)
-    for k, column in enumerate(prescribed.columns):
-        for moved, by in solver.equations.couplings.rates_with(column):
-            found[moved, k] += by
-    return found
 
 
 def prescribed_motion(configuration: Configuration, motion: Motion) -> tuple[PrescribedCoordinates, Array, Array]:
@@ -91,8 +63,8 @@ def moving_bodies(
         motions (6, B, k, N) of the bodies in the local freedoms, which change neither loops nor prescribed coordinates.
     """
     target = solver.values(prescribed, poses)
-    rates = _rates(solver, prescribed, poses, target, np.stack([velocity, acceleration], axis=1))
-    linear = _of_bodies(solver, poses, rates)
+    rates = velocities_of(solver, prescribed, poses, target, np.stack([velocity, acceleration], axis=1))
+    linear = twists_of_bodies(solver, poses, rates)
     twists, derivative = linear[:, :, 0], np.array(linear[:, :, 1])
     scale = np.where(solver.tree.column_rotates, 1.0, 1 / solver.length)[:, None]
     fastest = np.max(np.abs(rates[:, 0]) * scale, axis=0, initial=0.0)
@@ -102,7 +74,7 @@ def moving_bodies(
         for side in (1, -1):
             there = target + side * k * step * velocity
             near, _, _ = follow(solver, prescribed, poses, there)
-            shifted = _of_bodies(solver, near, _rates(solver, prescribed, near, there, velocity[:, None]))
+            shifted = twists_of_bodies(solver, near, velocities_of(solver, prescribed, near, there, velocity[:, None]))
             derivative += np.where(moves, side * weight / step * shifted[:, :, 0], 0.0)
     return twists, derivative, _local(solver, prescribed, poses, target)
 
@@ -116,8 +88,8 @@ def actuator_rates(configuration: Configuration, motion: Motion) -> tuple[dict[s
     robot, poses = configuration.robot, configuration.poses
     prescribed, velocity, _ = prescribed_motion(configuration, motion)
     target = robot.solver.values(prescribed, poses)
-    rates = _rates(robot.solver, prescribed, poses, target, velocity.reshape(len(velocity), 1, -1))
-    twists = _of_bodies(robot.solver, poses, rates)[:, :, 0]
+    rates = velocities_of(robot.solver, prescribed, poses, target, velocity.reshape(len(velocity), 1, -1))
+    twists = twists_of_bodies(robot.solver, poses, rates)[:, :, 0]
     found, frames = {}, robot.equations.forward(poses.x)
     for name in robot.description.driven:
         joint = robot.mechanism.connections[name]
@@ -140,18 +112,4 @@ def _local(solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState
         axes = np.linalg.svd(np.nan_to_num(np.moveaxis(gradient, 2, 0)))[2][:, -k:]
         free = solver.free_columns(prescribed)
         v[free, len(idle) :] = axes[:, :, : free.size].transpose(2, 1, 0) * solver.column_scale[free, None, None]
-    return _of_bodies(solver, poses, v)
-
-
-def _rates(solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, target: Array, rates: Array) -> Array:
-    """Return the velocities (nv, k, N) of all freedoms at rates (n, k, N) of the prescribed coordinates."""
-    gradient, changes = solver.rates(prescribed, poses, target)
-    step = -least_squares(gradient, changes, prescribed.local_dofs)
-    v = with_given(solver, prescribed, freedom_rates(solver, prescribed, gradient, changes, step))
-    return np.asarray(np.einsum("vnN,nkN->vkN", v, rates))
-
-
-def _of_bodies(solver: Solver, poses: SolverState, v: Array) -> Array:
-    """Return the twists (6, B, k, N) of all bodies about the world's origin at velocities (nv, k, N) of the freedoms."""
-    unit, moves = solver.tree.twists(solver.equations.forward(poses.x)), solver.tree.moves.astype(float)
-    return np.asarray(np.einsum("ivN,vkN,bv->ibkN", unit, v, moves))
+    return twists_of_bodies(solver, poses, v)

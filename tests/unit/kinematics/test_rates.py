@@ -14,7 +14,7 @@ from simple_machines import robot as robot_of
 import kinetostatics as ks
 from kinetostatics.description.elements import Mimic
 from kinetostatics.kinematics.alternatives import prescribed_platform
-from kinetostatics.kinematics.rates import freedom_rates, with_given
+from kinetostatics.kinematics.velocities import freedom_rates, with_given
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.math.rotations import orientation_named
 
