@@ -259,7 +259,7 @@ class Members:
         ratios, modes = item.modes()
         energies = np.array([sum(item.beams[name].of(modes) for name in member) for member in self.names])
         mine = np.where(energies >= _TAKES_PART * energies.max(axis=0), ratios, 0.0)
-        return np.where(np.isnan(ratios[:, 0]), np.nan, mine.max(axis=2))
+        return np.asarray(mine.max(axis=2))
 
     def _estimate(self, forces: Forces, compliance: Array) -> Array:
         """Return an upper estimate (N,) of the largest ratio of the forces to the critical forces.

@@ -471,3 +471,18 @@ def test_ratios_are_nan_where_the_pose_is_not_reached():
         assert np.isnan(beam.euler_ratio).tolist() == [False, True, False]
         assert beam.euler_ratio[2] == pytest.approx(alone.beams[name].euler_ratio, rel=1e-9)
     assert max(beam.euler_ratio[2] for beam in several.beams.values()) > 0
+
+
+@pytest.mark.parametrize("which", ["stiffness", "geometric"])
+def test_ratios_are_nan_where_stiffness_or_forces_are_not_finite(which):
+    """As of a telescope without length; they are not 0, as if the beams were under tension."""
+    robot = package_robots.robot("orthoglide")
+    result = ks.analyze(
+        robot.assemble(platform={"x": [0.0, 0.02, 0.01], "y": 0.0, "z": 0.0}), (10.0, 20.0, -300.0, 0.0, 0.0, 0.0)
+    )
+    here = stability(robot.members.structure, forces_of(robot.members.structure, result.solutions[0]))
+    lost = getattr(here, which).copy()
+    lost[1, 2, 2] = np.nan
+    ratios, wanted = robot.members._ratios(replace(here, **{which: lost})), robot.members._ratios(here)
+    assert np.isnan(ratios[:, 1]).all() and np.isfinite(wanted).all() and wanted.max() > 0
+    np.testing.assert_array_equal(ratios[:, [0, 2]], wanted[:, [0, 2]])
