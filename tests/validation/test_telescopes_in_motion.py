@@ -182,3 +182,27 @@ def test_two_beams_equal_pinocchio():
     found = ks.analyze(pose, motion=ks.Motion(v, a)).actuator_forces
     for n, column in columns.items():
         assert found[n] == pytest.approx(expected[column], rel=1e-11, abs=1e-10)
+
+
+@pytest.mark.parametrize("link", ["rod", "cylinder"])
+def test_free_actuators_let_a_telescope_stretch_when_it_vibrates(link):
+    """At low frequencies the compliance is −J M⁻¹ Jᵀ/ω²; column k of M are the actuator forces for a unit acceleration of k."""
+    robot, at = reaching_arm(link), {"pan": 0.3, "nod": -0.2, "reach": 0.4}
+    pose = robot.assemble(actuators=at)
+    forces = [ks.analyze(pose, gravity=WEIGHTLESS, motion=ks.Motion({}, {name: 1.0})).actuator_forces for name in at]
+    M = np.array([[force[name] for name in at] for force in forces])
+    J = package_robots.rates(robot, at, lambda pose: pose.platform_frame)
+    found = ks.frequency_response(pose, [0.01, 0.02], damping=0.0, drives="free")
+    expected = -J @ np.linalg.inv(M) @ J.T / (2 * np.pi * found.frequencies[:, None, None]) ** 2
+    assert found.compliance == pytest.approx(expected, abs=1e-5 * np.abs(expected).max())
+
+
+def test_modes_with_free_actuators_do_not_depend_on_the_link_that_has_the_beam():
+    rod, cylinder = (
+        ks.modes(reaching_arm(link).assemble(actuators={"reach": 0.4, "pan": 0.3, "nod": 0.2}), 4, drives="free")
+        for link in ("rod", "cylinder")
+    )
+    assert cylinder.frequencies == pytest.approx(rod.frequencies, rel=1e-9) and np.all(np.isfinite(rod.frequencies))
+    for name in ("strain_energy_shares", "kinetic_energy_shares"):
+        mine, other = (next(value for key, value in getattr(item, name).items() if "beam" in key) for item in (rod, cylinder))
+        assert other == pytest.approx(mine, abs=1e-8)

@@ -223,10 +223,8 @@ class Members:
         return {name: ratio for member, ratio in zip(self.names, found, strict=True) for name in member}
 
     def buckles(self, solution: Solution) -> Mask:
-        found = np.zeros(solution.o.shape[1], dtype=bool)
-        for ratio in self.ratios(solution, 1.0).values():
-            found |= ratio >= 1
-        return found
+        nowhere = np.zeros(solution.o.shape[1], dtype=bool)
+        return np.any([nowhere, *(ratio >= 1 for ratio in self.ratios(solution, 1.0).values())], axis=0)
 
     def _doubtful(self, forces: Forces, compliance: Array, least: float) -> Index:
         """Return the poses where a ratio may be ``least`` or above."""

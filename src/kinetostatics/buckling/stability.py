@@ -7,7 +7,7 @@ and in slides. Bending moments, torques and displacements before buckling are ne
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -132,11 +132,6 @@ class Forces:
         lines = {name: line[:, poses] for name, line in self.lines.items()}
         return Forces(frames, self.o[:, poses], self.gravity[:, poses], beams, joints, centres, others, lines)
 
-    def multiplied(self, times: float) -> Forces:
-        beams, lines = ({name: times * array for name, array in item.items()} for item in (self.beams, self.lines))
-        others = [(body, times * wrench, point) for body, wrench, point in self.others]
-        return replace(self, gravity=times * self.gravity, beams=beams, joints=times * self.joints, others=others, lines=lines)
-
 
 def forces_of(structure: SmallMotions, solution: Solution) -> Forces:
     """Return all forces at the poses of a solution; statically indeterminate forces are one of their solutions."""
@@ -174,7 +169,7 @@ def surely_stable(structure: SmallMotions, forces: Forces, times: float = 1.0) -
     ratio β of the largest compressive force to the critical force of the beam with clamped ends. The condition is not met for
     β ≥ 1. The remaining matrix, of rigid-body motions, is sparse because the limbs are connected at the platform only.
     """
-    found = _Assembly(structure, forces if times == 1 else forces.multiplied(times), condensed=True, times=times)
+    found = _Assembly(structure, forces, condensed=True, times=times)
     diagonal = np.einsum("iin->in", found.G)
     diagonal += found.added
     return definite_in_order(found.G, fronts(len(found.G), frozenset(found.coupled)))
@@ -184,7 +179,7 @@ class _Assembly:
     """Assembly of K (n, n, N) and K_G (n + b, n + b, N).
 
     If ``condensed``, only the diagonal (n, N) of K and a lower bound (n, n, N) of K + K_G without inner coordinates are
-    assembled, for ``times`` the given forces of springs.
+    assembled, for ``times`` the given forces.
     """
 
     def __init__(self, structure: SmallMotions, forces: Forces, condensed: bool = False, times: float = 1.0) -> None:
@@ -228,7 +223,7 @@ class _Assembly:
         where, products = list(columns), [_product(blocks, motions) for blocks in (stiffness, geometric)]
         if self.condensed:
             self.K[where] += np.einsum("ikn,ikn->kn", motions, products[0])
-            self.G[np.ix_(where, where)] += np.einsum("ikn,iln->kln", motions, products[0] + products[1])
+            self.G[np.ix_(where, where)] += np.einsum("ikn,iln->kln", motions, products[0] + self.times * products[1])
         else:
             for matrix, product in zip((self.K, self.G), products, strict=True):
                 matrix[np.ix_(where, where)] += np.einsum("ikn,iln->kln", motions, product)
@@ -273,7 +268,7 @@ class _Assembly:
                 nodes = slice(2 + 3 * k, 5 + 3 * k)
                 stiffness.append((nodes, bending(EI, length)))
                 if self.condensed:
-                    geometric.append((nodes, condensed_tension(pulls, EI, length)))
+                    geometric.append((nodes, condensed_tension(self.times * pulls, EI, length) / self.times))
                     continue
                 axial, where, own = tension(pulls, EI, length), list(columns), list(range(self.inner, self.inner + INNER))
                 geometric.append((nodes, axial[:3, :3]))
@@ -290,7 +285,7 @@ class _Assembly:
             values, axes = np.linalg.eigh(np.nan_to_num(np.moveaxis(spring.tangent, 2, 0)))
             stiff = np.einsum("nia,na,nja->ijn", axes, np.maximum(values, 0), axes)
             unstable = np.einsum("nia,na,nja->ijn", axes, np.minimum(values, 0), axes)
-            self._add(*self.motions.stretched(spring), [(slice(0, 3), stiff)], [(slice(0, 3), self.times * unstable)])
+            self._add(*self.motions.stretched(spring), [(slice(0, 3), stiff)], [(slice(0, 3), unstable)])
 
     def _joints(self) -> None:
         """Add the stiffness of elastic joints, joint forces on bodies, and the geometric stiffness of forces in slides."""

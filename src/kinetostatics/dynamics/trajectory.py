@@ -19,7 +19,7 @@ from kinetostatics.arguments import Keyword, check_mapping, finite_numbers, posi
 from kinetostatics.description.loads import Motion
 from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.kinematics.configuration import Configuration, taken
+from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.rates import actuator_rates
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, frozen
@@ -28,7 +28,7 @@ from kinetostatics.robot import Robot
 
 #: Speed of the platform, relative to its largest, below which it counts as at rest.
 _AT_REST = 0.01
-#: Speed of the actuators, relative to that for the same motion of the platform at a usual pose, above which there is a warning.
+#: Speed of the actuators per speed of the platform, relative to its median, above which there is a warning.
 _FAST = 5.0
 
 
@@ -52,8 +52,7 @@ class Trajectory:
     @cached_property
     def actuator_velocities(self) -> Mapping[str, Array]:
         """Velocity (N,) of each actuator [m/s, rad/s]."""
-        rates, _ = self._rates
-        return ResultMapping({name: frozen(rate) for name, rate in rates.items()})
+        return ResultMapping({name: frozen(rate) for name, rate in self._rates[0].items()})
 
     @cached_property
     def _rates(self) -> tuple[dict[str, Array], Array]:
@@ -62,32 +61,25 @@ class Trajectory:
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """A warning if the actuators are fast because a pose is near a singular one; for motions of the platform."""
-        robot = self.configuration.robot
-        types = [robot.mechanism.connections[name].type for name in robot.description.driven]
-        if not types or set(self.motion.velocities) <= set(robot.description.driven):
+        robot, (rates, twist) = self.configuration.robot, self._rates
+        speed = np.linalg.norm(twist * np.repeat([1.0, robot.length], 3), axis=1)
+        moving = speed > _AT_REST * speed.max(initial=0.0)
+        if not rates or not np.any(moving) or set(self.motion.velocities) <= set(rates):
             return ()
-        units = np.array([robot.length if kind.is_hinge else 1.0 for kind in types])[:, None]
-        fast = np.stack([*self._rates[0].values()]) * units
-        size, speed = np.linalg.norm(fast, axis=0), np.linalg.norm(self._rates[1] * np.repeat([1.0, robot.length], 3), axis=1)
-        moving = np.flatnonzero(speed > _AT_REST * speed.max(initial=0.0))
-        if not len(moving):
+        types = [robot.mechanism.connections[name].type for name in rates]
+        units = np.array([robot.length if kind.is_hinge else 1.0 for kind in types])
+        fast = np.stack([*rates.values()]) * units[:, None]
+        size = np.where(moving, np.linalg.norm(fast, axis=0), 0.0)
+        times = size / np.where(moving, speed, 1.0)
+        times /= np.median(times[moving])
+        k = int(np.argmax(np.where(times > _FAST, size, 0.0)))
+        if not times[k] > _FAST:
             return ()
-        gain = size[moving] / speed[moving]
-        middle = np.argsort(gain)[len(moving) // 2]
-        usual = moving[middle]
-        there = actuator_rates(taken(self.configuration, np.full(len(size), usual), size.shape), self.motion)[0]
-        times = size[moving] / np.linalg.norm(np.stack([*there.values()]) * units, axis=0)[moving]
-        near = np.flatnonzero((times > _FAST) & (gain > _FAST * gain[middle]))
-        if not len(near):
-            return ()
-        worst = near[np.argmax(size[moving[near]])]
-        k = moving[worst]
         number = int(np.argmax(np.abs(fast[:, k])))
-        name, rate = robot.description.driven[number], abs(fast[number, k] / units[number, 0])
+        name, rate, unit = [*rates][number], abs(fast[number, k] / units[number]), types[number].unit
         return (
-            f"{name} moves at {rate:.3g} {types[number].unit}/s at {self.times[k]:.4g} s, since the pose is near a singular one: "
-            f"the same motion of the platform at {self.times[usual]:.4g} s needs speeds of the actuators that are "
-            f"{times[worst]:.2g} times smaller",
+            f"{name} moves at {rate:.3g} {unit}/s at {self.times[k]:.4g} s, since the pose is near a singular one: for the "
+            f"speed of the platform, the actuators are {times[k]:.2g} times as fast as usual on this path",
         )
 
     def analyze(
@@ -282,24 +274,20 @@ def minimum_jerk(times: Array, points: Array, at: Array) -> Profile:
 
 
 def _solve_in_order(diagonal: Array, above: Array, right: Array) -> Array:
-    """Solve a symmetric positive definite block-tridiagonal system in linear time.
+    """Solve a symmetric positive definite system with right-hand sides (n, m, c) in linear time.
 
-    Args:
-        diagonal: (n, m, m) blocks on the diagonal.
-        above: (n − 1, m, m) blocks above them.
-        right: (n, m, c) right-hand sides.
+    ``diagonal`` (n, m, m) and ``above`` (n − 1, m, m) are the blocks of the matrix on and above its diagonal.
     """
-    found, factors = np.array(right), np.empty_like(above)
-    for k in range(len(right)):
-        inverse = np.linalg.inv(diagonal[k] - (above[k - 1].T @ factors[k - 1] if k else 0.0))
+    m = right.shape[1]
+    found = np.concatenate([np.concatenate([above, np.zeros((1, m, m))])[: len(right)], right], axis=2)
+    for k, pivot in enumerate(diagonal):
         if k:
-            found[k] -= above[k - 1].T @ found[k - 1]
-        found[k] = inverse @ found[k]
-        if k < len(above):
-            factors[k] = inverse @ above[k]
+            pivot = pivot - above[k - 1].T @ found[k - 1, :, :m]
+            found[k, :, m:] -= above[k - 1].T @ found[k - 1, :, m:]
+        found[k] = np.linalg.solve(pivot, found[k])
     for k in range(len(above) - 1, -1, -1):
-        found[k] -= factors[k] @ found[k + 1]
-    return found
+        found[k, :, m:] -= found[k, :, :m] @ found[k + 1, :, m:]
+    return found[:, :, m:]
 
 
 def trapezoid_times(points: Array, speed: Array, acceleration: Array) -> tuple[Array, Array, Array]:

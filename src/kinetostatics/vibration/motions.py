@@ -76,7 +76,7 @@ class ModeShapes:
         found = {name: _energy(self._local(part), part.matrix[:, None]) for name, part in self.pairs.model.springs.items()}
         for name, item in self.pairs.model.beams.items():
             K = item.piece.pencil(self._finite)[0]
-            found[f"beam {name}"] = self._energy_of(name, K)
+            found[f"beam {name}"] = found.get(f"beam {name}", 0.0) + self._energy_of(name, K)
         return _shares(found)
 
     @cached_property

@@ -243,11 +243,31 @@ def vibration_model(motions: PlacedMotions) -> VibrationModel:
     N, n = motions.o.shape[1], len(structure.freedoms)
     closure = [np.zeros((N, 0, n)), *placed.closure()]
     beams = {item.name: placed.rod(item.name, (item.inner, item.outer)) for item in structure.beams}
+    springs = dict(placed.springs())
+    for name, slides in placed.free_slides():
+        beams[name], springs[f"beam {name}"] = _stretching(beams[name], slides)
     size, body = structure.model.length, structure.platform
     platform = np.zeros((N, 6, n))
     platform[:, :, list(structure.columns[body])] = placed.moved(structure.columns[body], body, motions.o)
     platform[:, 3:] *= size
-    return VibrationModel(dict(placed.masses()), dict(placed.springs()), beams, np.concatenate(closure, axis=1), platform, size)
+    return VibrationModel(dict(placed.masses()), springs, beams, np.concatenate(closure, axis=1), platform, size)
+
+
+def _stretching(item: PlacedRod, slides: Sequence[int]) -> tuple[PlacedRod, Part]:
+    """Return a telescopic beam that stretches along the coordinates ``slides``, and what this changes in its stiffness.
+
+    Slides that lengthen a beam by s distribute s evenly along it. The displacement u of a section then obeys the equation
+    EA u″ + λ μ u = 0 of a rod without slides. The strain energy is that of a rod without slides plus EA (s²/2 − s e)/L, where e
+    is the change of the distance between the beam's ends.
+    """
+    where = [item.columns.index(column) for column in slides]
+    motions, changes = np.array(item.motions), np.zeros((len(item.motions), 2, len(item.columns)))
+    changes[:, 1, where] = motions[:, 6, where] - motions[:, 0, where]  # −s
+    motions[:, :, where] = 0.0
+    changes[:, 0] = motions[:, 6] - motions[:, 0]
+    stiffness = np.array([[0.0, 1.0], [1.0, 1.0]]) / (item.rod.compliances[0] * item.rod.length[..., None])
+    nothing = np.zeros((len(motions), 2, 6))
+    return replace(item, motions=motions), Part(item.columns, changes, stiffness, nothing, indefinite=True)
 
 
 def mass_at(motions: PlacedMotions, body: RigidBody, point: Array, matrix: Array) -> Part:
@@ -303,6 +323,15 @@ class _Placement:
         for spring in placed_springs(structure.model, self.motions.frames):
             columns, stretch = self.motions.stretched(spring)
             yield f"spring {spring.name}", spring_part(columns, stretch, spring.tangent)
+
+    def free_slides(self) -> Iterator[tuple[str, list[int]]]:
+        """Yield the telescopic beams with free actuators in their span, and the coordinates of these actuators."""
+        structure = self.motions.structure
+        free = {k for k, item in enumerate(structure.freedoms) if item and not item.rotates and not item.stiffness}
+        for name, beam in structure.model.beams.items():
+            at = [joint for joint in structure.joints if joint.connection.driven and joint.connection.name in beam.span.spanned]
+            if slides := [column for joint in at for column in joint.columns if column in free]:
+                yield name, slides
 
     def rod(self, name: str, bodies: tuple[RigidBody, RigidBody]) -> PlacedRod:
         structure, frames = self.motions.structure, self.motions.frames
