@@ -11,7 +11,7 @@ derivatives along; nothing is differentiated by hand. With B = ∂d/∂x the Hes
 
 - **Beams** are geometrically exact (J. C. Simo, L. Vu-Quoc, 1986): d are the strains γ = Rᵀ x′ − e_x and κ, the axial vector of
   RᵀR′, at the Gauss points; C = (1/EA, 1/κGA_y, 1/κGA_z, 1/GJ, 1/EI_y, 1/EI_z). All six section resultants
-  contribute. Displacements and rotation vectors are polynomials along a beam; as many Gauss points as their degree leave no
+  contribute. Displacements and rotation vectors are polynomials along a beam; as many Gauss points as their degree prevent
   locking.
 - **Joints**: d are translation and rotation vector of the successor's side relative to the predecessor's, without the free
   directions. The translation is that of two points that coincide at the pose, in axes that turn with the mean of both sides
@@ -433,7 +433,7 @@ def linear_solution(structure):
 
 
 def _platform(structure, solved, psi=(0, 0, 0)):
-    """Return the compliance (6, 6) of the platform, and a map (6, 6) from its coordinates to twists."""
+    """Return the compliance (6, 6) of the platform, whose rotation vector is ``psi``."""
     T = np.eye(6)
     T[3:, 3:] = spin_of(np.asarray(psi, dtype=float))
     right = np.zeros((len(solved.values), 6))
@@ -458,7 +458,6 @@ def at_the_pose(structure, stiffening_loads=True):
     """Return the tangent stiffness at the unloaded geometry with the forces of the linear solution, and the motion it gives.
 
     Args:
-        structure: of :func:`structure_of`.
         stiffening_loads: whether the forces due to loads belong to the geometric stiffness, or only those of weights and springs.
     """
     found, factors, solution = linear_solution(structure)
@@ -484,7 +483,7 @@ def _forces_at_the_pose(structure, solution):
 
 
 def load_factors(structure, count=3):
-    """Return the smallest positive factors of all forces at which the robot at its pose loses its stability."""
+    """Return the smallest positive factors of all forces at which a robot without springs loses its stability at its pose."""
     _, _, solution = linear_solution(structure)
     state = _forces_at_the_pose(structure, solution)
     elastic = equations(structure, state, geometric=False, condense=False).hessian
