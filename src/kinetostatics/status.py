@@ -53,7 +53,7 @@ class Fact:
         name: attribute of a result and variable of a Dataset.
         status: status of a pose for which this is the most severe fact; None: the fact does not affect the status.
         words: description in reports.
-        summary: description in reports, following a number of poses.
+        summary: description in reports, following a number of poses; empty if such poses are as good as others.
     """
 
     name: str
@@ -79,8 +79,8 @@ FACTS: Mapping[str, Fact] = {
         Fact(
             "basis_degenerate",
             Status.BASIS_DEGENERATE,
-            "the wrench basis of a limb is degenerate; its intensities are undefined, all other results valid",
-            "with undefined intensities",
+            "the wrench basis of a limb is not unique here: its intensities are NaN, all other results are valid",
+            "",
         ),
         Fact(
             "indeterminate",

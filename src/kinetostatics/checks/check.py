@@ -177,6 +177,8 @@ def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], lis
     generic = analyze(poses_of(robot, robot.generic_poses))
     zero = analyze(poses_of(robot, robot.zero_poses, first_only=True), on_failure="nan")
     problem = _statics_problem(robot, generic, zero)
+    if problem is None and not facts.drives and robot.mobility.platform:
+        found.append("the robot has no actuators: springs alone hold its platform; mark driven joints by <transmission>")
     if problem is not None:
         (at_zero if problem.startswith(AT_ZERO) else problems).append(problem)
     else:
@@ -229,8 +231,8 @@ def missing_results(result: Result, where: str = "") -> list[str]:
     }
     limbs = [limb.name for limb in result.robot.topology.limbs if limb.name in bad]
     if limbs and np.any(result.basis_degenerate):
-        verb = "degenerate" if where else "degenerate at some poses"
-        found.append(f"{where}the canonical wrenches of {join_words(limbs)} {verb}: intensities are NaN there")
+        at = where or "at some poses "
+        found.append(f"{at}the wrench basis of {join_words(limbs)} is not unique: intensities are NaN there, all else is valid")
     return found
 
 

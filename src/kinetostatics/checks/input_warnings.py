@@ -49,10 +49,17 @@ def warnings_of_file(robot: Robot, facts: RobotFacts) -> list[str]:
         for link, joint in ends_nowhere(robot.mechanism)
         if link in robot.topology.base.links
     ]
-    rigid = [limb.name for limb in facts.limbs if limb.rigid]
-    if rigid:
+    rigid = [limb for limb in facts.limbs if limb.rigid]
+    if len(rigid) < len(facts.limbs):
+        for limb in rigid:
+            joints, held = (join_words(names) for names in ([step.name for step in limb.joints], limb.constraint_wrenches or ()))
+            found.append(
+                f"{limb.name} ({joints}) has no elastic part and counts as rigid: it holds the platform by {held or 'nothing'} "
+                "without any sag there; for a number, give a joint a <joint_stiffness> or a link a <beam>"
+            )
+    elif rigid:
         verb = "have no elastic parts and count" if rigid[1:] else "has no elastic parts and counts"
-        found.append(f"{join_words(rigid)} {verb} as rigid")
+        found.append(f"{join_words([limb.name for limb in rigid])} {verb} as rigid")
     if not facts.limbs:
         found.append("no limb joins base and platform")
     return found

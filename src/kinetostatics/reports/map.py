@@ -45,7 +45,8 @@ def map_report(ds: xr.Dataset, seconds: float | None = None) -> Report:
 
 def _sections(ds: xr.Dataset, seconds: float | None) -> Iterator[ReportSection]:
     dims, size = ds["status"].dims, int(ds["status"].size)
-    counts = dict.fromkeys((WORDS[Status.OK], *(fact.summary for fact in FACTS.values()), *WORDS.values()), 0)
+    facts = {name: fact for name, fact in FACTS.items() if fact.summary}
+    counts = dict.fromkeys((WORDS[Status.OK], *(fact.summary for fact in facts.values()), *WORDS.values()), 0)
     several = 0
     # the largest values of each kind: within the limits, beyond them, and within them for each value of a parameter
     within: dict[str, Found] = {}
@@ -55,8 +56,9 @@ def _sections(ds: xr.Dataset, seconds: float | None) -> Iterator[ReportSection]:
     for piece in _pieces(ds):
         part = ds.isel(piece)
         status = part["status"].values
-        true = {fact.summary: in_map(part, name).values for name, fact in FACTS.items()}
-        true |= {word: status == item for item, word in WORDS.items()}
+        true = {fact.summary: in_map(part, name).values for name, fact in facts.items()}
+        good = (status == Status.BASIS_DEGENERATE) & ~true[FACTS["limit_exceeded"].summary]
+        true |= {word: np.where(good, Status.OK, status) == item for item, word in WORDS.items()}
         for word, where in true.items():
             counts[word] += int(where.sum())
         several += int((np.sum(list(true.values()), axis=0) > 1).sum())

@@ -67,3 +67,18 @@ def test_summary_is_independent_of_blocks_and_omits_long_axes(monkeypatch):
     assert summary(ds) == whole and "by diameter" in whole
     many = xr.concat([ds.isel(diameter=[0]).assign_coords(diameter=[0.01 * k]) for k in range(1, 30)], "diameter")
     assert "by diameter" not in summary(many)
+
+
+def test_poses_without_intensities_are_as_good_as_others():
+    """Unless they are beyond a limit, or have undetermined forces."""
+    degenerate, beyond = int(ks.Status.BASIS_DEGENERATE), int(ks.Status.LIMIT_EXCEEDED)
+    ds = sized_map(
+        np.zeros((2, 3, 6)),
+        {"motor": np.zeros((2, 3))},
+        np.array([[0, degenerate, degenerate], [beyond, degenerate, 0]], dtype=np.int8),
+    )
+    ds["basis_degenerate"] = ds["status"] == degenerate
+    ds["limit_exceeded"] = (("diameter", "z"), np.array([[0, 0, 0], [1, 1, 0]], dtype=bool))
+    lines = summary(ds).splitlines()
+    assert lines[1].split() == ["4", "reached"] and lines[2].strip() == "2 beyond a joint's limit"
+    assert "intensit" not in "".join(lines)

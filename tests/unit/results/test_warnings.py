@@ -9,12 +9,13 @@ import package_robots
 import pytest
 from odd_robots import beyond_limits
 from places import TESTS
+from simple_machines import arm, joint, link, robot, springs, truss
 from swinging_plate import STEEL, Y, parallelogram
 
 import kinetostatics as ks
 from kinetostatics.checks import check
 from kinetostatics.cli.main import main
-from kinetostatics.description import Beam, Joint, JointStiffness, Link, Origin, RobotDescription
+from kinetostatics.description import Beam, Joint, JointStiffness, Link, Loop, Origin, RobotDescription
 from kinetostatics.results import warnings
 from kinetostatics.results.warnings import (
     LEAST_CONSTRAINT,
@@ -49,6 +50,41 @@ def test_check_states_the_assumption_of_rigid_bearings():
     plain = parallelogram()
     assert RIGID in str(ks.Robot(plain)) and warnings_of(plain) == []
     assert RIGID not in str(ks.Robot(plain.with_part(JointStiffness("a", drive=1e5))))
+
+
+def test_rigid_limbs_beside_elastic_ones_are_named():
+    """A planar joint between base and platform takes the sag across its plane; with a stiffness there is a number again."""
+    bare = package_robots.robot("planar_3rrr").description
+    guided = bare.with_part(Loop("guide", "planar", "base", "platform", axis=(0, 0, 1)))
+    elastic = guided.with_part(JointStiffness("guide", linear=(0, 0, 1e7), angular=(1e6, 1e6, 0)))
+    results = [ks.analyze(ks.Robot(item).assemble(), load=[0, 0, -100, 0, 0, 0]) for item in (bare, guided, elastic)]
+    assert [result.warnings for result in results] == [
+        (),
+        (
+            "limb_4 (guide) has no elastic part and counts as rigid: it holds the platform by force along limb axis at guide, "
+            "couple along limb x and couple along limb y without any sag there; for a number, give a joint a <joint_stiffness> "
+            "or a link a <beam>",
+        ),
+        (),
+    ]
+    free, none, soft = (float(result.twist[2]) for result in results)
+    K = results[0].stiffness[2, 2]
+    assert none == 0 and soft == pytest.approx(free * K / (K + 1e7), rel=1e-9) and soft > free
+    every = robot(
+        link("base"),
+        link("platform", 1.0),
+        joint("slide", "prismatic", "base", "platform"),
+        '<transmission name="t"><joint name="slide"/></transmission>',
+    )
+    assert "limb_1 has no elastic parts and counts as rigid" in every.warnings
+
+
+def test_check_warns_of_robots_held_by_springs_alone():
+    words = "the robot has no actuators: springs alone hold its platform; mark driven joints by <transmission>"
+    held = [springs(name, angular="50 50 50") for name in ("shoulder", "elbow")]
+    assert words in arm(*held, driven=False).warnings
+    assert words not in arm(*held).warnings and words not in truss().warnings
+    assert any("'r' has no actuators, so that its platform can move" in text for text in arm(driven=False).warnings)
 
 
 def test_welded_frame_needs_no_bearing_assumption():
