@@ -24,9 +24,17 @@ __all__ = [
 
 
 def near_names(name: object, known: Iterable[str]) -> str:
-    """Write "did you mean …?" with the known names that are similar; without any, "known: …" with up to twelve known names."""
+    """Write "did you mean …?" with the known names that are similar; without any, "known: …" with up to twelve known names.
+
+    Letters may be capital or small, and "-" is equal to "_".
+    """
     known = sorted(known)
-    near = difflib.get_close_matches(str(name), known, n=3, cutoff=0.5)
+
+    def plain(text: object) -> str:
+        return str(text).casefold().replace("-", "_")
+
+    plain_names = difflib.get_close_matches(plain(name), map(plain, known), n=3, cutoff=0.5)
+    near = [item for text in dict.fromkeys(plain_names) for item in known if plain(item) == text]
     if near:
         return "did you mean " + " or ".join(repr(item) for item in near) + "?"
     if not known:

@@ -40,6 +40,12 @@ class Status(enum.IntEnum):
     #: The canonical wrench basis of a limb degenerates: the intensities of this limb are NaN, all other numbers are valid.
     BASIS_DEGENERATE = 5
 
+    def __str__(self) -> str:
+        return self.name
+
+    def __format__(self, spec: str) -> str:
+        return format(self.name, spec)
+
 
 #: The statuses of poses without results.
 WITHOUT_NUMBERS = (Status.UNREACHABLE, Status.SINGULAR)

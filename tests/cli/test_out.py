@@ -1,5 +1,6 @@
 """Files of ``--out`` that cannot be written: one line before long computations, in every command."""
 
+import json
 import os
 
 import pytest
@@ -7,6 +8,7 @@ from test_cli import fails
 
 import kinetostatics as ks
 from kinetostatics.cli.commands import COMMANDS, command
+from kinetostatics.cli.main import main
 
 POSE = "--platform z=0.5 rx=0 ry=0".split()
 #: Arguments of every command that writes files, and an ending that it accepts.
@@ -57,3 +59,35 @@ def test_unwritable_files_are_one_line(capsys, tmp_path, monkeypatch, small_map,
 @pytest.mark.parametrize("out", [".", "..", "/"])
 def test_a_report_needs_a_file(capsys, out):
     assert "HTML" in fails(capsys, "report", "3rps", "--out", out)
+
+
+def test_o_is_short_for_out_in_every_command(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "table.csv").write_text("time,z,rx,ry\n0,0.5,0,0\n1,0.55,0,0\n")
+    for name, (arguments, ending) in WRITING.items():
+        if name not in ("plot", "export"):
+            values = [item.format(table="table.csv") for item in arguments]
+            assert "missing" in fails(capsys, name, *values, "-o", f"missing/x{ending}")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "near"),
+    [
+        (["anlyze", "3rps"], "there is no command 'anlyze'; did you mean 'analyze'?"),
+        (["Modes", "3rps"], "there is no command 'Modes'; did you mean 'modes'"),
+        (["analyze", "3RPS"], "did you mean '3rps'"),
+        (["analyze", "5-bar"], "did you mean 'five_bar'"),
+        (["analyze", "gough-stewart"], "did you mean 'gough_stewart'"),
+    ],
+)
+def test_unknown_names_are_answered_by_the_nearest(capsys, arguments, near):
+    assert near in fails(capsys, *arguments)
+
+
+def test_the_response_has_a_range_of_frequencies(capsys):
+    """From a tenth of the first natural frequency to twice the third."""
+    assert main(["response", "3rps", *POSE, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["frequencies"]
+    pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.0})
+    first, _, third = ks.modes(pose, 3).frequencies
+    assert found[0] == pytest.approx(first / 10) and found[-1] == pytest.approx(2 * third)

@@ -24,3 +24,8 @@ def test_maps_without_facts_derive_them_from_status():
         assert in_map(ds, name).values.tolist() == expected, name
     ds["limit_exceeded"] = ("x", np.ones(len(Status), dtype=np.int8))
     assert in_map(ds, "limit_exceeded").values.tolist() == [True] * len(Status)
+
+
+def test_a_status_prints_its_name():
+    assert str(Status.OK) == f"{Status.OK}" == "OK" and f"{Status.SINGULAR:>9}" == " SINGULAR"
+    assert Status.SINGULAR == 3 and int(Status.SINGULAR) == 3

@@ -331,13 +331,29 @@ def _response(args: argparse.Namespace) -> int:
         import numpy as np
 
         check_files(args.out, ("csv", *FIGURES))
-        first, last, count = parse_range("--frequencies", "frequencies", args.frequencies)
         options = {**payload_of(args), **given_of(("damping", "drives", "tool", "gravity"), args)}
         configuration, warnings = pose_of(load_robot(args), args)
+        if args.frequencies is None:
+            first, last, count = _range_of_modes(configuration, options)
+        else:
+            first, last, count = parse_range("--frequencies", "frequencies", args.frequencies)
         found = RESPONSE.called()(configuration, np.geomspace(first, last, count or FREQUENCIES), **options)
         save_files(args.out, "frequency_response", found, **given_of(("what", "components"), args))
     answer(found, args, warnings)
     return 0
+
+
+def _range_of_modes(configuration: Configuration, options: dict[str, Keyword]) -> tuple[float, float, None]:
+    """Return a tenth of the first natural frequency and twice the third one [Hz]."""
+    import numpy as np
+
+    from kinetostatics.dynamics.vibrations import modes
+
+    shared = {name: value for name, value in options.items() if name not in ("damping", "tool")}
+    frequencies = modes(configuration, 3, **shared).frequencies
+    if not np.isfinite(frequencies[0]):
+        raise ArgumentError("--frequencies is missing, and this pose has no natural frequency that would give a range")
+    return float(frequencies[0]) / 10, 2 * float(np.nanmax(frequencies[np.isfinite(frequencies)])), None
 
 
 RESPONSE = Command(
@@ -349,17 +365,22 @@ RESPONSE = Command(
     ),
     arguments=(*ROBOT, *POSE, "payload", "payload_center", "payload_link", "gravity", "tool", "drives", "json"),
     own={
-        "frequencies": Argument("text", f"frequencies [Hz], logarithmically spaced (COUNT: {FREQUENCIES})", "FIRST:LAST[:COUNT]"),
+        "frequencies": Argument(
+            "text",
+            "frequencies [Hz], logarithmically spaced (default: from a tenth of the first natural frequency to twice the third; "
+            f"COUNT: {FREQUENCIES})",
+            "FIRST:LAST[:COUNT]",
+        ),
         "damping": Argument("number", "damping ratio of all modes (default: 0.02)", "ZETA"),
         "what": Argument("text", "quantity of the figure (default: compliance)", choices=("compliance", "transmissibility")),
         "components": Argument("texts", "directions in a figure (default: x y z)", "NAME"),
         "out": Argument("texts", "write a figure (.svg, .pdf, .png) or a table (.csv)", "FILE"),
     },
     function="dynamics.vibrations:frequency_response",
-    required=("robot", "frequencies"),
-    usage="ROBOT --frequencies FIRST:LAST[:COUNT] [options]",
+    usage="ROBOT [options]",
     notes=VALUES_HELP,
     examples="""
+response 3rps
 response 3rps --frequencies 1:500 --out compliance.svg response.csv
 response 3rps --frequencies 1:500:1000 --damping 0.01 --tool 0 0 200mm --what transmissibility --out floor.svg
 response delta --frequencies 10:300 --payload 2kg --components rx ry rz --json

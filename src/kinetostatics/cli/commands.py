@@ -121,11 +121,12 @@ class Command:
             keywords: dict[str, Keyword] = {"help": argument.help, **_action(argument)}
             if self.grid and key in COORDINATES:
                 keywords["metavar"] += "S"  # NAME=VALUES
+            short = ["-o"] if key == "out" else []
             if option.startswith("-"):
                 keywords |= {"dest": key, "required": key in self.required}
             elif key not in self.required:
                 keywords["nargs"] = "?"
-            place.add_argument(option, **keywords)
+            place.add_argument(option, *short, **keywords)
         parser.set_defaults(run=self.run, arguments=self.options)
 
 

@@ -15,7 +15,7 @@ from typing import NoReturn
 from kinetostatics.arguments import Keyword
 from kinetostatics.cli.commands import COMMANDS, command
 from kinetostatics.cli.output import print_message
-from kinetostatics.exceptions import KinetostaticsError, PlatformMissingError
+from kinetostatics.exceptions import KinetostaticsError, PlatformMissingError, near_names
 
 #: Exit code of errors; 0 is success, and 1 the negative answer of a command.
 ERROR = 2
@@ -114,7 +114,9 @@ def _complete() -> int:
 def _run(arguments: list[str]) -> int:
     given = arguments[0] if arguments else "--help"
     if not given.startswith("-") and given not in COMMANDS:
-        raise UsageError(f"there is no command {given!r}; commands are {', '.join(COMMANDS)}")
+        near = near_names(given, COMMANDS)
+        known = f"commands are {', '.join(COMMANDS)}" if near.startswith("known") else near
+        raise UsageError(f"there is no command {given!r}; {known}")
     # only the module of the command is imported; the help of the program needs all of them
     names = [given] if given in COMMANDS else [] if given == "--version" else COMMANDS
     # argparse never treats an argument with a space as an option
