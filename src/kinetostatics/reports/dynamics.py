@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from kinetostatics.layout.blocks import Block, Cell, Column, Facts, Number, ReportSection, Table, Text, warning_section
-from kinetostatics.layout.numbers import MISSING, UNITS_OF, NumberFormat, Units
+from kinetostatics.layout.numbers import MISSING, UNITS_OF, NumberFormat, Units, quantity
 from kinetostatics.layout.report import Report, attributes
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS, WRENCH_COMPONENTS
@@ -19,6 +19,8 @@ from kinetostatics.results.dynamics import FrequencyResponse, Modes
 from kinetostatics.results.path import OVER_TIME, PathResult
 from kinetostatics.results.pose_arrays import point_name
 from kinetostatics.status import WITHOUT_NUMBERS
+from kinetostatics.vibration.eigenpairs import eigenpairs
+from kinetostatics.vibration.motions import ModeShapes
 
 HERTZ: Units = (("Hz", 1.0),)
 
@@ -73,6 +75,11 @@ MOST = 8
 #: A table of energies omits parts with smaller shares.
 NONE = 5e-4
 
+#: A mode is local if all parts moving with the platform as one body would have less than this fraction of its energy.
+LOCAL = 0.01
+#: Number of modes among which the first one of the platform is sought.
+SOUGHT = 60
+
 UNITS_OF_MODES = {
     "general": "SI: m, rad, Hz, kg; world axes, modal masses of 1 kg; null: no number, or fewer modes",
     "twists": "[displacement m; rotation rad] of the platform at o",
@@ -122,12 +129,33 @@ def _mode_sections(modes: Modes) -> Iterator[ReportSection]:
     blocks: list[Block] = [Table(columns)]
     if modes.zero_frequencies:
         blocks.append(Text(f"Not listed: {count(int(modes.zero_frequencies), 'free motion')} of frequency zero."))
+    if sentence := _local_modes(modes):
+        blocks.append(Text(sentence))
     yield ReportSection("Modes, and their effective masses [%] along x, y, z and about axes through o", blocks, "modes")
     for title, key, shares in (
         ("Strain energy by part [%]: what to stiffen", "strain", modes.strain_energy_shares),
         ("Kinetic energy by part [%]: what to make lighter", "kinetic", modes.kinetic_energy_shares),
     ):
         yield ReportSection(title, [_energies(shares, numbers)], key)
+
+
+def _local_modes(modes: Modes) -> str:
+    """Return a sentence on the first mode that moves the platform if none of the modes at one pose does, else an empty text."""
+    chunk, number = modes.chunks[0], modes.count
+    while True:
+        twists = chunk.of_body(chunk.motions.structure.platform, chunk.motions.o)[0]  # of modal masses of 1 kg
+        moving = np.flatnonzero(np.nan_to_num(twists) ** 2 @ np.diag(chunk.inertia[0]) > LOCAL)
+        if moving.size and number == modes.count:
+            return ""
+        if moving.size or number >= SOUGHT or not np.all(np.isfinite(chunk.pairs.square)):
+            break
+        number = min(2 * number, SOUGHT)
+        chunk = ModeShapes(eigenpairs(chunk.pairs.model, number), chunk.motions)
+    sentence = "All modes here are local to rods, and hardly move the platform"
+    if not moving.size:
+        return f"{sentence}; so are the first {int(np.sum(np.isfinite(chunk.pairs.square)))}."
+    frequency = float(np.sqrt(chunk.pairs.square[0, moving[0]]) / (2 * np.pi))
+    return f"{sentence}; its first mode is mode {moving[0] + 1}, at {quantity(frequency, HERTZ, digits=4)}."
 
 
 def _energies(shares: Mapping[str, Array], modes: list[str]) -> Table:

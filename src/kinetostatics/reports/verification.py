@@ -87,7 +87,8 @@ def _rows(names: Iterable[str], ours: Iterable[float], theirs: Iterable[float], 
     for name, own, other, form in zip(names, ours, theirs, formats, strict=True):
         gap = (own - other) / form.factor if np.isfinite(other) else np.nan
         numbers = (Number(float(value), form, with_unit=False) for value in (own, other))
-        rows.append((f"{name} [{form.unit}]", *numbers, f"{gap:.0e}" if np.isfinite(gap) else "–"))
+        difference = "0" if max(abs(own), abs(other)) <= form.noise else f"{gap:.0e}" if np.isfinite(gap) else "–"
+        rows.append((f"{name} [{form.unit}]", *numbers, difference))
     return Table.of_rows(HEADER, rows)
 
 

@@ -13,6 +13,7 @@ import pytest
 
 import kinetostatics as ks
 from kinetostatics.description import Beam, Link, Material, Origin, RobotDescription
+from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.layout.blocks import Table
 from kinetostatics.layout.mapping import FEW, MOST_ITEMS, ResultMapping, abbreviated
 from kinetostatics.layout.renderings import block_html
@@ -174,6 +175,8 @@ def test_verification_is_a_table_of_differences():
     assert [row[0] for row in rows] == ["twist of the platform", "compliance", "stiffness", *(row[0] for row in rows[3:])]
     assert all(row[3] == "ok" and float(row[1]) < 1e-6 for row in rows)
     assert found.verdict.partition(":")[2] in html.unescape(found._repr_html_())
+    twist = Cells(found.report().only("twist")._repr_html_()).rows[1:]
+    assert [row[3] for row in twist if row[1] == row[2] == "0"] == ["0"] * 5  # rounding errors have no digits
 
 
 def test_html_is_escaped():
@@ -227,3 +230,31 @@ def test_repr_of_description_parts_omits_defaults():
     assert repr(beam).startswith("Beam(link='rod', section=Tube(") and "material=Material(youngs_modulus=2" in repr(beam)
     assert eval(repr(beam.material)) == beam.material and "place" not in repr(beam)
     assert "extra" not in repr(Link("a", extra="<visual/>"))
+
+
+def test_modes_that_are_all_local_to_rods_name_the_first_one_of_the_platform():
+    """A platform on a thick column, beside an antenna that vibrates alone on the base."""
+    material = 'youngs_modulus="70e9" poisson_ratio="0.3" density="2700"'
+
+    def robot(antenna):
+        parts = """<link name="base"/><link name="column"/><link name="head"><inertial><mass value="1"/></inertial></link>
+        <joint name="foot" type="fixed"><parent link="base"/><child link="column"/></joint>
+        <joint name="neck" type="fixed"><parent link="column"/><child link="head"/><origin xyz="0 0 0.2"/></joint>"""
+        if antenna:
+            parts += """<link name="antenna"/><link name="tip"/>
+            <joint name="root" type="fixed"><parent link="base"/><child link="antenna"/><origin xyz="0.3 0 0"/></joint>
+            <joint name="top" type="fixed"><parent link="antenna"/><child link="tip"/><origin xyz="0 0 1"/></joint>"""
+            parts += f'<beam link="antenna" from="root" to="top" {material}><circle diameter="0.005"/></beam>'
+        parts += f'<beam link="column" from="foot" to="neck" {material}><circle diameter="0.05"/></beam>'
+        return ks.Robot(parse_robot_text(f'<robot name="mast">{parts}<platform link="head"/></robot>')).assemble()
+
+    first = float(ks.modes(robot(False), 1).frequencies[0])
+    assert "local to rods" not in str(ks.modes(robot(False), 3))
+    found = ks.modes(robot(True), 4)
+    number = int(found.count_below(0.999 * first)) + 1
+    assert 5 < number < 30
+    expected = (
+        f"All modes here are local to rods, and hardly move the platform; its first mode is mode {number}, at {first:.1f} Hz."
+    )
+    assert expected in " ".join(str(found).split())
+    assert "local to rods" not in str(ks.modes(robot(True), number))
