@@ -131,14 +131,19 @@ def _single(text: str, found: list[KnownName]) -> KnownName | None:
 def options_of(text: str, architecture: str, given: Mapping[str, Keyword]) -> dict[str, Keyword]:
     """Return the default arguments of ``new_robot`` for ``text``, a common name or limbs in the notation.
 
-    Limbs in the notation have the defaults of the named mechanism with these limbs and the given arrangement; they have none if
-    there is no such mechanism, or if placements are given. ``architecture``: ``text`` in the notation, each actuator in brackets.
+    Limbs in the notation have the defaults of the named mechanism with these limbs and the given arrangement, more than three of
+    them those of three if these move in the plane only; they have none if there is no such mechanism, or if placements are given.
+    ``architecture``: ``text`` in the notation, each actuator in brackets.
 
     Raises:
         ArgumentError: several named mechanisms have these limbs, such as the planar and the spherical 3-RRR.
     """
     if (known := named(text)) is None and "placements" not in given:
         alike = [known for known in KNOWN_NAMES if known.architecture == architecture and "placements" not in known.options]
+        count, _, limb = architecture.partition("-")
+        of_three = [known for known in KNOWN_NAMES if known.architecture == f"3-{limb}"]
+        if not alike and count.isdigit() and int(count) > 3 and [known.options for known in of_three] == [_PLANAR]:
+            alike = of_three  # redundantly driven
         alike = [known for known in alike if given.get("arrangement", known.arrangement) == known.arrangement]
         known = _single(text, alike)
     return {} if known is None else dict(known.options)

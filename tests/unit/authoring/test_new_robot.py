@@ -278,3 +278,13 @@ def test_error_of_impossible_triangle_has_a_line():
 def test_wrong_values_are_errors(architecture, options, words):
     with pytest.raises(ks.ArgumentError, match=words):
         robot_text(architecture, **options)
+
+
+@pytest.mark.parametrize("limbs", ["4-PRR", "4-R[P]R", "5-[P]RR"])
+def test_more_planar_limbs_are_planar(limbs):
+    """Arranged around Z with other axes, four such limbs leave one freedom."""
+    robot = ks.new_robot(limbs)
+    assert robot.mobility.platform == 3 and len(robot.description.driven) == int(limbs[0])
+    moved = robot.mobility_analysis.platform_motions(robot.zero_poses)
+    assert np.abs(moved[2:5]).max() < 1e-9  # no z, rx, ry
+    assert ks.new_robot(limbs, arrangement="symmetric").mobility.platform == 1
