@@ -5,24 +5,23 @@ import subprocess
 import sys
 from pathlib import Path
 
-import buckling_elements
+import energy_model
 import numpy as np
 import package_robots
 import pytest
 import small_robots as sr
+from energy_structure import structure_of
 from mechanisms import Joint, Link
 from places import CASES
 from small_robots import E
 
 import kinetostatics as ks
-from kinetostatics.buckling.members import BucklingModes
-from kinetostatics.buckling.stability import forces_of, stability
-from kinetostatics.mechanism import beam_model
-from kinetostatics.sections.kinds import beam_compliance_coefficients as coefficients
+from kinetostatics.statics.second_order import tangent_of
 
 SECTION = sr.Section(2e-3, 4e-7, 4e-7, 6e-7)
 EI, L = E * 4e-7, 1.5
-MAST = sr.cantilever(L, (0, 0, 1), section=SECTION, y_axis=(0, 1, 0), density=0.0)
+STIFF = sr.Section(200.0, 4e-7, 4e-7, 6e-7)  # along its axis
+MAST = sr.cantilever(L, (0, 0, 1), section=STIFF, y_axis=(0, 1, 0), density=0.0)
 
 
 def analyzed(spec, load, gravity=(0, 0, 0), **options):
@@ -35,28 +34,34 @@ def change(result):
 
 @pytest.mark.parametrize("part", [1e-6, 0.3, 0.9, 0.999, -0.5, -3.0])
 def test_column_under_side_load_equals_closed_form(part):
-    """Timoshenko and Gere, section 1.11: 3 (tan kL − kL) / (kL)³ times the deflection, 2 (1 / cos kL − 1) / (kL)² the slope."""
+    """Timoshenko and Gere, section 1.11: 3 (tan kL − kL) / (kL)³ times the deflection, 2 (1 / cos kL − 1) / (kL)² the slope.
+
+    The tip sinks by ½ ∫ v′² ds.
+    """
     pressure, side = part * np.pi**2 * EI / (2 * L) ** 2, 10.0
     found, kl = analyzed(MAST, (side, 0, -pressure, 0, 0, 0)), np.sqrt(complex(pressure / EI)) * L
     deflection, slope = (3 * (np.tan(kl) - kl) / kl**3).real - 1, (2 * (1 / np.cos(kl) - 1) / kl**2).real - 1
+    shorter = 3 * abs(pressure / (E * STIFF.area) / (1 - part))  # by P / EA, which Euler's theory neglects
     linear = np.array([side * L**3 / (3 * EI), side * L**2 / (2 * EI)])
-    np.testing.assert_allclose(change(found)[[0, 4]] / linear, [deflection, slope], rtol=1e-8, atol=1e-10)
-    assert (np.abs(change(found)[[1, 2, 3, 5]]) < 1e-9 * np.abs(change(found)).max()).all()
+    np.testing.assert_allclose(change(found)[[0, 4]] / linear, [deflection, slope], rtol=shorter + 1e-8, atol=1e-10)
+    assert (np.abs(change(found)[[1, 3, 5]]) < 1e-6 * np.abs(found.second_order.twist).max()).all()  # rounding
+    s = np.linspace(0, L, 2001)
+    slopes = (side / pressure * (np.cos(kl * (1 - s / L)) / np.cos(kl) - 1)).real
+    assert change(found)[2] == pytest.approx(-np.trapezoid(slopes**2, s) / 2, rel=0.05)
     assert float(found.buckling().load_factors[0]) == pytest.approx(1 / part if part > 0 else np.inf, rel=1e-9)
     assert np.any(["change the stiffness" in text for text in found.warnings]) == (abs(part) > 0.01)
     loaded = found.second_order
-    np.testing.assert_allclose(loaded.stiffness @ loaded.compliance, np.eye(6), atol=1e-6)
-    assert loaded.change == pytest.approx(-part, rel=0.05, abs=1e-9)  # the stiffness against the mode: 1 − P / P_Euler
+    assert loaded.change == pytest.approx(-part, rel=0.05, abs=1e-4)  # the stiffness against the mode: 1 − P / P_Euler
 
 
 def test_column_under_uniform_load_equals_closed_form():
     """EI w″ = P (δ − w) + q (L − x)² / 2 with w(0) = w′(0) = 0 and w(L) = δ; the mode is 1 − cos."""
-    density, pressure = 7850.0, 0.5 * np.pi**2 * EI / (2 * L) ** 2
+    density, pressure = 0.0785, 0.5 * np.pi**2 * EI / (2 * L) ** 2
     found = analyzed(sr.with_beams(MAST, density=density), (0, 0, -pressure, 0, 0, 0), gravity=(9.81, 0, 0))
-    q, k = density * SECTION.area * 9.81, np.sqrt(pressure / EI)
+    q, k = density * STIFF.area * 9.81, np.sqrt(pressure / EI)
     kl = k * L
     top = q / pressure * ((kl * np.sin(kl) - 1) / np.cos(kl) + 1 - kl**2 / 2) / k**2
-    assert float(change(found)[0]) == pytest.approx(top - q * L**4 / (8 * EI), rel=1e-8)
+    assert float(change(found)[0]) == pytest.approx(top - q * L**4 / (8 * EI), rel=5e-8)  # the column shortens by P / EA
     line = found.buckling().beam_lines["arm"][0, :, :3]
     line = np.linalg.norm(line, axis=1) / np.linalg.norm(line[-1])
     np.testing.assert_allclose(line, 1 - np.cos(np.pi / 2 * np.linspace(0, 1, 21)), atol=1e-6)
@@ -73,48 +78,54 @@ def two_bars(rise):
     return sr.Spec(tuple(limbs), tuple(beams), o=(0, 0, rise))
 
 
-@pytest.mark.parametrize("load", [-2e4, 3e4])
+@pytest.mark.parametrize("load", [-200.0, 300.0])
 def test_shallow_frame_of_two_bars_equals_closed_form(load):
-    """Against motions along z: 2 EA sin² / L + 2 N cos² / L, with N = P / (2 sin): it snaps where this vanishes."""
+    """Its force is 2 EA (1 − l₀ / l) h / l₀ at the height h: stiffness and displacement to second order in the load."""
     rise = 0.05
     found, length = analyzed(two_bars(rise), (0, 0, load, 0, 0, 0)), np.hypot(1, rise)
     sine, EA = rise / length, E * SECTION.area
     linear, geometric = 2 * EA * sine**2 / length, load / sine * (1 - sine**2) / length
+    change = 3 * (1 - sine**2) / rise * load / linear  # of the stiffness, relative to it
     assert float(found.compliance[2, 2]) == pytest.approx(1 / linear, rel=1e-6)
-    assert float(found.second_order.compliance[2, 2]) == pytest.approx(1 / (linear + geometric), rel=1e-5)
-    assert float(found.second_order.twist[2]) == pytest.approx(load / (linear + geometric), rel=1e-5)
+    assert 1 / float(found.second_order.compliance[2, 2]) / linear - 1 == pytest.approx(change, rel=0.02)
+    assert float(found.second_order.twist[2]) / (load / linear) - 1 == pytest.approx(-change / 2, rel=0.02)
+    assert found.second_order.change == pytest.approx(change, rel=0.02)
     factors = found.buckling(9).load_factors
     if load < 0:
         assert np.min(np.abs(factors[np.isfinite(factors)] / (-linear / geometric) - 1)) < 1e-4
 
 
-ROBOTS = {
-    "gough": sr.gough(telescopic=False),
-    "puu3": sr.puu3(),
-    "pru2_upr": sr.pru2_upr(),
-    "rails and struts": sr.with_beams(sr.random_spec(["pUS"] * 6, 1), density=0.0),
-    **{f"random {seed}": sr.with_beams(sr.random_spec(["rRR"] * 3, seed), density=7850.0) for seed in range(2)},
-    "portal": sr.portal(mass=20.0),
-}
+def agree(mine, theirs, unit, share):
+    assert np.abs((mine - theirs) * unit).max() <= share * np.abs(theirs * unit).max()
 
 
-@pytest.mark.few(2)
-@pytest.mark.parametrize("name", ROBOTS)
-def test_second_order_equals_finite_elements(name):
-    """Half the forces at which the robot buckles, or pulls of that size, against (K + K_G) u = f of finite elements."""
-    spec, gravity = sr.with_beams(ROBOTS[name], kappa=np.inf), (0, 0, -9.81)
-    for sign in (1, -1):
-        load = sign * np.array([300, -200, -4000, 20, -30, 50])
-        first = analyzed(spec, load, gravity, on_failure="nan").buckling().load_factors[0]
-        load = load * (0.5 * first if np.isfinite(first) else 10.0)
-        found = analyzed(spec, load, gravity)
-        twist, compliance = buckling_elements.second_order(spec, load, gravity)
-        scale = np.repeat([1.0, found.robot.length], 3)
-        for mine, theirs, unit in (
-            (change(found), twist, scale),
-            (found.second_order.compliance - found.compliance, compliance, np.outer(scale, scale)),
-        ):
-            assert np.abs((mine - theirs) * unit).max() < 2e-4 * np.abs(theirs * unit).max()
+@pytest.mark.few(6)
+@pytest.mark.parametrize("moments", [0.0, 1.0])
+@pytest.mark.parametrize("name", package_robots.NAMES)
+def test_tangent_at_the_pose_is_the_second_derivative_of_energy(name, moments):
+    """All section forces, and joint forces and moments, at the unloaded geometry; an independent model of the same robot."""
+    pose = package_robots.generic_pose(name)
+    load = np.array([300.0, -200.0, -400.0, *(moments * np.array([40.0, -60.0, 50.0]))])
+    load *= min(1.0, 0.02 / np.abs(ks.analyze(pose, load, (0, 0, 0)).twist[3:]).max())
+    result = ks.analyze(pose, load)
+    found = tangent_of(pose.robot.statics, pose.robot.members.structure.parts, result.solutions[0])
+    expected = energy_model.at_the_pose(structure_of(pose, load))
+    unit = np.repeat([1.0, pose.robot.length], 3)
+    agree(found.compliance[..., 0], expected.compliance, np.outer(unit, unit), 1e-6)
+    agree(found.twist[:, 0], expected.twist, unit, 1e-6)
+
+
+@pytest.mark.parametrize("load", [(0, 0, 0, 0, 0.5, 0), (0, 0, 0, 0, 0.25, 0), (6, 0, 0, 0, 0, 0), (3, 4, 50, 0.1, -0.1, 0)])
+def test_second_order_of_a_soft_robot_equals_a_model_with_large_rotations(load):
+    pose = package_robots.robot("linear_delta").assemble()
+    result, expected = ks.analyze(pose, load), energy_model.in_equilibrium(structure_of(pose, load))
+    unit = np.repeat([1.0, pose.robot.length], 3)
+    found = result.second_order
+    agree(found.twist, expected.twist, unit, 0.02)
+    agree(found.compliance, expected.compliance, np.outer(unit, unit), 0.02)
+    softness = np.diag(expected.compliance)[3:5]
+    np.testing.assert_allclose(np.diag(found.compliance)[3:5], softness, rtol=0.02)
+    assert any("change the stiffness" in text for text in result.warnings)
 
 
 BEND = sr.locked_chain(
@@ -155,25 +166,6 @@ def test_second_order_equals_opensees(name, transformation):
     np.testing.assert_allclose(found.second_order.twist, nonlinear, rtol=0, atol=5e-3 * scale)
 
 
-@pytest.mark.few(2)
-@pytest.mark.parametrize("name", ["3rps", "2pru_upr", "delta", "6rus"])
-def test_sum_over_all_modes_equals_linear_twist(name, monkeypatch):
-    """K⁻¹ f = Σ φ (φ · f) of loads, weights, payload and inertia along beams, without shear: so f is what acts."""
-    monkeypatch.setattr(beam_model, "beam_compliance_coefficients", lambda *given: [1, 0, 0, 1, 1, 1] * coefficients(*given))
-    robot = ks.load_robot(name)  # of its own: robots without shear are not to be shared
-    pose = robot.assemble(actuators=dict.fromkeys(robot.description.driven, 0.0))
-    motion = ks.Motion({next(iter(robot.description.driven)): 0.7}, {robot.description.driven[-1]: -3.0})
-    load, payload = (30, 20, -100, 1, 2, 3), ks.Payload(2.0, center=(0.1, 0.2, 0.3))
-    found = ks.analyze(pose, load, (1, 2, -9.81), payload=payload, motion=motion)
-    solution, structure = found.solutions[0], robot.members.structure
-    forces = forces_of(structure, solution)
-    modes = BucklingModes.of(stability(structure, forces))
-    moved = modes.of_body(structure.platform, solution.o)
-    twist = np.einsum("nm,nmi->ni", modes.work(forces), moved)[0]
-    size = np.repeat([1.0, robot.length], 3)
-    assert np.abs((twist - found.twist) * size).max() < 1e-9 * np.abs(found.twist * size).max()
-
-
 def test_second_order_of_rotated_robots_batches_and_points():
     """The whole robot turned with its gravity and load; a batch is its poses; about a tool's tip the twist is that of the tip."""
     spec, load = sr.puu3(), np.array([30.0, -20.0, -400.0, 2.0, -3.0, 5.0])
@@ -189,6 +181,7 @@ def test_second_order_of_rotated_robots_batches_and_points():
     assert np.isnan(rows["loaded"][2]).all() and rows["buckling"][2, 0] < 1
     np.testing.assert_allclose(turned.buckling(2).load_factors, rows["buckling"][0], rtol=1e-7)
     np.testing.assert_allclose(turned.second_order.twist, np.kron(np.eye(2), R) @ rows["loaded"][0], rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(one.second_order.stiffness @ one.second_order.compliance, np.eye(6), atol=1e-6)
     np.testing.assert_allclose(one.second_order.stiffness, one.second_order.stiffness.T, rtol=1e-12)
     tip = np.array([0.1, 0.2, 0.3])
     moved, arm = one.at_point(tip).second_order, pose.platform_frame[:3, :3] @ tip
@@ -210,13 +203,14 @@ def test_portal_mode_is_sway_of_both_columns():
     assert "394.8  column_1                          50.0" in str(modes) and "394.8" in str(found.report().only("buckling"))
 
 
-def test_load_factor_without_compression_is_infinite():
+def test_load_factor_without_compression_is_infinite_and_not_printed():
     """A planar robot across gravity: what is left of its geometric stiffness is rounding."""
-    assert np.all(ks.analyze(package_robots.robot("five_bar").assemble()).buckling(3).load_factors == np.inf)
+    found = ks.analyze(package_robots.robot("five_bar").assemble())
+    assert np.all(found.buckling(3).load_factors == np.inf)
+    assert "None found; axial forces" in str(found.report().only("buckling")) and "inf" not in str(found.buckling(3))
 
 
-def test_springs_and_mode_count_zero_are_refused():
-    with pytest.raises(ks.StaticsError, match="has springs"):
-        _ = ks.analyze(ks.load_robot(CASES / "unstable_inside_a_limb.urdf").assemble()).second_order
+def test_unstable_springs_have_no_second_order_and_mode_count_zero_is_refused():
+    assert np.isnan(ks.analyze(ks.load_robot(CASES / "unstable_inside_a_limb.urdf").assemble()).second_order.twist).all()
     with pytest.raises(ks.ArgumentError, match="count is 0; it must be a whole number from 1 on"):
         analyzed(MAST, (0, 0, -1, 0, 0, 0)).buckling(0)

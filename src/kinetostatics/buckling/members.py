@@ -1,6 +1,5 @@
-"""Buckling modes, the changes of twist and stiffness due to geometric stiffness (P-Delta), and the members that buckle.
+"""Buckling modes, and the members that buckle.
 
-With the modes φ of (K + λ K_G) φ = 0, φ · K φ = 1, and μ = 1/λ, (K + K_G)⁻¹ = K⁻¹ + Σ μ/(1 − μ) φ φᵀ.
 Members are collinear beams, welded or telescopic, that buckle together.
 """
 
@@ -11,13 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.buckling.beam_elements import INNER, POINTS, WEIGHTS, deflection
+from kinetostatics.buckling.beam_elements import INNER, deflection
 from kinetostatics.buckling.stability import Forces, Stability, forces_of, stability, surely_stable
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.graphs import joined
 from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.body_graph import RigidBody
 from kinetostatics.statics.robot_statics import RobotStatics
+from kinetostatics.statics.second_order import Changes, second_order
 from kinetostatics.statics.small_motions import BeamEnds, PlacedMotions, SmallMotions, signs_of_modes
 from kinetostatics.statics.solution import Solution
 
@@ -92,47 +92,6 @@ class BucklingModes:
     def energies(self) -> Mapping[str, Array]:
         """Return twice the strain energy (N, m) of every beam."""
         return {name: item.of(np.swapaxes(self.shapes, 1, 2)) for name, item in self.robot.beams.items()}
-
-    def work(self, forces: Forces) -> Array:
-        """Return the work (N, m) of loads and weights in the modes."""
-        o, frames, model = self.motions.o, self.motions.frames, self.motions.structure.model
-        bodies: dict[RigidBody, Array] = {}
-        for body, wrench, _ in forces.others:
-            bodies[body] = bodies.get(body, 0.0) + wrench
-        found = sum((np.einsum("in,nmi->nm", wrench, self.of_body(body, o)) for body, wrench in bodies.items()), np.zeros(()))
-        for name, beam in model.beams.items():
-            length, axes = beam.length(frames), beam.world_axes(frames)
-            weight = beam.line_density(length) * forces.gravity
-            own = np.tile([*weight, *cross(beam.lever(frames), weight)], (2, 1))
-            first, last = np.split(forces.lines.get(name, 0.0) + own, 2)
-            load = first[:, None] + (last - first)[:, None] * POINTS[:, None]  # (6, S, N)
-            local = np.einsum("ijn,kisn->nskj", axes, load.reshape(2, 3, *load.shape[1:])).reshape(len(length), len(POINTS), 6)
-            found = found + np.einsum("s,n,nsi,nmsi->nm", WEIGHTS, length, local, self._line(name, POINTS))
-        return found
-
-    def second_order(self, forces: Forces) -> tuple[Array, Array, Array, Array]:
-        """Return the effects of geometric stiffness on the platform.
-
-        Returns:
-            (twist, compliance, changes, motions): the changes of the twist (6, N) and of the compliance (6, 6, N) about o; the
-            relative changes (6, N) of the stiffness along six motions; and these motions, as columns of (6, 6, N), with rotations
-            multiplied by the robot's length. A motion is 0 where the platform is rigid. Where the robot buckles, the changes are
-            NaN and the motions 0.
-        """
-        structure = self.motions.structure
-        with np.errstate(divide="ignore"):
-            gain = np.where(self.ratios < 1, self.ratios / (1 - self.ratios), np.nan)
-        moved = self.of_body(structure.platform, self.motions.o)
-        twist = np.einsum("nm,nm,nmi->in", gain, self.work(forces), moved)
-        compliance = np.einsum("nm,nmi,nmj->ijn", gain, moved, moved)
-        fine = np.all(np.isfinite(moved), axis=(1, 2)) & np.all(np.isfinite(gain), axis=1)
-        moved, gain = np.where(fine[:, None, None], moved, 0.0), np.where(fine[:, None], gain, 0.0)
-        scale = np.repeat([1.0, structure.model.length], 3)
-        U, sizes, V = np.linalg.svd(np.swapaxes(moved * scale, 1, 2), full_matrices=False)
-        V = V * (sizes > _MOVES * sizes[:, :1])[..., None]
-        values, axes = np.linalg.eigh(np.einsum("nim,nm,njm->nij", V, gain, V))
-        changes = np.where(fine, -values.T / (1 + values.T), np.nan)
-        return twist, compliance, changes, (U * sizes[:, None] @ axes).transpose(1, 2, 0)
 
 
 #: Beams are collinear up to this distance, relative to their length.
@@ -243,15 +202,10 @@ class Members:
         for some in self._chunks(len(poses)):
             yield BucklingModes.of(stability(self.structure, forces.take(some))).first(count)
 
-    def second_order(self, solution: Solution, poses: Index | None = None) -> tuple[Array, ...]:
-        """Return the arrays of :meth:`BucklingModes.second_order` at the given poses (None: all)."""
-        forces = forces_of(self.structure, solution)
-        forces = forces if poses is None else forces.take(poses)
-        parts = []
-        for some in self._chunks(forces.o.shape[1]) or [np.arange(0)]:
-            here = forces.take(some)
-            parts.append(BucklingModes.of(stability(self.structure, here)).second_order(here))
-        return tuple(np.concatenate(items, axis=-1) for items in zip(*parts, strict=True))
+    def second_order(self, solution: Solution, poses: Index | None = None) -> Changes:
+        """Return the results of second order at the given poses (None: all)."""
+        structure, some = self.structure, slice(None) if poses is None else poses
+        return second_order(structure.model, structure.parts, solution, some)
 
     def _ratios(self, item: Stability) -> Array:
         ratios, modes = item.modes()

@@ -105,7 +105,7 @@ class Vibrations:
             loads = self.loads.map(lambda array: array[:, poses])
             applied = loads.at(frames, gravity)
             model = replace(model, masses={**model.masses, **_carried(loads, motions, model.masses)})
-        if self.structure.parts is not None:
+        if self.structure.model.parts is not None:
             robot, columns = self.structure.model, tuple(range(motions.units.shape[1]))
             u, K, buckled = geometric_stiffness(robot, self.structure.parts, frames, gravity, applied, motions.at_place)
             springs = {**model.springs, GEOMETRIC: spring_part(columns, u, K)}

@@ -28,6 +28,8 @@ HERTZ: Units = (("Hz", 1.0),)
 
 #: Relative difference of load factors that count as equal.
 _EQUAL_FACTORS = 1e-6
+#: What load factors neglect.
+NEGLECTED = "axial forces of beams and forces on rigid bodies are examined, bending moments, torques and shear are not"
 BUCKLING_TITLE = "Load factors, common to all forces, at which the robot buckles"
 
 
@@ -55,7 +57,9 @@ def buckling_blocks(buckling: Buckling) -> list[Block]:
         most = max(shares, key=lambda name: shares[name], default="")
         percent = per_cent(shares[most]) if most else ""
         rows.append((", ".join(str(k + 1) for k in modes), f"{factors[modes[0]]:.4g}", most, percent))
-    return [Table.of_rows(("mode", "load factor", "bends most", "share of beams' energy [%]"), rows, "lrlr")] if rows else []
+    if not rows:
+        return [Text(f"None found; {NEGLECTED}.")] if not buckling.shape else []
+    return [Table.of_rows(("mode", "load factor", "bends most", "share of beams' energy [%]"), rows, "lrlr")]
 
 
 def _buckling_data(buckling: Buckling) -> dict[str, object]:

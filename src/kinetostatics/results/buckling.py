@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.buckling.members import BucklingModes
-from kinetostatics.exceptions import StaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping, ShortRepr
 from kinetostatics.layout.report import Reported
@@ -26,9 +25,10 @@ from kinetostatics.statics.springs import inverse
 class Buckling(Shapes[BucklingModes], Reported):
     """Load factors and buckling modes of a loaded robot; see :meth:`kinetostatics.Result.buckling`.
 
-    Arrays are read-only: batch axes first, then the mode. They are NaN where a pose has no results. If a pose has fewer than
-    ``count`` modes, its remaining load factors are infinite, and the remaining shapes NaN. The amplitude of a mode is arbitrary;
-    the largest component of the platform's twist is positive. Any combination of modes with equal load factors is a mode, too.
+    Arrays are read-only: batch axes first, then the mode. They are NaN where a pose has no results. Examined are axial forces of
+    beams and forces on rigid bodies, not bending moments, torques and shear. If there are fewer than ``count`` modes under these,
+    the remaining load factors are infinite, and the remaining shapes NaN. The amplitude of a mode is arbitrary; the largest
+    component of the platform's twist is positive. Any combination of modes with equal load factors is a mode, too.
 
     Attributes:
         configuration: the pose or poses, broadcast against the loads.
@@ -98,17 +98,17 @@ def buckling_of(configuration: Configuration, solutions: Iterable[Solution], val
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SecondOrder(ShortRepr):
-    """Twist, compliance and stiffness with the geometric stiffness K_G due to the forces: (K + K_G) u = f (P-Delta).
+    """Twist, compliance and stiffness to second order in the forces, including the displacement of the robot.
 
-    K_G follows from the forces of the linear analysis; it does not change the twist due to assembly errors. Arrays are NaN where
-    the robot buckles or has no results. For robots with springs, ``Result.second_order`` raises a :class:`StaticsError`, because
-    their stiffness K already includes the effects of springs and weights.
+    The geometric stiffness of all forces and moments of the linear analysis is part of the tangent stiffness; the change of the
+    stiffness by the displaced geometry is of first order. A load moment keeps its direction; of its tangent the symmetric part is
+    taken. Arrays are NaN where the robot buckles or has no results.
 
     Attributes:
         twist: (…, 6) [m, rad].
         compliance: (…, 6, 6) [m/N, rad/(N·m)].
         stiffness: (…, 6, 6) [N/m, N·m/rad]; NaN where limbs are rigid.
-        change: (…) relative change of the platform's stiffness by K_G, in the direction of motion with the largest change.
+        change: (…) relative change of that principal stiffness of the platform that changes most.
 
     Examples:
         >>> import kinetostatics as ks
@@ -125,27 +125,19 @@ class SecondOrder(ShortRepr):
 
 
 def second_order_of(
-    robot: Robot, batch: Batch, solutions: Iterable[Solution], linear: tuple[Array, Array, Array], moved: Callable[..., Array]
+    robot: Robot, batch: Batch, solutions: Iterable[Solution], unloaded: Array, moved: Callable[..., Array]
 ) -> SecondOrder:
     """Return results of second order at the reference point.
 
     Args:
         robot, batch, solutions: robot, poses and their equilibria.
-        linear: twist, compliance and stiffness of the linear analysis at the reference point.
+        unloaded: stiffness of the linear analysis at the reference point.
         moved: ``moved(twist)`` and ``moved(compliance, "compliance")`` transform from o to the reference point.
-
-    Raises:
-        StaticsError: the robot has springs.
     """
-    if robot.description.springs:
-        raise StaticsError(
-            f"{robot.name!r} has springs: its stiffness already includes the effects of springs and weights; second_order is for "
-            "robots without springs"
-        )
-    found = zip(*map(robot.members.second_order, solutions), strict=True)
-    twist, compliance, changes, _ = (batch.public(parts) for parts in found)
-    twist, compliance = linear[0] + moved(twist), linear[1] + moved(compliance, "compliance")
-    loaded, rigid = (np.moveaxis(matrix.reshape(-1, 6, 6), 0, 2) for matrix in (compliance, linear[2]))
+    found = list(map(robot.members.second_order, solutions))
+    twist, compliance = moved(batch.public([item.twist for item in found])), batch.public([item.compliance for item in found])
+    compliance, changes = moved(compliance, "compliance"), batch.public([item.stiffness for item in found])
+    loaded, rigid = (np.moveaxis(matrix.reshape(-1, 6, 6), 0, 2) for matrix in (compliance, unloaded))
     stiffness = np.moveaxis(inverse(loaded, rigid, robot.length), 2, 0).reshape(compliance.shape)
     change = np.zeros(changes.shape[:-1])
     if changes.size:

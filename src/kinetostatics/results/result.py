@@ -185,9 +185,8 @@ class Result(Reported, PoseArrays):
 
     @cached_property
     def second_order(self) -> SecondOrder:
-        """Twist, compliance and stiffness of second order: with the change of stiffness due to the forces."""
-        moved = self.twist, self.compliance, self.stiffness
-        return second_order_of(self.robot, self._batch, self.solutions, moved, self._moved)
+        """Twist, compliance and stiffness of second order: with the effects of forces and displacement on the stiffness."""
+        return second_order_of(self.robot, self._batch, self.solutions, self.stiffness, self._moved)
 
     # ---- loads ----------------------------------------------------------------------------------------------------------
 

@@ -244,7 +244,7 @@ def _buckling(result: Result) -> list[str]:
 
 def _changed_stiffness(result: Result) -> str:
     """Return how much forces change the stiffness, as a clause; for the pose where compliance times force is largest."""
-    if result.robot.description.springs or not result.twist.size:
+    if not result.twist.size:
         return ""
     scale = np.repeat([1.0, result.robot.length], 3)
     softness = np.linalg.norm(np.nan_to_num(result.compliance.reshape(-1, 36)) * np.outer(scale, scale).ravel(), axis=1)
@@ -256,7 +256,8 @@ def _changed_stiffness(result: Result) -> str:
     chunk = int(np.searchsorted(ends, worst, side="right"))
     solution = result.solutions[chunk]
     at = np.array([solution.o.shape[1] + worst - int(ends[chunk])])
-    *_, changes, motions = (array[..., 0] for array in result.robot.members.second_order(solution, at))
+    found = result.robot.members.second_order(solution, at)
+    changes, motions = found.stiffness[:, 0], found.motions[..., 0]
     if not changes.size:
         return ""
     largest = int(np.argmax(np.abs(np.nan_to_num(changes))))

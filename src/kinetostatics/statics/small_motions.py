@@ -123,9 +123,9 @@ class SmallMotions:
         self.turning.update(column for k, column in enumerate(self._loose) if k % 6 < 3)
 
     @cached_property
-    def parts(self) -> TurningParts | None:
-        """The parts that rotate relative to one another with these actuators; None for a robot without springs."""
-        return self.model.parts and turning_parts(self.model, self._drives)
+    def parts(self) -> TurningParts:
+        """The parts that rotate relative to one another with these actuators."""
+        return turning_parts(self.model, self._drives)
 
     def _beam(self, name: str) -> BeamEnds:
         """Return a beam; joints in its span, which make it telescopic, add bodies at its ends."""

@@ -93,7 +93,7 @@ def solve_with_springs(
     solution, geometric = before.solution, GeometricStiffness(robot, robot.parts, frames, springs)
     deformation = deform(robot, solution)
     terms = geometric.under(solution, deformation)
-    u, twists, tangents, compliance = _response(robot, geometric, terms, before, deformation)
+    u, twists, tangents, compliance = response(robot, geometric, terms, before, deformation)
     found = with_more(robot, before, terms.loads(u), [f"change with {name}" for name in solution.sources], twists)
     rigid = np.where(solution.singular, np.nan, solution.stiffness)
     stiffness = inverse(compliance, rigid, robot.length)
@@ -162,7 +162,7 @@ def unstable_motions(tangents: Iterable[Array], N: int) -> Index:
     return found
 
 
-def _response(
+def response(
     robot: RobotStatics, geometric: GeometricStiffness, K: GeometricTerms, before: Balanced, deformation: Deformation
 ) -> tuple[Array, Array, tuple[Array, ...], Array]:
     """Return the displacements u (n, S, N), the twists (6, S, N), :attr:`Solution.tangents`, and the compliance (6, 6, N).
@@ -223,11 +223,12 @@ def _solved(matrix: Array, right: Array) -> Array:
 def _displacements(robot: RobotStatics, solution: Solution, geometric: GeometricStiffness, deformation: Deformation) -> Array:
     """Return the displacements u (n, S, N) due to every contribution.
 
-    The sag of bodies attached only to the base belongs to no contribution; it is added to the contribution of the first spring.
+    The sag of bodies attached only to the base belongs to no contribution; it is added to the contribution of the first spring,
+    or of the load.
     """
     motion = partial(_motion, robot, solution, deformation)
     u = geometric.displacements(motion, geometric.coordinates.blocks)
-    first = [k for k, item in enumerate(solution.sources) if item.startswith("spring ")]
+    first = [k for k, item in enumerate(solution.sources) if item.startswith("spring ")] or [0]
     u[:, first[:1]] += u[:, -1:]
     return u[:, :-1]
 

@@ -1,0 +1,143 @@
+"""Twist and compliance of the platform to second order in the forces.
+
+At the displaced pose the stiffness of a robot differs from that of linear theory by terms of first order in the forces. With the
+internal forces S(v) in a small motion v, the geometric stiffness K_g(S) is linear in S, and the third derivative of the energy
+along the displacement x and two motions v and w is K_g(S(x))[v, w] + K_g(S(v))[x, w] + K_g(S(w))[x, v]: the forces act at the
+unloaded geometry (first term), and the displacement changes the geometry on which elastic forces act (the others). The first term
+is part of the tangent stiffness, and therefore exact at any size; the others are of first order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array, Index
+from kinetostatics.statics.deformation import deform
+from kinetostatics.statics.geometric_stiffness import GeometricStiffness
+from kinetostatics.statics.link_loads import AppliedLoad
+from kinetostatics.statics.robot_statics import RobotStatics
+from kinetostatics.statics.solution import Solution, balanced
+from kinetostatics.statics.springs import placed_springs, response, unstable_motions
+from kinetostatics.statics.turning_parts import TurningParts
+
+#: Compliance, relative to the largest, below which the platform is rigid.
+_RIGID = 1e-9
+#: Number of halvings in (1 + X / 2ⁿ)^(2ⁿ), for exp(X).
+_HALVINGS = 20
+
+
+@dataclass(frozen=True)
+class Changes:
+    """Results of second order at N poses; NaN where the robot buckles.
+
+    Attributes:
+        twist, compliance: (6, N) and (6, 6, N), about o [m, rad; m/N, …].
+        stiffness: (6, N) relative changes of the principal stiffnesses of the platform.
+        motions: (6, 6, N) the motions against which they resist, as columns, with rotations multiplied by the robot's length; 0
+            where the platform is rigid or the robot buckles.
+    """
+
+    twist: Array
+    compliance: Array
+    stiffness: Array
+    motions: Array
+
+
+#: Names of unit loads on the platform.
+UNITS = tuple(f"unit load {k}" for k in range(6))
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """Tangent stiffness at the unloaded geometry with all forces of linear theory.
+
+    Attributes:
+        geometric_stiffness: the matrix (n, n, N) of the forces of given contributions, see :meth:`GeometricStiffness.under`.
+        sources: contributions, with the :data:`UNITS`.
+        u: (n, S, N) displacements by contribution, see :mod:`kinetostatics.statics.turning_parts`; x (n, N): without units.
+        twist, compliance: (6, N) and (6, 6, N), of the platform about o.
+        tangents: see :attr:`Solution.tangents`.
+    """
+
+    geometric_stiffness: Callable[..., Array]
+    sources: tuple[str, ...]
+    u: Array
+    x: Array
+    twist: Array
+    compliance: Array
+    tangents: tuple[Array, ...]
+
+
+def tangent_of(robot: RobotStatics, parts: TurningParts, solution: Solution, poses: Index | slice = slice(None)) -> Tangent:
+    """Return the tangent stiffness at some poses of an equilibrium of linear theory; see :func:`second_order`."""
+    frames, load, gravity = solution.frames.take(poses), solution.load[:, poses], solution.gravity[:, poses]
+    loads = [item.load.take(poses) for item in solution.applied if item.load.kind != "change"]
+    place, rows = robot.description.platform, np.repeat(np.eye(6)[:, :, None], load.shape[1], axis=2)
+    units = [AppliedLoad(name, {place: row}, {}, "unit") for name, row in zip(UNITS, rows, strict=True)]
+    groups, errors = tuple(item.group for item in solution.statics), solution.assembly_errors
+    errors = None if errors is None else errors.map(lambda array: array[:, poses])
+    before = balanced(robot, frames, load, gravity, errors, groups, (*loads, *units), solution.weights[:, :, poses])
+    deformation = deform(robot, before.solution)
+    geometric = GeometricStiffness(robot, parts, frames, placed_springs(robot, frames))
+    sources, blocks = before.solution.sources, geometric.coordinates.blocks
+    real = [k for k, name in enumerate(sources) if name not in UNITS]
+    terms = geometric.under(before.solution, deformation, [sources[k] for k in real])
+    u, twists, tangents, compliance = response(robot, geometric, terms, before, deformation)
+
+    def of(names: Sequence[str], own: bool = True) -> Array:
+        return geometric.under(before.solution, deformation, names, own).matrix(blocks, blocks)
+
+    return Tangent(of, sources, u, u[:, real].sum(axis=1), twists[:, real].sum(axis=1), compliance, tangents)
+
+
+def second_order(robot: RobotStatics, parts: TurningParts, solution: Solution, poses: Index | slice = slice(None)) -> Changes:
+    """Return results of second order at some poses of an equilibrium of linear theory; ``parts``: with its elastic actuators."""
+    tangent = tangent_of(robot, parts, solution, poses)
+    sources, u, compliance, N = tangent.sources, tangent.u, tangent.compliance, tangent.twist.shape[1]
+    unit, x = [name for name in sources if name in UNITS], tangent.x
+    v = u[:, [sources.index(name) for name in unit]]
+    T = np.stack([np.einsum("abn,bn->an", tangent.geometric_stiffness([name], own=False), x) for name in unit])  # K_g(S(v_i)) x
+    bent = np.einsum("ian,ajn->ijn", T, v)
+    change = -(bent + np.swapaxes(bent, 0, 1))
+    twist = tangent.twist - np.einsum("ian,an->in", T, x) / 2
+    sound = (unstable_motions(tangent.tangents, N) == 0) & np.all(np.isfinite(twist), axis=0) & ~solution.singular[poses]
+    scale = np.repeat([1.0, robot.length], 3)
+    unloaded, loaded, more = (
+        np.where(sound, np.moveaxis(np.nan_to_num(np.moveaxis(item, 2, 0)) * np.outer(scale, scale), 0, 2), 0.0).transpose(
+            2, 0, 1
+        )
+        for item in (solution.compliance[..., poses], compliance, change)
+    )
+    found = _displaced(loaded, more)
+    values, axes = np.linalg.eigh(unloaded)
+    values = np.where(values > _RIGID * values[:, -1:], values, 0.0)
+    root, squares = np.sqrt(values), values[:, :, None] ** 2 + values[:, None] ** 2
+    weight = 2 * root[:, :, None] * root[:, None] / np.where(squares > 0, squares, 1.0)  # that stiff motions turn does not count
+    softer, turn = np.linalg.eigh(np.swapaxes(axes, 1, 2) @ (loaded + more - unloaded) @ axes * weight)
+    stiffer = 1 / np.maximum(1 + softer, _RIGID) - 1
+    final = np.where(sound[:, None, None], found / np.outer(scale, scale), np.nan)
+    return Changes(
+        np.where(sound, twist, np.nan),
+        final.transpose(1, 2, 0),
+        np.where(sound[:, None], stiffer, np.nan).T,
+        np.where(sound[:, None, None], (axes * root[:, None]) @ turn, 0.0).transpose(1, 2, 0),
+    )
+
+
+def _displaced(compliance: Array, change: Array) -> Array:
+    """Return compliances C (N, 6, 6) after a first-order ``change``, as exp(X) C exp(X)ᵀ with the least X of X C + C Xᵀ = change.
+
+    Thus the softest motions turn and soften, and no compliance becomes negative.
+    """
+    values, axes = np.linalg.eigh(compliance)
+    values = np.where(values > _RIGID * values[:, -1:], values, 0.0)
+    squares = values[:, :, None] ** 2 + values[:, None] ** 2
+    X = (np.swapaxes(axes, 1, 2) @ change @ axes) * values[:, None] / np.where(squares > 0, squares, 1.0)
+    moved = np.eye(6) + X / 2**_HALVINGS
+    for _ in range(_HALVINGS):
+        moved = moved @ moved
+    half = axes @ (moved * np.sqrt(values)[:, None])
+    return np.asarray(half @ np.swapaxes(half, 1, 2))
