@@ -71,7 +71,7 @@ TESTS = {
     "calibration": "unit/calibration design/test_calibrate.py design/test_plan.py",
     "design": "unit/design design/test_optimize.py design/test_pareto.py design/test_tolerances.py design/test_requirements.py"
     " design/test_sensitivities.py",
-    "verification": "validation/test_verification.py",
+    "verification": "unit/verification validation/test_verification.py",
     "dynamics": "design/test_trajectory.py design/test_trajectory_profiles.py unit/reports/test_dynamics.py"
     " validation/test_motion.py",
     "parametric": "unit/parametric maps/test_parameter_units.py",

@@ -347,3 +347,31 @@ def test_poisson_ratio_follows_from_both_moduli_of_isotropic_materials(ratio: fl
     beam = Beam("rod", Tube.of(0.02), material)
     assert beam.poisson_ratio == pytest.approx(expected, abs=1e-15)
     assert Beam("rod", Tube.of(0.02), Material(1.0, poisson_ratio=0.4)).poisson_ratio == 0.4
+
+
+@pytest.mark.parametrize(
+    ("moments", "why"),
+    [
+        ((2.0, 3.0, 5.0), ""), ((2.0, 3.0, 5.004), ""), ((2.0, 3.0, 5.007), "exceed"), ((2.0, 3.0, 6.0), "exceed"),
+        ((0.0, 3.0, 3.0), ""), ((-0.002, 3.0, 3.0), ""), ((-0.004, 3.0, 3.0), "negative"), ((0.0, 0.0, 0.0), ""),
+        ((0.0, 0.0, 4e-6), ""), ((0.0, 0.0, 5e-6), "none may"), ((-4e-6, 0.0, 0.0), ""), ((-5e-6, 0.0, 0.0), "negative"),
+    ],
+)  # fmt: skip
+def test_moments_of_inertia_that_no_body_has(moments: tuple[float, float, float], why: str) -> None:
+    """Principal moments are none negative and none larger than the sum of the others, but for rounded decimals: a thousandth of
+    the largest, or 4.5e-6 kg·m². A rod and a point mass are at the limit."""
+    x, y, z = moments
+    flaw = Inertia((x, 0.0, 0.0, y, 0.0, z), (0.3, -0.2, 0.7)).flaw
+    assert (why in flaw) if why else not flaw
+
+
+def test_points_left_out_are_the_origin() -> None:
+    """Of loads on links and of payloads as links of their own."""
+    load = {"rod_1": ks.LinkLoad((1.0, 2.0, 3.0, 0.1, 0.2, 0.3))}
+    pose = ks.load_robot("3rps").assemble()
+    given = {"rod_1": replace(load["rod_1"], point=(0.0, 0.0, 0.0))}
+    np.testing.assert_array_equal(ks.analyze(pose, loads=load).twist, ks.analyze(pose, loads=given).twist)
+    description = pose.robot.description
+    link = next(iter(description.links))
+    plain, there = description.with_payload("tool", link, 2.0), description.with_payload("tool", link, 2.0, (0.0, 0.0, 0.0))
+    assert plain.joints["tool_mount"].origin == there.joints["tool_mount"].origin == Origin((0.0, 0.0, 0.0))
