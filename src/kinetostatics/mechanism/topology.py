@@ -9,11 +9,16 @@ import itertools
 from collections.abc import Iterator
 from dataclasses import replace
 
+import numpy as np
+
 from kinetostatics.math.graphs import blocks, joined, reachable
 from kinetostatics.mechanism.body_graph import BodyEdge, BodyGraph, DirectedEdge, RigidBody, directed_edges, place_of_end
 from kinetostatics.mechanism.joints import drives_of
 from kinetostatics.mechanism.limbs import AttachedBodies, Edge, Limb, LimbSegment, Topology
 from kinetostatics.mechanism.mechanism import Mechanism
+
+#: Distance from the end of a beam, relative to its length, within which a point counts as the end.
+AT_END = 1e-4
 
 
 def analyze_topology(mechanism: Mechanism) -> Topology:
@@ -70,6 +75,7 @@ class _TopologyBuilder:
         made.sort(key=lambda limb: min((order[link] for link in limb.links), default=len(order)))
         numbered = tuple(replace(limb, name=f"limb_{k}") for k, limb in enumerate(made, 1))
         self._check_actuators((*numbered, *hanging))
+        self._check_springs()
         on_limbs = {place for limb in numbered for place in limb.places}
         on_base, on_platform = (self._attached(root, attached[root], on_limbs) for root in (base, platform))
         unsupported = self._check_misplaced((*numbered, *hanging), (*on_base.edges, *on_platform.edges))
@@ -84,6 +90,27 @@ class _TopologyBuilder:
             beam_ends=self.beam_ends,
             without_support=unsupported,
         )
+
+    def _check_springs(self) -> None:
+        """Raise an error for springs at the end of a telescopic beam that does not move with the beam's link."""
+        for spring in self.mechanism.description.springs.values():
+            for link, point in ((spring.predecessor, spring.predecessor_point), (spring.successor, spring.successor_point)):
+                body, placement = self.mechanism.body_of[link]
+                at = placement[:3, :3] @ point + placement[:3, 3]
+                spans = [span for span in self.spans.values() if span.beam.link == link]
+                ends = [end for span in spans for end in ((span.start_body, span.start), (span.end_body, span.end))]
+                reach = AT_END * max((float(np.linalg.norm(local)) for _, local in ends), default=0.0)
+                other = sorted(
+                    {name for s in spans if s.start_body != s.end_body for name in (s.start_link, s.end_link)} - {link}
+                )
+                own = [local for number, local in ends if number == body]
+                if other and not any(np.linalg.norm(local - at) <= reach for local in own):
+                    points = [np.round(placement[:3, :3].T @ (local - placement[:3, 3]), 9) + 0.0 for local in own]
+                    right, links = " or ".join(str(tuple(point.tolist())) for point in points), " or ".join(map(repr, other))
+                    raise spring.place.error(
+                        f"the spring {spring.name!r} ends on {link!r} where no end of its beam moves with it: put it at {right} "
+                        f"of its frame, or on {links}"
+                    )
 
     def _coupled_limbs(
         self, limbs: list[tuple[list[RigidBody], list[BodyEdge]]]

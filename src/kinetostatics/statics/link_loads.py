@@ -22,6 +22,7 @@ from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.linalg import semidefinite
 from kinetostatics.math.screws import move_wrench, rotate
 from kinetostatics.mechanism.limbs import Edge
+from kinetostatics.mechanism.topology import AT_END
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.robot_statics import RobotStatics
 
@@ -170,8 +171,6 @@ def sum_of(applied: Iterable[AppliedStatics], places: Iterable[str] | None = Non
     return np.sum(mine, axis=0) if mine else np.zeros((6, 1))
 
 
-#: Distance from the end of a beam, relative to its length, within which a point counts as the end.
-_AT_END = 1e-4
 #: The name of a payload's contribution.
 PAYLOAD = "payload"
 
@@ -284,7 +283,7 @@ def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: 
     nowhere = np.all(np.isfinite(point), axis=0)
     ends = []
     for name in beams:
-        span, reach = topology.beams[name], _AT_END * np.abs(robot.beams[name].length(frames))
+        span, reach = topology.beams[name], AT_END * np.abs(robot.beams[name].length(frames))
         both = (span.start_body, span.start), (span.end_body, span.end)
         for place, (body, local) in zip(topology.beam_ends[name], both, strict=True):
             at = frames.point(body, local)

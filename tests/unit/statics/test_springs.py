@@ -268,3 +268,22 @@ def test_spring_without_length_fails_only_its_own_pose():
     assert found.status.tolist() == [ks.Status.SINGULAR, ks.Status.OK]
     np.testing.assert_allclose(found.actuator_forces["slide"], [np.nan, 40.0], rtol=1e-12)
     assert not any("length" in text for text in one.warnings)
+
+
+def test_springs_at_the_inner_end_of_telescopic_beams_are_refused_on_loading():
+    """There is an end at this pose only; at the outer end the spring is accepted, and reports are written at any pose."""
+    legs = robot("3rps")
+    beam, pose = legs.description.beams["rod_1"], legs.assemble()
+    frame, points = pose.frame(beam.link), ks.analyze(pose).beams["rod_1"].points
+    inner, outer = (tuple(map(float, frame[:3, :3].T @ (point - frame[:3, 3]))) for point in (points[0], points[-1]))
+    sprung = [legs.description.with_part(Spring("s", 100.0, "base", "rod_1", (0.1, 0.2, 0.0), end)) for end in (inner, outer)]
+    with pytest.raises(ks.RobotFileError) as error:
+        ks.Robot(sprung[0])
+    assert str(error.value) == (
+        "<python>: the spring 's' ends on 'rod_1' where no end of its beam moves with it: put it at (0.0, 0.0, 0.0) of its "
+        "frame, or on 'cylinder_1'"
+    )
+    high = ks.Robot(sprung[1]).assemble(platform={"z": 0.55, "rx": 0.0, "ry": 0.0})
+    assert "spring" in str(ks.analyze(high).report()) and ks.analyze(high).warnings == ()
+    on_cylinder = legs.description.with_part(Spring("s", 100.0, "base", "cylinder_1", (0.1, 0.2, 0.0)))
+    assert np.all(np.isfinite(ks.analyze(ks.Robot(on_cylinder).assemble()).twist))
