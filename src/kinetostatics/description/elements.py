@@ -89,7 +89,7 @@ class Inertia(ShortRepr):
         """Why no body has these moments, beyond :data:`ROUNDED_INERTIA`; empty if a body, rod or point mass has them."""
         least, middle, largest = np.linalg.eigvalsh(self.matrix)
         relative, absolute = ROUNDED_INERTIA
-        if min(least, least + middle - largest) >= -(relative * abs(largest) + absolute):
+        if least + middle - largest >= -(relative * abs(largest) + absolute):
             return ""
         listed = f"{least:.4g}, {middle:.4g} and {largest:.4g} kg·m²"
         why = "none may be negative" if least < 0 else "none may exceed the sum of the others"

@@ -82,7 +82,8 @@ def test_derived_units_have_the_dimensions_of_their_definitions(left, right):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "inch", "e", "N/", "/", "//m", "()", "mN·", "m5", "kgm", "Nx", "°C", "min", "m//s", "2", "mm mm x"]
+    "text",
+    ["", "inch", "e", "N/", "/", "//m", "()", "mN·", "m5", "kgm", "Nx", "°C", "min", "m//s", "2", "mm mm x", "(N", "N)", "1/(mm"],
 )
 def test_invalid_units_are_not_found(text):
     assert find_unit(text) is None
