@@ -33,6 +33,12 @@ if TYPE_CHECKING:
 
     from kinetostatics.buckling.members import Members
 
+#: Public attributes that a robot inherits.
+_PUBLIC = (
+    *("description", "mechanism", "topology"),
+    *("name", "size", "length", "mobility", "beams", "weights", "closing_error"),
+)
+
 
 def load_robot(
     path: str | os.PathLike[str],
@@ -93,6 +99,10 @@ class Robot(Reported, RobotKinematics):
         except RobotFileError as error:
             raise with_wrong_parent(error, mechanism) from None
         super().__init__(mechanism, topology)
+
+    def __dir__(self) -> list[str]:
+        names = {*vars(Robot), *vars(Reported), *_PUBLIC}
+        return [name for name in super().__dir__() if name in names or name.startswith("_")]
 
     @cached_property
     def model(self) -> pin.Model:

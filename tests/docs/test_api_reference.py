@@ -40,6 +40,16 @@ def test_functions_methods_and_properties_of_the_api_have_docstrings(entry):
             assert inspect.getdoc(member), function.__qualname__
 
 
+def test_names_of_a_robot_are_those_of_its_entry():
+    """``dir``, and with it completion, shows the entry's members and attributes, and ``report`` and ``to_dict``."""
+    page = (ROOT / "docs" / "reference" / "api" / "loading.md").read_text("utf-8")
+    inherited = re.search(r"^::: kinetostatics\.Robot\n(?:    .*\n)*?      inherited_members: \[(.*)\]", page, re.MULTILINE)
+    attributes = re.findall(r"^    (\w+): ", inspect.getdoc(ks.Robot).partition("Attributes:")[2], re.MULTILINE)
+    own = {name for name in vars(ks.Robot) if name[0] != "_"}
+    shown = [name for name in dir(ks.load_robot("3rps")) if name[0] != "_"]
+    assert sorted({*own, *attributes, *inherited[1].split(", "), "report", "to_dict"}) == shown and len(shown) < 25
+
+
 def test_every_command_has_its_help_on_the_page():
     page = (ROOT / "docs" / "reference" / "command_line.md").read_text("utf-8")
     assert re.findall(r"^## `kinetostatics (\w+)`\n\n<!-- help: \1 -->$", page, re.MULTILINE) == list(COMMANDS)
