@@ -383,6 +383,10 @@ class Solved:
         V = self.vectors[:, self.kept]
         return V @ ((V.T @ right) / self.values[self.kept].reshape(-1, *[1] * (right.ndim - 1)))
 
+    def unbalanced(self, right):
+        """Return the part of a right-hand side that does work along directions without stiffness."""
+        return float(np.abs(self.vectors[:, ~self.kept].T @ right).max(initial=0.0) / max(np.abs(right).max(), 1e-300))
+
     def free(self, rows):
         """Return how much of the given coordinates the directions without stiffness move."""
         return float(np.abs(self.vectors[rows][:, ~self.kept]).max(initial=0.0))
@@ -406,7 +410,8 @@ class Answer:
         linear_twist, linear: the same without geometric stiffness.
         negative: number of negative eigenvalues of the tangent stiffness, inner freedoms included.
         free: whether the platform can move without resistance.
-        gap: how far from zero the smallest stiffness is, in units of what counts as zero: large if the answer is sure.
+        gap: how far from zero the smallest stiffness is, in units of what counts as zero: large if the answer is sure; 0 if
+            nothing balances the loads.
         turn: largest rotation [rad] of any body or section; at the pose, of linear theory.
     """
 
@@ -446,11 +451,12 @@ def _largest_rotation(structure, state):
     return float(np.linalg.norm(np.append(bodies, inner).reshape(-1, 6)[:, 3:], axis=1).max())
 
 
-def _answer(structure, twist, compliance, linear, tangent, factors, negative, turn):
+def _answer(structure, twist, compliance, found, tangent, factors, negative, turn):
     unit = np.repeat([structure.length, 1.0], 3)
     scale = np.outer(unit, unit) / (structure.force * structure.length)
-    gap, free = min(tangent.gap, factors.gap), tangent.free(slice(6)) > 1e-6
-    rigid = _platform(structure, factors)
+    balanced = factors.unbalanced(found.gradient) < 1e-7
+    gap, free = min(tangent.gap, factors.gap) * balanced, tangent.free(slice(6)) > 1e-6
+    linear, rigid = -factors.solve(found.gradient), _platform(structure, factors)
     return Answer(twist * unit, compliance * scale, linear[:6] * unit, rigid * scale, negative, free, gap, turn)
 
 
@@ -470,9 +476,8 @@ def at_the_pose(structure, stiffening_loads=True):
     tangent = Solved.of(loaded.hessian)
     twist = -tangent.solve(equations(structure, state).gradient)[:6]
     negative = tangent.negative + loaded.inner_negative - factors.negative - found.inner_negative
-    linear = -factors.solve(found.gradient)
-    turn = _largest_rotation(structure, moved_by(structure, at_rest(structure), found, linear))
-    return _answer(structure, twist, _platform(structure, tangent), linear, tangent, factors, negative, turn)
+    turn = _largest_rotation(structure, moved_by(structure, at_rest(structure), found, -factors.solve(found.gradient)))
+    return _answer(structure, twist, _platform(structure, tangent), found, tangent, factors, negative, turn)
 
 
 def _forces_at_the_pose(structure, solution):
@@ -515,9 +520,8 @@ def in_equilibrium(structure, iterations=12, tolerance=1e-11):
     found = equations(structure, state)
     tangent = Solved.of(found.hessian)
     negative = tangent.negative + found.inner_negative - factors.negative - first.inner_negative
-    linear = -factors.solve(first.gradient)
     compliance, turn = _platform(structure, tangent, state.x[3:6]), _largest_rotation(structure, state)
-    return _answer(structure, state.x[:6], compliance, linear, tangent, factors, negative, turn)
+    return _answer(structure, state.x[:6], compliance, first, tangent, factors, negative, turn)
 
 
 def _followed(structure, scales, iterations, tolerance):
