@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 import textwrap
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
+from importlib.resources import files
 from pathlib import Path
 from typing import TextIO
 
@@ -155,6 +157,17 @@ def save_page(path: str | os.PathLike[str], page: Callable[[], str]) -> None:
     """
     file = html_path(path)
     write_text(file, page())
+
+
+def asset(package: str, name: str) -> str:
+    """Return a text of the folder ``assets`` of a package."""
+    return (files(package) / "assets" / name).read_text(encoding="utf-8")
+
+
+def filled(template: str, texts: Mapping[str, object], markup: Mapping[str, str]) -> str:
+    """Return a template with each ``{{name}}`` replaced by one of the ``texts``, escaped, or of the ``markup``, as it is."""
+    pieces = {**{name: escape(str(text)) for name, text in texts.items()}, **markup}
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: pieces[found[1]], template)
 
 
 def report_html(title: str, sections: Iterable[ReportSection]) -> str:

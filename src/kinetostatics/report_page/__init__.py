@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import base64
 import os
-import re
 import tempfile
 from collections.abc import Sequence
 from html import escape
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +19,7 @@ from kinetostatics.compensation import compensate
 from kinetostatics.exceptions import ArgumentError, CoordinatesError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.numbers import ANGLES, LENGTHS, STIFFNESSES, NoiseFloor, NumberFormat, join_words, quantity
-from kinetostatics.layout.renderings import save_page
+from kinetostatics.layout.renderings import asset, filled, save_page
 from kinetostatics.math.arrays import Array
 from kinetostatics.reports.map import coordinate_words, map_report
 from kinetostatics.reports.result import noise_floor
@@ -123,13 +121,9 @@ def report_html(
         "The robot": robot.report().html(),
     }
     body = [f"<section>\n<h2>{name}</h2>\n{text}\n</section>" for name, text in parts.items() if text]
-    pieces = {"title": escape(heading), "version": escape(versions()["kinetostatics"]), "body": "\n".join(body)}
-    pieces |= {"style": _asset("report.css"), "script": _asset("report.js")}
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: pieces[found[1]], _asset("report.html"))
-
-
-def _asset(name: str) -> str:
-    return (files("kinetostatics.report_page") / "assets" / name).read_text(encoding="utf-8")
+    style, script, template = (asset(__package__, f"report.{ending}") for ending in ("css", "js", "html"))
+    texts = {"title": heading, "version": versions()["kinetostatics"]}
+    return filled(template, texts, {"body": "\n".join(body), "style": style, "script": script})
 
 
 # ---- chapters ---------------------------------------------------------------------------------------------------------

@@ -6,14 +6,12 @@ import contextlib
 import html
 import json
 import os
-import re
 import shutil
 import subprocess
 import tempfile
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
-from importlib.resources import files
+from functools import cache, partial
 from importlib.util import find_spec
 from pathlib import Path
 from subprocess import DEVNULL
@@ -21,10 +19,12 @@ from urllib.parse import urlencode
 
 from kinetostatics.arguments import warn
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.layout.renderings import asset, filled
 from kinetostatics.output_files import replacing
 from kinetostatics.viewer.description import Scene
 from kinetostatics.viewer.packing import Packing, zipped
 
+_asset = partial(asset, __package__)
 _SCRIPTS = (
     "motion.js", "labels.js", "drawing.js", "colouring.js", "compare.js", "views.js", "panel.js", "modes.js", "cards.js",
     "picture.js", "live.js", "page.js",
@@ -59,22 +59,17 @@ def fitting_page(describe: Callable[[int], Scene], every: int = 1) -> str:
 def page_html(scene: dict[str, object]) -> str:
     """Return the page of the data ``scene``, made by :meth:`Scene.plain`."""
     held = {"meshcat": _meshcat(), "scene": scene}
-    parts = {
-        "title": html.escape(str(scene["title"])),
+    markup = {
         "style": _asset("page.css"),
         "packed": zipped(json.dumps(held, allow_nan=False, separators=(",", ":"))),
         "unpacking": _asset("unpacking.js"),
-        "script": "".join(_asset(name) for name in _SCRIPTS),
+        "script": "".join(map(_asset, _SCRIPTS)),
     }
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _asset("page.html"))
+    return filled(_asset("page.html"), {"title": scene["title"]}, markup)
 
 
 def iframe_html(page: str, height: int = 640) -> str:
     return f'<iframe srcdoc="{html.escape(page)}" style="width: 100%; height: {height}px; border: 1px solid #8888"></iframe>'
-
-
-def _asset(name: str) -> str:
-    return (files("kinetostatics.viewer") / "assets" / name).read_text(encoding="utf-8")
 
 
 @cache

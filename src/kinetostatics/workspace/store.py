@@ -19,11 +19,12 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.layout.report import as_json
 from kinetostatics.math.arrays import Values
 from kinetostatics.output_files import replacing
 from kinetostatics.workspace.dataset import Labels, attributes_of, dataset, shapes
 from kinetostatics.workspace.grid import Block, cut
-from kinetostatics.workspace.sweep_plan import SweepPlan, plain
+from kinetostatics.workspace.sweep_plan import SweepPlan
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -173,11 +174,11 @@ class Store(Arrays):
                     shape=shape,
                     dtype=item.dtype,
                     fill_value=np.nan if np.dtype(item.dtype).kind == "f" else None,
-                    attributes={"_ARRAY_DIMENSIONS": dims, **{key: plain(value) for key, value in attributes_of(name).items()}},
+                    attributes={"_ARRAY_DIMENSIONS": dims, **{key: as_json(value) for key, value in attributes_of(name).items()}},
                     chunks=tuple(min(lengths.get(dim, n), n) for dim, n in zip(dims, shape, strict=True)),
                     compressors=None,
                 )
-            group.attrs[NOTES] = {"sizes": list(self.sizes), "facts": plain(self.plan.facts)}
+            group.attrs[NOTES] = {"sizes": list(self.sizes), "facts": as_json(self.plan.facts)}
         with zarr.config.set({"array.write_empty_chunks": True}):  # otherwise zarr omits chunks of zeros or NaN
             self._group, self.arrays = group, {name: group[name] for name in self._items}
 
@@ -200,7 +201,7 @@ class Store(Arrays):
             readable = len(sizes) == len(self.sizes) and all(name in group for name in self._items)
         except (OSError, ValueError, KeyError, TypeError):
             known, readable = {}, False
-        facts = json.loads(json.dumps(plain(self.plan.facts)))  # converted through JSON like the stored ones
+        facts = json.loads(json.dumps(as_json(self.plan.facts)))  # converted through JSON like the stored ones
         differ = sorted(key for key in {*facts, *known} if facts.get(key) != known.get(key))
         if differ or not readable:
             robot = "robot, or its file has changed"

@@ -16,7 +16,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from importlib import metadata
 
@@ -31,6 +31,7 @@ from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.files.reader import read_robot_file
 from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.layout.report import as_json
 from kinetostatics.math.arrays import Array
 from kinetostatics.robot import Robot
 from kinetostatics.workspace.grid import Axis, Block, Field, cut, sizes_of
@@ -213,7 +214,7 @@ class SweepPlan:
             "gravity": self.gravity.as_json(),
             "point": None if self.point is None else self.point.as_json(),
             "frame": self.frame,
-            **{name: plain(value) for name, value in self.extras.items() if name == "assembly_errors" or value is not None},
+            **{name: as_json(value) for name, value in self.extras.items() if name == "assembly_errors" or value is not None},
             "closure_tolerance": self.closure_tolerance,
             "outputs": list(self.outputs),
             **({"modes": self.modes} if self.modes else {}),
@@ -251,20 +252,9 @@ def naming_parameters(parameters: Mapping[str, object]) -> Iterator[None]:
         raise RobotFileError(f"{error.reason} (with {values})", error.file, error.line) from None
 
 
-def plain(value: object) -> object:
-    """Convert dataclasses, mappings and arrays, also nested ones, to JSON's types."""
-    if is_dataclass(value) and not isinstance(value, type):
-        return {item.name: plain(getattr(value, item.name)) for item in fields(value)}
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(item) for item in value]
-    return np.asarray(value).tolist() if isinstance(value, (np.ndarray, np.generic)) else value
-
-
 def as_text(value: object) -> str:
     """Return JSON with sorted keys, so that equal values have equal text."""
-    return json.dumps(plain(value), sort_keys=True, ensure_ascii=False, separators=(",", ":"))
+    return json.dumps(as_json(value), sort_keys=True, ensure_ascii=False, separators=(",", ":"))
 
 
 def sha256_of(path: str | os.PathLike[str]) -> str:
