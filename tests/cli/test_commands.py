@@ -7,7 +7,7 @@ import shlex
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.arguments import ARGUMENTS, LOADS, ROBOT
+from kinetostatics.cli.arguments import ARGUMENTS, LOADS, ROBOT
 from kinetostatics.cli.commands import COMMANDS, command
 from kinetostatics.cli.inputs import option_of, parse_quantity
 from kinetostatics.cli.main import make_parser

@@ -9,7 +9,8 @@ import os
 import shlex
 from typing import TYPE_CHECKING
 
-from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument, Keyword
+from kinetostatics.arguments import Keyword
+from kinetostatics.cli.arguments import LOADS, POSE, ROBOT, Argument
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import (
     GRID_HELP,

@@ -11,7 +11,8 @@ import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from kinetostatics.arguments import ARGUMENTS, Argument, Keyword
+from kinetostatics.arguments import Keyword
+from kinetostatics.cli.arguments import ARGUMENTS, Argument
 from kinetostatics.cli.inputs import option_of
 
 #: Arguments with the coordinates of the pose; only one of them may be given.
@@ -64,7 +65,7 @@ class Command:
     Attributes:
         run: function that executes the command with its options, and returns the exit code.
         help: description of one line.
-        arguments: names of its arguments in :data:`kinetostatics.arguments.ARGUMENTS`.
+        arguments: names of its arguments in :data:`kinetostatics.cli.arguments.ARGUMENTS`.
         examples: command lines without the program's name.
         function: the function of the package that it calls, as "module:name".
         own: arguments that only this command has, or that have another meaning in it.

@@ -6,7 +6,8 @@ import argparse
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument, Keyword
+from kinetostatics.arguments import Keyword
+from kinetostatics.cli.arguments import LOADS, POSE, ROBOT, Argument
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import (
     VALUES_HELP,

@@ -10,7 +10,8 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from kinetostatics.arguments import Argument, Keyword, whole_number
+from kinetostatics.arguments import Keyword, whole_number
+from kinetostatics.cli.arguments import Argument
 from kinetostatics.description.units import KINDS, KNOWN, PLATFORM_KINDS, Unit, article, find_unit, typed_number
 from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
 

@@ -10,7 +10,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument, Keyword
+from kinetostatics.arguments import Keyword
+from kinetostatics.cli.arguments import LOADS, POSE, ROBOT, Argument
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import (
     GRID_HELP,

@@ -7,7 +7,8 @@ import contextlib
 import functools
 from typing import TYPE_CHECKING
 
-from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument, Keyword
+from kinetostatics.arguments import Keyword
+from kinetostatics.cli.arguments import LOADS, POSE, ROBOT, Argument
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import (
     GRID_HELP,

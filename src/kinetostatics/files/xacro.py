@@ -21,7 +21,7 @@ from pathlib import Path
 from types import ModuleType, TracebackType
 from xml.dom import minidom
 
-from kinetostatics.arguments import check
+from kinetostatics.arguments import check_mapping
 from kinetostatics.description.elements import Place
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.attributes import si_hint
@@ -208,7 +208,7 @@ def read_document(
             given.
         ArgumentError: a parameter is neither a number nor a string.
     """
-    check("parameters", parameters)
+    check_mapping("parameters", parameters, '{"rod_diameter": 0.08}')
     document, uses_xacro = parse(data, path)
     warnings: list[str] = []
     if uses_xacro:
