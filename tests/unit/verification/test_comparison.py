@@ -1,5 +1,6 @@
 """Relative differences, extrapolation and verdicts of ``verify``, without finite elements."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,8 +8,9 @@ import pytest
 
 from kinetostatics.verification import OpenSeesError
 from kinetostatics.verification.compare import Verification, _ReferenceValues, _relative
+from kinetostatics.verification.frame import FrameBeam, FrameJoint, FrameModel, JointSpring
 from kinetostatics.verification.frequencies import MESHES, _limit, relative_difference
-from kinetostatics.verification.opensees import FrameSolution, SingularFrame, _scatter, least_scatter, weights_at_zero
+from kinetostatics.verification.opensees import FrameSolution, FrameUnits, SingularFrame, _scatter, least_scatter, weights_at_zero
 
 INF, NAN, L = np.inf, np.nan, 0.5
 UNIT = np.repeat([1.0, L], 3)
@@ -158,3 +160,49 @@ def test_first_regularization_that_is_sure_or_the_least_scatter():
     assert least_scatter([2.0, 3.0, 5.0, 1.0], 0.01, solved) == "with 3.0"
     with pytest.raises(OpenSeesError, match="lost"):
         least_scatter([1.0, 1.0], 0.1, solved)
+
+
+def frame_joint(name, pieces, blocked=5, springs=(), error=0.0):
+    """A joint at the origin with so many blocked directions."""
+    return FrameJoint(name, pieces, np.zeros(3), np.eye(3), np.arange(6) < blocked, springs, np.full(6, error))
+
+
+def frame_model(joints, loads=None, beams=(), compounds=()):
+    n = 1 + max(piece for joint in joints for piece in joint.pieces)
+    loads = np.zeros((n, 6)) if loads is None else loads
+    return FrameModel(0, n - 1, np.zeros((n, 3)), loads, beams, tuple(joints), (), 2.0, L, compound_joints=compounds)
+
+
+def test_units_are_the_largest_force_or_one():
+    """Forces on pieces with moments divided by the size, weights of beams, what assembly errors cause; nothing of these: 1 N."""
+    joint, soft = frame_joint("j", (0, 1)), JointSpring(np.eye(3), np.array([5e5, INF, INF, INF, INF, 1e9]))
+    beam = FrameBeam(
+        "rod", (0, 1), np.array([[0, 0, 0], [3.0, 0, 0]]), np.eye(3), (6e6,) * 6, np.array([0, 0, 4.0, 0, 0, 0]), 0.0, np.zeros(3)
+    )
+    assert FrameUnits(frame_model([joint])).force == 1.0
+    assert FrameUnits(frame_model([joint], np.array([[0.0] * 6, [0, -3.0, 0, 0, 8.0, 0]]))).force == 4.0
+    assert FrameUnits(frame_model([joint], beams=(beam,))).force == 12.0
+    twisted = frame_model([frame_joint("j", (0, 1), springs=(soft,), error=1e-3)])
+    assert twisted.stiffest == pytest.approx(1e9 / L**2) and twisted.largest_assembly_error == pytest.approx(
+        1e-3 * np.sqrt(3 + 12)
+    )
+    assert FrameUnits(twisted).force == pytest.approx(1e-3 * np.sqrt(15) * 1e9 / L**2)
+    assert frame_model([joint]).stiffest == 1.0 and frame_model([joint], beams=(beam,)).stiffest == 2e6
+    rod = replace(beam, length_error=-0.5)
+    assert frame_model([joint], beams=(rod,)).largest_assembly_error == 0.5
+
+
+def test_compound_joint_reaches_through_rigid_joints_only():
+    """Two hinges with a fixed joint between them are one universal joint, from the first piece to the last; alone each is itself."""
+    first, second, other = frame_joint("a", (0, 1)), frame_joint("b", (2, 3)), frame_joint("c", (3, 4))
+    compounds = (frozenset(("a", "b")),)
+    model = frame_model([first, frame_joint("weld", (1, 2), 6), second, other], compounds=compounds)
+    assert model.compound_of(first) == model.compound_of(second) == ([first, second], (0, 3))
+    assert model.compound_of(other) == ([other], (3, 4))
+    meeting = frame_joint("b", (1, 2))
+    assert frame_model([first, meeting, frame_joint("d", (2, 3), 6)], compounds=compounds).compound_of(first)[1] == (0, 2)
+    # a joint that is blocked but elastic, or free, joins no pieces
+    elastic = frame_joint("weld", (3, 0), 6, (JointSpring(np.eye(3), np.full(6, 1e6)),))
+    for between in (elastic, frame_joint("hinge", (3, 0), 5)):
+        model = frame_model([first, frame_joint("weld", (1, 2), 6), second, between], compounds=compounds)
+        assert model.compound_of(first)[1] == (0, 3)
