@@ -193,7 +193,7 @@ def test_units_are_the_largest_force_or_one():
 
 
 def test_compound_joint_reaches_through_rigid_joints_only():
-    """Two hinges with a fixed joint between them are one universal joint, from the first piece to the last; alone each is itself."""
+    """Two hinges with a fixed joint between them are one universal joint, from the first piece to the last."""
     first, second, other = frame_joint("a", (0, 1)), frame_joint("b", (2, 3)), frame_joint("c", (3, 4))
     compounds = (frozenset(("a", "b")),)
     model = frame_model([first, frame_joint("weld", (1, 2), 6), second, other], compounds=compounds)
