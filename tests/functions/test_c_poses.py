@@ -9,6 +9,7 @@ import c_programs
 import numpy as np
 import package_robots
 import pytest
+import simple_machines as sm
 from c_programs import NEEDS_ARM, around, on_cortex_m7, rows, run
 from telescopes import mast
 
@@ -96,3 +97,23 @@ def test_c_for_cortex_m7_uses_no_static_memory(tmp_path):
     )
     called = set(names.stdout.replace("U", " ").split())
     assert called <= {*"memcpy memset sqrt sin cos tan atan2 acos asin fabs fmax fmin pow round rint floor".split()}
+
+
+@pytest.mark.parametrize("times", [1.0, -0.5, 1 / 3])
+def test_endless_joints_that_mimic_endless_actuators_turn_beyond_half_turns(times, tmp_path):
+    """The platform is given, up to more than half a turn of the actuator; its turns follow from the other joint."""
+    arm = [sm.link("base"), sm.link("upper", 2.0), sm.link("fore", 1.0), sm.link("platform", 0.5)]
+    mimic = f'<mimic joint="shoulder" multiplier="{times}"/></joint>'
+    arm += [sm.joint("shoulder", "continuous", "base", "upper")]
+    arm += [sm.joint("elbow", "continuous", "upper", "fore", "0.4 0 0").replace("</joint>", mimic)]
+    arm += [sm.joint("wrist", "fixed", "fore", "platform", "0.3 0 0"), sm.bar("upper", "shoulder", "elbow")]
+    arm += [sm.bar("fore", "elbow", "wrist"), '<transmission name="t"><joint name="shoulder"/></transmission>']
+    f = ks.compile(sm.robot(*arm), ("ry",), outputs=("twist", "actuators"), engine="numpy")
+    angles = np.array([0.5, 2.0, 3.0, 3.3, 4.0, 5.5, -2.0, -3.5, -5.0])
+    inputs = np.zeros((len(angles), 10))
+    inputs[:, 0], inputs[:, 9] = angles, -9.81
+    status, found = run(c_programs.driver(f.export_c(tmp_path)), inputs)
+    expected = f(ry=angles)
+    assert np.abs(expected["actuators"]).max() > (3.2 if times < 1 else 2.7) and not np.any(status)
+    np.testing.assert_allclose(found[:, :6], expected["twist"], rtol=1e-9, atol=1e-12 * np.abs(expected["twist"]).max())
+    np.testing.assert_allclose(found[:, 6:7], expected["actuators"], rtol=1e-9)

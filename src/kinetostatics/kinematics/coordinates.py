@@ -173,7 +173,7 @@ class Couplings:
         best, least = value, misplaced(value)
         turned = np.where(value > near, -2 * np.pi, 2 * np.pi)
         for turn in range(1, turns + 1):
-            if not np.any(least > _ALIKE):
+            if x.dtype != object and not np.any(least > _ALIKE):  # then no option is better; recorded code tries all of them
                 break
             for option in (value + turn * turned, value - turn * turned):
                 error = misplaced(option)
