@@ -47,10 +47,7 @@ def blocks(
     Returns:
         The subgraphs in series: first node, last node, and edges of each; none if ``start`` or ``goal`` has no edge.
     """
-    at: dict[Node, list[Node]] = {}
-    for edge in edges:
-        for one, other in (ends(edge), ends(edge)[::-1]):
-            at.setdefault(one, []).append(other)
+    at = neighbours_of(map(ends, edges))
     if start not in at or goal not in at:
         return []
 
