@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import tomllib
 from importlib import metadata
 from pathlib import Path
 
@@ -123,8 +124,9 @@ def test_readme_verifies_the_pose_that_it_analyses():
 
 
 def test_size_of_the_environment_is_that_of_the_required_packages():
-    """A fresh environment has 1.47 GB; pip and compiled modules, a tenth of it, are not among the files of packages."""
-    total, of_pinocchio, seen, wanted = 0, 0, set(), [Requirement("kinetostatics")]
+    """pip and compiled modules, some per cent of a fresh environment, are not among the files of packages."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    total, of_pinocchio, seen, wanted = 0, 0, set(), [Requirement(text) for text in project["dependencies"]]
     while wanted:
         requirement = wanted.pop()
         package = metadata.distribution(requirement.name)
@@ -143,7 +145,7 @@ def test_size_of_the_environment_is_that_of_the_required_packages():
         r"takes ([\d.]+) GB of disk, of which Pinocchio, its libraries and its example robots take ([\d.]+) GB",
         " ".join(README.split()),
     )
-    assert total / 1e9 == pytest.approx(0.9 * float(words[1]), rel=0.1)
+    assert total / 1e9 == pytest.approx(0.95 * float(words[1]), rel=0.1)
     assert of_pinocchio / 1e9 == pytest.approx(float(words[2]), rel=0.1)
 
 
