@@ -1,9 +1,6 @@
 """The page's scene, its files and the answers of a live page: everything that can be checked without a browser."""
 
 import base64
-import re
-import subprocess
-import sys
 import warnings
 from dataclasses import replace
 
@@ -399,47 +396,10 @@ def test_meshes_are_read_and_scaled(tmp_path, monkeypatch):
     np.testing.assert_allclose((vertices.max(axis=0) + vertices.min(axis=0)) / 2, [0.2, 0, 0], atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("visual", "reason"),
-    [
-        ('<geometry><cylinder radius="thick" length="1"/></geometry>', "radius='thick' of <cylinder> is not a number"),
-        ('<geometry><box size="1 2"/></geometry>', "size='1 2' of <box> must be three numbers, not 2"),
-        ("<geometry><mesh/></geometry>", "<mesh> lacks the attribute 'filename'"),
-        ('<material name="red"><color rgba="1 0"/></material><geometry><sphere radius="1"/></geometry>', "must be three numbers"),
-    ],
-)
-def test_wrong_visual_is_left_out_with_a_warning_that_names_line_and_attribute(visual, reason):
-    description = parallelogram(f"<visual>{visual}</visual>").description
-    with pytest.warns(
-        UserWarning, match=f"^parallelogram.urdf:2: .*{re.escape(reason)}.*; this visual of link 'plate' is not drawn$"
-    ):
+def test_wrong_visual_leaves_the_visuals_out_with_a_warning():
+    description = parallelogram('<visual><geometry><cylinder radius="thick" length="1"/></geometry></visual>').description
+    with pytest.warns(UserWarning, match="no <visual> is drawn, since one of them cannot be read: .*thick"):
         assert link_visuals(description) == {}
-
-
-def test_meshes_are_found_in_packages_around_the_robot_and_by_absolute_names(tmp_path):
-    trimesh.creation.box([1, 2, 3]).export(tmp_path / "box.stl")
-    inside = tmp_path / "urdf" / "robot.urdf"
-    inside.parent.mkdir()
-    for filename in ("package://unknown_package/box.stl", "../box.stl", "box.stl", f"file://{tmp_path}/box.stl"):
-        visual = f'<visual><geometry><mesh filename="{filename}"/></geometry></visual>'
-        description = replace(parallelogram(visual).description, path=str(inside))
-        np.testing.assert_allclose(np.ptp(link_visuals(description)["plate"].surface.vertices, axis=0), [1, 2, 3])
-
-
-def test_meshes_need_no_more_packages_than_the_package_asks_for(tmp_path):
-    """Of the extra ``easy`` of trimesh."""
-    trimesh.creation.box([1, 2, 3]).export(tmp_path / "box.dae")
-    shapes = ('<mesh filename="box.dae"/>', '<sphere radius="1"/>')
-    visuals = "".join(f"<visual><geometry>{shape}</geometry></visual>" for shape in shapes)
-    (tmp_path / "robot.urdf").write_text(PARALLELOGRAM.format(visual=visuals))
-    absent = "scipy embreex vhacdx manifold3d mapbox_earcut shapely rtree lxml httpx jsonschema charset_normalizer xxhash svg PIL"
-    code = (
-        f"import sys, warnings; sys.modules.update(dict.fromkeys({absent.split()})); warnings.simplefilter('error')\n"
-        "import kinetostatics as ks; from kinetostatics.viewer.visuals import link_visuals\n"
-        "plate = link_visuals(ks.load_robot('robot.urdf').description)['plate']; assert plate.read > 1000, plate.read"
-    )
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.slow

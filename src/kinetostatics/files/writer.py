@@ -153,7 +153,7 @@ def robot_text(description: RobotDescription, comment: str = "") -> str:
 
 def robot_element(description: RobotDescription) -> XmlElement:
     place = Place(description.path)
-    extra = elements_of(description.extra, place, "the description")
+    extra = _elements_of(description.extra, place, "the description")
     transmissions = [item for item in extra if item.tag == "transmission"]
     links, joints = _values(description.links), _values(description.joints)
     known = {*description.joints, *description.loops}
@@ -167,8 +167,8 @@ def robot_element(description: RobotDescription) -> XmlElement:
         "robot",
         attributes if description.name is None else {"name": description.name, **attributes},
         (
-            *(write_link(link, elements_of(link.extra, link.place, f"link {link.name!r}")) for link in links),
-            *(write_joint(joint, elements_of(joint.extra, joint.place, f"joint {joint.name!r}")) for joint in joints),
+            *(write_link(link, _elements_of(link.extra, link.place, f"link {link.name!r}")) for link in links),
+            *(write_joint(joint, _elements_of(joint.extra, joint.place, f"joint {joint.name!r}")) for joint in joints),
             *([BASE.write(description, place, "robot")] if description.base else []),
             PLATFORM.write(description, description.platform_place, "robot"),
             *map(write_loop, _values(description.loops)),
@@ -192,7 +192,7 @@ def _values(table: Mapping[str, Item], key: str = "name") -> list[Item]:
 
 
 @lru_cache(maxsize=1000)
-def elements_of(extra: str, place: Place, owner: str) -> tuple[XmlElement, ...]:
+def _elements_of(extra: str, place: Place, owner: str) -> tuple[XmlElement, ...]:
     """Return the elements of an XML text; ``place`` and ``owner`` of the part with this text are used in errors."""
     if not extra:
         return ()

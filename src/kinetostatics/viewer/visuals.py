@@ -1,30 +1,25 @@
-"""Surfaces of the links: shapes and meshes of the URDF's ``<visual>`` elements."""
+"""Surfaces of the links: shapes and meshes of the URDF's ``<visual>`` elements, read by yourdfpy."""
 
 from __future__ import annotations
 
 import contextlib
+import io
+import logging
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.arguments import warn
-from kinetostatics.description.elements import Place
-from kinetostatics.exceptions import RobotFileError
-from kinetostatics.files.attributes import number, text, vector
 from kinetostatics.files.bundled import PackageNotFound, package_folder
-from kinetostatics.files.element_tables import SHAPE
-from kinetostatics.files.writer import elements_of
-from kinetostatics.files.xml import XmlElement
 from kinetostatics.viewer.shapes import Surface, joined
 
 if TYPE_CHECKING:
     import trimesh
+    import yourdfpy
 
     from kinetostatics.description.robot_description import RobotDescription
 
@@ -56,19 +51,28 @@ class LinkVisual:
 
 def link_visuals(description: RobotDescription) -> dict[str, LinkVisual]:
     """Return the visuals of the links, by link name; a warning gives the first mesh that cannot be read, and their number."""
+    import yourdfpy
+
     folder = os.path.dirname(description.path)
+    logger = logging.getLogger("yourdfpy.urdf")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)  # it also warns of missing meshes
     missing: list[str] = []
-    materials = elements_of(description.extra, Place(description.path), "the description")
-    palette = {item.attributes.get("name", ""): item for item in materials if item.tag == "material"}
-    raw: list[tuple[str, Surface, tuple[float, float, float]]] = []
-    for link in description.links.values():
-        for visual in elements_of(link.extra, link.place, f"link {link.name!r}"):
-            if visual.tag == "visual":
-                try:
-                    colour = _colour(visual.child("material"), palette)
-                    raw += [(link.name, mesh, colour) for mesh in _meshes(visual, folder, link.name, missing)]
-                except RobotFileError as error:
-                    missing.append(f"{error}; this visual of link {link.name!r} is not drawn")
+    try:
+        urdf = yourdfpy.URDF.load(
+            io.BytesIO(description.urdf.encode()), build_scene_graph=False, load_meshes=False, mesh_dir=folder
+        )
+        palette = {item.name: item.color for item in urdf.robot.materials}
+        raw: list[tuple[str, Surface, tuple[float, float, float]]] = []
+        for link in urdf.robot.links:
+            for visual in link.visuals:
+                colour = _colour(visual.material, palette)
+                raw += [(link.name, mesh, colour) for mesh in _meshes(visual, folder, link.name, missing)]
+    except (TypeError, ValueError) as error:
+        warn(f"{description.path}: no <visual> is drawn, since one of them cannot be read: {error}")
+        return {}
+    finally:
+        logger.setLevel(level)
     if missing:
         more = f" (and {len(missing) - 1} more meshes)" if len(missing) > 1 else ""
         warn(f"{missing[0]}{more}")
@@ -83,26 +87,24 @@ def link_visuals(description: RobotDescription) -> dict[str, LinkVisual]:
     return result
 
 
-def _meshes(visual: XmlElement, folder: str, link: str, missing: list[str]) -> list[Surface]:
+def _meshes(visual: yourdfpy.Visual, folder: str, link: str, missing: list[str]) -> list[Surface]:
     """Return the surfaces of a visual in the link's frame; for a mesh that cannot be read, append the reason to ``missing``."""
     import trimesh
 
-    geometry = visual.child("geometry")
-    if geometry is None or not geometry.children:
+    geometry = visual.geometry
+    origin = np.eye(4) if visual.origin is None else np.asarray(visual.origin)
+    if geometry is None:
         return []
-    shape = geometry.children[0]
-    match shape.tag:
-        case "box":
-            meshes = [trimesh.creation.box(vector(shape, "size"))]
-        case "cylinder":
-            meshes = [trimesh.creation.cylinder(number(shape, "radius"), number(shape, "length"), sections=40)]
-        case "sphere":
-            meshes = [trimesh.creation.uv_sphere(number(shape, "radius"), count=[16, 24])]
-        case "mesh":
-            meshes = _read_mesh(shape, folder, link, missing)
-        case _:
-            return []
-    origin = SHAPE.read(visual)["origin"].matrix
+    if geometry.box is not None:
+        meshes = [trimesh.creation.box(geometry.box.size)]
+    elif geometry.cylinder is not None:
+        meshes = [trimesh.creation.cylinder(geometry.cylinder.radius, geometry.cylinder.length, sections=40)]
+    elif geometry.sphere is not None:
+        meshes = [trimesh.creation.uv_sphere(geometry.sphere.radius, count=[16, 24])]
+    elif geometry.mesh is not None:
+        meshes = _read_mesh(geometry.mesh, folder, link, missing)
+    else:
+        return []
     return [Surface(np.asarray(mesh.vertices), np.asarray(mesh.faces)).transformed(origin) for mesh in meshes]
 
 
@@ -122,18 +124,17 @@ def _smoothed(vertices: bytes, faces: bytes) -> Surface:
     return Surface(np.asarray(mesh.vertices), np.asarray(mesh.faces))
 
 
-def _read_mesh(mesh: XmlElement, folder: str, link: str, missing: list[str]) -> list[trimesh.Trimesh]:
+def _read_mesh(mesh: yourdfpy.Mesh, folder: str, link: str, missing: list[str]) -> list[trimesh.Trimesh]:
     """Return the triangles of a mesh file; if it cannot be read, append the reason to ``missing``."""
     import trimesh
 
-    filename = text(mesh, "filename")
-    path = _mesh_path(filename, folder)
-    if path is None:
-        missing.append(f"mesh {filename!r} of link {link!r} was not found and is not drawn")
+    path = _mesh_path(mesh.filename, folder)
+    if path is None or not os.path.isfile(path):
+        missing.append(f"mesh {mesh.filename!r} of link {link!r} was not found and is not drawn")
         return []
     if os.path.getsize(path) > LARGE_MESH:
         size = os.path.getsize(path) / 1e6
-        missing.append(f"mesh {filename!r} of link {link!r} has {size:.1f} MB, too much for a page, and is not drawn")
+        missing.append(f"mesh {mesh.filename!r} of link {link!r} has {size:.1f} MB, too much for a page, and is not drawn")
         return []
     try:
         scene = trimesh.load(path, force="scene", skip_materials=True)
@@ -141,33 +142,33 @@ def _read_mesh(mesh: XmlElement, folder: str, link: str, missing: list[str]) -> 
         if not pieces:
             raise ValueError("it contains no triangles")
     except Exception as error:  # readers of formats raise various errors
-        missing.append(f"mesh {filename!r} of link {link!r} cannot be read and is not drawn: {error}")
+        cure = ": pip install pycollada" if path.lower().endswith(".dae") and isinstance(error, ImportError | ValueError) else ""
+        missing.append(f"mesh {mesh.filename!r} of link {link!r} cannot be read and is not drawn: {error}{cure}")
         return []
-    if "scale" in mesh.attributes:
+    if mesh.scale is not None:
         for piece in pieces:
-            piece.apply_transform(np.diag([*vector(mesh, "scale"), 1.0]))
+            piece.apply_transform(np.diag([*np.broadcast_to(mesh.scale, 3), 1.0]))
     return pieces
 
 
 def _mesh_path(filename: str, folder: str) -> str | None:
-    """Return the path of a mesh: for ``package://NAME/…`` in an installed package, else in the robot's folder or around it."""
-    scheme, _, inside = filename.rpartition("://")
-    path = inside
-    if scheme == "package":
-        name, _, path = inside.partition("/")
+    """Return the path of a mesh: in an installed package for ``package://NAME/…``, else by yourdfpy's rules."""
+    from yourdfpy.urdf import filename_handler_magic
+
+    name, _, rest = filename.removeprefix("package://").partition("/")
+    if filename.startswith("package://"):
         with contextlib.suppress(PackageNotFound):
-            folder, inside = str(package_folder(name)), ""
-    candidates = [os.path.join(folder, path), inside, *(os.path.join(around, path) for around in Path(folder).parents)]
-    return next(filter(os.path.isfile, candidates), None)
+            return str(package_folder(name) / rest)
+    found = filename_handler_magic(filename, folder)
+    return None if found is None else str(found)
 
 
-def _colour(material: XmlElement | None, palette: Mapping[str, XmlElement]) -> tuple[float, float, float]:
-    named = None if material is None else palette.get(material.attributes.get("name", ""))
-    for item in (material, named):
-        if item is not None and (colour := item.child("color")) is not None:
-            three = " ".join(text(colour, "rgba").split()[:3])
-            return vector(replace(colour, attributes={"rgba": three}), "rgba")
-    return GREY
+def _colour(material: yourdfpy.Material | None, palette: dict[str, yourdfpy.Material]) -> tuple[float, float, float]:
+    colour = None if material is None else material.color or palette.get(material.name)
+    if colour is None:
+        return GREY
+    red, green, blue = (float(part) for part in colour.rgba[:3])
+    return red, green, blue
 
 
 #: Smallest and largest number of grid cells along the longest side of a mesh.
