@@ -53,10 +53,10 @@ def warnings_of_file(robot: Robot, facts: RobotFacts) -> list[str]:
     if len(rigid) < len(facts.limbs):
         for limb in rigid:
             joints, held = (join_words(names) for names in ([step.name for step in limb.joints], limb.constraint_wrenches or ()))
-            found.append(
-                f"{limb.name} ({joints}) has no elastic part and counts as rigid: it holds the platform by {held or 'nothing'} "
-                "without any sag there; for a number, give a joint a <joint_stiffness> or a link a <beam>"
+            why = (
+                f": it holds the platform by {held} without sag there; for a number, give a joint a <joint_stiffness> or a link "
             )
+            found.append(f"{limb.name} ({joints}) has no elastic part and counts as rigid{f'{why}a <beam>' if held else ''}")
     elif rigid:
         verb = "have no elastic parts and count" if rigid[1:] else "has no elastic parts and counts"
         found.append(f"{join_words([limb.name for limb in rigid])} {verb} as rigid")

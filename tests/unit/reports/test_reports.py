@@ -387,7 +387,7 @@ def test_contributions_that_cancel_are_lengths_in_the_summary(tilt):
 
 
 def test_revolutes_about_one_point_are_one_row():
-    text = whole(ks.analyze(robot("3prs").assemble()))
+    text = whole(ks.analyze(robot("gough_stewart").assemble()))
     assert row(text, "Joints", "spherical_1")[1:4] == ["spherical,", "3", "revolutes"] and "spherical_1_x" not in text
 
 

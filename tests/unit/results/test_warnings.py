@@ -62,7 +62,7 @@ def test_rigid_limbs_beside_elastic_ones_are_named():
         (),
         (
             "limb_4 (guide) has no elastic part and counts as rigid: it holds the platform by force along limb axis at guide, "
-            "couple along limb x and couple along limb y without any sag there; for a number, give a joint a <joint_stiffness> "
+            "couple along limb x and couple along limb y without sag there; for a number, give a joint a <joint_stiffness> "
             "or a link a <beam>",
         ),
         (),
