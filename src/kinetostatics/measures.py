@@ -22,8 +22,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.description.units import KINDS
 from kinetostatics.math.arrays import Array
+from kinetostatics.units import KINDS
 
 _D, _R, _ALL = slice(3), slice(3, 6), slice(6)
 
@@ -35,7 +35,7 @@ class Measure:
     Attributes:
         definition: description and formula.
         words: label in figures; {who} stands for the point, {size} for the magnitude of a force or moment in any direction.
-        kind: kind of the value, see :data:`kinetostatics.description.units.KINDS`; "number": dimensionless.
+        kind: kind of the value, see :data:`kinetostatics.units.KINDS`; "number": dimensionless.
         of: the quantity from which it is computed: "twist", "compliance", ….
         part: the components of this quantity that are used.
         function: computes the index from this part (…, k) or (…, k, k), and from a force, a moment or the characteristic length.

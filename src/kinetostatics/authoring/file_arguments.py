@@ -14,8 +14,8 @@ from numbers import Real
 from kinetostatics.arguments import check_mapping
 from kinetostatics.authoring.limb_parts import Skeleton
 from kinetostatics.authoring.notation import Architecture
-from kinetostatics.description.units import parse_number
 from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.units import parse_number
 
 #: Largest plausible lengths [m], by the last part of an argument's name; larger ones are probably in mm.
 LARGEST = {

@@ -12,9 +12,9 @@ import numpy as np
 from kinetostatics.arguments import check_choice, finite_numbers
 from kinetostatics.authoring.limb_parts import Skeleton
 from kinetostatics.authoring.notation import Architecture
-from kinetostatics.description.units import parse_number
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.files.csv_tables import read_csv
+from kinetostatics.units import parse_number
 
 Point = tuple[float, float, float]
 

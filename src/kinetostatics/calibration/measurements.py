@@ -12,7 +12,6 @@ import numpy as np
 
 from kinetostatics.arguments import Keyword, check_choice, check_mapping, finite_numbers, positive
 from kinetostatics.description.loads import COMPONENTS, Gauge
-from kinetostatics.description.units import PLATFORM_KINDS, parse_number
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.csv_tables import check_columns, column_name, read_csv, with_unit
 from kinetostatics.kinematics.configuration import Configuration
@@ -20,6 +19,7 @@ from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import cross
 from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.robot import Robot, robot_of
+from kinetostatics.units import PLATFORM_KINDS, parse_number
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -31,10 +31,10 @@ from kinetostatics.cli.inputs import (
     value_of,
 )
 from kinetostatics.cli.output import FIGURES, answer, check_files, save_files
-from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.files.csv_tables import read_csv
 from kinetostatics.progress import waiting
+from kinetostatics.units import PLATFORM_KINDS
 
 if TYPE_CHECKING:
     from kinetostatics.dynamics.trajectory import Trajectory

@@ -8,9 +8,9 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterable, Iterator
 
-from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.files.bundled import shipped_robots
+from kinetostatics.units import PLATFORM_KINDS
 
 #: Endings of robot files and of maps.
 ROBOT_FILES, MAPS = ("urdf", "xacro"), ("nc", "zarr")

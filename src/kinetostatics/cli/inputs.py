@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 from kinetostatics.arguments import Keyword, whole_number
 from kinetostatics.cli.arguments import Argument
-from kinetostatics.description.units import KINDS, KNOWN, PLATFORM_KINDS, Unit, article, find_unit, typed_number
 from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
+from kinetostatics.units import KINDS, KNOWN, PLATFORM_KINDS, Unit, article, find_unit, typed_number
 
 if TYPE_CHECKING:
     from kinetostatics.description.loads import LinkLoad
@@ -37,7 +37,7 @@ def parse_quantity(text: str, kind: str | None = None) -> float:
 
     Args:
         text: the number with an optional unit, such as ``500mm``, ``-2deg``, ``1.5kN`` or ``-1e-3``.
-        kind: required kind of the unit, one of :data:`kinetostatics.description.units.KINDS`; "number": no unit is allowed;
+        kind: required kind of the unit, one of :data:`kinetostatics.units.KINDS`; "number": no unit is allowed;
             None: all units are allowed.
     """
     found = typed_number(text)

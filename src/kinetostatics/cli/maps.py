@@ -28,10 +28,10 @@ from kinetostatics.cli.inputs import (
     value_of,
 )
 from kinetostatics.cli.output import print_warnings, save_figure
-from kinetostatics.description.units import find_unit, typed_number
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.layout.renderings import use_colour
 from kinetostatics.progress import waiting
+from kinetostatics.units import find_unit, typed_number
 
 if TYPE_CHECKING:
     import xarray as xr

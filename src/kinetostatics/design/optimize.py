@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.arguments import Keyword, need, warn, whole_number
-from kinetostatics.description.units import KINDS
 from kinetostatics.design.problem import (
     REQUIRABLE,
     Evaluation,
@@ -37,6 +36,7 @@ from kinetostatics.results.optimum import CheckedRequirement, Optimum, Start
 from kinetostatics.results.pose_arrays import tool_on_robot
 from kinetostatics.robot import Robot
 from kinetostatics.unit_hints import LONG, length_hint
+from kinetostatics.units import KINDS
 
 #: Margin, relative to the limit, below which a requirement is active.
 ACTIVE = 1e-5

@@ -15,13 +15,13 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import check_keywords
 from kinetostatics.arguments import whole_number
-from kinetostatics.description.units import KINDS
 from kinetostatics.design.optimize import parse_objective, prepare
 from kinetostatics.design.problem import REQUIRABLE, Problem, Requirement
 from kinetostatics.design.variables import Vary, combinations
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.results.optimum import Optimum, ParetoFront
+from kinetostatics.units import KINDS
 
 #: Relative difference below which two points count as equal.
 SAME = 1e-7

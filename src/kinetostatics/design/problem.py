@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
 from kinetostatics.arguments import Keyword, check_mapping
-from kinetostatics.description.units import KINDS, parse_number, sized_example, sized_name
 from kinetostatics.design.variables import VariedNumbers
 from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, RobotFileError, StaticsError, near_names
@@ -27,6 +26,7 @@ from kinetostatics.measures import MEASURES, Measure
 from kinetostatics.results.optimum import BROKEN
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
+from kinetostatics.units import KINDS, parse_number, sized_example, sized_name
 
 _REQUIREMENT = re.compile(r"\s*([A-Za-z_]\w*)\s*(\([^()]*\)|:[^<>=≤≥]*)?\s*(<=|>=|<|>|≤|≥)\s*(.+)")
 
@@ -36,7 +36,7 @@ class Requirable:
     """A quantity of poses that may be required or minimized.
 
     Attributes:
-        kind: kind of its values, see :data:`kinetostatics.description.units.KINDS`; "number": dimensionless.
+        kind: kind of its values, see :data:`kinetostatics.units.KINDS`; "number": dimensionless.
         function: computes its values (P, …, k) from an analysis, the same analysis at the tool's tip, and the argument; NaN at
             poses without results.
         argument: kind of the argument in brackets, if any.

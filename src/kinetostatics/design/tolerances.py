@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.arguments import Keyword, check, check_choice, check_mapping, warn, whole_number
-from kinetostatics.description.units import parse_number
 from kinetostatics.design.monte_carlo import WANTED, random_robots
 from kinetostatics.design.sensitivities import slopes_by
 from kinetostatics.design.variables import typed_unit
@@ -33,6 +32,7 @@ from kinetostatics.results.result import Result
 from kinetostatics.results.tolerances import LENGTHS, Effect, PoseQuantities, Tolerance, Tolerances, quantities
 from kinetostatics.robot import robot_of
 from kinetostatics.unit_hints import angular_tolerance_hint, tolerance_hint
+from kinetostatics.units import parse_number
 
 #: Standard deviation of a parameter relative to its tolerance, by distribution.
 DEVIATIONS = {"normal": 1 / 3, "uniform": 1 / math.sqrt(3)}

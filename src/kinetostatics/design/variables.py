@@ -11,12 +11,12 @@ from typing import TypeAlias
 
 import numpy as np
 
-from kinetostatics.description.units import parse_number, typed_number
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.csv_tables import read_csv
 from kinetostatics.parametric.parametric_robot import ParametricRobot, check_unit
 from kinetostatics.parametric.robot_numbers import RobotNumber
 from kinetostatics.robot import Robot
+from kinetostatics.units import parse_number, typed_number
 
 #: Largest number of combinations of listed values.
 MOST = 2000

@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.arguments import Keyword, check_mapping, finite_numbers, positive, whole_number
 from kinetostatics.description.loads import Motion
-from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.rates import actuator_rates
@@ -25,6 +24,7 @@ from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.results.path import PathResult
 from kinetostatics.robot import Robot
+from kinetostatics.units import PLATFORM_KINDS
 
 #: Speed of the platform, relative to its largest, below which it counts as at rest.
 _AT_REST = 0.01

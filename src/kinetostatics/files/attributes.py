@@ -15,9 +15,9 @@ from functools import cached_property
 
 from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import Cone, Material, Mimic, Origin, Place, Vector
-from kinetostatics.description.units import find_unit
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.xml import XmlElement
+from kinetostatics.units import find_unit
 
 # float() alone would also accept "1_0", "infinity" and digits of other scripts, which URDF tools reject.
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from kinetostatics.description.units import KINDS, find_unit, sized_example, sized_name, typed_number
-from kinetostatics.description.units import unit as known_unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.indices.map_variables import ANGULAR, LINEAR, absent, finished, label_dims, labelled, units_of, variable
 from kinetostatics.layout.blocks import Table
@@ -19,6 +17,8 @@ from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.measures import MEASURES, Measure
 from kinetostatics.quantities import QUANTITIES, VARIABLES
 from kinetostatics.status import FACTS, Status, in_map
+from kinetostatics.units import KINDS, find_unit, sized_example, sized_name, typed_number
+from kinetostatics.units import unit as known_unit
 
 #: Measures (formulas of indices) without argument, by name.
 INDICES: Mapping[str, Measure] = {name: item for name, item in MEASURES.items() if item.argument is None}

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetostatics.description.robot_description import RobotDescription
-from kinetostatics.description.units import unit
 from kinetostatics.engine.pose_record import PoseModel
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.parameter_units import parameter_unit
@@ -28,6 +27,7 @@ from kinetostatics.mechanism.weights import Weights
 from kinetostatics.parametric.robot_numbers import STEP, ErrorParameter, RobotNumber, errors_of, numbers_of_parts
 from kinetostatics.robot import Robot
 from kinetostatics.statics.robot_statics import statics_on
+from kinetostatics.units import unit
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

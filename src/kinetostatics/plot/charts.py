@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from kinetostatics.arguments import check_choice
-from kinetostatics.description.units import sized_name
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS
@@ -21,6 +20,7 @@ from kinetostatics.results.optimum import ParetoFront
 from kinetostatics.results.pose_arrays import point_name
 from kinetostatics.results.sensitivities import Sensitivities, is_location
 from kinetostatics.results.tolerances import LENGTHS, Tolerances
+from kinetostatics.units import sized_name
 
 #: Largest number of bars of each kind of sensitivities; number of bars of a histogram.
 MOST, BARS = 12, 60

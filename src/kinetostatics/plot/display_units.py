@@ -7,8 +7,8 @@ import re
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.description.units import find_unit, unit
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.units import find_unit, unit
 
 #: Display units of figures for each unit of a map.
 CHOICES: dict[str, tuple[str, ...]] = {

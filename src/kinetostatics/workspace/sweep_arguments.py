@@ -15,7 +15,6 @@ from kinetostatics.analysis import analyze
 from kinetostatics.arguments import check, check_mapping, names_in, warn
 from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot_description import RobotDescription
-from kinetostatics.description.units import find_unit
 from kinetostatics.engine.programs import check_engine, engine_for
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.files.bundled import robot_path
@@ -26,6 +25,7 @@ from kinetostatics.quantities import VARIABLES
 from kinetostatics.robot import Robot, load_robot
 from kinetostatics.statics.assembly_errors import parse_assembly_errors
 from kinetostatics.statics.link_loads import parse_link_loads
+from kinetostatics.units import find_unit
 from kinetostatics.workspace.grid import Axis, Field, coordinate_units, read_field, split_values
 from kinetostatics.workspace.sweep_plan import Links, Source, SweepPlan, files_of, naming_parameters, text_digest, versions
 

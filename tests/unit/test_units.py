@@ -9,8 +9,8 @@ import pytest
 import kinetostatics as ks
 from kinetostatics.cli.inputs import parse_parameters, parse_quantity
 from kinetostatics.cli.main import main
-from kinetostatics.description.units import BASIC, KINDS, PREFIXES, find_unit, unit
 from kinetostatics.plot.display_units import CHOICES, display_unit
+from kinetostatics.units import BASIC, KINDS, PREFIXES, find_unit, unit
 
 DEGREE = math.pi / 180
 
