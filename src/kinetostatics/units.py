@@ -1,4 +1,4 @@
-"""Units of typed numbers: a table of basic units, SI prefixes, products, quotients and powers.
+"""Units: a table of basic units, SI prefixes, products, quotients and powers; units in which reports and figures show numbers.
 
 >>> unit("mm").in_si(80)
 0.08
@@ -69,6 +69,31 @@ KINDS = {
     "area": "m²",
     "stiffness": "N/m",
     "turning stiffness": "N·m/rad",
+}
+#: Units in which reports show numbers, by SI unit; smallest first.
+IN_REPORTS: dict[str, tuple[str, ...]] = {
+    "m": ("nm", "µm", "mm", "m"),
+    "rad": ("nrad", "µrad", "mrad", "rad"),
+    "kg": ("kg",),
+    "N": ("N",),
+    "N·m": ("N·m",),
+    "Pa": ("MPa",),
+    "N/m": ("N/mm", "N/µm"),
+    "N·m/rad": ("N·m/rad", "N·m/mrad", "kN·m/mrad"),
+    "K": ("K",),
+    "J": ("µJ", "mJ", "J"),
+}
+#: Units in which figures show numbers, by unit of a map.
+IN_FIGURES: dict[str, tuple[str, ...]] = {
+    name: tuple(f"{prefix}{name}" for prefix in prefixes)
+    for prefixes, names in (
+        (("", "m", "µ", "n"), ("m", "rad")),
+        (("",), ("kg", "Hz")),
+        (("", "k", "M", "m"), ("N", "N·m")),
+        (("", "k", "M", "G"), ("Pa", "N/m", "N·m/rad", "N/rad", "N·m/m")),
+        (("", "m", "µ", "n", "p"), ("m/N", "m/(N·m)", "rad/N", "rad/(N·m)")),
+    )
+    for name in names
 }
 #: Kinds of the platform's coordinates.
 PLATFORM_KINDS = {

@@ -14,6 +14,8 @@ import kinetostatics as ks
 from kinetostatics.calibration.fit import leave_one_out, solution
 from kinetostatics.calibration.readings import Model, Readings
 from kinetostatics.calibration.unknowns import Unknowns
+from kinetostatics.description.elements import JointStiffness
+from kinetostatics.files.parameter_units import UNITS
 
 NAMES = ("z", "rx", "ry")
 PAYLOAD = ks.Payload(5.0, (0.1, -0.02, 0.05))
@@ -489,6 +491,12 @@ def test_wrong_signs_and_units_are_reported(cantilever):
         assert [item for item in (unexplained, odd) if item in text] == list(words)
         if factor > 0:
             assert found.estimates["rod"].value == pytest.approx(1 / factor, rel=0.01)
+
+
+@pytest.mark.parametrize("unit", UNITS[JointStiffness].values())
+def test_stiffnesses_of_joints_are_never_negative(unit):
+    estimate = ks.results.Estimate("joint", "argument", -1.0, unit, 1.0, (-2.0, 0.0), 0.5, True)
+    assert estimate.impossible == "no stiffness is negative"
 
 
 def test_impossible_estimates_are_reported(cantilever):

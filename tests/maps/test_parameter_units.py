@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 import xarray as xr
 from matplotlib import pyplot as plt
@@ -52,6 +54,15 @@ def file(tmp_path):
 )
 def test_parameter_has_the_unit_of_dimensions_changing_one_for_one(file, expression, mass, unit):
     assert unit_of(file(expression, mass), {"p": 0.0 if "sin" in expression or "if" in expression else 0.1}, "p") == unit
+
+
+@pytest.mark.parametrize(("numbers", "unit"), [('stiffness="${p}" preload="1"', "N/m"), ('stiffness="7" preload="${-p}"', "N")])
+def test_numbers_of_springs_have_units(file, numbers, unit):
+    path = Path(file("0 0 0"))
+    ends = '<predecessor link="base"><origin xyz="0 0 1"/></predecessor><successor link="tool"/>'
+    spring = f'<spring name="s" free_length="0" {numbers}>{ends}</spring></robot>'
+    path.write_text(path.read_text(encoding="utf-8").replace("</robot>", spring), encoding="utf-8")
+    assert unit_of(str(path), {"p": 3.0}, "p") == unit
 
 
 def test_unit_is_inferred_downwards_where_larger_values_fail(file):

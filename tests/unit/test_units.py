@@ -9,8 +9,8 @@ import pytest
 import kinetostatics as ks
 from kinetostatics.cli.inputs import parse_parameters, parse_quantity
 from kinetostatics.cli.main import main
-from kinetostatics.plot.display_units import CHOICES, display_unit
-from kinetostatics.units import BASIC, KINDS, PREFIXES, find_unit, unit
+from kinetostatics.plot.display_units import display_unit
+from kinetostatics.units import BASIC, IN_FIGURES, IN_REPORTS, KINDS, PREFIXES, find_unit, unit
 
 DEGREE = math.pi / 180
 
@@ -139,8 +139,9 @@ def test_text_parameters_are_not_taken_for_quantities():
 
 
 def test_display_units_are_of_the_same_kind():
-    for units, names in CHOICES.items():
-        assert {unit(name).dimension for name in names} == {unit(units).dimension} and units in names
+    for units, names in (*IN_FIGURES.items(), *IN_REPORTS.items()):
+        assert {unit(name).dimension for name in names} == {unit(units).dimension}
+    assert all(units in names for units, names in IN_FIGURES.items())
     assert display_unit("N m", [3.0], "Nmm") == (1e-3, "Nmm")
     assert display_unit("m", [3.0], "cm") == (1e-2, "cm")
     assert display_unit("Pa", [3e8], "bar") == (1e5, "bar")

@@ -12,30 +12,32 @@ from dataclasses import fields, is_dataclass
 from functools import partial
 from numbers import Real
 
-from kinetostatics.description.elements import Beam, Cone, Inertia, Joint, JointStiffness, Link, Loop, Material, Origin
+from kinetostatics.description.elements import Beam, Cone, Inertia, Joint, JointStiffness, Link, Loop, Material, Origin, Spring
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import RobotFileError
-from kinetostatics.files.element_tables import SECTIONS
 from kinetostatics.files.reader import parameter_values, read_robot_file
+from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tube, sizes_of
 from kinetostatics.unit_hints import LONG, length_hint
 
-#: Units of the numbers of a robot, by class and field. Limits of joints follow their type.
+#: Units of the numbers of a robot, by class and field. Limits of joints follow their type, actuators' stiffnesses their joint.
 UNITS: dict[type, dict[str, str]] = {
     Origin: {"xyz": "m", "rpy": "rad"},
     Link: {"mass": "kg", "center_of_mass": "m"},
     Inertia: {"rpy": "rad"},
     Cone: {"angle": "rad"},
-    JointStiffness: {"linear": "N/m", "angular": "N m/rad"},
-    Material: {"youngs_modulus": "Pa", "shear_modulus": "Pa", "density": "kg/m³", "thermal_expansion": "1/K"},
-    **{
-        kind: {row.field: "m" for row in table.rows[""]}
-        for tag, (kind, table) in SECTIONS.items()
-        if tag not in ("circle", "section")
+    JointStiffness: {"linear": "N/m", "angular": "N·m/rad"},
+    Spring: {"stiffness": "N/m", "free_length": "m", "preload": "N"},
+    Material: {
+        "youngs_modulus": "Pa",
+        "shear_modulus": "Pa",
+        "poisson_ratio": "1",
+        "density": "kg/m³",
+        "thermal_expansion": "1/K",
     },
-    Beam: {},
-    Joint: {},
-    Loop: {},
+    Beam: {"shear_coefficient": "1"},
+    Section: {"area": "m²", "I_y": "m⁴", "I_z": "m⁴", "J": "m⁴", "shear_area_y": "m²", "shear_area_z": "m²"},
+    **{kind: dict.fromkeys(sizes_of(kind), "m") for kind in (Tube, Rectangle, RectangularTube)},
 }
 #: Changes of a parameter, relative to its value (absolute if it is zero), and tolerance of a derivative of ±1.
 STEPS, SLOPE = (1e-3, 2e-3), 1e-7

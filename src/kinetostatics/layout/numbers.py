@@ -10,30 +10,23 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.math.linalg import EQUAL
+from kinetostatics.units import IN_REPORTS, unit
 
 #: Numbers up to this fraction of the largest one of their kind are rounding errors and shown as 0.
 NOISE = 1e-9
 #: Units to choose from, smallest first: name and size in SI.
 Units = tuple[tuple[str, float], ...]
 
-LENGTHS: Units = (("nm", 1e-9), ("µm", 1e-6), ("mm", 1e-3), ("m", 1.0))
-ANGLES: Units = (("nrad", 1e-9), ("µrad", 1e-6), ("mrad", 1e-3), ("rad", 1.0))
-FORCES: Units = (("N", 1.0),)
-MOMENTS: Units = (("N·m", 1.0),)
-STRESSES: Units = (("MPa", 1e6),)
-MASSES: Units = (("kg", 1.0),)
-STIFFNESSES: Units = (("N/mm", 1e3), ("N/µm", 1e6))
-TURNING_STIFFNESSES: Units = (("N·m/rad", 1.0), ("N·m/mrad", 1e3), ("kN·m/mrad", 1e6))
-MILLIMETRES: Units = (("mm", 1e-3),)
-DEGREES: Units = (("°", math.pi / 180),)
-PER_CENT: Units = (("%", 0.01),)
-ENERGIES: Units = (("µJ", 1e-6), ("mJ", 1e-3), ("J", 1.0))
-
 #: Units in which numbers are written, by their SI unit.
 UNITS_OF: Mapping[str, Units] = {
-    **{"m": LENGTHS, "rad": ANGLES, "kg": MASSES, "N": FORCES, "N·m": MOMENTS, "Pa": STRESSES, "": (("", 1.0),)},
-    **{"N/m": STIFFNESSES, "N·m/rad": TURNING_STIFFNESSES, "K": (("K", 1.0),)},
+    "": (("", 1.0),),
+    **{si: tuple((name, unit(name).size) for name in names) for si, names in IN_REPORTS.items()},
 }
+LENGTHS, ANGLES, MASSES, FORCES, MOMENTS = (UNITS_OF[si] for si in ("m", "rad", "kg", "N", "N·m"))
+STRESSES, STIFFNESSES, TURNING_STIFFNESSES, ENERGIES = (UNITS_OF[si] for si in ("Pa", "N/m", "N·m/rad", "J"))
+MILLIMETRES: Units = (("mm", unit("mm").size),)
+DEGREES: Units = (("°", unit("°").size),)
+PER_CENT: Units = (("%", 0.01),)
 
 MISSING = "–"
 

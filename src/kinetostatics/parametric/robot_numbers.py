@@ -8,25 +8,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from kinetostatics.arguments import Keyword
-from kinetostatics.description.elements import Origin
+from kinetostatics.description.elements import Beam, JointStiffness, Link, Material, Origin, Spring
 from kinetostatics.description.robot_description import RobotDescription
+from kinetostatics.files.parameter_units import UNITS
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import exponential, orientation_named
 from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.robot import Robot
-from kinetostatics.sections.kinds import Section
+from kinetostatics.sections.kinds import Section, sizes_of
 
 #: Step of finite differences: a fraction of the number, a fraction of the robot's length for points, or a rotation [rad].
 STEP = 1e-3
-_AREAS = {"area": "m²", "I_y": "m⁴", "I_z": "m⁴", "J": "m⁴", "shear_area_y": "m²", "shear_area_z": "m²"}
-_MATERIAL = {"youngs_modulus": "Pa", "shear_modulus": "Pa", "poisson_ratio": "1", "density": "kg/m³"}
-_SPRING = {"stiffness": "N/m", "free_length": "m", "preload": "N"}
+_MATERIAL = ("youngs_modulus", "shear_modulus", "poisson_ratio", "density")
 
 #: Path of a number in a description: names of attributes, keys and indices.
 Path = tuple[str | int, ...]
@@ -107,16 +106,15 @@ def _places(robot: Robot) -> Iterator[tuple[str, Path, str]]:
     there = robot.description
     for name, link in there.links.items():
         if link.mass > 0:
-            yield f"{name}.mass", ("links", name, "mass"), "kg"
-            yield f"{name}.center_of_mass", ("links", name, "center_of_mass"), "m"
+            for number, unit in UNITS[Link].items():
+                yield f"{name}.{number}", ("links", name, number), unit
     for name, beam in there.beams.items():
-        sizes = dict.fromkeys(_sizes(beam.section), "m")
-        for within, units in (
-            (("material",), _MATERIAL),
-            ((), {"shear_coefficient": "1"}),
-            (("section",), sizes or (_AREAS if type(beam.section) is Section else {})),
+        for within, numbers in (
+            (("material",), {number: UNITS[Material][number] for number in _MATERIAL}),
+            ((), UNITS[Beam]),
+            (("section",), UNITS.get(type(beam.section), {})),
         ):
-            for number, unit in units.items():
+            for number, unit in numbers.items():
                 yield f"{name}.{number}", ("beams", name, *within, number), unit
     for name in there.joints:
         yield f"{name}.placement", ("joints", name, "origin"), "m"
@@ -124,18 +122,13 @@ def _places(robot: Robot) -> Iterator[tuple[str, Path, str]]:
         for side in ("predecessor", "successor"):
             yield f"{name}.{side}_placement", ("loops", name, f"{side}_origin"), "m"
     for name in there.joint_stiffness:
-        along = "N/m" if robot.mechanism.connections[name].type.is_slide else "N·m/rad"
-        for kind, number, unit in (("linear", "linear", "N/m"), ("angular", "angular", "N·m/rad"), ("actuator", "drive", along)):
+        along = UNITS[JointStiffness]["linear" if robot.mechanism.connections[name].type.is_slide else "angular"]
+        for number, unit in {**UNITS[JointStiffness], "drive": along}.items():
+            kind = "actuator" if number == "drive" else number
             yield f"{name}.{kind}_stiffness", ("joint_stiffness", name, number), unit
     for name in there.springs:
-        for number, unit in _SPRING.items():
+        for number, unit in UNITS[Spring].items():
             yield f"{name}.{number}", ("springs", name, number), unit
-
-
-def _sizes(section: Section) -> dict[str, float]:
-    """Return the dimensions of the shape of a section, such as its width: the fields that a general section lacks."""
-    plain = {item.name for item in fields(Section)}
-    return {item.name: getattr(section, item.name) for item in fields(section) if item.name not in plain}
 
 
 # ---- places in descriptions ------------------------------------------------------------------------------------------------
@@ -169,7 +162,7 @@ def _changed(item: Part, path: Path, by: float) -> Part:
         return tuple(new if k == key else value for k, value in enumerate(item))
     if isinstance(item, Section) and type(item) is not Section:
         made: Part = type(item)
-        return made.of(**{**_sizes(item), key: new})
+        return made.of(**{**{name: getattr(item, name) for name in sizes_of(made)}, key: new})
     return replace(item, **{key: new})
 
 

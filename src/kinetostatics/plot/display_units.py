@@ -8,20 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.units import find_unit, unit
-
-#: Display units of figures for each unit of a map.
-CHOICES: dict[str, tuple[str, ...]] = {
-    name: tuple(f"{prefix}{name}" for prefix in prefixes)
-    for prefixes, names in (
-        (("", "m", "µ", "n"), ("m", "rad")),
-        (("",), ("kg", "Hz")),
-        (("", "k", "M", "m"), ("N", "N·m")),
-        (("", "k", "M", "G"), ("Pa", "N/m", "N·m/rad", "N/rad", "N·m/m")),
-        (("", "m", "µ", "n", "p"), ("m/N", "m/(N·m)", "rad/N", "rad/(N·m)")),
-    )
-    for name in names
-}
+from kinetostatics.units import IN_FIGURES, find_unit, unit
 
 
 def display_unit(units: str, values: ArrayLike, requested: str | None = None) -> tuple[float, str]:
@@ -36,7 +23,7 @@ def display_unit(units: str, values: ArrayLike, requested: str | None = None) ->
         ArgumentError: the requested unit has another dimension.
     """
     units = units.replace("N m", "N·m")
-    choices = CHOICES.get(units, (units,))
+    choices = IN_FIGURES.get(units, (units,))
     if requested is not None:
         asked, own = find_unit(requested), find_unit(units)
         if requested == units:

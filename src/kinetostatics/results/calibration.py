@@ -16,7 +16,7 @@ from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.robot import Robot
 
 #: Quantities that cannot be negative, by SI unit.
-_NEVER_NEGATIVE = {"kg": "mass", "kg/m³": "density", "Pa": "modulus", "N/m": "stiffness", "N m/rad": "stiffness"}
+_NEVER_NEGATIVE = {"kg": "mass", "kg/m³": "density", "Pa": "modulus", "N/m": "stiffness", "N·m/rad": "stiffness"}
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ The section's axes are y and z, x runs along the beam. ``I_y = ∫z² dA`` resis
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 from itertools import product
 
@@ -91,6 +91,12 @@ class Section:
     def largest_stress(self, wrenches: Array, poisson_ratio: float = 0.3) -> Array:
         """Return the largest stress (…) [Pa] at n sections of a beam with wrenches (6, n, …), by :meth:`stress`."""
         return self.stress(wrenches, poisson_ratio).max(axis=0)
+
+
+def sizes_of(kind: type[Section]) -> tuple[str, ...]:
+    """Return the names of the dimensions of a shape, such as its width: the fields that a general section lacks."""
+    general = {item.name for item in fields(Section)}
+    return tuple(item.name for item in fields(kind) if item.name not in general)
 
 
 def _check(**sizes: float) -> None:
