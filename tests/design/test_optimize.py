@@ -323,3 +323,15 @@ def test_parameters_without_influence_are_reported():
     assert best.no_influence == ("rod_length_max",) and best.at_bounds == () and best.evaluations < 10
     assert "rod_length_max has no influence on objective or requirements" in " ".join(str(best).split())
     assert best.to_dict()["no_influence"] == ["rod_length_max"]
+
+
+@pytest.mark.parametrize(("above", "active"), [(3e-3, False), (3e-5, False), (2e-6, True)])
+def test_requirement_is_active_at_its_limit_only(tmp_path, above, active):
+    """A rod of 60 mm meets the limit of the sag; the stress 32 F L / (π d³) has its own a little above."""
+    length, force, d = 0.8, 500.0, 0.06
+    sag, stress = 64 * force * length**3 / (3 * np.pi * parametric_machines.E * d**4), 32 * force * length / (np.pi * d**3)
+    limits = [f"sag < {sag!r} m", f"stress < {stress * (1 + above)!r} Pa"]
+    rod, load = parametric_machines.cantilever(tmp_path), [0, 0, -force, 0, 0, 0]
+    found = ks.optimize(rod, {"diameter": "20mm:120mm"}, "mass", limits, load=load, gravity=(0, 0, 0), starts=1)
+    assert [item.active for item in found.requirements] == [True, active]
+    assert found.requirements[1].margin == pytest.approx(above, rel=0.01)

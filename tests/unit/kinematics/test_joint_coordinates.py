@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import package_robots
 import pytest
 from simple_machines import joint, link, loop, parallelogram, robot
 
@@ -51,3 +52,10 @@ def test_cone_axes_need_no_unit_length(angle, beyond):
     if beyond:
         item = pose.limits_exceeded["ball"]
         assert float(item.value) == pytest.approx(0.6) and (item.lower, item.upper) == (0.0, 0.5)
+
+
+@pytest.mark.parametrize("link", ["nothing", 3, None, ["rod_1"], {}])
+def test_frames_of_unknown_links_are_refused(link):
+    pose = package_robots.robot("3rps").assemble()
+    with pytest.raises(ks.ArgumentError, match="no link"):
+        pose.frame(link)
