@@ -59,3 +59,16 @@ def test_frames_of_unknown_links_are_refused(link):
     pose = package_robots.robot("3rps").assemble()
     with pytest.raises(ks.ArgumentError, match="no link"):
         pose.frame(link)
+
+
+@pytest.mark.parametrize(("gap", "closed"), [(0.9e-10, True), (1.1e-10, False), (1e-7, False)])
+def test_loops_are_closed_up_to_a_tenth_of_a_nanometre(gap, closed):
+    """A distal link of 0.23 m, turned a little, opens the five-bar's wrist by the arc."""
+    machine = package_robots.robot("five_bar")
+    q = machine.assemble().q.copy()
+    q[1] += gap / 0.23
+    if closed:
+        assert machine.configuration(q).residual == pytest.approx(gap, rel=1e-3)
+    else:
+        with pytest.raises(ks.AssemblyError, match="m open, more than"):
+            machine.configuration(q)

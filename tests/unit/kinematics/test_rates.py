@@ -14,6 +14,8 @@ from simple_machines import robot as robot_of
 import kinetostatics as ks
 from kinetostatics.description.elements import Mimic
 from kinetostatics.kinematics.alternatives import prescribed_platform
+from kinetostatics.kinematics.path_following import follow
+from kinetostatics.kinematics.rates import moving_bodies
 from kinetostatics.kinematics.velocities import freedom_rates, with_given
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.math.rotations import orientation_named
@@ -90,3 +92,24 @@ def test_rates_that_violate_a_loop_are_nan(left, follows, size):
     gradient, step = np.array([1.0, 0.0])[:, None, None], np.full((1, 1, 1), -size)
     found = freedom_rates(solver, None, gradient, rates, step)[:, 0, 0]
     np.testing.assert_array_equal(found, [0.0, -2 * size, 0.0] if follows else [np.nan] * 3)
+
+
+@pytest.mark.parametrize("name", ["five_bar", "planar_3rrr"])
+def test_derivatives_of_twists_equal_differences_along_the_motion(name):
+    """Coordinates c + v t + ½ a t², whose rates these are at t = 0; loops bend the bodies' paths even without acceleration."""
+    robot = package_robots.robot(name)
+    prescribed = robot.mobility_analysis.with_dofs(robot.actuator_coordinates)
+    start, n, rng = robot.zero_poses, prescribed.size, np.random.default_rng(3)
+    velocity, acceleration = rng.uniform(-1, 1, (2, n, 1))
+    target = robot.solver.values(prescribed, start)
+    h, twists = 1e-4, []
+    for time in (-h, h):
+        there = target + velocity * time + acceleration * time**2 / 2
+        pose, reached, _ = follow(robot.solver, prescribed, start, there)
+        assert reached.all()
+        twists.append(moving_bodies(robot.solver, prescribed, pose, velocity + acceleration * time, acceleration)[0])
+    for accelerated in (acceleration, 0 * acceleration):
+        derivative = moving_bodies(robot.solver, prescribed, start, velocity, accelerated)[1]
+        linear = moving_bodies(robot.solver, prescribed, start, acceleration - accelerated, 0 * velocity)[0]
+        by_differences = (twists[1] - twists[0]) / (2 * h) - linear
+        np.testing.assert_allclose(derivative, by_differences, rtol=0, atol=1e-6 * np.abs(by_differences).max())
