@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
 #: Decimals [m or rad] of coordinates in texts; further digits depend on the processor.
 _DECIMALS = 10
-#: Default tolerance of the closure of loops [m, rad].
-CLOSING = 1e-10
 
 
 @dataclass(frozen=True, repr=False)
@@ -79,8 +77,8 @@ class Configuration(Reported):
     frames: Frames
     loop_residual: Array
     reached: Mask
-    prescribed: tuple[str, ...] = ()
-    closure_tolerance: float = CLOSING
+    prescribed: tuple[str, ...]
+    closure_tolerance: float
 
     def __str__(self) -> str:
         if self.shape:

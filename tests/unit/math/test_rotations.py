@@ -195,3 +195,28 @@ def test_quaternions_round_trip_with_any_largest_component(largest):
     np.testing.assert_allclose(rotations.quaternion_of_matrix(R), q, atol=1e-14)
     v = rotations.logarithm(R)
     np.testing.assert_allclose(rotations.quaternion_exponential(v), q, atol=1e-13)
+
+
+@pytest.mark.parametrize("beside", [0.0, 1e-16, 1e-14, 3e-13, 1e-9, 1e-3])
+def test_shortest_rotation_to_a_nearly_opposite_direction(beside):
+    """Where the normal of both is rounding, any other one is taken: the rotation is half a turn and leads there."""
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        a, aside = (v / np.linalg.norm(v) for v in rng.standard_normal((2, 3)))
+        b = -a + beside * aside
+        b /= np.linalg.norm(b)
+        v = rotations.rotation_between(a[:, None], b[:, None])
+        assert np.linalg.norm(v) == pytest.approx(np.pi, abs=2 * beside + 1e-12)
+        np.testing.assert_allclose(rotations.exponential(v)[..., 0] @ a, b, rtol=0, atol=1e-11 if beside < 1e-12 else 1e-6)
+
+
+@pytest.mark.parametrize("name", ["xyz", "ZYX"])
+def test_only_ambiguous_rotations_of_a_batch_are_described_anew(name):
+    """Half a turn is −π as well as π; an angle that is unique is not moved by a full turn, whatever the others are."""
+    convention = orientation_named(name)
+    c = np.array([[np.pi, 0.3], [0.2, 0.1], [-0.4, -0.2]])
+    first = c - np.array([[2 * np.pi, 0], [0, 0], [0, 0]])
+    near = c + np.array([[-2 * np.pi, 2 * np.pi], [0, 0], [0, 0]])
+    np.testing.assert_allclose(convention.same(c, near, False), first, atol=1e-12)
+    np.testing.assert_allclose(convention.same(c, near, True), near, atol=1e-12)
+    np.testing.assert_allclose(convention.same(c, near, np.array([True, False])), first, atol=1e-12)
