@@ -37,20 +37,8 @@ BASIC: dict[str, tuple[int, Dimension]] = {
 }
 #: SI prefixes as powers of ten; u and both Unicode letters µ are micro.
 PREFIXES = {
-    "p": -12,
-    "n": -9,
-    "u": -6,
-    "µ": -6,
-    "μ": -6,
-    "m": -3,
-    "c": -2,
-    "d": -1,
-    "": 0,
-    "da": 1,
-    "h": 2,
-    "k": 3,
-    "M": 6,
-    "G": 9,
+    **{"p": -12, "n": -9, **dict.fromkeys("uµμ", -6), "m": -3, "c": -2, "d": -1},
+    **{"": 0, "da": 1, "h": 2, "k": 3, "M": 6, "G": 9},
 }
 
 #: Kinds of quantities in messages, with their SI units.
@@ -72,16 +60,10 @@ KINDS = {
 }
 #: Units in which reports show numbers, by SI unit; smallest first.
 IN_REPORTS: dict[str, tuple[str, ...]] = {
-    "m": ("nm", "µm", "mm", "m"),
-    "rad": ("nrad", "µrad", "mrad", "rad"),
-    "kg": ("kg",),
-    "N": ("N",),
-    "N·m": ("N·m",),
-    "Pa": ("MPa",),
-    "N/m": ("N/mm", "N/µm"),
-    "N·m/rad": ("N·m/rad", "N·m/mrad", "kN·m/mrad"),
-    "K": ("K",),
-    "J": ("µJ", "mJ", "J"),
+    **{name: (f"n{name}", f"µ{name}", f"m{name}", name) for name in ("m", "rad")},
+    **{name: (name,) for name in ("kg", "K", "N", "N·m")},
+    **{"Pa": ("MPa",), "J": ("µJ", "mJ", "J")},
+    **{"N/m": ("N/mm", "N/µm"), "N·m/rad": ("N·m/rad", "N·m/mrad", "kN·m/mrad")},
 }
 #: Units in which figures show numbers, by unit of a map.
 IN_FIGURES: dict[str, tuple[str, ...]] = {
@@ -95,11 +77,12 @@ IN_FIGURES: dict[str, tuple[str, ...]] = {
     )
     for name in names
 }
-#: Kinds of the platform's coordinates.
+#: Kinds and SI units of the platform's coordinates.
 PLATFORM_KINDS = {
     **dict.fromkeys(("x", "y", "z"), "length"),
     **dict.fromkeys(("rx", "ry", "rz", "azimuth", "tilt", "torsion"), "angle"),
 }
+PLATFORM_UNITS = {name: KINDS[kind] for name, kind in PLATFORM_KINDS.items()}
 #: List of units for messages.
 KNOWN = (
     "m, g, s, K, rad, deg, N, J, Pa, bar and Hz, with SI prefixes (mm, cm, µm, kN, MPa, mrad), and combinations: "

@@ -7,10 +7,10 @@ import shlex
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.cli.arguments import ARGUMENTS, LOADS, ROBOT
 from kinetostatics.cli.commands import COMMANDS, command
 from kinetostatics.cli.inputs import option_of, parse_quantity
 from kinetostatics.cli.main import make_parser
+from kinetostatics.cli.options import ARGUMENTS, LOADS, ROBOT
 
 #: Arguments of functions that the command line has no option for: what it does itself, and what only programs need.
 PYTHON_ONLY = set(

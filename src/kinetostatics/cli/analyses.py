@@ -10,7 +10,6 @@ import shlex
 from typing import TYPE_CHECKING
 
 from kinetostatics.arguments import Keyword
-from kinetostatics.cli.arguments import LOADS, POSE, ROBOT, Argument
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import (
     GRID_HELP,
@@ -30,6 +29,7 @@ from kinetostatics.cli.inputs import (
     pose_of,
     value_of,
 )
+from kinetostatics.cli.options import LOADS, POSE, ROBOT, Argument
 from kinetostatics.cli.output import FIGURES, answer, check_files, save_files
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.files.csv_tables import read_csv

@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from kinetostatics.arguments import Keyword
-from kinetostatics.cli.arguments import ARGUMENTS, Argument
 from kinetostatics.cli.inputs import option_of
+from kinetostatics.cli.options import ARGUMENTS, Argument
 
 #: Arguments with the coordinates of the pose; only one of them may be given.
 COORDINATES = ("platform", "actuators")
@@ -65,7 +65,7 @@ class Command:
     Attributes:
         run: function that executes the command with its options, and returns the exit code.
         help: description of one line.
-        arguments: names of its arguments in :data:`kinetostatics.cli.arguments.ARGUMENTS`.
+        arguments: names of its arguments in :data:`kinetostatics.cli.options.ARGUMENTS`.
         examples: command lines without the program's name.
         function: the function of the package that it calls, as "module:name".
         own: arguments that only this command has, or that have another meaning in it.

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from kinetostatics.arguments import Keyword
-from kinetostatics.cli.arguments import LOADS, POSE, ROBOT, Argument
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import (
     VALUES_HELP,
@@ -22,6 +21,7 @@ from kinetostatics.cli.inputs import (
     single_values,
     value_of,
 )
+from kinetostatics.cli.options import LOADS, POSE, ROBOT, Argument
 from kinetostatics.cli.output import FIGURES, answer, check_files, save_files
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.progress import waiting

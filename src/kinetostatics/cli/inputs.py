@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from kinetostatics.arguments import Keyword, whole_number
-from kinetostatics.cli.arguments import Argument
+from kinetostatics.cli.options import Argument
 from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
 from kinetostatics.units import KINDS, KNOWN, PLATFORM_KINDS, Unit, article, find_unit, typed_number
 

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kinetostatics.arguments import Keyword
-from kinetostatics.cli.arguments import LOADS, POSE, ROBOT, Argument
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import (
     GRID_HELP,
@@ -27,6 +26,7 @@ from kinetostatics.cli.inputs import (
     unit_of,
     value_of,
 )
+from kinetostatics.cli.options import LOADS, POSE, ROBOT, Argument
 from kinetostatics.cli.output import print_warnings, save_figure
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.layout.renderings import use_colour

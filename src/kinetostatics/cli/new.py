@@ -9,9 +9,9 @@ import sys
 from kinetostatics.arguments import Keyword
 from kinetostatics.authoring.file_arguments import odd_lengths
 from kinetostatics.authoring.known_names import KNOWN_NAMES
-from kinetostatics.cli.arguments import Argument
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import number_of, option_of, parse_items, parse_parameters, unit_of
+from kinetostatics.cli.options import Argument
 from kinetostatics.cli.output import check_folder, print_warnings
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.progress import waiting

@@ -8,7 +8,6 @@ import functools
 from typing import TYPE_CHECKING
 
 from kinetostatics.arguments import Keyword
-from kinetostatics.cli.arguments import LOADS, POSE, ROBOT, Argument
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import (
     GRID_HELP,
@@ -22,6 +21,7 @@ from kinetostatics.cli.inputs import (
     pose_of,
     swept_coordinates,
 )
+from kinetostatics.cli.options import LOADS, POSE, ROBOT, Argument
 from kinetostatics.cli.output import check_folder, print_json, print_report, print_warnings
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.files.bundled import copy_robots, robots

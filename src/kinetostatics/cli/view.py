@@ -8,7 +8,6 @@ import functools
 from typing import TYPE_CHECKING
 
 from kinetostatics.arguments import Keyword
-from kinetostatics.cli.arguments import LOADS, POSE, ROBOT, Argument
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import (
     VALUES_HELP,
@@ -26,6 +25,7 @@ from kinetostatics.cli.inputs import (
     swept_coordinates,
     value_of,
 )
+from kinetostatics.cli.options import LOADS, POSE, ROBOT, Argument
 from kinetostatics.cli.output import print_warnings
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, RobotFileError, StaticsError
 from kinetostatics.progress import pausing, waiting

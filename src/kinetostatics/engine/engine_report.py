@@ -11,7 +11,7 @@ from kinetostatics.engine.programs import compiled_statics, loops_of
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.layout.mapping import ShortRepr
-from kinetostatics.layout.report import Json
+from kinetostatics.layout.report import Json, attributes
 from kinetostatics.statics.robot_statics import RobotStatics
 
 #: Computations by NumPy with every engine.
@@ -71,8 +71,7 @@ class EngineReport(ShortRepr):
 
     def to_dict(self) -> dict[str, Json]:
         """Return everything as plain values."""
-        own = {name: value for name, value in vars(self).items() if name != "robot"}
-        return {**own, "by_numpy": list(self.by_numpy), "folder": str(self.folder)}
+        return attributes(self, (name for name in vars(self) if name != "robot"))
 
 
 def engine_report(robot: _HasStatics) -> EngineReport:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import Enum
 from functools import cached_property
@@ -28,6 +29,8 @@ def as_json(value: object) -> Json:
         return [as_json(item) for item in value]
     if isinstance(value, Enum):
         return value.name
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
     if isinstance(value, (np.ndarray, np.generic, float)) and not isinstance(value, np.str_):
         array = np.asarray(value)
         if array.dtype.kind == "f" and not np.all(np.isfinite(array)):

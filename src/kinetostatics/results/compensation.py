@@ -27,6 +27,7 @@ from kinetostatics.quantities import VARIABLES
 from kinetostatics.results.result import Result
 from kinetostatics.robot import robot_of
 from kinetostatics.status import WITHOUT_NUMBERS, Status
+from kinetostatics.units import PLATFORM_UNITS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -290,7 +291,7 @@ def _table_columns(found: Compensation) -> dict[str, list[str]]:
 
 def _units(found: Compensation) -> dict[str, str]:
     connections = found.target.robot.mechanism.connections
-    units = {name: "m" if name in "xyz" else "rad" for name in found.target.platform}
+    units = {name: PLATFORM_UNITS[name] for name in found.target.platform}
     return units | {name: connections[name].type.unit for name in found.actuators}
 
 

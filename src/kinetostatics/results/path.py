@@ -18,6 +18,7 @@ from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS
 from kinetostatics.results.result import Result
 from kinetostatics.status import Status
+from kinetostatics.units import PLATFORM_UNITS
 
 
 @dataclass(frozen=True)
@@ -110,8 +111,7 @@ class PathResult(Reported):
         pose, connections = self.result.configuration, self.result.robot.mechanism.connections
         columns = {"time [s]": cells(self.times)}
         for name, values in pose.platform.items():
-            unit = "m" if name in "xyz" else "rad"
-            columns[f"{name} [{unit}]"] = cells(values)
+            columns[f"{name} [{PLATFORM_UNITS[name]}]"] = cells(values)
         columns["status"] = [Status(int(item)).name for item in self.result.status]
         for name, force in self.result.actuator_forces.items():
             kind = connections[name].type

@@ -20,6 +20,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import orientation_named
 from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.robot import robot_of
+from kinetostatics.units import unit
 
 #: Half the range of a slider whose reachable range is almost zero: as a part of the robot's size; as an angle [rad].
 AROUND, TURN = 0.15, math.radians(30)
@@ -30,7 +31,7 @@ NEARLY = 0.999
 #: Least measure of well-conditioned coordinates, as a part of the largest one.
 WELL = 0.1
 #: Units of sliders [m, rad].
-MILLIMETRE, DEGREE = 1e-3, math.pi / 180
+MILLIMETRE, DEGREE = unit("mm").size, unit("deg").size
 
 
 class Sliders:

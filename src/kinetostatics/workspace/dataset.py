@@ -16,7 +16,7 @@ from kinetostatics.quantities import UNITS, VARIABLES, Entry, axes_of, units_alo
 from kinetostatics.results.contributions import MECHANISMS
 from kinetostatics.results.parts import wrench_units
 from kinetostatics.status import Status
-from kinetostatics.workspace.grid import LENGTHS
+from kinetostatics.units import PLATFORM_UNITS
 from kinetostatics.workspace.sweep_plan import SweepPlan
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ def labels_of(plan: SweepPlan, robot: Robot) -> Labels:
         auxiliary[f"{kind}label"] = (f"{kind}wrench",), [label for _, labels, _ in found for label in labels]
         units_of = [unit for _, labels, wrenches in found for unit in wrench_units(labels, wrenches)]
         auxiliary[f"{kind}wrench_unit"] = (f"{kind}wrench",), units_of
-    auxiliary["platform_coordinate_unit"] = ("platform_coordinate",), ["m" if name in LENGTHS else "rad" for name in pose]
+    auxiliary["platform_coordinate_unit"] = ("platform_coordinate",), [PLATFORM_UNITS[name] for name in pose]
     auxiliary["joint_coordinate_unit"] = ("joint_coordinate",), [unit for _, unit in q]
     outputs = [name for name, item in VARIABLES.items() if item.group == "always" or name in plan.outputs]
     there = tuple(name for name in outputs if all(axes[dim] for dim in VARIABLES[name].dims))

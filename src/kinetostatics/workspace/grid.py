@@ -17,11 +17,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from kinetostatics.robot import Robot
+from kinetostatics.units import PLATFORM_UNITS
 
 #: A part of the grid: a range of indices along each axis.
 Block = tuple[slice, ...]
-
-LENGTHS = ("x", "y", "z")
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +49,7 @@ class Axis:
             return f"parameter {self.name} of the robot file"
         if self.kind == "case":
             return f"{self.name} of loads"
-        if self.name in LENGTHS:
+        if PLATFORM_UNITS.get(self.name) == "m":
             return f"{self.name} of the platform's reference point o"
         return f"orientation coordinate {self.name} of the platform" if self.units == "rad" else self.name
 
@@ -176,7 +175,7 @@ def read_field(what: str, value: object, size: int) -> tuple[Field, list[Axis]]:
 def coordinate_units(robot: Robot, kind: str, names: Sequence[str]) -> dict[str, str]:
     """Return the units of coordinates, by name; ``kind``: "platform" or "actuators"."""
     if kind == "platform":
-        return {name: "m" if name in LENGTHS else "rad" for name in names}
+        return {name: PLATFORM_UNITS.get(name, "") for name in names}
     connections = robot.mechanism.connections
     return {name: connections[name].type.unit if name in connections else "rad" for name in names}
 
