@@ -17,6 +17,7 @@ from small_robots import E
 
 import kinetostatics as ks
 from kinetostatics.statics.second_order import tangent_of
+from kinetostatics.statics.springs import unstable_motions
 
 SECTION = sr.Section(2e-3, 4e-7, 4e-7, 6e-7)
 EI, L = E * 4e-7, 1.5
@@ -214,3 +215,40 @@ def test_unstable_springs_have_no_second_order_and_mode_count_zero_is_refused():
     assert np.isnan(ks.analyze(ks.load_robot(CASES / "unstable_inside_a_limb.urdf").assemble()).second_order.twist).all()
     with pytest.raises(ks.ArgumentError, match="count is 0; it must be a whole number from 1 on"):
         analyzed(MAST, (0, 0, -1, 0, 0, 0)).buckling(0)
+
+
+# ---- moments ---------------------------------------------------------------------------------------------------------------
+
+
+def stable_under(spec, load):
+    pose = sr.robot_of(spec).assemble()
+    solution = ks.analyze(pose, load, (0, 0, 0)).solutions[0]
+    return not unstable_motions(tangent_of(pose.robot.statics, pose.robot.members.structure.parts, solution).tangents, 1)[0]
+
+
+@pytest.mark.parametrize(
+    ("load", "tall", "factor"),
+    [
+        ((1, 0, 0, 0, 0, 0), False, None),
+        ((0, 0, 0, 1, 0, 0), True, np.pi),
+        ((0, 0, 0, 0, 0, 1), False, np.pi),
+        ((0, 1, 0, 0, 0, 0), True, 4.0126),
+    ],
+    ids=["side force on a round column", "end moment", "torque", "side force on a tall section"],
+)
+def test_cantilever_under_moments_buckles_at_the_closed_form(load, tall, factor):
+    """Lateral-torsional buckling under an end moment, π √(EI GJ) / L, or a side force, 4.013 √(EI GJ) / L² (Timoshenko and Gere,
+    section 6.3); Greenhill's shaft under a torque, π EI / L. The moments are semitangential."""
+    section = sr.Section(200.0, 4e-7, 4e-2 if tall else 4e-7, 6e-7)
+    spec = sr.cantilever(L, (0, 0, 1), section=section, y_axis=(0, 1, 0), density=0.0)
+    pose = sr.robot_of(spec).assemble()
+    twisting = 1 / pose.robot.statics.beams["arm"].compliances[3]
+    if factor is None:
+        assert stable_under(spec, np.array(load) * 1e4)
+        return
+    size = factor * (EI if load[5] else np.sqrt(EI * twisting)) / L ** (2 if any(load[:3]) else 1)
+    assert stable_under(spec, np.array(load) * 0.9999 * size)
+    assert not stable_under(spec, np.array(load) * 1.0001 * size)
+    result = ks.analyze(pose, np.array(load) * 1.0001 * size, (0, 0, 0))
+    assert np.isnan(result.second_order.twist).all()
+    assert any("exceed the buckling load of the robot" in text for text in result.warnings)

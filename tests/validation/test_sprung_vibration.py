@@ -165,7 +165,7 @@ def column(share):
     """Return a cantilever whose tip a constant force pulls towards its foot, a share of the load under which it buckles, and the
     lateral stiffness P / L tan kL / (tan kL − kL) of its tip: the foot is a fixed point, so that kL = π at buckling."""
     length, bend = 1.5, sr.E * 4e-7
-    section = sr.Section(20.0, 4e-7, 4e-7, 6e-7)  # stiff along its axis
+    section = sr.Section(2e3, 4e-7, 4e-7, 6e-7)  # stiff in tension and shear
     spec = sr.cantilever(length, (0, 0, 1), section=section, y_axis=(0, 1, 0), density=0.0)
     kl, force = np.pi * np.sqrt(share), share * np.pi**2 * bend / length**2
     robot = sr.robot_of(spec)

@@ -5,7 +5,8 @@ force F and the moment M turns by θ, with the strains γ and κ; the weight q p
 order, the energy is ∫ −F · (θ × γ) − ½ M · (θ × κ) − ½ F · (θ × (θ × e_x)) − ½ q · (θ × (θ × r)) ds.
 
 Between its ends the beam deforms as under a wrench at its platform end, plus *inner coordinates*: amplitudes of polynomials that
-vanish, with their slopes, at both ends. They are orthogonal to the former in the strain energy, in which their stiffness is 1.
+vanish at both ends, deflections with their slopes; of strains γ without rotation whose mean is zero; and of rotations 6 ξ (1 − ξ)
+that opposite shear strains compensate. They are orthogonal to the former in the strain energy, in which their stiffness is 1.
 """
 
 from __future__ import annotations
@@ -18,8 +19,11 @@ from kinetostatics.math.linalg import solve_by_elimination
 
 #: Number of inner polynomials of each deflection and of torsion; relative error of Euler's loads below 2e-6.
 EACH = 5
-#: Number of inner coordinates of a beam: deflection about z, deflection about y, torsion.
-INNER = 3 * EACH
+#: Number of polynomials of each of the strains γ.
+EACH_STRAIN = 3
+#: Number of inner coordinates of a beam: deflection about z, deflection about y, torsion; strains along x, y and z; rotations
+#: about z and y with opposite shear strains.
+INNER = 3 * EACH + 3 * EACH_STRAIN + 2
 #: Fractions of the length at which section forces are given; between them, they are cubic polynomials.
 NODES = np.array([0.0, 1 / 3, 2 / 3, 1.0])
 
@@ -44,7 +48,7 @@ _TORSION = [_Polynomial([1]), _Polynomial([0, 1]), *_inner(1)]
 _BENDING = [_Polynomial([1]), _Polynomial([0, 1]), _Polynomial([0, 0, 1]), *(f.deriv() for f in DEFLECTIONS)]
 _X, _Y = len(_TORSION), len(_BENDING)
 _ABOUT = (slice(0, _X), slice(_X, _X + _Y), slice(_X + _Y, _X + 2 * _Y))
-_STRAIN = _X + 2 * _Y
+_STRAIN, _EVERY = _X + 2 * _Y, _X + 2 * _Y + 3 * (1 + EACH_STRAIN)
 _VALUES = [np.array([f(_POINTS) for f in basis]) for basis in (_TORSION, _BENDING, _BENDING)]
 _SLOPES = [np.array([f.deriv()(_POINTS) for f in basis]) for basis in (_TORSION, _BENDING, _BENDING)]
 _AT_NODES = np.array([np.prod([(_POINTS - x) / (node - x) for x in NODES if x != node], axis=0) for node in NODES])
@@ -58,8 +62,11 @@ def _products(first: Array, second: Array) -> Array:
 #: ∫ ℓ f g of rotations about two axes, and of the rotation about the first and the strain about the second.
 _TURNS = {(a, b): _products(_VALUES[a], _VALUES[b]) for a in range(3) for b in range(3)}
 _BENDS = {(a, b): _products(_VALUES[a], _SLOPES[b]) for a in range(3) for b in range(3)}
-_MEANS = [_products(values, np.ones((1, len(_POINTS))))[:, :, 0] for values in _VALUES]
-_STRAINED = [_products(slopes, np.ones((1, len(_POINTS))))[:, :, 0] for slopes in _SLOPES]
+_LEGENDRE = [np.polynomial.Legendre.basis(k, domain=[0, 1])(_POINTS) * np.sqrt(2 * k + 1) for k in range(1 + EACH_STRAIN)]
+_STRAINS = [_products(values, np.array(_LEGENDRE)) for values in _VALUES]
+#: ∫ ℓ f of the strains κ and γ.
+_CURVED = [_products(slopes, np.ones((1, len(_POINTS))))[:, :, 0] for slopes in _SLOPES]
+_STRETCHED = _products(np.array(_LEGENDRE), np.ones((1, len(_POINTS))))[:, :, 0]
 
 
 def turned_forces(c: Array, length: Array, sections: Array, load: Array, lever: Array | None) -> Array:
@@ -75,7 +82,7 @@ def turned_forces(c: Array, length: Array, sections: Array, load: Array, lever: 
         lever: (3, N) vector from the beam's axis to the line of its mass [m]; None: zero.
     """
     N = length.shape[0]
-    H = zeros_for((_STRAIN + 3, _STRAIN + 3, N), sections, length)
+    H = zeros_for((_EVERY, _EVERY, N), sections, length)
 
     def add(rows: slice, columns: slice, block: Array) -> None:
         H[rows, columns] += block
@@ -89,8 +96,7 @@ def turned_forces(c: Array, length: Array, sections: Array, load: Array, lever: 
         change = _BENDS[a, b] - np.swapaxes(_BENDS[b, a], 1, 2)
         add(_ABOUT[a], _ABOUT[b], np.einsum("kij,kn->ijn", change, moment[k]) / -2)
         for turn, strain, sign in ((a, b, -1), (b, a, 1)):
-            column = slice(_STRAIN + strain, _STRAIN + strain + 1)
-            add(_ABOUT[turn], column, sign * np.einsum("ki,kn->in", _MEANS[turn], force[k])[:, None])
+            add(_ABOUT[turn], _of_strain(strain), sign * np.einsum("kij,kn->ijn", _STRAINS[turn], force[k]))
     if lever is not None:
         arms = of_arm(load, lever) * length
         for a in range(3):
@@ -101,17 +107,28 @@ def turned_forces(c: Array, length: Array, sections: Array, load: Array, lever: 
     return found
 
 
+def _of_strain(axis: int) -> slice:
+    return slice(_STRAIN + axis * (1 + EACH_STRAIN), _STRAIN + (axis + 1) * (1 + EACH_STRAIN))
+
+
 def _amplitudes(c: Array, length: Array, like: Array) -> Array:
     """Return the amplitudes of all rotations, and the strains γ, per unit of each coordinate of :func:`turned_forces`."""
     N, L = length.shape[0], length
-    found = zeros_for((_STRAIN + 3, 9 + INNER, N), like, length)
+    found = zeros_for((_EVERY, 9 + INNER, N), like, length)
     x, y, z = (about.start for about in _ABOUT)
     found[x, 0], found[y, 1], found[z, 2] = 1.0, 1.0, 1.0
     found[x + 1, 6] = c[3] * L
     found[y + 1, 7], found[y + 1, 5], found[y + 2, 5] = c[4] * L, -c[4] * L**2, c[4] * L**2 / 2
     found[z + 1, 8], found[z + 1, 4], found[z + 2, 4] = c[5] * L, c[5] * L**2, -c[5] * L**2 / 2
     for k in range(3):
-        found[_STRAIN + k, 3 + k] = c[k]
+        first = _of_strain(k).start
+        found[first, 3 + k] = c[k]
+        for j in range(EACH_STRAIN):
+            found[first + 1 + j, 9 + 3 * EACH + k * EACH_STRAIN + j] = np.sqrt(c[k] / L)
+    for column, row, bend, shear, sign in ((7 + INNER, z, 5, 1, -1.0), (8 + INNER, y, 4, 2, 1.0)):
+        size = _opposite(c[bend], c[shear], L)
+        found[row + 1, column], found[row + 2, column] = 6 * size, -6 * size
+        found[_of_strain(shear).start, column] = sign * size
     units = np.broadcast_to(np.eye(6)[:, :, None], (6, 6, N))
     bends = solve_by_elimination(end_displacement(c[:, :, None], length, units), units)
     found[:, 3:9] = np.einsum("aln,lbn->abn", found[:, 3:9], bends)
@@ -121,10 +138,22 @@ def _amplitudes(c: Array, length: Array, like: Array) -> Array:
     return found
 
 
+def _opposite(bend: Array, shear: Array, length: Array) -> Array:
+    """Return the amplitude of a rotation 6 ξ (1 − ξ) and the opposite shear strain whose strain energy is ½."""
+    size: Array = np.sqrt(shear * bend * length / (12 * shear + bend * length**2))
+    return size
+
+
 def inner_deflections(c: Array, length: Array, sections: Array) -> Array:
     """Return the inner coordinates (INNER, …) under section forces (6, 4, …), see :func:`turned_forces`; ``c`` (6, …)."""
     found = []
     for axis, first in ((2, 3), (1, 3), (0, 2)):
         sizes = np.sqrt(c[3 + axis] * length)
-        found.append(np.einsum("ki,k...->i...", _STRAINED[axis][:, first:], sections[3 + axis]) * sizes)
+        found.append(np.einsum("ki,k...->i...", _CURVED[axis][:, first:], sections[3 + axis]) * sizes)
+    for axis in range(3):
+        found.append(np.einsum("ki,k...->i...", _STRETCHED[:, 1:], sections[axis]) * np.sqrt(c[axis] * length))
+    for axis, bend, shear, sign in ((2, 5, 1, -1.0), (1, 4, 2, 1.0)):
+        turned = np.tensordot(6 * (_CURVED[axis][:, 1] - _CURVED[axis][:, 2]), sections[3 + axis], 1)
+        strained = np.tensordot(_STRETCHED[:, 0], sections[shear], 1) * (sign * length)
+        found.append((_opposite(c[bend], c[shear], length) * (turned + strained))[None])
     return np.concatenate(found)

@@ -166,7 +166,10 @@ class GeometricStiffness:
         turned = None if model.centre is None else np.einsum("ijn,in->jn", axes, lever)
         K = turned_forces(c, length, sections[:, :, every].sum(axis=2), load, turned)
         own = np.eye(INNER)[:, :, None] + K[9:, 9:]
-        given = inner_deflections(model.compliances, length, sections)[:, :S]
+        given = inner_deflections(model.compliances, length, sections)
+        first = next((k for k, name in enumerate(solution.sources) if name.startswith("spring ")), 0)
+        given[:, first : first + 1] += given[:, S:].sum(axis=1, keepdims=True)  # of bodies attached only to the base
+        given = given[:, :S]
         found = solve_by_elimination(own, np.concatenate([K[9:, :9], given], axis=1))
         left = np.concatenate([K[:9, :9], zeros_for((9, S, len(length)), K)], axis=1)
         sign = np.repeat([-1.0, 1.0], [9, S])[None, :, None]

@@ -17,13 +17,23 @@ import numpy as np
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.verification.frame import Actuator, FrameBeam, FrameJoint, FrameModel
-from kinetostatics.verification.opensees import FrameSolution, FrameUnits, extrapolations, inverse, solution, springs_in_series
+from kinetostatics.verification.opensees import (
+    FrameSolution,
+    FrameUnits,
+    extrapolations,
+    inverse,
+    solution,
+    springs_in_series,
+    weights_at_zero,
+)
 
 #: Difference of two extrapolated compliances, times the stiffness of the stiffest element, above which only the small stiffness
 #: of free directions constrains a motion.
 LOOSE = 1e9
 #: A stiffness counts as zero below this part of the largest geometric stiffness; a component of a unit motion, below this value.
 NOTHING = 1e-6
+#: Numbers of elements of a beam for its deflections between its ends, extrapolated in even powers of their length.
+ELEMENTS = np.array([8, 12, 17, 24, 34])
 #: The iteration of displacement-dependent loads ends at this relative change, or after this number of solutions.
 FOLLOWED, PASSES = 1e-12, 4
 
@@ -122,17 +132,18 @@ def _with_geometric_stiffness(
     # the two compliances differ only in motions constrained by nothing but the small stiffness of free directions
     difference = loaded[0]["compliance"] - loaded[1]["compliance"]
     for forces, raw in zip(at_the_pose, loaded, strict=True):
-        K = geometric_stiffness(robot, forces["springs"][first] * scale.wrench, forces["beams"] * scale.wrench)
+        K, bent = geometric_stiffness(robot, forces["springs"][first] * scale.wrench, forces["beams"] * scale.wrench)
+        bent = bent[rows] / np.tile(scale.wrench, len(pieces))
         K = K[np.ix_(rows, rows)] * np.tile(scale.twist, len(pieces)) / np.tile(scale.wrench, len(pieces))[:, None]
         constrained = _constrained(difference, K)
         K, C = constrained @ K @ constrained, constrained @ raw["compliance"] @ constrained
         tangent = np.eye(len(K)) + C @ K
-        moved = np.linalg.solve(tangent, constrained @ np.column_stack([raw["twist"], C[:, :6]]))
-        found.append((moved[:6, 1:], np.linalg.solve(tangent, constrained), moved[:, 0], K))
-    *_, guess, K = found[0]
+        moved = np.linalg.solve(tangent, constrained @ np.column_stack([raw["twist"] - C @ bent, C[:, :6]]))
+        found.append((moved[:6, 1:], np.linalg.solve(tangent, constrained), moved[:, 0], K, bent))
+    *_, guess, K, bent = found[0]
     for _ in range(PASSES):
         loads = model.loads.copy()
-        loads[pieces] -= (K @ guess).reshape(-1, 6) * scale.wrench
+        loads[pieces] -= (K @ guess + bent).reshape(-1, 6) * scale.wrench
         with_more = extrapolations(replace(model, loads=loads), scale, pieces)
         answered = [guess + solved @ (raw["twist"] - guess) for raw, (_, solved, *_) in zip(with_more, found, strict=True)]
         step, guess = answered[0] - guess, answered[0]
@@ -175,15 +186,17 @@ def _constrained(difference: Array, K: Array) -> Array:
     return np.asarray(np.eye(len(K)) - spins @ spins.T)
 
 
-def geometric_stiffness(model: FrameModel, joints: Array, beams: Array) -> Array:
+def geometric_stiffness(model: FrameModel, joints: Array, beams: Array) -> tuple[Array, Array]:
     """Return the geometric stiffness (6n, 6n) of n pieces about their reference points, including the stiffness of springs.
+
+    The second result (6n,) are forces due to deflections of beams under their weight between fixed ends.
 
     Args:
         joints: (joints, 6) wrench of the inner piece on the outer piece at the pose, about the joint's centre [N, N·m].
         beams: (beams, 2, 6) wrenches on both ends of each beam at the pose, about these ends [N, N·m].
     """
     n = 6 * len(model.references)
-    K = np.zeros((n, n))
+    K, bent = np.zeros((n, n)), np.zeros(n)
 
     def put(pieces: tuple[int, ...], block: Array) -> None:
         rows = np.concatenate([6 * piece + np.arange(6) for piece in pieces])
@@ -213,8 +226,13 @@ def geometric_stiffness(model: FrameModel, joints: Array, beams: Array) -> Array
     for beam, ends in zip(model.beams, beams, strict=True):
         for piece, point, end in zip(beam.pieces, beam.points, ends, strict=True):
             acts(piece, point, -end[:3])
-        put(beam.pieces, _beam_stiffness(beam, ends[1], *moves(beam.pieces, beam.points)))
-    return K
+        moved = np.vstack(list(moves(beam.pieces, beam.points)))
+        meshes = [_divided_beam(beam, ends[1], int(count)) for count in ELEMENTS]
+        block, forces = (np.tensordot(weights_at_zero(1 / ELEMENTS**2), np.array(item), 1) for item in zip(*meshes, strict=True))
+        put(beam.pieces, moved.T @ block @ moved)
+        for piece, part in zip(beam.pieces, np.split(moved.T @ forces, 2), strict=True):
+            bent[6 * piece : 6 * piece + 6] += part
+    return K, bent
 
 
 def _cross(v: Array) -> Array:
@@ -254,6 +272,47 @@ def _joint_stiffness(joint: FrameJoint, wrench: Array, inner: Array, outer: Arra
     angle -= _symmetric(inner[3:].T @ _cross(a).T @ _cross(b) @ outer[3:])
     turn = -_symmetric(outer[3:].T @ _cross(normal) @ inner[3:] / 2)
     return np.asarray(found - wrench[3:] @ normal / (normal @ normal) * (angle - turn))
+
+
+def _divided_beam(beam: FrameBeam, end: Array, elements: int) -> tuple[Array, Array]:
+    """Return the geometric stiffness (12, 12) of a beam in elements, for the displacements of its ends, and forces (12,).
+
+    The results are the differences of eliminating the inner nodes with and without geometric stiffness.
+    """
+    short = beam.length / elements
+    points = beam.divided(elements)
+    n = 6 * len(points)
+    elastic, geometric, load = np.zeros((n, n)), np.zeros((n, n)), np.zeros(n)
+    R = np.kron(np.eye(2), beam.axes)
+    e, units = np.array([1.0, 0, 0]), np.eye(12)
+    q = R.T @ beam.load
+    for k in range(elements):
+        item, rows = replace(beam, points=points[k : k + 2]), slice(6 * k, 6 * k + 12)
+        rest = beam.length - short * (k + 1)
+        arm = beam.axes[:, 0] * rest
+        force = end[:3] + rest * beam.load[:3]
+        moment = end[3:] + np.cross(arm, end[:3]) + rest * (np.cross(arm, beam.load[:3]) / 2 + beam.load[3:])
+        geometric[rows, rows] += _beam_stiffness(item, np.concatenate([force, moment]), units[:6], units[6:])
+        rigid = np.eye(6)
+        rigid[:3, 3:] = -short * _cross(e)
+        apart = np.hstack([-rigid @ R.T, R.T])
+        stiffness = np.linalg.inv(_cantilever_displacements(item, short))
+        elastic[rows, rows] += apart.T @ stiffness @ apart
+        sag = np.zeros(6)
+        for place, share in zip(*np.polynomial.legendre.leggauss(3), strict=True):
+            sag += _cantilever_displacements(item, short * (1 + place) / 2).T @ q * (share * short / 2)
+        total = np.concatenate([q[:3] * short, q[3:] * short + np.cross(e, q[:3]) * short**2 / 2])
+        load[rows] += apart.T @ stiffness @ sag + np.concatenate([R @ total, np.zeros(6)])
+    ends, inner = np.r_[0:6, n - 6 : n], np.arange(6, n - 6)
+    with_K_G, without = (
+        np.linalg.solve(K[np.ix_(inner, inner)], np.column_stack([K[np.ix_(inner, ends)], load[inner]]))
+        for K in (elastic + geometric, elastic)
+    )
+    moved, back = np.zeros((n, 13)), np.zeros((n, 12))
+    moved[ends, :12], moved[inner] = np.eye(12), without * np.append(-np.ones(12), 1.0)
+    back[ends], back[inner] = np.eye(12), -with_K_G[:, :12]
+    found = back.T @ geometric @ moved  # the difference of the two eliminations, without cancellation
+    return found[:, :12], found[:, 12]
 
 
 def _beam_stiffness(beam: FrameBeam, end: Array, first: Array, last: Array) -> Array:
