@@ -95,7 +95,7 @@ def _minimize(problem: Problem, ranges: Sequence[Range], fixed: Mapping[str, flo
 
     def numbers(u: Array) -> Array:
         """Return the scaled objective, and all margins."""
-        point = problem.at(named(np.clip(u, 0, 1)))
+        point = problem.at(named(u))
         if point.margins.size != size or not np.isfinite(point.objective):
             return np.array([10.0, *np.full(size, -1.0)])
         return np.array([point.objective / scale, *point.margins])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kinetostatics.design.variables import Range
+from kinetostatics.design.variables import Range, read_variables
 
 RANGES = [Range("diameter", 0.02, 0.12), Range("angle", -0.5, 1.5), Range("offset", 0.0, 0.3)]
 
@@ -29,3 +29,15 @@ def test_positive_ranges_are_divided_in_equal_ratios_others_in_equal_steps():
     values = [[varied.value(u) for u in (0.25, 0.5, 0.75)] for varied in RANGES]
     assert values[0] == pytest.approx(0.02 * 6 ** np.array([0.25, 0.5, 0.75]), rel=1e-14)
     assert values[1] == pytest.approx([0.0, 0.5, 1.0], abs=1e-15) and values[2] == pytest.approx([0.075, 0.15, 0.225], rel=1e-14)
+
+
+@pytest.mark.parametrize("given", ["20mm:120mm", (0.02, 0.12), ("20mm", "120mm")])
+def test_ranges_are_texts_with_a_colon_or_pairs(given):
+    (ranges, choices) = read_variables({"diameter": given})
+    assert [(item.name, item.low, item.high) for item in ranges] == [("diameter", 0.02, 0.12)] and not choices
+
+
+@pytest.mark.parametrize("given", ["20mm,120mm", [0.02, 0.12], np.array([0.12, 0.02])])
+def test_lists_are_texts_with_commas_lists_or_arrays(given):
+    (ranges, (choice,)) = read_variables({"diameter": given})
+    assert not ranges and choice.names == ("diameter",) and choice.rows == ((0.02,), (0.12,))
