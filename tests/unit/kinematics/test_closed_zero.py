@@ -1,5 +1,7 @@
 """The zero pose: characteristic length, and closure of loops that are open at zero."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from simple_machines import joint, link, loop, mount, parallelogram, robot
@@ -190,3 +192,17 @@ def test_size_and_length_of_the_smallest_robots():
     assert machine.size == pytest.approx(0.3) and machine.length == pytest.approx(0.075)
     machine = robot(link("base"), link("platform", 1.0), joint("hinge", "continuous", "base", "platform"))
     assert machine.size == 0 and machine.length == 1.0
+
+
+@pytest.mark.parametrize(("part", "closed"), [(5e-8, True), (5e-7, False), (1e-5, False)])
+def test_gaps_that_no_motion_closes_are_rounding_only_up_to_a_tenth_of_a_millionth(part, closed):
+    """A five-bar whose wrist is out of plane, by this part of the characteristic length; Newton's method cannot do anything."""
+    description = ks.load_robot("five_bar").description
+    length, (name, held) = ks.load_robot("five_bar").length, next(iter(description.loops.items()))
+    x, y, z = held.predecessor_origin.xyz
+    shifted = replace(held.predecessor_origin, xyz=(x, y, z + part * length))
+    machine = ks.Robot(description.changed(name, predecessor_origin=shifted))
+    solver, prescribed = machine._solver(), machine.actuator_coordinates
+    start, residual = zero_pose.closed_zero(solver, prescribed)
+    assert residual == pytest.approx(part, rel=1e-3)
+    assert solver.newton(prescribed, start, solver.values(prescribed, start))[1].tolist() == [closed]
