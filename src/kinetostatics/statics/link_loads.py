@@ -38,8 +38,7 @@ class AppliedLoad:
         name: name of the contribution.
         wrenches: by place, (6, N) wrench about o, world axes [N, N·m].
         points: by place, (3, N) point of application of the force [m], for drawings.
-        kind: "load"; "spring": the force of a spring at the pose; "change": a load that represents geometric stiffness;
-            "unit": a unit load.
+        kind: "load"; "spring": the force of a spring at the pose; "change": geometric stiffness; "unit": a unit load.
         lines: by beam, (12, N) load along the beam: force and moment per length at the start, then force and moment per length at
             the end, world axes [N/m, N]. ``wrenches`` contains its resultants at the beam's ends, see
             :func:`kinetostatics.statics.inertia.line_resultants`.
