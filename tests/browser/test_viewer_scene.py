@@ -1,6 +1,8 @@
 """The page's scene, its files and the answers of a live page: everything that can be checked without a browser."""
 
 import base64
+import subprocess
+import sys
 import warnings
 from dataclasses import replace
 
@@ -400,6 +402,22 @@ def test_wrong_visual_leaves_the_visuals_out_with_a_warning():
     description = parallelogram('<visual><geometry><cylinder radius="thick" length="1"/></geometry></visual>').description
     with pytest.warns(UserWarning, match="no <visual> is drawn, since one of them cannot be read: .*thick"):
         assert link_visuals(description) == {}
+
+
+def test_meshes_need_no_more_packages_of_trimesh_than_are_required(tmp_path):
+    """yourdfpy, which reads the file, installs all packages of trimesh's extra ``easy``."""
+    trimesh.creation.box([1, 2, 3]).export(tmp_path / "box.dae")
+    shapes = ('<mesh filename="box.dae"/>', '<sphere radius="1"/>')
+    visuals = "".join(f"<visual><geometry>{shape}</geometry></visual>" for shape in shapes)
+    (tmp_path / "robot.urdf").write_text(PARALLELOGRAM.format(visual=visuals))
+    absent = "scipy embreex vhacdx manifold3d mapbox_earcut shapely rtree httpx jsonschema charset_normalizer xxhash svg PIL"
+    code = (
+        f"import sys, warnings; sys.modules.update(dict.fromkeys({absent.split()})); warnings.simplefilter('error')\n"
+        "import kinetostatics as ks; from kinetostatics.viewer.visuals import link_visuals\n"
+        "plate = link_visuals(ks.load_robot('robot.urdf').description)['plate']; assert plate.read > 1000, plate.read"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.slow

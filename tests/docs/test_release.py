@@ -103,8 +103,6 @@ def test_release_workflow_calls_existing_scripts():
 
 #: Names that conda-forge has for packages of PyPI.
 CONDA_NAMES = {"pin": "pinocchio", "meshcat": "meshcat-python", "matplotlib": "matplotlib-base"}
-#: Packages of trimesh's extra ``easy`` that the viewer needs for meshes.
-OF_MESHES = {"pycollada", "networkx", "scipy"}
 
 
 def requirements(lines):
@@ -123,10 +121,7 @@ def test_conda_recipe_has_the_requirements_of_the_package():
     project = tomllib.loads(PROJECT)
     run = requirements(recipe["requirements"]["run"])
     assert run.pop("python") == project["project"]["requires-python"]
-    assert {name: versions for name, versions in run.items() if name not in OF_MESHES} == requirements(
-        project["project"]["dependencies"]
-    )
-    assert set(run) >= OF_MESHES
+    assert run == requirements(project["project"]["dependencies"])
     optional = requirements(line for extra in project["project"]["optional-dependencies"].values() for line in extra)
     assert requirements(recipe["requirements"]["run_constraints"]).items() <= optional.items()
     assert set(project["build-system"]["requires"]) <= set(recipe["requirements"]["host"])

@@ -142,8 +142,7 @@ def _read_mesh(mesh: yourdfpy.Mesh, folder: str, link: str, missing: list[str]) 
         if not pieces:
             raise ValueError("it contains no triangles")
     except Exception as error:  # readers of formats raise various errors
-        cure = ": pip install pycollada" if path.lower().endswith(".dae") and isinstance(error, ImportError | ValueError) else ""
-        missing.append(f"mesh {mesh.filename!r} of link {link!r} cannot be read and is not drawn: {error}{cure}")
+        missing.append(f"mesh {mesh.filename!r} of link {link!r} cannot be read and is not drawn: {error}")
         return []
     if mesh.scale is not None:
         for piece in pieces:
