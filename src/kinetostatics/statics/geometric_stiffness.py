@@ -151,7 +151,7 @@ class GeometricStiffness:
 
     def _of_beam(
         self, solution: Solution, deformation: Deformation, item: Passage, axes: Array, which: Sequence[int], weighty: bool
-    ) -> tuple[tuple[Array, Array], Array, Array]:
+    ) -> tuple[tuple[Array, Array | None], Array, Array]:
         """Return ``B`` and ``constant`` of :class:`PassageTerms`, the stiffness of a beam's inner coordinates, and its weight."""
         name, S = str(item.edge.beam), len(solution.sources)
         model = self._robot.beams[name]
@@ -166,6 +166,12 @@ class GeometricStiffness:
         turned = None if model.centre is None else np.einsum("ijn,in->jn", axes, lever)
         K = turned_forces(c, length, sections[:, :, every].sum(axis=2), load, turned)
         own = np.eye(INNER)[:, :, None] + K[9:, 9:]
+        if not weighty:  # to first order in the forces of unit loads, without inner coordinates
+            B = K[:9, :9] / 2
+            for k in (0, 3, 6):
+                B[k : k + 3] = np.einsum("ijn,jkn->ikn", axes, B[k : k + 3])
+                B[:, k : k + 3] = np.einsum("ijn,kjn->ikn", B[:, k : k + 3], axes)
+            return (B, None), own, weight
         given = inner_deflections(model.compliances, length, sections)
         first = next((k for k, name in enumerate(solution.sources) if name.startswith("spring ")), 0)
         given[:, first : first + 1] += given[:, S:].sum(axis=1, keepdims=True)  # of bodies attached only to the base
