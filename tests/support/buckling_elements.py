@@ -53,18 +53,6 @@ def ratio_of(mechanism, answer, load, gravity):
     return float(max(np.linalg.eigvalsh(-A)[-1], 0.0))
 
 
-def second_order(spec, load, gravity=(0, 0, 0), pieces=5):
-    """Return by how much geometric stiffness changes twist (6,) and compliance (6, 6) of the platform."""
-    cut = sr.split(spec, pieces)
-    written = sr.write(cut)
-    answer = fe.solve(cut, written, written.robot().assemble(), load, gravity)
-    A, basis = _on_held_motions(sr.mechanism_of(cut), answer, load, gravity)
-    frame, forces = answer.system[0], np.ravel(answer.system[3])
-    platform = basis[6 * frame.platform : 6 * frame.platform + 6]
-    change = platform @ (np.linalg.inv(np.eye(len(A)) + A) - np.eye(len(A)))
-    return change @ (basis.T @ forces), change @ platform.T
-
-
 def _on_held_motions(mechanism, answer, load, gravity):
     """Return K_G on motions with which K is 1, and these, in the coordinates of the nodes."""
     frame, K, C, *_ = answer.system
