@@ -337,7 +337,7 @@ def test_requirement_is_active_at_its_limit_only(tmp_path, above, active):
     assert found.requirements[1].margin == pytest.approx(above, rel=0.01)
 
 
-@pytest.mark.parametrize("place", [2e-3, 0.3, 1 - 2e-3])
+@pytest.mark.parametrize("place", [5e-4, 0.3, 1 - 5e-4])
 def test_saving_near_a_bound_is_that_of_the_requirement(tmp_path, place):
     """The rod's mass goes as the sag to the power −1/2: 1 % more sag saves half a percent, unless the bound itself is reached."""
     length, force, d = 0.8, 500.0, 0.02 * 6**place

@@ -1,5 +1,7 @@
 """Invalid counts and seeds are refused in the same words everywhere."""
 
+import inspect
+
 import numpy as np
 import pytest
 from package_robots import robot
@@ -46,3 +48,16 @@ def test_negative_seeds_are_refused():
     ):
         with pytest.raises(ks.ArgumentError, match=r"^seed is -1; it must be a whole number from 0 on$"):
             call()
+
+
+def test_all_functions_close_loops_to_the_same_tolerance():
+    """1e-10 m or rad; a compensation takes that of its pose."""
+    named = {name: getattr(ks, name) for name in ks.__all__ if callable(getattr(ks, name))} | {
+        "assemble": ks.Robot.assemble, "configuration": ks.Robot.configuration,
+    }  # fmt: skip
+    found = {}
+    for name, function in named.items():
+        if not inspect.isclass(function) and "closure_tolerance" in inspect.signature(function).parameters:
+            found[name] = inspect.signature(function).parameters["closure_tolerance"].default
+    assert {name for name, default in found.items() if default is None} == {"compensate"}
+    assert len(found) > 7 and {default for default in found.values() if default is not None} == {1e-10}

@@ -292,9 +292,8 @@ def _multipliers(
     from scipy.optimize import nnls
 
     places = {item.name: item.place(best[item.name]) for item in ranges}
-    at_bounds = tuple(
-        f"{name} at its {'lower' if u < 0.5 else 'upper'} bound" for name, u in places.items() if min(u, 1 - u) < 1e-6
-    )
+    is_low = {name: u < 0.5 for name, u in places.items() if min(u, 1 - u) < 1e-6}
+    at_bounds = tuple(f"{name} at its {'lower' if low else 'upper'} bound" for name, low in is_low.items())
     sizes = [values.size for values in point.values]
     owner = np.repeat(np.arange(len(sizes)), sizes)
     active = np.flatnonzero(point.margins[: owner.size] <= ACTIVE)
@@ -308,8 +307,8 @@ def _multipliers(
             return [0.0] * len(sizes), at_bounds
         change = [above.objective - below.objective, *(above.margins - below.margins)[active]]
         columns.append(np.array(change) / (high - low))
-        if min(places[item.name], 1 - places[item.name]) < 1e-6:
-            bounds.append(np.eye(len(ranges))[k] * (1.0 if places[item.name] < 0.5 else -1.0))
+        if item.name in is_low:
+            bounds.append(np.eye(len(ranges))[k] * (1.0 if is_low[item.name] else -1.0))
     gradient = np.array([column[0] for column in columns])
     normals = np.stack([column[1:] for column in columns])
     if bounds:
