@@ -7,7 +7,7 @@ import pytest
 import kinetostatics as ks
 
 
-@pytest.mark.parametrize(("name", "stroke"), [("3rps", 0.2), ("3prs", 0.3)])
+@pytest.mark.parametrize(("name", "stroke"), [("3rps", 0.2), ("3prs", 0.3), ("linear_delta", 0.25)])
 def test_limits_are_those_of_the_turned_pose(name, stroke):
     robot = package_robots.robot(name)
     names, rng = robot.actuator_names, np.random.default_rng(0)
