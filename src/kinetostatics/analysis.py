@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.arguments import check, finite_numbers
+from kinetostatics.arguments import check, vector
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.loads import Motion, Payload
 from kinetostatics.engine.programs import check_engine, engine_for, pose_code
@@ -113,8 +113,8 @@ def analyze(
     if on_failure is not None:
         check("on_failure", on_failure)
     engine = check_engine(engine)
-    wrench, field = _vector("load", load, 6), _vector("gravity", gravity, 3)
-    arm = None if point is None else _vector("point", point, 3)
+    wrench, field = vector("load", load, 6), vector("gravity", gravity, 3)
+    arm = None if point is None else vector("point", point, 3)
     robot = robot_of(configuration)
     errors = None if assembly_errors is None else parse_assembly_errors(robot.statics, assembly_errors)
     on_links = parse_link_loads(robot.statics, loads, payload)
@@ -214,13 +214,6 @@ def _solutions(
 def _shapes_of(on_links: LinkLoads | None) -> str:
     shapes = [] if on_links is None else dict.fromkeys(array.shape[:-1] for array in on_links.arrays())
     return f", loads on links and payload {', '.join(map(str, shapes))}" if shapes else ""
-
-
-def _vector(name: str, value: ArrayLike, size: int) -> Array:
-    array = finite_numbers(name, value)
-    if array.ndim == 0 or array.shape[-1] != size:
-        raise ArgumentError(f"{name} has the shape {array.shape}; its last axis must have {size} entries")
-    return array
 
 
 def load_at_o(robot: Robot, frames: Frames, load: Array, point: Array | None, frame: str) -> Array:

@@ -111,6 +111,14 @@ def finite_numbers(what: str, value: object) -> NDArray[np.float64]:
     return array
 
 
+def vector(what: str, value: object, size: int) -> NDArray[np.float64]:
+    """Return an array (…, size); raise an ArgumentError if it has another shape, or entries that are not finite."""
+    array = finite_numbers(what, value)
+    if array.ndim == 0 or array.shape[-1] != size:
+        raise ArgumentError(f"{what} has the shape {array.shape}; its last axis must have {size} entries")
+    return array
+
+
 def path_name(what: str, value: object) -> str:
     """Return a path as a string; raise an ArgumentError for values of other types."""
     if not isinstance(value, (str, bytes, os.PathLike)):

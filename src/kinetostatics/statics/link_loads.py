@@ -10,9 +10,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from kinetostatics.arguments import check_choice, finite_numbers
+from kinetostatics.arguments import check_choice, finite_numbers, vector
 from kinetostatics.description.elements import Inertia
 from kinetostatics.description.loads import LinkLoad, Payload
 from kinetostatics.exceptions import ArgumentError, near_names
@@ -368,7 +367,7 @@ def _load_of(link: str, value: object) -> _Load:
     name = f"load on {link}"
     load = value if isinstance(value, LinkLoad) else LinkLoad(value)  # type: ignore[arg-type]
     check_choice(f"the frame of the {name}", load.frame, ("world", "link"))
-    wrench, point = _vector(f"the {name}", load.wrench, 6), _vector(f"the point of the {name}", load.point, 3)
+    wrench, point = vector(f"the {name}", load.wrench, 6), vector(f"the point of the {name}", load.point, 3)
     return _Load(name, link, point, wrench, load.frame == "link")
 
 
@@ -380,11 +379,11 @@ def _payload(robot: RobotStatics, payload: object) -> _Load:
     mass = finite_numbers("the payload's mass", payload.mass)
     if np.any(mass < 0):
         raise ArgumentError(f"the payload's mass is {payload.mass!r}; it must be zero or more [kg]")
-    center, inertia = _vector("the payload's center", payload.center, 3), payload.inertia or Inertia()
+    center, inertia = vector("the payload's center", payload.center, 3), payload.inertia or Inertia()
     if not isinstance(inertia, Inertia):
         raise ArgumentError(f"the payload's inertia is {inertia!r}; it must be a kinetostatics.description.Inertia")
     for name, size in (("moments", 6), ("rpy", 3)):
-        _vector(f"the payload's inertia, {name},", getattr(inertia, name), size)
+        vector(f"the payload's inertia, {name},", getattr(inertia, name), size)
     if inertia.flaw:
         raise ArgumentError(f"the payload's inertia is impossible: {inertia.flaw}")
     return _Load(PAYLOAD, payload.link, center, mass=mass[..., None], inertia=inertia)
@@ -394,10 +393,3 @@ def _check_link(robot: RobotStatics, what: str, link: object) -> None:
     known = robot.description.links
     if not isinstance(link, str) or link not in known:
         raise ArgumentError(f"{what} names no link {link!r}: {near_names(str(link), known)}")
-
-
-def _vector(what: str, value: ArrayLike, size: int) -> Array:
-    array = finite_numbers(what, value)
-    if array.ndim == 0 or array.shape[-1] != size:
-        raise ArgumentError(f"{what} has the shape {array.shape}; its last axis must have {size} entries")
-    return array
