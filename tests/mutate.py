@@ -59,7 +59,7 @@ TESTS = {
     "mechanism": "unit/mechanism",
     "kinematics": "unit/kinematics properties/test_zero_pose.py properties/test_loop_types.py",
     "limbs": "unit/limbs unit/statics validation/test_beam_formulas.py",
-    "statics": "unit/statics validation/test_hybrid_limbs.py",
+    "statics": "unit/statics validation/test_hybrid_limbs.py validation/test_motion.py",
     "buckling": "unit/buckling validation/test_second_order.py",
     "vibration": "unit/vibration validation/test_vibration.py",
     "engine": "engine functions/test_c_by_hand.py functions/test_c_export.py",

@@ -6,6 +6,7 @@ import numpy as np
 import package_robots
 import pinocchio as pin
 import pytest
+import simple_machines as sm
 import small_robots as sr
 from mechanisms import Joint, Link
 from small_robots import Limb
@@ -295,3 +296,26 @@ def test_contradictory_rates_are_refused():
     robot = package_robots.robot("anymal_standing")
     with pytest.raises(ks.ArgumentError, match="redundant actuators contradict"):
         ks.analyze(robot.assemble(), motion=ks.Motion(dict.fromkeys(robot.description.driven, 0.2)))
+
+
+def test_mass_beside_a_beam_feels_an_acceleration_as_opposite_gravity():
+    """The mass of a link whose centre is beside its beam acts on the beam with a lever, at rest and in motion."""
+    rod = (
+        '<beam link="rod" from="foot" to="head" youngs_modulus="2e11" poisson_ratio="0.3" shear_coefficient="0.9">'
+        '<circle diameter="0.03"/></beam>'
+    )
+    parts = sm.link("base"), sm.link("cart", 1.0), sm.link("rod", 3.0, "0.1 0.05 0.4"), sm.link("platform", 2.0)
+    slide, foot = sm.joint("slide", "prismatic", "base", "cart", axis="1 2 0.5"), sm.joint("foot", "fixed", "cart", "rod")
+    head, drive = (
+        joint("head", "fixed", "rod", "platform", "0 0 0.8"),
+        '<transmission name="t"><joint name="slide"/></transmission>',
+    )
+    pose, axis = sm.robot(*parts, slide, foot, head, rod, drive).assemble(), np.array([1, 2, 0.5]) / np.sqrt(5.25)
+    moved = ks.analyze(pose, gravity=(0, 0, 0), motion=ks.Motion({"slide": 1.3}, {"slide": 4.0}))
+    heavy = ks.analyze(pose, gravity=-4.0 * axis)
+    np.testing.assert_allclose(moved.twist, heavy.twist, rtol=0, atol=1e-12 * np.abs(heavy.twist).max())
+    wrenches = [found.beams["rod"].section_wrenches for found in (moved, heavy)]
+    np.testing.assert_allclose(*wrenches, rtol=0, atol=1e-10 * np.abs(wrenches[1]).max())
+    # clamped foot: the moment of 3 kg at the link's centre of mass and of 2 kg at the head
+    moment = np.cross([0.1, 0.05, 0.4], 3.0 * -4.0 * axis) + np.cross([0, 0, 0.8], 2.0 * -4.0 * axis)
+    np.testing.assert_allclose(heavy.joint_wrenches["foot"][3:], -moment, rtol=1e-9)
