@@ -306,10 +306,8 @@ def test_mass_beside_a_beam_feels_an_acceleration_as_opposite_gravity():
     )
     parts = sm.link("base"), sm.link("cart", 1.0), sm.link("rod", 3.0, "0.1 0.05 0.4"), sm.link("platform", 2.0)
     slide, foot = sm.joint("slide", "prismatic", "base", "cart", axis="1 2 0.5"), sm.joint("foot", "fixed", "cart", "rod")
-    head, drive = (
-        joint("head", "fixed", "rod", "platform", "0 0 0.8"),
-        '<transmission name="t"><joint name="slide"/></transmission>',
-    )
+    head = sm.joint("head", "fixed", "rod", "platform", "0 0 0.8")
+    drive = '<transmission name="t"><joint name="slide"/></transmission>'
     pose, axis = sm.robot(*parts, slide, foot, head, rod, drive).assemble(), np.array([1, 2, 0.5]) / np.sqrt(5.25)
     moved = ks.analyze(pose, gravity=(0, 0, 0), motion=ks.Motion({"slide": 1.3}, {"slide": 4.0}))
     heavy = ks.analyze(pose, gravity=-4.0 * axis)
