@@ -139,7 +139,7 @@ def test_frequencies_of_random_robots_agree_with_finite_elements(seed):
     ours, theirs = ks.modes(at, 3), frequencies(build(at, np.zeros(6), np.zeros(3)), 3)
     if theirs.scatter > 5e-3:  # as where 0.04 Hz are lost in the stiffness of free directions
         pytest.skip(f"OpenSees is accurate to {theirs.scatter:.0e} here")
-    if ours.zero_frequencies != theirs.zero:  # a spin, too, may be lost there: other elements decide
+    if ours.zero_frequencies != theirs.zero or theirs.scatter > 1e-4:  # a spin, too, may be lost there: other elements decide
         expected, zero = vibration_elements.frequencies(mechanism, written, at, 3)
         assert ours.zero_frequencies == zero
         assert ours.frequencies == pytest.approx(expected, rel=2e-5)

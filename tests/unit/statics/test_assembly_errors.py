@@ -284,3 +284,10 @@ def test_twist_with_indeterminate_forces_is_that_of_stiff_parts(rigid):
     found, wanted = (ks.analyze(robot.assemble(actuators=at), load) for robot in (one, other))
     assert (found.status == ks.Status.INDETERMINATE).all()
     np.testing.assert_allclose(found.twist, wanted.twist, rtol=1e-4, atol=2e-9)
+
+
+@pytest.mark.parametrize("error", [1e-3, [1e-3], [[1e-3] * 5], {"twist": 0.0}])
+def test_twists_of_assembly_errors_have_six_entries(error):
+    pose = ks.load_robot("3rps").assemble()
+    with pytest.raises(ks.ArgumentError, match="its last axis must have 6 entries"):
+        ks.analyze(pose, assembly_errors={"spherical_1": error})
