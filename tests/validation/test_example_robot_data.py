@@ -317,6 +317,7 @@ def elastic_robots(file):
                 links = links - {other}
 
 
+@pytest.mark.parts(30)
 @pytest.mark.few(1)
 @pytest.mark.parametrize(
     "file", sorted(path for path in package_folder("example-robot-data").glob("robots/**/*.urdf") if path.stem != "ur3"),

@@ -126,6 +126,7 @@ def test_frequencies_of_package_robots_agree_with_finite_elements(name):
     assert found.verified and converged, str(found)
 
 
+@pytest.mark.parts(30)
 @pytest.mark.few(1)
 @pytest.mark.parametrize("seed", range(200))
 def test_frequencies_of_random_robots_agree_with_finite_elements(seed):
