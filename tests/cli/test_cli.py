@@ -221,7 +221,7 @@ def test_near_selects_the_assembly_mode(capsys):
     ("arguments", "message"),
     [
         ("", "COMMAND"),
-        ("chek 3rps", "there is no command 'chek'; commands are check, analyze, "),
+        ("chek 3rps", "there is no command 'chek'; did you mean 'check'?"),
         ("check", "ROBOT is missing; it comes before the options"),
         ("check 3rps --fast", "unrecognized arguments: --fast"),
         ("check 3rp", "3rp: the file cannot be read: No such file"),

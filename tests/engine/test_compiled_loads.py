@@ -7,6 +7,7 @@ import package_robots
 import pytest
 import tapes
 from tapes import assert_same_results, computed
+from turned_limbs import with_first_limb_turned
 
 import kinetostatics as ks
 from kinetostatics.engine import programs
@@ -56,7 +57,7 @@ def test_structure_key_depends_on_loaded_places(robot):
 
 def test_degenerate_loaded_limb_falls_back_to_numpy(robot):
     q = np.repeat(robot.assemble().model_q, 3, axis=1)
-    q[1, 1] += np.pi / 2
+    q[:, 1] = with_first_limb_turned(robot, q[:, 1])
     poses, wrench = robot.configuration(q.T, closure_tolerance=np.inf), np.random.default_rng(1).standard_normal((3, 6))
     code = PoseCode(robot, robot.statics, ANALYSIS, LoadedPlaces((("load on carriage_1", ("carriage_1",)),)))
     _, holds = computed(code, poses.poses.x, np.ones((6, 3)), np.ones((3, 3)), wrench.T)

@@ -7,6 +7,7 @@ import package_robots
 import pytest
 from small_robots import cantilever, circle, robot_of, stepped_beam
 from tapes import assert_same_results, close, computed, differences, solved
+from turned_limbs import coordinate, with_first_limb_turned
 
 import kinetostatics as ks
 from kinetostatics.engine import pose_code
@@ -43,8 +44,8 @@ def test_compiled_statics_equals_numpy_for_any_number_of_poses(compiled):
     height = float(home.platform["z"])
     q = np.array(robot.assemble(platform={"x": np.linspace(-0.08, 0.08, 21), "y": 0.1, "z": height}).model_q)
     q[:, [3, 6]] = home.model_q
-    q[1, 3] += np.pi / 2
-    q[7, 6] += np.pi / 2
+    q[:, 3] = with_first_limb_turned(robot, q[:, 3])
+    q[coordinate(robot, "upper_2_x"), 6] += np.pi / 2
     q[:, 9] = np.nan
     rng = np.random.default_rng(3)
     given = robot.equations.from_model(q), 100 * rng.standard_normal((6, 21)), rng.standard_normal((3, 21))
@@ -68,7 +69,7 @@ def test_ignored_guards_give_wrong_results(monkeypatch):
     """The record is wrong where a limb degenerates; its guards leave such poses to NumPy."""
     robot = package_robots.robot(NAME)
     q = np.repeat(robot.assemble().model_q, 2, axis=1)
-    q[1, 1] += np.pi / 2
+    q[:, 1] = with_first_limb_turned(robot, q[:, 1])
     pose = robot.configuration(q.T, closure_tolerance=np.inf)
     assert ks.analyze(pose, engine="compiled").basis_degenerate.tolist() == [False, True]
     right = PoseCode.computed

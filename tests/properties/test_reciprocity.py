@@ -55,7 +55,7 @@ def check_group(solution, number, item, fine):
     each = np.einsum("km,miagn->ikagn", signs, item.cut_wrenches * scale)
     size = np.sqrt(np.max(np.sum((item.cut_wrenches * scale) ** 2, axis=1), axis=0))
     carried = solution.total_cut_wrenches(number) * scale[:, 0]
-    weights = group.carried(geometry, solution.frames, solution.o, solution.weights)[0]
+    weights = group.carried(geometry, solution.weights)[0]
     whole = np.einsum("km,mign->ikgn", signs, carried) + weights * scale
     # limbs whose joints are dependent but for the nudge have the rank of those without it
     over = np.zeros(fine.shape)
