@@ -6,13 +6,8 @@ from tangent_cases import CASES, SPRUNG_CASES
 import kinetostatics as ks
 from kinetostatics.statics.second_order import tangent_of
 
-#: Where forces change the compliance by some per cent and beams are thick, or heavy: that shear strains vary along a beam adds
-#: 1e-6 to 1e-4.
-VARYING_SHEAR = {
-    "sprung 19", "2pru_upr", "3prs", "3rps", "anymal_standing", "exechon", "five_bar", "tricept", "tripteron", "ur10",
-    *(f"serial {seed}" for seed in (6, 8, 12, 19, 20, 30, 34, 39, 45, 56)),
-    *(f"hybrid {seed}" for seed in (8, 16, 18, 19, 25, 36, 38, 48, 57)),
-}  # fmt: skip
+#: Its tangent differs by 1.3e-6.
+LESS_ACCURATE = {"hybrid 57"}
 #: Their displacement is far from linear: with one Newton step more it is right.
 FAR_FROM_LINEAR = {"tricept", "hybrid 34"}
 
@@ -31,7 +26,7 @@ def test_linear_theory_equals_energy_model(name):
 
 
 @pytest.mark.few(4)
-@pytest.mark.parametrize("name", but(CASES, VARYING_SHEAR))
+@pytest.mark.parametrize("name", but(CASES, LESS_ACCURATE))
 def test_tangent_at_the_unloaded_geometry_equals_second_derivative_of_energy(name):
     """Forces and moments of beams and joints, under loads with moments, some of them on links."""
     case = CASES[name]()
@@ -52,7 +47,7 @@ def test_second_order_equals_nonlinear_equilibrium(name):
 
 
 @pytest.mark.few(4)
-@pytest.mark.parametrize("name", but(SPRUNG_CASES, VARYING_SHEAR))
+@pytest.mark.parametrize("name", SPRUNG_CASES)
 def test_tangent_of_robots_with_springs_equals_second_derivative_of_energy(name):
     """Elastic robots with springs, two of them unstable; loads on links have no part in their stiffness."""
     case = SPRUNG_CASES[name]()

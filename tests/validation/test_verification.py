@@ -147,6 +147,10 @@ def test_frequencies_of_random_robots_agree_with_finite_elements(seed):
         assert ours.frequencies == pytest.approx(expected, rel=2e-5)
 
 
+def test_repr_of_a_verification_is_its_title():
+    assert repr(ks.verify(robot("3rps").assemble())) == "<Check of '3rps' by finite elements (OpenSees): verified>"
+
+
 def test_a_rigid_robot_has_no_natural_frequencies():
     """With an elastic actuator it has one."""
     rigid = made_of(PLATFORM, joint("motor", "revolute", "base", "platform", axis="1 0 0"), drives=("motor",))

@@ -14,7 +14,7 @@ from kinetostatics.arguments import check, positive
 from kinetostatics.description.loads import Payload
 from kinetostatics.dynamics.vibrations import modes as modes_of
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.layout.mapping import ResultMapping, ShortRepr
+from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.verification.frame import FrameModel
@@ -41,7 +41,7 @@ STIFF = 1e9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Verification(ShortRepr, Reported):
+class Verification(Reported):
     """One pose computed twice: by :func:`kinetostatics.analyze`, and by OpenSees from beam and joint elements.
 
     Differences are norms over all components of a twist, wrench or matrix, relative to the norm of the finite-element result;
