@@ -70,8 +70,8 @@ class Branches:
     parallel: bool
 
 
-Item: TypeAlias = Body | JointStep | Branches
-Chain: TypeAlias = tuple[Item, ...]
+Part: TypeAlias = Body | JointStep | Branches
+Chain: TypeAlias = tuple[Part, ...]
 
 
 @dataclass(frozen=True)
@@ -96,20 +96,20 @@ class Graph:
     hanging: tuple[Hanging, ...]
 
 
-def _items(chain: Chain) -> Iterator[Item]:
-    for item in chain:
-        yield item
-        for run in item.runs if isinstance(item, Branches) else ():
-            yield from _items(run.chain)
+def _parts(chain: Chain) -> Iterator[Part]:
+    for part in chain:
+        yield part
+        for run in part.runs if isinstance(part, Branches) else ():
+            yield from _parts(run.chain)
 
 
 def joints_of(chain: Chain) -> list[JointStep]:
-    return [item for item in _items(chain) if isinstance(item, JointStep)]
+    return [part for part in _parts(chain) if isinstance(part, JointStep)]
 
 
 def bodies_of(chain: Chain) -> list[str]:
     """Return the names of all links and beams of a chain's bodies."""
-    return [name for item in _items(chain) if isinstance(item, Body) for name in item.names]
+    return [name for part in _parts(chain) if isinstance(part, Body) for name in part.names]
 
 
 def joint_text(joint: JointStep) -> str:
@@ -117,8 +117,8 @@ def joint_text(joint: JointStep) -> str:
     name = joint.name
     if len(joint.joints) > 1:
         shared = os.path.commonprefix(joint.joints)  # noqa: RUF071 names are no paths
-        rests = [item.removeprefix(shared) for item in joint.joints]
-        name = f"{shared}{{{','.join(rests)}}}" if shared and all(rests) else "+".join(joint.joints)
+        endings = [part.removeprefix(shared) for part in joint.joints]
+        name = f"{shared}{{{','.join(endings)}}}" if shared and all(endings) else "+".join(joint.joints)
     notes = ["driven"] * joint.driven + ["elastic"] * joint.elastic + ["fixed"] * JOINT_TYPES[joint.kind].is_fixed
     if joint.follows is not None:
         notes.append(f"follows {joint.follows}")
@@ -144,27 +144,27 @@ def chain_lines(start: str, chain: Chain, end: str, indent: str = "") -> list[st
             words.append(body)
 
     left: str | None = end
-    for k, item in enumerate(chain):
-        if isinstance(item, JointStep):
-            words.append(f"—{joint_text(item)}→")
-        elif isinstance(item, Body):
-            name = body_text(item)
+    for k, part in enumerate(chain):
+        if isinstance(part, JointStep):
+            words.append(f"—{joint_text(part)}→")
+        elif isinstance(part, Body):
+            name = body_text(part)
             if not words or words[-1] != name:
                 put(name)
         else:
             if words and words[-1].endswith("→"):
-                put(item.start)
-            what = f"{len(item.runs)} ways" if item.parallel else "a network"
-            lines += _filled(words, f", then {what} to {item.end}:" if words else f"{what} to {item.end}:", indent)
+                put(part.start)
+            what = f"{len(part.runs)} ways" if part.parallel else "a network"
+            lines += _filled(words, f", then {what} to {part.end}:" if words else f"{what} to {part.end}:", indent)
             words = []
-            for run in item.runs:
-                ends = ("", "") if item.parallel else (run.start, run.end)
+            for run in part.runs:
+                ends = ("", "") if part.parallel else (run.start, run.end)
                 inner = chain_lines(ends[0], run.chain, ends[1], indent + "    ")
                 lines += [f"{indent}  - {inner[0].lstrip()}", *inner[1:]]
             if k == len(chain) - 1:
                 left = None
             elif not isinstance(chain[k + 1], Body):
-                words = [item.end]
+                words = [part.end]
     if left:
         put(left)
     return [*lines, *_filled(words, "", indent)]
@@ -194,8 +194,8 @@ class GraphReader:
         compounds: list[CompoundJoint] = []
         for limb in topology.hanging:
             if limb.name == role:
-                known = {edge.key for edge in edges}
-                edges += [edge for edge in (*limb.edges, *limb.branches) if edge.key not in known]
+                present = {edge.key for edge in edges}
+                edges += [edge for edge in (*limb.edges, *limb.branches) if edge.key not in present]
                 compounds += compound_joints(self.mechanism, limb)
         return _Reducer(self, edges, compounds).attached_to(self.graph.base if role == "base" else self.graph.platform)
 
@@ -222,21 +222,21 @@ class _Run:
 
 
 def _reversed(chain: Chain) -> Chain:
-    return tuple(Body(item.names[::-1]) if isinstance(item, Body) else item for item in reversed(chain))
+    return tuple(Body(part.names[::-1]) if isinstance(part, Body) else part for part in reversed(chain))
 
 
 def _joined(*chains: Chain) -> Chain:
     """Return the concatenation of chains; consecutive bodies are merged."""
-    found: list[Item] = []
-    for item in (item for chain in chains for item in chain):
-        if isinstance(item, Body) and not item.names:
+    parts: list[Part] = []
+    for part in (part for chain in chains for part in chain):
+        if isinstance(part, Body) and not part.names:
             continue
-        before = found[-1] if found else None
-        if isinstance(item, Body) and isinstance(before, Body):
-            found[-1] = Body(tuple(dict.fromkeys((*before.names, *item.names))))
+        before = parts[-1] if parts else None
+        if isinstance(part, Body) and isinstance(before, Body):
+            parts[-1] = Body(tuple(dict.fromkeys((*before.names, *part.names))))
         else:
-            found.append(item)
-    return tuple(found)
+            parts.append(part)
+    return tuple(parts)
 
 
 class _Reducer:
@@ -246,13 +246,13 @@ class _Reducer:
         self.reader, self.graph = reader, reader.graph
         self.hanging: list[Hanging] = []
         keys = {edge.key for edge in edges}
-        mine = [edge for edge in self.graph.edges if edge.key in keys]
+        limb_edges = [edge for edge in self.graph.edges if edge.key in keys]
         self.ends = (self.graph.base, self.graph.platform)
-        welds = joined(self.graph.bodies, (edge.ends for edge in mine if self._is_weld(edge)))
+        welds = joined(self.graph.bodies, (edge.ends for edge in limb_edges if self._is_weld(edge)))
         #: for each body, the representative of all bodies welded to it
         self._node = {body: next(other for other in welds if other in welds[body]) for body in welds}
-        self._names = self._name_nodes(mine)
-        self.runs = self._make_runs(mine, compounds)
+        self._names = self._name_nodes(limb_edges)
+        self.runs = self._make_runs(limb_edges, compounds)
         self._beam_at: dict[RigidBody, str] = {}
         for run in self.runs:
             for node in (run.start, run.end):
@@ -261,8 +261,8 @@ class _Reducer:
 
     def _is_weld(self, edge: BodyEdge) -> bool:
         """Whether an edge is a rigid fixed joint between bodies other than base and platform."""
-        item = edge.connection
-        is_rigid = item is not None and item.type.is_fixed and not springs_of(self.reader.mechanism, item.name)
+        connection = edge.connection
+        is_rigid = connection is not None and connection.type.is_fixed and not springs_of(self.reader.mechanism, connection.name)
         return is_rigid and not set(edge.ends) & set(self.ends)
 
     def _name_nodes(self, edges: list[BodyEdge]) -> dict[RigidBody, tuple[str, ...]]:
@@ -285,7 +285,7 @@ class _Reducer:
     def _make_runs(self, edges: list[BodyEdge], compounds: Sequence[CompoundJoint]) -> list[_Run]:
         compound_of = {name: compound for compound in compounds for name in compound.joints}
         parts_of: dict[tuple[str, ...], list[BodyEdge]] = {}
-        found: list[_Run] = []
+        runs: list[_Run] = []
         for edge in edges:
             start, end = (self._node[body] for body in edge.ends)
             if edge.connection is not None:
@@ -293,28 +293,28 @@ class _Reducer:
                 if compound is not None and len(compound.joints) > 1:
                     parts_of.setdefault(compound.joints, []).append(edge)
                 elif not self._is_weld(edge):
-                    found.append(_Run(start, end, (self.reader.joint(compound or edge.connection),)))
+                    runs.append(_Run(start, end, (self.reader.joint(compound or edge.connection),)))
             elif edge.beam is not None:
-                found.append(_Run(start, end, self._along_beam(edge)))
+                runs.append(_Run(start, end, self._along_beam(edge)))
         for joints, parts in parts_of.items():
             ends = [self._node[body] for edge in parts for body in edge.ends]
             outer = [node for node in ends if ends.count(node) == 1]
             if len(outer) == 2:  # otherwise both ends are on one piece: inside the base, or a ring
-                found.append(_Run(outer[0], outer[1], (self.reader.joint(compound_of[joints[0]]),)))
-        return found
+                runs.append(_Run(outer[0], outer[1], (self.reader.joint(compound_of[joints[0]]),)))
+        return runs
 
     def _along_beam(self, edge: BodyEdge) -> Chain:
         """Return a beam as a body, or a telescopic beam as its links and the joints between them."""
         span = edge.beam
         assert span is not None
         here, names = span.start_link, {span.beam.link: span.beam.name}
-        items: list[Item] = [Body((names.get(here, here),))]
+        parts: list[Part] = [Body((names.get(here, here),))]
         for connection in (*span.inward[::-1], *span.outward):
             here = connection.other(here)
             if not connection.type.is_fixed:
-                items.append(self.reader.joint(connection))
-            items.append(Body((names.get(here, here),)))
-        return _joined(tuple(items))
+                parts.append(self.reader.joint(connection))
+            parts.append(Body((names.get(here, here),)))
+        return _joined(tuple(parts))
 
     def name(self, node: RigidBody) -> str:
         names = self._names.get(node, ())
@@ -367,12 +367,12 @@ class _Reducer:
         pairs = ((k, h) for k, h in combinations(range(len(runs)), 2) if inner[k] & inner[h])
         left = runs
         for group in dict.fromkeys(joined(range(len(runs)), pairs).values()):
-            mine = [runs[k] for k in sorted(group)]
-            roots = {node for run in mine for node in (run.start, run.end)} & {start, end}
-            if len(roots) == 1 and len(mine) < len(runs):
+            connected = [runs[k] for k in sorted(group)]
+            roots = {node for run in connected for node in (run.start, run.end)} & {start, end}
+            if len(roots) == 1 and len(connected) < len(runs):
                 root = roots.pop()
-                left = [run for run in left if run not in mine]
-                self.hanging.append(Hanging(self.name(root), (self._branches(root, root, mine),), True))
+                left = [run for run in left if run not in connected]
+                self.hanging.append(Hanging(self.name(root), (self._branches(root, root, connected),), True))
         return left
 
     def _branches(self, start: RigidBody, end: RigidBody, runs: list[_Run]) -> Branches:
@@ -382,11 +382,11 @@ class _Reducer:
             return (run.leaving(node).end for run in runs if node in (run.start, run.end))
 
         near = {node: k for k, node in enumerate(reachable([start], others))}
-        found = []
+        directed = []
         for run in runs:
             outwards = near.get(run.start, 0) <= near.get(run.end, 0) and run.start is not end
-            found.append(run if outwards else run.leaving(run.end))
-        found.sort(key=lambda run: near.get(run.start, 0))
+            directed.append(run if outwards else run.leaving(run.end))
+        directed.sort(key=lambda run: near.get(run.start, 0))
         parallel = all({run.start, run.end} == {start, end} for run in runs)
-        named = tuple(Run(self.name(run.start), self.name(run.end), run.chain) for run in found)
+        named = tuple(Run(self.name(run.start), self.name(run.end), run.chain) for run in directed)
         return Branches(self.name(start), self.name(end), named, parallel)

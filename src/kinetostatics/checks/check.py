@@ -118,15 +118,15 @@ def robot_warnings(robot: Robot) -> tuple[str, ...]:
 
 
 def _mobility(robot: Robot, zero: ZeroFacts) -> MobilityFacts:
-    found, motions = robot.mobility, Motions(robot)
+    mobility, motions = robot.mobility, Motions(robot)
     values = robot.solver.values(robot.actuator_coordinates, robot.zero_poses)[:, 0]
     zero.drives = {name: float(value) for name, value in zip(motions.actuator_names, values, strict=True)}
     redundant_actuators, uncontrolled = actuators_of(motions)
     return MobilityFacts(
-        found.platform,
-        found.local,
-        found.redundant_constraints,
-        found.gap,
+        mobility.platform,
+        mobility.local,
+        mobility.redundant_constraints,
+        mobility.gap,
         coordinates_of(motions),
         redundant_actuators,
         uncontrolled,
@@ -150,42 +150,42 @@ def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], lis
 
     The warnings concern doubtful ranks, redundant actuation, driven joints outside limbs, and missing results.
     """
-    found: list[str] = []
+    warnings: list[str] = []
     at_zero: list[str] = []
     problems: list[str] = []
     if robot.mobility.gap < SMALL_GAP:
-        found.append(
+        warnings.append(
             f"the mobility is doubtful: the smallest singular value taken as nonzero is only {robot.mobility.gap:.2g} times the "
             "largest taken as zero"
         )
     for group in robot.statics.groups:
         if group.basis.gap < SMALL_GAP:
-            found.append(
+            warnings.append(
                 f"the number of constraint wrenches of {group.limbs[0].name} is doubtful: the smallest singular value taken as "
                 f"nonzero is only {group.basis.gap:.2g} times the largest taken as zero"
             )
     mobility = facts.mobility
     if mobility is not None and mobility.redundant_actuators:
         held = len(facts.drives) - mobility.redundant_actuators
-        found.append(
+        warnings.append(
             f"{len(facts.drives)} actuators for {held} freedom{'s' * (held != 1)}: the actuation is redundant; actuators are "
             "locked in position and share the load according to the elasticity of their limbs (if the robot should have more "
             "freedoms, look for a wrong <axis>)"
         )
     for name in robot.actuators_outside_limbs:
-        found.append(f"the driven joint {name} is in no limb: it carries only bodies attached to {_owner(robot, name)}")
+        warnings.append(f"the driven joint {name} is in no limb: it carries only bodies attached to {_owner(robot, name)}")
     generic = analyze(poses_of(robot, robot.generic_poses))
     zero = analyze(poses_of(robot, robot.zero_poses, first_only=True), on_failure="nan")
     problem = _statics_problem(robot, generic, zero)
     if problem is None and not facts.drives and robot.mobility.platform:
-        found.append("the robot has no actuators: springs alone hold its platform; mark driven joints by <transmission>")
+        warnings.append("the robot has no actuators: springs alone hold its platform; mark driven joints by <transmission>")
     if problem is not None:
         (at_zero if problem.startswith(AT_ZERO) else problems).append(problem)
     else:
         at_zero += [text.replace("the pose is", "the zero pose is", 1) for text in near_singular_warnings(zero)]
-    found += missing_results(generic)
-    at_zero += [text for text in missing_results(zero, f"{AT_ZERO} ") if text.removeprefix(f"{AT_ZERO} ") not in found]
-    return found, at_zero, problems
+    warnings += missing_results(generic)
+    at_zero += [text for text in missing_results(zero, f"{AT_ZERO} ") if text.removeprefix(f"{AT_ZERO} ") not in warnings]
+    return warnings, at_zero, problems
 
 
 def _owner(robot: Robot, joint: str) -> str:
@@ -221,19 +221,19 @@ def _complaint(result: Result) -> str | None:
 
 def missing_results(result: Result, where: str = "") -> list[str]:
     """Return warnings of missing results; ``where`` names the pose, or is empty for generic poses."""
-    found = [where + indeterminate_parts(result)] if np.any(result.indeterminate) else []
+    texts = [where + indeterminate_parts(result)] if np.any(result.indeterminate) else []
     bad = {
         limb.name
         for solution in result.solutions
-        for item in solution.statics
-        for position, limb in enumerate(item.group.limbs)
-        if np.any(item.degenerate[position])
+        for statics in solution.statics
+        for position, limb in enumerate(statics.group.limbs)
+        if np.any(statics.degenerate[position])
     }
     limbs = [limb.name for limb in result.robot.topology.limbs if limb.name in bad]
     if limbs and np.any(result.basis_degenerate):
         at = where or "at some poses "
-        found.append(f"{at}the wrench basis of {join_words(limbs)} is not unique: intensities are NaN there, all else is valid")
-    return found
+        texts.append(f"{at}the wrench basis of {join_words(limbs)} is not unique: intensities are NaN there, all else is valid")
+    return texts
 
 
 def poses_of(robot: Robot, poses: SolverState, first_only: bool = False) -> Configuration:

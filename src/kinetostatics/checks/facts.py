@@ -146,7 +146,7 @@ class ZeroFacts:
 
     def widest(self, unit: str) -> tuple[float, str]:
         """Return the largest gap in the ``unit`` m or rad, and the name of its loop."""
-        return max(((item[unit], name) for name, item in self.loop_gaps.items()), default=(0.0, ""))
+        return max(((gap[unit], name) for name, gap in self.loop_gaps.items()), default=(0.0, ""))
 
 
 @dataclass
@@ -210,14 +210,14 @@ def limb_facts(robot: Robot, reader: GraphReader, limb: Limb, mass: float | None
 def _symbols(chain: Chain) -> str:
     """Return the symbols of a chain's joints, such as ``R(driven) (S S | S S)``; networks are in square brackets."""
     words = []
-    for item in chain:
-        if isinstance(item, JointStep):
-            if item.elastic or not JOINT_TYPES[item.kind].is_fixed:
-                words.append(JOINT_TYPES[item.kind].symbol + ("(driven)" if item.driven else ""))
-        elif isinstance(item, Branches):
-            parts = [_symbols(run.chain) for run in item.runs]
-            network = f"[{' '.join(filter(None, parts)) or '–'}]"
-            words.append(f"({' | '.join(part or '–' for part in parts)})" if item.parallel else network)
+    for part in chain:
+        if isinstance(part, JointStep):
+            if part.elastic or not JOINT_TYPES[part.kind].is_fixed:
+                words.append(JOINT_TYPES[part.kind].symbol + ("(driven)" if part.driven else ""))
+        elif isinstance(part, Branches):
+            branches = [_symbols(run.chain) for run in part.runs]
+            network = f"[{' '.join(filter(None, branches)) or '–'}]"
+            words.append(f"({' | '.join(symbols or '–' for symbols in branches)})" if part.parallel else network)
     return " ".join(words)
 
 
@@ -227,10 +227,10 @@ def first_like(limb: LimbFacts, basis: Basis, beams: list[BeamFacts], alike: dic
     def rounded(value: float | None) -> str:
         return "" if value is None else f"{value * (1 + EQUAL**2):.5g}"  # avoids ties in the rounding of short decimals
 
-    mine = [beam for beam in beams if beam.name in limb.beams]
+    limb_beams = [beam for beam in beams if beam.name in limb.beams]
     rows = tuple(
         (beam.section, beam.telescopic, rounded(beam.length), rounded(beam.youngs_modulus), rounded(beam.density))
-        for beam in mine
+        for beam in limb_beams
     )
     wrenches = tuple(
         tuple((c.direction[0] if c.direction[0] == "complement" else c.direction, c.centre) for c in part)
@@ -244,21 +244,21 @@ def massless_links(robot: Robot, limbs: list[LimbFacts]) -> tuple[str, ...]:
     """Return the massless links without beams between joints, except the crosses of universal and spherical joints."""
     description = robot.description
     elastic = {beam.link for beam in description.beams.values()}
-    chains = [chain for limb in limbs for chain in (limb.graph.chain, *(item.chain for item in limb.graph.hanging))]
+    chains = [chain for limb in limbs for chain in (limb.graph.chain, *(branch.chain for branch in limb.graph.hanging))]
     shown = {name for chain in chains for name in bodies_of(chain)}
     return tuple(name for name in description.links if name in shown - elastic and description.links[name].mass == 0)
 
 
 def elastic_joints(robot: Robot) -> list[ElasticJointFacts]:
-    found = []
+    facts = []
     for name, stiffness in robot.description.joint_stiffness.items():
         drive = stiffness.drive if name in drives_of(robot.mechanism) else None
         springs = springs_of(robot.mechanism, name)
         if springs or drive is not None:
             compliance = springs[0].compliance if springs else np.zeros((6, 6))
             kind = robot.mechanism.connections[name].type.name
-            found.append(ElasticJointFacts(name, kind, _stiffnesses(compliance[:3, :3]), _stiffnesses(compliance[3:, 3:]), drive))
-    return found
+            facts.append(ElasticJointFacts(name, kind, _stiffnesses(compliance[:3, :3]), _stiffnesses(compliance[3:, 3:]), drive))
+    return facts
 
 
 def _stiffnesses(compliances: Array) -> tuple[float, ...]:
@@ -268,9 +268,9 @@ def _stiffnesses(compliances: Array) -> tuple[float, ...]:
 
 def followers(robot: Robot) -> list[FollowerFacts]:
     return [
-        FollowerFacts(item.name, item.type.name, item.mimic.joint, item.mimic.multiplier, item.mimic.offset)
-        for item in robot.mechanism.connections.values()
-        if item.mimic is not None
+        FollowerFacts(joint.name, joint.type.name, joint.mimic.joint, joint.mimic.multiplier, joint.mimic.offset)
+        for joint in robot.mechanism.connections.values()
+        if joint.mimic is not None
     ]
 
 
@@ -282,7 +282,7 @@ def beam_facts(
     ``labels``: for each revolute of a universal or spherical joint, the name of that joint. ``models`` and ``frames``: beam
     models, and frames of the zero pose; None if unknown.
     """
-    found = []
+    facts = []
     for name, beam in robot.description.beams.items():
         section, span = beam.section, robot.topology.beams[name]
         length = mass = None
@@ -290,7 +290,7 @@ def beam_facts(
             length = float(f"{models[name].length(frames)[0]:.12g}")
             mass = float(f"{models[name].mass_at(frames)[0]:.12g}")
         given = {end.joint for end in (beam.start, beam.end) if end is not None}
-        found.append(
+        facts.append(
             BeamFacts(
                 name=name,
                 link=beam.link,
@@ -312,15 +312,15 @@ def beam_facts(
                 shear_areas=beam.shear_areas,
             )
         )
-    return found
+    return facts
 
 
 def _end_name(robot: Robot, labels: dict[str, str], given: Collection[str], link: str, point: Array) -> str:
     """Return the name of a joint at a ``point`` (3,) of a link, preferably one of ``given``; without a joint, the link's name."""
-    here = [item for item in robot.mechanism.at_link[link] if float(np.max(np.abs(item.centre_on(link) - point))) < 1e-6]
+    here = [joint for joint in robot.mechanism.at_link[link] if float(np.max(np.abs(joint.centre_on(link) - point))) < 1e-6]
     if not here:
         return link
-    best = min(here, key=lambda item: (item.name not in given, item.type.is_fixed))
+    best = min(here, key=lambda joint: (joint.name not in given, joint.type.is_fixed))
     return labels.get(best.name, best.name)
 
 

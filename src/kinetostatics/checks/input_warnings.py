@@ -41,9 +41,9 @@ GIVES, RIGID = (0.01, 0.2), 1e12
 
 def warnings_of_file(robot: Robot, facts: RobotFacts) -> list[str]:
     """Return warnings of a robot that do not require statics."""
-    found = [*_closing(robot, facts), *_sizes(robot, facts), *_stubby(robot, facts)]
-    found += [*_materials(facts), *_masses(robot, facts), *_without_mass(robot, facts), *_elastic_joints(robot, facts)]
-    found += [
+    warnings = [*_closing(robot, facts), *_sizes(robot, facts), *_stubby(robot, facts)]
+    warnings += [*_materials(facts), *_masses(robot, facts), *_without_mass(robot, facts), *_elastic_joints(robot, facts)]
+    warnings += [
         f"link {link!r} ends nowhere: {joint!r} is its only joint and connects it to the base; if it is part of a limb, a "
         "<loop> is missing or a <parent> is wrong"
         for link, joint in ends_nowhere(robot.mechanism)
@@ -56,13 +56,13 @@ def warnings_of_file(robot: Robot, facts: RobotFacts) -> list[str]:
             why = (
                 f": it holds the platform by {held} without sag there; for a number, give a joint a <joint_stiffness> or a link "
             )
-            found.append(f"{limb.name} ({joints}) has no elastic part and counts as rigid{f'{why}a <beam>' if held else ''}")
+            warnings.append(f"{limb.name} ({joints}) has no elastic part and counts as rigid{f'{why}a <beam>' if held else ''}")
     elif rigid:
         verb = "have no elastic parts and count" if rigid[1:] else "has no elastic parts and counts"
-        found.append(f"{join_words([limb.name for limb in rigid])} {verb} as rigid")
+        warnings.append(f"{join_words([limb.name for limb in rigid])} {verb} as rigid")
     if not facts.limbs:
-        found.append("no limb joins base and platform")
-    return found
+        warnings.append("no limb joins base and platform")
+    return warnings
 
 
 def warnings_of_zero(robot: Robot, facts: RobotFacts) -> Iterable[str]:
@@ -114,9 +114,9 @@ def _coordinate(robot: Robot, joint: str, value: float) -> str:
 def zero_loop_gaps(facts: RobotFacts) -> str:
     """Return the gaps of the loops, with all joints at zero, as text; loops with equal gaps are grouped."""
     alike: dict[str, list[str]] = {}
-    for name, item in facts.zero.loop_gaps.items():
-        sizes = [quantity(float(f"{item['m']:.6g}"), LENGTHS, digits=4)] if item["m"] > 1e-9 else []
-        sizes += [f"{np.degrees(item['rad']):.4g}°"] if item["rad"] > 1e-9 else []
+    for name, gap in facts.zero.loop_gaps.items():
+        sizes = [quantity(float(f"{gap['m']:.6g}"), LENGTHS, digits=4)] if gap["m"] > 1e-9 else []
+        sizes += [f"{np.degrees(gap['rad']):.4g}°"] if gap["rad"] > 1e-9 else []
         if sizes:
             alike.setdefault(" and ".join(sizes), []).append(name)
     return "open by " + ", ".join(f"{size} at {join_words(names, len(names))}" for size, names in alike.items())
@@ -129,7 +129,7 @@ def _limits(robot: Robot, facts: RobotFacts) -> Iterable[str]:
         pose = robot.configuration(robot.model_q(robot.zero_poses)[:, 0], closure_tolerance=1e-9 + 1e3 * robot.closing_error)
     except KinetostaticsError:  # reported elsewhere
         return
-    beyond = [f"{name} ({_coordinate(robot, name, float(item.value))})" for name, item in pose.limits_exceeded.items()]
+    beyond = [f"{name} ({_coordinate(robot, name, float(exceeded.value))})" for name, exceeded in pose.limits_exceeded.items()]
     if beyond:
         yield f"at the zero pose {join_words(beyond)} {'are beyond their' if beyond[1:] else 'is beyond its'} limits"
 
@@ -140,9 +140,9 @@ def _sizes(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     size = robot.zero_size
     if size and not SIZES[0] < size < SIZES[1]:
         yield f"the robot is {size:.4g} m large; write lengths in m, moduli in Pa and densities in kg/m³, not in units of mm"
-    slides = [item for item in robot.mechanism.connections.values() if item.type.is_slide]
-    limits = {item.name: [abs(limit) for limit in (item.lower, item.upper) if math.isfinite(limit)] for item in slides}
-    yield from limit_hints({name: max(found) for name, found in limits.items() if found}, size)
+    slides = [slide for slide in robot.mechanism.connections.values() if slide.type.is_slide]
+    limits = {slide.name: [abs(limit) for limit in (slide.lower, slide.upper) if math.isfinite(limit)] for slide in slides}
+    yield from limit_hints({name: max(sizes) for name, sizes in limits.items() if sizes}, size)
     for name, spring in robot.description.springs.items():
         what = f"the free length of spring {name!r} is {spring.free_length:.6g} m,"
         yield from length_hint(what, spring.free_length, robot.size)
@@ -188,9 +188,9 @@ def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
     A member is a row of beams of about the same direction, welded or connected by driven prismatic joints.
     """
     graph, frames = BodyGraph(robot.mechanism), robot.zero_frames if facts.zero.closing_error is not None else None
-    known = {beam.name: beam for beam in facts.beams}
+    beams = {beam.name: beam for beam in facts.beams}
     if frames is None:
-        return {name: (beam.length or 0.0, beam.depth) for name, beam in known.items()}
+        return {name: (beam.length or 0.0, beam.depth) for name, beam in beams.items()}
     locked = [edge.ends for edge in graph.edges if edge.connection is not None and _is_locked(edge.connection)]
     together = joined(graph.bodies, locked)
     ends: dict[frozenset[RigidBody], list[tuple[str, np.ndarray]]] = {}
@@ -202,9 +202,9 @@ def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
             ends.setdefault(together[edge.ends[0]], []).append((name, along))
             ends.setdefault(together[edge.ends[1]], []).append((name, -along))
     pairs = [here for here in ends.values() if len(here) == 2 and float(here[0][1] @ here[1][1]) < -np.sqrt(0.5)]
-    members = joined(known, ((one, other) for (one, _), (other, _) in pairs))
+    members = joined(beams, ((first, second) for (first, _), (second, _) in pairs))
     return {
-        name: (sum(known[k].length or 0.0 for k in known if k in names), max(known[k].depth for k in names))
+        name: (sum(beams[k].length or 0.0 for k in beams if k in names), max(beams[k].depth for k in names))
         for name, names in members.items()
     }
 
@@ -240,10 +240,10 @@ def _masses(robot: Robot, facts: RobotFacts) -> Iterable[str]:
         by_link.setdefault(beam.link, []).append(beam)
 
     def text_of(beam: BeamFacts) -> str | None:
-        mine, given = by_link[beam.link], links[beam.link].mass
-        if beam is not mine[0] or beam.density is None or beam.mass is None or not given:
+        beams, given = by_link[beam.link], links[beam.link].mass
+        if beam is not beams[0] or beam.density is None or beam.mass is None or not given:
             return None
-        weight = sum(item.mass or 0.0 for item in mine)
+        weight = sum(other.mass or 0.0 for other in beams)
         if max(weight, given) <= OTHER_MASS * min(weight, given) * (1 + EQUAL):
             return None
         if weight == 0:
@@ -267,7 +267,7 @@ def _without_mass(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     if not facts.mass:  # reported elsewhere, or unknown
         return
     links = robot.description.links
-    found = []
+    named = []
     platform = facts.on_platform
     is_tool = not robot.description.loops
     if (
@@ -276,7 +276,7 @@ def _without_mass(robot: Robot, facts: RobotFacts) -> Iterable[str]:
         and not is_tool
         and not any(links[name].has_inertial for name in platform.links)
     ):
-        found += list(platform.links)
+        named += list(platform.links)
         yield "the platform has no mass: give its link an <inertial>"
     light = [
         limb
@@ -285,9 +285,9 @@ def _without_mass(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     ]
     if light:
         weigh, have = ("weigh", "their links have") if light[1:] else ("weighs", "its links have")
-        found += [name for limb in light for name in limb.links]
+        named += [name for limb in light for name in limb.links]
         yield f"{join_words([limb.name for limb in light])} {weigh} nothing: {have} no <inertial>"
-    drawn = [name for name in _drawn_without_mass(robot, facts) if name not in found]
+    drawn = [name for name in _drawn_without_mass(robot, facts) if name not in named]
     if drawn:
         shape = "have shapes" if drawn[1:] else "has a shape"
         yield f"{join_words(drawn)} {shape} but no mass: add an <inertial>, with the mass 0 if it is massless"

@@ -52,13 +52,13 @@ class Motions:
 
     def __init__(self, robot: Robot) -> None:
         self.robot, solver = robot, robot.solver
-        found = []
+        candidates = []
         for k in range(robot.generic_poses.x.shape[1]):
             pose = robot.generic_poses.take(np.array([k]))
             _, gradient = solver.system(PrescribedCoordinates(), pose, np.zeros((0, 1)))
             free, rank, _ = null_space(gradient[:, :, 0], robot.rank_tolerance)
-            found.append((rank, pose, free))
-        _, self.pose, self.free = max(found, key=lambda item: item[0])  # of equal ranks the first
+            candidates.append((rank, pose, free))
+        _, self.pose, self.free = max(candidates, key=lambda candidate: candidate[0])  # of equal ranks the first
         self.frames = robot.equations.forward(self.pose.x)
         self.twists = robot.equations.tree.twists(self.frames)[:, :, 0] * solver.column_scale
         self.o = solver.mechanism.platform_pose(self.frames)[1][:, 0]
@@ -159,15 +159,15 @@ def local_freedoms(motions: Motions) -> list[LocalFreedom]:
     table = (table.reshape(-1, local.shape[1]) @ columns).reshape(table.shape)
     moving = np.max(np.abs(table), axis=1) > NOTHING  # bodies, columns
     rates = np.abs(motions.actuators @ local @ columns) > NOTHING
-    found = []
+    freedoms = []
     for group in groups_of(moving.T):
-        mine = [body for body in bodies if np.any(moving[body, group])]
-        links = _links_of(robot, mine)
+        moved = [body for body in bodies if np.any(moving[body, group])]
+        links = _links_of(robot, moved)
         actuators = tuple(name for name, row in zip(motions.actuator_names, rates, strict=True) if np.any(row[group]))
-        kind, joint = _kind(motions, links, mine, table[:, :, group])
-        found.append(LocalFreedom(links, len(group), kind, joint, actuators))
+        kind, joint = _kind(motions, links, moved, table[:, :, group])
+        freedoms.append(LocalFreedom(links, len(group), kind, joint, actuators))
     order = {link: k for k, link in enumerate(robot.description.links)}
-    return sorted(found, key=lambda item: order.get(item.links[0], 0) if item.links else 0)
+    return sorted(freedoms, key=lambda freedom: order.get(freedom.links[0], 0) if freedom.links else 0)
 
 
 def _links_of(robot: Robot, bodies: list[int]) -> tuple[str, ...]:
@@ -222,10 +222,10 @@ def _joint_along(motions: Motions, links: tuple[str, ...], axis: Array, foot: Ar
             continue
         if not (connection.type.is_slide if foot is None else connection.type.is_hinge):
             continue
-        mine = motions.frames.direction(connection.predecessor_body, connection.axis_on(True))[:, 0]
+        direction = motions.frames.direction(connection.predecessor_body, connection.axis_on(True))[:, 0]
         point = motions.frames.point(connection.predecessor_body, connection.predecessor_frame[:3, 3])[:, 0]
         beside = 0.0 if foot is None else float(np.linalg.norm(np.cross(point - foot, axis)))
-        if float(np.linalg.norm(np.cross(mine, axis))) < 1e-6 and beside < 1e-6 * robot.length:
+        if float(np.linalg.norm(np.cross(direction, axis))) < 1e-6 and beside < 1e-6 * robot.length:
             return connection.name
     return None
 

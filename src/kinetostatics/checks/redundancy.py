@@ -48,19 +48,19 @@ def redundancies(motions: Motions) -> list[Redundancy]:
     if not total or robot.equations.count > _MANY:
         return []
     stresses = _SelfStresses(robot, motions.pose)
-    found = [item for number in range(len(robot.topology.all_limbs)) for item in stresses.inside(number)]
+    constraints = [constraint for number in range(len(robot.topology.all_limbs)) for constraint in stresses.inside(number)]
     zero = _SelfStresses(robot, robot.zero_poses)
     same = zero.states.shape[1] == stresses.states.shape[1]
     for count, limbs in stresses.between():
         names = tuple(robot.topology.limbs[k].name for k in limbs)
         words = describe_wrenches(zero.wrenches_between(limbs), robot.length) if same else None
-        found.append(Redundancy(count, names, wrenches=words))
-    rest = total - sum(item.count for item in found)
-    if rest > 0:  # in loops of welded links, or by joints that mimic others
-        known = {edge.joint for limb in robot.topology.all_limbs for edge in (*limb.edges, *limb.branches)}
-        loops = (loop.name for loop in robot.equations.loops if loop.name not in known)
-        found.append(Redundancy(rest, (), tuple(loops)))
-    return found if rest >= 0 else []
+        constraints.append(Redundancy(count, names, wrenches=words))
+    remaining = total - sum(constraint.count for constraint in constraints)
+    if remaining > 0:  # in loops of welded links, or by joints that mimic others
+        limb_joints = {edge.joint for limb in robot.topology.all_limbs for edge in (*limb.edges, *limb.branches)}
+        loops = (loop.name for loop in robot.equations.loops if loop.name not in limb_joints)
+        constraints.append(Redundancy(remaining, (), tuple(loops)))
+    return constraints if remaining >= 0 else []
 
 
 class _SelfStresses:
@@ -83,11 +83,11 @@ class _SelfStresses:
             geometry = group.geometry(frames, o)
             twists = group.even_twists(geometry)[..., 0]
             for position, number in enumerate(group.numbers):
-                mine = slice(self.first[number], self.first[number + 1])
-                balance[:, mine] = group.platform_sum
+                columns = slice(self.first[number], self.first[number + 1])
+                balance[:, columns] = group.platform_sum
                 for k, dof in enumerate(group.dofs[position]):
                     row = np.zeros(self.first[-1])
-                    row[mine] = (group.dof_cut_signs[k][:, None] * twists[:, k, position]).ravel()
+                    row[columns] = (group.dof_cut_signs[k][:, None] * twists[:, k, position]).ravel()
                     connection = robot.mechanism.connections.get(dof.label)
                     alone = connection is not None and connection.type.is_single
                     rows[dof.label if alone else (number, k)] = row
@@ -104,35 +104,35 @@ class _SelfStresses:
     @property
     def platform_wrenches(self) -> Array:
         """(limbs, 6, r) scaled wrenches of the platform on each limb in the r self-stresses."""
-        found = []
+        wrenches = []
         for number, limb in enumerate(self.robot.topology.limbs):
-            mine = self.states[self.first[number] : self.first[number + 1]].reshape(len(limb.to_platform), 6, -1)
-            found.append(mine[np.array(limb.to_platform, dtype=bool)].sum(axis=0))
-        return np.array(found).reshape(len(found), 6, self.states.shape[1])
+            cut_wrenches = self.states[self.first[number] : self.first[number + 1]].reshape(len(limb.to_platform), 6, -1)
+            wrenches.append(cut_wrenches[np.array(limb.to_platform, dtype=bool)].sum(axis=0))
+        return np.array(wrenches).reshape(len(wrenches), 6, self.states.shape[1])
 
     def inside(self, number: int) -> list[Redundancy]:
         """Return the self-stresses inside a limb, one entry for each group with common joints or beams."""
         limb = self.robot.topology.all_limbs[number]
         if limb.is_serial:
             return []
-        mine = np.zeros(len(self.states), dtype=bool)
-        mine[self.first[number] : self.first[number + 1]] = True
-        alone = _null(self.states[~mine])
+        inside = np.zeros(len(self.states), dtype=bool)
+        inside[self.first[number] : self.first[number + 1]] = True
+        alone = _null(self.states[~inside])
         if not alone.shape[1]:
             return []
-        carried = (self.states[mine] @ alone).reshape(len(limb.to_platform), 6, -1)
+        carried = (self.states[inside] @ alone).reshape(len(limb.to_platform), 6, -1)
         edges = np.zeros((len(limb.edges), *carried.shape[1:]))
         for k, edge in enumerate(limb.edges):
             for cut, sign in edge.cut_joints:
                 edges[k] += sign * carried[cut]
         columns = eliminated(edges.reshape(-1, edges.shape[2]))
         loaded = np.max(np.abs(edges @ columns), axis=1) > NOTHING
-        found = []
+        constraints = []
         for group in groups_of(loaded.T):
             which = [edge for edge, is_loaded in zip(limb.edges, np.any(loaded[:, group], axis=1), strict=True) if is_loaded]
             joints = tuple(edge.joint for edge in which if edge.joint)
-            found.append(Redundancy(len(group), (limb.name,), joints, tuple(edge.beam for edge in which if edge.beam)))
-        return found
+            constraints.append(Redundancy(len(group), (limb.name,), joints, tuple(edge.beam for edge in which if edge.beam)))
+        return constraints
 
     def between(self) -> list[tuple[int, list[int]]]:
         """Return (number of self-stresses, indices of the limbs) for each group of limbs that stress each other."""
@@ -152,8 +152,8 @@ class _SelfStresses:
         """Return an orthonormal basis (6, k) of the scaled wrenches of self-stresses that load only the given limbs."""
         wrenches = self.platform_wrenches
         others = [k for k in range(len(wrenches)) if k not in limbs]
-        mine = wrenches[limbs] @ _null(wrenches[others].reshape(-1, wrenches.shape[2]))
-        U, values, _ = np.linalg.svd(np.concatenate(list(mine), axis=1), full_matrices=False)
+        limb_wrenches = wrenches[limbs] @ _null(wrenches[others].reshape(-1, wrenches.shape[2]))
+        U, values, _ = np.linalg.svd(np.concatenate(list(limb_wrenches), axis=1), full_matrices=False)
         return np.asarray(U[:, : int(np.sum(values > NOTHING))])
 
 
@@ -171,7 +171,7 @@ def describe_wrenches(basis: Array, length: float) -> tuple[str, ...]:
     aligned = [float(row @ row) > 1 - 1e-8 for row in basis]
     if sum(aligned) == count:
         words = [_along("force", "along", aligned[:3]), _along("couple", "about", aligned[3:])]
-        return tuple(item for item in words if item)
+        return tuple(text for text in words if text)
     forces = np.linalg.svd(basis[:3])
     kinds = int(np.sum(forces[1] > 1e-6))
     if kinds == count == 3:  # forces through one point p: m = p × f for all of them
@@ -202,10 +202,10 @@ def _directions(kind: str, basis: Array, how: str) -> str:
     """Return forces or couples as text; ``basis`` (3, 1 … 3) is an orthonormal basis of their directions."""
     if basis.shape[1] == 3:
         return f"{kind}s in all directions"
-    one = basis[:, 0] if basis.shape[1] == 1 else np.cross(basis[:, 0], basis[:, 1])
-    one = one * np.sign(one[int(np.argmax(np.abs(one) > 1e-6))])  # first nonzero component positive
-    names = [axis for axis, part in zip("xyz", one, strict=True) if part > 1 - 1e-8]
-    words = names[0] if names else _vector(one)
+    direction = basis[:, 0] if basis.shape[1] == 1 else np.cross(basis[:, 0], basis[:, 1])
+    direction = direction * np.sign(direction[int(np.argmax(np.abs(direction) > 1e-6))])  # first nonzero component positive
+    names = [axis for axis, part in zip("xyz", direction, strict=True) if part > 1 - 1e-8]
+    words = names[0] if names else _vector(direction)
     return f"a {kind} {how} {words}" if basis.shape[1] == 1 else f"{kind}s across {words}"
 
 
