@@ -33,9 +33,9 @@ from kinetostatics.verification.compare import Verification
 
 
 @singledispatch
-def report_of(item: object) -> Report:
+def report_of(subject: object) -> Report:
     """Return the report of an object, by its type."""
-    raise TypeError(f"{type(item).__name__} has no report")
+    raise TypeError(f"{type(subject).__name__} has no report")
 
 
 for _kind, _report in (

@@ -42,8 +42,8 @@ def _buckling_sections(buckling: Buckling) -> Iterator[ReportSection]:
     if not buckling.shape:
         yield ReportSection(BUCKLING_TITLE, buckling_blocks(buckling), "buckling")
         return
-    if np.any(known := np.isfinite(buckling.load_factors)):
-        least = f"{buckling.load_factors[known].min():.4g}"
+    if np.any(finite := np.isfinite(buckling.load_factors)):
+        least = f"{buckling.load_factors[finite].min():.4g}"
         yield ReportSection("Least over the poses", [Facts([("load factor", least)])], "buckling")
 
 
@@ -122,7 +122,7 @@ def _mode_sections(modes: Modes) -> Iterator[ReportSection]:
         yield ReportSection("Ranges over the poses", [Table.of_rows(("", "frequency"), rows)], "modes")
         return
     places = {**platform_coordinates(modes.configuration), **actuator_coordinates(modes.configuration)}
-    where = ", ".join(f"{name} {at_pose(item)}" for name, item in places.items())
+    where = ", ".join(f"{name} {at_pose(coordinate)}" for name, coordinate in places.items())
     how = "locked" if modes.drives == "locked" else "free"
     yield ReportSection("Pose", [Facts([("coordinates", where), ("actuators", how)])], "pose")
     numbers = [str(k + 1) for k in range(modes.count)]
@@ -167,11 +167,11 @@ def _energies(shares: Mapping[str, Array], modes: list[str]) -> Table:
     sizes = {name: float(np.max(np.nan_to_num(share))) for name, share in shares.items()}
     ranked = [name for name in sorted(sizes, key=lambda name: -round(sizes[name], 6)) if sizes[name] > NONE]
     rows: list[tuple[Cell, ...]] = []
-    shown, rest = shown_and_rest(ranked, MOST)
+    shown, others = shown_and_rest(ranked, MOST)
     for name in shown:
         rows.append((name, *map(per_cent, shares[name])))
-    if rest:
-        rows.append((f"{len(rest)} others", *map(per_cent, np.sum([shares[name] for name in rest], axis=0))))
+    if others:
+        rows.append((f"{len(others)} others", *map(per_cent, np.sum([shares[name] for name in others], axis=0))))
     return Table.of_rows(("part", *(f"mode {k}" for k in modes)), rows, wide=True)
 
 
@@ -201,51 +201,51 @@ UNITS_OF_RESPONSE = {
 }
 
 
-def frequency_response_report(found: FrequencyResponse) -> Report:
-    f = found.frequencies
+def frequency_response_report(response: FrequencyResponse) -> Report:
+    f = response.frequencies
     title = [
-        f"Frequency response of {found.robot.name!r} at {point_name(found.tool)}: ",
-        *state_title(found.configuration, found.status),
+        f"Frequency response of {response.robot.name!r} at {point_name(response.tool)}: ",
+        *state_title(response.configuration, response.status),
     ]
     title.append(f"; {f.min():.4g} to {f.max():.4g} Hz, {len(f)} frequencies")
-    return Report(title, lambda: list(_response_sections(found)), lambda: _response_data(found))
+    return Report(title, lambda: list(_response_sections(response)), lambda: _response_data(response))
 
 
-def _response_sections(found: FrequencyResponse) -> Iterator[ReportSection]:
-    if found.warnings:
-        yield warning_section(found.warnings)
-    if not np.any(np.isfinite(found.compliance)):
+def _response_sections(response: FrequencyResponse) -> Iterator[ReportSection]:
+    if response.warnings:
+        yield warning_section(response.warnings)
+    if not np.any(np.isfinite(response.compliance)):
         return
     units = ["m/N"] * 3 + ["rad/(N·m)"] * 3
     for title, key, array, along in (
-        ("Compliance: largest twist per wrench in the same direction", "compliance", found.compliance, WRENCH_COMPONENTS),
-        ("Transmissibility: largest motion per motion of the floor", "transmissibility", found.transmissibility, COMPONENTS),
+        ("Compliance: largest twist per wrench in the same direction", "compliance", response.compliance, WRENCH_COMPONENTS),
+        ("Transmissibility: largest motion per motion of the floor", "transmissibility", response.transmissibility, COMPONENTS),
     ):
-        size = np.abs(np.einsum("...ii->...i", array)).reshape(-1, len(found.frequencies), 6)
+        size = np.abs(np.einsum("...ii->...i", array)).reshape(-1, len(response.frequencies), 6)
         peak = np.nanmax(size, axis=0)
         at = np.argmax(peak, axis=0)
         names = [f"{name} per {other}" for name, other in zip(COMPONENTS, along, strict=True)]
         largest = [f"{peak[at[k], k]:.3e} {units[k]}" if key == "compliance" else f"{peak[at[k], k]:.3f}" for k in range(6)]
         columns = [Column("", names), Column("largest", largest, "r")]
-        columns.append(Column("at [Hz]", [f"{found.frequencies[k]:.5g}" for k in at], "r"))
+        columns.append(Column("at [Hz]", [f"{response.frequencies[k]:.5g}" for k in at], "r"))
         yield ReportSection(title, [Table(columns)], key)
-    ratio = found.damping
+    ratio = response.damping
     words = ", ".join(f"{name} {value:g}" for name, value in ratio.items()) if isinstance(ratio, Mapping) else f"ratio {ratio:g}"
     yield ReportSection("", [Text(f"Damping: {words}.")])
 
 
-def _response_data(found: FrequencyResponse) -> dict[str, object]:
+def _response_data(response: FrequencyResponse) -> dict[str, object]:
     return {
-        "robot": found.robot.name,
+        "robot": response.robot.name,
         "units": UNITS_OF_RESPONSE,
-        "shape": found.shape,
-        "status": status_names(found.status),
-        "warnings": found.warnings,
-        **attributes(found, ("damping", "drives", "tool", "frequencies")),
-        "compliance": np.abs(found.compliance),
-        "compliance_phase": np.angle(found.compliance),
-        "transmissibility": np.abs(found.transmissibility),
-        "transmissibility_phase": np.angle(found.transmissibility),
+        "shape": response.shape,
+        "status": status_names(response.status),
+        "warnings": response.warnings,
+        **attributes(response, ("damping", "drives", "tool", "frequencies")),
+        "compliance": np.abs(response.compliance),
+        "compliance_phase": np.angle(response.compliance),
+        "transmissibility": np.abs(response.transmissibility),
+        "transmissibility_phase": np.angle(response.transmissibility),
     }
 
 
@@ -305,8 +305,8 @@ def _actuators(path: PathResult) -> Table:
         for name, peak in path.peaks(force).items():
             form = NumberFormat.of(peak.value, _UNITS_OVER_TIME[OVER_TIME[force].unit])
             others = ((speeds[name].value, OVER_TIME[speed].unit), (powers[name].value, "W"))
-            found = (Number.of(value, _UNITS_OVER_TIME[unit]) for value, unit in others)
-            rows.append((name, Number(peak.value, form), _time(path, peak.time), Number(rms[name], form), *found))
+            numbers = (Number.of(value, _UNITS_OVER_TIME[unit]) for value, unit in others)
+            rows.append((name, Number(peak.value, form), _time(path, peak.time), Number(rms[name], form), *numbers))
     header = ("actuator", "largest force", "at", "root mean square", "largest velocity", "largest power")
     return Table.of_rows(header, rows, "lrrrrr")
 

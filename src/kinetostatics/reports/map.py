@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 #: The largest value of a kind ("sag", "turn", "N" or "N m"), its pose as text, and the actuator (empty for sag and turn).
-Found = tuple[float, str, str]
+Extreme = tuple[float, str, str]
 #: Largest number of values read at once.
 AT_ONCE = 2**22
 #: Least number of poses for which the time per pose is given.
@@ -49,16 +49,16 @@ def _sections(ds: xr.Dataset, seconds: float | None) -> Iterator[ReportSection]:
     counts = dict.fromkeys((WORDS[Status.OK], *(fact.summary for fact in facts.values()), *WORDS.values()), 0)
     several = 0
     # the largest values of each kind: within the limits, beyond them, and within them for each value of a parameter
-    within: dict[str, Found] = {}
-    outside: dict[str, Found] = {}
+    within: dict[str, Extreme] = {}
+    outside: dict[str, Extreme] = {}
     parameters = [str(name) for name in ds["characteristic_length"].dims if 1 < ds.sizes[name] <= MOST_ROWS]
-    by_value: dict[str, list[dict[str, Found]]] = {name: [{} for _ in range(ds.sizes[name])] for name in parameters}
+    by_value: dict[str, list[dict[str, Extreme]]] = {name: [{} for _ in range(ds.sizes[name])] for name in parameters}
     for piece in _pieces(ds):
         part = ds.isel(piece)
         status = part["status"].values
         true = {fact.summary: in_map(part, name).values for name, fact in facts.items()}
         good = (status == Status.BASIS_DEGENERATE) & ~true[FACTS["limit_exceeded"].summary]
-        true |= {word: np.where(good, Status.OK, status) == item for item, word in WORDS.items()}
+        true |= {word: np.where(good, Status.OK, status) == state for state, word in WORDS.items()}
         for word, where in true.items():
             counts[word] += int(where.sum())
         several += int((np.sum(list(true.values()), axis=0) > 1).sum())
@@ -82,8 +82,8 @@ def _sections(ds: xr.Dataset, seconds: float | None) -> Iterator[ReportSection]:
         )
 
 
-def _update_largest(found: dict[str, Found], part: xr.Dataset, where: NDArray[np.bool_]) -> None:
-    """Update the largest values ``found``, by kind, from a part of the map, at poses where ``where`` is True."""
+def _update_largest(extremes: dict[str, Extreme], part: xr.Dataset, where: NDArray[np.bool_]) -> None:
+    """Update the largest values ``extremes``, by kind, from a part of the map, at poses where ``where`` is True."""
     if not where.any():
         return
     numbers = []
@@ -95,20 +95,20 @@ def _update_largest(found: dict[str, Found], part: xr.Dataset, where: NDArray[np
         forces = np.moveaxis(np.abs(part["actuator_force"].values), -1, 0)
         numbers += [(str(unit), str(name), force) for (name, unit), force in zip(actuators, forces, strict=True)]
     for kind, actuator, values in numbers:
-        known = np.where(where & np.isfinite(values), values, -np.inf)
-        place = np.unravel_index(first_largest(known.ravel()), known.shape)
-        value = float(known[place])
-        if np.isfinite(value) and (kind not in found or found[kind][0] * (1 + EQUAL) < value):
+        finite = np.where(where & np.isfinite(values), values, -np.inf)
+        place = np.unravel_index(first_largest(finite.ravel()), finite.shape)
+        value = float(finite[place])
+        if np.isfinite(value) and (kind not in extremes or extremes[kind][0] * (1 + EQUAL) < value):
             words = [
                 coordinate_words(part[name], part[name].values[k]) for name, k in zip(part["status"].dims, place, strict=True)
             ]
-            found[kind] = value, ", ".join(words) or "the only pose", actuator
+            extremes[kind] = value, ", ".join(words) or "the only pose", actuator
 
 
-def _extremes(found: dict[str, Found], ds: xr.Dataset) -> list[Block]:
+def _extremes(extremes: dict[str, Extreme], ds: xr.Dataset) -> list[Block]:
     lines: list[Block] = []
-    if "sag" in found and "turn" in found:
-        (sag, sags, _), (turn, turns, _) = found["sag"], found["turn"]
+    if "sag" in extremes and "turn" in extremes:
+        (sag, sags, _), (turn, turns, _) = extremes["sag"], extremes["turn"]
         lines += [Text(f"worst sag {_written('sag', sag)} at {sags}")] if sag > NOTHING else []
         lines += [Text(f"worst turn {_written('turn', turn)} at {turns}")] if turn > NOTHING else []
         if max(sag, turn) <= NOTHING:
@@ -118,12 +118,12 @@ def _extremes(found: dict[str, Found], ds: xr.Dataset) -> list[Block]:
             lines.append(Text(warning, "warning"))
     return lines + [
         Text(f"largest actuator {_actuator_word(unit)} {_written(unit, value)}, {actuator}, at {where}")
-        for unit, (value, where, actuator) in found.items()
+        for unit, (value, where, actuator) in extremes.items()
         if unit not in ("sag", "turn") and value > NOTHING
     ]
 
 
-def _by_value(ds: xr.Dataset, name: str, rows: list[dict[str, Found]]) -> ReportSection:
+def _by_value(ds: xr.Dataset, name: str, rows: list[dict[str, Extreme]]) -> ReportSection:
     """Return a table with a row for each value of a parameter; kinds that are zero everywhere are omitted."""
     named = dict.fromkeys(kind for row in rows for kind in row)
     kinds = [kind for kind in named if any(row[kind][0] > NOTHING for row in rows if kind in row)]

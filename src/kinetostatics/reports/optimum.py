@@ -11,51 +11,51 @@ from kinetostatics.reports.pose import count
 from kinetostatics.results.optimum import BROKEN, CheckedRequirement, Optimum, ParetoFront
 
 
-def optimum_report(found: Optimum) -> Report:
-    verdict = Word("feasible", "good") if found.feasible else Word("NOT feasible", "bad")
-    more = f", {found.minimized} {_written(found.objective, found.unit)}"
-    if not found.feasible:
+def optimum_report(optimum: Optimum) -> Report:
+    verdict = Word("feasible", "good") if optimum.feasible else Word("NOT feasible", "bad")
+    more = f", {optimum.minimized} {_written(optimum.objective, optimum.unit)}"
+    if not optimum.feasible:
         more = ": no parameters within the bounds meet all requirements; closest design found"
-    elif not math.isnan(found.before):
-        more += f" ({_written(found.before, found.unit)} with the file's own parameters)"
-    title = [f"Optimum of {found.robot.name!r}: ", verdict, more]
-    return Report(title, lambda: _sections(found), lambda: _data(found))
+    elif not math.isnan(optimum.before):
+        more += f" ({_written(optimum.before, optimum.unit)} with the file's own parameters)"
+    title = [f"Optimum of {optimum.robot.name!r}: ", verdict, more]
+    return Report(title, lambda: _sections(optimum), lambda: _data(optimum))
 
 
-def _sections(found: Optimum) -> list[ReportSection]:
-    parameters = [(name, _value(value, found.units.get(name, ""))) for name, value in found.parameters.items()]
+def _sections(optimum: Optimum) -> list[ReportSection]:
+    parameters = [(name, _value(value, optimum.units.get(name, ""))) for name, value in optimum.parameters.items()]
     rows = []
-    for item in found.requirements:
-        worst, where = _written(item.worst, item.unit, item.limit), _place(found, item) or "the only pose"
-        rows.append((item.text, worst, _margin(item.margin), where))
+    for check in optimum.requirements:
+        worst, where = _written(check.worst, check.unit, check.limit), _place(optimum, check) or "the only pose"
+        rows.append((check.text, worst, _margin(check.margin), where))
     requirements = Table.of_rows(("requirement", "worst", "margin", "at"), rows, "lrrl")
     return [
         ReportSection("Parameters", [Table.of_rows(("parameter", "value"), parameters)], "parameters"),
         ReportSection(
-            f"Requirements, at the worst of {count(found.poses, 'pose')}", [requirements] if rows else [], "requirements"
+            f"Requirements, at the worst of {count(optimum.poses, 'pose')}", [requirements] if rows else [], "requirements"
         ),
-        ReportSection("", [Text(text) for text in _sentences(found)]),
+        ReportSection("", [Text(text) for text in _sentences(optimum)]),
     ]
 
 
-def _sentences(found: Optimum) -> list[str]:
+def _sentences(optimum: Optimum) -> list[str]:
     notes = []
-    for item in found.active:
-        where = f", at {words}" if (words := _place(found, item)) else ""
-        if item.margin < -BROKEN:
-            notes.append(f"{item.text} is violated{where}.")
+    for check in optimum.active:
+        where = f", at {words}" if (words := _place(optimum, check)) else ""
+        if check.margin < -BROKEN:
+            notes.append(f"{check.text} is violated{where}.")
         else:
-            saves = f": relaxing it by 1 % would save {_written(item.saving, found.unit)}" if item.saving > 0 else ""
-            notes.append(f"{item.text} is active{where}{saves}.")
-    notes += [f"{text}." for text in found.at_bounds]
-    notes += [f"{name} has no influence on objective or requirements." for name in found.no_influence]
-    if found.feasible and not found.active and not found.at_bounds:
+            saves = f": relaxing it by 1 % would save {_written(check.saving, optimum.unit)}" if check.saving > 0 else ""
+            notes.append(f"{check.text} is active{where}{saves}.")
+    notes += [f"{text}." for text in optimum.at_bounds]
+    notes += [f"{name} has no influence on objective or requirements." for name in optimum.no_influence]
+    if optimum.feasible and not optimum.active and not optimum.at_bounds:
         notes.append("No requirement is active: this is the unconstrained minimum, or the best of the listed values.")
-    if found.beyond_limits:
-        notes.append(f"{found.beyond_limits} of the {found.poses} poses are beyond a joint's limit.")
-    notes.append(f"How: {found.searched}; {found.evaluations} robots were analysed.")
-    if found.alike is not None and len(found.starts) > 1 and found.feasible:
-        notes.append(f"{found.alike} of {len(found.starts)} searches end here.")
+    if optimum.beyond_limits:
+        notes.append(f"{optimum.beyond_limits} of the {optimum.poses} poses are beyond a joint's limit.")
+    notes.append(f"How: {optimum.searched}; {optimum.evaluations} robots were analysed.")
+    if optimum.alike is not None and len(optimum.starts) > 1 and optimum.feasible:
+        notes.append(f"{optimum.alike} of {len(optimum.starts)} searches end here.")
     return notes
 
 
@@ -77,39 +77,39 @@ def _value(value: float, unit: str) -> str | Number:
     return Number.of(value, units[unit]) if unit in units else in_unit(value, unit)
 
 
-def _place(found: Optimum, item: CheckedRequirement) -> str:
+def _place(optimum: Optimum, check: CheckedRequirement) -> str:
     """Write the pose at which a requirement is worst, if there are several poses, and its load, if there are several loads."""
-    numbers = {name: 0.0 if abs(value) < 1e-12 else value for name, value in item.pose.items()}
-    words = [f"{name} = {value:.4g}" for name, value in numbers.items()] if found.poses > 1 else []
-    return ", ".join([*words, *([f"load[{', '.join(map(str, item.case))}]"] if item.case else [])])
+    numbers = {name: 0.0 if abs(value) < 1e-12 else value for name, value in check.pose.items()}
+    words = [f"{name} = {value:.4g}" for name, value in numbers.items()] if optimum.poses > 1 else []
+    return ", ".join([*words, *([f"load[{', '.join(map(str, check.case))}]"] if check.case else [])])
 
 
-def _data(found: Optimum) -> dict[str, object]:
+def _data(optimum: Optimum) -> dict[str, object]:
     of_each = ("text", "name", "worst", "limit", "unit", "margin", "pose", "case", "active", "saving")
     names = ("feasible", "objective", "minimized", "unit", "before", "searched", "evaluations", "poses", "beyond_limits")
     return {
-        "robot": found.robot.name,
-        **attributes(found, (*names, "parameters", "units", "allowed")),
-        "requirements": [attributes(item, of_each) for item in found.requirements],
-        **attributes(found, ("at_bounds", "no_influence", "starts")),
+        "robot": optimum.robot.name,
+        **attributes(optimum, (*names, "parameters", "units", "allowed")),
+        "requirements": [attributes(check, of_each) for check in optimum.requirements],
+        **attributes(optimum, ("at_bounds", "no_influence", "starts")),
     }
 
 
-def pareto_report(found: ParetoFront) -> Report:
-    first, second = found.minimized
-    title = f"Pareto front of {found[0].robot.name!r}: {first} against {second}, {count(len(found), 'design')}"
+def pareto_report(front: ParetoFront) -> Report:
+    first, second = front.minimized
+    title = f"Pareto front of {front[0].robot.name!r}: {first} against {second}, {count(len(front), 'design')}"
     names = ("minimized", "units", "objectives", "parameters", "searched", "evaluations")
 
     def sections() -> list[ReportSection]:
         rows = []
-        for optimum, both in zip(found, found.objectives.tolist(), strict=True):
+        for optimum, both in zip(front, front.objectives.tolist(), strict=True):
             values = [_value(value, optimum.units.get(name, "")) for name, value in optimum.parameters.items()]
-            decides = [item.text for item in optimum.active if item is not optimum.requirements[-1]]
-            cells = (_written(value, unit) for value, unit in zip(both, found.units, strict=True))
+            decides = [check.text for check in optimum.active if check is not optimum.requirements[-1]]
+            cells = (_written(value, unit) for value, unit in zip(both, front.units, strict=True))
             rows.append((*cells, *values, "; ".join([*decides, *optimum.at_bounds])))
-        header = (first, second, *found.parameters, "other active constraints")
+        header = (first, second, *front.parameters, "other active constraints")
         table = Table.of_rows(header, rows, "r" * (len(header) - 1) + "l")
-        notes = f"How: {found.searched}; {found.evaluations} robots were analysed."
+        notes = f"How: {front.searched}; {front.evaluations} robots were analysed."
         return [ReportSection("Pareto-optimal designs", [table], "designs"), ReportSection("", [Text(notes)])]
 
-    return Report(title, sections, lambda: {**attributes(found, names), "points": [_data(item) for item in found]})
+    return Report(title, sections, lambda: {**attributes(front, names), "points": [_data(optimum) for optimum in front]})

@@ -42,7 +42,7 @@ def force_sections(result: Result, noise: NoiseFloor, hinge_axes: Mapping[str, s
     force, moment = result.base_wrench[:3], result.base_wrench[3:]
     ground = [("force", vector(force, noise.format("force", force))), ("moment", vector(moment, noise.format("moment", moment)))]
     magnitudes = "magnitudes about the joint's centre"
-    found: dict[tuple[str, str], list[Block]] = {
+    sections: dict[tuple[str, str], list[Block]] = {
         ("forces", "Actuators, positive along the joint's positive direction"): _actuators(result, noise),
         ("limbs", "Limbs: wrenches of the platform acting on the limb"): _limbs(result, noise, hinge_axes),
         ("limbs", "Limbs that are networks: forces in their beams and in their joints to the platform"): _networks(result, noise),
@@ -50,7 +50,7 @@ def force_sections(result: Result, noise: NoiseFloor, hinge_axes: Mapping[str, s
         ("ground", "Ground: reaction on the robot, about the base link's origin"): [Facts(ground)],
         ("beams", "Beams"): _beams(result, noise),
     }
-    return [ReportSection(title, blocks, key, detail=True) for (key, title), blocks in found.items()]
+    return [ReportSection(title, blocks, key, detail=True) for (key, title), blocks in sections.items()]
 
 
 def sizes(wrenches: Iterable[Array]) -> Array:
@@ -61,8 +61,8 @@ def sizes(wrenches: Iterable[Array]) -> Array:
 def force_formats(values: Iterable[ArrayLike], units: Iterable[str], noise: NoiseFloor) -> list[NumberFormat]:
     """Return the format of each value: one for all values in N, and one for all in N·m."""
     pairs = [(float(np.asarray(value)), unit) for value, unit in zip(values, units, strict=True)]
-    found = {unit: noise.format(kind, [v for v, u in pairs if u == unit]) for unit, kind in FORCE_KINDS.items()}
-    return [found[unit] for _, unit in pairs]
+    formats = {unit: noise.format(kind, [v for v, u in pairs if u == unit]) for unit, kind in FORCE_KINDS.items()}
+    return [formats[unit] for _, unit in pairs]
 
 
 def _actuators(result: Result, noise: NoiseFloor) -> list[Block]:
@@ -71,7 +71,7 @@ def _actuators(result: Result, noise: NoiseFloor) -> list[Block]:
         return []
     units = [actuator_unit(result.robot, name) for name in forces]
     formats = force_formats(forces.values(), units, noise)
-    places = [at_pose(item) for item in actuator_coordinates(result.configuration).values()]
+    places = [at_pose(coordinate) for coordinate in actuator_coordinates(result.configuration).values()]
     first = [Column("joint", list(forces)), Column("position", places, "r")]
     first += [Column.in_formats("force", forces.values(), formats), Column("", units)]
     return [Table([*first, *(Column.in_formats(name, part, formats) for name, part in actuator_parts(result).items())])]
@@ -86,10 +86,10 @@ def checked_axes(hinge_axes: Mapping[str, str], limbs: Iterable[str]) -> Mapping
     Raises:
         ArgumentError: there is no such limb, or an axis is neither x nor y.
     """
-    known = list(limbs)
+    names = list(limbs)
     for limb, axis in hinge_axes.items():
-        if limb not in known:
-            raise ArgumentError(f"there is no limb {limb!r}: {near_names(limb, known)}")
+        if limb not in names:
+            raise ArgumentError(f"there is no limb {limb!r}: {near_names(limb, names)}")
         if axis not in ("x", "y"):
             raise ArgumentError(f"the axis of {limb} along its first hinge is {axis!r}; it must be 'x' or 'y'")
     return hinge_axes
@@ -120,12 +120,12 @@ def _limbs(result: Result, noise: NoiseFloor, hinge_axes: Mapping[str, str]) -> 
     names, labels, kinds, values, units = zip(*entries, strict=True) if entries else ((),) * 5
     columns = [Column("limb", without_repetitions(names)), Column("wrench", labels), Column("", kinds)]
     columns += [Column.in_formats("intensity", values, force_formats(values, units, noise)), Column("", units)]
-    found: list[Block] = [Table(columns)]
+    blocks: list[Block] = [Table(columns)]
     networks = [limb.name for limb in result.limbs.values() if limb.is_network]
     if networks:
         verb = "are networks: their" if networks[1:] else "is a network: its"
-        found.append(Text(f"{join_words(networks)} {verb} components are coordinates in a basis, not forces in beams or joints"))
-    return found
+        blocks.append(Text(f"{join_words(networks)} {verb} components are coordinates in a basis, not forces in beams or joints"))
+    return blocks
 
 
 def _networks(result: Result, noise: NoiseFloor) -> list[Block]:
@@ -150,9 +150,11 @@ def _networks(result: Result, noise: NoiseFloor) -> list[Block]:
 def _joints(result: Result, noise: NoiseFloor) -> list[Block]:
     """Return a table in which concentric revolutes share a row if they carry the same wrench."""
     mechanism, wrenches = result.robot.mechanism, result.joint_wrenches
-    compounds = [item for limb in result.robot.topology.all_limbs for item in compound_joints(mechanism, limb)]
-    whole = {item.joints[0]: item for item in compounds if len(item.joints) > 1 and _carry_alike(item.joints, wrenches, noise)}
-    inner = {name for item in whole.values() for name in item.joints[1:]}
+    compounds = [joint for limb in result.robot.topology.all_limbs for joint in compound_joints(mechanism, limb)]
+    whole = {
+        joint.joints[0]: joint for joint in compounds if len(joint.joints) > 1 and _carry_alike(joint.joints, wrenches, noise)
+    }
+    inner = {name for joint in whole.values() for name in joint.joints[1:]}
     names = [name for name in wrenches if name not in inner]
     forces, moments = sizes(wrenches[name] for name in names)
     kinds = [
@@ -216,7 +218,7 @@ def _beams(result: Result, noise: NoiseFloor) -> list[Block]:
 
 
 #: Results of a beam in reports.
-BEAM_DATA = [item.name.lstrip("_") for item in dataclasses.fields(BeamResult) if item.name not in ("name", "description")]
+BEAM_DATA = [field.name.lstrip("_") for field in dataclasses.fields(BeamResult) if field.name not in ("name", "description")]
 
 
 def limb_report(limb: LimbResult) -> Report:

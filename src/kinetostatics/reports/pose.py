@@ -27,7 +27,7 @@ _ORIENTATIONS = {"rotation_vector": "rotation vector", "tilt_torsion": "tilt and
 def statuses_of(poses: Configuration | Result, status: NDArray[np.int8] | None = None) -> list[State]:
     """Return the states OK, UNREACHABLE and SINGULAR, in this order; ``status`` as for :func:`state_title`."""
     status = poses.status if status is None else status
-    return [(status_word(item), status == item, STATUS_WORDS[item]) for item in (Status.OK, *WITHOUT_NUMBERS)]
+    return [(status_word(state), status == state, STATUS_WORDS[state]) for state in (Status.OK, *WITHOUT_NUMBERS)]
 
 
 def facts_of(poses: Configuration | Result) -> list[State]:
@@ -48,14 +48,14 @@ def state_title(poses: Configuration | Result, status: NDArray[np.int8] | None =
 
     ``status`` (…): other statuses than those of the poses.
     """
-    one, (ok, *worse), facts = poses.shape == (), statuses_of(poses, status), facts_of(poses)
+    single, (ok, *worse), facts = poses.shape == (), statuses_of(poses, status), facts_of(poses)
     states = [
-        (title, where) for title, where, _ in ((*worse, *reversed(facts)) if one else (ok, *worse, *facts)) if np.any(where)
+        (title, where) for title, where, _ in ((*worse, *reversed(facts)) if single else (ok, *worse, *facts)) if np.any(where)
     ]
-    states = states or [ok[:2]] * one
-    pieces = [] if one else [f"{count(poses.status.size, 'pose')}, batch shape {poses.shape}" + ": " * bool(states)]
+    states = states or [ok[:2]] * single
+    pieces = [] if single else [f"{count(poses.status.size, 'pose')}, batch shape {poses.shape}" + ": " * bool(states)]
     for k, (title, where) in enumerate(states):
-        pieces += [", " * (k > 0) + ("" if one else f"{int(np.sum(where))} "), title]
+        pieces += [", " * (k > 0) + ("" if single else f"{int(np.sum(where))} "), title]
     return pieces
 
 
@@ -90,14 +90,14 @@ def at_pose(coordinate: Coordinate, with_unit: bool = True) -> Number:
 
 def pose_facts(configuration: Configuration, gravity: Array, load: Array, *more: tuple[str, str]) -> Facts:
     """Return lines on coordinates, gravity (3,) and load (6,) of one pose, followed by ``more`` lines (name, text)."""
-    found = platform_coordinates(configuration)
+    coordinates = platform_coordinates(configuration)
     orientation = configuration.orientation
-    angles = "  ".join(f"{name} {at_pose(found[name])}" for name in orientation.names)
+    angles = "  ".join(f"{name} {at_pose(coordinates[name])}" for name in orientation.names)
     force, moment = NumberFormat.of(load[:3], FORCES), NumberFormat.of(load[3:], MOMENTS)
-    actuators = ", ".join(f"{name} {at_pose(item)}" for name, item in actuator_coordinates(configuration).items())
+    actuators = ", ".join(f"{name} {at_pose(coordinate)}" for name, coordinate in actuator_coordinates(configuration).items())
     return Facts(
         [
-            ("o", "  ".join(f"{name} {at_pose(found[name], False)}" for name in "xyz") + " mm"),
+            ("o", "  ".join(f"{name} {at_pose(coordinates[name], False)}" for name in "xyz") + " mm"),
             ("orientation", f"{angles}  ({_ORIENTATIONS.get(orientation.name, f'angles {orientation.name!r}')})"),
             ("actuators", actuators or "none"),
             ("gravity", vector(gravity, NumberFormat.of(gravity, (("m/s²", 1.0),), digits=4))),
@@ -109,7 +109,7 @@ def pose_facts(configuration: Configuration, gravity: Array, load: Array, *more:
 
 def configuration_report(configuration: Configuration) -> Report:
     both = {**platform_coordinates(configuration), **actuator_coordinates(configuration)}
-    rows = [(name, Number.range_of(*item)) for name, item in both.items()]
+    rows = [(name, Number.range_of(*coordinate)) for name, coordinate in both.items()]
     title = [f"Configuration of {configuration.robot.name!r}: ", *state_title(configuration)]
     title.append("; " + ", ".join(f"{name} {number}" for name, number in rows[:6]))
     header = ("coordinate", "value" if configuration.shape == () else "range")
@@ -134,5 +134,5 @@ def configuration_data(configuration: Configuration) -> dict[str, object]:
 
 def status_names(status: Values) -> object:
     """Return the name of a status; for a batch, nested lists of names."""
-    names = np.array([item.name for item in Status], dtype=object)
+    names = np.array([state.name for state in Status], dtype=object)
     return names[np.asarray(status, dtype=int)].tolist() if np.ndim(status) else Status(int(status)).name

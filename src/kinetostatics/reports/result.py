@@ -73,7 +73,7 @@ def result_data(tip: Result) -> dict[str, object]:
         **attributes(result.payload, ("mass", "center", "link")),
         "coefficients": result.payload_coefficients,
     }
-    found: dict[str, object] = {
+    data: dict[str, object] = {
         "robot": result.robot.name,
         "file": result.robot.description.path,
         "units": UNITS,
@@ -89,8 +89,8 @@ def result_data(tip: Result) -> dict[str, object]:
         "beams": {name: beam_data(beam) for name, beam in result.beams.items()},
     }
     if tip.point is not None:
-        found["tool"] = {"point": tip.point, **attributes(tip, ("twist", "stiffness", "compliance"))}
-    return found
+        data["tool"] = {"point": tip.point, **attributes(tip, ("twist", "stiffness", "compliance"))}
+    return data
 
 
 def units_at(tool: Array | None, units: Mapping[str, str]) -> dict[str, object]:
@@ -102,13 +102,13 @@ def units_at(tool: Array | None, units: Mapping[str, str]) -> dict[str, object]:
 
 
 def batch_sections(result: Result) -> list[ReportSection]:
-    known = not np.all(np.isin(result.status, WITHOUT_NUMBERS))
+    has_numbers = not np.all(np.isin(result.status, WITHOUT_NUMBERS))
     header = ("quantity", "unit", "smallest", "at", "largest", "at")
-    rows = [_row(result, *item) for item in _quantities(result)] if known else []
+    rows = [_row(result, *row) for row in _quantities(result)] if has_numbers else []
     title = "Extremes over the valid poses, and their batch indices"
     return [
         ReportSection("Status", _states(result) if result.status.size else [Text("no poses")], "status"),
-        ReportSection(title, [Table.of_rows(header, rows, "llrlrl")] if known else [], "extremes"),
+        ReportSection(title, [Table.of_rows(header, rows, "llrlrl")] if has_numbers else [], "extremes"),
         warning_section(result.warnings if result.status.size else ()),
     ]
 
@@ -116,9 +116,9 @@ def batch_sections(result: Result) -> list[ReportSection]:
 def _states(result: Result) -> list[Table | Text]:
     """Return a table of the number of poses in each state; a pose can be in several states."""
     ok, *without_numbers = statuses_of(result)
-    found = [ok, *facts_of(result), *without_numbers]
-    rows = [(word, f"{int(np.sum(where))}", words) for word, where, words in found if np.any(where)]
-    several = int(np.sum(np.sum([where for _, where, _ in found], axis=0) > 1))
+    states = [ok, *facts_of(result), *without_numbers]
+    rows = [(word, f"{int(np.sum(where))}", words) for word, where, words in states if np.any(where)]
+    several = int(np.sum(np.sum([where for _, where, _ in states], axis=0) > 1))
     table = Table.of_rows(("status", "poses", ""), rows, "lrl")
     return [table, Text(f"{several} of them counted more than once")] if several else [table]
 
@@ -131,22 +131,22 @@ def noise_floor(result: Result) -> NoiseFloor:
 def _quantities(result: Result) -> list[tuple[str, Array, Units, float]]:
     """Return (name, values (…), units, magnitude of rounding errors) for each row of the table of extremes."""
     twist, noise = result.twist, noise_floor(result)
-    found = [(f"platform {name}", *item) for name, item in platform_coordinates(result.configuration).items()]
-    found += [(f"position of {name}", *item) for name, item in actuator_coordinates(result.configuration).items()]
+    rows = [(f"platform {name}", *coordinate) for name, coordinate in platform_coordinates(result.configuration).items()]
+    rows += [(f"position of {name}", *coordinate) for name, coordinate in actuator_coordinates(result.configuration).items()]
     for name, part, kind in (("displacement of o", slice(3), "displacement"), ("rotation", slice(3, 6), "rotation")):
-        found.append((name, np.linalg.norm(twist[..., part], axis=-1), KINDS[kind], getattr(noise, kind)))
-    known = np.where(np.isfinite(result.compliance), result.compliance, 0.0)
+        rows.append((name, np.linalg.norm(twist[..., part], axis=-1), KINDS[kind], getattr(noise, kind)))
+    compliance = np.where(np.isfinite(result.compliance), result.compliance, 0.0)
     with np.errstate(divide="ignore"):
-        stiffness = np.where(np.isnan(twist[..., 0]), np.nan, 1 / np.linalg.eigvalsh(known[..., :3, :3])[..., -1])
-    found.append(("softest stiffness at o", stiffness, STIFFNESSES, 0.0))
+        stiffness = np.where(np.isnan(twist[..., 0]), np.nan, 1 / np.linalg.eigvalsh(compliance[..., :3, :3])[..., -1])
+    rows.append(("softest stiffness at o", stiffness, STIFFNESSES, 0.0))
     for name, value in result.actuator_forces.items():
         kind = FORCE_KINDS[actuator_unit(result.robot, name)]
-        found.append((f"force of {name}", value, KINDS[kind], getattr(noise, kind)))
+        rows.append((f"force of {name}", value, KINDS[kind], getattr(noise, kind)))
     for name, beam in result.beams.items():
-        found += [(f"stress in {name}", beam.stress, STRESSES, 0.0), (f"N/N_Euler of {name}", beam.euler_ratio, PER_CENT, NOISE)]
+        rows += [(f"stress in {name}", beam.stress, STRESSES, 0.0), (f"N/N_Euler of {name}", beam.euler_ratio, PER_CENT, NOISE)]
     if result.beams:
-        found.append(("strain energy", result.strain_energy, ENERGIES, 0.0))
-    return found
+        rows.append(("strain energy", result.strain_energy, ENERGIES, 0.0))
+    return rows
 
 
 def _row(result: Result, name: str, values: Array, units: Units, noise: float) -> tuple[str | Number, ...]:
@@ -211,33 +211,33 @@ def _pose(result: Result) -> Facts:
 
 def _acting(result: Result) -> list[tuple[str, str]]:
     """Return lines (name, text) on the payload, the loads on links and the springs."""
-    found = []
+    lines = []
     if result.payload is not None:
         frame = "o-xyz" if result.payload.link is None else result.payload.link
         center = np.broadcast_to(np.asarray(result.payload.center, dtype=float), (3,))
         place = vector(center, NumberFormat.of(center, MILLIMETRES, digits=4))
-        found.append(("payload", f"{quantity(result.payload.mass, MASSES)} at {place} of {frame}"))
+        lines.append(("payload", f"{quantity(result.payload.mass, MASSES)} at {place} of {frame}"))
     for name, wrench in result.link_loads.items():
         if name != PAYLOAD:
             noise = 1e-12 * float(np.linalg.norm(wrench[:3])) * result.robot.length
             force, moment = NumberFormat.of(wrench[:3], FORCES), NumberFormat.of(wrench[3:], MOMENTS, noise)
             text = f"{name.removeprefix('load ')}: force {vector(wrench[:3], force)}, moment about o {vector(wrench[3:], moment)}"
-            found.append(("load", text))
+            lines.append(("load", text))
     if result.spring_forces:
         text = ", ".join(f"{name} {quantity(force, FORCES)}" for name, force in result.spring_forces.items())
-        found.append(("springs", f"{text} (tension)"))
-    return found
+        lines.append(("springs", f"{text} (tension)"))
+    return lines
 
 
 def _free_motions(result: Result) -> list[Block]:
     robot, solution = result.robot, result.solutions[0]
-    found = [
+    motions = [
         f"{owner}: its passive joints {', '.join(robot.statics.passive_joints(owner))} do not carry all of its weight"
         for owner, part in solution.unbalanced.items()
         if part[0] > UNBALANCED
     ]
-    found += [f"the platform: {describe_twist(twist, robot.length)}" for twist in free_twists(robot, solution, 0).T]
-    return [Text(text, "item") for text in found or ["the pose is too close to a singular one"]]
+    motions += [f"the platform: {describe_twist(twist, robot.length)}" for twist in free_twists(robot, solution, 0).T]
+    return [Text(text, "item") for text in motions or ["the pose is too close to a singular one"]]
 
 
 # ---- the platform --------------------------------------------------------------------------------------------------
@@ -253,7 +253,7 @@ def _motion_sections(result: Result, noise: NoiseFloor) -> list[ReportSection]:
     gravity = gravity_twists(result) if result.robot.topology.limbs else {}
     total, at = {"total": result.twist}, f"at {result.point_name}, world axes"
     by_kind = {**kinds, **total} if {"joints", "actuators", "assembly_errors"} & {*kinds} else {}
-    found: dict[tuple[str, str], list[Block]] = {
+    sections: dict[tuple[str, str], list[Block]] = {
         ("twist", f"Twist of the platform {at}"): _twists({**result.contributions, **total}, noise),
         ("gravity", "Effect of gravity, by mechanism"): _twists(gravity, noise),
         ("sag", "Twist by source: beams, elastic joints, actuators and assembly errors"): _twists(by_kind, noise),
@@ -261,7 +261,7 @@ def _motion_sections(result: Result, noise: NoiseFloor) -> list[ReportSection]:
         ("parts", "Elastic displacement of the parts of the limbs"): _twists(parts, noise),
         ("stiffness", f"Stiffness of the platform {at}, actuators locked"): stiffness_blocks(result),
     }
-    return [ReportSection(title, blocks, key, detail=True) for (key, title), blocks in found.items()]
+    return [ReportSection(title, blocks, key, detail=True) for (key, title), blocks in sections.items()]
 
 
 def _twists(twists: Mapping[str, Array], noise: NoiseFloor) -> list[Block]:

@@ -49,14 +49,14 @@ _TYPES = {Body: "body", JointStep: "joint", Branches: "branches"}
 
 def robot_report(robot: Robot) -> Report:
     """Return the report of a robot; its loops need not close."""
-    found = cache(robot_facts)
+    facts_of = cache(robot_facts)
     parts: dict[str, Sized] = {
         "limb": robot.topology.limbs,
         "actuator": robot.description.driven,
         "beam": robot.description.beams,
     }
     title = f"Robot {robot.name!r}: " + ", ".join(count(len(some), noun) for noun, some in parts.items())
-    return Report(title, lambda: _sections(found(robot)), lambda: _data(found(robot)))
+    return Report(title, lambda: _sections(facts_of(robot)), lambda: _data(facts_of(robot)))
 
 
 def _sections(facts: RobotFacts) -> Iterator[ReportSection]:
@@ -66,46 +66,46 @@ def _sections(facts: RobotFacts) -> Iterator[ReportSection]:
     title = "Elastic joints, along and about the axes of their frames"
     yield ReportSection(title, _elastic_joints(facts.elastic_joints) if facts.elastic_joints else [], "joints")
     yield ReportSection("Springs between links", _springs(facts.springs) if facts.springs else [], "springs")
-    yield ReportSection("Joints that follow others", [Text(_follower(item)) for item in facts.followers], "followers")
+    yield ReportSection("Joints that follow others", [Text(_follower(follower)) for follower in facts.followers], "followers")
     for role, weight in (("base", facts.on_base), ("platform", facts.on_platform)):
         if weight is not None and (role == "platform" or weight.mass or weight.graph.hanging):
             yield ReportSection(f"On the {role}", _attached_bodies(weight), "attached")
-    yield ReportSection("Cannot be analysed", [Text(item, "warning") for item in facts.problems], "problems")
+    yield ReportSection("Cannot be analysed", [Text(problem, "warning") for problem in facts.problems], "problems")
     yield warning_section(facts.warnings)
 
 
 def _data(facts: RobotFacts) -> dict[str, object]:
     """Return the facts as data; each element of a chain gets the entry ``type``: "body", "joint" or "branches"."""
-    found: dict[str, object] = as_json(facts)
-    found["springs"] = [attributes(item, _SPRING) for item in facts.springs]
-    found["limbs"] = [{**as_json(limb), "graph": _graph(limb.graph)} for limb in facts.limbs]
+    data: dict[str, object] = as_json(facts)
+    data["springs"] = [attributes(spring, _SPRING) for spring in facts.springs]
+    data["limbs"] = [{**as_json(limb), "graph": _graph(limb.graph)} for limb in facts.limbs]
     for role, weight in (("on_base", facts.on_base), ("on_platform", facts.on_platform)):
         if weight is not None:
-            found[role] = {**as_json(weight), "graph": _graph(weight.graph)}
-    return {**found, "units": UNITS}
+            data[role] = {**as_json(weight), "graph": _graph(weight.graph)}
+    return {**data, "units": UNITS}
 
 
 def _graph(part: object) -> object:
     if isinstance(part, tuple):
-        return [_graph(item) for item in part]
+        return [_graph(element) for element in part]
     if not dataclasses.is_dataclass(part):
         return part
     kind = {"type": _TYPES[type(part)]} if type(part) in _TYPES else {}
-    return {**kind, **{item.name: _graph(getattr(part, item.name)) for item in dataclasses.fields(part)}}
+    return {**kind, **{field.name: _graph(getattr(part, field.name)) for field in dataclasses.fields(part)}}
 
 
 def description_report(description: RobotDescription) -> Report:
     names = ("links", "joints", "loops", "beams", "joint_stiffness", "driven")
     nouns = ("link", "joint", "loop", "beam", "elastic joint", "actuator")
-    found = [(list(getattr(description, name)), noun) for name, noun in zip(names, nouns, strict=True)]
-    counts = ", ".join(count(len(some), noun) for some, noun in found if some or noun in ("link", "joint"))
-    rows = [(f"{noun}s", f"{len(some)}", join_words(some, 12)) for some, noun in found if some]
+    elements = [(list(getattr(description, name)), noun) for name, noun in zip(names, nouns, strict=True)]
+    counts = ", ".join(count(len(some), noun) for some, noun in elements if some or noun in ("link", "joint"))
+    rows = [(f"{noun}s", f"{len(some)}", join_words(some, 12)) for some, noun in elements if some]
     rows.append(("platform", "1", description.platform))
     table = Table.of_rows(("", "number", "names"), rows)
     return Report(
         f"RobotDescription {description.name!r} from {shown_path(description.path)!r}: {counts}",
         lambda: [ReportSection("", [table])],
-        lambda: {"name": description.name, "platform": description.platform, **{f"{noun}s": some for some, noun in found}},
+        lambda: {"name": description.name, "platform": description.platform, **{f"{noun}s": some for some, noun in elements}},
     )
 
 
@@ -144,26 +144,26 @@ def _mobility(mobility: MobilityFacts) -> str:
 
 
 def _local_freedoms(freedoms: list[LocalFreedom]) -> list[str]:
-    spinning = [item for item in freedoms if item.kind == "spin" and not item.drives]
+    spinning = [freedom for freedom in freedoms if freedom.kind == "spin" and not freedom.drives]
     lines = []
     if spinning:
-        names = join_words([" with ".join(item.links) for item in spinning], 12)
+        names = join_words([" with ".join(freedom.links) for freedom in spinning], 12)
         several = len(spinning) > 1 or len(spinning[0].links) > 1
-        own = "their own axes" if len(spinning) > 1 else "their common axis" if several else "its own axis"
-        lines.append(f"{names} spin{'s' * (not several)} about {own}")
-    for item in freedoms:
-        if item in spinning:
+        axes = "their own axes" if len(spinning) > 1 else "their common axis" if several else "its own axis"
+        lines.append(f"{names} spin{'s' * (not several)} about {axes}")
+    for freedom in freedoms:
+        if freedom in spinning:
             continue
-        several = len(item.links) > 1
-        text = join_words(item.links, 8)
-        if item.kind == "move":
-            text += f" can move in {item.count} way{'s' * (item.count > 1)}"
-        elif item.kind == "slide":
-            text += f" slide{'s' * (not several)}" + (f" along {item.joint}" if item.joint else "")
+        several = len(freedom.links) > 1
+        text = join_words(freedom.links, 8)
+        if freedom.kind == "move":
+            text += f" can move in {freedom.count} way{'s' * (freedom.count > 1)}"
+        elif freedom.kind == "slide":
+            text += f" slide{'s' * (not several)}" + (f" along {freedom.joint}" if freedom.joint else "")
         else:
-            axis = item.joint or f"{'their' if several else 'its'} own axis"
+            axis = freedom.joint or f"{'their' if several else 'its'} own axis"
             text += f" turn{'s' * (not several)} about {axis}"
-        lines.append(text + (f", with the actuators {join_words(item.drives)}" if item.drives else ""))
+        lines.append(text + (f", with the actuators {join_words(freedom.drives)}" if freedom.drives else ""))
     return lines
 
 
@@ -188,24 +188,25 @@ def _places(limbs: list[LimbFacts], redundancies: list[Redundancy]) -> list[str]
     like = {limb.name: limb.like or limb.name for limb in limbs}
     inside: dict[tuple[int, str, int], list[Redundancy]] = {}
     lines: list[str] = []
-    for item in redundancies:
-        if len(item.limbs) == 1:
-            name = item.limbs[0]
-            inside.setdefault((item.count, like.get(name, name), len(item.joints)), []).append(item)
-    for (number, _, _), items in inside.items():
-        names = [item.limbs[0] for item in items]
-        where = f"{number} inside {'each of ' * (len(items) > 1)}{join_words(names)}"
+    for constraint in redundancies:
+        if len(constraint.limbs) == 1:
+            name = constraint.limbs[0]
+            inside.setdefault((constraint.count, like.get(name, name), len(constraint.joints)), []).append(constraint)
+    for (number, _, _), alike in inside.items():
+        names = [constraint.limbs[0] for constraint in alike]
+        where = f"{number} inside {'each of ' * (len(alike) > 1)}{join_words(names)}"
         where = where.replace("inside base", "in rings on the base").replace("inside platform", "in rings on the platform")
-        rings = [join_words(item.beams or item.joints) for item in items]
-        lines.append(f"{where}: in the ring{'s' * (len(items) > 1)} of {'; '.join(rings)}")
-    for item in redundancies:
-        if len(item.limbs) > 1:
-            text = f"{item.count} between {join_words(item.limbs)}"
-            lines.append(text + (f", with self-stress by {join_words(item.wrenches)}" if item.wrenches else ""))
-        elif not item.limbs and item.joints:
-            lines.append(f"{item.count} in the loops {join_words(item.joints)}, which join links that are welded to one another")
-        elif not item.limbs:
-            lines.append(f"{item.count} through joints that follow others")
+        rings = [join_words(constraint.beams or constraint.joints) for constraint in alike]
+        lines.append(f"{where}: in the ring{'s' * (len(alike) > 1)} of {'; '.join(rings)}")
+    for constraint in redundancies:
+        if len(constraint.limbs) > 1:
+            text = f"{constraint.count} between {join_words(constraint.limbs)}"
+            lines.append(text + (f", with self-stress by {join_words(constraint.wrenches)}" if constraint.wrenches else ""))
+        elif not constraint.limbs and constraint.joints:
+            loops = join_words(constraint.joints)
+            lines.append(f"{constraint.count} in the loops {loops}, which join links that are welded to one another")
+        elif not constraint.limbs:
+            lines.append(f"{constraint.count} through joints that follow others")
     return lines
 
 
@@ -236,12 +237,12 @@ def _zero(facts: RobotFacts) -> str:
 def _limbs(facts: RobotFacts) -> list[Block]:
     if not facts.limbs:
         return [Text("none")]
-    found: list[Block] = []
+    blocks: list[Block] = []
     for number, limb in enumerate(facts.limbs):
         gap = [""] * bool(number and not (limb.like and facts.limbs[number - 1].like))
         lines = [*gap, f"{limb.name}: {limb.word}" + (f", like {limb.like}" if limb.like else "")]
         lines += chain_lines(facts.base, limb.graph.chain, facts.platform, "  ")
-        found.append(Lines([*lines, *_hanging(limb.graph, "  ")]))
+        blocks.append(Lines([*lines, *_hanging(limb.graph, "  ")]))
         if limb.like:
             continue
         rows: list[tuple[str, str | list[str]]] = []
@@ -251,8 +252,8 @@ def _limbs(facts: RobotFacts) -> list[Block]:
         rows.append(("mass", UNKNOWN if limb.mass is None else quantity(limb.mass, MASSES)))
         for kind, labels in (("constraint", limb.constraint_wrenches), ("attached", limb.attached_wrenches)):
             rows.append((kind, UNKNOWN if labels is None else list(labels) or "none"))
-        found.append(Facts(rows, indent=2))
-    return [*found, *_legend(facts.limbs)]
+        blocks.append(Facts(rows, indent=2))
+    return [*blocks, *_legend(facts.limbs)]
 
 
 def _spans(facts: RobotFacts, limb: LimbFacts) -> list[str]:
@@ -283,16 +284,16 @@ _LEGEND = {
 
 def _legend(limbs: list[LimbFacts]) -> list[Block]:
     labels = " ".join(label for limb in limbs for label in (*(limb.constraint_wrenches or ()), *(limb.attached_wrenches or ())))
-    known = [Text(text) for word, text in _LEGEND.items() if labels and word in labels]
-    return [Lines([""]), *known] if known else []
+    explanations = [Text(text) for word, text in _LEGEND.items() if labels and word in labels]
+    return [Lines([""]), *explanations] if explanations else []
 
 
 def _hanging(graph: Graph, indent: str) -> list[str]:
     lines: list[str] = []
-    for item in graph.hanging:
-        if item.chain:
-            lines.append(f"{indent}{'ring on' if item.is_ring else 'hanging on'} {item.at}:")
-            lines += chain_lines("", item.chain, item.at if item.is_ring else "", indent + "  ")
+    for branch in graph.hanging:
+        if branch.chain:
+            lines.append(f"{indent}{'ring on' if branch.is_ring else 'hanging on'} {branch.at}:")
+            lines += chain_lines("", branch.chain, branch.at if branch.is_ring else "", indent + "  ")
     return lines
 
 
@@ -322,23 +323,23 @@ def _beams(facts: RobotFacts) -> list[Block]:
 
 def _springs(springs: Sequence[Spring]) -> list[Block]:
     header = ("spring", "from", "to", "stiffness [N/m]", "free length [mm]", "preload [N]")
-    numbers = [[f"{value:.6g}" for value in (item.stiffness, 1e3 * item.free_length, item.preload)] for item in springs]
-    rows = [(item.name, item.predecessor, item.successor, *row) for item, row in zip(springs, numbers, strict=True)]
+    numbers = [[f"{value:.6g}" for value in (spring.stiffness, 1e3 * spring.free_length, spring.preload)] for spring in springs]
+    rows = [(spring.name, spring.predecessor, spring.successor, *row) for spring, row in zip(springs, numbers, strict=True)]
     return [Table.of_rows(header, rows, "lllrrr")]
 
 
 def _elastic_joints(joints: Sequence[ElasticJointFacts]) -> list[Block]:
-    has_linear = not all(isinf(v) for item in joints for v in item.linear)
-    has_angular = not all(isinf(v) for item in joints for v in item.angular)
+    has_linear = not all(isinf(v) for joint in joints for v in joint.linear)
+    has_angular = not all(isinf(v) for joint in joints for v in joint.angular)
     header = ["joint", *["x [N/µm]", "y", "z"] * has_linear, *["rx [N·m/mrad]", "ry", "rz"] * has_angular, "actuator"]
     rows: dict[tuple[str, ...], list[str]] = {}
-    for item in joints:
-        row = [_stiffness(value, 1e6) for value in item.linear] if has_linear else []
-        row += [_stiffness(value, 1e3) for value in item.angular] if has_angular else []
-        slides = JOINT_TYPES[item.kind].is_slide
+    for joint in joints:
+        row = [_stiffness(value, 1e6) for value in joint.linear] if has_linear else []
+        row += [_stiffness(value, 1e3) for value in joint.angular] if has_angular else []
+        slides = JOINT_TYPES[joint.kind].is_slide
         unit = "N/µm" if slides else "N·m/mrad"
-        row.append("" if item.drive is None else f"{_stiffness(item.drive, 1e6 if slides else 1e3)} {unit}")
-        rows.setdefault(tuple(row), []).append(item.joint)
+        row.append("" if joint.drive is None else f"{_stiffness(joint.drive, 1e6 if slides else 1e3)} {unit}")
+        rows.setdefault(tuple(row), []).append(joint.joint)
     return [Table.of_rows(header, [(join_words(names, 4), *row) for row, names in rows.items()])]
 
 
@@ -346,12 +347,12 @@ def _stiffness(value: float, unit: float) -> str:
     return "rigid" if isinf(value) else f"{value / unit:.4g}"
 
 
-def _follower(item: FollowerFacts) -> str:
-    text = f"{item.joint} = {item.multiplier:.6g} · {item.leader}"
-    if item.offset:
-        slides = JOINT_TYPES[item.kind].is_slide
-        offset = f"{1e3 * abs(item.offset):.6g} mm" if slides else f"{degrees(abs(item.offset)):.6g}°"
-        text += f" {'−' if item.offset < 0 else '+'} {offset}"
+def _follower(follower: FollowerFacts) -> str:
+    text = f"{follower.joint} = {follower.multiplier:.6g} · {follower.leader}"
+    if follower.offset:
+        slides = JOINT_TYPES[follower.kind].is_slide
+        offset = f"{1e3 * abs(follower.offset):.6g} mm" if slides else f"{degrees(abs(follower.offset)):.6g}°"
+        text += f" {'−' if follower.offset < 0 else '+'} {offset}"
     return text
 
 

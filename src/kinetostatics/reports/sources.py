@@ -31,15 +31,15 @@ def source_table(result: Result, noise: NoiseFloor) -> list[Block]:
     This is the share of the displacement or, if o does not move, of the rotation.
     """
     names, twists = sources(result)
-    found = parts_along(twists, result.twist, noise)
-    if found is None:
+    projection = parts_along(twists, result.twist, noise)
+    if projection is None:
         return []
-    parts, sizes, by = found
+    parts, sizes, by = projection
     order = ranked(parts[:, by])
-    shown, rest = shown_and_rest(order, MOST)
+    shown, others = shown_and_rest(order, MOST)
     rows = [(*names[k], parts[k]) for k in shown]
-    if rest:
-        rows.append((f"{len(rest)} others", "", parts[rest].sum(axis=0)))
+    if others:
+        rows.append((f"{len(others)} others", "", parts[others].sum(axis=0)))
     rows.append(("total", "", np.where(np.isfinite(parts[0]), sizes, np.nan)))
     values = np.nan_to_num(np.array([part for *_, part in rows]))
     formats = (NumberFormat.of(parts[:, 0], LENGTHS, noise.displacement), NumberFormat.of(parts[:, 1], ANGLES, noise.rotation))
@@ -52,8 +52,8 @@ def source_table(result: Result, noise: NoiseFloor) -> list[Block]:
 
 def share(part: float, whole: float) -> float:
     """Return ``part / whole`` [%]; magnitudes below 0.05 % are 0."""
-    found = 100 * part / whole
-    return found if abs(found) >= 0.05 else 0.0
+    percentage = 100 * part / whole
+    return percentage if abs(percentage) >= 0.05 else 0.0
 
 
 def parts_along(twists: Array, whole: Array, noise: NoiseFloor) -> tuple[Array, Array, int] | None:
@@ -65,7 +65,7 @@ def parts_along(twists: Array, whole: Array, noise: NoiseFloor) -> tuple[Array, 
         ``parts`` by which sources are ranked: 0, or 1 if o does not move.
     """
     wholes = whole[:3], whole[3:]
-    sizes = np.array([np.linalg.norm(one) for one in wholes])
+    sizes = np.array([np.linalg.norm(total) for total in wholes])
     matters = sizes > (noise.displacement, noise.rotation)
     if not len(twists) or not np.any(matters):
         return None
@@ -77,23 +77,23 @@ def sources(result: Result) -> tuple[list[tuple[str, str]], Array]:
     """Return (names, twists): name and kind of each of n sources, in the file's order within a kind; twists (n, 6)."""
     robot = result.robot
     order = {name: k for k, name in enumerate((*robot.description.beams, *robot.mechanism.connections))}
-    found = [
+    named_twists = [
         (name, _KINDS[kind], twist)
         for kind, named in result.source_contributions.items()
-        for name, twist in sorted(named.items(), key=lambda item: order[item[0]])
+        for name, twist in sorted(named.items(), key=lambda pair: order[pair[0]])
     ]
-    return [(name, kind) for name, kind, _ in found], np.reshape([twist for *_, twist in found], (-1, 6))
+    return [(name, kind) for name, kind, _ in named_twists], np.reshape([twist for *_, twist in named_twists], (-1, 6))
 
 
 def ranked(values: Array) -> list[int]:
     """Return the indices of values, the largest first; values equal within rounding keep their order."""
-    left, found = np.argsort(-values, kind="stable").tolist(), []
+    left, indices = np.argsort(-values, kind="stable").tolist(), []
     margin = ALIKE * float(np.max(np.abs(values), initial=0.0))
     while left:
         alike = [k for k in left if values[left[0]] - values[k] <= margin] or left[:1]
-        found += sorted(alike)
+        indices += sorted(alike)
         left = left[len(alike) :]
-    return found
+    return indices
 
 
 def shown_and_rest(ranked: list[Item], most: int) -> tuple[list[Item], list[Item]]:
@@ -112,8 +112,8 @@ WORDS = {"attached": "attached wrenches"}
 def gravity_twists(result: Result) -> dict[str, Array]:
     """Return the twist (6,) due to each mechanism of gravity, and "all of gravity"."""
     parts = by_mechanism_of_gravity(result.contributions["platform_weight"], result.mechanism_contributions)
-    found = {WORDS.get(name, name): twist for name, twist in parts.items()}
-    return {**found, "all of gravity": np.sum(list(found.values()), axis=0)}
+    twists = {WORDS.get(name, name): twist for name, twist in parts.items()}
+    return {**twists, "all of gravity": np.sum(list(twists.values()), axis=0)}
 
 
 def actuator_parts(result: Result) -> dict[str, list[Array]]:
@@ -122,10 +122,10 @@ def actuator_parts(result: Result) -> dict[str, list[Array]]:
     limbs = {*names, *map(of_deformation, names)}
     parts: dict[str, list[Array]] = {}
     for actuator, mechanisms in result.actuator_mechanism_contributions.items():
-        own = result.actuator_contributions[actuator]
-        whole = {name: part for name, part in own.items() if name not in limbs}
+        contributions = result.actuator_contributions[actuator]
+        whole = {name: part for name, part in contributions.items() if name not in limbs}
         if limbs:
-            by_mechanism = by_mechanism_of_gravity(own["platform_weight"], mechanisms)
+            by_mechanism = by_mechanism_of_gravity(contributions["platform_weight"], mechanisms)
             whole |= {WORDS.get(name, name): part for name, part in by_mechanism.items()}
         for name, part in whole.items():
             parts.setdefault(name, []).append(part)

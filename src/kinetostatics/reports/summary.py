@@ -43,7 +43,7 @@ def stiffness_blocks(result: Result) -> list[Block]:
     constrained, free = np.diag(result.stiffness), _reciprocal(np.diag(result.compliance), result)
     linear = NumberFormat.of([constrained[:3], free[:3]], STIFFNESSES, digits=6)
     angular = NumberFormat.of([constrained[3:], free[3:]], TURNING_STIFFNESSES, digits=6)
-    lines = [Text(f"{word} against a force at {result.point_name}: {found}") for word, found in stiffness_extremes(result)]
+    lines = [Text(f"{word} against a force at {result.point_name}: {text}") for word, text in stiffness_extremes(result)]
     return [component_table(linear, angular, {"constrained": constrained, "free": free}), *lines]
 
 
@@ -52,12 +52,12 @@ def stiffness_extremes(result: Result) -> list[tuple[str, str]]:
     values, axes = np.linalg.eigh(result.compliance[:3, :3])
     sizes = _reciprocal(values, result)
     form = NumberFormat.of(sizes, STIFFNESSES)
-    found = []
+    extremes = []
     for word, k in (("softest", 2), ("stiffest", 0)):
         alike = axes[:, np.abs(values - values[k]) <= EQUAL * abs(values[k])]
         size = quantity(sizes[k], ((form.unit, form.factor),))
-        found.append((word, "rigid" if np.isinf(sizes[k]) else f"{size} {_directions(alike)}"))
-    return found
+        extremes.append((word, "rigid" if np.isinf(sizes[k]) else f"{size} {_directions(alike)}"))
+    return extremes
 
 
 def _reciprocal(compliances: Array, result: Result) -> Array:
@@ -139,10 +139,10 @@ def _largest(names: list[str], twists: Array, result: Result, noise: NoiseFloor,
 
     ``word`` precedes the name of each source.
     """
-    found = parts_along(twists, result.twist, noise)
-    if found is None:
+    projection = parts_along(twists, result.twist, noise)
+    if projection is None:
         return ""
-    parts, sizes, _ = found
+    parts, sizes, _ = projection
     shares = [share(part, float(sizes[0])) for part in parts[:, 0].tolist()]
     some = [k for k in ranked(np.abs(parts[:, 0]))[:number] if abs(shares[k]) > 0.5]
     if np.abs(parts[:, 0]).sum() > CANCELLING * sizes[0]:
@@ -174,7 +174,7 @@ def _actuators(result: Result, noise: NoiseFloor) -> list[tuple[str, str]]:
         return [("actuators", ", ".join(f"{name} {formats[name].with_unit(force)}" for name, force in forces.items()))]
     rows = []
     for unit, kind in FORCE_KINDS.items():
-        some = [name for name, own in zip(forces, units, strict=True) if own == unit and np.isfinite(forces[name])]
+        some = [name for name, force_unit in zip(forces, units, strict=True) if force_unit == unit and np.isfinite(forces[name])]
         if some:
             ends = [pick(some, key=lambda name: forces[name]) for pick in (min, max)]
             words = " to ".join(f"{formats[name].with_unit(forces[name])} ({name})" for name in ends)
