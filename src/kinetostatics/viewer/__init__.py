@@ -184,8 +184,8 @@ def _page(
     if mode not in range(1, count + 1):
         raise ArgumentError(f"mode is {mode!r}; it must be the number of a mode that is shown, 1 to {count}")
 
-    def scene_of(one: Result | SinglePose, title: str | None, every: int) -> Scene:
-        shown = one.by_mechanism if by_mechanism and isinstance(one, Result) else one
+    def scene_of(drawing: Result | SinglePose, title: str | None, every: int) -> Scene:
+        shown = drawing.by_mechanism if by_mechanism and isinstance(drawing, Result) else drawing
         return describe_scene(shown, title, pose=pose, exaggeration=exaggeration, every=every)
 
     def scene(every: int) -> Scene:

@@ -72,18 +72,18 @@ class Wrenches:
         return parts
 
     def _limb(self, limb: Limb) -> Iterator[Arrow]:
-        found, take = self.result.limbs[limb.name], self.poses.take
-        if found.is_network:
-            yield from self._network(found)
+        limb_result, take = self.result.limbs[limb.name], self.poses.take
+        if limb_result.is_network:
+            yield from self._network(limb_result)
             return
         joints = self._joints_of(limb)
         ends = [joint.centre for joint in joints]
         outward = ends[0] - ends[-1] if len(ends) > 1 else np.zeros_like(self.poses.o)
-        intensities = self.poses.parts(found.contributions)
-        attached = self.poses.parts(found.attached_contributions)
+        intensities = self.poses.parts(limb_result.contributions)
+        attached = self.poses.parts(limb_result.attached_contributions)
         for group, labels, wrenches, parts in (
-            ("constraint", found.labels, found.constraint_wrenches, intensities),
-            ("attached wrenches", found.attached_labels, found.attached_wrenches, attached),
+            ("constraint", limb_result.labels, limb_result.constraint_wrenches, intensities),
+            ("attached wrenches", limb_result.attached_labels, limb_result.attached_wrenches, attached),
         ):
             units = np.nan_to_num(take(wrenches))
             for n, label in enumerate(labels):
@@ -115,10 +115,10 @@ class Wrenches:
         """Return a limb's joints outside telescopic beams: platform joints, then inner joints, then base joints."""
         links, topology = set(limb.links), self.robot.topology
         names = {edge.joint for edge in limb.edges}
-        placed = [item for item in self.joints if item.beam is None]
-        mine = [item for item in placed if item.links & links or names & set(item.joints)]
+        placed = [joint for joint in self.joints if joint.beam is None]
+        joints = [joint for joint in placed if joint.links & links or names & set(joint.joints)]
         ends = (set(topology.platform.links), set(topology.base.links))
-        return sorted(mine, key=lambda item: bool(item.links & ends[1]) - bool(item.links & ends[0]))
+        return sorted(joints, key=lambda joint: bool(joint.links & ends[1]) - bool(joint.links & ends[0]))
 
     def _screw(
         self, group: str, limb: str, label: str, joints: list[DrawnJoint], unit: Array, parts: Array, outward: Array
@@ -158,12 +158,12 @@ class Wrenches:
         weights, solutions, take = self.robot.weights, self.result.solutions, self.poses.take
         masses = np.concatenate([weights.masses(s.frames) for s in solutions], axis=-1)
         centres = np.concatenate([weights.centres(s.frames) for s in solutions], axis=-1)
-        shape, found = self.result.shape, []
+        shape, weights_by_source = self.result.shape, []
         for k, (name, owner) in enumerate(zip(weights.names, weights.owner, strict=True)):
             force = take(masses[k].reshape(shape))[:, None] * self.gravity
             source = "platform_weight" if owner == "platform" else owner
-            found.append((name, source, take(centres[:, k].T.reshape(*shape, 3)), force))
-        return found
+            weights_by_source.append((name, source, take(centres[:, k].T.reshape(*shape, 3)), force))
+        return weights_by_source
 
     def _weights(self) -> Iterator[Arrow]:
         for name, source, centre, force in self._weights_by_source:

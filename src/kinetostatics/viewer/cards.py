@@ -63,18 +63,18 @@ class FrameFacts:
 
     def lines(self, frame: int) -> list[tuple[str, str]]:
         """Return (title, text) of each line of the heading at the pose with index ``frame``; the last line is the status."""
-        found = []
+        lines = []
         if self.pose:
             pose = (f"{name} {_rounded(values[frame])}{'' if unit == '°' else ' '}{unit}" for name, unit, values in self.pose)
-            found.append(("pose", ", ".join(pose)))
+            lines.append(("pose", ", ".join(pose)))
         if self.gravity is not None and self.load is not None:
-            found += [("gravity", f"{_vector(self.gravity[frame])} m/s²"), ("load at o", _wrench(self.load[frame]))]
-        found += [(name, _wrench(wrench[frame])) for name, wrench in self.on_links.items()]
+            lines += [("gravity", f"{_vector(self.gravity[frame])} m/s²"), ("load at o", _wrench(self.load[frame]))]
+        lines += [(name, _wrench(wrench[frame])) for name, wrench in self.on_links.items()]
         if self.payload is not None:
             mass, center, link = self.payload
             where = f"{_vector(1e3 * center[frame])} mm in the frame of {link or 'o'}"
-            found.append(("payload", f"{_short(mass[frame])} kg at {where}"))
-        return [*found, ("status", self.status[frame])]
+            lines.append(("payload", f"{_short(mass[frame])} kg at {where}"))
+        return [*lines, ("status", self.status[frame])]
 
     def plain(self) -> list[list[tuple[str, str]]]:
         return [self.lines(frame) for frame in range(len(self.status))]
@@ -128,19 +128,19 @@ def facts_without_loads(poses: SinglePose) -> FrameFacts:
 
 def _coordinates(configuration: Configuration, taken: Callable[[Array], Array]) -> list[tuple[str, str, Array]]:
     """Return (name, unit, values (F,)) of each platform coordinate; ``taken`` selects the drawn poses of an array."""
-    found = []
+    coordinates = []
     for name, (values, ((unit, factor),), noise) in platform_coordinates(configuration).items():
         along = taken(values)
-        found.append((name, unit, np.where(np.abs(along) <= noise, 0.0, along) / factor))
-    return found
+        coordinates.append((name, unit, np.where(np.abs(along) <= noise, 0.0, along) / factor))
+    return coordinates
 
 
 def _on_links(poses: ShownPoses, size: float) -> dict[str, Array]:
-    found: dict[str, Array] = {}
+    wrenches: dict[str, Array] = {}
     for name, _, point, wrench in loads_on_links(poses, ("load",)):
         if name != PAYLOAD:  # the loaded end of a beam may change along the path
-            found[name] = found.get(name, 0.0) + about_point(wrench, point, poses.o, size)
-    return found
+            wrenches[name] = wrenches.get(name, 0.0) + about_point(wrench, point, poses.o, size)
+    return wrenches
 
 
 def _payload(poses: ShownPoses) -> tuple[Array, Array, str | None] | None:
@@ -215,17 +215,18 @@ class BeamQuantity:
 
 def quantities_of(cards: Iterable[Card]) -> list[BeamQuantity]:
     """Return the quantities known for at least one beam; stresses are known only for sections of known outline."""
-    found = []
+    quantities = []
     for key, words, units, digits, signed in (
         ("stress", "von Mises stress", STRESSES, 4, False),
         ("axial", "axial force, tension positive", (("N", 1.0),), 5, True),
         ("euler", "N/N_Euler", PER_CENT, 3, False),
     ):
         values = [card.lines[key] for card in cards if key in card.lines]
-        known = np.concatenate([np.abs(value[np.isfinite(value)]) for value in values] or [np.zeros(0)])
-        if known.size:
-            found.append(BeamQuantity(key, words, NumberFormat.of(known, units, digits=digits), float(known.max()), signed))
-    return found
+        finite = np.concatenate([np.abs(value[np.isfinite(value)]) for value in values] or [np.zeros(0)])
+        if finite.size:
+            form = NumberFormat.of(finite, units, digits=digits)
+            quantities.append(BeamQuantity(key, words, form, float(finite.max()), signed))
+    return quantities
 
 
 class Cards:
@@ -241,8 +242,8 @@ class Cards:
         beams = {f"beams/{name}": beam for name, beam in self.result.beams.items()}
         rows = self._beam_rows(list(beams.values()))
         cards = {}
-        for (path, beam), found in zip(beams.items(), rows, strict=True):
-            cards[path] = self._beam(beam, found, meshes[path])
+        for (path, beam), row in zip(beams.items(), rows, strict=True):
+            cards[path] = self._beam(beam, row, meshes[path])
         for joint in self.joints:
             if joint.beam is None:
                 cards[f"joints/{joint.name}"] = self._joint(joint)
@@ -251,14 +252,14 @@ class Cards:
         return cards | {f"masses/{name}": self._mass(name) for name in masses}
 
     def _spring(self, spring: DrawnSpring) -> Card:
-        found, none = spring.description, np.zeros(self.poses.count)
-        lengths = NumberFormat.of([*spring.length, found.free_length], MILLIMETRES)
-        force = NumberFormat.of([*spring.tension, found.preload], FORCES)
+        description, none = spring.description, np.zeros(self.poses.count)
+        lengths = NumberFormat.of([*spring.length, description.free_length], MILLIMETRES)
+        force = NumberFormat.of([*spring.tension, description.preload], FORCES)
         rows = [
             CardRow("force, tension positive", force, spring.tension), CardRow("length", lengths, spring.length),
-            CardRow("free length", lengths, none + found.free_length),
-            CardRow("force at the free length", force, none + found.preload),
-            CardRow("stiffness", NumberFormat.of(found.stiffness, (("N/m", 1.0),)), none + found.stiffness),
+            CardRow("free length", lengths, none + description.free_length),
+            CardRow("force at the free length", force, none + description.preload),
+            CardRow("stiffness", NumberFormat.of(description.stiffness, (("N/m", 1.0),)), none + description.stiffness),
         ]  # fmt: skip
         return Card(f"spring between {' and '.join(spring.links)}", rows, "At the pose, before the robot deforms.")
 

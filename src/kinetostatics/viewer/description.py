@@ -36,26 +36,26 @@ class Stations:
         self.rest: list[Array] = []
         self.twists: list[Array] = []
 
-    def add(self, rest: Array, twist: Array | None = None) -> int:
+    def add(self, placements: Array, twist: Array | None = None) -> int:
         """Add a station and return its index.
 
         Args:
-            rest: (F, 4, 4) placements at rest; or (F, 3) origins [m], with world axes.
+            placements: (F, 4, 4) placements at rest; or (F, 3) origins [m], with world axes.
             twist: (F, K, 6) twists at its origin, world axes [m, rad]; None: it does not move.
         """
-        if rest.ndim == 2:
-            points, rest = rest, np.tile(np.eye(4), (self.frames, 1, 1))
-            rest[:, :3, 3] = points
-        self.rest.append(rest)
+        if placements.ndim == 2:
+            points, placements = placements, np.tile(np.eye(4), (self.frames, 1, 1))
+            placements[:, :3, 3] = points
+        self.rest.append(placements)
         self.twists.append(np.zeros((self.frames, len(self.sources), 6)) if twist is None else twist)
         return len(self.rest) - 1
 
     @property
     def poses(self) -> Array:
         """(F, n, 7) origins [m] and quaternions (x, y, z, w) of the n stations at rest."""
-        rest = np.stack(self.rest, axis=1)
-        rotation = np.moveaxis(rest[..., :3, :3], (-2, -1), (0, 1))
-        return np.concatenate([rest[..., :3, 3], np.moveaxis(quaternion_of_matrix(rotation), 0, -1)], axis=-1)
+        placements = np.stack(self.rest, axis=1)
+        rotation = np.moveaxis(placements[..., :3, :3], (-2, -1), (0, 1))
+        return np.concatenate([placements[..., :3, 3], np.moveaxis(quaternion_of_matrix(rotation), 0, -1)], axis=-1)
 
     @property
     def all_twists(self) -> Array:
@@ -64,7 +64,7 @@ class Stations:
 
     def moved(self, frame: int, exaggeration: float, shares: Array) -> Array:
         """Return the deformed placements (n, 4, 4) at the pose with index ``frame``, for shares (K,), as ``motion.js`` does."""
-        poses = np.stack([rest[frame] for rest in self.rest])
+        poses = np.stack([placements[frame] for placements in self.rest])
         twists = exaggeration * np.einsum("nki,k->ni", self.all_twists[frame], shares)
         poses[:, :3, 3] += twists[:, :3]
         poses[:, :3, :3] = np.moveaxis(exponential(twists[:, 3:].T), -1, 0) @ poses[:, :3, :3]

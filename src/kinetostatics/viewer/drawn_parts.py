@@ -45,7 +45,7 @@ def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
     """Return all joints with freedoms, except floating joints without stiffness."""
     robot = poses.robot
     inside = {name: beam for beam, span in robot.topology.beams.items() for name in span.spanned}
-    found: list[DrawnJoint] = []
+    joints: list[DrawnJoint] = []
     size = 1e-7 * (1 + float(np.abs(poses.o).max()))
     for connection in robot.mechanism.connections.values():
         loose = connection.type.is_free and connection.name not in robot.description.joint_stiffness
@@ -54,7 +54,7 @@ def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
         centre = _centre(poses, connection)
         links = frozenset((connection.predecessor, connection.successor))
         turning = connection.type.is_hinge and not connection.driven
-        before = found[-1] if found else None
+        before = joints[-1] if joints else None
         if (
             turning and before is not None and before.links & links and not before.driven and before.beam is None
             and all(robot.mechanism.connections[name].type.is_hinge for name in before.joints)
@@ -63,16 +63,16 @@ def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
             names = (*before.joints, connection.name)
             common = os.path.commonprefix([before.name, connection.name])  # noqa: RUF071 - of any texts
             common = common.rstrip("_-. ") or names[0]
-            found[-1] = DrawnJoint(common, names, before.links | links, before.centre, None, before.twist, False, None)
+            joints[-1] = DrawnJoint(common, names, before.links | links, before.centre, None, before.twist, False, None)
             continue
         single = _axis(poses, connection) if connection.type.is_on_axis else None
-        found.append(
+        joints.append(
             DrawnJoint(
                 connection.name, (connection.name,), links, centre, single, _twist(poses, connection, centre),
                 connection.driven, inside.get(connection.name),
             )
         )  # fmt: skip
-    return found
+    return joints
 
 
 def _centre(poses: DrawnPoses, connection: Connection) -> Array:
@@ -156,25 +156,25 @@ class DrawnSpring:
 
 
 def find_springs(poses: DrawnPoses) -> list[DrawnSpring]:
-    found = []
+    springs = []
     for name, spring in poses.robot.description.springs.items():
         ends, twists = [], []
         for link, local in ((spring.predecessor, spring.predecessor_point), (spring.successor, spring.successor_point)):
             frame = poses.frame(link)
             ends.append(frame[:, :3, :3] @ np.array(local) + frame[:, :3, 3])
             twists.append(poses.twist_at(link, ends[-1]))
-        found.append(DrawnSpring(spring, (ends[0], ends[1]), (twists[0], twists[1]), poses.tension(name)))
-    return found
+        springs.append(DrawnSpring(spring, (ends[0], ends[1]), (twists[0], twists[1]), poses.tension(name)))
+    return springs
 
 
 def find_masses_at_points(poses: DrawnPoses, with_visuals: Collection[str]) -> dict[str, Array]:
     """Return positions (F, 3) [m] of links that have a mass, but no moments of inertia, beams or visuals."""
-    found, description = {}, poses.robot.description
+    positions, description = {}, poses.robot.description
     others = {*with_visuals, *(beam.link for beam in description.beams.values())}
     for name, link in description.links.items():
         if link.mass > 0 and not any(link.inertia.moments) and name not in others:
-            found[name] = (poses.frame(name) @ np.array([*link.center_of_mass, 1.0]))[:, :3]
-    return found
+            positions[name] = (poses.frame(name) @ np.array([*link.center_of_mass, 1.0]))[:, :3]
+    return positions
 
 
 def radius_of_ball(mass: float, size: float) -> float:

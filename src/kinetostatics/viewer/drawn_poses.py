@@ -72,9 +72,9 @@ class DrawnPoses(ABC):
 
         A point of a link with beams moves with the nearest end of these beams.
         """
-        own = self.link_twist(link)
-        if own is not None:
-            return moved(own, point - self.frame(link)[:, :3, 3])
+        link_twist = self.link_twist(link)
+        if link_twist is not None:
+            return moved(link_twist, point - self.frame(link)[:, :3, 3])
         ends = []
         for name, beam in self.robot.description.beams.items():
             if beam.link == link:
@@ -83,7 +83,7 @@ class DrawnPoses(ABC):
                     ends.append((float(np.linalg.norm(points[0, end] - point[0])), name, end, points[:, end]))
         if not ends:
             return np.zeros((self.count, len(self.sources), 6))
-        _, name, end, at = min(ends, key=lambda item: item[0])
+        _, name, end, at = min(ends, key=lambda end_point: end_point[0])
         return moved(self.beam_twists(name)[:, :, end], point - at)
 
     @abstractmethod
@@ -154,9 +154,9 @@ class ShownPoses(DrawnPoses):
 
     def parts(self, contributions: Mapping[str, Array]) -> Array:
         """Return :meth:`by_source` with a last entry of zeros, (F, K + 1, …); NaN is replaced by zero."""
-        found = self.by_source(contributions)
-        parts = np.zeros((found.shape[0], found.shape[1] + 1, *found.shape[2:]))
-        parts[:, :-1] = np.where(np.isnan(found), 0.0, found)
+        by_source = self.by_source(contributions)
+        parts = np.zeros((by_source.shape[0], by_source.shape[1] + 1, *by_source.shape[2:]))
+        parts[:, :-1] = np.where(np.isnan(by_source), 0.0, by_source)
         return parts
 
     def of_configuration(self, array: Array, components: int) -> Array:
@@ -179,8 +179,8 @@ class ShownPoses(DrawnPoses):
         return self.by_source(self.result.contributions)
 
     def link_twist(self, link: str) -> Array | None:
-        own = self.result.link_contributions.get(link)
-        return None if own is None else self.by_source(own)
+        contributions = self.result.link_contributions.get(link)
+        return None if contributions is None else self.by_source(contributions)
 
     def tension(self, name: str) -> Array:
         return self.take(self.result.spring_forces[name])
@@ -219,12 +219,12 @@ def place_of(shape: tuple[int, ...], pose: int | tuple[int, ...]) -> int:
 
 def _nothing_to_show(result: Result, order: NDArray[np.intp]) -> str:
     names = {int(status): status.name for status in Status}
-    found = sorted({names[int(code)] for code in np.ravel(result.status)[order]})
-    if not found:
+    statuses = sorted({names[int(code)] for code in np.ravel(result.status)[order]})
+    if not statuses:
         return "the result has no poses, so there is nothing to show"
     what = "the pose" if len(order) == 1 else "no pose of the batch"
     verb = "could not be analysed" if len(order) == 1 else "could be analysed"
-    return f"{what} {verb} (status {', '.join(found)}), so there is nothing to show"
+    return f"{what} {verb} (status {', '.join(statuses)}), so there is nothing to show"
 
 
 def loads_on_links(poses: ShownPoses, kinds: Collection[str]) -> Iterator[tuple[str, str, Array, Array]]:
@@ -233,8 +233,8 @@ def loads_on_links(poses: ShownPoses, kinds: Collection[str]) -> Iterator[tuple[
     ``kinds`` are some of "load" and "spring".
     """
     solutions, shape, take = poses.result.solutions, poses.result.shape, poses.take
-    for k, item in enumerate(solutions[0].applied):
-        if item.load.kind not in kinds:
+    for k, applied in enumerate(solutions[0].applied):
+        if applied.load.kind not in kinds:
             continue
         loads = [s.applied[k].load for s in solutions]
         nothing = [np.zeros((6, s.o.shape[1])) for s in solutions]
@@ -242,11 +242,13 @@ def loads_on_links(poses: ShownPoses, kinds: Collection[str]) -> Iterator[tuple[
             point = [load.points.get(place, none[:3]) for load, none in zip(loads, nothing, strict=True)]
             wrench = [load.wrenches.get(place, none) for load, none in zip(loads, nothing, strict=True)]
             both = [take(np.concatenate(parts, axis=-1).T.reshape(*shape, -1)) for parts in (point, wrench)]
-            yield item.load.name, place, both[0], both[1]
+            yield applied.load.name, place, both[0], both[1]
 
 
 def about_point(wrench: Array, point: Array, o: Array, size: float) -> Array:
     """Return wrenches (F, 6), given about o, about points (F, 3) instead; rounding errors of moments are set to zero."""
-    found = moved_wrench(wrench, point - o)
-    found[:, 3:] = np.where(np.abs(found[:, 3:]) > 1e-9 * size * np.abs(wrench[:, :3]).max(initial=0.0), found[:, 3:], 0.0)
-    return found
+    wrenches = moved_wrench(wrench, point - o)
+    wrenches[:, 3:] = np.where(
+        np.abs(wrenches[:, 3:]) > 1e-9 * size * np.abs(wrench[:, :3]).max(initial=0.0), wrenches[:, 3:], 0.0
+    )
+    return wrenches

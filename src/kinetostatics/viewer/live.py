@@ -131,8 +131,8 @@ class LiveRobot:
         pose = self.configuration
         if pose is None or self.sliders is None:
             return {}
-        found = self.sliders.reach(pose, lambda: self.configuration is pose)
-        return found if self.configuration is pose else {}
+        ranges = self.sliders.reach(pose, lambda: self.configuration is pose)
+        return ranges if self.configuration is pose else {}
 
     def _move(self, kind: str, shown: Mapping[str, float]) -> str:
         """Move to the values of sliders; return the reason if they cannot be reached, else an empty text."""

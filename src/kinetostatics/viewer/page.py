@@ -75,11 +75,11 @@ def iframe_html(page: str, height: int = 640) -> str:
 @cache
 def _meshcat() -> str:
     """Return meshcat's script from its package; meshcat's ``static_html()`` would start a server process."""
-    found = find_spec("meshcat")  # importing it would import its server
-    if found is None or found.origin is None:
+    package = find_spec("meshcat")  # importing it would import its server
+    if package is None or package.origin is None:
         raise KinetostaticsError("the page needs meshcat: pip install meshcat")
     try:
-        return (Path(found.origin).parent / "viewer" / "dist" / "main.min.js").read_text(encoding="utf-8")
+        return (Path(package.origin).parent / "viewer" / "dist" / "main.min.js").read_text(encoding="utf-8")
     except OSError as error:
         raise KinetostaticsError(f"the installed meshcat has no page to show ({error}); reinstall meshcat") from None
 
@@ -106,9 +106,9 @@ def save_screenshot(
     target = Path(path)
     if target.suffix.lower() != ".png":
         raise ArgumentError(f"{os.fspath(path)}: images are PNG files; name it {target.with_suffix('.png').name!r}")
-    for name, value, known in (("colour", colour, COLOURS), ("view", view, VIEWS)):
-        if value not in known:
-            raise ArgumentError(f"{name} is {value!r}; it must be one of {', '.join(known)}")
+    for name, value, choices in (("colour", colour, COLOURS), ("view", view, VIEWS)):
+        if value not in choices:
+            raise ArgumentError(f"{name} is {value!r}; it must be one of {', '.join(choices)}")
     if (
         not isinstance(size, (tuple, list))
         or len(size) != 2

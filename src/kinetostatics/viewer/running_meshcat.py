@@ -135,17 +135,17 @@ class _Drawing:
             node.set_transform(self.still.rest[station])
 
     def _arrows(self) -> None:
-        for item in self.still.arrows:
-            path = f"{item.arrow.group}/{item.arrow.name}"
-            node, colour = self._node(f"forces/{path}"), _integer(item.colour)
-            surface = geometry.TriangularMeshGeometry(item.surface.vertices, item.surface.faces)
+        for still_arrow in self.still.arrows:
+            path = f"{still_arrow.arrow.group}/{still_arrow.arrow.name}"
+            node, colour = self._node(f"forces/{path}"), _integer(still_arrow.colour)
+            surface = geometry.TriangularMeshGeometry(still_arrow.surface.vertices, still_arrow.surface.faces)
             node.set_object(surface, geometry.MeshPhongMaterial(color=colour, shininess=12))
             inside = geometry.MeshBasicMaterial(color=colour, opacity=0.28, depthTest=False, depthWrite=False)
             node["inside"].set_object(surface, inside)
-            self._moving(node, item.placed)
-            self._label(path, item.text, item.place_of_label, item.colour)
+            self._moving(node, still_arrow.placed)
+            self._label(path, still_arrow.text, still_arrow.place_of_label, still_arrow.colour)
         for group in HIDDEN:
-            if any(item.arrow.group == group for item in self.still.arrows):
+            if any(still_arrow.arrow.group == group for still_arrow in self.still.arrows):
                 self._node(f"forces/{group}").set_property("visible", False)
                 self._node(f"labels/{group}").set_property("visible", False)
 

@@ -92,10 +92,10 @@ class _SceneBuilder:
             arrows = Wrenches(poses, stations, self.joints, self.springs, self.at, self.size).arrows()
         elif not isinstance(poses, ModePoses):
             arrows = self._free_motions(poses)
-        found = self._without_rounding(arrows)  # arrows add stations
+        visible_arrows = self._without_rounding(arrows)  # arrows add stations
         facts = find_facts(poses, stations.all_twists, self.size) if isinstance(poses, ShownPoses) else facts_without_loads(poses)
         scene = Scene(
-            title or self.robot.name, stations, self.size, self._exaggeration(), self.at["o"], facts, self.meshes, found,
+            title or self.robot.name, stations, self.size, self._exaggeration(), self.at["o"], facts, self.meshes, visible_arrows,
             [("base", self.at["base"], "base"), ("platform", self.at["o"], "o")], self._limb_labels(),
         )  # fmt: skip
         if isinstance(poses, SinglePose):
@@ -142,9 +142,9 @@ class _SceneBuilder:
 
     def _without_rounding(self, arrows: Iterable[Arrow]) -> list[Arrow]:
         """Return the arrows whose force exceeds rounding errors of the largest force; moments are divided by the size."""
-        found = [(arrow, arrow.size / (1.0 if arrow.kind == "force" else self.size)) for arrow in arrows]
-        least = ROUNDING * max((force for _, force in found), default=0.0)
-        return [arrow for arrow, force in found if force > least]
+        forces = [(arrow, arrow.size / (1.0 if arrow.kind == "force" else self.size)) for arrow in arrows]
+        least = ROUNDING * max((force for _, force in forces), default=0.0)
+        return [arrow for arrow, force in forces if force > least]
 
     def _exaggeration(self) -> float:
         factor = self._visible_factor(self.stations.all_twists.sum(axis=2))
@@ -154,8 +154,8 @@ class _SceneBuilder:
     def _visible_factor(self, twists: Array) -> float:
         """Return the exaggeration that makes twists (…, 6) clearly visible; 1 for zero twists."""
         parts = (SHOWN_MOTION * self.size, twists[..., :3]), (SHOWN_TURN, twists[..., 3:])
-        found = [limit / most for limit, part in parts if (most := float(np.linalg.norm(part, axis=-1).max())) > 0]
-        return min(found, default=1.0)
+        factors = [limit / most for limit, part in parts if (most := float(np.linalg.norm(part, axis=-1).max())) > 0]
+        return min(factors, default=1.0)
 
     def _links(self) -> None:
         topology, rigid, unloaded = self.robot.topology, self.poses.rigid, isinstance(self.poses, UnloadedPose)
@@ -224,10 +224,10 @@ class _SceneBuilder:
             points = points[:, ::step]
             twists = self.poses.beam_twists(name)[:, :, ::step]
             count = points.shape[1]
-            rest = np.zeros((self.poses.count, count, 4, 4))
-            rest[..., :3, :3], rest[..., :3, 3], rest[..., 3, 3] = axes[:, None], points, 1
+            placements = np.zeros((self.poses.count, count, 4, 4))
+            placements[..., :3, :3], placements[..., :3, 3], placements[..., 3, 3] = axes[:, None], points, 1
             first = len(self.stations.rest)
-            self.stations.rest.extend(np.swapaxes(rest, 0, 1))
+            self.stations.rest.extend(np.swapaxes(placements, 0, 1))
             self.stations.twists.extend(np.moveaxis(twists, 2, 0))
             self.at[f"middle of {name}"] = first + count // 2
             self.at[f"label of {name}"] = first + count // 3  # off the middle, the place of an actuator's arrow
@@ -241,8 +241,8 @@ class _SceneBuilder:
         for joint in self.joints:
             if joint.beam is not None:  # a joint inside a telescopic beam has no defined position
                 continue
-            rest = joint.centre if joint.axis is None else frames_along(joint.axis, joint.centre)
-            self.at[joint.name] = self.stations.add(rest, joint.twist)
+            placement = joint.centre if joint.axis is None else frames_along(joint.axis, joint.centre)
+            self.at[joint.name] = self.stations.add(placement, joint.twist)
             r = marker_radius(self.poses, joint, self.size)
             shape = ball(1.3 * r) if joint.axis is None else pin(0.6 * r, 3.2 * r)
             colour = ACTUATOR_COLOUR if joint.driven else JOINT_COLOUR
@@ -258,10 +258,10 @@ class _SceneBuilder:
             radius = min(COIL * self.size, SLENDER * length)
             (start, end), shifts = spring.ends, spring.twists[1] - spring.twists[0]
             for part in along:
-                rest, twist = frames.copy(), np.zeros_like(shifts)
-                rest[:, :3, 3] = (1 - part) * start + part * end
+                placement, twist = frames.copy(), np.zeros_like(shifts)
+                placement[:, :3, 3] = (1 - part) * start + part * end
                 twist[..., :3] = spring.twists[0][..., :3] + part * shifts[..., :3]
-                self.stations.add(rest, twist)
+                self.stations.add(placement, twist)
             surface, at = coil(length, radius, min(WIRE * self.size, 0.2 * radius), turns, points)
             path, colour = f"springs/{spring.description.name}", COLOURS["spring forces"]
             self.meshes.append(Mesh(path, surface, first + at, ("Rest", "Deformed"), colour))

@@ -31,10 +31,10 @@ class Surface:
 
 
 def joined(surfaces: list[Surface]) -> Surface:
-    starts = np.cumsum([0] + [len(item.vertices) for item in surfaces[:-1]])
+    starts = np.cumsum([0] + [len(surface.vertices) for surface in surfaces[:-1]])
     return Surface(
-        np.concatenate([item.vertices for item in surfaces]),
-        np.concatenate([item.faces + start for item, start in zip(surfaces, starts, strict=True)]),
+        np.concatenate([surface.vertices for surface in surfaces]),
+        np.concatenate([surface.faces + start for surface, start in zip(surfaces, starts, strict=True)]),
     )
 
 

@@ -56,12 +56,12 @@ class SinglePose(DrawnPoses):
     @cached_property
     def _beams(self) -> dict[str, tuple[Array, Array]]:
         models = make_beam_models(self.robot.mechanism, self.robot.topology.beams, self.frames)
-        found = {}
+        lines = {}
         for name, model in models.items():
             start, end = (point.T for point in model.ends(self.frames))
             axes = self.frames.rotation[:, :, model.span.carrier, 0] @ model.axes
-            found[name] = axes[None], start[:, None] + FRACTIONS[:, None] * (end - start)[:, None]
-        return found
+            lines[name] = axes[None], start[:, None] + FRACTIONS[:, None] * (end - start)[:, None]
+        return lines
 
     def beam_line(self, name: str) -> tuple[Array, Array]:
         return self._beams[name]
@@ -87,8 +87,8 @@ class UnloadedPose(SinglePose):
         self.robot = robot_of(shown) if isinstance(shown, Configuration) else shown
         self.rigid = self.robot.mechanism.body_of  # all links
         self.configuration = shown if isinstance(shown, Configuration) else None
-        self.frames, self.poses, found = self._placed()
-        self.message = message or found
+        self.frames, self.poses, reason = self._placed()
+        self.message = message or reason
         self.sources = self.labels = self._names()
 
     def _placed(self) -> tuple[Frames, SolverState | None, str | None]:
@@ -216,9 +216,9 @@ class ModePoses(SinglePose):
         ]  # fmt: skip
 
     def _largest(self, shares: Mapping[str, Array], mode: int) -> list[tuple[str, str]]:
-        found = {name: float(self._of_modes(part)[0, mode]) for name, part in shares.items()}
-        ranked = sorted(found, key=lambda name: -round(found[name], 6))[:MOST]
-        return [(name, per_cent(found[name])) for name in ranked if found[name] > NONE]
+        energies = {name: float(self._of_modes(part)[0, mode]) for name, part in shares.items()}
+        ranked = sorted(energies, key=lambda name: -round(energies[name], 6))[:MOST]
+        return [(name, per_cent(energies[name])) for name in ranked if energies[name] > NONE]
 
     @property
     def notes(self) -> list[str]:

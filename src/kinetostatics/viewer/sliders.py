@@ -62,8 +62,9 @@ class Sliders:
         values = {("load", name): value for name, value in zip(WRENCH_COMPONENTS, () if load is None else load, strict=False)}
         for kind in ("platform", "actuators"):
             values |= {(kind, name): value for name, value in self.present(pose, kind).items()}
-        keys = [(item["kind"], item["coordinate"]) for item in self._controls]
-        return [{**item, "value": float(values[key]) / self.factors[key]} for item, key in zip(self._controls, keys, strict=True)]
+        keys = [(slider["kind"], slider["coordinate"]) for slider in self._controls]
+        sliders = zip(self._controls, keys, strict=True)
+        return [{**slider, "value": float(values[key]) / self.factors[key]} for slider, key in sliders]
 
     def present(self, pose: Configuration, kind: str) -> Mapping[str, Array]:
         """Return the platform coordinates or actuator positions of a pose [m, rad]."""
@@ -74,17 +75,17 @@ class Sliders:
 
         The search stops, with an incomplete result, when ``go_on()`` returns false.
         """
-        found: dict[str, dict[str, Json]] = {}
+        ranges: dict[str, dict[str, Json]] = {}
         for kind in ("platform", "actuators"):
             spans = self._spans(kind)
             lines = [(name, sign * span) for name, span in spans.items() for sign in (-1, 1)]
-            displacements = {name: np.array([displacement * (name == own) for own, displacement in lines]) for name in spans}
+            displacements = {name: np.array([displacement * (name == moved) for moved, displacement in lines]) for name in spans}
             for (name, displacement), end in zip(lines, self.ends(pose, kind, displacements, go_on), strict=False):
                 value = end.limit if end.joint == name else float(self.present(pose, kind)[name]) + end.part * displacement
-                own = found.setdefault(self._name(kind, name), {"reach": [], "ends": []})
-                own["reach"].append(value / self.factors[kind, name])
-                own["ends"].append(self.reason(end))
-        return found
+                slider_range = ranges.setdefault(self._name(kind, name), {"reach": [], "ends": []})
+                slider_range["reach"].append(value / self.factors[kind, name])
+                slider_range["ends"].append(self.reason(end))
+        return ranges
 
     def ends(
         self, pose: Configuration, kind: str, displacements: Mapping[str, Array], go_on: Callable[[], bool] = lambda: True
@@ -104,7 +105,7 @@ class Sliders:
 
     def _spans(self, kind: str) -> dict[str, float]:
         """Return the search range of each coordinate: the robot's size for a length, half a turn for an angle [m, rad]."""
-        factors = {name: factor for (own, name), factor in self.factors.items() if own == kind}
+        factors = {name: factor for (coordinate_kind, name), factor in self.factors.items() if coordinate_kind == kind}
         return {name: self.robot.size if factor == MILLIMETRE else math.pi for name, factor in factors.items()}
 
     def reason(self, end: End) -> str:
@@ -123,16 +124,16 @@ class Sliders:
 
     def _slider(self, kind: str, name: str, ends: Mapping[str, dict[str, Json]], pose: Configuration) -> dict[str, Json]:
         title, factor = self._name(kind, name), self.factors[kind, name]
-        own, step = ends[title], 0.1 if factor == MILLIMETRE else 0.01
-        low, high = own["reach"]
-        beyond = [BEYOND * (high - low) * bool(why) for why in own["ends"]]
+        slider_range, step = ends[title], 0.1 if factor == MILLIMETRE else 0.01
+        low, high = slider_range["reach"]
+        beyond = [BEYOND * (high - low) * bool(why) for why in slider_range["ends"]]
         if high - low < 10 * step:
             beyond = [AROUND * self.size / factor if factor == MILLIMETRE else TURN / factor] * 2
         tick = 10.0 ** math.floor(math.log10(high - low + sum(beyond)) - 1)
         return {
             "kind": kind, "coordinate": name, "name": title, "step": step,
             "min": tick * math.floor((low - beyond[0]) / tick + 1e-6), "max": tick * math.ceil((high + beyond[1]) / tick - 1e-6),
-            **own,
+            **slider_range,
         }  # fmt: skip
 
     def _load(self, k: int, name: str, load: Array, weight: float) -> dict[str, Json]:
@@ -164,6 +165,6 @@ def determining_coordinates(pose: Configuration, orientation: str | None) -> tup
     convention = orientation_named(orientation)
     measures = measured_choices(robot_of(pose), convention, pose.poses)
     least = WELL * max(measures.values(), default=0.0)
-    good = [names for names, measure in measures.items() if measure >= least]
-    found = min(good, key=lambda names: sum(name in "xyz" for name in names), default=())
-    return tuple(sorted(found, key=convention.pose_names.index))
+    good = [coordinates for coordinates, measure in measures.items() if measure >= least]
+    coordinates = min(good, key=lambda coordinates: sum(name in "xyz" for name in coordinates), default=())
+    return tuple(sorted(coordinates, key=convention.pose_names.index))

@@ -53,9 +53,9 @@ class StillArrow:
     def placed(self, poses: Array) -> Array:
         """Return the transform (4, 4) of the surface for the poses (n, 4, 4) of all stations."""
         at = poses[self.arrow.station]
-        found = self.frame.copy()
-        found[:3, 3] += at[:3, 3] + at[:3, :3] @ self.arrow.offset
-        return found
+        placement = self.frame.copy()
+        placement[:3, 3] += at[:3, 3] + at[:3, :3] @ self.arrow.offset
+        return placement
 
     def place_of_label(self, poses: Array) -> Array:
         """Return the position (3,) of the label, at the free end, for the poses (n, 4, 4) of all stations."""
@@ -145,10 +145,10 @@ class Still:
             for mesh in self.scene.meshes
             for root in mesh.roots
         ]
-        for item in self.arrows:
-            if item.arrow.group not in HIDDEN:
-                at = item.placed(self.deformed)
-                points.append(at[:3, 3] + np.outer([0.0, np.ptp(item.surface.vertices[:, 2])], at[:3, 2]))
+        for still_arrow in self.arrows:
+            if still_arrow.arrow.group not in HIDDEN:
+                at = still_arrow.placed(self.deformed)
+                points.append(at[:3, 3] + np.outer([0.0, np.ptp(still_arrow.surface.vertices[:, 2])], at[:3, 2]))
         for _, station, _ in self.scene.frames:
             at = self.deformed[station]
             points.append(at[:3, 3] + AXES * self.scene.size * at[:3, :3].T)
@@ -240,13 +240,13 @@ def legend(still: Still, square: float) -> tuple[str, int]:
     scene, unit = still.scene, still.scene.facts.displacement
     groups: dict[str, list[str]] = {}
     colours = {}
-    for item in still.arrows:
-        if item.arrow.group not in HIDDEN:
-            groups.setdefault(item.arrow.group, []).append(item.text)
-            colours[item.arrow.group] = item.colour
+    for still_arrow in still.arrows:
+        if still_arrow.arrow.group not in HIDDEN:
+            groups.setdefault(still_arrow.arrow.group, []).append(still_arrow.text)
+            colours[still_arrow.arrow.group] = still_arrow.colour
     rows = []
-    for group, items in groups.items():
-        filled = _in_lines([(group, items[0]), *(("", words) for words in items[1:])], 728)
+    for group, texts in groups.items():
+        filled = _in_lines([(group, texts[0]), *(("", words) for words in texts[1:])], 728)
         rows += [(line, colours[group] if k == 0 else "", "," if line is not filled[-1] else "") for k, line in enumerate(filled)]
     if len(rows) > MOST_LINES:
         line, colour, _ = rows[MOST_LINES - 1]

@@ -62,7 +62,7 @@ def link_visuals(description: RobotDescription) -> dict[str, LinkVisual]:
         urdf = yourdfpy.URDF.load(
             io.BytesIO(description.urdf.encode()), build_scene_graph=False, load_meshes=False, mesh_dir=folder
         )
-        palette = {item.name: item.color for item in urdf.robot.materials}
+        palette = {material.name: material.color for material in urdf.robot.materials}
         raw: list[tuple[str, Surface, tuple[float, float, float]]] = []
         for link in urdf.robot.links:
             for visual in link.visuals:
@@ -79,10 +79,10 @@ def link_visuals(description: RobotDescription) -> dict[str, LinkVisual]:
     share = min(1.0, MOST_FACES / max(1, sum(len(mesh.faces) for _, mesh, _ in raw)))
     result = {}
     for name in dict.fromkeys(name for name, _, _ in raw):
-        mine = [(mesh, colour) for link, mesh, colour in raw if link == name]
-        pieces = [(_smooth(decimated(mesh, max(FEW_FACES, int(share * len(mesh.faces))))), colour) for mesh, colour in mine]
+        meshes = [(mesh, colour) for link, mesh, colour in raw if link == name]
+        pieces = [(_smooth(decimated(mesh, max(FEW_FACES, int(share * len(mesh.faces))))), colour) for mesh, colour in meshes]
         colours = np.concatenate([np.tile(colour, (len(surface.vertices), 1)) for surface, colour in pieces])
-        read = sum(len(mesh.faces) for mesh, _ in mine)
+        read = sum(len(mesh.faces) for mesh, _ in meshes)
         result[name] = LinkVisual(joined([surface for surface, _ in pieces]), colours, read)
     return result
 
@@ -138,7 +138,7 @@ def _read_mesh(mesh: yourdfpy.Mesh, folder: str, link: str, missing: list[str]) 
         return []
     try:
         scene = trimesh.load(path, force="scene", skip_materials=True)
-        pieces = [item for item in scene.dump() if isinstance(item, trimesh.Trimesh) and len(item.faces)]
+        pieces = [geometry for geometry in scene.dump() if isinstance(geometry, trimesh.Trimesh) and len(geometry.faces)]
         if not pieces:
             raise ValueError("it contains no triangles")
     except Exception as error:  # readers of formats raise various errors
@@ -154,12 +154,12 @@ def _mesh_path(filename: str, folder: str) -> str | None:
     """Return the path of a mesh: in an installed package for ``package://NAME/…``, else by yourdfpy's rules."""
     from yourdfpy.urdf import filename_handler_magic
 
-    name, _, rest = filename.removeprefix("package://").partition("/")
+    name, _, path_in_package = filename.removeprefix("package://").partition("/")
     if filename.startswith("package://"):
         with contextlib.suppress(PackageNotFound):
-            return str(package_folder(name) / rest)
-    found = filename_handler_magic(filename, folder)
-    return None if found is None else str(found)
+            return str(package_folder(name) / path_in_package)
+    path = filename_handler_magic(filename, folder)
+    return None if path is None else str(path)
 
 
 def _colour(material: yourdfpy.Material | None, palette: dict[str, yourdfpy.Material]) -> tuple[float, float, float]:
