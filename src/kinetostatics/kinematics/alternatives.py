@@ -44,10 +44,10 @@ def choices(robot: RobotKinematics, orientation: Orientation, given: Sequence[st
     Sets that fail at ``pose`` are left out, unless all fail there. Sets with the fewest coordinates that are not ``given`` come
     first; the order is otherwise z, x, y, rz, rx, ry.
     """
-    known = [name for name in PREFERRED if name in orientation.pose_names]
+    candidates = [name for name in PREFERRED if name in orientation.pose_names]
     sets = [
         names
-        for names in combinations(known, robot.mobility.platform)
+        for names in combinations(candidates, robot.mobility.platform)
         if robot.mobility_analysis.fixes_platform(prescribed_platform(names, orientation))
     ]
     here = [names for names in sets if robot.mobility_analysis.fixes_platform_at(prescribed_platform(names, orientation), pose)]
@@ -76,20 +76,20 @@ def best_choice(robot: RobotKinematics, orientation: Orientation, pose: SolverSt
 
     The result is empty if no coordinates determine the pose.
     """
-    found: tuple[str, ...] = ()
+    best: tuple[str, ...] = ()
     most = 0.0
     for names, measure in measured_choices(robot, orientation, pose).items():
         if measure > MARGIN * most:
-            found, most = names, measure
-    return found
+            best, most = names, measure
+    return best
 
 
 def choices_text(robot: RobotKinematics, orientation: Orientation, given: Sequence[str], pose: SolverState) -> str:
-    found = [", ".join(names) for names in choices(robot, orientation, given, pose)]
-    if not found:
+    options = [", ".join(names) for names in choices(robot, orientation, given, pose)]
+    if not options:
         return f"no coordinates with the orientation {orientation.name!r} do"
     verb = "does" if robot.mobility.platform == 1 else "do"
-    return f"{' or '.join(found[:NAMED])} {verb}{', for example' * (len(found) > NAMED)}"
+    return f"{' or '.join(options[:NAMED])} {verb}{', for example' * (len(options) > NAMED)}"
 
 
 def closed_near(robot: RobotKinematics, values: Mapping[str, float]) -> SolverState:
@@ -108,12 +108,12 @@ def closed_near(robot: RobotKinematics, values: Mapping[str, float]) -> SolverSt
             raise CoordinatesError(f"near: {name} = {value!r} is not a finite number")
         joints[name].write(float(number), q)
     start = SolverState(robot.equations.from_model(q), np.zeros((3, 1)))
-    found, left = close(robot.solver, start, PrescribedCoordinates(), np.zeros((0, 1)))
+    pose, left = close(robot.solver, start, PrescribedCoordinates(), np.zeros((0, 1)))
     if left[0] >= CLOSED:
-        gaps = gaps_at(robot.equations, found)
+        gaps = gaps_at(robot.equations, pose)
         given = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
         raise AssemblyError(f"no pose near {given} closes the loops: {worst_gaps_text(robot.equations, gaps)}", gaps)
-    return found
+    return pose
 
 
 def start_hint(robot: RobotKinematics, prescribed: PrescribedCoordinates, target: Array) -> str:

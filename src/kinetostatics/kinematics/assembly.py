@@ -204,16 +204,16 @@ def platform_coordinates(
     """
     convention = orientation_named(orientation)
     check_mapping("platform", platform, '{"z": 0.5}')
-    known, mobility = convention.pose_names, robot.mobility.platform
+    pose_names, mobility = convention.pose_names, robot.mobility.platform
     for name in platform:
-        if name not in known:
+        if name not in pose_names:
             needed = orientations_with(name)
-            hint = f"it needs orientation {needed}" if needed else near_names(name, known)
+            hint = f"it needs orientation {needed}" if needed else near_names(name, pose_names)
             raise CoordinatesError(f"no platform coordinate {name!r} with orientation {convention.name!r}: {hint}", mobility)
     if len(platform) != mobility:
         raise CoordinatesError(
             f"{len(platform)} platform coordinates are given ({', '.join(platform) or 'none'}), but the mobility of "
-            f"{robot.name!r} is {mobility}: give exactly {mobility} of {', '.join(known)}"
+            f"{robot.name!r} is {mobility}: give exactly {mobility} of {', '.join(pose_names)}"
             + (f"; {choices_text(robot, convention, tuple(platform), robot.zero_poses)}" if 0 < mobility < 6 else ""),
             mobility,
         )
@@ -224,7 +224,7 @@ def platform_coordinates(
             f"can still move; its mobility is {mobility}; {choices_text(robot, convention, tuple(platform), robot.zero_poses)}",
             mobility,
         )
-    return prescribed, [name for name in known if name in platform]
+    return prescribed, [name for name in pose_names if name in platform]
 
 
 def _unreachable_error(
@@ -253,8 +253,8 @@ def _unreachable_error(
             f"{', '.join(names)} do not determine the pose: it is a singular pose for them{others}{'; ' * bool(advice)}{advice}",
             mobility,
         )
-    found = robot.solver.values(prescribed, nearest)[:, 0]
-    if float(np.abs(found - target[:, 0]).max(initial=0.0)) < 1e-3:
+    reached = robot.solver.values(prescribed, nearest)[:, 0]
+    if float(np.abs(reached - target[:, 0]).max(initial=0.0)) < 1e-3:
         worst = max((max(pair) for pair in gaps.values()), default=0.0)
         if worst < CLOSED:
             text += "the target itself can be assembled, but the line to it passes a singular pose or leaves the workspace"
@@ -263,7 +263,7 @@ def _unreachable_error(
         else:
             text += f"at the target {worst_gaps_text(robot.equations, gaps)}"
     else:
-        text += f"the nearest pose found has {as_text(found)}, and there {worst_gaps_text(robot.equations, gaps)}"
+        text += f"the nearest pose found has {as_text(reached)}, and there {worst_gaps_text(robot.equations, gaps)}"
     return AssemblyError("; ".join([text, *hints]), gaps, mobility, gone)
 
 

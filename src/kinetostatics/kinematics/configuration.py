@@ -83,8 +83,8 @@ class Configuration(Reported):
     def __str__(self) -> str:
         if self.shape:
             return repr(self)
-        found = {name: float(value) for name, value in (*self.platform.items(), *self.actuators.items())}
-        values = [f"{name} = {round(value, _DECIMALS) + 0.0:.6g}" for name, value in found.items()]
+        coordinates = {name: float(value) for name, value in (*self.platform.items(), *self.actuators.items())}
+        values = [f"{name} = {round(value, _DECIMALS) + 0.0:.6g}" for name, value in coordinates.items()]
         return f"{self.robot.name}: {', '.join(values)} (m, rad; {Status(int(self.status)).name})"
 
     @property
@@ -152,10 +152,10 @@ class Configuration(Reported):
         Raises:
             ArgumentError: there is no such link.
         """
-        known = self.robot.mechanism.body_of
-        if not isinstance(link, str) or link not in known:
-            raise ArgumentError(f"no link {link!r}: {near_names(link, known)}")
-        return self._homogeneous(*known[link])
+        body_of = self.robot.mechanism.body_of
+        if not isinstance(link, str) or link not in body_of:
+            raise ArgumentError(f"no link {link!r}: {near_names(link, body_of)}")
+        return self._homogeneous(*body_of[link])
 
     @property
     def platform_frame(self) -> Array:
@@ -173,10 +173,10 @@ class Configuration(Reported):
         """
         convention = self.orientation if orientation is None else orientation_named(orientation)
         R, position = self.robot.mechanism.platform_pose(self.frames)
-        found = {}
+        coordinates = {}
         for name, values in zip(convention.pose_names, [*position, *convention.coordinates(R)], strict=True):
-            found[name] = frozen(np.where(self.reached, values, np.nan).reshape(self.shape))
-        return found
+            coordinates[name] = frozen(np.where(self.reached, values, np.nan).reshape(self.shape))
+        return coordinates
 
     @cached_property
     def platform(self) -> Mapping[str, Array]:
@@ -210,30 +210,30 @@ class Configuration(Reported):
         length, joints = self.robot.length, self.robot.mechanism.connections
         speeds = [1.0 if joints[name].type.is_slide else length for name in self.actuators]
         scaled = self.jacobian * np.array([1.0] * 3 + [length] * 3)[:, None] / speeds
-        known = np.isfinite(scaled).all(axis=(-2, -1))
-        values = np.linalg.svd(np.where(known[..., None, None], scaled, 0.0), compute_uv=False)
+        finite = np.isfinite(scaled).all(axis=(-2, -1))
+        values = np.linalg.svd(np.where(finite[..., None, None], scaled, 0.0), compute_uv=False)
         if not speeds:
             return frozen(np.full(self.shape, np.nan))
         moves = values[..., -1] > 1e-12 * values[..., 0]
         ratio = values[..., 0] / np.where(moves, values[..., -1], 1.0)
-        return frozen(np.where(known, np.where(moves, ratio, np.inf), np.nan))
+        return frozen(np.where(finite, np.where(moves, ratio, np.inf), np.nan))
 
     @cached_property
     def limits_exceeded(self) -> Mapping[str, LimitExceeded]:
         """The joints beyond their limits or cones in at least one pose, by name."""
-        found: dict[str, LimitExceeded] = {}
+        exceeded: dict[str, LimitExceeded] = {}
         for name, value, limits, within in self.robot.joint_coordinates.limited(self.model_q, self.frames):
             beyond = self.reached & ~within
             if np.any(beyond):
-                found[name] = LimitExceeded(name, frozen(value.reshape(self.shape)), *limits, beyond.reshape(self.shape))
-        return ResultMapping(found)
+                exceeded[name] = LimitExceeded(name, frozen(value.reshape(self.shape)), *limits, beyond.reshape(self.shape))
+        return ResultMapping(exceeded)
 
     @cached_property
     def limit_exceeded(self) -> Mask:
         """(…) whether a joint is beyond its limit or cone; False where the pose is not reached."""
         beyond = np.zeros(self.shape, dtype=bool)
-        for item in self.limits_exceeded.values():
-            beyond |= item.where
+        for exceeded in self.limits_exceeded.values():
+            beyond |= exceeded.where
         return frozen(beyond)
 
     @cached_property

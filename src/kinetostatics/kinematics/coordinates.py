@@ -117,7 +117,7 @@ class Couplings:
 
     def __init__(self, mechanism: Mechanism, tree: Tree) -> None:
         joint_of_body = {joint.body: joint for joint in tree.joints}
-        followers = {name: item.mimic for name, item in mechanism.connections.items() if item.mimic is not None}
+        followers = {name: joint.mimic for name, joint in mechanism.connections.items() if joint.mimic is not None}
         self.names = list(followers)
         self.items = [
             _Coupling(
@@ -129,11 +129,11 @@ class Couplings:
             for name, mimic in followers.items()
         ]
         self.count = len(self.names)
-        self.columns = np.array([item.follower.first_v for item in self.items], dtype=np.intp)
-        self.is_length = np.array([item.follower.type.is_slide for item in self.items], dtype=bool)
+        self.columns = np.array([coupling.follower.first_v for coupling in self.items], dtype=np.intp)
+        self.is_length = np.array([coupling.follower.type.is_slide for coupling in self.items], dtype=bool)
         self._gradient = np.zeros((self.count, tree.nv))
-        for row, item in zip(self._gradient, self.items, strict=True):
-            row[item.follower.first_v], row[item.leader.first_v] = 1.0, -item.multiplier
+        for row, coupling in zip(self._gradient, self.items, strict=True):
+            row[coupling.follower.first_v], row[coupling.leader.first_v] = 1.0, -coupling.multiplier
 
     def residual(self, x: Array, turns: int = 20, given: tuple[int, ...] = ()) -> Array:
         """Return the errors (count, N) [m, rad] of the followers at coordinates ``x`` (nq', N).
@@ -141,11 +141,11 @@ class Couplings:
         Full turns of continuous leaders are chosen as in :meth:`coordinate`. The error of a follower is 0 if its leader is one of
         the freedoms ``given``.
         """
-        leaders = {item.leader.first_v: item.leader for item in self.items if item.leader.first_v not in given}
+        leaders = {coupling.leader.first_v: coupling.leader for coupling in self.items if coupling.leader.first_v not in given}
         values = {column: self.coordinate(leader, x, turns=turns) for column, leader in leaders.items()}
         errors = [
-            item.error(x, values[item.leader.first_v]) if item.leader.first_v in values else np.zeros(x.shape[1])
-            for item in self.items
+            coupling.error(x, values[coupling.leader.first_v]) if coupling.leader.first_v in values else np.zeros(x.shape[1])
+            for coupling in self.items
         ]
         return np.stack(errors) if errors else np.zeros((0, x.shape[1]))
 
@@ -158,17 +158,17 @@ class Couplings:
         value = joint.coordinate(x)
         if not joint.type.endless:
             return value
-        led = [item for item in self.items if item.leader.first_v == joint.first_v]
-        counting = [item for item in led if not item.follower.type.endless]
+        led = [coupling for coupling in self.items if coupling.leader.first_v == joint.first_v]
+        counting = [coupling for coupling in led if not coupling.follower.type.endless]
         if counting:  # the follower with the largest motion per turn determines the number of turns best
-            one = max(counting, key=lambda item: abs(item.multiplier))
-            near = (one.follower.coordinate(x) - one.offset) / one.multiplier
+            fastest = max(counting, key=lambda coupling: abs(coupling.multiplier))
+            near = (fastest.follower.coordinate(x) - fastest.offset) / fastest.multiplier
         value = value + 2 * np.pi * np.round((near - value) / (2 * np.pi))
         if counting or not led:
             return value
 
         def misplaced(value: Array) -> Array:
-            return np.stack([np.abs(item.error(x, value)) for item in led]).max(axis=0)
+            return np.stack([np.abs(coupling.error(x, value)) for coupling in led]).max(axis=0)
 
         best, least = value, misplaced(value)
         turned = np.where(value > near, -2 * np.pi, 2 * np.pi)
@@ -193,13 +193,14 @@ class Couplings:
 
     def followers_of(self, columns: tuple[int, ...]) -> Index:
         """Return the freedoms of the followers whose leaders are among the freedoms ``columns``."""
-        return np.array([item.follower.first_v for item in self.items if item.leader.first_v in columns], dtype=np.intp)
+        followers = [coupling.follower.first_v for coupling in self.items if coupling.leader.first_v in columns]
+        return np.array(followers, dtype=np.intp)
 
     def rates_with(self, column: int) -> list[tuple[int, float]]:
         """Return (freedom, rate per unit rate of ``column``) for ``column`` itself and for its followers."""
         return [
             (column, 1.0),
-            *((item.follower.first_v, item.multiplier) for item in self.items if item.leader.first_v == column),
+            *((coupling.follower.first_v, coupling.multiplier) for coupling in self.items if coupling.leader.first_v == column),
         ]
 
     def impose(self, columns: tuple[int, ...], values: Array, x: Array) -> None:
@@ -207,6 +208,6 @@ class Couplings:
 
         ``values`` (len(columns), N) are the coordinates of the given freedoms [m, rad]; angles may exceed one turn.
         """
-        for item in self.items:
-            if item.leader.first_v in columns:
-                item.follower.write(item.multiplier * values[columns.index(item.leader.first_v)] + item.offset, x)
+        for coupling in self.items:
+            if coupling.leader.first_v in columns:
+                coupling.follower.write(coupling.multiplier * values[columns.index(coupling.leader.first_v)] + coupling.offset, x)

@@ -117,16 +117,16 @@ class Closures:
             at = n
         n, p, s = self._alignment.count, self._alignment.predecessor, self._alignment.successor
         if n:
-            local, mine, theirs = self._alignment.vectors
+            local, here, there = self._alignment.vectors
             direction = frames.directions(p, local)
-            error = rotations.rotation_between(frames.directions(p, mine), frames.directions(s, theirs))
+            error = rotations.rotation_between(frames.directions(p, here), frames.directions(s, there))
             residual[at : at + n] = dot(direction, error)
             wrench[3:, at : at + n] = direction
             at += n
         n, p, s = self._right_angle.count, self._right_angle.predecessor, self._right_angle.successor
         if n:
-            mine, theirs, angle = self._right_angle.vectors
-            a, b = frames.directions(p, mine), frames.directions(s, theirs)
+            here, there, angle = self._right_angle.vectors
+            a, b = frames.directions(p, here), frames.directions(s, there)
             normal = cross(a, b)
             sine = np.sqrt(dot(normal, normal))
             residual[at : at + n] = np.arctan2(sine, dot(a, b)) - angle[0][:, None]
@@ -146,8 +146,8 @@ class Closures:
         """Return the gap of each loop, ``{name: (metres (N,), radians (N,))}``."""
         result = {}
         for number, loop in enumerate(self.loops):
-            mine = self.loop_of == number
-            parts = [residual[mine & self.is_length], residual[mine & ~self.is_length]]
+            of_loop = self.loop_of == number
+            parts = [residual[of_loop & self.is_length], residual[of_loop & ~self.is_length]]
             result[loop.name] = (np.sqrt(dot(parts[0], parts[0])), np.sqrt(dot(parts[1], parts[1])))
         return result
 
@@ -175,7 +175,7 @@ class LoopEquations(Closures):
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self._make_tree()
-        super().__init__([item for item in mechanism.connections.values() if item.is_loop])
+        super().__init__([loop for loop in mechanism.connections.values() if loop.is_loop])
         self.couplings = Couplings(mechanism, self.tree)
         self.neutral = mechanism.tree.neutral[:, None]
         self.loop_axes = {k: LoopAxes.of(loop) for k, loop in enumerate(self.loops) if loop.type.is_single}
@@ -202,15 +202,15 @@ class LoopEquations(Closures):
                 run = runs[joint.body]
                 placement = np.eye(4)
                 placement[:3, :3], placement[:3, 3] = run.orientation, run.centre
-                mine = TreeJoint(JOINT_TYPES["spherical"], run.parent, joint.body, placement, (0.0, 0.0, 1.0), nq, nv)
-                theirs = [next(j for j in full.joints if j.body == body) for body in run.bodies]
-                self.runs.append((run, mine, theirs))
+                tree_joint = TreeJoint(JOINT_TYPES["spherical"], run.parent, joint.body, placement, (0.0, 0.0, 1.0), nq, nv)
+                revolutes = [next(j for j in full.joints if j.body == body) for body in run.bodies]
+                self.runs.append((run, tree_joint, revolutes))
             else:
-                mine = TreeJoint(joint.type, joint.parent, joint.body, joint.placement, joint.axis, nq, nv)
+                tree_joint = TreeJoint(joint.type, joint.parent, joint.body, joint.placement, joint.axis, nq, nv)
                 same_here.extend(range(nq, nq + joint.nq))
                 same_there.extend(range(joint.first_q, joint.first_q + joint.nq))
-            joints.append(mine)
-            nq, nv = nq + mine.nq, nv + mine.nv
+            joints.append(tree_joint)
+            nq, nv = nq + tree_joint.nq, nv + tree_joint.nv
         self._same_here, self._same_there = np.array(same_here, dtype=np.intp), np.array(same_there, dtype=np.intp)
         self.tree = Tree(joints, full.bodies, nq, nv)
         self.joint_of_body = {joint.body: joint for joint in joints}
@@ -221,23 +221,23 @@ class LoopEquations(Closures):
         """Return ``x`` (nq', N) for Pinocchio's ``q`` (nq, N)."""
         x = np.empty((self.tree.nq, q.shape[1]))
         x[self._same_here] = q[self._same_there]
-        for run, mine, theirs in self.runs:
+        for run, spherical, revolutes in self.runs:
             turned = rotations.identity((q.shape[1],))
-            for axis, joint in zip(run.axes.T, theirs, strict=True):
+            for axis, joint in zip(run.axes.T, revolutes, strict=True):
                 turned = np.einsum("ijn,jkn->ikn", turned, rotations.exponential(axis[:, None] * joint.coordinate(q)))
             R = np.einsum("ji,jkn,kl->iln", run.orientation, turned, run.orientation)
-            x[mine.first_q : mine.first_q + 4] = rotations.quaternion_of_matrix(R)
+            x[spherical.first_q : spherical.first_q + 4] = rotations.quaternion_of_matrix(R)
         return x
 
     def to_model(self, x: Array) -> Array:
         """Return Pinocchio's coordinates (nq, N) for ``x``; of two solutions for three revolutes, the one nearer to zero."""
         q = empty_for((self.mechanism.tree.nq, x.shape[1]), x)
         q[self._same_there] = x[self._same_here]
-        for run, mine, theirs in self.runs:
-            quaternion = x[mine.first_q : mine.first_q + 4]
+        for run, spherical, revolutes in self.runs:
+            quaternion = x[spherical.first_q : spherical.first_q + 4]
             R = np.einsum("ij,jkn,lk->iln", run.orientation, rotations.matrix_of_quaternion(quaternion), run.orientation)
-            angles = rotations.three_angles(run.axes, R, np.stack([joint.coordinate(self.neutral) for joint in theirs]))
-            for angle, joint in zip(angles, theirs, strict=True):
+            angles = rotations.three_angles(run.axes, R, np.stack([joint.coordinate(self.neutral) for joint in revolutes]))
+            for angle, joint in zip(angles, revolutes, strict=True):
                 joint.write(angle, q)
         return q
 

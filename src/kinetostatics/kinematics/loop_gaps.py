@@ -95,8 +95,8 @@ def close(
     Returns:
         The poses with the smallest residuals found, and the largest scaled residual (N,) at each pose.
     """
-    found = SolverState(np.array(poses.x), np.array(poses.c))
-    solver.impose(prescribed, found, target)
+    best = SolverState(np.array(poses.x), np.array(poses.c))
+    solver.impose(prescribed, best, target)
 
     def system(poses: SolverState) -> tuple[Array, Array]:
         residual, gradient = solver.system(prescribed, poses, np.broadcast_to(target, (target.shape[0], poses.x.shape[1])))
@@ -104,7 +104,7 @@ def close(
         gradient[solver.equations.count :] *= weight
         return residual, gradient
 
-    residual, gradient = system(found)
+    residual, gradient = system(best)
     left = np.max(np.abs(residual), axis=0, initial=0.0)
     damping = np.full(left.size, 1e-6)
     active = np.flatnonzero(left >= 1e-15)
@@ -118,17 +118,17 @@ def close(
         step = -np.einsum("nkv,nk->vn", V, gain * np.einsum("nrk,rn->nk", U, r))
         largest = np.max(np.abs(step), axis=0, initial=0.0)
         step *= np.where(largest > 0.5, 0.5 / np.maximum(largest, 0.5), 1.0)
-        trial = solver.advance(prescribed, found.take(active), step)
+        trial = solver.advance(prescribed, best.take(active), step)
         new_residual, new_gradient = system(trial)
         better = np.sum(new_residual**2, axis=0) <= np.sum(r**2, axis=0)
         gained = active[better]
-        found.x[:, gained], found.c[:, gained] = trial.x[:, better], trial.c[:, better]
+        best.x[:, gained], best.c[:, gained] = trial.x[:, better], trial.c[:, better]
         residual[:, gained], gradient[:, :, gained] = new_residual[:, better], new_gradient[:, :, better]
         left[gained] = np.max(np.abs(residual[:, gained]), axis=0, initial=0.0)
         damping[active] = np.where(better, np.maximum(damped / 10, 1e-15), 10 * damped)
         over = np.where(better, largest < 1e-15, (damping[active] > 1e6) | (largest < 1e-14))
         active = active[~over & (left[active] >= 1e-15)]
-    return found, left
+    return best, left
 
 
 @dataclass(frozen=True)
@@ -190,18 +190,18 @@ def frame_corrections(mechanism: Mechanism, size: float) -> tuple[FrameCorrectio
     The robot's ``size`` [m] is the scale of displacements relative to rotations.
     """
     closures, sides, _, candidates = _at_zero(mechanism)
-    found: dict[int, FrameCorrection] = {}
+    correction_of: dict[int, FrameCorrection] = {}
     for columns in (slice(0, 3), slice(3, 6), slice(0, 6)):
         rotation, shift, closed = _best_corrections(closures, sides, candidates, columns, size)
         turn = rotations.logarithm(rotation)
         for n in np.flatnonzero(closed):
-            if int(n) not in found:
+            if int(n) not in correction_of:
                 back = candidates.rotation[:, :, n].T
                 moved, turned = back @ shift[:, n], back @ turn[:, n]
                 moved[np.abs(moved) < 1e-9 * size], turned[np.abs(turned) < 1e-9] = 0.0, 0.0
-                found[int(n)] = FrameCorrection(*candidates.names[n], moved, turned)
-    corrections = [found[n] for n in sorted(found)]
-    extents = [float(np.linalg.norm(item.shift)) / size + float(np.linalg.norm(item.turn)) for item in corrections]
+                correction_of[int(n)] = FrameCorrection(*candidates.names[n], moved, turned)
+    corrections = [correction_of[n] for n in sorted(correction_of)]
+    extents = [float(np.linalg.norm(correction.shift) / size + np.linalg.norm(correction.turn)) for correction in corrections]
     return tuple(corrections[k] for k in np.argsort(np.round(extents, 6), kind="stable"))
 
 
@@ -226,7 +226,7 @@ def other_links(mechanism: Mechanism, size: float) -> tuple[OtherLink, ...]:
     """Return joints and sides of loops whose attachment to another link, with the same origin, would close all loops at zero."""
     closures, sides, links, candidates = _at_zero(mechanism)
     parents = {joint.child: joint.parent for joint in mechanism.description.joints.values()}
-    found = []
+    alternatives = []
     for n, (name, is_loop, link) in enumerate(candidates.names):
         child = None if is_loop else mechanism.description.joints[name].child
         targets = [other for other in links if other != link and (child is None or not _descends_from(parents, other, child))]
@@ -235,8 +235,8 @@ def other_links(mechanism: Mechanism, size: float) -> tuple[OtherLink, ...]:
         residual, _ = closures.evaluate(Frames(moved[..., :3, :3].transpose(2, 3, 1, 0), moved[..., :3, 3].transpose(2, 1, 0)))
         closed = np.flatnonzero(_are_closed(closures, residual, size))
         if closed.size:
-            found.append(OtherLink(name, is_loop, link, tuple(targets[k] for k in closed)))
-    return tuple(found)
+            alternatives.append(OtherLink(name, is_loop, link, tuple(targets[k] for k in closed)))
+    return tuple(alternatives)
 
 
 def are_closed_at_zero(mechanism: Mechanism, size: float) -> bool:
@@ -251,16 +251,16 @@ def _at_zero(mechanism: Mechanism) -> tuple[Closures, Array, dict[str, Array], _
 
     Bodies of the equations are the sides of the loops: K predecessors, then K successors.
     """
-    loops = [item for item in mechanism.connections.values() if item.is_loop]
+    loops = [loop for loop in mechanism.connections.values() if loop.is_loop]
     frames = mechanism.tree.forward(mechanism.tree.neutral[:, None])
 
-    sides = [frames.matrices(item.predecessor_body, item.predecessor_frame)[..., 0] for item in loops]
-    sides += [frames.matrices(item.successor_body, item.successor_frame)[..., 0] for item in loops]
+    sides = [frames.matrices(loop.predecessor_body, loop.predecessor_frame)[..., 0] for loop in loops]
+    sides += [frames.matrices(loop.successor_body, loop.successor_frame)[..., 0] for loop in loops]
     links = {link: frames.matrices(*where)[..., 0] for link, where in mechanism.body_of.items()}
     count, here = len(loops), np.eye(4)
     free = [
-        replace(item, predecessor_body=k, successor_body=count + k, predecessor_frame=here, successor_frame=here)
-        for k, item in enumerate(loops)
+        replace(loop, predecessor_body=k, successor_body=count + k, predecessor_frame=here, successor_frame=here)
+        for k, loop in enumerate(loops)
     ]
     return Closures(free), np.array(sides), links, _candidates(mechanism, links, sides)
 

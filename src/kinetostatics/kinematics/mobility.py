@@ -37,7 +37,7 @@ def generic_poses(solver: Solver, zero: SolverState, closing_error: float) -> tu
     random, tree, worst = np.random.default_rng(7), solver.tree, closing_error
     nothing = PrescribedCoordinates(), np.zeros((0, 1))
     tolerance = rank_tolerance(worst)
-    found = []
+    poses = []
     for size in (0.12, 0.1, 0.08):
         pose, direction = zero, random.standard_normal(tree.nv)
         for _ in range(2):  # twice, because the free motions are not generic if the zero pose is singular
@@ -47,8 +47,8 @@ def generic_poses(solver: Solver, zero: SolverState, closing_error: float) -> tu
             v = v * solver.column_scale * (size / max(float(np.abs(v).max(initial=0.0)), 1e-9))
             pose, left = close(solver, SolverState(tree.integrate(pose.x, v[:, None]), pose.c), *nothing, cutoff=tolerance)
             worst = max(worst, float(left[0]))
-        found.append(pose)
-    return SolverState(np.hstack([pose.x for pose in found]), np.hstack([pose.c for pose in found])), worst
+        poses.append(pose)
+    return SolverState(np.hstack([pose.x for pose in poses]), np.hstack([pose.c for pose in poses])), worst
 
 
 @dataclass(frozen=True)
@@ -85,13 +85,13 @@ class MobilityAnalysis:
 
     @cached_property
     def mobility(self) -> Mobility:
-        found = []
+        candidates = []
         for pose in self.poses:
             _, gradient = self.solver.system(PrescribedCoordinates(), pose, np.zeros((0, 1)))
             free, rank, gap = null_space(gradient[:, :, 0], self.rank_tolerance)
             values = np.linalg.svd(self._platform_map(pose) @ free, compute_uv=False)
-            found.append((rank, gap, int(np.sum(values > self.rank_tolerance))))
-        rank, gap, platform = max(found, key=lambda item: item[0])
+            candidates.append((rank, gap, int(np.sum(values > self.rank_tolerance))))
+        rank, gap, platform = max(candidates, key=lambda candidate: candidate[0])
         return Mobility(platform, self.solver.tree.nv - rank - platform, self.solver.equations.count - rank, gap)
 
     def fixes_platform(self, prescribed: PrescribedCoordinates) -> bool:

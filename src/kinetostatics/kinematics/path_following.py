@@ -46,12 +46,12 @@ def follow(
     arrived, gone = np.empty(N, dtype=bool), np.empty(N)
 
     def follow_chunk(part: slice) -> None:
-        mine = start if start.x.shape[1] == 1 else SolverState(start.x[:, part], start.c[:, part])
-        known = origin
+        starts = start if start.x.shape[1] == 1 else SolverState(start.x[:, part], start.c[:, part])
+        origins = origin
         if origin is not None and origin[0].shape[1] > 1:
-            known = origin[0][:, part], origin[1][:, part]
-        found, arrived[part], gone[part] = _follow_chunk(solver, prescribed, mine, target[:, part], known)
-        poses.x[:, part], poses.c[:, part] = found.x, found.c
+            origins = origin[0][:, part], origin[1][:, part]
+        ends, arrived[part], gone[part] = _follow_chunk(solver, prescribed, starts, target[:, part], origins)
+        poses.x[:, part], poses.c[:, part] = ends.x, ends.c
 
     in_threads(follow_chunk, chunks(N), solver.is_compiled)
     return poses, arrived, gone

@@ -34,18 +34,18 @@ def prescribed_motion(configuration: Configuration, motion: Motion) -> tuple[Pre
         CoordinatesError: the coordinates are unknown, or do not determine the pose.
     """
     robot, rates = configuration.robot, (motion.velocities, motion.accelerations)
-    given = dict.fromkeys(name for item in rates for name in item)
+    given = dict.fromkeys(name for by_name in rates for name in by_name)
     if set(given) <= set(robot.description.driven):
         prescribed, names = robot.actuator_coordinates, robot.actuator_names
     else:
         chosen = configuration.prescribed if set(given) <= set(configuration.prescribed) else given
         prescribed, names = platform_coordinates(robot, dict.fromkeys(chosen, 0.0), configuration.orientation.name)
-    numbers = [[finite_numbers(f"the rate of {name}", item.get(name, 0.0)) for name in names] for item in rates]
+    numbers = [[finite_numbers(f"the rate of {name}", by_name.get(name, 0.0)) for name in names] for by_name in rates]
     try:
-        shape = np.broadcast_shapes(configuration.shape, *(array.shape for item in numbers for array in item))
+        shape = np.broadcast_shapes(configuration.shape, *(array.shape for row in numbers for array in row))
     except ValueError:
         raise ArgumentError(f"the motion's rates do not fit the poses, whose batch shape is {configuration.shape}") from None
-    velocity, acceleration = (np.array([np.broadcast_to(array, shape) for array in item]).reshape(-1, *shape) for item in numbers)
+    velocity, acceleration = (np.array([np.broadcast_to(array, shape) for array in row]).reshape(-1, *shape) for row in numbers)
     return robot.mobility_analysis.with_dofs(prescribed), velocity, acceleration
 
 
@@ -90,16 +90,16 @@ def actuator_rates(configuration: Configuration, motion: Motion) -> tuple[dict[s
     target = robot.solver.values(prescribed, poses)
     rates = velocities_of(robot.solver, prescribed, poses, target, velocity.reshape(len(velocity), 1, -1))
     twists = twists_of_bodies(robot.solver, poses, rates)[:, :, 0]
-    found, frames = {}, robot.equations.forward(poses.x)
+    speeds, frames = {}, robot.equations.forward(poses.x)
     for name in robot.description.driven:
         joint = robot.mechanism.connections[name]
         axis = frames.direction(joint.predecessor_body, joint.axis_on(True))
         point = frames.point(joint.successor_body, joint.successor_frame[:3, 3])
         wrench = wrench_of_force(axis, point) if joint.type.is_slide else wrench_of_couple(axis)
         relative = twists[:, joint.successor_body] - twists[:, joint.predecessor_body]
-        found[name] = np.einsum("in,in->n", wrench, relative).reshape(velocity.shape[1:])
+        speeds[name] = np.einsum("in,in->n", wrench, relative).reshape(velocity.shape[1:])
     twist = move_twist(twists[:, robot.mechanism.platform_frame[0]], robot.mechanism.platform_pose(frames)[1])
-    return found, twist.T.reshape(*velocity.shape[1:], 6)
+    return speeds, twist.T.reshape(*velocity.shape[1:], 6)
 
 
 def _local(solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> Array:

@@ -79,34 +79,34 @@ def find_ends(
         along = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, parts + 1)
         given = {name: float(present[name]) + along * way[:, None] for name, way in ways.items()}
         actuators, platform = (None, given) if kind == "platform" else (given, None)
-        found = assemble(pose.robot, actuators, platform, orientation, near, pose.closure_tolerance, "nan", chosen)
+        poses = assemble(pose.robot, actuators, platform, orientation, near, pose.closure_tolerance, "nan", chosen)
         last = np.full(count, parts)
-        for n, line in enumerate(_reasons(found, pose)):
+        for n, line in enumerate(_reasons(poses, pose)):
             first = next((k for k, end in enumerate(line) if k and end is not None), None)
             if first is not None:
                 last[n], ends[n] = first - 1, line[first] or ends[n]
             low[n], high[n] = along[n, last[n]], along[n, last[n] if first is None else first]
-        near = taken(found, np.repeat(np.arange(count) * (parts + 1) + last, NEXT + 1), (count, NEXT + 1))
+        near = taken(poses, np.repeat(np.arange(count) * (parts + 1) + last, NEXT + 1), (count, NEXT + 1))
         parts = NEXT
     return [replace(end, part=float(part)) for end, part in zip(ends, low, strict=True)]
 
 
-def _reasons(found: Configuration, pose: Configuration) -> list[list[End | None]]:
+def _reasons(poses: Configuration, pose: Configuration) -> list[list[End | None]]:
     """Return, for each pose (L, n) on the lines, the reason why it is inadmissible; None if it is admissible."""
-    robot, (count, n) = pose.robot, found.shape
+    robot, (count, n) = pose.robot, poses.shape
     reasons: list[End | None] = [None] * (count * n)
     prescribed = robot.actuator_coordinates
     if robot.mobility_analysis.fixes_platform_at(prescribed, pose.poses):
         before = np.maximum(np.arange(count * n) - (np.arange(count * n) % n > 0), 0)
-        alike = robot.solver.on_one_side(prescribed, found.poses.take(before), found.poses, np.zeros((prescribed.size, 1)))
+        alike = robot.solver.on_one_side(prescribed, poses.poses.take(before), poses.poses, np.zeros((prescribed.size, 1)))
         for k in np.flatnonzero(~alike):
             reasons[k] = End(0.0, "singular")
-    for joint, item in found.limits_exceeded.items():
+    for joint, exceeded in poses.limits_exceeded.items():
         if joint not in pose.limits_exceeded:
-            for k in np.flatnonzero(item.where):
-                value = float(item.value.flat[k])
-                reasons[k] = End(0.0, "limit", joint, item.lower if value < item.lower else item.upper)
-    for k in np.flatnonzero(~found.reached):
+            for k in np.flatnonzero(exceeded.where):
+                value = float(exceeded.value.flat[k])
+                reasons[k] = End(0.0, "limit", joint, exceeded.lower if value < exceeded.lower else exceeded.upper)
+    for k in np.flatnonzero(~poses.reached):
         reasons[k] = End(0.0, "loops")
     return [reasons[n * k : n * (k + 1)] for k in range(count)]
 
@@ -121,17 +121,17 @@ def ordinary_poses(robot: RobotKinematics) -> Array:
     start = robot.zero_origin(prescribed)[0]
     travel = np.concatenate([np.diag([_travel(robot, name)[side] for name in names]) for side in (0, 1)], axis=1)
     poses = robot.zero_poses.take(np.zeros(travel.shape[1], dtype=np.intp))
-    found = [zero]
+    coordinates = [zero]
     for part in _PARTS if len(names) <= _MANY else _PARTS[:1]:
         poses, good = robot.solver.newton(prescribed, poses, start + part * travel)
         poses, travel = poses.take(good), travel[:, good]
-        found.append(robot.model_q(poses))
-    reached = configuration_at(robot, np.hstack(found[1:]).T, np.inf, "nan")
+        coordinates.append(robot.model_q(poses))
+    reached = configuration_at(robot, np.hstack(coordinates[1:]).T, np.inf, "nan")
     return np.hstack([zero, reached.model_q[:, reached.status == Status.OK]])
 
 
 def _travel(robot: RobotKinematics, name: str) -> tuple[float, float]:
     """Return (a, b) [m, rad]: how far an actuator is moved below and above zero; a ≤ 0, b ≥ 0."""
-    item = robot.mechanism.connections[name]
-    far = _FAR * (robot.length if item.type.is_slide else 1.0)
-    return min(max(item.lower, -far), 0.0), max(min(item.upper, far), 0.0)
+    joint = robot.mechanism.connections[name]
+    far = _FAR * (robot.length if joint.type.is_slide else 1.0)
+    return min(max(joint.lower, -far), 0.0), max(min(joint.upper, far), 0.0)

@@ -38,9 +38,9 @@ class JointCoordinates:
     def __init__(self, solver: Solver) -> None:
         self.solver = solver
         self._couplings = Couplings(solver.mechanism, solver.mechanism.tree)
-        items = solver.mechanism.connections.values()
-        cones = {item.name: _widened(0.0, item.cone.angle) for item in items if item.cone is not None}
-        self._limits = {item.name: _widened(item.lower, item.upper) for item in items if item.type.is_single} | cones
+        joints = solver.mechanism.connections.values()
+        cones = {joint.name: _widened(0.0, joint.cone.angle) for joint in joints if joint.cone is not None}
+        self._limits = {joint.name: _widened(joint.lower, joint.upper) for joint in joints if joint.type.is_single} | cones
 
     @cached_property
     def in_tree(self) -> dict[str, TreeJoint]:
@@ -64,23 +64,23 @@ class JointCoordinates:
         There is one entry for each one-freedom joint or loop, and one for each cone.
         """
         coordinates = self.at(q, frames)
-        for item in self.solver.mechanism.connections.values():
-            if item.cone is not None:
+        for connection in self.solver.mechanism.connections.values():
+            if connection.cone is not None:
                 u, v = (
                     frames.direction(body, frame[:3, :3] @ np.array(axis))
                     for body, frame, axis in (
-                        (item.predecessor_body, item.predecessor_frame, item.cone.predecessor_axis),
-                        (item.successor_body, item.successor_frame, item.cone.successor_axis),
+                        (connection.predecessor_body, connection.predecessor_frame, connection.cone.predecessor_axis),
+                        (connection.successor_body, connection.successor_frame, connection.cone.successor_axis),
                     )
                 )
                 across = cross(u, v)
-                value, limits = np.arctan2(np.sqrt(dot(across, across)), dot(u, v)), (0.0, item.cone.angle)
-            elif item.name in coordinates:
-                value, limits = coordinates[item.name], (item.lower, item.upper)
+                value, limits = np.arctan2(np.sqrt(dot(across, across)), dot(u, v)), (0.0, connection.cone.angle)
+            elif connection.name in coordinates:
+                value, limits = coordinates[connection.name], (connection.lower, connection.upper)
             else:
                 continue
-            least, most = self._limits[item.name]
-            yield item.name, value, limits, (value >= least) & (value <= most)
+            least, most = self._limits[connection.name]
+            yield connection.name, value, limits, (value >= least) & (value <= most)
 
 
 def _widened(lower: float, upper: float) -> Array:
@@ -280,16 +280,16 @@ class RobotKinematics:
 
     def unit_hints(self, given: Mapping[str, ArrayLike]) -> list[str]:
         """Return hints at coordinates of actuators or platform whose sizes suggest millimetres or degrees instead of [m, rad]."""
-        found: list[str] = []
+        hints: list[str] = []
         for name, values in given.items():
             amount = largest(values)
             joint = self.mechanism.connections.get(name) if name in self.description.driven else None
             if name not in ("x", "y", "z") if joint is None else not joint.type.is_slide:
                 usual = joint is not None and (joint.type.endless or joint.lower <= amount <= joint.upper)
-                found += turns_hint(name, amount, usual)
+                hints += turns_hint(name, amount, usual)
             elif amount:
-                found += length_hint(f"{name} = {amount:.6g} m is", amount, self.zero_size)
-        return found
+                hints += length_hint(f"{name} = {amount:.6g} m is", amount, self.zero_size)
+        return hints
 
     def zero_origin(self, prescribed: PrescribedCoordinates) -> tuple[Array, Array]:
         """Return the coordinates at which straight lines from the zero pose start, see :meth:`Solver.origin`."""

@@ -93,14 +93,14 @@ class Solver:
         """Return the coordinate (N,) of a one-freedom loop: travel [m] or angle [rad] of the successor from the predecessor."""
         loop = self.equations.loops[number]
         here, there = loop.predecessor_body, loop.successor_body
-        own = self.equations.loop_axes[number]
+        axes = self.equations.loop_axes[number]
         if loop.type.is_slide:
             gap = frames.point(there, loop.successor_frame[:3, 3]) - frames.point(here, loop.predecessor_frame[:3, 3])
-            return dot(frames.direction(here, own.axis), gap)
-        u, v, w = frames.direction(here, own.side), frames.direction(here, own.third), frames.direction(there, own.turned_side)
+            return dot(frames.direction(here, axes.axis), gap)
+        u, v, w = frames.direction(here, axes.side), frames.direction(here, axes.third), frames.direction(there, axes.turned_side)
         angle: Array = np.arctan2(dot(v, w), dot(u, w))
-        if own.middle is not None:  # of the angles that differ by full turns, the one nearest to the middle of the limits
-            angle = angle + 2 * np.pi * np.round((own.middle - angle) / (2 * np.pi))
+        if axes.middle is not None:  # of the angles that differ by full turns, the one nearest to the middle of the limits
+            angle = angle + 2 * np.pi * np.round((axes.middle - angle) / (2 * np.pi))
         return angle
 
     def values(self, prescribed: PrescribedCoordinates, poses: SolverState, near: Array | None = None) -> Array:
@@ -284,13 +284,14 @@ class Solver:
             everyone = active.size == N
             here = result if everyone else result.take(active)
             passing_here = None if passing is None else passing[active]
-            found = self.correct(prescribed, here, target if everyone else target[:, active], before, shrunk, passing_here)
+            correction = self.correct(prescribed, here, target if everyone else target[:, active], before, shrunk, passing_here)
             if everyone:
-                result = found.poses
+                result = correction.poses
             else:
-                result.x[:, active], result.c[:, active] = found.poses.x, found.poses.c
-            good[active[found.done]] = True
-            active, before, shrunk = active[found.going], found.size[found.going], found.shrunk[found.going]
+                result.x[:, active], result.c[:, active] = correction.poses.x, correction.poses.c
+            good[active[correction.done]] = True
+            going = correction.going
+            active, before, shrunk = active[going], correction.size[going], correction.shrunk[going]
             if not active.size:
                 break
         return result, good
@@ -336,14 +337,14 @@ class Solver:
 
     def on_one_side(self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState, target: Array) -> Mask:
         """(N,) True for pairs of poses with no singular pose between: the determinants of their gradients have one sign."""
-        one, two = (self.system(prescribed, poses, target)[1] for poses in (first, second))
-        return have_one_sign(one, two)
+        gradients = (self.system(prescribed, poses, target)[1] for poses in (first, second))
+        return have_one_sign(*gradients)
 
     def surely_on_one_side(self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState) -> Mask:
         """(N,) True where :meth:`on_one_side` holds with a margin for rounding; False decides nothing."""
         nothing = np.zeros((prescribed.size, 1))
-        one, two = (self.system(prescribed, poses, nothing)[1] for poses in (first, second))
-        return surely_have_one_sign(one, two)
+        gradients = (self.system(prescribed, poses, nothing)[1] for poses in (first, second))
+        return surely_have_one_sign(*gradients)
 
     def origin(self, prescribed: PrescribedCoordinates, start: SolverState, near: Array | None = None) -> tuple[Array, Array]:
         """Return (a, c) at poses where straight lines start: a (n, N) prescribed coordinates, c (3, N) orientation coordinates.

@@ -33,11 +33,11 @@ def with_given(solver: Solver, prescribed: PrescribedCoordinates, v: Array) -> A
 
     ``v`` (nv, n, N) are the rates of the unknown freedoms alone; prescribed freedoms and their followers are added.
     """
-    found = np.array(v, subok=True)
+    rates = np.array(v, subok=True)
     for k, column in enumerate(prescribed.columns):
         for moved, by in solver.equations.couplings.rates_with(column):
-            found[moved, k] += by
-    return found
+            rates[moved, k] += by
+    return rates
 
 
 def velocities_of(solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, target: Array, rates: Array) -> Array:

@@ -47,7 +47,7 @@ _SHOWN = 6
 def box_diagonal(mechanism: Mechanism) -> float:
     """Return the diagonal [m] of the box around all bodies, joints and the platform at zero."""
     frames = mechanism.forward(mechanism.tree.neutral[:, None])
-    places = [(item.predecessor_body, item.predecessor_frame) for item in mechanism.connections.values()]
+    places = [(connection.predecessor_body, connection.predecessor_frame) for connection in mechanism.connections.values()]
     points = [frames.point(body, frame[:3, 3]) for body, frame in (*places, mechanism.platform_frame)]
     cloud = np.concatenate([frames.position[:, :, 0], *points], axis=1)
     return float(np.linalg.norm(cloud.max(axis=1) - cloud.min(axis=1)))
@@ -108,11 +108,11 @@ def closed_zero(solver: Solver, actuators: PrescribedCoordinates) -> tuple[Solve
     for part in (slice(0, 1), slice(1, _STARTS)):  # the first nearly always suffices
         if residual >= OPEN:
             starts = start.take(np.zeros(chance[0, part].size, dtype=np.intp))
-            found, left = close(solver, SolverState(tree.integrate(starts.x, chance[:, part]), starts.c), *nothing)
+            poses, left = close(solver, SolverState(tree.integrate(starts.x, chance[:, part]), starts.c), *nothing)
             good = left < OPEN
             which = int(np.argmax(good) if np.any(good) else np.argmin(left))
             if left[which] < residual:
-                best, residual = found.take(np.array([which])), float(left[which])
+                best, residual = poses.take(np.array([which])), float(left[which])
     return best, residual
 
 
@@ -125,7 +125,7 @@ def is_one_frame(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]], 
     if sum(max(pair) > CLOSED for pair in gaps.values()) < 2:
         return False
     corrections = frame_corrections(mechanism, size)
-    return bool(corrections) and not any(item.is_motion_of(mechanism) for item in corrections)
+    return bool(corrections) and not any(correction.is_motion_of(mechanism) for correction in corrections)
 
 
 def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]], size: float, closest: str = "") -> str:
@@ -164,7 +164,7 @@ def corrections_hint(mechanism: Mechanism, size: float) -> str | None:
     if axes := _wrong_axes(mechanism):
         return f"the loops are open where all joints are at zero. {axes}"
     corrections = frame_corrections(mechanism, size)
-    if not corrections or any(item.is_motion_of(mechanism) for item in corrections):
+    if not corrections or any(correction.is_motion_of(mechanism) for correction in corrections):
         return None
     which = "any one of these" if corrections[1:] else "this"
     return (
@@ -178,9 +178,9 @@ def _wrong_axes(mechanism: Mechanism) -> str:
 
     At zero the successor's frame is turned relative to the predecessor's; a loop is closed if its axis is the axis of this turn.
     """
-    found: dict[str, list[str]] = {}
+    names_by_axis: dict[str, list[str]] = {}
     frames = mechanism.forward(mechanism.tree.neutral[:, None])
-    for loop in (item for item in mechanism.connections.values() if item.is_loop):
+    for loop in (loop for loop in mechanism.connections.values() if loop.is_loop):
         ends = (loop.predecessor_body, loop.predecessor_frame), (loop.successor_body, loop.successor_frame)
         first, second = (frames.matrices(*end)[..., 0] for end in ends)
         between = np.linalg.inv(first) @ second
@@ -191,8 +191,8 @@ def _wrong_axes(mechanism: Mechanism) -> str:
             return ""
         if angle > CLOSED and float(np.linalg.norm(np.cross(loop.axis, turn))) > CLOSED * angle:
             axis = ", ".join(f"{abs(round(part / angle))}" for part in turn)
-            found.setdefault(axis, []).append(repr(loop.name))
-    words = [f"the <axis> ({axis}) of {', '.join(names)}" for axis, names in found.items()]
+            names_by_axis.setdefault(axis, []).append(repr(loop.name))
+    words = [f"the <axis> ({axis}) of {', '.join(names)}" for axis, names in names_by_axis.items()]
     return f"All loops would be closed at zero with {' and '.join(words)}" if words else ""
 
 
@@ -209,9 +209,9 @@ def _missing_axes(mechanism: Mechanism) -> str:
 
 def _other_links_text(mechanism: Mechanism, size: float) -> str:
     """Return, as text, the joints and loops that would each close all loops at zero if attached to another link."""
-    found = other_links(mechanism, size)
-    shown = ", or ".join(map(str, found[:_SHOWN]))
-    return f". Or a link is wrong: all loops would close with {shown}, with unchanged numbers" if found else ""
+    alternatives = other_links(mechanism, size)
+    shown = ", or ".join(map(str, alternatives[:_SHOWN]))
+    return f". Or a link is wrong: all loops would close with {shown}, with unchanged numbers" if alternatives else ""
 
 
 def _listed(mechanism: Mechanism, corrections: tuple[FrameCorrection, ...]) -> str:
@@ -219,7 +219,7 @@ def _listed(mechanism: Mechanism, corrections: tuple[FrameCorrection, ...]) -> s
     if len(corrections) > _SHOWN:
         more = len(corrections) - _SHOWN
         text += f"; or {'another one' if more == 1 else f'{more} others'}"
-    joints = [item.joint for item in corrections[:_SHOWN] if not item.is_loop]
+    joints = [correction.joint for correction in corrections[:_SHOWN] if not correction.is_loop]
     if not joints:
         return text
     child = mechanism.description.joints[joints[-1]].child  # the joint may be right, and the frames on its child wrong
@@ -234,14 +234,14 @@ def with_wrong_parent(error: RobotFileError, mechanism: Mechanism) -> RobotFileE
     size, empty = box_diagonal(mechanism), [link for link, _ in ends_nowhere(mechanism)]
     if not empty or not mechanism.description.loops or are_closed_at_zero(mechanism, size):
         return error
-    found = [(item, link) for item in other_links(mechanism, size) for link in item.others if link in empty]
-    if len(found) != 1:
+    changes = [(change, link) for change in other_links(mechanism, size) for link in change.others if link in empty]
+    if len(changes) != 1:
         return error
-    item, link = found[0]
+    change, link = changes[0]
     description = mechanism.description
-    side = "<predecessor> or <successor>" if item.is_loop else "<parent>"
-    where = (description.loops if item.is_loop else description.joints)[item.joint].place
+    side = "<predecessor> or <successor>" if change.is_loop else "<parent>"
+    where = (description.loops if change.is_loop else description.joints)[change.joint].place
     return where.error(
-        f"the {side} of {'loop' if item.is_loop else 'joint'} {item.joint!r} seems wrong: on link {link!r} instead of "
-        f"{item.link!r} it would close all loops at zero, and as it is {link!r} ends nowhere. (If it is right: {error.reason})"
+        f"the {side} of {'loop' if change.is_loop else 'joint'} {change.joint!r} seems wrong: on link {link!r} instead of "
+        f"{change.link!r} it would close all loops at zero, and as it is {link!r} ends nowhere. (If it is right: {error.reason})"
     )
