@@ -70,11 +70,11 @@ class Instructions:
 
     def of(self, what: str, *operands: str | float) -> str:
         """Add an arithmetic instruction on floating-point operands."""
-        return self.add(f"{what} {self.real} {', '.join(self.text(item) for item in operands)}")
+        return self.add(f"{what} {self.real} {', '.join(self.text(operand) for operand in operands)}")
 
     def call(self, what: str, *operands: str | float, last: bool = False) -> str:
         """Add a call of an intrinsic function."""
-        taken = ", ".join(f"{self.real} {self.text(item)}" for item in operands)
+        taken = ", ".join(f"{self.real} {self.text(operand)}" for operand in operands)
         return self.add(f"call {self.real} @llvm.{what}.{suffix(self._lanes)}({taken})", last)
 
     def choose(self, condition: str, a: str | float, b: str | float) -> str:
@@ -92,20 +92,20 @@ class Instructions:
         """Add an integer instruction whose second operand is a constant."""
         return self.add(f"{what} {self.whole} {text}, {constant(value, self._lanes)}")
 
-    def text(self, item: str | float) -> str:
+    def text(self, operand: str | float) -> str:
         """Return the text of an operand: the name of a result unchanged, a number as a constant."""
-        return item if isinstance(item, str) else constant(item, self._lanes)
+        return operand if isinstance(operand, str) else constant(operand, self._lanes)
 
 
 def sine_or_cosine(lines: Instructions, angle: str, of_cosine: bool) -> None:
     """Add the instructions that compute the sine of an angle or, if ``of_cosine``, its cosine."""
     shifted = lines.call("fmuladd", angle, 2 / math.pi, _ROUNDER)
     quarters = lines.of("fsub", shifted, _ROUNDER)
-    rest = angle
+    remainder = angle
     for part in _QUARTER:
-        rest = lines.call("fmuladd", quarters, -part, rest)
-    z = lines.of("fmul", rest, rest)
-    sine = lines.call("fmuladd", lines.of("fmul", lines.polynomial(z, _SINE), z), rest, rest)
+        remainder = lines.call("fmuladd", quarters, -part, remainder)
+    z = lines.of("fmul", remainder, remainder)
+    sine = lines.call("fmuladd", lines.of("fmul", lines.polynomial(z, _SINE), z), remainder, remainder)
     square = lines.of("fmul", z, z)
     cosine = lines.call("fmuladd", lines.polynomial(z, _COSINE), square, lines.call("fmuladd", z, -0.5, 1.0))
     number = lines.add(f"bitcast {lines.real} {shifted} to {lines.whole}")

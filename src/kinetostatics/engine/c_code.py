@@ -51,20 +51,20 @@ def c_program(name: str, tape: Tape, outputs: Sequence[int], constants: Array, i
         inputs: names of the input arrays.
     """
     needed = needed_by(tape, outputs)
-    known: dict[int, str] = {}
+    leaf_texts: dict[int, str] = {}
     steps: list[int] = []
     for number, operation in enumerate(tape.operations):
         kind = operation[0]
         if not needed[number]:
             continue
         if kind == "input":
-            known[number] = f"{inputs[operation[1]]}[{operation[2]}]"
+            leaf_texts[number] = f"{inputs[operation[1]]}[{operation[2]}]"
         elif kind == "parameter":
-            known[number] = literal(float(constants[operation[1]]))
+            leaf_texts[number] = literal(float(constants[operation[1]]))
         elif kind == "constant":
-            known[number] = literal(float.fromhex(operation[1]))
+            leaf_texts[number] = literal(float.fromhex(operation[1]))
         elif kind == "truth":
-            known[number] = "1" if operation[1] else "0"
+            leaf_texts[number] = "1" if operation[1] else "0"
         else:
             steps.append(number)
     pieces = [steps[first : first + _PIECE] for first in range(0, len(steps), _PIECE)] or [[]]
@@ -78,15 +78,15 @@ def c_program(name: str, tape: Tape, outputs: Sequence[int], constants: Array, i
         if number in last_use:
             last_use[number] = len(pieces)
     places, work = _places(pieces, piece_of, last_use)
-    arguments = ", ".join([*(f"const double *{item}" for item in inputs), "double *w"])
+    arguments = ", ".join([*(f"const double *{array}" for array in inputs), "double *w"])
     truth = [isinstance(value, bool) for value in tape.values]
     lines: list[str] = []
     for k, piece in enumerate(pieces):
         lines += [f"static void {name}_{k}({arguments})", "{", *_unused(inputs)]
 
         def text(number: int, k: int = k) -> str:
-            if number in known:
-                return known[number]
+            if number in leaf_texts:
+                return leaf_texts[number]
             if piece_of[number] == k:
                 return f"v{number}"
             return f"(w[{places[number]}] != 0.0)" if truth[number] else f"w[{places[number]}]"
@@ -106,7 +106,7 @@ def c_program(name: str, tape: Tape, outputs: Sequence[int], constants: Array, i
     if not outputs:
         lines.append("    (void)out;")
     for row, number in enumerate(outputs):
-        lines.append(f"    out[{row}] = {known[number] if number in known else f'w[{places[number]}]'};")
+        lines.append(f"    out[{row}] = {leaf_texts[number] if number in leaf_texts else f'w[{places[number]}]'};")
     lines += ["}", ""]
     return CProgram("\n".join(lines), max(work, 1), Counter(tape.operations[number][0] for number in steps))
 
@@ -123,7 +123,7 @@ def literal(value: float) -> str:
 
 
 def _unused(inputs: Sequence[str]) -> list[str]:
-    return [f"    (void){item};" for item in (*inputs, "w")]
+    return [f"    (void){array};" for array in (*inputs, "w")]
 
 
 def _expression(kind: str, taken: Sequence[str]) -> str:

@@ -81,14 +81,14 @@ class Code:
         if N == 1:
             return self._at_one_pose(inputs, parameters, numbers, truths, stage)
         n = max(N, llvm.LANES)
-        found, flags = np.empty((numbers, n)), np.empty((truths, n), dtype=bool)
+        values, flags = np.empty((numbers, n)), np.empty((truths, n), dtype=bool)
         taken = [contiguous(array, max(array.shape[1], llvm.LANES)) for array in inputs]
 
         def compute(part: slice) -> None:
-            self([array[:, part] for array in taken], parameters, found[:, part], flags[:, part], stage)
+            self([array[:, part] for array in taken], parameters, values[:, part], flags[:, part], stage)
 
         in_threads(compute, chunks(n))
-        return found[:, :N], flags[:, :N]
+        return values[:, :N], flags[:, :N]
 
     def _at_one_pose(
         self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int, stage: int
@@ -99,11 +99,11 @@ class Code:
                 taken = [np.empty((len(array), llvm.LANES)) for array in inputs]
                 given = np.empty((numbers, llvm.LANES)), np.empty((truths, llvm.LANES), dtype=bool)
                 self._bound[stage] = taken, Bound(self, taken, parameters, *given, stage), *given
-            taken, call, found, flags = self._bound[stage]
-            for mine, array in zip(taken, inputs, strict=True):
-                mine[:] = array
+            taken, call, values, flags = self._bound[stage]
+            for buffer, array in zip(taken, inputs, strict=True):
+                buffer[:] = array
             call()
-            return found[:, :1].copy(), flags[:, :1].copy()
+            return values[:, :1].copy(), flags[:, :1].copy()
 
 
 def found_or_made(
@@ -118,17 +118,17 @@ def found_or_made(
     Returns:
         The code; an empty list if the compiled code is incorrect, or if nothing is compiled.
     """
-    codes = [Code(item) for item in map(read_stored, keys) if item is not None]
+    codes = [Code(content) for content in map(read_stored, keys) if content is not None]
     if len(codes) == len(keys) and is_right(codes):
         return codes
     if make is None:
         return []
-    made = [item() for item in make]
-    codes = [Code(item) for item in made]
+    made = [function() for function in make]
+    codes = [Code(content) for content in made]
     if not is_right(codes):
         return []
-    for key, item in zip(keys, made, strict=True):
-        store(key, item)
+    for key, content in zip(keys, made, strict=True):
+        store(key, content)
     return codes
 
 
@@ -146,7 +146,7 @@ class Bound:
         self._kept = strides, tuple(inputs), parameters, numbers, truths
         addresses = ctypes.addressof(self._pointers), ctypes.addressof(strides)
         data = (array.ctypes.data for array in (parameters, numbers, truths))
-        pointers = (ctypes.c_void_p(item) for item in (*addresses, *data))
+        pointers = (ctypes.c_void_p(address) for address in (*addresses, *data))
         self._arguments = (*pointers, ctypes.c_int64(n), ctypes.c_int64(stage))
 
     def move(self, first: int) -> None:
@@ -174,9 +174,9 @@ def contiguous(array: Array, n: int) -> Array:
     """Return an array (k, N) as an array (k, n ≥ N) with contiguous poses; additional columns repeat the last pose."""
     N = array.shape[1]
     if n > N:
-        found = np.empty((array.shape[0], n))
-        found[:, :N], found[:, N:] = array, array[:, N - 1 :]
-        return found
+        extended = np.empty((array.shape[0], n))
+        extended[:, :N], extended[:, N:] = array, array[:, N - 1 :]
+        return extended
     return array if array.strides[-1] == 8 and array.strides[0] % 8 == 0 else np.ascontiguousarray(array)
 
 
@@ -220,11 +220,11 @@ def read_stored(key: str) -> bytes | None:
         return None
     path = folder / f"{key}.code"
     try:
-        found = path.read_bytes()
+        content = path.read_bytes()
     except OSError:
         return None
-    digest, kept = found[len(_MAGIC) : len(_MAGIC) + 32], found[len(_MAGIC) + 32 :]
-    if found.startswith(_MAGIC) and hashlib.sha256(kept).digest() == digest:
+    digest, kept = content[len(_MAGIC) : len(_MAGIC) + 32], content[len(_MAGIC) + 32 :]
+    if content.startswith(_MAGIC) and hashlib.sha256(kept).digest() == digest:
         return kept
     with contextlib.suppress(OSError):
         path.unlink()

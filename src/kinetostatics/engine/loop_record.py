@@ -80,10 +80,10 @@ def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: So
     def computed(state: Array, given: Array) -> list[Array]:
         poses, more = SolverState(state[:size], state[size : size + 3]), state[size + 3 :]
         going, passing = more[AGAIN] != 0, given[-1] != 0
-        found = copy.correct(prescribed, poses, given[:-1], more[SIZE], more[RATIO], passing)
+        correction = copy.correct(prescribed, poses, given[:-1], more[SIZE], more[RATIO], passing)
         holds = guards_met(tape)
-        again, good = going & found.going & holds, (more[CONVERGED] != 0) | (going & found.done)
-        now = [*found.poses.x, *found.poses.c, found.size, found.shrunk]
+        again, good = going & correction.going & holds, (more[CONVERGED] != 0) | (going & correction.done)
+        now = [*correction.poses.x, *correction.poses.c, correction.size, correction.shrunk]
         moved = [np.where(going, new, old) for new, old in zip(now, state[: size + 5], strict=True)]
         flags = [np.where(flag, 1.0, 0.0) for flag in (again, good, (more[VALID] != 0) & (holds | ~going))]
         return [*moved, *flags, again]
@@ -100,8 +100,8 @@ def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: Solv
     tape, copy = _copy_of(solver, prescribed)
 
     def computed(x: Array, c: Array, other_x: Array, other_c: Array) -> list[Array]:
-        found = copy.surely_on_one_side(prescribed, SolverState(x, c), SolverState(other_x, other_c))
-        return [found & guards_met(tape)]
+        sure = copy.surely_on_one_side(prescribed, SolverState(x, c), SolverState(other_x, other_c))
+        return [sure & guards_met(tape)]
 
     return program_of(tape, (example.x, example.c) * 2, computed)
 

@@ -90,7 +90,7 @@ class CompiledSolver(Solver):
             NotRecordedError: the equations cannot be recorded.
         """
         given = self._solver, self._own, self._example
-        make = [partial(_compiled, item[1], given, self._sizes, *item[2:], lanes) for item in functions]
+        make = [partial(_compiled, function[1], given, self._sizes, *function[2:], lanes) for function in functions]
         keys = [code_key(f"{what} {self._structure}") for what, *_ in functions]
 
         def fits(codes: list[Code]) -> bool:
@@ -104,11 +104,11 @@ class CompiledSolver(Solver):
         self._side = None if self._own.local_dofs else codes[2]
         self.operations = int(self._newton.table["operations"])
         target = self.values(self._own, self._example) + _TRIED
-        found, good, holds = self._corrected(self._example, target, None, None)
+        computed, good, holds = self._corrected(self._example, target, None, None)
         expected, reached = Solver.newton(self, self._own, self._example, target)
         if not (holds[0] and good[0] == reached[0]):
             return False
-        if np.max(np.abs(found.x - expected.x), initial=np.max(np.abs(found.c - expected.c))) > _ALIKE:
+        if np.max(np.abs(computed.x - expected.x), initial=np.max(np.abs(computed.c - expected.c))) > _ALIKE:
             return False
         if self._side is not None:
             sure = Solver.surely_on_one_side(self, self._own, self._example, expected)
@@ -125,9 +125,9 @@ class CompiledSolver(Solver):
         expected = Solver.line(self, self._own, self._example, target)
 
         def is_right(codes: list[Code]) -> bool:
-            *found, holds = self._started(codes[0], self._example, target, True)
+            *computed, holds = self._started(codes[0], self._example, target, True)
             return bool(holds[0]) and all(
-                np.max(np.abs(a - b), initial=0.0) <= _ALIKE for a, b in zip(found, expected, strict=True)
+                np.max(np.abs(a - b), initial=0.0) <= _ALIKE for a, b in zip(computed, expected, strict=True)
             )
 
         with contextlib.suppress(NotRecordedError):
@@ -147,15 +147,15 @@ class CompiledSolver(Solver):
         self, prescribed: PrescribedCoordinates, start: SolverState, target: Array, shorter: bool = True
     ) -> tuple[Array, Array]:
         # the record turns actuators the shorter way
-        known = prescribed == self._own and (shorter or bool(prescribed.angles)) and target.shape[1] > 0
-        code = self._start if known else None
+        is_recorded = prescribed == self._own and (shorter or bool(prescribed.angles)) and target.shape[1] > 0
+        code = self._start if is_recorded else None
         if code is None:
             return super().line(prescribed, start, target, shorter)
         first, c, holds = self._started(code, start, target, shorter)
         if not holds.all():
-            rest = np.flatnonzero(~holds)
-            here = start if start.x.shape[1] == 1 else start.take(rest)
-            first[:, rest], c[:, rest] = super().line(prescribed, here, target[:, rest], shorter)
+            unmet = np.flatnonzero(~holds)
+            here = start if start.x.shape[1] == 1 else start.take(unmet)
+            first[:, unmet], c[:, unmet] = super().line(prescribed, here, target[:, unmet], shorter)
         return first, c
 
     def newton(
@@ -168,13 +168,13 @@ class CompiledSolver(Solver):
     ) -> tuple[SolverState, NDArray[np.bool_]]:
         if prescribed != self._own or target.shape[1] == 0:
             return super().newton(prescribed, poses, target, before, passing)
-        found, good, holds = self._corrected(poses, target, before, passing)
+        corrected, good, holds = self._corrected(poses, target, before, passing)
         if not np.all(holds):
-            rest = np.flatnonzero(~holds)
-            some = (None if array is None else array[rest] for array in (before, passing))
-            careful, good[rest] = super().newton(prescribed, poses.take(rest), target[:, rest], *some)  # type: ignore[arg-type]
-            found.x[:, rest], found.c[:, rest] = careful.x, careful.c
-        return found, good
+            unmet = np.flatnonzero(~holds)
+            some = (None if array is None else array[unmet] for array in (before, passing))
+            careful, good[unmet] = super().newton(prescribed, poses.take(unmet), target[:, unmet], *some)  # type: ignore[arg-type]
+            corrected.x[:, unmet], corrected.c[:, unmet] = careful.x, careful.c
+        return corrected, good
 
     def _corrected(
         self, poses: SolverState, target: Array, before: Array | None, passing: NDArray[np.bool_] | None
@@ -201,8 +201,8 @@ class CompiledSolver(Solver):
             moved, step = self._single
             if not step(np.concatenate([start.x, start.c]), target):
                 return None
-            found = moved[:, :1].copy()
-            return SolverState(found[:-3], found[-3:])
+            state = moved[:, :1].copy()
+            return SolverState(state[:-3], state[-3:])
 
     @cached_property
     def _single(self) -> Step:
@@ -210,7 +210,7 @@ class CompiledSolver(Solver):
 
     def single_step(self) -> Step:
         """Return a :data:`Step` by code that is compiled for single poses."""
-        functions = [(f"{item[0]}_of_one", *item[1:]) for item in self._functions if item[0] != "place"]
+        functions = [(f"{function[0]}_of_one", *function[1:]) for function in self._functions if function[0] != "place"]
         target = self.values(self._own, self._example) + _TRIED
         start = np.concatenate([self._example.x, self._example.c])
         expected = self.in_one_go(self._own, self._example, target)
@@ -253,22 +253,22 @@ class CompiledSolver(Solver):
     ) -> NDArray[np.bool_]:
         if prescribed != self._own or self._side is None or first.x.shape[1] == 0:
             return super().on_one_side(prescribed, first, second, target)
-        found = self._surely(self._side, first, second)
-        rest = np.flatnonzero(~found)
-        if rest.size:
-            found[rest] = super().on_one_side(prescribed, first.take(rest), second.take(rest), target[:, rest])
-        return found
+        sure = self._surely(self._side, first, second)
+        unsure = np.flatnonzero(~sure)
+        if unsure.size:
+            sure[unsure] = super().on_one_side(prescribed, first.take(unsure), second.take(unsure), target[:, unsure])
+        return sure
 
     def place(self, x: Array) -> Placed:
         if x.shape[1] == 0:
             return super().place(x)
-        found, holds = self._placed(x, 0 if x.shape[1] > 2 * BLOCK else LAST)
+        placed, holds = self._placed(x, 0 if x.shape[1] > 2 * BLOCK else LAST)
         if not holds.all():
-            rest = np.flatnonzero(~holds)
-            careful = super().place(x[:, rest])
-            found.q[:, rest], found.residual[:, rest] = careful.q, careful.residual
-            found.frames.put(rest, careful.frames)
-        return found
+            unmet = np.flatnonzero(~holds)
+            careful = super().place(x[:, unmet])
+            placed.q[:, unmet], placed.residual[:, unmet] = careful.q, careful.residual
+            placed.frames.put(unmet, careful.frames)
+        return placed
 
     def _placed(self, x: Array, stage: int = LAST) -> tuple[Placed, NDArray[np.bool_]]:
         """Return the placed bodies; True where the guards are met (N,). In stage 0 the frames are computed on first use."""
@@ -281,11 +281,11 @@ class CompiledSolver(Solver):
         return Placed(numbers[:nq], frames, numbers[nq:soon]), truths[0]
 
     def _frames(self, x: Array) -> Frames:
-        found, holds = self._placed(x)
+        placed, holds = self._placed(x)
         if not holds.all():
-            rest = np.flatnonzero(~holds)
-            found.frames.put(rest, Solver.place(self, x[:, rest]).frames)
-        return found.frames
+            unmet = np.flatnonzero(~holds)
+            placed.frames.put(unmet, Solver.place(self, x[:, unmet]).frames)
+        return placed.frames
 
     def _surely(self, code: Code, first: SolverState, second: SolverState) -> NDArray[np.bool_]:
         return code.results((first.x, first.c, second.x, second.c), self._parameters, 0, 1)[1][0]
@@ -315,26 +315,26 @@ class _LaterFrames(Frames):
         vars(self).update(x=x, _place=place)
 
     @cached_property
-    def known(self) -> Frames:
+    def computed(self) -> Frames:
         place: Callable[[Array], Frames] = vars(self)["_place"]
         return place(self.x)
 
     @property
     def rotation(self) -> Array:  # type: ignore[override]
-        return self.known.rotation
+        return self.computed.rotation
 
     @property
     def position(self) -> Array:  # type: ignore[override]
-        return self.known.position
+        return self.computed.position
 
     def take(self, poses: Index | slice) -> Frames:
-        return self.known.take(poses) if "known" in vars(self) else _LaterFrames(self.x[:, poses], vars(self)["_place"])
+        return self.computed.take(poses) if "computed" in vars(self) else _LaterFrames(self.x[:, poses], vars(self)["_place"])
 
     def put(self, poses: Index, others: Frames) -> None:
         """Replace the frames of some poses; before the first use nothing is replaced, since frames still follow from ``x``."""
-        if "known" in vars(self):
-            self.known.put(poses, others)
+        if "computed" in vars(self):
+            self.computed.put(poses, others)
 
     def __reduce__(self) -> tuple[object, ...]:
         """Copy and pickle the computed frames."""
-        return Frames, (self.known.rotation, self.known.position)
+        return Frames, (self.computed.rotation, self.computed.position)

@@ -106,9 +106,9 @@ class PoseCode:
         }
         self._ends, self._truths = code.table["ends"], int(code.table["truths"])
         numbers, truths = self.computed(*example)
-        found = {name: place.of(numbers, truths) for name, place in self.places.items()}
+        outputs = {name: place.of(numbers, truths) for name, place in self.places.items()}
         closed = ("opening", "worst_equation")  # rounding errors only
-        return bool(truths[0, 0]) and all(agree(expected[name], found[name]) for name in found if name not in closed)
+        return bool(truths[0, 0]) and all(agree(expected[name], outputs[name]) for name in outputs if name not in closed)
 
     def computed(self, x: Array, load: Array, gravity: Array, *wrenches: Array, stage: int = LAST) -> tuple[Array, Mask]:
         """Return the numbers (R, N) and truth values (T, N) of all outputs; the first truth value is whether the code is valid.
@@ -149,10 +149,10 @@ def compiled(
     places, ends = {}, []
     for number, stage in enumerate(stages):
         for name in stage:
-            mine = record.rows[name]
-            truth = bool(mine) and all(isinstance(record.tape.values[row], bool) for row in mine)
+            output_rows = record.rows[name]
+            truth = bool(output_rows) and all(isinstance(record.tape.values[row], bool) for row in output_rows)
             places[name] = record.shapes[name], truth, len(rows[truth]), number
-            rows[truth].extend(mine)
+            rows[truth].extend(output_rows)
         ends.append(len(rows[0]))
     operations = sum(needed_by(record.tape, (*rows[0], *rows[1])))
     table = {"sizes": sizes, "places": places, "ends": ends, "truths": len(rows[1]), "operations": operations}
@@ -161,10 +161,10 @@ def compiled(
     return packed(table, text, lanes, 0 if quickly else 1)
 
 
-def agree(expected: Array, found: Array) -> bool:
+def agree(expected: Array, computed: Array) -> bool:
     """Whether two arrays differ by less than ``_ALIKE`` times the largest expected entry, with NaN at the same places."""
-    if expected.shape != found.shape or (expected.dtype == bool) != (found.dtype == bool):
+    if expected.shape != computed.shape or (expected.dtype == bool) != (computed.dtype == bool):
         return False
     if expected.dtype == bool:
-        return bool(np.array_equal(expected, found))
-    return bool(np.allclose(found, expected, rtol=0, atol=_ALIKE * np.nanmax(np.abs(expected), initial=1e-20), equal_nan=True))
+        return bool(np.array_equal(expected, computed))
+    return bool(np.allclose(computed, expected, rtol=0, atol=_ALIKE * np.nanmax(np.abs(expected), initial=1e-20), equal_nan=True))

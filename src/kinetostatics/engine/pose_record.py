@@ -133,10 +133,10 @@ class Pose:
 
     def within(self) -> Mask:
         """True where all joints are within their limits (N,)."""
-        found: Mask = np.ones(self.x.shape[1], dtype=bool)
+        within: Mask = np.ones(self.x.shape[1], dtype=bool)
         for *_, inside in self.model.joints.limited(self.placed.q, self.frames):
-            found = found & inside
-        return found
+            within = within & inside
+        return within
 
     def is_stable(self) -> Mask:
         """True where a sufficient condition excludes buckling (N,)."""
@@ -168,18 +168,18 @@ def outputs_at(pose: Pose, names: Sequence[str], tool: Array | None = None) -> d
 
     Twist, stiffness and compliance have the reference point ``tool`` (3,), from o in platform axes [m]; default o.
     """
-    found: dict[str, Number] = {}
+    outputs: dict[str, Number] = {}
     for name in names:
         if name in OUTPUTS:
-            found[name] = OUTPUTS[name](pose)
+            outputs[name] = OUTPUTS[name](pose)
             continue
-        found[name] = OF_EQUILIBRIUM[name](pose.statics, pose.solution)
+        outputs[name] = OF_EQUILIBRIUM[name](pose.statics, pose.solution)
         kind = QUANTITIES[name].moves_as if name in QUANTITIES else None
-        if tool is not None and kind is not None and not _is_unknown(found[name]):
+        if tool is not None and kind is not None and not _is_unknown(outputs[name]):
             R, _ = pose.solver.mechanism.platform_pose(pose.frames)
             axis = QUANTITIES[name].dims.index("component")
-            found[name] = np.moveaxis(move(kind, np.moveaxis(found[name], axis, 0), np.einsum("ijn,j->in", R, tool)), 0, axis)
-    return found
+            outputs[name] = np.moveaxis(move(kind, np.moveaxis(outputs[name], axis, 0), np.einsum("ijn,j->in", R, tool)), 0, axis)
+    return outputs
 
 
 def _is_unknown(array: Array) -> bool:
@@ -245,11 +245,11 @@ def _recording_equilibrium(robot: RobotStatics) -> Iterator[None]:
         with recording():
             yield
     except NotRecordedError as error:
-        found = solve_with_springs(robot, *example_of(robot))
+        solution = solve_with_springs(robot, *example_of(robot))
         reason = str(error)
-        if found.singular[0]:
+        if solution.singular[0]:
             reason = "the platform is singular at generic poses, which needs singular values"
-        elif found.indeterminate[0]:
+        elif solution.indeterminate[0]:
             reason = "rigid limbs or rings overconstrain one another, so that their internal forces need singular values"
         elif isinstance(error.__cause__, IndexError):  # a recorded mask selects some of the poses
             reason = "a limb needs eigenvectors even at generic poses, for instance because its self-stress is almost rigid"

@@ -135,8 +135,8 @@ def _poses_of(
     def find(anew: bool) -> PoseCode | None:
         from kinetostatics.engine.pose_code import ANALYSIS, STABILITY, PoseCode
 
-        found = PoseCode(robot, statics, STABILITY if stability else ANALYSIS, places, anew=anew)
-        return found if found.is_there else None
+        code = PoseCode(robot, statics, STABILITY if stability else ANALYSIS, places, anew=anew)
+        return code if code.is_there else None
 
     return _program_of(_POSES, robot, (places, stability), engine, poses, find)
 
@@ -172,7 +172,7 @@ def _loops_of(robot: RobotKinematics, engine: str, prescribed: PrescribedCoordin
         from kinetostatics.engine.loops import CompiledSolver
 
         example = robot.generic_poses.take(np.zeros(1, dtype=np.intp))
-        found = CompiledSolver(robot.solver, prescribed, example, anew)
-        return found if found.is_there else None
+        solver = CompiledSolver(robot.solver, prescribed, example, anew)
+        return solver if solver.is_there else None
 
     return _program_of(_LOOPS, robot, prescribed, engine, poses, find)

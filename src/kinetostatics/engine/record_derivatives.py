@@ -64,45 +64,45 @@ def values(tape: Tape, needed: Sequence[bool], inputs: Sequence[Array], paramete
         inputs: the input arrays (components, N).
         parameters: the P numbers of the robot; a number that differs from pose to pose is an array (N,).
     """
-    found: list[Number] = [None] * len(needed)
+    results: list[Number] = [None] * len(needed)
     with np.errstate(all="ignore"):
         for number, is_needed in enumerate(needed):
             if not is_needed:
                 continue
             name, *taken = tape.operations[number]
             if name == "input":
-                found[number] = inputs[taken[0]][taken[1]]
+                results[number] = inputs[taken[0]][taken[1]]
             elif name == "parameter":
-                found[number] = parameters[taken[0]]
+                results[number] = parameters[taken[0]]
             elif name == "constant":
-                found[number] = float.fromhex(taken[0])
+                results[number] = float.fromhex(taken[0])
             elif name == "truth":
-                found[number] = taken[0]
+                results[number] = taken[0]
             else:
-                found[number] = _FUNCTIONS[name](*[found[k] for k in taken])
-    return found
+                results[number] = _FUNCTIONS[name](*[results[k] for k in taken])
+    return results
 
 
-def gradients(tape: Tape, found: Sequence[Number], outputs: Sequence[int], leaves: Iterable[int], N: int) -> dict[int, Array]:
+def gradients(tape: Tape, results: Sequence[Number], outputs: Sequence[int], leaves: Iterable[int], N: int) -> dict[int, Array]:
     """Return the derivatives (outputs, N) of results with respect to inputs and parameters, by the index of their operation.
 
     Inputs and parameters without influence are omitted.
 
     Args:
-        found: the results of all operations, see :func:`values`.
+        results: the results of all operations, see :func:`values`.
         outputs: indices of the operations whose results are differentiated.
         leaves: indices of the operations of the inputs and parameters.
     """
     leaves = set(leaves)
-    active = [False] * len(found)
-    for number, value in enumerate(found):
+    active = [False] * len(results)
+    for number, value in enumerate(results):
         if value is not None:
             name = tape.operations[number][0]
             if name in PARTIALS or name == "choose":
                 active[number] = any(active[k] for k in operands(tape.operations[number]))
             else:
                 active[number] = number in leaves
-    adjoints: list[Number] = [None] * len(found)
+    adjoints: list[Number] = [None] * len(results)
     for row, number in enumerate(outputs):
         if active[number]:
             if adjoints[number] is None:
@@ -112,30 +112,30 @@ def gradients(tape: Tape, found: Sequence[Number], outputs: Sequence[int], leave
     def put(number: int, by: Number) -> None:
         adjoints[number] = by if adjoints[number] is None else adjoints[number] + by
 
-    result: dict[int, Array] = {}
+    derivatives: dict[int, Array] = {}
     with np.errstate(all="ignore"):
-        for number in range(len(found) - 1, -1, -1):
+        for number in range(len(results) - 1, -1, -1):
             adjoint = adjoints[number]
             if adjoint is None:
                 continue
             name, *taken = tape.operations[number]
             adjoints[number] = None
             if name in LEAVES:
-                result[number] = adjoint
+                derivatives[number] = adjoint
             elif name == "choose":
                 condition, a, b = taken
-                for operand, chosen in ((a, found[condition]), (b, np.logical_not(found[condition]))):
+                for operand, chosen in ((a, results[condition]), (b, np.logical_not(results[condition]))):
                     if active[operand]:
                         put(operand, np.where(chosen, adjoint, 0.0))
             else:
-                partials = PARTIALS[name](*[found[k] for k in taken], found[number])
+                partials = PARTIALS[name](*[results[k] for k in taken], results[number])
                 for partial, operand in zip(partials, taken, strict=True):
                     if active[operand]:
                         product = partial * adjoint
                         if name in _MAY_BE_INFINITE:
                             product = np.where(adjoint == 0, 0.0, product)
                         put(operand, product)
-    return result
+    return derivatives
 
 
 def tangent_record(tape: Tape, outputs: Sequence[int], inputs: int) -> list[int]:

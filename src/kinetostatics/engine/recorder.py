@@ -69,18 +69,18 @@ class Recorded(np.ndarray[tuple[int, ...], np.dtype[np.object_]]):
     def __array_ufunc__(self, ufunc: Number, method: str, *inputs: Number, **options: Number) -> Number:
         if ufunc not in _ELEMENTWISE and ufunc not in _NATIVE:
             raise NotRecordedError(f"numpy.{ufunc.__name__}")
-        plain = [_plain(item) for item in inputs]
+        plain = [_plain(operand) for operand in inputs]
         out = options.pop("out", (None,))[0]
         if method == "reduce":
-            found = _ELEMENTWISE[ufunc].reduce(plain[0], **options)
+            result = _ELEMENTWISE[ufunc].reduce(plain[0], **options)
         elif method == "__call__":
-            found = (ufunc if ufunc in _NATIVE else _ELEMENTWISE[ufunc])(*plain)
+            result = (ufunc if ufunc in _NATIVE else _ELEMENTWISE[ufunc])(*plain)
         else:
             raise NotRecordedError(f"numpy.{ufunc.__name__}.{method}")
         if out is not None and out.dtype == object:
-            np.ndarray.__setitem__(out, ..., found)
+            np.ndarray.__setitem__(out, ..., result)
             return out
-        return recorded(found)  # a new array, also for an in-place operation on floats
+        return recorded(result)  # a new array, also for an in-place operation on floats
 
     def __array_function__(self, function: Number, types: Number, args: Number, kwargs: Number) -> Number:
         """Apply a NumPy function. Functions of ``numpy.linalg`` cannot be recorded; others rearrange entries or apply ufuncs."""
@@ -96,13 +96,13 @@ class Recorded(np.ndarray[tuple[int, ...], np.dtype[np.object_]]):
         return recorded(super().__array_function__(function, types, args, kwargs))
 
 
-def recorded(found: Number) -> Number:
+def recorded(value: Number) -> Number:
     """Return arrays of objects as :class:`Recorded`, also within tuples and lists; anything else unchanged."""
-    if isinstance(found, tuple | list):
-        return type(found)(map(recorded, found))
-    if isinstance(found, np.ndarray) and found.dtype == object and not isinstance(found, Recorded):
-        return found.view(Recorded)
-    return found
+    if isinstance(value, tuple | list):
+        return type(value)(map(recorded, value))
+    if isinstance(value, np.ndarray) and value.dtype == object and not isinstance(value, Recorded):
+        return value.view(Recorded)
+    return value
 
 
 def recorded_input(tape: Tape, number: int, array: Array) -> Number:
@@ -123,8 +123,8 @@ def recording() -> Iterator[None]:
         raise NotRecordedError(str(error)) from error
 
 
-def _plain(item: Number) -> Number:
-    return item.view(np.ndarray) if isinstance(item, Recorded) else item
+def _plain(value: Number) -> Number:
+    return value.view(np.ndarray) if isinstance(value, Recorded) else value
 
 
 # ---- structure and parameters --------------------------------------------------------------------------------------
@@ -161,54 +161,54 @@ class Structure:
     def _add_to_key(self, *what: object) -> None:
         self._hash.update(repr(what).encode())
 
-    def _keep(self, item: Number, copy: Number) -> None:
-        self._copies[id(item)] = (len(self._copies), item, copy)
+    def _keep(self, original: Number, copy: Number) -> None:
+        self._copies[id(original)] = (len(self._copies), original, copy)
 
-    def _copied(self, item: Number) -> Number:
-        if item is None or isinstance(item, bool | int | str | np.bool_ | np.integer | Enum):
-            self._add_to_key(type(item).__name__, item)
-            return item
-        if isinstance(item, float):
-            return self._number(float(item))
-        known = self._copies.get(id(item))
-        if known is not None:
-            self._add_to_key("again", known[0])
-            return known[2]
-        if isinstance(item, np.ndarray):
-            copy: Number = self._array(item)
-            self._keep(item, copy)
+    def _copied(self, original: Number) -> Number:
+        if original is None or isinstance(original, bool | int | str | np.bool_ | np.integer | Enum):
+            self._add_to_key(type(original).__name__, original)
+            return original
+        if isinstance(original, float):
+            return self._number(float(original))
+        earlier = self._copies.get(id(original))
+        if earlier is not None:
+            self._add_to_key("again", earlier[0])
+            return earlier[2]
+        if isinstance(original, np.ndarray):
+            copy: Number = self._array(original)
+            self._keep(original, copy)
             return copy
-        if isinstance(item, list | tuple):
-            self._add_to_key(type(item).__name__, len(item))
-            parts = [self._copied(part) for part in item]
-            return type(item)(*parts) if hasattr(item, "_fields") else type(item)(parts)
-        if isinstance(item, set | frozenset):
-            self._add_to_key("set", sorted(map(repr, item)))
-            return item
-        if isinstance(item, Mapping):
-            self._add_to_key("mapping", len(item))
-            return {self._copied(key): self._copied(value) for key, value in item.items()}
-        if not type(item).__module__.startswith("kinetostatics."):
-            raise TypeError(f"{type(item)} has no structure")
-        return self._object(item)
+        if isinstance(original, list | tuple):
+            self._add_to_key(type(original).__name__, len(original))
+            parts = [self._copied(part) for part in original]
+            return type(original)(*parts) if hasattr(original, "_fields") else type(original)(parts)
+        if isinstance(original, set | frozenset):
+            self._add_to_key("set", sorted(map(repr, original)))
+            return original
+        if isinstance(original, Mapping):
+            self._add_to_key("mapping", len(original))
+            return {self._copied(key): self._copied(value) for key, value in original.items()}
+        if not type(original).__module__.startswith("kinetostatics."):
+            raise TypeError(f"{type(original)} has no structure")
+        return self._object(original)
 
-    def _object(self, item: Number) -> Number:
+    def _object(self, original: Number) -> Number:
         """Copy the attributes of an object that may influence records.
 
         Not copied: cached properties; fields of a dataclass that are not compared; attributes in ``NOT_RECORDED`` of the object's
         class, for instance labels and places in files.
         """
-        kind = type(item)
+        kind = type(original)
         copy = object.__new__(kind)
-        self._keep(item, copy)
-        if is_dataclass(item):
-            own = [field.name for field in fields(item) if field.compare]
+        self._keep(original, copy)
+        if is_dataclass(original):
+            attributes = [field.name for field in fields(original) if field.compare]
         else:
-            own = [name for name in vars(item) if not isinstance(getattr(kind, name, None), cached_property)]
-        names = tuple(name for name in own if name not in getattr(kind, "NOT_RECORDED", ()))
+            attributes = [name for name in vars(original) if not isinstance(getattr(kind, name, None), cached_property)]
+        names = tuple(name for name in attributes if name not in getattr(kind, "NOT_RECORDED", ()))
         self._add_to_key(kind.__qualname__, names)
         for name in names:
-            object.__setattr__(copy, name, self._copied(getattr(item, name)))
+            object.__setattr__(copy, name, self._copied(getattr(original, name)))
         return copy
 
     def _number(self, value: float) -> Number:
@@ -240,7 +240,7 @@ class Structure:
             return array
         copy = np.empty(flat.shape, dtype=object)
         copy[constant] = flat[constant]
-        rest = np.flatnonzero(~constant).tolist()
-        for place, number in enumerate(rest):
+        varying = np.flatnonzero(~constant).tolist()
+        for place, number in enumerate(varying):
             copy[number] = self._tape.write(("parameter", first + place), float(flat[number]))
         return copy.reshape(array.shape).view(Recorded)

@@ -42,21 +42,21 @@ class Tape:
 
     def write(self, operation: Operation, value: float | bool) -> Scalar:
         """Return the scalar of an operation; record it if no equal one exists. ``value`` is the result at the example."""
-        found = self._known.get(operation)
-        if found is None:
-            found = Scalar(self, len(self.operations), value)
+        scalar = self._known.get(operation)
+        if scalar is None:
+            scalar = Scalar(self, len(self.operations), value)
             self.operations.append(operation)
             self.values.append(value)
-            self._known[operation] = found
-        return found
+            self._known[operation] = scalar
+        return scalar
 
     def holds(self) -> Number:
         """Whether all guards recorded so far are met: a recorded truth value, or True if there are no guards."""
-        found: Number = True
+        met: Number = True
         for number, expected in self.guards.items():
             guard = Scalar(self, number, self.values[number])
-            found = logical_and(found, guard if expected else logical_not(guard))
-        return found
+            met = logical_and(met, guard if expected else logical_not(guard))
+        return met
 
     def number_of(self, scalar: Number) -> int:
         """Return the index of a scalar's operation; for a constant, an operation is added."""
@@ -173,13 +173,13 @@ def subtract(a: Number, b: Number) -> Number:
 def multiply(a: Number, b: Number) -> Number:
     if not isinstance(a, Scalar) and not isinstance(b, Scalar):
         return a * b
-    for one, other in ((a, b), (b, a)):
-        if not isinstance(one, Scalar):
-            if one == 0:
+    for factor, other in ((a, b), (b, a)):
+        if not isinstance(factor, Scalar):
+            if factor == 0:
                 return 0.0
-            if one == 1:
+            if factor == 1:
                 return other
-            if one == -1:
+            if factor == -1:
                 return negative(other)
     return _joined("multiply", a, b, value_of(a) * value_of(b), swaps=True)
 
@@ -212,13 +212,13 @@ def power(a: Number, n: Number) -> Number:
         return 1.0
     if isinstance(n, Scalar) or n != int(n) or n < 1:
         raise NotRecordedError(f"a power of {n!r}")
-    found, square, left = None, a, int(n)
+    product, square, left = None, a, int(n)
     while left:
         if left & 1:
-            found = square if found is None else multiply(found, square)
+            product = square if product is None else multiply(product, square)
         left >>= 1
         square = multiply(square, square) if left else square
-    return found
+    return product
 
 
 def square_root(a: Number) -> Number:
@@ -288,9 +288,9 @@ def logical_or(a: Number, b: Number) -> Number:
 
 def _logical(name: str, neutral: bool, a: Number, b: Number, value: bool) -> Number:
     a, b = _truth(a), _truth(b)
-    for one, other in ((a, b), (b, a)):
-        if not isinstance(one, Scalar):
-            return other if bool(one) is neutral else not neutral
+    for operand, other in ((a, b), (b, a)):
+        if not isinstance(operand, Scalar):
+            return other if bool(operand) is neutral else not neutral
     return a if a is b else _joined(name, a, b, value, swaps=True)
 
 
