@@ -97,9 +97,9 @@ def calibrate(
         raise ArgumentError(f"level is {level!r}; it must be between 0 and 1, such as 0.95")
     check_robot("calibrate", robot, payload)
     arm = check_point(point, frame)
-    known = read_gauges(gauges)
-    table = read_measurements(robot, measurements, known)
-    readings, measured = _readings(table, known)
+    all_gauges = read_gauges(gauges)
+    table = read_measurements(robot, measurements, all_gauges)
+    readings, measured = _readings(table, all_gauges)
     for hint in (*robot.unit_hints(table.coordinates), *table.repeated):
         warn(hint)
     used_gauges = list(readings.gauges.values())
@@ -142,22 +142,22 @@ def calibrate(
                 sigma_known,
             )
         except NoDerivativeError as error:
-            item, value = looked_for.items[error.k], float((error.x * scale)[error.k])
+            unknown, value = looked_for.items[error.k], float((error.x * scale)[error.k])
             raise ArgumentError(
-                f"the fit of {item.name} reached {value:.6g} {item.unit}".rstrip()
+                f"the fit of {unknown.name} reached {value:.6g} {unknown.unit}".rstrip()
                 + f", and a further change yields no robot: {model.refused or 'it is another mechanism'}; {ADVICE}"
             ) from error
 
     used = np.full(len(measured), True)
-    found = solved(used, start)
+    fitted = solved(used, start)
     size = float(np.sqrt(np.mean((measured / sigma) ** 2)))
-    studentized, bad = outliers(found, size)
+    studentized, bad = outliers(fitted, size)
     if leave_out_outliers and np.any(bad):
         used = ~bad
-        found = solved(used, found.x)
+        fitted = solved(used, fitted.x)
         studentized = np.where(bad, studentized, 0.0)
-        studentized[used] = outliers(found, size)[0]
-    values, covariance = found.x * scale, found.covariance * np.outer(scale, scale)
+        studentized[used] = outliers(fitted, size)[0]
+    values, covariance = fitted.x * scale, fitted.covariance * np.outer(scale, scale)
     computed = model.predict(values)
     of = [list(readings.gauges)[k] for k in readings.which]
     flagged = tuple(
@@ -165,18 +165,18 @@ def calibrate(
         for k in np.flatnonzero(bad)
     )
     errors = np.full(len(measured), np.nan)
-    errors[used] = leave_one_out(found, readings.rows[used]) * sigma[used]
-    estimates = _estimates(looked_for, found, values, covariance, level)
-    for one in estimates:
-        if one.impossible:
-            warn(f"{one.name} is estimated as {one.value:.6g} {one.unit}, and {one.impossible}; {ADVICE}")
+    errors[used] = leave_one_out(fitted, readings.rows[used]) * sigma[used]
+    estimates = _estimates(looked_for, fitted, values, covariance, level)
+    for estimate in estimates:
+        if estimate.impossible:
+            warn(f"{estimate.name} is estimated as {estimate.value:.6g} {estimate.unit}, and {estimate.impossible}; {ADVICE}")
     mass, moment, _ = looked_for.payload_of(values)
     robot_found = Robot(replace(looked_for.described(values), path=robot.description.path))
-    scatter = 1.0 if sigma_known else float(np.sqrt(found.variance))
-    free = found.degrees_of_freedom
+    scatter = 1.0 if sigma_known else float(np.sqrt(fitted.variance))
+    free = fitted.degrees_of_freedom
     return Calibration(
-        ResultMapping({one.name: one for one in estimates}),
-        unidentifiable(looked_for.items, found.null),
+        ResultMapping({estimate.name: estimate for estimate in estimates}),
+        unidentifiable(looked_for.items, fitted.null),
         level,
         frozen(covariance),
         ResultMapping(readings.gauges),
@@ -190,9 +190,9 @@ def calibrate(
         flagged,
         frozen(sigma * scatter),
         sigma_known,
-        float(found.residuals @ found.residuals / free) if sigma_known and free else float("nan"),
+        float(fitted.residuals @ fitted.residuals / free) if sigma_known and free else float("nan"),
         free,
-        found.converged,
+        fitted.converged,
         Payload(mass, tuple((moment / mass).tolist())) if mass else None,
         robot_found,
     )
@@ -247,11 +247,11 @@ def _readings(table: Measurements, gauges: Mapping[str, Gauge]) -> tuple[Reading
     return Readings(rows, which, {name: gauges[name] for name in names}), every[rows, which]
 
 
-def _estimates(unknowns: Unknowns, found: Fit, values: Array, covariance: Array, level: float) -> list[Estimate]:
+def _estimates(unknowns: Unknowns, fitted: Fit, values: Array, covariance: Array, level: float) -> list[Estimate]:
     from scipy import stats
 
-    tail, free = (1 - level) / 2, found.degrees_of_freedom
-    if found.sigma_known:
+    tail, free = (1 - level) / 2, fitted.degrees_of_freedom
+    if fitted.sigma_known:
         wide = float(stats.norm.isf(tail))
     else:
         wide = float(stats.t.isf(tail, free)) if free > 0 else np.inf
@@ -259,14 +259,15 @@ def _estimates(unknowns: Unknowns, found: Fit, values: Array, covariance: Array,
     reported, factors = unknowns.reported(values)
     starts, _ = unknowns.reported(unknowns.start)
     errors = np.sqrt(np.diag(factors @ covariance @ factors.T))
-    determined = identifiable_ones(found.null).tolist()
-    for k, item in enumerate(unknowns.items):
-        known = determined[k]
-        error = float(errors[k]) if known and np.isfinite(errors[k]) else np.inf
-        ends = [float(reported[k]) + sign * (wide * error if error > 0 else 0.0) for sign in (-1, 1)]
-        if item.kind == "stiffness":
+    determined = identifiable_ones(fitted.null).tolist()
+    for k, unknown in enumerate(unknowns.items):
+        is_determined = determined[k]
+        error = float(errors[k]) if is_determined and np.isfinite(errors[k]) else np.inf
+        value, start = float(reported[k]), float(starts[k])
+        ends = [value + sign * (wide * error if error > 0 else 0.0) for sign in (-1, 1)]
+        if unknown.kind == "stiffness":
             reach = wide * error * values[k] ** 2 if error > 0 else 0.0
             ends = [1 / (values[k] + reach), 1 / (values[k] - reach) if values[k] > reach else np.inf]
         interval = float(ends[0]), float(ends[1])
-        estimates.append(Estimate(item.name, item.kind, float(reported[k]), item.unit, float(starts[k]), interval, error, known))
+        estimates.append(Estimate(unknown.name, unknown.kind, value, unknown.unit, start, interval, error, is_determined))
     return estimates

@@ -104,18 +104,18 @@ def fit(predict: Function, jacobian: Function, start: Array, measured: Array, si
         return np.asarray((predict(x) - measured) / sigma)
 
     def derived(x: Array) -> Array:
-        found = jacobian(x)
-        lost = np.flatnonzero(~np.all(np.isfinite(found), axis=0))
+        derivatives = jacobian(x)
+        lost = np.flatnonzero(~np.all(np.isfinite(derivatives), axis=0))
         if lost.size:
             raise NoDerivativeError(x, int(lost[0]))
-        return found / sigma[:, None]
+        return derivatives / sigma[:, None]
 
     for _ in range(SEARCHES):
         scale, seen, _ = determined(derived(x))
         if not seen.shape[1]:
             break
         basis, origin = size * scale[:, None] * seen, x  # residuals relative to the readings
-        found = least_squares(
+        search = least_squares(
             lambda z, origin=origin, basis=basis: weighted(origin + basis @ z) / size,
             np.zeros(seen.shape[1]),
             lambda z, origin=origin, basis=basis: (derived(origin + basis @ z) / size) @ basis,
@@ -124,7 +124,7 @@ def fit(predict: Function, jacobian: Function, start: Array, measured: Array, si
             gtol=1e-13,
             max_nfev=60,
         )
-        x, converged = origin + basis @ found.x, found.status > 0
+        x, converged = origin + basis @ search.x, search.status > 0
         if determined(derived(x))[1].shape[1] <= seen.shape[1]:
             break
     return solution(x, derived(x), -weighted(x), sigma_known, converged)
@@ -154,7 +154,7 @@ def determined(J: Array) -> tuple[Array, Array, Array]:
     return scale, rows[:rank].T, canonical_basis(rows[rank:].T)
 
 
-def outliers(found: Fit, size: float) -> tuple[Array, Mask]:
+def outliers(fitted: Fit, size: float) -> tuple[Array, Mask]:
     """Return (externally studentized residuals (n,), mask (n,): True at outliers).
 
     Each outlier is sought in a fit without the previous outliers. ``size``: root mean square of the weighted readings, to which
@@ -162,19 +162,19 @@ def outliers(found: Fit, size: float) -> tuple[Array, Mask]:
     """
     from scipy import stats
 
-    J = found.jacobian @ found.seen
+    J = fitted.jacobian @ fitted.seen
     n, r = J.shape
     kept = np.ones(n, dtype=bool)
     studentized = np.zeros(n)
     while np.sum(kept) - r > 1:
         Q, _ = np.linalg.qr(J[kept])
-        residuals = found.residuals[kept] - Q @ (Q.T @ found.residuals[kept])
+        residuals = fitted.residuals[kept] - Q @ (Q.T @ fitted.residuals[kept])
         free = 1 - np.sum(Q**2, axis=1)
         usable = free > ROUNDING
         internal = np.where(usable, residuals, 0.0) ** 2 / np.where(usable, free, 1.0)
         if np.sqrt(np.mean(residuals**2)) <= ROUNDING * size:
             break
-        if found.sigma_known:
+        if fitted.sigma_known:
             t, bound = np.sqrt(internal), stats.norm.isf(FALSE_ALARM / (2 * len(residuals)))
         else:
             freedom = len(residuals) - r - 1  # of a fit without the reading
@@ -188,15 +188,15 @@ def outliers(found: Fit, size: float) -> tuple[Array, Mask]:
     return studentized, ~kept
 
 
-def leave_one_out(found: Fit, groups: Array) -> Array:
+def leave_one_out(fitted: Fit, groups: Array) -> Array:
     """Return the errors (n,), divided by sigma, of readings predicted from the readings of all other groups.
 
     ``groups`` (n,): group of each reading. The error is NaN if the other groups do not determine the reading.
     """
-    H, errors = found.hat, np.full(len(groups), np.nan)
+    H, errors = fitted.hat, np.full(len(groups), np.nan)
     for group in np.unique(groups):
-        mine = np.flatnonzero(groups == group)
-        rest = np.eye(mine.size) - H[np.ix_(mine, mine)]
-        if np.linalg.svd(rest, compute_uv=False)[-1] > UNSEEN:
-            errors[mine] = np.linalg.solve(rest, found.residuals[mine])
+        in_group = np.flatnonzero(groups == group)
+        residual_map = np.eye(in_group.size) - H[np.ix_(in_group, in_group)]
+        if np.linalg.svd(residual_map, compute_uv=False)[-1] > UNSEEN:
+            errors[in_group] = np.linalg.solve(residual_map, fitted.residuals[in_group])
     return errors

@@ -141,13 +141,13 @@ def plan_measurements(
     more = log_det(blocks[chosen]) - float(np.mean([value for _, value in usual])) if usual else np.nan
     gain = float(np.exp(more / (2 * free))) if free else float("nan")
     null = columns[:, None] * null
-    known = np.flatnonzero(identifiable_ones(null)).tolist()
+    identifiable = np.flatnonzero(identifiable_ones(null)).tolist()
     factors = looked_for.reported(start)[1] * scale
 
     def errors(plan: Index) -> Array:
         information = np.einsum("nki,nkj->ij", blocks[plan], blocks[plan])
         covariance = factors @ basis @ np.linalg.pinv(information) @ basis.T @ factors.T
-        return np.asarray(np.sqrt(np.diag(covariance))[known])
+        return np.asarray(np.sqrt(np.diag(covariance))[identifiable])
 
     ours = errors(chosen)
     others = np.exp(np.mean(np.log([errors(plan) for plan, _ in usual] or [ours * np.nan]), axis=0))
@@ -155,8 +155,8 @@ def plan_measurements(
         ResultMapping({name: frozen(array[numbers[chosen]]) for name, array in coordinates.items()}),
         frozen(wrenches[numbers[chosen]]),
         names,
-        ResultMapping({looked_for.items[k].name: float(error) for k, error in zip(known, ours, strict=True)}),
-        ResultMapping({looked_for.items[k].name: float(error) for k, error in zip(known, others, strict=True)}),
+        ResultMapping({looked_for.items[k].name: float(error) for k, error in zip(identifiable, ours, strict=True)}),
+        ResultMapping({looked_for.items[k].name: float(error) for k, error in zip(identifiable, others, strict=True)}),
         gain,
         unidentifiable(looked_for.items, null),
         count,
@@ -199,8 +199,8 @@ def best_subset(blocks: Array, n: int, rng: np.random.Generator) -> Index:
     r, every = blocks.shape[2], np.einsum("nki,nkj->nij", blocks, blocks)
     starts: list[Index] = [_greedy(every, n)] + [rng.choice(len(every), n, replace=False) for _ in range(STARTS)]
     ridge = 1e-12 * np.trace(every.sum(axis=0)) * np.eye(r)  # until all unknowns are determined
-    found = [_exchanged(every, start, ridge) for start in starts]
-    return np.sort(max(found, key=lambda plan: float(np.linalg.slogdet(every[plan].sum(axis=0) + ridge)[1])))
+    plans = [_exchanged(every, start, ridge) for start in starts]
+    return np.sort(max(plans, key=lambda plan: float(np.linalg.slogdet(every[plan].sum(axis=0) + ridge)[1])))
 
 
 def _greedy(every: Array, n: int) -> Index:
@@ -220,8 +220,8 @@ def _exchanged(every: Array, start: Index, ridge: Array) -> Index:
     while going:
         going = False
         for k in range(len(chosen)):
-            rest = every[np.delete(chosen, k)].sum(axis=0) + ridge
-            gains = np.linalg.slogdet(rest + every)[1]
+            others = every[np.delete(chosen, k)].sum(axis=0) + ridge
+            gains = np.linalg.slogdet(others + every)[1]
             gains[np.delete(chosen, k)] = -np.inf
             best = int(np.argmax(gains))
             if gains[best] > value + GAIN:

@@ -40,11 +40,11 @@ def read_gauges(given: str | os.PathLike[str] | Mapping[str, Gauge] | None) -> d
     if given is None:
         return dict(COMPONENTS)
     if isinstance(given, (str, os.PathLike)):
-        found = _read_file(os.fspath(given))
+        gauges = _read_file(os.fspath(given))
     else:
         check_mapping("gauges", given, '{"tip": ks.Gauge(direction=(0, 0, 1), point=(0.1, 0, 0), frame="platform")}')
-        found = {f"gauges: {name}": (name, gauge) for name, gauge in given.items()}
-    return {**COMPONENTS, **{name: _checked(where, gauge) for where, (name, gauge) in found.items()}}
+        gauges = {f"gauges: {name}": (name, gauge) for name, gauge in given.items()}
+    return {**COMPONENTS, **{name: _checked(where, gauge) for where, (name, gauge) in gauges.items()}}
 
 
 def _checked(where: str, gauge: object) -> Gauge:
@@ -65,7 +65,7 @@ def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
     """Return pairs (name, gauge) by file and line, such as "gauges.csv:3"."""
     example = "a table of gauges has a line of titles, such as name,x [mm],y [mm],z [mm],ux,uy,uz, and one of each"
     table = read_csv(path, example, COLUMNS, ("name", "ux", "uy", "uz"))
-    found: dict[str, tuple[str, Gauge]] = {}
+    gauges: dict[str, tuple[str, Gauge]] = {}
     for line, row in table.rows:
         where = table.where(line)
         texts = {name: cell for name, cell in zip(table.names, row, strict=True) if cell}
@@ -75,14 +75,14 @@ def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
             kind = kinds[name]
             cells[name] = cell if kind is None else parse_number(cell, kind, f"{where}: {name}")
         name = str(cells.pop("name", ""))
-        if not name or any(name == known for known, _ in found.values()):
+        if not name or any(name == other for other, _ in gauges.values()):
             raise ArgumentError(f"{where}: a gauge needs a unique name, got {name!r}")
         direction = cells.pop("ux", 0.0), cells.pop("uy", 0.0), cells.pop("uz", 0.0)
         point = tuple(cells.pop(axis) for axis in "xyz" if axis in cells)
         if len(point) in (1, 2):
             raise ArgumentError(f"{where}: a coordinate x, y or z of the point is missing; omit all three for o")
-        found[where] = (name, Gauge(direction, point=point or None, **cells))
-    return found
+        gauges[where] = (name, Gauge(direction, point=point or None, **cells))
+    return gauges
 
 
 def readings_by_twist(gauges: Sequence[Gauge], which: Index, pose: Configuration, rows: Index) -> Array:
@@ -92,10 +92,10 @@ def readings_by_twist(gauges: Sequence[Gauge], which: Index, pose: Configuration
     reading, ``which`` (n,) is the index of its gauge, and ``rows`` (n,) the index of its pose.
     """
     R, o = robot_of(pose).mechanism.platform_pose(pose.frames)
-    found = np.zeros((len(which), 6))
+    factors = np.zeros((len(which), 6))
     for k, gauge in enumerate(gauges):
-        mine = which == k
-        turn, origin = R[..., rows[mine]], o[:, rows[mine]]
+        of_gauge = which == k
+        turn, origin = R[..., rows[of_gauge]], o[:, rows[of_gauge]]
         u = np.array(gauge.direction, dtype=float)[:, None] / np.linalg.norm(gauge.direction)
         arm = np.zeros((3, 1)) if gauge.point is None else np.array(gauge.point, dtype=float)[:, None]
         if gauge.frame == "platform":
@@ -104,10 +104,10 @@ def readings_by_twist(gauges: Sequence[Gauge], which: Index, pose: Configuration
             arm = arm - origin
         u, arm = np.broadcast_to(u, origin.shape), np.broadcast_to(arm, origin.shape)
         part = slice(0, 3) if gauge.measures == "displacement" else slice(3, 6)
-        found[mine, part] = u.T
+        factors[of_gauge, part] = u.T
         if gauge.measures == "displacement":
-            found[mine, 3:] = cross(arm, u).T  # u · (d + r × a) = u · d + (a × u) · r
-    return found
+            factors[of_gauge, 3:] = cross(arm, u).T  # u · (d + r × a) = u · d + (a × u) · r
+    return factors
 
 
 #: Title of a column of remarks, which is ignored.

@@ -116,7 +116,7 @@ class Model:
         self.gravity = finite_numbers("gravity", self.analysis.pop("gravity", (0.0, 0.0, -9.81)))
         if self.gravity.shape != (3,):
             raise ArgumentError(f"gravity has the shape {self.gravity.shape}; it must be one vector (3,) for all rows")
-        self._known: tuple[bytes, Result] | None = None
+        self._latest: tuple[bytes, Result] | None = None
         self._derived: tuple[bytes, Array] | None = None
         self.refused = ""  # reason why the last invalid values yield no robot
 
@@ -130,13 +130,13 @@ class Model:
     def result(self, values: Array) -> Result:
         """Return the analysis of the poses of all rows, followed by the reference poses; the latest result is cached."""
         key = values.tobytes()
-        if self._known is None or self._known[0] != key:
+        if self._latest is None or self._latest[0] != key:
             robot = Robot(self.unknowns.described(values))
             pose = replace(self.pose, robot=robot)
             if not _same_poses(robot.description, self.unknowns.robot.description):
                 pose = self._assembled(robot, pose)
-            self._known = key, self._analyzed(pose, values, self.unknowns.errors(values))
-        return self._known[1]
+            self._latest = key, self._analyzed(pose, values, self.unknowns.errors(values))
+        return self._latest[1]
 
     def _analyzed(self, pose: Configuration, values: Array, errors: Mapping[str, Keyword]) -> Result:
         given = self.analysis.get("assembly_errors") or {}
@@ -156,26 +156,26 @@ class Model:
     def read(self, pose: Configuration, twists: Array) -> Array:
         """Return the readings (n, …) for twists (M, 6, …), less the readings at the reference poses."""
         gauges, rows, which = list(self.readings.gauges.values()), self.readings.rows, self.readings.which
-        found = np.einsum("ni,ni...->n...", readings_by_twist(gauges, which, pose, rows), twists[rows])
+        readings = np.einsum("ni,ni...->n...", readings_by_twist(gauges, which, pose, rows), twists[rows])
         before = self._referred[rows]
         if np.any(before >= 0):
-            found = found - np.einsum("ni,ni...->n...", readings_by_twist(gauges, which, pose, before), twists[before])
-        return np.asarray(found)
+            readings = readings - np.einsum("ni,ni...->n...", readings_by_twist(gauges, which, pose, before), twists[before])
+        return np.asarray(readings)
 
     def predict(self, values: Array) -> Array:
         """Return the readings (n,) [m, rad]; NaN if these values yield no robot or no equilibrium."""
-        if any(item.kind == "stiffness" and not v > 0 for item, v in zip(self.unknowns.items, values, strict=True)):
+        if any(unknown.kind == "stiffness" and not v > 0 for unknown, v in zip(self.unknowns.items, values, strict=True)):
             return np.full(len(self.readings.rows), np.nan)
         try:
             result = self.result(values)
         except (RobotFileError, StaticsError) as error:
             self.refused = str(error)
             return np.full(len(self.readings.rows), np.nan)
-        found = self.read(result.configuration, result.twist)
-        for item, value in zip(self.unknowns.items, values, strict=True):
-            if item.kind == "offset":
-                found = found + value * self._is_of_gauge(item.parts[0][1])
-        return found
+        readings = self.read(result.configuration, result.twist)
+        for unknown, value in zip(self.unknowns.items, values, strict=True):
+            if unknown.kind == "offset":
+                readings = readings + value * self._is_of_gauge(unknown.parts[0][1])
+        return readings
 
     def _is_of_gauge(self, gauge: str) -> Array:
         """Return an array (n,): 1 for readings of this gauge, 0 for others."""
@@ -193,24 +193,24 @@ class Model:
         pose, sources = result.configuration, result.source_contributions
         mass, _, arm = self.unknowns.payload_of(values)
         columns = []
-        for k, (item, value) in enumerate(zip(self.unknowns.items, values, strict=True)):
-            if item.kind == "stiffness":
+        for k, (unknown, value) in enumerate(zip(self.unknowns.items, values, strict=True)):
+            if unknown.kind == "stiffness":
                 nothing = np.zeros_like(result.twist)
-                twist = sum((sources.get(kind, {}).get(name, nothing) for kind, name in item.parts), nothing) / value
+                twist = sum((sources.get(kind, {}).get(name, nothing) for kind, name in unknown.parts), nothing) / value
                 columns.append(self.read(pose, twist))
-            elif item.kind == "payload":
-                axis = item.parts[0][1]
+            elif unknown.kind == "payload":
+                axis = unknown.parts[0][1]
                 if axis == "mass":
                     wrench = self._weight(pose, 1.0, arm)
                 else:
                     wrench = self._weight(pose, 0.0, (1.0 if self.unknowns.by_moments else mass) * np.eye(3)["xyz".index(axis)])
                 columns.append(self.read(pose, np.einsum("nij,nj->ni", result.compliance, wrench)))
-            elif item.kind == "offset":
-                columns.append(self._is_of_gauge(item.parts[0][1]))
-            elif item.kind == "error":  # the twist is affine in it
-                alone = self.unknowns.errors(np.where(np.arange(len(values)) == k, item.scale, 0.0))
+            elif unknown.kind == "offset":
+                columns.append(self._is_of_gauge(unknown.parts[0][1]))
+            elif unknown.kind == "error":  # the twist is affine in it
+                alone = self.unknowns.errors(np.where(np.arange(len(values)) == k, unknown.scale, 0.0))
                 ends = (self._analyzed(pose, values, errors).twist for errors in (alone, self.unknowns.errors(0.0 * values)))
-                columns.append(self.read(pose, np.subtract(*ends)) / item.scale)
+                columns.append(self.read(pose, np.subtract(*ends)) / unknown.scale)
             else:
                 columns.append(self._by_argument(values, k, result))
         return np.stack(columns, axis=-1)
@@ -221,28 +221,28 @@ class Model:
         They are central differences if the argument changes the poses, if assembly errors are unknown too, or if there is no
         derivative by this argument.
         """
-        item = self.unknowns.items[k]
+        unknown = self.unknowns.items[k]
 
         def changed(by: float) -> RobotDescription:
             return self.unknowns.described(values + by * np.eye(len(values))[k])
 
-        step = STEP_OF_CONSTANTS * item.scale
+        step = STEP_OF_CONSTANTS * unknown.scale
         derivatives = None
         if _same_poses(result.robot.description, changed(step)) and not self.unknowns.errors(values):
             derivatives = derivatives_at(result, self.analysis)
         if derivatives is not None:
             with suppress(ArgumentError):  # if there is no derivative by this argument
-                twist = derivatives.by_change(item.name, step, changed)["twist"]
-                found = self.read(result.configuration, np.moveaxis(twist, -1, 0))
-                if np.all(np.isfinite(found)):
-                    return found
-        known = self._known
-        change = STEP * item.scale * np.eye(len(values))[k]
+                twist = derivatives.by_change(unknown.name, step, changed)["twist"]
+                slopes = self.read(result.configuration, np.moveaxis(twist, -1, 0))
+                if np.all(np.isfinite(slopes)):
+                    return slopes
+        latest = self._latest
+        change = STEP * unknown.scale * np.eye(len(values))[k]
         above, below = self.predict(values + change), self.predict(values - change)
-        self._known = known
-        return np.asarray((above - below) / (2 * STEP * item.scale))
+        self._latest = latest
+        return np.asarray((above - below) / (2 * STEP * unknown.scale))
 
 
-def _same_poses(one: RobotDescription, other: RobotDescription) -> bool:
+def _same_poses(first: RobotDescription, second: RobotDescription) -> bool:
     """Whether equal coordinates of the joints yield equal poses of the platform's frame in both robots."""
-    return all(getattr(one, name) == getattr(other, name) for name in ("joints", "loops", "platform_origin"))
+    return all(getattr(first, name) == getattr(second, name) for name in ("joints", "loops", "platform_origin"))

@@ -86,33 +86,33 @@ class Unknowns:
         self._carried = any(name in PAYLOAD for name in names)
         self.by_moments = "payload.mass" in names
         self.items = tuple(map(self._unknown, names))
-        every = [part for item in self.items for part in item.parts or ((item.kind, item.name),)]
+        every = [part for unknown in self.items for part in unknown.parts or ((unknown.kind, unknown.name),)]
         if twice := next((part for part in every if every.count(part) > 1), None):
             raise ArgumentError(f"unknowns: {twice[1]!r} is named twice")
 
     @cached_property
     def start(self) -> Array:
         """Initial values (p,) of the varied quantities."""
-        return np.array([item.start for item in self.items])
+        return np.array([unknown.start for unknown in self.items])
 
     @cached_property
     def scale(self) -> Array:
         """Typical changes (p,) of the varied quantities."""
-        return np.array([item.scale for item in self.items])
+        return np.array([unknown.scale for unknown in self.items])
 
     @cached_property
     def _sources(self) -> dict[str, tuple[str, str]]:
         there = self.robot.description
         every = [("beams", name) for name in there.beams]
         every += [(kind, name) for name in there.joint_stiffness for kind in ("joints", "actuators")]
-        found = [(kind, name) for kind, name in every if self._stiffnesses(kind, name)]
-        names = [name for _, name in found]
-        named = {f"{kind}:{name}": (kind, name) for kind, name in found}
-        return {**named, **{name: (kind, name) for kind, name in found if names.count(name) == 1}}
+        sources = [(kind, name) for kind, name in every if self._stiffnesses(kind, name)]
+        names = [name for _, name in sources]
+        named = {f"{kind}:{name}": (kind, name) for kind, name in sources}
+        return {**named, **{name: (kind, name) for kind, name in sources if names.count(name) == 1}}
 
     def _stiffnesses(self, kind: str, name: str) -> list[RobotNumber]:
-        every = (self._robots.every_part.get(f"{name}.{number}", ()) for number in KINDS[kind])
-        return [item for several in every for item in several if item.step is not None]
+        every = (self._robots.every_part.get(f"{name}.{quantity}", ()) for quantity in KINDS[kind])
+        return [number for numbers in every for number in numbers if number.step is not None]
 
     def _unknown(self, name: str) -> Unknown:
         parts = tuple(part.strip() for part in name.split("+"))
@@ -140,13 +140,13 @@ class Unknowns:
             except ArgumentError as error:
                 reason = f"; {error}"
         if name not in (*self._robots.parts, *arguments):
-            known = [*self._sources, *arguments, *PAYLOAD, *(f"offset.{gauge}" for gauge in self._gauges), "offsets"]
-            known += [*self._robots.parts, *self._robots.errors] if "." in name else []
+            names = [*self._sources, *arguments, *PAYLOAD, *(f"offset.{gauge}" for gauge in self._gauges), "offsets"]
+            names += [*self._robots.parts, *self._robots.errors] if "." in name else []
             wrong = next((part for part in parts if part not in self._sources), name)
             raise ArgumentError(
                 f"unknowns: {self.robot.name!r} has no {wrong!r}; give a beam, elastic joint or actuator, an argument of the "
                 f"file, a number of a part, JOINT.error.rx, payload.mass, payload.x or offset.GAUGE: "
-                f"{near_names(wrong, known)}{reason}"
+                f"{near_names(wrong, names)}{reason}"
             )
         number = self._robots.number(name)
         scale = abs(number.value) or (1.0 if name in arguments else self.robot.length)
@@ -161,28 +161,31 @@ class Unknowns:
             RobotFileError: the values yield no robot.
         """
         pairs = list(zip(self.items, map(float, values), strict=True))
-        found = self._robots.description({item.name: value for item, value in pairs if item.kind == "argument"})
-        for item, value in pairs:
-            for part in item.parts if item.kind == "stiffness" else ():
+        description = self._robots.description({unknown.name: value for unknown, value in pairs if unknown.kind == "argument"})
+        for unknown, value in pairs:
+            for part in unknown.parts if unknown.kind == "stiffness" else ():
                 for number in self._stiffnesses(*part):
-                    found = number.changed_in(found, (1 / value - 1) * number.of(found))
-        return found
+                    description = number.changed_in(description, (1 / value - 1) * number.of(description))
+        return description
 
     def errors(self, values: Array) -> dict[str, Keyword]:
         """Return the assembly errors as an argument of :func:`kinetostatics.analyze`, in arrays for one pose."""
-        found = [(self._robots.errors[item.name], v) for item, v in zip(self.items, values, strict=True) if item.kind == "error"]
-        return as_assembly_errors([error for error, _ in found], np.array([[value] for _, value in found])) if found else {}
+        pairs = [(unknown.name, value) for unknown, value in zip(self.items, values, strict=True) if unknown.kind == "error"]
+        errors = [self._robots.errors[name] for name, _ in pairs]
+        return as_assembly_errors(errors, np.array([[value] for _, value in pairs])) if pairs else {}
 
     def payload_of(self, values: Array) -> tuple[float, Array, Array]:
         """Return (mass [kg], first moment m (3,) about o in platform axes [kg·m], derivative (3,) of m by the mass [m])."""
-        known = {item.parts[0][1]: float(v) for item, v in zip(self.items, values, strict=True) if item.kind == "payload"}
-        mass = known.get("mass", float(np.asarray(self.payload.mass)) or (1.0 if self._carried else 0.0))
+        given = {
+            unknown.parts[0][1]: float(v) for unknown, v in zip(self.items, values, strict=True) if unknown.kind == "payload"
+        }
+        mass = given.get("mass", float(np.asarray(self.payload.mass)) or (1.0 if self._carried else 0.0))
         arm, moment = np.array(self.payload.center, dtype=float), np.zeros(3)
         for k, axis in enumerate("xyz"):
-            if axis in known and self.by_moments:
-                moment[k], arm[k] = known[axis], 0.0
-            elif axis in known:
-                arm[k] = known[axis]
+            if axis in given and self.by_moments:
+                moment[k], arm[k] = given[axis], 0.0
+            elif axis in given:
+                arm[k] = given[axis]
         return mass, moment + mass * arm, arm
 
     def reported(self, values: Array) -> tuple[Array, Array]:
@@ -191,16 +194,16 @@ class Unknowns:
         The centre of a payload without mass is NaN.
         """
         mass, moment, _ = self.payload_of(values)
-        names = [item.name for item in self.items]
-        factors, found = np.eye(len(values)), np.array(values, dtype=float)
-        for k, item in enumerate(self.items):
-            if item.kind == "stiffness":
-                found[k], factors[k, k] = 1 / values[k], -1 / values[k] ** 2
-            elif item.kind == "payload" and self.by_moments and item.name != "payload.mass":
-                found[k] = moment["xyz".index(item.name[-1])] / mass if mass else math.nan
+        names = [unknown.name for unknown in self.items]
+        factors, reported = np.eye(len(values)), np.array(values, dtype=float)
+        for k, unknown in enumerate(self.items):
+            if unknown.kind == "stiffness":
+                reported[k], factors[k, k] = 1 / values[k], -1 / values[k] ** 2
+            elif unknown.kind == "payload" and self.by_moments and unknown.name != "payload.mass":
+                reported[k] = moment["xyz".index(unknown.name[-1])] / mass if mass else math.nan
                 factors[k, k] = 1 / mass if mass else math.nan
-                factors[k, names.index("payload.mass")] = -found[k] * factors[k, k]
-        return found, factors
+                factors[k, names.index("payload.mass")] = -reported[k] * factors[k, k]
+        return reported, factors
 
 
 #: Changes of an unknown up to this bound, relative to the largest change in a direction, count as zero.
@@ -225,23 +228,23 @@ def _sparse_basis(null: Array) -> Array:
 
     In k pivot rows it is the identity, but each column is scaled to a largest entry of ±1.
     """
-    found = null @ np.linalg.inv(null[pivot_rows(null)])
-    found = found / np.abs(found).max(axis=0, initial=0.0)
-    return np.where(np.abs(found) < NOTHING, 0.0, found)
+    basis = null @ np.linalg.inv(null[pivot_rows(null)])
+    basis = basis / np.abs(basis).max(axis=0, initial=0.0)
+    return np.where(np.abs(basis) < NOTHING, 0.0, basis)
 
 
 def _combination(unknowns: Sequence[Unknown], direction: Array) -> Unidentifiable:
-    mine = np.flatnonzero(direction).tolist()
-    changes = ResultMapping({unknowns[k].name: float(direction[k]) for k in mine})
+    involved = np.flatnonzero(direction).tolist()
+    changes = ResultMapping({unknowns[k].name: float(direction[k]) for k in involved})
     names = [
-        f"the compliance of {join_words([name for _, name in item.parts])}" if item.kind == "stiffness" else item.name
-        for item in (unknowns[k] for k in mine)
+        f"the compliance of {join_words([name for _, name in unknown.parts])}" if unknown.kind == "stiffness" else unknown.name
+        for unknown in (unknowns[k] for k in involved)
     ]
-    if len(mine) == 1:
+    if len(involved) == 1:
         return Unidentifiable(changes, f"no reading depends on {names[0]}")
     beginning = f"{', '.join(names[:-1])} and {names[-1]} cannot be distinguished"
-    if len(mine) == 2:
-        weight = float(-direction[mine[0]] / direction[mine[1]])
+    if len(involved) == 2:
+        weight = float(-direction[involved[0]] / direction[involved[1]])
         sign, kind = ("−", "difference") if weight < 0 else ("+", "sum")
         what = f"their {kind}" if abs(abs(weight) - 1) < 1e-4 else f"{names[0]} {sign} {abs(weight):.4g} times {names[1]}"
         return Unidentifiable(changes, f"{beginning}: the readings depend only on {what}, relative to the values in the file")
