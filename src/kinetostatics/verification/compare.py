@@ -92,12 +92,12 @@ class Verification(Reported):
     @property
     def verdict(self) -> str:
         """The verdict as a sentence."""
-        name, worst = max(self.differences.items(), key=lambda item: item[1] / self.allowed(item[0]))
+        name, worst = max(self.differences.items(), key=lambda pair: pair[1] / self.allowed(pair[0]))
         largest = f"the largest difference is {worst:.1e} ({name.replace('_', ' ')}), {self.allowed(name):.0e} is allowed"
         if self.verified:
             return f"verified: {largest}"
         if not self.conclusive:
-            accuracy = max(self.scatter.items(), key=lambda item: item[1] / self.allowed(item[0]))[1]
+            accuracy = max(self.scatter.items(), key=lambda pair: pair[1] / self.allowed(pair[0]))[1]
             return f"not verified: {largest}; the reference solution is accurate to {accuracy:.1e} here"
         return f"NOT verified: {largest}"
 
@@ -143,8 +143,8 @@ def verify(
         raise ArgumentError(f"within is {within!r}; it must be between 0 and 1")
     count = check("modes", modes)
     model = build(configuration, load, gravity, point, frame, assembly_errors, loads, payload)
-    compounds = [item for group in result.robot.statics.groups for limb in group.compounds for item in limb]
-    theirs, less = solve(replace(model, compound_joints=tuple(frozenset(item.joints) for item in compounds)))
+    compounds = [compound for group in result.robot.statics.groups for limb in group.compounds for compound in limb]
+    theirs, less = solve(replace(model, compound_joints=tuple(frozenset(compound.joints) for compound in compounds)))
     ours = FrameSolution(
         twist=result.twist,
         compliance=result.compliance,
@@ -156,11 +156,11 @@ def verify(
     )
     sizes = _ReferenceValues(model, theirs)
     not_compared: dict[str, str] = {}
-    known = {"joint_wrenches": dict(theirs.joint_wrenches), "beam_wrenches": dict(theirs.beam_wrenches)}
+    comparable = {"joint_wrenches": dict(theirs.joint_wrenches), "beam_wrenches": dict(theirs.beam_wrenches)}
     for name in model.outside_limbs - set(ours.joint_wrenches):
-        del known["joint_wrenches"][name]
-    joints = _determined(ours.joint_wrenches, known["joint_wrenches"], result, not_compared)
-    beams = _determined(ours.beam_wrenches, known["beam_wrenches"], result, not_compared)
+        del comparable["joint_wrenches"][name]
+    joints = _determined(ours.joint_wrenches, comparable["joint_wrenches"], result, not_compared)
+    beams = _determined(ours.beam_wrenches, comparable["beam_wrenches"], result, not_compared)
     joint_differences = {name: sizes.wrench(ours.joint_wrenches[name], theirs.joint_wrenches[name]) for name in joints}
     differences = sizes.differences(ours, theirs, joints, beams)
     if np.any(np.isnan(ours.stiffness)) and not sizes.has_stiffness(theirs):
@@ -173,11 +173,11 @@ def verify(
     elif count and model.springs:
         not_compared["frequencies"] = "the finite elements vibrate without the effects of springs and weights on the stiffness"
     elif count:
-        own, reference = modes_of(configuration, count, payload=payload), frequencies(model, count)
-        both = own.frequencies, frozen(reference.values)
-        differences["frequencies"] = relative_difference(*both) if own.zero_frequencies == reference.zero else np.inf
+        robot_modes, reference = modes_of(configuration, count, payload=payload), frequencies(model, count)
+        both = robot_modes.frequencies, frozen(reference.values)
+        differences["frequencies"] = relative_difference(*both) if robot_modes.zero_frequencies == reference.zero else np.inf
         scatter["frequencies"] = reference.scatter
-    for what, wrenches in known.items():
+    for what, wrenches in comparable.items():
         for name in sorted(set(getattr(ours, what)) ^ set(wrenches)):
             missing = "the finite elements have" if name in getattr(ours, what) else "the analysis has"
             not_compared[name] = f"{missing} no such {what.partition('_')[0]}"
@@ -212,13 +212,13 @@ def _determined(
 
     The reason for each omitted wrench is added to ``not_compared``.
     """
-    found = []
+    names = []
     for name in sorted(set(ours) & set(theirs), key=list(theirs).index):
         if np.any(np.isnan(ours[name])) and result.indeterminate:
             not_compared[name] = "rigid parts are overconstrained: its wrench is not determined"
         else:
-            found.append(name)
-    return found
+            names.append(name)
+    return names
 
 
 class _ReferenceValues:

@@ -184,11 +184,11 @@ class FrameModel:
         names = next((names for names in self.compound_joints if joint.name in names), {joint.name})
         if len(names) == 1:
             return [joint], joint.pieces
-        hinges = [item for item in self.joints if item.name in names]
-        pieces = [piece for item in hinges for piece in item.pieces]
+        hinges = [other for other in self.joints if other.name in names]
+        pieces = [piece for hinge in hinges for piece in hinge.pieces]
         # fixed joints may connect the hinges
-        rigid = [item for item in self.joints if np.all(item.blocked) and not item.springs and item.name not in names]
-        body_of = joined(range(len(self.references)), [item.pieces for item in rigid])
+        rigid = [other for other in self.joints if np.all(other.blocked) and not other.springs and other.name not in names]
+        body_of = joined(range(len(self.references)), [other.pieces for other in rigid])
         bodies = [body_of[piece] for piece in pieces]
         first, last = (piece for piece, body in zip(pieces, bodies, strict=True) if bodies.count(body) == 1)
         return hinges, (first, last)
@@ -196,19 +196,19 @@ class FrameModel:
     @property
     def stiffest(self) -> float:
         """Largest of the axial stiffnesses of beams and the stiffnesses of joint springs [N/m]; 1 if the frame is rigid."""
-        found = [beam.stiffness[0] / beam.length for beam in self.beams]
+        stiffnesses = [beam.stiffness[0] / beam.length for beam in self.beams]
         unit = np.repeat([1.0, self.length], 3)
         for joint in self.joints:
             for spring in joint.springs:
-                found += [float(value) for value in spring.stiffness / unit**2 if np.isfinite(value)]
-        return max(found, default=1.0)
+                stiffnesses += [float(value) for value in spring.stiffness / unit**2 if np.isfinite(value)]
+        return max(stiffnesses, default=1.0)
 
     @property
     def largest_assembly_error(self) -> float:
         """Largest displacement by one assembly error [m]; a rotation is multiplied by ``size``."""
         unit = np.repeat([1.0, self.size], 3)
-        found = [float(np.linalg.norm(joint.assembly_error * unit)) for joint in self.joints]
-        return max([*found, *(abs(beam.length_error) for beam in self.beams)], default=0.0)
+        displacements = [float(np.linalg.norm(joint.assembly_error * unit)) for joint in self.joints]
+        return max([*displacements, *(abs(beam.length_error) for beam in self.beams)], default=0.0)
 
 
 #: Indices of a joint's free directions in :func:`joint_axes`, by entry of the table of joint types; not for universal joints.
@@ -298,9 +298,9 @@ def joint_assembly_error(error: object, joint: PlacedJoint) -> Array:
     """
     if error is None or (isinstance(error, Mapping) and "twist" not in error):  # a beam with the joint's name has this error
         return np.zeros(6)
-    own = isinstance(error, Mapping) and error.get("frame", "world") == "joint"
+    in_joint_axes = isinstance(error, Mapping) and error.get("frame", "world") == "joint"
     twist = np.asarray(error["twist"] if isinstance(error, Mapping) else error, dtype=float)
-    if not own:
+    if not in_joint_axes:
         return twist
     axes = joint.frames[0][:3, :3]
     return np.append(axes @ twist[:3], axes @ twist[3:])

@@ -82,17 +82,18 @@ class _FrameBuilder:
     ) -> FrameModel:
         base, platform = self.number(self.pieces.base), self.number(self.pieces.platform)
         joints, coordinates = [], {}
-        for number, item in enumerate(self.pieces.jointed):
-            if self.pieces.find(item.pieces[0]) == self.pieces.find(item.pieces[1]):
+        for number, jointed in enumerate(self.pieces.jointed):
+            if self.pieces.find(jointed.pieces[0]) == self.pieces.find(jointed.pieces[1]):
                 continue
             outward = self.pieces.predecessor_is_inner(number)
-            joints.append(self._joint(item, outward))
-            if item.joint.locked:
+            joints.append(self._joint(jointed, outward))
+            joint = jointed.joint
+            if joint.locked:
                 sign = 1.0 if outward else -1.0
-                coordinates[item.joint.name] = Coordinate(item.joint.name, sign * item.joint.axis, not item.joint.type.is_slide)
+                coordinates[joint.name] = Coordinate(joint.name, sign * joint.axis, not joint.type.is_slide)
         beams = [self._beam(placed, gravity) for placed in self.pieces.beams.values()]
         masses = list(self._link_masses())
-        point_forces = [(item.piece, item.centre, item.mass * gravity) for item in masses]
+        point_forces = [(body.piece, body.centre, body.mass * gravity) for body in masses]
         acting = list(self._link_loads(on_links))
         if payload is not None:
             carried = self._payload_mass(payload)
@@ -129,9 +130,9 @@ class _FrameBuilder:
     def _link_loads(self, on_links: Mapping[str, object]) -> Iterator[tuple[int, Array, Array]]:
         """Yield the loads on links, each as piece, wrench (6,), point of application (3,)."""
         for link, value in on_links.items():
-            several = value if isinstance(value, (list, tuple)) and any(isinstance(item, LinkLoad) for item in value) else [value]
-            for item in several:
-                load = item if isinstance(item, LinkLoad) else LinkLoad(numbers(link, item))
+            loads = value if isinstance(value, (list, tuple)) and any(isinstance(given, LinkLoad) for given in value) else [value]
+            for given in loads:
+                load = given if isinstance(given, LinkLoad) else LinkLoad(numbers(link, given))
                 frame, wrench = self.configuration.frame(link), np.asarray(load.wrench, dtype=float)
                 R = frame[:3, :3] if load.frame == "link" else np.eye(3)
                 at = frame[:3, :3] @ np.asarray(load.point, dtype=float) + frame[:3, 3]
@@ -185,13 +186,13 @@ class _FrameBuilder:
 
     # ---- joints and beams -------------------------------------------------------------------------------------------
 
-    def _joint(self, item: JointedPieces, outward: bool) -> FrameJoint:
-        joint = item.joint
+    def _joint(self, jointed: JointedPieces, outward: bool) -> FrameJoint:
+        joint = jointed.joint
         elastic = self.description.joint_stiffness.get(joint.name)
         if elastic is not None and joint.name in self.followed:
             elastic = replace(elastic, drive=None)  # its actuator moves several joints
         axes, free = releases(joint, elastic)
-        first, second = (self.number(piece) for piece in item.pieces)
+        first, second = (self.number(piece) for piece in jointed.pieces)
         # the origins of the two frames differ in joints that slide
         centre = joint.frames[1 if outward else 0][:3, 3]
         assembly_error = joint_assembly_error(self.assembly_errors.get(joint.name), joint)
@@ -280,8 +281,8 @@ class _FrameBuilder:
 
 def _attachments(beams: Sequence[FrameBeam], joints: Sequence[FrameJoint]) -> list[tuple[int, Array]]:
     """Return (piece, point [m]) for every end of a beam and for both pieces of every joint."""
-    found = [(piece, point) for beam in beams for piece, point in zip(beam.pieces, beam.points, strict=True)]
-    return found + [(piece, joint.point) for joint in joints for piece in joint.pieces]
+    ends = [(piece, point) for beam in beams for piece, point in zip(beam.pieces, beam.points, strict=True)]
+    return ends + [(piece, joint.point) for joint in joints for piece in joint.pieces]
 
 
 def _sizes(

@@ -55,23 +55,23 @@ def frequencies(model: FrameModel, count: int) -> Frequencies:
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
     """
     scale = FrameUnits(model)
-    total = sum(item.mass for item in model.masses) + sum(beam.mass * beam.length for beam in model.beams)
-    found: list[Array] = []
+    total = sum(body.mass for body in model.masses) + sum(beam.mass * beam.length for beam in model.beams)
+    eigenvalues: list[Array] = []
     best: Frequencies | None = None
     for elements in MESHES if model.beams else MESHES[:1]:
         mesh = frame_with_masses(model, scale, total, elements)
-        if not found:
+        if not eigenvalues:
             regularization, free, levels = least_scatter(REGULARIZATIONS, SURE, partial(_without_zeros, mesh, count))
             # with the smallest stiffness, the zeros are below the eigenvalues of a heavy platform, too
             zero = max(free, _without_zeros(mesh, count, min(REGULARIZATIONS))[1][1])
         else:
             levels = _at_levels(mesh, regularization, free + count)[:, free:]
-        found.append(levels)
-        if len(found) < (FEWEST if model.beams else 1):
+        eigenvalues.append(levels)
+        if len(eigenvalues) < (FEWEST if model.beams else 1):
             continue
-        values = _limit(found)
-        less = _limit([levels[:-1] for levels in found]), _limit(found[:-1] or found)
-        scatter = max(relative_difference(item, values) for item in less)
+        values = _limit(eigenvalues)
+        less = _limit([levels[:-1] for levels in eigenvalues]), _limit(eigenvalues[:-1] or eigenvalues)
+        scatter = max(relative_difference(estimate, values) for estimate in less)
         if best is None or scatter < best.scatter:
             best = Frequencies(values * np.sqrt(scale.stiffness / total) / (2 * np.pi), scatter, zero)
         if scatter < SURE:
@@ -101,11 +101,11 @@ def _without_zeros(mesh: Frame, count: int, regularization: float) -> tuple[floa
 def _at_levels(mesh: Frame, regularization: float, number: int) -> Array:
     """Return the ``number`` lowest eigenvalues (levels, number) in ascending order, infinite if there are fewer."""
     levels = run({**mesh, "modes": number}, [(PENALTY * 2**k, regularization / 2**k) for k in range(LEVELS)])
-    found = np.full((LEVELS, number), np.inf)
+    eigenvalues = np.full((LEVELS, number), np.inf)
     for k, level in enumerate(levels):
         squares = np.sort(np.array(level["squares"][0]))
-        found[k, : len(squares)] = squares
-    return found
+        eigenvalues[k, : len(squares)] = squares
+    return eigenvalues
 
 
 def _limit(meshes: list[Array]) -> Array:
@@ -119,9 +119,9 @@ def _limit(meshes: list[Array]) -> Array:
 
 def relative_difference(some: Array, other: Array) -> float:
     """Return the largest relative difference of positive numbers; two infinite numbers are equal."""
-    known = np.isfinite(some) | np.isfinite(other)
+    compared = np.isfinite(some) | np.isfinite(other)
     with np.errstate(divide="ignore", invalid="ignore"):
-        gaps = np.abs(some[known] / other[known] - 1)
+        gaps = np.abs(some[compared] / other[compared] - 1)
     return float(gaps.max(initial=0.0)) if np.all(np.isfinite(gaps)) else float("inf")
 
 
@@ -149,15 +149,15 @@ def frame_with_masses(model: FrameModel, scale: FrameUnits, total: float, elemen
             put(body.piece, body.centre - scale.length * axis, mass)
         put(body.piece, body.centre, body.mass - 2 * float(np.sum(around)))
     for number, beam in enumerate(model.beams):
-        mine = frame["beams"][elements * number : elements * (number + 1)]
+        beam_elements = frame["beams"][elements * number : elements * (number + 1)]
         if np.linalg.norm(beam.lever) < BESIDE * beam.length:
-            for item in mine:
-                item["mass"] = beam.mass * scale.length / total
+            for element in beam_elements:
+                element["mass"] = beam.mass * scale.length / total
             continue
         EA, *_, EI_y, EI_z = beam.stiffness
         # equal masses at the ends of four arms have the rotary inertia of the section
         arms = beam.axes[:, 1] * np.sqrt(2 * EI_z / EA), beam.axes[:, 2] * np.sqrt(2 * EI_y / EA)
-        path = [beam.pieces[0], *(item["nodes"][1] for item in mine[:-1]), beam.pieces[1]]
+        path = [beam.pieces[0], *(element["nodes"][1] for element in beam_elements[:-1]), beam.pieces[1]]
         for k, (node, point) in enumerate(zip(path, beam.divided(elements), strict=True)):
             share = beam.mass * beam.length / elements * (0.5 if k in (0, elements) else 1.0)
             for arm in (*arms, *(-arm for arm in arms)):

@@ -112,11 +112,11 @@ def least_scatter(regularizations: Iterable[float], sure: float, solved: Callabl
     failure: OpenSeesError | None = None
     for regularization in regularizations:
         try:
-            found = solved(regularization)
+            attempt = solved(regularization)
         except SingularFrame as error:  # the stiffness of free directions is lost in rounding
             failure = error
             continue
-        best = found if best is None or found[0] < best[0] else best
+        best = attempt if best is None or attempt[0] < best[0] else best
         if best[0] < sure:
             break
     if best is None:
@@ -269,7 +269,7 @@ def _level_results(level: Answer) -> dict[str, Array]:
 
 def weights_at_zero(h: Array) -> Array:
     """Return the weights (n,) with which values at ``h`` (n,) give the value at h = 0 of the polynomial through them."""
-    return np.array([np.prod([other / (other - mine) for other in h if other != mine]) for mine in h])
+    return np.array([np.prod([other / (other - point) for other in h if other != point]) for point in h])
 
 
 def _extrapolated(levels: list[dict[str, Array]], h: Array) -> dict[str, Array]:

@@ -89,16 +89,16 @@ class PlacedJoint:
 def placed_joints(configuration: Configuration) -> dict[str, PlacedJoint]:
     description = configuration.robot.description
     driven = set(description.driven)
-    found = {}
+    placed = {}
     for joint in description.joints.values():
         inner, outer = configuration.frame(joint.parent) @ joint.origin.matrix, configuration.frame(joint.child)
         axis = inner[:3, :3] @ np.array(joint.axis)
         locked = joint.name in driven or joint.mimic is not None
-        found[joint.name] = PlacedJoint(joint.name, joint.type, (joint.parent, joint.child), (inner, outer), axis, axis, locked)
+        placed[joint.name] = PlacedJoint(joint.name, joint.type, (joint.parent, joint.child), (inner, outer), axis, axis, locked)
     for loop in description.loops.values():
         inner = configuration.frame(loop.predecessor) @ loop.predecessor_origin.matrix
         outer = configuration.frame(loop.successor) @ loop.successor_origin.matrix
-        found[loop.name] = PlacedJoint(
+        placed[loop.name] = PlacedJoint(
             loop.name,
             loop.type,
             (loop.predecessor, loop.successor),
@@ -107,7 +107,7 @@ def placed_joints(configuration: Configuration) -> dict[str, PlacedJoint]:
             outer[:3, :3] @ np.array(loop.axis2),
             loop.name in driven,
         )
-    return found
+    return placed
 
 
 @dataclass(frozen=True)
@@ -161,10 +161,10 @@ class RigidPieces:
         self._carriers = {span.beam.link for span in spans.values()}
         self._make(spans.values())
         self.beams = {name: self._place(span) for name, span in spans.items()}
-        spanned = {item.joint.name for item in self._inside}
+        spanned = {jointed.joint.name for jointed in self._inside}
         order = list(self.joints)
         outside = [JointedPieces(joint, self._sides(joint)) for name, joint in self.joints.items() if name not in spanned]
-        self.jointed = sorted([*outside, *self._inside], key=lambda item: order.index(item.joint.name))
+        self.jointed = sorted([*outside, *self._inside], key=lambda jointed: order.index(jointed.joint.name))
         self.base, self.platform = self.of_link(self.description.base), self.of_link(self.description.platform)
 
     def find(self, piece: int) -> int:
@@ -209,7 +209,7 @@ class RigidPieces:
             for link, body_point in ((span.start_link, span.start), (span.end_link, span.end)):
                 point = self._point(link, body_point)
                 if not self.is_rigid(link) and not any(
-                    known is not None and np.linalg.norm(known - point) < SAME_END for known, _ in self._of[link]
+                    earlier is not None and np.linalg.norm(earlier - point) < SAME_END for earlier, _ in self._of[link]
                 ):
                     self._of[link].append((point, self._new()))
         for entries in self._of.values():
@@ -218,7 +218,7 @@ class RigidPieces:
 
     def _place(self, span: BeamSpan) -> PlacedBeam:
         start, end = self._point(span.start_link, span.start), self._point(span.end_link, span.end)
-        chain = [self.joints[item.name] for item in (*span.inward[::-1], *span.outward)]
+        chain = [self.joints[connection.name] for connection in (*span.inward[::-1], *span.outward)]
         links = [span.start_link]
         for joint in chain:
             links.append(joint.other(links[-1]))
@@ -251,7 +251,8 @@ class RigidPieces:
     @cached_property
     def _ends(self) -> tuple[set[int], set[int]]:
         """Return two sets: pieces fixed to the base, pieces fixed to the platform; by rigid joints between rigid links."""
-        elastic = {item.joint for item in self.description.joint_stiffness.values() if item.linear or item.angular}
+        stiffnesses = self.description.joint_stiffness.values()
+        elastic = {stiffness.joint for stiffness in stiffnesses if stiffness.linear or stiffness.angular}
         welds = [
             joint.links
             for joint in self.joints.values()
@@ -267,9 +268,9 @@ class RigidPieces:
     def outside_limbs(self) -> frozenset[str]:
         """Names of joints inside the base, of joints inside the platform, and of floating joints."""
         return frozenset(
-            item.joint.name
-            for item in self.jointed
-            if item.joint.type.is_free or any(set(item.pieces) <= end for end in self._ends)
+            jointed.joint.name
+            for jointed in self.jointed
+            if jointed.joint.type.is_free or any(set(jointed.pieces) <= end for end in self._ends)
         )
 
     @cached_property
@@ -282,7 +283,7 @@ class RigidPieces:
                 return self.base
             return self.platform if piece in platform else piece
 
-        edges = {f"joint:{k}": item.pieces for k, item in enumerate(self.jointed) if item.along is None}
+        edges = {f"joint:{k}": jointed.pieces for k, jointed in enumerate(self.jointed) if jointed.along is None}
         edges |= {f"beam:{name}": beam.pieces for name, beam in self.beams.items()}
         return Directions({key: (node(first), node(second)) for key, (first, second) in edges.items()}, self.base, self.platform)
 

@@ -78,9 +78,9 @@ def _with_elastic_actuators(
     """
     if not soft:
         return rigid
-    G = np.array([[unit.actuator_forces[item.name] for unit in units] for item in soft])
-    yielding = np.linalg.inv(G + np.diag([item.stiffness for item in soft]))
-    w = -yielding @ [rigid.actuator_forces[item.name] for item in soft]
+    G = np.array([[unit.actuator_forces[actuator.name] for unit in units] for actuator in soft])
+    yielding = np.linalg.inv(G + np.diag([actuator.stiffness for actuator in soft]))
+    w = -yielding @ [rigid.actuator_forces[actuator.name] for actuator in soft]
     moved = np.stack([unit.twist for unit in units], axis=1)
 
     def summed(pick: Callable[[FrameSolution], Mapping[str, Array]]) -> Mapping[str, Array]:
@@ -101,8 +101,8 @@ def _with_elastic_actuators(
         twist=frozen(rigid.twist + moved @ w),
         compliance=frozen(C),
         stiffness=frozen(inverse(C, model.length)),
-        joint_wrenches=summed(lambda item: item.joint_wrenches),
-        beam_wrenches=summed(lambda item: item.beam_wrenches),
+        joint_wrenches=summed(lambda solution: solution.joint_wrenches),
+        beam_wrenches=summed(lambda solution: solution.beam_wrenches),
         actuator_forces=ResultMapping(forces),
     )
 
@@ -128,7 +128,7 @@ def _with_geometric_stiffness(
     at_the_pose, loaded = extrapolations(robot.at_the_pose, scale, pieces), extrapolations(model, scale, pieces)
     rows = np.concatenate([6 * piece + np.arange(6) for piece in pieces])
     first = np.cumsum([0, *(len(springs_in_series(joint)) for joint in model.joints)])[:-1]
-    found = []
+    solutions = []
     # the two compliances differ only in motions constrained by nothing but the small stiffness of free directions
     difference = loaded[0]["compliance"] - loaded[1]["compliance"]
     for forces, raw in zip(at_the_pose, loaded, strict=True):
@@ -139,18 +139,18 @@ def _with_geometric_stiffness(
         K, C = constrained @ K @ constrained, constrained @ raw["compliance"] @ constrained
         tangent = np.eye(len(K)) + C @ K
         moved = np.linalg.solve(tangent, constrained @ np.column_stack([raw["twist"] - C @ bent, C[:, :6]]))
-        found.append((moved[:6, 1:], np.linalg.solve(tangent, constrained), moved[:, 0], K, bent))
-    *_, guess, K, bent = found[0]
+        solutions.append((moved[:6, 1:], np.linalg.solve(tangent, constrained), moved[:, 0], K, bent))
+    *_, guess, K, bent = solutions[0]
     for _ in range(PASSES):
         loads = model.loads.copy()
         loads[pieces] -= (K @ guess + bent).reshape(-1, 6) * scale.wrench
         with_more = extrapolations(replace(model, loads=loads), scale, pieces)
-        answered = [guess + solved @ (raw["twist"] - guess) for raw, (_, solved, *_) in zip(with_more, found, strict=True)]
+        answered = [guess + solved @ (raw["twist"] - guess) for raw, (_, solved, *_) in zip(with_more, solutions, strict=True)]
         step, guess = answered[0] - guess, answered[0]
         if np.abs(K @ step).max(initial=0.0) <= FOLLOWED * np.abs(K @ guess).max(initial=0.0):
             break
     answers = []
-    for raw, forces, moved, (compliance, *_) in zip(with_more, at_the_pose, answered, found, strict=True):
+    for raw, forces, moved, (compliance, *_) in zip(with_more, at_the_pose, answered, solutions, strict=True):
         turns = np.zeros((len(model.references), 3))
         turns[pieces] = moved.reshape(-1, 6)[:, 3:] * scale.twist[3:]
         springs = raw["springs"].copy()
@@ -207,17 +207,17 @@ def geometric_stiffness(model: FrameModel, joints: Array, beams: Array) -> tuple
 
     def moves(pieces: tuple[int, int], points: Array) -> Array:
         """Return the displacements (2, 6, 12) of one point of each of two pieces, by the displacements of the pieces."""
-        found = np.zeros((2, 6, 12))
+        displacements = np.zeros((2, 6, 12))
         for side, (piece, point) in enumerate(zip(pieces, points, strict=True)):
-            found[side, :, 6 * side : 6 * side + 6] = np.eye(6)
-            found[side, :3, 6 * side + 3 : 6 * side + 6] = -_cross(point - model.references[piece])
-        return found
+            displacements[side, :, 6 * side : 6 * side + 6] = np.eye(6)
+            displacements[side, :3, 6 * side + 3 : 6 * side + 6] = -_cross(point - model.references[piece])
+        return displacements
 
     for piece, point, force in model.point_forces:
         acts(piece, point, force)
     for spring in model.springs:
-        one, two = moves(spring.pieces, spring.points)[:, :3]
-        apart = spring.axes.T @ (two - one)
+        first, second = moves(spring.pieces, spring.points)[:, :3]
+        apart = spring.axes.T @ (second - first)
         put(spring.pieces, apart.T @ (spring.stiffness[:, None] * apart))
     for joint, wrench in zip(model.joints, joints, strict=True):
         for piece, sign in zip(joint.pieces, (-1, 1), strict=True):
@@ -228,7 +228,8 @@ def geometric_stiffness(model: FrameModel, joints: Array, beams: Array) -> tuple
             acts(piece, point, -end[:3])
         moved = np.vstack(list(moves(beam.pieces, beam.points)))
         meshes = [_divided_beam(beam, ends[1], int(count)) for count in ELEMENTS]
-        block, forces = (np.tensordot(weights_at_zero(1 / ELEMENTS**2), np.array(item), 1) for item in zip(*meshes, strict=True))
+        weights = weights_at_zero(1 / ELEMENTS**2)
+        block, forces = (np.tensordot(weights, np.array(values), 1) for values in zip(*meshes, strict=True))
         put(beam.pieces, moved.T @ block @ moved)
         for piece, part in zip(beam.pieces, np.split(moved.T @ forces, 2), strict=True):
             bent[6 * piece : 6 * piece + 6] += part
@@ -261,9 +262,9 @@ def _joint_stiffness(joint: FrameJoint, wrench: Array, inner: Array, outer: Arra
         inner, outer: (6, 12) displacements of the centre on each piece by the displacements of the two pieces.
     """
     mean, apart = (inner[3:] + outer[3:]) / 2, outer[:3] - inner[:3]
-    found = _symmetric(outer[3:].T @ _cross(wrench[3:]) @ inner[3:] / 2 - mean.T @ _cross(wrench[:3]) @ apart)
+    stiffness = _symmetric(outer[3:].T @ _cross(wrench[3:]) @ inner[3:] / 2 - mean.T @ _cross(wrench[:3]) @ apart)
     if joint.cross is None:
-        return found
+        return stiffness
     # the joint constrains the angle between its axes a and b, not the rotation about a × b: a·b changes by
     # −(θ₂ − θ₁)·(a × b) + ½ b·(θ₁ × (θ₁ × a)) + ½ a·(θ₂ × (θ₂ × b)) + (θ₁ × a)·(θ₂ × b)
     a, b = joint.cross
@@ -271,7 +272,7 @@ def _joint_stiffness(joint: FrameJoint, wrench: Array, inner: Array, outer: Arra
     angle = inner[3:].T @ _arm_stiffness(b, a) @ inner[3:] + outer[3:].T @ _arm_stiffness(a, b) @ outer[3:]
     angle -= _symmetric(inner[3:].T @ _cross(a).T @ _cross(b) @ outer[3:])
     turn = -_symmetric(outer[3:].T @ _cross(normal) @ inner[3:] / 2)
-    return np.asarray(found - wrench[3:] @ normal / (normal @ normal) * (angle - turn))
+    return np.asarray(stiffness - wrench[3:] @ normal / (normal @ normal) * (angle - turn))
 
 
 def _divided_beam(beam: FrameBeam, end: Array, elements: int) -> tuple[Array, Array]:
@@ -287,20 +288,20 @@ def _divided_beam(beam: FrameBeam, end: Array, elements: int) -> tuple[Array, Ar
     e, units = np.array([1.0, 0, 0]), np.eye(12)
     q = R.T @ beam.load
     for k in range(elements):
-        item, rows = replace(beam, points=points[k : k + 2]), slice(6 * k, 6 * k + 12)
-        rest = beam.length - short * (k + 1)
-        arm = beam.axes[:, 0] * rest
-        force = end[:3] + rest * beam.load[:3]
-        moment = end[3:] + np.cross(arm, end[:3]) + rest * (np.cross(arm, beam.load[:3]) / 2 + beam.load[3:])
-        geometric[rows, rows] += _beam_stiffness(item, np.concatenate([force, moment]), units[:6], units[6:])
+        element, rows = replace(beam, points=points[k : k + 2]), slice(6 * k, 6 * k + 12)
+        beyond = beam.length - short * (k + 1)
+        arm = beam.axes[:, 0] * beyond
+        force = end[:3] + beyond * beam.load[:3]
+        moment = end[3:] + np.cross(arm, end[:3]) + beyond * (np.cross(arm, beam.load[:3]) / 2 + beam.load[3:])
+        geometric[rows, rows] += _beam_stiffness(element, np.concatenate([force, moment]), units[:6], units[6:])
         rigid = np.eye(6)
         rigid[:3, 3:] = -short * _cross(e)
         apart = np.hstack([-rigid @ R.T, R.T])
-        stiffness = np.linalg.inv(_cantilever_displacements(item, short))
+        stiffness = np.linalg.inv(_cantilever_displacements(element, short))
         elastic[rows, rows] += apart.T @ stiffness @ apart
         sag = np.zeros(6)
         for place, share in zip(*np.polynomial.legendre.leggauss(3), strict=True):
-            sag += _cantilever_displacements(item, short * (1 + place) / 2).T @ q * (share * short / 2)
+            sag += _cantilever_displacements(element, short * (1 + place) / 2).T @ q * (share * short / 2)
         total = np.concatenate([q[:3] * short, q[3:] * short + np.cross(e, q[:3]) * short**2 / 2])
         load[rows] += apart.T @ stiffness @ sag + np.concatenate([R @ total, np.zeros(6)])
     ends, inner = np.r_[0:6, n - 6 : n], np.arange(6, n - 6)
@@ -311,8 +312,8 @@ def _divided_beam(beam: FrameBeam, end: Array, elements: int) -> tuple[Array, Ar
     moved, back = np.zeros((n, 13)), np.zeros((n, 12))
     moved[ends, :12], moved[inner] = np.eye(12), without * np.append(-np.ones(12), 1.0)
     back[ends], back[inner] = np.eye(12), -with_K_G[:, :12]
-    found = back.T @ geometric @ moved  # the difference of the two eliminations, without cancellation
-    return found[:, :12], found[:, 12]
+    difference = back.T @ geometric @ moved  # the difference of the two eliminations, without cancellation
+    return difference[:, :12], difference[:, 12]
 
 
 def _beam_stiffness(beam: FrameBeam, end: Array, first: Array, last: Array) -> Array:
@@ -332,18 +333,18 @@ def _beam_stiffness(beam: FrameBeam, end: Array, first: Array, last: Array) -> A
         return np.vstack([first[:3] - s * _cross(e) @ first[3:], first[3:]])
 
     wrench = np.linalg.solve(_cantilever_displacements(beam, L), last - rigid(L))
-    found = np.zeros((12, 12))
+    stiffness = np.zeros((12, 12))
     for place, share in zip(*np.polynomial.legendre.leggauss(3), strict=True):  # the integrand is of the fifth degree
         s = L * (1 + place) / 2
-        rest = (L - s) * e
+        arm = (L - s) * e
         F = force + (L - s) * weight
-        M = moment + np.cross(rest, force) + (L - s) * (np.cross(rest, weight) / 2 + turning)
+        M = moment + np.cross(arm, force) + (L - s) * (np.cross(arm, weight) / 2 + turning)
         theta = (rigid(s) + _cantilever_displacements(beam, s) @ wrench)[3:]
         slopes = _cantilever_displacements(beam, s, 1) @ wrench
         along = slopes[:3] - _cross(e) @ first[3:]
         part = _symmetric(theta.T @ _cross(F) @ along + theta.T @ _cross(M) @ slopes[3:] / 2)
-        found += share * L / 2 * (part + theta.T @ (of_weight - _arm_stiffness(F, e)) @ theta)
-    return found
+        stiffness += share * L / 2 * (part + theta.T @ (of_weight - _arm_stiffness(F, e)) @ theta)
+    return stiffness
 
 
 def _cantilever_displacements(beam: FrameBeam, s: float, derivative: int = 0) -> Array:
@@ -352,10 +353,10 @@ def _cantilever_displacements(beam: FrameBeam, s: float, derivative: int = 0) ->
     With ``derivative`` 1, return the derivatives of these displacements by s.
     """
     L, (EA, GA_y, GA_z, GJ, EI_y, EI_z) = beam.length, beam.stiffness
-    one, two, three = ((s, s**2 / 2, s**3 / 6), (1.0, s, s**2 / 2))[derivative]
-    found = np.diag([one / EA, one / GA_y, one / GA_z, one / GJ, one / EI_y, one / EI_z])
-    found[1, 1] += (L * two - three) / EI_z
-    found[2, 2] += (L * two - three) / EI_y
-    found[1, 5], found[5, 1] = two / EI_z, (L * one - two) / EI_z
-    found[2, 4], found[4, 2] = -two / EI_y, -(L * one - two) / EI_y
-    return found
+    linear, quadratic, cubic = ((s, s**2 / 2, s**3 / 6), (1.0, s, s**2 / 2))[derivative]
+    displacements = np.diag([linear / EA, linear / GA_y, linear / GA_z, linear / GJ, linear / EI_y, linear / EI_z])
+    displacements[1, 1] += (L * quadratic - cubic) / EI_z
+    displacements[2, 2] += (L * quadratic - cubic) / EI_y
+    displacements[1, 5], displacements[5, 1] = quadratic / EI_z, (L * linear - quadratic) / EI_z
+    displacements[2, 4], displacements[4, 2] = -quadratic / EI_y, -(L * linear - quadratic) / EI_y
+    return displacements

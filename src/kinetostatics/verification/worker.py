@@ -84,11 +84,11 @@ def load_opensees() -> ModuleType:
     try:
         import openseespy.opensees as ops
     except (ImportError, RuntimeError):
-        found = importlib.util.find_spec("openseespylinux")
-        if found is None or found.origin is None:
+        specification = importlib.util.find_spec("openseespylinux")
+        if specification is None or specification.origin is None:
             raise
         for name in ("libquadmath.so.0", "libgfortran.so.4", "libblas.so.3"):
-            path = Path(found.origin).parent / "lib" / name
+            path = Path(specification.origin).parent / "lib" / name
             if path.exists():
                 ctypes.CDLL(str(path))
         import openseespy.opensees as ops
@@ -170,11 +170,11 @@ def assembly_error_forces(spring: SpringInput, penalty: float) -> list[float]:
     """Return force and moment (6,), world axes, on a spring's second node that are equivalent to its assembly error."""
     x, y = spring["axes"][:3], spring["axes"][3:]
     z = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]]
-    own = [
+    along_axes = [
         (penalty if stiffness is None else stiffness) * assembly_error
         for stiffness, assembly_error in zip(spring["stiffness"], spring["assembly_error"], strict=True)
     ]
-    return [x[k] * part[0] + y[k] * part[1] + z[k] * part[2] for part in (own[:3], own[3:]) for k in range(3)]
+    return [x[k] * part[0] + y[k] * part[1] + z[k] * part[2] for part in (along_axes[:3], along_axes[3:]) for k in range(3)]
 
 
 def under_loads(ops: ModuleType, frame: Frame, penalty: float) -> Answer:
@@ -203,15 +203,15 @@ def under_loads(ops: ModuleType, frame: Frame, penalty: float) -> Answer:
                 x, y, z = beam["load"]
                 ops.eleLoad("-ele", beam["tag"], "-type", "-beamUniform", y, z, x)
         analyze(ops, 1)
-        found = {
+        responses = {
             "moved": [displacements(ops, frame)],
             "springs": [ops.eleResponse(spring["tag"], "force")[:6] for spring in frame["springs"]],
             "beams": [ops.eleResponse(beam["tag"], "force") for beam in frame["beams"]],
         }
         if step == 0:
-            found["springs"] = added(found["springs"], assembly_errors)
-            found["beams"] = added(found["beams"], [[*map(neg, beam["at_ends"])] for beam in frame["beams"]])
-        for key, rows in found.items():
+            responses["springs"] = added(responses["springs"], assembly_errors)
+            responses["beams"] = added(responses["beams"], [[*map(neg, beam["at_ends"])] for beam in frame["beams"]])
+        for key, rows in responses.items():
             answer[key] = added(answer[key], rows) if answer[key] else rows
         ops.reactions()
         loads = [(tag, [-value for value in ops.nodeReaction(tag)]) for tag in free]
