@@ -130,7 +130,8 @@ def tolerances(found: Tolerances, what: str = "displacement", *, ax: Axes | None
 
 def _first_order(found: Tolerances, what: str) -> Array:
     """Return the first-order approximation (samples,) of the quantity ``what``."""
-    parts = [(found.effects[name], (found.values[name] - item.value) / item.tolerance) for name, item in found.parameters.items()]
+    amounts = {name: (found.values[name] - parameter.value) / parameter.tolerance for name, parameter in found.parameters.items()}
+    parts = [(found.effects[name], amount) for name, amount in amounts.items()]
     if what in LENGTHS:
         change = sum(np.outer(part, effect.twist[LENGTHS[what]]) for effect, part in parts)
         return np.asarray(np.linalg.norm(change, axis=-1))
@@ -197,26 +198,26 @@ def calibration(found: Calibration, *, kind: str | None = None, ax: Axes | None 
         raise ArgumentError(f"calibration needs the result of ks.calibrate(robot, …), got {found!r}")
     kinds = np.array([found.gauges[name].kind for name in found.gauge_of])
     kind = kind or ("length" if "length" in kinds else "angle")
-    mine = kinds == kind
-    if not np.any(mine):
+    of_kind = kinds == kind
+    if not np.any(of_kind):
         raise ArgumentError(f"there are no readings of the kind {kind!r}; it must be one of 'length', 'angle'")
-    across, across_unit = display_unit("m" if kind == "length" else "rad", found.computed[mine])
-    up, up_unit = display_unit("m" if kind == "length" else "rad", found.residuals[mine])
-    wrong = {(item.row, item.gauge) for item in found.outliers}
+    across, across_unit = display_unit("m" if kind == "length" else "rad", found.computed[of_kind])
+    up, up_unit = display_unit("m" if kind == "length" else "rad", found.residuals[of_kind])
+    wrong = {(outlier.row, outlier.gauge) for outlier in found.outliers}
     ax = new_axes(1.5 * ONE_COLUMN, 0.8 * ONE_COLUMN) if ax is None else ax
     names = [name for name, gauge in found.gauges.items() if gauge.kind == kind]
     colours = mpl.colormaps[COLOURS](np.linspace(0.1, 0.8, len(names)))
-    band = 2 * found.sigma[mine].max() / up
+    band = 2 * found.sigma[of_kind].max() / up
     ax.axhspan(-band, band, color="0.92", linewidth=0, label="±2 standard deviations")
     ax.axhline(0.0, color="0.3", linewidth=0.6)
     for k, name in enumerate(names):
-        at = np.array([one == name for one in found.gauge_of])
+        at = np.array([gauge == name for gauge in found.gauge_of])
         x, y = found.computed[at] / across, found.residuals[at] / up
         ax.plot(x, y, MARKERS[k % len(MARKERS)], color=colours[k], label=name)
-        for row, one, other in zip(found.rows[at].tolist(), x, y, strict=True):
+        for row, predicted, residual in zip(found.rows[at].tolist(), x, y, strict=True):
             if (row, name) in wrong:
-                ax.plot(one, other, "o", markersize=9, markerfacecolor="none", color="0.2", markeredgewidth=0.8)
-                ax.annotate(f"row {row}", (one, other), xytext=(7, 0), textcoords="offset points", va="center")
+                ax.plot(predicted, residual, "o", markersize=9, markerfacecolor="none", color="0.2", markeredgewidth=0.8)
+                ax.annotate(f"row {row}", (predicted, residual), xytext=(7, 0), textcoords="offset points", va="center")
     ax.set_xlabel(f"predicted reading [{across_unit}]")
     ax.set_ylabel(f"residual: measured − predicted [{up_unit}]")
     ax.grid(color="0.85", linewidth=0.4)

@@ -25,20 +25,20 @@ def display_unit(units: str, values: ArrayLike, requested: str | None = None) ->
     units = units.replace("N m", "N·m")
     choices = IN_FIGURES.get(units, (units,))
     if requested is not None:
-        asked, own = find_unit(requested), find_unit(units)
+        wanted, given = find_unit(requested), find_unit(units)
         if requested == units:
             return 1.0, requested
-        if asked is None or own is None or asked.dimension != own.dimension:
+        if wanted is None or given is None or wanted.dimension != given.dimension:
             further = ", deg" if units == "rad" else ", N/µm" if units == "N/m" else ""
             raise ArgumentError(f"unit {requested!r} is not one for values in {units}: {', '.join(choices)}{further}")
-        return asked.size / own.size, _typeset_unit(requested)
+        return wanted.size / given.size, _typeset_unit(requested)
     sizes = sorted((unit(name).size, name) for name in choices if find_unit(name) is not None) or [(1.0, units)]
     finite = np.asarray(values, dtype=float)
     finite = np.abs(finite[np.isfinite(finite)])
     largest = float(finite.max(initial=0.0))
     if largest == 0:
         return 1.0, units
-    fitting = [item for item in sizes if item[0] <= largest * (1 + 1e-12)]
+    fitting = [pair for pair in sizes if pair[0] <= largest * (1 + 1e-12)]
     return fitting[-1] if fitting else sizes[0]
 
 

@@ -72,10 +72,10 @@ def line(
     (x,) = chosen_names(ds, (x,), (*at, *fixed), "a line")
     note = ""
     if series is None:
-        found = [select(ds, name, (x,), at, beyond_limits) for name in names]
-        parts = {part.long_name: part for part in found}
-        if len(parts) < len(found):
-            parts = {part.what: part for part in found}
+        selections = [select(ds, name, (x,), at, beyond_limits) for name in names]
+        parts = {part.long_name: part for part in selections}
+        if len(parts) < len(selections):
+            parts = {part.what: part for part in selections}
     else:
         parts, note = select_each(ds, names[0], (x,), series, len(DASHES), at, beyond_limits)
     check_numbers(", ".join(names), list(parts.values()), "this line" if len(parts) == 1 else "these lines")

@@ -46,13 +46,13 @@ _EDGE = "0.4"
 def masks_of(values: Array, status: NDArray[np.int8]) -> list[Mask]:
     """Return a mask for each reason why ``values`` are missing (NaN)."""
     missing = np.isnan(values)
-    found: dict[tuple[str, str, str], NDArray[np.bool_]] = {}
-    for item in Status:
-        where = missing & (status == item)
+    areas: dict[tuple[str, str, str], NDArray[np.bool_]] = {}
+    for reason in Status:
+        where = missing & (status == reason)
         if where.any():
-            look = _LOOKS.get(item, _NOT_DETERMINED)
-            found[look] = found.get(look, np.zeros_like(where)) | where
-    return [Mask(*look, where) for look, where in found.items()]
+            look = _LOOKS.get(reason, _NOT_DETERMINED)
+            areas[look] = areas.get(look, np.zeros_like(where)) | where
+    return [Mask(*look, where) for look, where in areas.items()]
 
 
 def common_masks(parts: Sequence[Selection]) -> list[Mask]:
@@ -140,10 +140,10 @@ def extrapolated(values: Array) -> Array:
         for axis, size in enumerate(values.shape):
             wide = np.pad(values, [(2 * int(k == axis),) * 2 for k in range(values.ndim)], constant_values=np.nan)
             for near, far in ((1, 0), (3, 4)):
-                one, two = (wide.take(range(at, at + size), axis) for at in (near, far))
-                found = np.where(np.isfinite(two), 2 * one - two, one)
-                there = np.isfinite(found)
-                total[there] += found[there]
+                first, second = (wide.take(range(at, at + size), axis) for at in (near, far))
+                estimate = np.where(np.isfinite(second), 2 * first - second, first)
+                there = np.isfinite(estimate)
+                total[there] += estimate[there]
                 count += there
         mean = np.divide(total, count, out=np.full(values.shape, np.nan), where=count > 0)
         values = np.where(np.isfinite(values), values, mean)

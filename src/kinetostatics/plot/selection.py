@@ -75,7 +75,7 @@ def axis_of(ds: xr.Dataset, name: str) -> ShownAxis:
         raise ArgumentError(f"{name!r} is not swept: {near_names(name, swept(ds))}")
     numbers = np.asarray(ds[name].values)
     if not np.issubdtype(numbers.dtype, np.number):
-        return ShownAxis(name, np.arange(float(len(numbers))), name, "", tuple(str(item) for item in numbers))
+        return ShownAxis(name, np.arange(float(len(numbers))), name, "", tuple(str(number) for number in numbers))
     size, unit = coordinate_unit(str(ds[name].attrs.get("units", "")), numbers)
     return ShownAxis(name, numbers / size, label(name, unit), unit)
 
@@ -88,12 +88,12 @@ def free_names(ds: xr.Dataset, fixed: Iterable[str]) -> list[str]:
 def chosen_names(ds: xr.Dataset, requested: Sequence[str | None], fixed: Iterable[str], figure: str) -> list[str]:
     """Return the coordinates of a figure's axes: each None in ``requested`` is replaced by the next of :func:`free_names`."""
     free = free_names(ds, fixed)
-    rest = [name for name in free if name not in requested]
-    if len(rest) < sum(name is None for name in requested):
+    remaining = [name for name in free if name not in requested]
+    if len(remaining) < sum(name is None for name in requested):
         number = ("no coordinate", "one coordinate", "two coordinates", "three coordinates")[len(requested)]
         hint = "; ks.plot.line shows a quantity over one (--kind line)" if len(free) == 1 < len(requested) else ""
         raise ArgumentError(f"{figure} needs {number} with several values; not fixed are: {', '.join(free) or 'none'}{hint}")
-    return [rest.pop(0) if name is None else name for name in requested]
+    return [remaining.pop(0) if name is None else name for name in requested]
 
 
 def _message_for_free(axes: Sequence[ShownAxis]) -> str:
@@ -140,14 +140,14 @@ def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, floa
         if numbers.dtype.kind not in "OUS" and np.any(np.diff(numbers) < 0):
             part = part.isel({name: np.argsort(numbers)})
     axes = tuple(axis_of(part, name) for name in dims)
-    found = _without_rounding(part, what, quantity(part, what, beyond_limits=beyond_limits).transpose(*dims))
+    field = _without_rounding(part, what, quantity(part, what, beyond_limits=beyond_limits).transpose(*dims))
     return Selection(
         what=what,
         axes=axes,
-        values=np.asarray(found.values, dtype=float),
+        values=np.asarray(field.values, dtype=float),
         status=_status(part, dims, beyond_limits),
-        units=str(found.attrs["units"]),
-        long_name=str(found.attrs["long_name"]),
+        units=str(field.attrs["units"]),
+        long_name=str(field.attrs["long_name"]),
         fixed=", ".join([*texts, *_constants(ds)]),
     )
 
@@ -189,17 +189,17 @@ def select_each(
     return {axis.text_at(k): select(ds.isel({other: k}, drop=True), what, dims, at, beyond_limits) for k in places}, note
 
 
-def _without_rounding(part: xr.Dataset, what: str, found: xr.DataArray) -> xr.DataArray:
+def _without_rounding(part: xr.Dataset, what: str, field: xr.DataArray) -> xr.DataArray:
     """Return the values of a quantity; a component of a displacement or force is set to 0 if all values are rounding errors."""
-    name, _, rest = what.partition(":")
+    name, _, actuator_and_source = what.partition(":")
     if name in ("twist", "contribution", "gravity_mechanism") and "twist" in part:
-        whole = part["twist"].sel(component=list(LINEAR if found.attrs["units"] == "m" else ANGULAR))
+        whole = part["twist"].sel(component=list(LINEAR if field.attrs["units"] == "m" else ANGULAR))
     elif name in ("actuator_contribution", "actuator_gravity_mechanism") and "actuator_force" in part:
-        whole = part["actuator_force"].sel(actuator=rest.rpartition(":")[0])
+        whole = part["actuator_force"].sel(actuator=actuator_and_source.rpartition(":")[0])
     else:
-        return found
-    size = float(abs(found).max())
-    return (found * 0).assign_attrs(found.attrs) if size < ROUNDING * float(abs(whole).max()) else found
+        return field
+    size = float(abs(field).max())
+    return (field * 0).assign_attrs(field.attrs) if size < ROUNDING * float(abs(whole).max()) else field
 
 
 def in_figure_units(parts: Sequence[Selection], unit: str | None) -> tuple[list[Array], str]:
@@ -220,13 +220,13 @@ def in_figure_units(parts: Sequence[Selection], unit: str | None) -> tuple[list[
 
 def _constants(ds: xr.Dataset) -> list[str]:
     """Return texts such as "z = 0.5 m" on constant coordinates of the sweep, which are scalars in m or rad."""
-    found = []
-    for name in (str(item) for item in ds.coords):
+    texts = []
+    for name in (str(coordinate) for coordinate in ds.coords):
         value, units = ds[name], str(ds[name].attrs.get("units", ""))
         if value.dims == () and units in ("m", "rad"):
             size, unit = coordinate_unit(units, value.values)
-            found.append(_formatted(name, f"{float(value) / size:.4g}", unit))
-    return found
+            texts.append(_formatted(name, f"{float(value) / size:.4g}", unit))
+    return texts
 
 
 def _formatted(name: str, value: str, unit: str) -> str:
@@ -238,7 +238,7 @@ def _status(part: xr.Dataset, dims: Sequence[str], beyond_limits: bool) -> NDArr
     if beyond_limits:  # limits are not a reason for missing values
         status = status.where(status != Status.LIMIT_EXCEEDED, Status.OK)
     else:
-        beyond = in_map(part, "limit_exceeded") & ~status.isin([int(item) for item in WITHOUT_NUMBERS])
+        beyond = in_map(part, "limit_exceeded") & ~status.isin([int(code) for code in WITHOUT_NUMBERS])
         status = status.where(~beyond, Status.LIMIT_EXCEEDED)
     return np.asarray(status.transpose(*dims).values, dtype=np.int8)
 

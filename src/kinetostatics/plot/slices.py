@@ -99,12 +99,12 @@ def slice(
     parts, left_out = select_each(ds, what, across, series, most, at, beyond_limits)
     if len(parts) > 1 and ax is not None:
         raise ArgumentError("slices of a series need a new figure; ax= is for one slice")
-    found = list(parts.values())
-    check_numbers(what, found, "this slice" if len(found) == 1 else "these slices")
-    values, unit = in_figure_units(found, unit)
-    first = found[0]
+    selections = list(parts.values())
+    check_numbers(what, selections, "this slice" if len(selections) == 1 else "these slices")
+    values, unit = in_figure_units(selections, unit)
+    first = selections[0]
     plane = (polar_plane if goes else rectangular_plane)(*first.axes)
-    axes = [ax] if ax is not None else _axes(plane, len(found))
+    axes = [ax] if ax is not None else _axes(plane, len(selections))
     figure = figure_of(axes[0])
     span = range_of(values, value_range)
     low, high = span.low, span.high
@@ -119,16 +119,16 @@ def slice(
         drawn.append(_draw(panel, plane, numbers, reasons, (low, high), levels, part.what))
         label_axes(panel, plane, *part.axes)
         panel.set_title(title_of(panel, name or part.fixed))
-        if k + ROW < len(found):  # another one below
+        if k + ROW < len(selections):  # another one below
             panel.tick_params(labelbottom=goes)
             panel.set_xlabel("")
         if k % ROW and not goes:
             panel.tick_params(labelleft=False)
             panel.set_ylabel("")
     text = wrapped(label(first.long_name, unit) + span.note, figure)
-    pad = 0.11 if goes and len(found) == 1 else 0.02
+    pad = 0.11 if goes and len(selections) == 1 else 0.02
     bar = figure.colorbar(drawn[0][0], ax=axes, label=text, pad=pad, extend=span.extend)
-    if len(found) > 1:
+    if len(selections) > 1:
         figure.suptitle(title_of(axes[0], ", ".join(filter(None, (first.fixed, left_out)))))
     if high - low <= 1e-9 * max(abs(low), abs(high)):  # one number
         bar.set_ticks([low])

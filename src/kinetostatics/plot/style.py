@@ -105,10 +105,10 @@ def wrapped(text: str, figure: Figure) -> str:
 
 def solid_axes(ax: Axes | None, height: float, what: str) -> Axes3D:
     """Return the given axes, or new three-dimensional axes, one column wide and ``height`` column widths high."""
-    found = new_axes(ONE_COLUMN, height * ONE_COLUMN, projection="3d") if ax is None else ax
-    if not isinstance(found, Axes3D):
+    axes = new_axes(ONE_COLUMN, height * ONE_COLUMN, projection="3d") if ax is None else ax
+    if not isinstance(axes, Axes3D):
         raise ArgumentError(f"{what} axes made with projection='3d'")
-    return found
+    return axes
 
 
 def set_up_solid_axes(ax: Axes3D, labels: Sequence[str]) -> None:

@@ -120,18 +120,18 @@ def surface(
     plane = np.meshgrid(across.values, up.values, indexing="ij")
     floor = low - 0.08 * (high - low)
     patches: dict[str, Patch] = {}
-    for panel, mine in zip(axes, sheets, strict=True):
+    for panel, sheet in zip(axes, sheets, strict=True):
         quads, colours = [], []
-        for k in mine:
-            found = cut_cells(
+        for k in sheet:
+            polygons = cut_cells(
                 np.dstack([*plane, np.clip(extrapolated(values[k]), low, high)]), smooth_field(np.isfinite(values[k]))
             )
-            part = (found[:, :4, 2].mean(axis=1) - low) / (high - low) if len(mine) == 1 else np.full(len(found), steps[k])
-            quads.append(found)
+            part = (polygons[:, :4, 2].mean(axis=1) - low) / (high - low) if len(sheet) == 1 else np.full(len(polygons), steps[k])
+            quads.append(polygons)
             colours.append(colour_of(part))
         # a single collection, since Matplotlib sorts faces by depth within a collection only
         panel.add_collection3d(faces(np.concatenate(quads), np.concatenate(colours), scale, 0.35, first.what))
-        masks = common_masks([selections[k] for k in mine])
+        masks = common_masks([selections[k] for k in sheet])
         for mask, where in zip(masks, areas_of(masks), strict=True):
             grey = patches[mask.label].get_facecolor() if mask.label in patches else GREYS[len(patches)]
             ground = cut_cells(np.dstack([*plane, np.full_like(plane[0], floor)]), smooth_field(where))
@@ -139,7 +139,7 @@ def surface(
             panel.add_collection3d(cells)
             patches.setdefault(mask.label, Patch(facecolor=grey, edgecolor="0.4", linewidth=0.4, label=mask.label))
         panel.set(xlim=across.values[[0, -1]], ylim=up.values[[0, -1]], zlim=(floor, high))
-        panel.set_title(title_of(panel, names[mine[0]] if apart else first.fixed))
+        panel.set_title(title_of(panel, names[sheet[0]] if apart else first.fixed))
         set_up_solid_axes(panel, (across.label, up.label, ""))
     text = label(first.long_name, unit) + span.note
     if apart or len(parts) == 1:
@@ -169,7 +169,7 @@ def surface(
 
 def _coincide(sheets: Sequence[Array], low: float, high: float) -> bool:
     """Whether the median distance of any two successive surfaces is too small to tell them apart."""
-    gaps = [np.abs(two - one) for one, two in pairwise(sheets)]
+    gaps = [np.abs(second - first) for first, second in pairwise(sheets)]
     return any(np.nanmedian(gap) < NEAR * (high - low) for gap in gaps if np.isfinite(gap).any())
 
 
@@ -189,7 +189,7 @@ def cut_cells(points: Array, field: Array) -> Array:
     quads = np.stack([points[place] for place in places], axis=2)
     levels = np.stack([field[place] for place in places], axis=2)
     whole, some = (levels > 0).all(axis=2), (levels > 0).any(axis=2)
-    found = [quads[whole][:, [0, 1, 2, 3, 3, 3]]]
+    polygons = [quads[whole][:, [0, 1, 2, 3, 3, 3]]]
     for quad, level in zip(quads[some & ~whole], levels[some & ~whole], strict=True):
         ring = []
         for k in range(4):
@@ -198,8 +198,8 @@ def cut_cells(points: Array, field: Array) -> Array:
                 ring.append(quad[k])
             if (near > 0) != (far > 0):
                 ring.append(quad[k] + near / (near - far) * (quad[(k + 1) % 4] - quad[k]))
-        found.append(np.array([ring + (6 - len(ring)) * ring[-1:]]))
-    return np.concatenate(found)
+        polygons.append(np.array([ring + (6 - len(ring)) * ring[-1:]]))
+    return np.concatenate(polygons)
 
 
 def faces(quads: Array, colours: Array, scale: Array, edge: float, label: str) -> Poly3DCollection:
@@ -260,14 +260,14 @@ def workspace(
     named = list(axes) if axes is not None else [None] * 3
     if len(named) != 3:
         raise ArgumentError(f"a workspace has three axes, not {len(named)}")
-    known = all(name is None or name in ds.dims for name in named)
-    dims = chosen_names(ds, [None] * 3 if not known else named, at, "a workspace")
+    are_swept = all(name is None or name in ds.dims for name in named)
+    dims = chosen_names(ds, [None] * 3 if not are_swept else named, at, "a workspace")
     if axes is None and set(dims) <= set(_PLATFORM):
         dims.sort(key=lambda name: name == "z")  # upwards
     elif axes is None:
-        known, named = False, list(POSITIONS)
+        are_swept, named = False, list(POSITIONS)
     shown = select(ds, colour, dims, at, beyond_limits)
-    if known:
+    if are_swept:
         grid = np.stack(np.meshgrid(*(axis.values for axis in shown.axes), indexing="ij"), axis=-1)
         labels = [axis.label for axis in shown.axes]
     else:
@@ -280,7 +280,7 @@ def workspace(
     span = range_of([levels], value_range)
     low, high = span.low, span.high
     ax = solid_axes(ax, 0.82, "a workspace needs")
-    reach = grid.reshape(-1, 3) if known else corners.reshape(-1, 3)
+    reach = grid.reshape(-1, 3) if are_swept else corners.reshape(-1, 3)
     start, end = np.nanmin(reach, axis=0), np.nanmax(reach, axis=0)
     flat = 0.05 * (end - start).max() * (end <= start)  # the body of a planar robot
     start, end = start - flat, end + flat
@@ -289,14 +289,14 @@ def workspace(
     ax.add_collection3d(faces(corners, mpl.colormaps[COLOURS](norm(levels)), scale, 0.25, shown.what))
     ax.set(xlim=(start[0], end[0]), ylim=(start[1], end[1]), zlim=(start[2], end[2]), title=title_of(ax, shown.fixed))
     set_up_solid_axes(ax, labels)
-    if set(dims if known else named) == set(POSITIONS) and scale.max() < SLENDER * scale.min():
+    if set(dims if are_swept else named) == set(POSITIONS) and scale.max() < SLENDER * scale.min():
         ax.set_box_aspect(4 * scale / scale.max(), zoom=1.1)  # lengths as they are
     figure = figure_of(ax)
     bar = ScalarMappable(norm, COLOURS)
     text = wrapped(label(shown.long_name, unit) + span.note, figure)
     figure.colorbar(bar, ax=ax, label=text, shrink=0.65, pad=0.17, extend=span.extend)
     masks = masks_of(shown.values, shown.status)
-    if known:
+    if are_swept:
         box = np.array(list(product(*zip(start, end, strict=True))))
         wires = [np.array(pair) for pair in combinations(box, 2) if np.sum(pair[0] != pair[1]) == 1]
         ax.add_collection3d(Line3DCollection(wires, colors="0.35", linewidths=0.6, linestyles=":", zorder=2))
@@ -325,14 +325,14 @@ def skin(points: Array, field: Array, cut: NDArray[np.bool_]) -> tuple[Array, ND
     field = np.pad(np.where(cut, -1.0, field), around, constant_values=-1.0)
     cut, points = np.pad(cut, around), np.pad(points, [*around, (0, 0)], "edge")
     total, count = (np.zeros((*(size - 1 for size in field.shape), last)) for last in (3, 1))
-    found = []
+    face_indices = []
     for axis in range(3):
         ends = [tuple(np.s_[k : k - 1 or None] if n == axis else np.s_[1:-1] for n in range(3)) for k in (0, 1)]
-        (near, far), (one, two) = (field[end] for end in ends), (points[end] for end in ends)
+        (near, far), (start, end) = (field[side] for side in ends), (points[side] for side in ends)
         passes = (near > 0) != (far > 0)
-        one, two = (np.where(np.isfinite(a), a, b) for a, b in ((one, two), (two, one)))
+        start, end = (np.where(np.isfinite(a), a, b) for a, b in ((start, end), (end, start)))
         part = np.divide(near, near - far, out=np.full(near.shape, 0.5), where=passes & ~cut[ends[0]] & ~cut[ends[1]])
-        through = np.where(passes[..., None], one + part[..., None] * (two - one), 0.0)
+        through = np.where(passes[..., None], start + part[..., None] * (end - start), 0.0)
         across, up = np.eye(3, dtype=np.intp)[[n for n in range(3) if n != axis]]
         cells = np.stack([0 * across, across, across + up, up])
         for cell in cells:
@@ -341,8 +341,8 @@ def skin(points: Array, field: Array, cut: NDArray[np.bool_]) -> tuple[Array, ND
             count[place] += passes[..., None]
         first = np.argwhere(passes)
         inside = first + np.eye(3, dtype=np.intp)[axis] * (far[passes] > 0)[:, None]
-        found.append((first[:, None] + cells, inside - np.eye(3, dtype=np.intp)[axis]))
-    corners, nodes = (np.concatenate(part) for part in zip(*found, strict=True))
+        face_indices.append((first[:, None] + cells, inside - np.eye(3, dtype=np.intp)[axis]))
+    corners, nodes = (np.concatenate(part) for part in zip(*face_indices, strict=True))
     return (total / np.maximum(count, 1))[tuple(np.moveaxis(corners, -1, 0))], nodes
 
 
