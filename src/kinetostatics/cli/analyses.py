@@ -140,7 +140,7 @@ ANALYZE = Command(
     help="compute sag, stiffness, actuator forces, joint reactions and stresses at one pose or over a path",
     arguments=(*ROBOT, *POSE, *LOADS, "hinge_axis", "tool", "json"),
     function="analysis:analyze",
-    own={
+    own_arguments={
         "full": Argument("flag", "print all tables instead of the summary"),
         "only": Argument("texts", f"some tables: {', '.join(TABLES)}", "NAME"),
         "table": Argument("text", "a path instead of a pose: a CSV file of waypoints with their times", "FILE"),
@@ -179,9 +179,9 @@ def _verify(args: argparse.Namespace) -> int:
     with waiting("verifying"):
         options = {**loads_of(args), **given_of(("modes", "within"), args)}
         configuration, warnings = pose_of(load_robot(args), args)
-        found = VERIFY.called()(configuration, **options)
-    answer(found, args, warnings)
-    return 0 if found.verified else 1
+        verification = VERIFY.called()(configuration, **options)
+    answer(verification, args, warnings)
+    return 0 if verification.verified else 1
 
 
 VERIFY = Command(
@@ -212,10 +212,10 @@ def _compensate(args: argparse.Namespace) -> int:
         check_files(args.out, ("csv", "nc"))
         options = {**loads_of(args), **given_of(("controlled", "closure_tolerance", "tool"), args)}
         configuration, axes, warnings = _poses(load_robot(args), args)
-        found = COMPENSATE.called()(configuration, **options)
+        compensation = COMPENSATE.called()(configuration, **options)
         for path in args.out:
-            found.save(path, axes)
-    answer(found, args, warnings)
+            compensation.save(path, axes)
+    answer(compensation, args, warnings)
     return 0
 
 
@@ -267,7 +267,7 @@ COMPENSATE = Command(
         "there, and the pose error that remains."
     ),
     arguments=(*ROBOT, *POSE, "controlled", *LOADS, "tool", "json"),
-    own={
+    own_arguments={
         "table": Argument("text", "a CSV file of poses instead of --platform or --actuators", "FILE"),
         "out": Argument("texts", "write a table (.csv) or netCDF (.nc)", "FILE"),
     },
@@ -312,7 +312,7 @@ MODES = Command(
         "of every part. Beams vibrate as continuous rods: nothing is discretized, and no mode is missed."
     ),
     arguments=(*ROBOT, *POSE, "payload", "payload_center", "payload_link", "gravity", "drives", "json"),
-    own={"count": Argument("count", "number of modes (default: 6)", "N")},
+    own_arguments={"count": Argument("count", "number of modes (default: 6)", "N")},
     function="dynamics.vibrations:modes",
     notes=VALUES_HELP,
     examples="""
@@ -338,9 +338,9 @@ def _response(args: argparse.Namespace) -> int:
             first, last, count = _range_of_modes(configuration, options)
         else:
             first, last, count = parse_range("--frequencies", "frequencies", args.frequencies)
-        found = RESPONSE.called()(configuration, np.geomspace(first, last, count or FREQUENCIES), **options)
-        save_files(args.out, "frequency_response", found, **given_of(("what", "components"), args))
-    answer(found, args, warnings)
+        response = RESPONSE.called()(configuration, np.geomspace(first, last, count or FREQUENCIES), **options)
+        save_files(args.out, "frequency_response", response, **given_of(("what", "components"), args))
+    answer(response, args, warnings)
     return 0
 
 
@@ -365,7 +365,7 @@ RESPONSE = Command(
         "The dynamic stiffness is solved at each frequency: no modes are left out."
     ),
     arguments=(*ROBOT, *POSE, "payload", "payload_center", "payload_link", "gravity", "tool", "drives", "json"),
-    own={
+    own_arguments={
         "frequencies": Argument(
             "text",
             "frequencies [Hz], logarithmically spaced (default: from a tenth of the first natural frequency to twice the third; "

@@ -68,7 +68,7 @@ class Command:
         arguments: names of its arguments in :data:`kinetostatics.cli.options.ARGUMENTS`.
         examples: command lines without the program's name.
         function: the function of the package that it calls, as "module:name".
-        own: arguments that only this command has, or that have another meaning in it.
+        own_arguments: arguments that only this command has, or that have another meaning in it.
         description: longer description than ``help``.
         required: names of required arguments.
         usage: usage line instead of a list of all options.
@@ -82,7 +82,7 @@ class Command:
     arguments: tuple[str, ...]
     examples: str
     function: str = ""
-    own: Mapping[str, Argument] = field(default_factory=dict)
+    own_arguments: Mapping[str, Argument] = field(default_factory=dict)
     description: str = ""
     required: tuple[str, ...] = ("robot",)
     usage: str = "ROBOT [options]"
@@ -92,7 +92,7 @@ class Command:
 
     @property
     def options(self) -> dict[str, Argument]:
-        return {**{name: self.own.get(name) or ARGUMENTS[name] for name in self.arguments}, **self.own}
+        return {**{name: self.own_arguments.get(name) or ARGUMENTS[name] for name in self.arguments}, **self.own_arguments}
 
     def called(self) -> Callable[..., Keyword]:
         module, _, name = self.function.partition(":")
@@ -132,6 +132,6 @@ class Command:
 
 
 def command(name: str) -> Command:
-    found = getattr(importlib.import_module(f"kinetostatics.cli.{COMMANDS[name]}"), name.upper())
-    assert isinstance(found, Command)
-    return found
+    chosen = getattr(importlib.import_module(f"kinetostatics.cli.{COMMANDS[name]}"), name.upper())
+    assert isinstance(chosen, Command)
+    return chosen

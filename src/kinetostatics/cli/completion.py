@@ -33,9 +33,9 @@ def complete(parser: argparse.ArgumentParser) -> None:
 def attach(parser: argparse.ArgumentParser) -> None:
     """Set the completers of the arguments of all commands."""
     for action in _actions(parser):
-        found = _completer(action)
-        if found is not None:
-            setattr(action, "completer", found)  # noqa: B010 - the class does not know this attribute
+        completer = _completer(action)
+        if completer is not None:
+            setattr(action, "completer", completer)  # noqa: B010 - the class does not know this attribute
 
 
 def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:

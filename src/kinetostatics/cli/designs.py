@@ -38,11 +38,11 @@ def _tolerances(args: argparse.Namespace) -> int:
         options = {**loads_of(args), **given_of(("tolerances", "rank_by", "samples", "distribution", "seed", "tool"), args)}
         top = value_of("top", args)
         configuration, warnings = pose_of(load_robot(args), args)
-        found = TOLERANCES.called()(configuration, **options)
-        save_files(args.out, "tolerances", found, what=args.what or "displacement")
+        tolerances = TOLERANCES.called()(configuration, **options)
+        save_files(args.out, "tolerances", tolerances, what=args.what or "displacement")
         if top is not None:
-            found = replace(found, effects=dict([*found.effects.items()][:top]))
-    answer(found, args, warnings)
+            tolerances = replace(tolerances, effects=dict([*tolerances.effects.items()][:top]))
+    answer(tolerances, args, warnings)
     return 0
 
 
@@ -54,7 +54,7 @@ TOLERANCES = Command(
         "deviation and random samples of sag, stiffness and actuator forces at one pose."
     ),
     arguments=(*ROBOT, *POSE, *LOADS, "tool", "seed", "json"),
-    own={
+    own_arguments={
         "tolerances": Argument("items", "parameters and their tolerances", "NAME=T", option="--tolerance"),
         "rank_by": Argument("text", "force, displacement or rotation (default: force, if there is any)", "WHAT"),
         "top": Argument("count", "print the N largest effects only", "N"),
@@ -92,9 +92,9 @@ def _sensitivities(args: argparse.Namespace) -> int:
         check_files(args.out, FIGURES)
         options = {**loads_of(args), **given_of(("by", "outputs", "tool"), args)}
         configuration, warnings = pose_of(load_robot(args), args)
-        found = SENSITIVITIES.called()(configuration, **options)
-        save_files(args.out, "sensitivities", found)
-    answer(found, args, warnings)
+        sensitivities = SENSITIVITIES.called()(configuration, **options)
+        save_files(args.out, "sensitivities", sensitivities)
+    answer(sensitivities, args, warnings)
     return 0
 
 
@@ -106,7 +106,7 @@ SENSITIVITIES = Command(
         "and to the stiffness of every elastic part, and rank all of these by their effect on the platform."
     ),
     arguments=(*ROBOT, *POSE, *LOADS, "tool", "by", "outputs", "json"),
-    own={"out": Argument("texts", "write a bar chart (.svg, .pdf, .png)", "FILE")},
+    own_arguments={"out": Argument("texts", "write a bar chart (.svg, .pdf, .png)", "FILE")},
     function="design:sensitivities",
     notes=VALUES_HELP,
     examples="""
@@ -137,12 +137,12 @@ def _optimize(args: argparse.Namespace) -> int:
             from kinetostatics.design import pareto
 
             both = (args.minimize or "mass", args.pareto)
-            found: Keyword = pareto(args.robot, minimize=both, **options, **given_of(("points",), args))
+            optimum_or_front: Keyword = pareto(args.robot, minimize=both, **options, **given_of(("points",), args))
         else:
-            found = OPTIMIZE.called()(args.robot, **options, **given_of(("minimize",), args))
-        save_files(args.out, "pareto", found)
-    answer(found, args)
-    return 0 if front or found.feasible else 1
+            optimum_or_front = OPTIMIZE.called()(args.robot, **options, **given_of(("minimize",), args))
+        save_files(args.out, "pareto", optimum_or_front)
+    answer(optimum_or_front, args)
+    return 0 if front or optimum_or_front.feasible else 1
 
 
 OPTIMIZE = Command(
@@ -150,7 +150,7 @@ OPTIMIZE = Command(
     help="size a robot: the lightest rods that are stiff enough",
     description="Find the optimal parameters of a robot, under requirements at every pose of a grid.",
     arguments=(*ROBOT, *(name for name in POSE if name != "near"), *LOADS, "tool", "json"),
-    own={
+    own_arguments={
         "vary": Argument("items", "parameters with their ranges, lists or catalogues", "NAME=WHAT"),
         "minimize": Argument("text", "objective: its worst value over all poses (default: mass)", "QUANTITY"),
         "subject_to": Argument("texts", "a quantity and its limit, such as 'sag < 20um'", "REQUIREMENT"),
@@ -208,7 +208,7 @@ def _calibrate(args: argparse.Namespace) -> int:
         if args.reference:
             options["reference"] = _reference(robot, args.reference)
         if planned is None:
-            found: Keyword = CALIBRATE.called()(
+            calibration_or_plan: Keyword = CALIBRATE.called()(
                 robot, args.measurements, args.unknowns, **options, **given_of(("level", "leave_out_outliers"), args)
             )
         else:
@@ -216,24 +216,24 @@ def _calibrate(args: argparse.Namespace) -> int:
 
             option, coordinates = grid_of(robot, args)
             options |= {option[2:]: coordinates or None, "load": _loads(args.load_case), **given_of(("readings",), args)}
-            found = plan_measurements(robot, args.unknowns, planned, **options)
-        save_files(args.out, "calibration", found)
-    answer(found, args)
+            calibration_or_plan = plan_measurements(robot, args.unknowns, planned, **options)
+        save_files(args.out, "calibration", calibration_or_plan)
+    answer(calibration_or_plan, args)
     return 0
 
 
 def _loads(cases: list[str]) -> list[list[float]]:
     """Return the loads (n, 6) [N, N·m] of ``--load-case``; without this option, one load that is zero."""
     kinds = ["force"] * 3 + ["moment"] * 3
-    found = []
+    loads = []
     for text in cases or ["0 0 0 0 0 0"]:
         cells = text.split()
         if len(cells) != 6:
             raise ArgumentError(
                 f"--load-case: {text.strip()!r} has {len(cells)} numbers; a load has six in quotes: '0 0 -500 0 0 0'"
             )
-        found.append([number_of("--load-case", cell, kind) for cell, kind in zip(cells, kinds, strict=True)])
-    return found
+        loads.append([number_of("--load-case", cell, kind) for cell, kind in zip(cells, kinds, strict=True)])
+    return loads
 
 
 def _reference(robot: Robot, words: list[str]) -> str | dict[str, float]:
@@ -252,7 +252,7 @@ CALIBRATE = Command(
 Estimate stiffnesses, payload and offsets from measured deflections, with confidence intervals, unidentifiable parameters
 and outliers; or plan measurements.""",
     arguments=(*ROBOT, *(name for name in POSE if name != "near"), *LOADS, "json"),
-    own={
+    own_arguments={
         "measurements": Argument("text", "a CSV file of poses, loads and readings", "MEASUREMENTS", option="measurements"),
         "unknowns": Argument("texts", "parameters to estimate", "NAME"),
         "gauges": Argument("text", "a CSV file of gauges", "FILE"),

@@ -40,10 +40,10 @@ def parse_quantity(text: str, kind: str | None = None) -> float:
         kind: required kind of the unit, one of :data:`kinetostatics.units.KINDS`; "number": no unit is allowed;
             None: all units are allowed.
     """
-    found = typed_number(text)
-    if found is None:
+    number = typed_number(text)
+    if number is None:
         raise ArgumentError(f"{text.strip()!r} is not a number, with or without a unit; units are {KNOWN}")
-    value, name = found
+    value, name = number
     if not math.isfinite(value):
         raise ArgumentError(f"{text.strip()!r} is too large")
     if not name:
@@ -60,8 +60,8 @@ def parse_quantity(text: str, kind: str | None = None) -> float:
 
 def unit_of(text: str) -> Unit | None:
     """Return the unit of a number; None if the text is not a number with a known unit."""
-    found = typed_number(text)
-    return find_unit(found[1]) if found and found[1] else None
+    number = typed_number(text)
+    return find_unit(number[1]) if number and number[1] else None
 
 
 def parse_range(option: str, name: str, text: str, kind: str | None = None) -> tuple[float, float, int | None]:
@@ -99,26 +99,26 @@ def parse_values(option: str, name: str, text: str, kind: str | None = None) -> 
 def parse_coordinates(option: str, name: str, texts: Sequence[str], kind: str | None) -> list[float]:
     """Return the values of one coordinate or parameter in SI. Raise an ArgumentError if their units are of several kinds."""
     try:
-        found = [parse_quantity(text, kind) for text in texts]
+        values = [parse_quantity(text, kind) for text in texts]
     except ArgumentError as error:
         raise ArgumentError(f"{option}: {name}: {error}") from None
     kinds = {unit.dimension: text.strip() for text in texts if (unit := unit_of(text)) is not None}
     if len(kinds) > 1:
         raise ArgumentError(f"{option}: {name}: {' and '.join(map(repr, kinds.values()))} are not of one kind")
-    return found
+    return values
 
 
 def parse_items(option: str, items: Iterable[str]) -> dict[str, str]:
     """Return the texts of the values by name, from items ``name=value``."""
-    found: dict[str, str] = {}
-    for item in items:
-        name, sign, value = (part.strip() for part in item.partition("="))
+    values: dict[str, str] = {}
+    for text in items:
+        name, sign, value = (part.strip() for part in text.partition("="))
         if not (name and sign and value):
-            raise ArgumentError(f"{option}: {item.strip()!r} is not of the form name=value")
-        if name in found:
+            raise ArgumentError(f"{option}: {text.strip()!r} is not of the form name=value")
+        if name in values:
             raise ArgumentError(f"{option}: {name!r} is given twice")
-        found[name] = value
-    return found
+        values[name] = value
+    return values
 
 
 def parse_parameters(items: Iterable[str]) -> dict[str, Keyword]:
@@ -129,12 +129,12 @@ def parse_parameters(items: Iterable[str]) -> dict[str, Keyword]:
 
 def typed_units(items: Iterable[str]) -> dict[str, str]:
     """Return the SI unit of each value of ``--set`` that has a unit, by name."""
-    found: dict[str, str] = {}
+    units: dict[str, str] = {}
     for name, value in parse_items("--set", items).items():
         kinds = [typed.kind for part in re.split("[:,]", value) if (typed := unit_of(part)) is not None]
         if kinds and kinds[0]:
-            found[name] = KINDS[kinds[0]].replace("·", " ")
-    return found
+            units[name] = KINDS[kinds[0]].replace("·", " ")
+    return units
 
 
 def number_of(option: str, text: str, kind: str | None = "number") -> float:
@@ -307,13 +307,13 @@ def swept_coordinates(robot: Robot, args: argparse.Namespace) -> tuple[str, dict
 
 def loads_of(args: argparse.Namespace) -> dict[str, Keyword]:
     """Return the loads on the command line as arguments of :func:`kinetostatics.analyze`."""
-    found = given_of(("load", "point", "frame", "gravity"), args)
+    options = given_of(("load", "point", "frame", "gravity"), args)
     loads: dict[str, list[LinkLoad]] = {}
     for link, *texts in args.load_on:
         loads.setdefault(link, []).append(_link_load(link, texts))
     if loads:
-        found["loads"] = loads
-    return found | payload_of(args)
+        options["loads"] = loads
+    return options | payload_of(args)
 
 
 def payload_of(args: argparse.Namespace) -> dict[str, Keyword]:

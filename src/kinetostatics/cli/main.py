@@ -115,19 +115,19 @@ def _run(arguments: list[str]) -> int:
     given = arguments[0] if arguments else "--help"
     if not given.startswith("-") and given not in COMMANDS:
         near = near_names(given, COMMANDS)
-        known = f"commands are {', '.join(COMMANDS)}" if near.startswith("known") else near
-        raise UsageError(f"there is no command {given!r}; {known}")
+        hint = f"commands are {', '.join(COMMANDS)}" if near.startswith("known") else near
+        raise UsageError(f"there is no command {given!r}; {hint}")
     # only the module of the command is imported; the help of the program needs all of them
     names = [given] if given in COMMANDS else [] if given == "--version" else COMMANDS
     # argparse never treats an argument with a space as an option
-    guarded = [f" {item}" if NEGATIVE.match(item) else item for item in arguments]
+    guarded = [f" {argument}" if NEGATIVE.match(argument) else argument for argument in arguments]
     try:
-        args, rest = make_parser(names).parse_known_args(guarded)
+        args, unparsed = make_parser(names).parse_known_args(guarded)
     except SystemExit as stop:  # --help and --version
         sys.stdout.flush()
         return int(stop.code or 0)
-    if rest:
-        unknown = " ".join(item.strip() for item in rest)
+    if unparsed:
+        unknown = " ".join(argument.strip() for argument in unparsed)
         raise UsageError(f"unrecognized arguments: {unknown} (see kinetostatics {given} --help)")
     args.command_line = ["kinetostatics", *arguments]
     with warnings.catch_warnings():

@@ -57,21 +57,21 @@ def _sweep(args: argparse.Namespace) -> int:
     there = os.path.exists(args.out) and not args.restart
     begin = time.perf_counter()
     try:
-        found = _map(args)
+        ds = _map(args)
     except KeyboardInterrupt:
         part = f"{args.out.rstrip('/')}.part"
         hint = [f"the same command continues from {part}"] if os.path.isdir(part) else []
         raise KeyboardInterrupt(*hint) from None
-    with found:
+    with ds:
         if not args.quiet:
             seconds = None if there else time.perf_counter() - begin
             with waiting("summing up"):
                 from kinetostatics.reports.map import map_report
 
-                text = map_report(found, seconds).text(use_colour(sys.stdout))
+                text = map_report(ds, seconds).text(use_colour(sys.stdout))
             print(text)
             print(f"{args.out} was there already" if there else f"wrote {args.out}")
-        print_warnings(str(found.attrs.get("warnings", "")).splitlines())
+        print_warnings(str(ds.attrs.get("warnings", "")).splitlines())
     return 0
 
 
@@ -116,8 +116,8 @@ def _parameter(name: str, text: str) -> object:
 
 def _is_quantity(text: str) -> bool:
     """Whether a text is a number with a known unit or without a unit."""
-    found = typed_number(text)
-    return found is not None and (not found[1] or unit_of(text) is not None)
+    number = typed_number(text)
+    return number is not None and (not number[1] or unit_of(text) is not None)
 
 
 SWEEP = Command(
@@ -125,7 +125,7 @@ SWEEP = Command(
     help="map sag, stiffness and actuator forces over the workspace",
     description="Analyze all poses of a grid, and variants of the robot, and write one labelled file.",
     arguments=(*ROBOT, *(name for name in POSE if name != "near"), *LOADS, "modes"),
-    own={
+    own_arguments={
         "parameters": Argument(
             "items", "values of the file's xacro arguments, or grids of values", "NAME=VALUES", option="--set"
         ),
@@ -207,18 +207,18 @@ def _draw(ds: xr.Dataset, args: argparse.Namespace) -> None:
 
 def _at(ds: xr.Dataset, items: list[str]) -> dict[str, object]:
     """Return the values of ``--at`` by name: numbers in SI, texts unchanged."""
-    found: dict[str, object] = {}
+    values: dict[str, object] = {}
     for name, text in parse_items("--at", items).items():
         if name not in ds.dims:
-            known = [str(dim) for dim in ds["status"].dims]
-            raise ArgumentError(f"--at: {name!r} is not swept: {near_names(name, known)}")
+            names = [str(dim) for dim in ds["status"].dims]
+            raise ArgumentError(f"--at: {name!r} is not swept: {near_names(name, names)}")
         unit = find_unit(str(ds[name].attrs.get("units", "")))
         kind = None if unit is None else unit.kind or None
         try:
-            found[name] = parse_quantity(text, kind) if ds[name].dtype.kind in "iuf" else text
+            values[name] = parse_quantity(text, kind) if ds[name].dtype.kind in "iuf" else text
         except ArgumentError as error:
             raise ArgumentError(f"--at: {name}: {error}") from None
-    return found
+    return values
 
 
 def open_map(path: str) -> xr.Dataset:
@@ -232,16 +232,16 @@ def open_map(path: str) -> xr.Dataset:
     if not file.exists():
         raise FileNotFoundError(2, "No such file or directory", path)
     try:
-        found = xr.open_zarr(file) if file.is_dir() else xr.open_dataset(file, engine="h5netcdf")
+        ds = xr.open_zarr(file) if file.is_dir() else xr.open_dataset(file, engine="h5netcdf")
     except ModuleNotFoundError as error:
         raise ArgumentError(f"{path}: reading it needs {error.name}: pip install {error.name}") from None
     except (OSError, ValueError, KeyError) as error:
         raise ArgumentError(f"{path}: not a netCDF file or zarr folder: {error}") from None
-    missing = [name for name in ("status", "characteristic_length") if name not in found]
+    missing = [name for name in ("status", "characteristic_length") if name not in ds]
     if missing:
-        found.close()
+        ds.close()
         raise ArgumentError(f"{path}: not a workspace map of kinetostatics sweep: it has no variable {missing[0]!r}")
-    return found
+    return ds
 
 
 def _list(ds: xr.Dataset) -> str:
@@ -253,8 +253,8 @@ def _list(ds: xr.Dataset) -> str:
         first, last = (f"{n:.6g}" if ds[dim].dtype.kind in "iuf" else str(n) for n in (numbers[0], numbers[-1]))
         lines.append(f"  {dim}: {len(numbers)} values, {first} to {last} {units}".rstrip())
     lines.append("quantities")
-    one = ds.isel({dim: [0] for dim in ds["status"].dims})
-    lines += [f"  {name} [{quantity(one, name).attrs['units']}]" for name in names(ds)]
+    first_pose = ds.isel({dim: [0] for dim in ds["status"].dims})
+    lines += [f"  {name} [{quantity(first_pose, name).attrs['units']}]" for name in names(ds)]
     return "\n".join(lines)
 
 
@@ -266,7 +266,7 @@ PLOT = Command(
         "poses, or lines. Poses without valid numbers are grey and hatched. Slices over azimuth and tilt are round."
     ),
     arguments=("tool",),
-    own={
+    own_arguments={
         "map": Argument("text", "netCDF file (.nc) or zarr folder", "MAP", option="map"),
         "list": Argument("flag", "print the coordinates and quantities of the map"),
         "out": Argument("text", "the figure to write: .pdf, .svg or .png", "FILE"),

@@ -24,7 +24,7 @@ OF_ARCHITECTURES = (*LENGTHS, "azimuths", "placements", "guide", "axis", "sectio
 
 def _new(args: argparse.Namespace) -> int:
     if args.list:
-        print("\n".join(known.line for known in KNOWN_NAMES))
+        print("\n".join(known_name.line for known_name in KNOWN_NAMES))
         return 0
     if args.out is not None and os.path.exists(args.out):
         raise ArgumentError(f"--out: {args.out} exists already; delete it or choose another name")
@@ -98,26 +98,26 @@ def _single_word(items: list[str]) -> str | None:
 
 
 def _stiffnesses(items: list[str]) -> dict[str, float]:
-    found: dict[str, float] = {}
+    stiffnesses: dict[str, float] = {}
     for name, text in parse_items("--joint-stiffness", items).items():
         unit = unit_of(text)
         if unit is not None and unit.kind not in ("stiffness", "turning stiffness"):
             raise ArgumentError(
                 f"--joint-stiffness: {name}: {text!r} is no stiffness; write it in N m/rad (30kNm/rad), or N/m of slides"
             )
-        found[name] = number_of("--joint-stiffness", text, None)
-    return found
+        stiffnesses[name] = number_of("--joint-stiffness", text, None)
+    return stiffnesses
 
 
 def _axes(items: list[str]) -> dict[str, object]:
-    found: dict[str, object] = {}
+    axes: dict[str, object] = {}
     for name, value in parse_items("--axes", items).items():
         try:
             vectors = [[float(number) for number in part.replace(",", " ").split()] for part in value.split("/")]
         except ValueError:
             raise ArgumentError(f"--axes: {name}: {value!r} is not of the form X,Y,Z") from None
-        found[name] = vectors[0] if len(vectors) == 1 else vectors
-    return found
+        axes[name] = vectors[0] if len(vectors) == 1 else vectors
+    return axes
 
 
 def _options(args: argparse.Namespace) -> dict[str, Keyword]:
@@ -149,7 +149,7 @@ NEW = Command(
         "The URDF is included unchanged; loops may be those of onshape-to-robot, Gepetto or Isaac Sim."
     ),
     arguments=("parameters", "platform_link", "base_link"),
-    own={
+    own_arguments={
         "architecture": Argument(
             "text", "a name such as Delta, or limbs such as 3-R[P]S; see below", "ARCHITECTURE", option="architecture"
         ),
@@ -218,7 +218,7 @@ architecture:
   (4S) two rods between spherical joints, (4R) a parallelogram. Actuators are in brackets; by default the usual ones are
   chosen. Limbs are joined by +, and 3- means three equal limbs.
 
-{"".join(f"    {known.line}{chr(10)}" for known in KNOWN_NAMES)}""",
+{"".join(f"    {known_name.line}{chr(10)}" for known_name in KNOWN_NAMES)}""",
     examples="""
 new "3-R[P]S" --base-radius 0.25 --platform-radius 0.2 --height 0.55 --out my_robot.urdf.xacro
 new Delta --height=-0.6 --section rod="tube 14mm 11mm carbon" --out my_delta.urdf.xacro

@@ -29,12 +29,12 @@ def print_json(values: Mapping[str, object]) -> None:
 def _json(value: object, indent: str, ascii_only: bool) -> str:
     inner = indent + "  "
     if isinstance(value, list) and value and isinstance(value[0], Mapping):
-        items = [inner + _json(item, inner, ascii_only) for item in value]
+        items = [inner + _json(part, inner, ascii_only) for part in value]
         return "[\n" + ",\n".join(items) + f"\n{indent}]"
     if not isinstance(value, Mapping) or not value:
         return json.dumps(value, allow_nan=False, ensure_ascii=ascii_only)
     rows = [
-        f"{inner}{json.dumps(name, ensure_ascii=ascii_only)}: {_json(item, inner, ascii_only)}" for name, item in value.items()
+        f"{inner}{json.dumps(name, ensure_ascii=ascii_only)}: {_json(part, inner, ascii_only)}" for name, part in value.items()
     ]
     return "{\n" + ",\n".join(rows) + f"\n{indent}}}"
 
@@ -45,19 +45,19 @@ def print_report(report: Report, warnings: Sequence[str] = ()) -> None:
     print("\n".join([*(painted("warning", f"! {text}", colour) for text in warnings), report.text(colour)]))
 
 
-def answer(found: Keyword, args: argparse.Namespace, warnings: Sequence[str] = ()) -> None:
+def answer(result: Keyword, args: argparse.Namespace, warnings: Sequence[str] = ()) -> None:
     """Print warnings and a result or report, and the names of the written files.
 
     With ``--json``, print the result's data instead; they include the warnings, which are also printed to standard error.
     """
     written = getattr(args, "out", ())
     if args.json:
-        values = found.to_dict()
+        values = result.to_dict()
         reported = [*warnings, *values.get("warnings", ())]
         print_json({**values, "warnings": reported})
         print_warnings(reported)
     else:
-        print_report(found.report() if hasattr(found, "report") else found, warnings)
+        print_report(result.report() if hasattr(result, "report") else result, warnings)
         print(*(f"wrote {file}\n" for file in written), sep="", end="")
 
 
@@ -72,7 +72,7 @@ def print_message(kind: str, text: str, commands: Iterable[str] = ()) -> None:
     if sys.stderr is not None:
         begin, line, colour = f"kinetostatics: {kind}:", " ".join(text.split()), use_colour(sys.stderr)
         whole = painted(kind, f"{begin} {line}", colour) if kind == "warning" else f"{painted(kind, begin, colour)} {line}"
-        print(whole, *(f"  {item}" for item in commands), sep="\n", file=sys.stderr)
+        print(whole, *(f"  {command}" for command in commands), sep="\n", file=sys.stderr)
 
 
 # ---- files --------------------------------------------------------------------------------------------------------------
@@ -112,13 +112,13 @@ def ending_of(path: str) -> str:
     return os.path.splitext(path)[1].removeprefix(".").lower()
 
 
-def save_files(paths: Iterable[str], figure: str, found: Keyword, **drawn: Keyword) -> None:
-    """Write a result to files: figures by the function ``figure`` of :mod:`kinetostatics.plot`, others by ``found.save``."""
+def save_files(paths: Iterable[str], figure: str, result: Keyword, **drawn: Keyword) -> None:
+    """Write a result to files: figures by the function ``figure`` of :mod:`kinetostatics.plot`, others by ``result.save``."""
     for path in paths:
         if ending_of(path) in FIGURES:
-            save_figure(path, figure, found, **drawn)
+            save_figure(path, figure, result, **drawn)
         else:
-            found.save(path)
+            result.save(path)
 
 
 def save_figure(path: str, kind: str, *shown: object, dpi: float = 300, **options: object) -> None:

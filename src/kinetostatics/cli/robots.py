@@ -38,13 +38,13 @@ if TYPE_CHECKING:
 def _check(args: argparse.Namespace) -> int:
     with waiting("checking"):
         report = CHECK.called()(load_robot(args))
-        found = report.to_dict()
+        facts = report.to_dict()
     if args.json:
-        print_json(found)
-        print_warnings([*found["problems"], *found["warnings"]])
+        print_json(facts)
+        print_warnings([*facts["problems"], *facts["warnings"]])
     else:
         print_report(report)
-    return 1 if found["problems"] else 0
+    return 1 if facts["problems"] else 0
 
 
 CHECK = Command(
@@ -84,11 +84,11 @@ def _export(args: argparse.Namespace) -> int:
         if args.jacobian:
             inputs = [name for name in function.inputs if name not in ("load", "gravity")]
             exported = function.jacobian(args.jacobian, args.with_respect_to or inputs)
-        found = exported.export_c(args.out, near=near, **given_of(("scalar", "name"), args))
-    lines = [f"wrote {', '.join(found.files)} to {found.folder}", *str(function).splitlines()[1:]]
+        code = exported.export_c(args.out, near=near, **given_of(("scalar", "name"), args))
+    lines = [f"wrote {', '.join(code.files)} to {code.folder}", *str(function).splitlines()[1:]]
     lines.append(
-        f"  {found.operations[0]:,} operations per correction of the loops, {found.operations[1]:,} for the analysis, "
-        f"{found.work:,} bytes of work on the stack"
+        f"  {code.operations[0]:,} operations per correction of the loops, {code.operations[1]:,} for the analysis, "
+        f"{code.work:,} bytes of work on the stack"
     )
     print("\n".join(lines))
     return 0
@@ -103,7 +103,7 @@ EXPORT = Command(
         "no library except libm, and closes the loops by a bounded number of iterations from the last pose."
     ),
     arguments=(*ROBOT, "near", "orientation"),
-    own={
+    own_arguments={
         "inputs": Argument(
             "texts",
             "platform coordinates that are inputs, as many as the mobility (default: the actuators' coordinates)",
@@ -165,7 +165,7 @@ ROBOTS = Command(
     help="list the robots of the package, or copy their files",
     description="List the robots of the package; their names serve as ROBOT in every command.",
     arguments=("json",),
-    own={"copy": Argument("texts", "copy the files of these robots to the current folder", "NAME")},
+    own_arguments={"copy": Argument("texts", "copy the files of these robots to the current folder", "NAME")},
     function="files.bundled:robots",
     usage="[options]",
     examples="""
@@ -228,7 +228,7 @@ REPORT = Command(
         "and a 3D view."
     ),
     arguments=(*ROBOT, *POSE, *LOADS, "tool", "controlled"),
-    own={
+    own_arguments={
         "out": Argument("text", "the page to write, .html", "FILE"),
         "title": Argument("text", "heading of the page (default: the robot's name)"),
         "sweep": Argument(

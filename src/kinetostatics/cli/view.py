@@ -69,10 +69,10 @@ def _page(args: argparse.Namespace) -> int:
         from kinetostatics import viewer
 
         robot = load_robot(args)
-        result, found = _modes(robot, args) if args.modes is not None else _shown(robot, args, loads_of(args))
+        result, warnings = _modes(robot, args) if args.modes is not None else _shown(robot, args, loads_of(args))
         options = {**given_of(("exaggeration",), args), "compare": _compared(robot, args) if args.compare else None}
         with pausing():
-            print_warnings(found)
+            print_warnings(warnings)
         if args.screenshot is not None:
             viewer.save_image(result, args.screenshot, **options, **given_of(("colour", "view"), args))
             text = f"wrote {args.screenshot}"
@@ -95,7 +95,7 @@ def _shown(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) ->
 
     shown: Configuration | Robot = robot
     try:
-        shown, found = (_animation_poses(robot, args), []) if args.sweep else pose_of(robot, args)
+        shown, warnings = (_animation_poses(robot, args), []) if args.sweep else pose_of(robot, args)
         result = analyze(shown, **loads)
     except (AssemblyError, CoordinatesError, StaticsError, RobotFileError) as error:
         if args.compare or args.sweep:
@@ -103,14 +103,14 @@ def _shown(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) ->
         return UnloadedPose(shown, str(error)), [str(error)]
     if args.sweep and (result.status == Status.SINGULAR).all():
         raise StaticsError("--sweep: the robot is singular at every pose")
-    return result, [*found, *result.warnings]
+    return result, [*warnings, *result.warnings]
 
 
 def _modes(robot: Robot, args: argparse.Namespace) -> tuple[Modes, list[str]]:
     from kinetostatics.dynamics.vibrations import modes
 
-    pose, found = pose_of(robot, args)
-    return modes(pose, value_of("modes", args), **payload_of(args)), found
+    pose, warnings = pose_of(robot, args)
+    return modes(pose, value_of("modes", args), **payload_of(args)), warnings
 
 
 def _compared(robot: Robot, args: argparse.Namespace) -> Result:
@@ -154,9 +154,9 @@ def _live(args: argparse.Namespace) -> int:
     with waiting("making the page"):
         from kinetostatics.viewer import open_browser
 
-        server, found = _server(args)
+        server, warnings = _server(args)
     with server:
-        print_warnings(found)
+        print_warnings(warnings)
         try:
             print(f"live at {server.url} (Ctrl+C ends it)", flush=True)
             open_browser(server.url)
@@ -171,7 +171,7 @@ def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
     from kinetostatics.viewer.live import serve
 
     loads = loads_of(args)
-    start, message, found = _start(load_robot(args), args)
+    start, message, warnings = _start(load_robot(args), args)
 
     def analyzed(pose: Configuration, **changed: Keyword) -> Result:
         result = analyze(pose, **{**loads, **changed})
@@ -186,7 +186,7 @@ def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
         load=loads.get("load", [0.0] * 6) if at_o else None,
         message=message,
     )
-    return server, found
+    return server, warnings
 
 
 def _start(robot: Robot, args: argparse.Namespace) -> tuple[Configuration | Robot, str | None, list[str]]:
@@ -196,14 +196,14 @@ def _start(robot: Robot, args: argparse.Namespace) -> tuple[Configuration | Robo
     cannot be closed at all, the robot is returned in place of a pose.
     """
     try:
-        pose, found = pose_of(robot, args)
+        pose, warnings = pose_of(robot, args)
     except (AssemblyError, CoordinatesError) as error:
         message = str(error)
         try:
             return closed_zero_pose(robot, args), message, [message]
         except AssemblyError:
             return robot, message, [message]
-    return pose, None, found
+    return pose, None, warnings
 
 
 def _animation_poses(robot: Robot, args: argparse.Namespace) -> Configuration:
@@ -232,7 +232,7 @@ VIEW = Command(
     help="show the deformed robot in the browser",
     description="Show the deformed robot in the browser: bent beams, forces, and contributions of each weight and load.",
     arguments=(*ROBOT, *POSE, *LOADS, "modes"),
-    own={
+    own_arguments={
         "html": Argument("text", "write the page to a file that needs no server and no network", "FILE"),
         "screenshot": Argument("text", "write an image with its legend; needs Chromium or Chrome", "FILE.png"),
         "live": Argument("flag", "handles and sliders move platform, actuators and load; ends with Ctrl+C"),
