@@ -127,15 +127,15 @@ def _ruler(title: str) -> str:
 
 def _wrapped(line: str) -> list[str]:
     """Break an XML element between attributes into lines of at most ``WIDTH`` letters; the attributes are aligned."""
-    found = []
+    lines = []
     element = re.match(r"\s*<[\w:]+ ", line)
     while element is not None and len(line) > WIDTH:
         breaks = [match.start() for match in re.finditer(r' (?=\w+="[^"]*")', line[:WIDTH]) if match.start() > element.end()]
         if not breaks:
             break
-        found.append(line[: breaks[-1]])
+        lines.append(line[: breaks[-1]])
         line = " " * element.end() + line[breaks[-1] + 1 :]
-    return [*found, line]
+    return [*lines, line]
 
 
 def file_text(design: Design) -> str:
@@ -162,7 +162,7 @@ def file_text(design: Design) -> str:
     elif "platform_radius" in design.places[-1].platform_text:  # a cartesian robot: they are on X, Y and Z
         plate = 'length="${2 * platform_radius}"'
     base = base.replace("BELOW", below).replace("HEIGHT", "${height}" if height else "0").replace("PLATE", plate)
-    rest = [_ruler("base and platform"), base, _ruler("beams"), *beams, _ruler("limbs"), limbs]
+    body = [_ruler("base and platform"), base, _ruler("beams"), *beams, _ruler("limbs"), limbs]
     head = [
         '<?xml version="1.0"?>',
         _about(design),
@@ -171,9 +171,9 @@ def file_text(design: Design) -> str:
         "",
         _ruler("values to choose"),
         "",
-        *design.arguments.lines("\n".join(rest)),
+        *design.arguments.lines("\n".join(body)),
     ]
-    return "\n\n".join(("\n".join(head), *rest)) + "\n</robot>\n"
+    return "\n\n".join(("\n".join(head), *body)) + "\n</robot>\n"
 
 
 _BASE = """\

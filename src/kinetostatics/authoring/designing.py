@@ -210,15 +210,15 @@ def _check_triangle(architecture: Architecture, k: int, span: np.ndarray, crank:
 
 def _why_missing(skeletons: Sequence[Skeleton]) -> dict[str, str]:
     """Return, by name, the reasons why this robot's file lacks arguments that files of other robots have."""
-    found = dict.fromkeys(("base_radius", "base_height"), "its placements come from a table")
+    reasons = dict.fromkeys(("base_radius", "base_height"), "its placements come from a table")
     if any(skeleton.has_elbow for skeleton in skeletons):
-        found["rod_length"] = "it follows from crank_angle"
-        found["elbow"] = "crank_angle determines the elbow"
+        reasons["rod_length"] = "it follows from crank_angle"
+        reasons["elbow"] = "crank_angle determines the elbow"
     else:
-        found["rod_length"] = "it follows from height and radii"
+        reasons["rod_length"] = "it follows from height and radii"
         for name in ("crank_length", "crank_angle", "elbow"):
-            found[name] = "no limb has an elbow"
-    return found
+            reasons[name] = "no limb has an elbow"
+    return reasons
 
 
 # ---- limbs ---------------------------------------------------------------------------------------------------------
@@ -267,7 +267,7 @@ def _frame_lines(skeleton: Skeleton, place: LimbPlace, *, by_azimuths: bool, has
         "radial": "[cos(at_base), sin(at_base), 0]",
         "tangential": "[-sin(at_base), cos(at_base), 0]",
     }
-    if by_azimuths and all(isinstance(item, str) for item in (place.axis or "", place.guide)):
+    if by_azimuths and all(isinstance(direction, str) for direction in (place.axis or "", place.guide)):
         axis = "" if place.axis is None else f' axis="${{{vectors[str(place.axis)]}}}"'
         lines = (
             f'<xacro:limb_frame i="${{i}}" height="${{height}}"{axis}',

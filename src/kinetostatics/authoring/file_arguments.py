@@ -101,7 +101,7 @@ class FileArguments:
 
 def odd_lengths(values: Mapping[str, object]) -> list[str]:
     """Return a hint for each length [m] above the bounds of ``LARGEST``."""
-    found = []
+    hints = []
     for name, value in values.items():
         match = _LENGTH.search(name)
         try:
@@ -109,11 +109,11 @@ def odd_lengths(values: Mapping[str, object]) -> list[str]:
         except (TypeError, ValueError):
             continue
         if match is not None and LARGEST[match[1]] < abs(number) < math.inf:
-            found.append(
+            hints.append(
                 f"{name} = {number:g} m: lengths are in m; write {number / 1000:g} for {number:g} mm, or {number:g}mm on the "
                 "command line"
             )
-    return found
+    return hints
 
 
 def text_of_value(name: str, value: object) -> str:
@@ -124,7 +124,7 @@ def text_of_value(name: str, value: object) -> str:
         return value
     if isinstance(value, bool) or not isinstance(value, Real):
         if isinstance(value, (list, tuple)) or hasattr(value, "tolist"):
-            return " ".join(text_of_value(name, item) for item in value)  # type: ignore[attr-defined]
+            return " ".join(text_of_value(name, element) for element in value)  # type: ignore[attr-defined]
         raise ArgumentError(f"{name} is {value!r}; it must be a number")
     number = float(value)
     short = f"{number:g}".replace("e+", "e")
@@ -169,16 +169,16 @@ def parse_section(text: str, what: str = "section") -> SectionText:
     words = text.split() if isinstance(text, str) else []
     if not words:
         raise ArgumentError(f"{what} is {text!r}; {EXAMPLE}")
-    shape, *rest = words
+    shape, *size_words = words
     if shape not in SHAPES:
         raise ArgumentError(f"{what}: {shape!r} in {text!r} is no shape; {near_names(shape, SHAPES)}")
-    material = rest.pop() if rest and rest[-1][0].isalpha() else "steel"
+    material = size_words.pop() if size_words and size_words[-1][0].isalpha() else "steel"
     if material not in MATERIALS:
         raise ArgumentError(f"{what}: {material!r} in {text!r} is no material; {near_names(material, MATERIALS)}")
     names = SHAPES[shape]
-    if len(rest) != len(names):
-        raise ArgumentError(f"{what}: {text!r} has {len(rest)} sizes; a {shape} has {len(names)}: {', '.join(names)}")
-    sizes = {name: parse_number(word, "length", f"{what}, {text!r}") for name, word in zip(names, rest, strict=True)}
+    if len(size_words) != len(names):
+        raise ArgumentError(f"{what}: {text!r} has {len(size_words)} sizes; a {shape} has {len(names)}: {', '.join(names)}")
+    sizes = {name: parse_number(word, "length", f"{what}, {text!r}") for name, word in zip(names, size_words, strict=True)}
     for name, size in sizes.items():
         if not 0 < size < 1e3:
             raise ArgumentError(f"{what}: the {name} of {text!r} is {size:g} m; it must be between 0 and 1000 m")
@@ -204,28 +204,28 @@ def chosen_sections(
     check_mapping("sections", given, '{"rod": "tube 60mm 50mm steel"}')
     has_telescope = any(span.kind == "telescope" for skeleton in skeletons for span in skeleton.spans)
     roles = {role for skeleton in skeletons for role in skeleton.roles} | ({"cylinder"} if has_telescope else set())
-    known = sorted(roles | {f"{role}_{k + 1}" for role in roles for k in range(len(skeletons))})
+    names = sorted(roles | {f"{role}_{k + 1}" for role in roles for k in range(len(skeletons))})
     for key in given:
-        if key not in known:
-            raise ArgumentError(f"sections: {architecture.text} has no {key!r}; {near_names(key, known)}")
-    found: dict[str, SectionText] = {}
+        if key not in names:
+            raise ArgumentError(f"sections: {architecture.text} has no {key!r}; {near_names(key, names)}")
+    sections: dict[str, SectionText] = {}
     prefixes: list[dict[str, str]] = []
     for skeleton in skeletons:
         alike = [k for k, other in enumerate(skeletons, 1) if other.group == skeleton.group]
         kinds = {span.kind for span in skeleton.spans}
-        mine: dict[str, str] = {}
+        prefix_by_role: dict[str, str] = {}
         for role in (*skeleton.roles, "cylinder"):
-            own = next((f"{role}_{k}" for k in alike if f"{role}_{k}" in given), role)
-            if role == "cylinder" and (own not in given or "telescope" not in kinds):
+            prefix = next((f"{role}_{k}" for k in alike if f"{role}_{k}" in given), role)
+            if role == "cylinder" and (prefix not in given or "telescope" not in kinds):
                 continue
-            mine[role] = own
+            prefix_by_role[role] = prefix
             paired = role == "rod" and ("rods" in kinds or "parallelogram" in kinds)
-            if own in given:
-                found[own] = parse_section(given[own], f"sections, {own}")
-            elif own not in found:
-                found[own] = _default_section(lengths[role], paired)
-        prefixes.append(mine)
-    return found, prefixes
+            if prefix in given:
+                sections[prefix] = parse_section(given[prefix], f"sections, {prefix}")
+            elif prefix not in sections:
+                sections[prefix] = _default_section(lengths[role], paired)
+        prefixes.append(prefix_by_role)
+    return sections, prefixes
 
 
 def _default_section(length: float, paired: bool) -> SectionText:

@@ -120,22 +120,22 @@ def extension(
     for tag, link in (("platform", platform_link), ("base", base_link)):
         if link is not None and root.named(tag):
             raise ArgumentError(f"{tag}_link={link!r}: {name} names its {tag} already; leave the argument out")
-    found, loops, record, warnings = foreign_robot(name, root, yaml)
+    foreign, loops, record, warnings = foreign_robot(name, root, yaml)
     if loops:
-        closed, driven, more = complete(found, loops, record, platform_link, types, axes, named)
+        closed, driven, more = complete(foreign, loops, record, platform_link, types, axes, named)
         warnings += more
-        added = (*map(write_loop, closed), *(plain_transmission(joint, found.root.place) for joint in driven))
-        description = describe(replace(found.root, content=(*found.root.content, *added)), name, [], platform_link, base_link)
+        added = (*map(write_loop, closed), *(plain_transmission(joint, foreign.root.place) for joint in driven))
+        description = describe(replace(foreign.root, content=(*foreign.root.content, *added)), name, [], platform_link, base_link)
         holding: list[str] = []
     elif types or axes:
         raise ArgumentError(f"types= and axes= are for loops of another tool, and {name} has none")
     else:
         closed, description = (), describe(root, name, [], platform_link, base_link)
         driven, holding = _actuators(root, description, named)
-    candidates = spans(description, found.zero_frames)
+    candidates = spans(description, foreign.zero_frames)
     tree = tree_root(description.links, description.joints)
     floats = description.base != tree and description.base == first_base(tree, description.joints)
-    known = replace(description, driven=tuple(dict.fromkeys((*description.driven, *driven, *holding))))
+    driven_description = replace(description, driven=tuple(dict.fromkeys((*description.driven, *driven, *holding))))
     parts = [
         "  <!-- results refer to the origin and the axes of this link -->\n",
         _turned_axes(description) if loops else "",
@@ -144,13 +144,13 @@ def extension(
         *(textwrap.indent(to_text(write_loop(loop), header=False, indented=True), "  ") + "\n" for loop in closed),
         _actuators_text(driven, "actuators: the moving joints without a transmission in the file, held by their brakes"),
         _actuators_text(holding, "locked joints outside the chain from base to platform, such as those of a gripper"),
-        _beams_text(known, candidates, elastic),
-        _stiffness_text(known, joint_stiffness),
+        _beams_text(driven_description, candidates, elastic),
+        _stiffness_text(driven_description, joint_stiffness),
     ]
     additions = "".join(parts)
-    include = include_path(name, root, uses_xacro, additions, out) if found.root is root else None
+    include = include_path(name, root, uses_xacro, additions, out) if foreign.root is root else None
     if include is None:
-        return whole_text(found.root, additions), False, warnings
+        return whole_text(foreign.root, additions), False, warnings
     comment = (
         f"{os.path.basename(name)} unchanged, with what it lacks for statics; comments suggest further parts (m, kg, N, rad)"
     )
@@ -181,14 +181,14 @@ def _actuators(
     root: XmlElement, description: RobotDescription, given: Collection[str] | None
 ) -> tuple[tuple[str, ...], list[str]]:
     """Return (joints to be driven, joints outside the chain from base to platform to be locked); all get a transmission."""
-    there = {entry.attributes.get("name", "") for item in root.named("transmission") for entry in item.named("joint")}
+    there = {entry.attributes.get("name", "") for element in root.named("transmission") for entry in element.named("joint")}
     free = [] if description.loops else [name for name in drivable(description.joints) if name not in there]
     if given is None:
         return tuple(free), []
-    known = {**description.joints, **description.loops}
+    joints = {**description.joints, **description.loops}
     for name in given:
-        if name not in known:
-            raise ArgumentError(f"actuators: no joint {name!r}: {near_names(name, known)}")
+        if name not in joints:
+            raise ArgumentError(f"actuators: no joint {name!r}: {near_names(name, joints)}")
     passed = {joint.name for joint, _ in chain_joints(description)}
     return tuple(name for name in given if name not in there), [name for name in free if name not in passed and name not in given]
 
@@ -218,17 +218,17 @@ def _beams_text(description: RobotDescription, candidates: Mapping[str, Span], e
         chosen = dict(elastic or {})
         check_mapping("elastic", chosen, '{"upper_arm": "tube 60mm 50mm steel"}')
     written = [suggested[link] if not text else _beam_text(description, candidates, link, text) for link, text in chosen.items()]
-    rest = [link for link in suggested if link not in chosen]
+    possible = [link for link in suggested if link not in chosen]
     result = ""
     if written:
         comment = "elastic links: straight beams between two joints; each link keeps its mass and its centre of mass"
         result += f"\n  <!-- {comment} -->\n" + "".join(written)
-    if rest:
+    if possible:
         result += (
             f"\n  <!-- Possible beams: {MATERIAL} tubes of the link's mass, with walls of {WALL:g} diameters, within the\n"
             "       limits of beam theory. Measure your own, and take the beam out of its comment. -->\n"
         )
-        for span in (candidates[link] for link in rest):
+        for span in (candidates[link] for link in possible):
             remark = f"{span.link}: {span.length:.3g} m between its joints, {span.mass:.3g} kg"
             result += f"  <!-- {_comment_text(remark)}\n{_comment_text(suggested[span.link])}  -->\n"
     return result
@@ -278,7 +278,7 @@ def _beam_text(description: RobotDescription, candidates: Mapping[str, Span], li
 
 def _platform_advice(description: RobotDescription) -> str:
     """Return advice on making the platform's link elastic; empty unless a moving joint carries this link."""
-    joint = next((item for item in description.joints.values() if item.child == description.platform), None)
+    joint = next((joint for joint in description.joints.values() if joint.child == description.platform), None)
     if joint is None or JOINT_TYPES[joint.type].is_fixed or description.loops:
         return ""
     link = quoted(description.platform)
@@ -318,8 +318,8 @@ def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | 
     if chosen:
         result += "\n  <!-- elastic actuators and gears [N m/rad, N/m] -->\n"
         result += "".join(f"  {_stiffness_element(name, value)}\n" for name, value in chosen.items())
-    rest = [joint for joint in actuators if joint.name in suggested and joint.name not in chosen]
-    if rest:
+    possible = [joint for joint in actuators if joint.name in suggested and joint.name not in chosen]
+    if possible:
         result += (
             "\n  <!-- Possible stiffnesses of actuators [N m/rad, N/m]: their largest effort in the file deflects them by\n"
             f"       {TURN * 1e3:g} mrad or {SLIDE * 1e3:g} mm. Data sheets of gears are more precise. -->\n"
@@ -327,7 +327,7 @@ def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | 
         result += "".join(
             f"  <!-- {_comment_text(_stiffness_element(joint.name, suggested[joint.name]))} effort {joint.effort:g} "
             f"{JOINT_TYPES[joint.type].force_unit.replace('·', ' ')} -->\n"
-            for joint in rest
+            for joint in possible
         )
     return result
 

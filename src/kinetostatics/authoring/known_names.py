@@ -116,16 +116,16 @@ def named(text: str) -> KnownName | None:
     for names, reason in OTHERS.items():
         if name in map(_normalized, names):
             raise ArgumentError(f"{text!r} {reason}")
-    found = [known for known in KNOWN_NAMES if name in map(_normalized, (known.name, *known.also))]
-    return _single(text, [known for known in found if name != _normalized(known.architecture)])  # 3-RPS is notation
+    matches = [mechanism for mechanism in KNOWN_NAMES if name in map(_normalized, (mechanism.name, *mechanism.also))]
+    return _single(text, [mechanism for mechanism in matches if name != _normalized(mechanism.architecture)])  # 3-RPS is notation
 
 
-def _single(text: str, found: list[KnownName]) -> KnownName | None:
-    """Return the only element of ``found``, or None if it is empty. Raise an ArgumentError if it has several elements."""
-    if len(found) > 1:
-        commands = " or ".join(f'kinetostatics new "{known.name}" ({known.about})' for known in found)
+def _single(text: str, matches: list[KnownName]) -> KnownName | None:
+    """Return the only element of ``matches``, or None if it is empty. Raise an ArgumentError if it has several elements."""
+    if len(matches) > 1:
+        commands = " or ".join(f'kinetostatics new "{mechanism.name}" ({mechanism.about})' for mechanism in matches)
         raise ArgumentError(f"{text!r} is more than one mechanism; write {commands}")
-    return found[0] if found else None
+    return matches[0] if matches else None
 
 
 def options_of(text: str, architecture: str, given: Mapping[str, Keyword]) -> dict[str, Keyword]:
@@ -138,15 +138,16 @@ def options_of(text: str, architecture: str, given: Mapping[str, Keyword]) -> di
     Raises:
         ArgumentError: several named mechanisms have these limbs, such as the planar and the spherical 3-RRR.
     """
-    if (known := named(text)) is None and "placements" not in given:
-        alike = [known for known in KNOWN_NAMES if known.architecture == architecture and "placements" not in known.options]
+    if (mechanism := named(text)) is None and "placements" not in given:
+        without_table = [mechanism for mechanism in KNOWN_NAMES if "placements" not in mechanism.options]
+        alike = [mechanism for mechanism in without_table if mechanism.architecture == architecture]
         count, _, limb = architecture.partition("-")
-        of_three = [known for known in KNOWN_NAMES if known.architecture == f"3-{limb}"]
-        if not alike and count.isdigit() and int(count) > 3 and [known.options for known in of_three] == [_PLANAR]:
+        of_three = [mechanism for mechanism in KNOWN_NAMES if mechanism.architecture == f"3-{limb}"]
+        if not alike and count.isdigit() and int(count) > 3 and [mechanism.options for mechanism in of_three] == [_PLANAR]:
             alike = of_three  # redundantly driven
-        alike = [known for known in alike if given.get("arrangement", known.arrangement) == known.arrangement]
-        known = _single(text, alike)
-    return {} if known is None else dict(known.options)
+        alike = [mechanism for mechanism in alike if given.get("arrangement", mechanism.arrangement) == mechanism.arrangement]
+        mechanism = _single(text, alike)
+    return {} if mechanism is None else dict(mechanism.options)
 
 
 def _normalized(text: str) -> str:

@@ -81,9 +81,9 @@ def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
     text, joints = architecture.source, list(group.joints)
     guide = joints.pop(0) if joints[0].kind == "P" or (joints[0].kind == "C" and len(joints) > 1) else None
     guide_turns = guide is not None and guide.kind == "C"
-    for one, other in zip((guide, *joints), joints, strict=False):
-        if one is not None and one.kind == other.kind == "P":
-            raise error_at(text, other.place, "two prismatic joints in a row: their directions do not follow from the notation")
+    for before, after in zip((guide, *joints), joints, strict=False):
+        if before is not None and before.kind == after.kind == "P":
+            raise error_at(text, after.place, "two prismatic joints in a row: their directions do not follow from the notation")
     if joints and joints[-1].kind == "C" and joints[-1].driven:
         reason = "the slide of a cylindrical joint at the platform cannot be driven; drive another joint, or write P and R for it"
         raise error_at(text, joints[-1].place, reason)
@@ -136,7 +136,7 @@ def _with_axes(points: list[LimbPoint]) -> list[LimbPoint]:
     to the platform counts as a revolute joint there. Without a revolute neighbour, the axis on the base's side is along y; for a
     joint at the platform, the axis on the platform's side.
     """
-    found = []
+    with_axes = []
     for number, point in enumerate(points):
         if point.kind == "U":
             before = points[number - 1].kind if number else ""
@@ -148,15 +148,15 @@ def _with_axes(points: list[LimbPoint]) -> list[LimbPoint]:
             else:
                 axes = "xn" if number and number == len(points) - 1 else "nx"
             point = LimbPoint("U", point.symbol, axes)
-        found.append(point)
-    return found
+        with_axes.append(point)
+    return with_axes
 
 
 def _with_letters(points: list[LimbPoint]) -> tuple[LimbPoint, ...]:
     """Return the points with the letters a, b, c for several joints of the same kind."""
     kinds = [point.kind for point in points]
-    found = []
+    with_letters = []
     for number, point in enumerate(points):
         letter = "abc"[kinds[:number].count(point.kind)] if kinds.count(point.kind) > 1 else ""
-        found.append(LimbPoint(point.kind, point.symbol, point.axes, letter))
-    return tuple(found)
+        with_letters.append(LimbPoint(point.kind, point.symbol, point.axes, letter))
+    return tuple(with_letters)

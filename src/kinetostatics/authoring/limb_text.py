@@ -242,10 +242,10 @@ def _tree_joint(skeleton: Skeleton, point: LimbPoint, child: str, pitch: str, ro
 
 
 def _drawn(widths: tuple[str, ...], length: str, middle: str) -> str:
-    rest = f'material="steel" xyz="0 0 ${{{middle}}}"/>'
+    attributes = f'material="steel" xyz="0 0 ${{{middle}}}"/>'
     if len(widths) == 1:
-        return f'<xacro:draw_cylinder diameter="${{{widths[0]}}}" length="${{{length}}}" {rest}'
-    return f'<xacro:draw_box size="${{{widths[1]}}} ${{{widths[0]}}} ${{{length}}}" {rest}'
+        return f'<xacro:draw_cylinder diameter="${{{widths[0]}}}" length="${{{length}}}" {attributes}'
+    return f'<xacro:draw_box size="${{{widths[1]}}} ${{{widths[0]}}} ${{{length}}}" {attributes}'
 
 
 def _rod(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Walk) -> None:
@@ -290,15 +290,15 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
     width, beam = options.widths[role][-1], options.prefixes[role]
     slide = "telescope_${i}" if skeleton.guide is not None else "prismatic_${i}"
     if "cylinder" in options.prefixes:
-        where, rest = f"cylinder_part * {length}", f"(1 - cylinder_part) * {length}"
+        where, rod_length = f"cylinder_part * {length}", f"(1 - cylinder_part) * {length}"
         walk.write(
             "<!-- cylinder and rod have constant lengths; the locked actuator joins them rigidly -->",
             f'<link name="{walk.link}">',
             f"  {_drawn(options.widths['cylinder'], where, f'{where} / 2')}",
             "</link>",
         )
-        middle = f"{rest} / 2"
-        walk.end = f"0 0 ${{{rest}}}"
+        middle = f"{rod_length} / 2"
+        walk.end = f"0 0 ${{{rod_length}}}"
     else:
         walk.write(
             "<!-- massless: the beam below is the whole telescope, whose length depends on the slide -->",
@@ -307,7 +307,7 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
             f'                       xyz="0 0 ${{{length} / 4}}"/>',
             "</link>",
         )
-        where, rest, middle = length, f"0.75 * {length}", f"-0.375 * {length}"
+        where, rod_length, middle = length, f"0.75 * {length}", f"-0.375 * {length}"
         walk.end = "0 0 0"
     rod = f"{role}_${{i}}"
     is_driven = span.slide is not None and span.slide.driven
@@ -316,7 +316,7 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
         f'<xacro:prismatic name="{slide}" parent="{walk.link}" child="{rod}" xyz="0 0 ${{{where}}}" lower="${{-stroke}}" '
         f'upper="${{stroke}}"{effort}/>',
         f'<link name="{rod}">',
-        f"  {_drawn(options.widths[role], rest, middle)}",
+        f"  {_drawn(options.widths[role], rod_length, middle)}",
         "</link>",
     )
     if "cylinder" in options.prefixes:

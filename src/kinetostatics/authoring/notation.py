@@ -148,8 +148,8 @@ def parse_architecture(text: str) -> Architecture:
         raise ArgumentError(f"the architecture is {text!r}; write limbs as strings of joints, such as '3-R[P]S' or '6-U[P]S'")
     if len(text) > 200:
         raise ArgumentError("the architecture is longer than 200 characters; write limbs that are alike once: '6-U[P]S'")
-    if known := named(text):
-        text = known.architecture
+    if mechanism := named(text):
+        text = mechanism.architecture
     if _is_a_word(text):
         raise ArgumentError(
             f"no mechanism {text!r} is known; write its limbs as strings of joints, such as 3-R[P]S, or one of the names that "
@@ -162,10 +162,10 @@ def parse_architecture(text: str) -> Architecture:
         if at == len(text):
             break
         at += 1  # a plus, or another separator
-    found = Architecture(text, tuple(groups))
-    if len(found.limbs) > MAX_LIMBS:
-        raise ArgumentError(f"the architecture {text!r} has {len(found.limbs)} limbs; at most {MAX_LIMBS} can be placed")
-    return found if found.actuators else _with_usual_actuators(found)
+    architecture = Architecture(text, tuple(groups))
+    if len(architecture.limbs) > MAX_LIMBS:
+        raise ArgumentError(f"the architecture {text!r} has {len(architecture.limbs)} limbs; at most {MAX_LIMBS} can be placed")
+    return architecture if architecture.actuators else _with_usual_actuators(architecture)
 
 
 def _is_a_word(text: str) -> bool:
@@ -199,10 +199,10 @@ def _group(text: str, at: int) -> tuple[AlikeLimbs, int]:
         if text[at].isspace():
             at += 1
             continue
-        found, at = _joint(text, at)
-        joints += found
+        symbols, at = _joint(text, at)
+        joints += symbols
         if len(joints) > MAX_JOINTS:
-            raise error_at(text, found[0].place, f"a limb has at most {MAX_JOINTS} joints; write + before the next limb")
+            raise error_at(text, symbols[0].place, f"a limb has at most {MAX_JOINTS} joints; write + before the next limb")
     if not joints:
         raise error_at(text, min(at, len(text)) + 1, f"a limb is missing here; write its joints from base to platform: {LETTERS}")
     if at < len(text) and not text[at + 1 :].strip():
@@ -220,8 +220,8 @@ def _joint(text: str, at: int) -> tuple[list[JointSymbol], int]:
         inside: list[JointSymbol] = []
         position = at + 1
         while position < end:
-            found, position = _joint(text, position)
-            inside += found
+            symbols, position = _joint(text, position)
+            inside += symbols
         if not inside:
             raise error_at(text, place, "the bracket is empty; a driven joint is written [P]")
         return [_driven(text, joint) for joint in inside], end + 1
@@ -257,19 +257,19 @@ def _driven(text: str, joint: JointSymbol) -> JointSymbol:
     return replace(joint, driven=True)
 
 
-def _with_usual_actuators(found: Architecture) -> Architecture:
-    full = sum(group.count for group in found.groups if group.freedoms >= 6)
-    only_full = 0 < full == found.formula_freedoms
+def _with_usual_actuators(architecture: Architecture) -> Architecture:
+    full = sum(group.count for group in architecture.groups if group.freedoms >= 6)
+    only_full = 0 < full == architecture.formula_freedoms
 
     def driven(group: AlikeLimbs) -> AlikeLimbs:
         number = next((k for kinds in ("P", DRIVABLE) for k, kind in enumerate(group.kinds) if kind in kinds), -1)
         joints = tuple(replace(joint, driven=k == number) for k, joint in enumerate(group.joints))
         return group if only_full and group.freedoms < 6 else replace(group, joints=joints)
 
-    groups = tuple(map(driven, found.groups))
-    chosen = replace(found, groups=groups, actuators_chosen=True)
+    groups = tuple(map(driven, architecture.groups))
+    chosen = replace(architecture, groups=groups, actuators_chosen=True)
     if not chosen.actuators:
         raise ArgumentError(
-            f"architecture {found.source!r}: no limb has a joint that can be driven, R, P or C; add one: '3-[P]US'"
+            f"architecture {architecture.source!r}: no limb has a joint that can be driven, R, P or C; add one: '3-[P]US'"
         )
     return chosen

@@ -198,7 +198,7 @@ def _cartesian(architecture: Architecture, skeletons: Sequence[Skeleton], values
         ends, texts = [], []
         for radius in ("base_radius", "platform_radius"):
             ends.append(_point(values[radius] * unit))
-            texts.append("[" + ", ".join(("0", radius, f"-{radius}")[int(item)] for item in unit) + "]")
+            texts.append("[" + ", ".join(("0", radius, f"-{radius}")[int(component)] for component in unit) + "]")
         axis = _point(along if beside else across)
         places.append(LimbPlace(ends[0], ends[1], None, None, texts[0], texts[1], axis, _point(along)))
     return places
@@ -219,15 +219,15 @@ def read_placements(path: str | os.PathLike[str]) -> list[dict[str, Point]]:
     kinds = {f"{column}_{letter}": kind for column, kind in COLUMNS.items() for letter in "xyz"}
     points = list(kinds)[:6]
     table = read_csv(path, f"the first line names the columns, {', '.join(points)}; each further line is a limb", kinds, points)
-    found = []
+    placements = []
     for line, row in table.rows:
         numbers = {
             name: parse_number(cell, kinds[name], f"{table.where(line)}: {name}")
             for name, cell in zip(table.names, row, strict=True)
         }
         given = [column for column in COLUMNS if any(f"{column}_{letter}" in numbers for letter in "xyz")]
-        found.append({column: _point([numbers.get(f"{column}_{letter}", 0.0) for letter in "xyz"]) for column in given})
-    return found
+        placements.append({column: _point([numbers.get(f"{column}_{letter}", 0.0) for letter in "xyz"]) for column in given})
+    return placements
 
 
 def place_by_table(limbs: int, table: object, guide: str) -> list[LimbPlace]:
@@ -257,10 +257,10 @@ def place_by_table(limbs: int, table: object, guide: str) -> list[LimbPlace]:
 
 
 def _vector(what: str, value: object) -> Point:
-    found = finite_numbers(what, value)
-    if found.shape != (3,):
+    vector = finite_numbers(what, value)
+    if vector.shape != (3,):
         raise ArgumentError(f"{what} is {value!r}; it must be three numbers x, y, z")
-    return _point(found)
+    return _point(vector)
 
 
 def _point(values: Sequence[float] | np.ndarray) -> Point:

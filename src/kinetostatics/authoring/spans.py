@@ -80,11 +80,11 @@ def chain_joints(description: RobotDescription) -> list[tuple[Joint, bool]]:
     above = {joint.child: joint for joint in description.joints.values()}
 
     def to_root(link: str) -> list[Joint]:
-        found = []
+        joints = []
         while link in above:
-            found.append(above[link])
+            joints.append(above[link])
             link = above[link].parent
-        return found
+        return joints
 
     up, down = to_root(description.base), to_root(description.platform)
     while up and down and up[-1] is down[-1]:
@@ -105,36 +105,37 @@ def spans(description: RobotDescription, frames: Mapping[str, NDArray[np.float64
     ends = [k for k, (joint, _) in enumerate(passed) if not JOINT_TYPES[joint.type].is_fixed]
     if ends and ends[-1] < len(passed) - 1:
         ends.append(len(passed) - 1)
-    found: dict[str, Span] = {}
+    candidates: dict[str, Span] = {}
     for first, last in itertools.pairwise(ends):
         links = [joint.child if down else joint.parent for joint, down in passed[first:last]]
         link = max(links, key=lambda name: description.links[name].mass)
         start, end = passed[first][0], passed[last][0]
         into = np.linalg.inv(frames[link])
-        one, other = ((into @ frames[joint.child])[:3, 3] for joint in (start, end))
-        length = float(np.linalg.norm(other - one))
+        first_point, last_point = ((into @ frames[joint.child])[:3, 3] for joint in (start, end))
+        along = last_point - first_point
+        length = float(np.linalg.norm(along))
         if length > 0:
             axis = into[:3, :3] @ frames[start.child][:3, :3] @ np.array(start.axis)
-            found[link] = Span(link, start.name, end.name, (other - one) / length, axis, length, description.links[link].mass)
-    return found
+            candidates[link] = Span(link, start.name, end.name, along / length, axis, length, description.links[link].mass)
+    return candidates
 
 
 def _spans_with_loops(description: RobotDescription) -> dict[str, Span]:
     """Return the links with exactly two moving joints or loops, except base and platform."""
     ends: dict[str, list[tuple[NDArray[np.float64], str, tuple[float, float, float]]]] = {}
-    for joint in (item for item in description.joints.values() if not JOINT_TYPES[item.type].is_fixed):
+    for joint in (joint for joint in description.joints.values() if not JOINT_TYPES[joint.type].is_fixed):
         ends.setdefault(joint.parent, []).append((joint.origin.matrix, joint.type, joint.axis))
         ends.setdefault(joint.child, []).append((np.eye(4), joint.type, joint.axis))
     for loop in description.loops.values():
         ends.setdefault(loop.predecessor, []).append((loop.predecessor_origin.matrix, loop.type, loop.axis))
         ends.setdefault(loop.successor, []).append((loop.successor_origin.matrix, loop.type, loop.axis))
-    found: dict[str, Span] = {}
+    candidates: dict[str, Span] = {}
     for link, held in ends.items():
         if len(held) != 2 or link in (description.base, description.platform):
             continue
-        (first, _, axis), (last, _, _) = sorted(held, key=lambda item: not JOINT_TYPES[item[1]].has_axis)
+        (first, _, axis), (last, _, _) = sorted(held, key=lambda end: not JOINT_TYPES[end[1]].has_axis)
         along = last[:3, 3] - first[:3, 3]
         length = float(np.linalg.norm(along))
         if length > 0:
-            found[link] = Span(link, "", "", along / length, first[:3, :3] @ axis, length, description.links[link].mass)
-    return found
+            candidates[link] = Span(link, "", "", along / length, first[:3, :3] @ axis, length, description.links[link].mass)
+    return candidates

@@ -56,8 +56,8 @@ def add_spherical_arguments(
     if "actuator_stiffness" in arguments.given:
         arguments.add("actuator_stiffness", "inf", "of every actuator, N m/rad; inf: rigid")
     return {
-        role: math.sqrt(one**2 + other**2 - 2 * one * other * math.cos(arc))
-        for role, one, other, arc in (("crank", base, middle, arcs[0]), ("rod", middle, platform, arcs[1]))
+        role: math.sqrt(start**2 + end**2 - 2 * start * end * math.cos(arc))
+        for role, start, end, arc in (("crank", base, middle, arcs[0]), ("rod", middle, platform, arcs[1]))
     }
 
 
@@ -83,7 +83,7 @@ def spherical_limb(skeleton: Skeleton, prefixes: Mapping[str, str], flat: Mappin
     """Return (lines of a limb's macro, names of its driven joints); ``flat``: by role, whether the section needs a y axis."""
     names = [f"revolute_${{i}}{point.letter}" for point in skeleton.points]
     driven = [point.symbol is not None and point.symbol.driven for point in skeleton.points]
-    limit = ["drive_angle_max" if item else "joint_angle_max" for item in driven]
+    limit = ["drive_angle_max" if is_driven else "joint_angle_max" for is_driven in driven]
 
     def joint(k: int, parent: str, child: str, place: str, axis: str) -> list[str]:
         effort = ' effort="200"' if driven[k] else ""
@@ -115,7 +115,7 @@ def spherical_limb(skeleton: Skeleton, prefixes: Mapping[str, str], flat: Mappin
         beam("crank", 0, "u", "w"),
         beam("rod", 1, "w", "v"),
     ]
-    return lines, [name for name, item in zip(names, driven, strict=True) if item]
+    return lines, [name for name, is_driven in zip(names, driven, strict=True) if is_driven]
 
 
 def _vector(name: str, form: str = "{}") -> str:
