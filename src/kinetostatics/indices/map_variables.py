@@ -32,7 +32,7 @@ def valid(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     Raises:
         ArgumentError: the Dataset is not a map.
     """
-    numbers = ~variable(ds, "status").isin([int(item) for item in WITHOUT_NUMBERS])
+    numbers = ~variable(ds, "status").isin([int(status) for status in WITHOUT_NUMBERS])
     return numbers if beyond_limits else numbers & ~in_map(ds, "limit_exceeded")
 
 
@@ -59,12 +59,12 @@ def absent(name: str) -> str:
 
 def finished(ds: xr.Dataset, values: xr.DataArray, beyond_limits: bool, units: str, long_name: str) -> xr.DataArray:
     """Return values with units and name, NaN at invalid poses, with only the swept and the scalar coordinates of the map."""
-    found = values.where(valid(ds, beyond_limits)).transpose(*swept(ds))
+    array = values.where(valid(ds, beyond_limits)).transpose(*swept(ds))
     kept = {*swept(ds), *(name for name in ds.coords if ds[name].dims == ())}
-    found = found.drop_vars([name for name in found.coords if name not in kept])
+    array = array.drop_vars([name for name in array.coords if name not in kept])
     is_about = "point" in ds.attrs and not any(word in long_name for word in ("the point", "actuator"))
-    found.attrs = {"units": units, "long_name": long_name + is_about * " at a point of the platform"}
-    return found
+    array.attrs = {"units": units, "long_name": long_name + is_about * " at a point of the platform"}
+    return array
 
 
 def label_dims(ds: xr.Dataset, name: str) -> list[str]:
@@ -82,10 +82,10 @@ def units_of(ds: xr.Dataset, name: str) -> xr.DataArray:
 
 
 def labelled(variable: xr.DataArray, dim: str, label: str) -> xr.DataArray:
-    known = [str(item) for item in variable[dim].values]
-    if label not in known:
-        raise ArgumentError(f"no {dim} {label!r}: {near_names(label, known)}")
-    return variable.isel({dim: known.index(label)})
+    labels = [str(text) for text in variable[dim].values]
+    if label not in labels:
+        raise ArgumentError(f"no {dim} {label!r}: {near_names(label, labels)}")
+    return variable.isel({dim: labels.index(label)})
 
 
 def at_point(ds: xr.Dataset, tool: Sequence[float]) -> xr.Dataset:
@@ -108,8 +108,8 @@ def at_point(ds: xr.Dataset, tool: Sequence[float]) -> xr.Dataset:
         warn(hint)
     pose = variable(ds, "platform_pose")
     names = [str(name) for name in pose["platform_coordinate"].values[3:]]
-    known = json.loads(str(ds.attrs.get("arguments", "{}"))).get("orientation")
-    convention = orientation_named("tilt_torsion" if "tilt" in names else known)
+    orientation = json.loads(str(ds.attrs.get("arguments", "{}"))).get("orientation")
+    convention = orientation_named("tilt_torsion" if "tilt" in names else orientation)
     order = [*LINEAR, *ANGULAR]
 
     def arms(coordinates: Array) -> Array:
@@ -120,15 +120,15 @@ def at_point(ds: xr.Dataset, tool: Sequence[float]) -> xr.Dataset:
     def moved(array: Array, coordinates: Array, kind: Kind) -> Array:
         return move(kind, np.asarray(array), arms(coordinates), components_last=True)
 
-    found = {}
-    for name, item in ((name, item) for name, item in VARIABLES.items() if item.moves_as and name in ds):
-        dims = [dim for dim in item.dims if dim.startswith("component")]
+    moved_arrays = {}
+    for name, entry in ((name, entry) for name, entry in VARIABLES.items() if entry.moves_as and name in ds):
+        dims = [dim for dim in entry.dims if dim.startswith("component")]
         array = ds[name].sel(dict.fromkeys(dims, order))
         new = xr.apply_ufunc(
             moved,
             array,
             pose,
-            kwargs={"kind": item.moves_as},
+            kwargs={"kind": entry.moves_as},
             input_core_dims=[dims, ["platform_coordinate"]],
             output_core_dims=[dims],
             dask="parallelized",
@@ -136,7 +136,7 @@ def at_point(ds: xr.Dataset, tool: Sequence[float]) -> xr.Dataset:
             dask_gufunc_kwargs={"allow_rechunk": True},
         )
         new.attrs = {**array.attrs, "long_name": f"{array.attrs.get('long_name', name)}; of a point of the platform instead of o"}
-        found[name] = new.transpose(*ds[name].dims)
-    changed = ds.assign(found)
+        moved_arrays[name] = new.transpose(*ds[name].dims)
+    changed = ds.assign(moved_arrays)
     changed.attrs = {**ds.attrs, "point": place.tolist()}
     return changed

@@ -21,9 +21,9 @@ from kinetostatics.units import KINDS, find_unit, sized_example, sized_name, typ
 from kinetostatics.units import unit as known_unit
 
 #: Measures (formulas of indices) without argument, by name.
-INDICES: Mapping[str, Measure] = {name: item for name, item in MEASURES.items() if item.argument is None}
+INDICES: Mapping[str, Measure] = {name: measure for name, measure in MEASURES.items() if measure.argument is None}
 #: Measures with the magnitude of a force or moment as argument.
-ANY_DIRECTION: Mapping[str, Measure] = {name: item for name, item in MEASURES.items() if item.argument is not None}
+ANY_DIRECTION: Mapping[str, Measure] = {name: measure for name, measure in MEASURES.items() if measure.argument is not None}
 
 
 def names(ds: xr.Dataset) -> list[str]:
@@ -32,15 +32,15 @@ def names(ds: xr.Dataset) -> list[str]:
     An index that needs a force or moment is listed with an example of it: ``deflection_any_direction(500 N)``.
     """
     indices = [name for name in INDICES if _applies(ds, name)]
-    found = [*indices, *map(_example, ANY_DIRECTION), *(f"stiffness_along:{axis}" for axis in (*LINEAR, *ANGULAR))]
-    for name in (str(item) for item in ds.data_vars):
+    accepted = [*indices, *map(_example, ANY_DIRECTION), *(f"stiffness_along:{axis}" for axis in (*LINEAR, *ANGULAR))]
+    for name in map(str, ds.data_vars):
         dims = label_dims(ds, name)
         if dims and "component_2" not in dims:
             parts = [name]
             for dim in dims:
                 parts = [f"{part}:{label}" for part in parts for label in ds[dim].values]
-            found += parts
-    return found
+            accepted += parts
+    return accepted
 
 
 def _applies(ds: xr.Dataset, index: str) -> bool:
@@ -80,17 +80,17 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
         return stiffness_along(ds, rest, beyond_limits=beyond_limits)
     if name not in ds.data_vars or name in ("status", "mode", *FACTS):
         raise ArgumentError(f"no quantity {what!r}{_hint(ds, what)}")
-    found, dims = ds[name], label_dims(ds, name)
+    array, dims = ds[name], label_dims(ds, name)
     labels = rest.rsplit(":", len(dims) - 1) if dims else ([rest] if rest else [])
     if len(labels) != len(dims) or not all(labels):
         form = ":".join([name, *(dim.upper() for dim in dims)])
-        known = "; ".join(f"{dim}s are {', '.join(str(item) for item in ds[dim].values)}" for dim in dims if dim != "component_2")
-        raise ArgumentError(f"{what!r} is not of the form {form}" + (f", where {known}" if known else ""))
+        choices = "; ".join(f"{dim}s are {', '.join(map(str, ds[dim].values))}" for dim in dims if dim != "component_2")
+        raise ArgumentError(f"{what!r} is not of the form {form}" + (f", where {choices}" if choices else ""))
     units = units_of(ds, name)
     for dim, label in zip(dims, labels, strict=True):
-        found = labelled(found, dim, label)
+        array = labelled(array, dim, label)
         units = labelled(units, dim, label) if dim in units.dims else units
-    return finished(ds, found, beyond_limits, str(units.values), _long_name(name, labels, str(units.values)))
+    return finished(ds, array, beyond_limits, str(units.values), _long_name(name, labels, str(units.values)))
 
 
 def _index(ds: xr.Dataset, measure: Measure, beyond_limits: bool, size: float = 1.0, source: str | None = None) -> xr.DataArray:
@@ -103,7 +103,7 @@ def _index(ds: xr.Dataset, measure: Measure, beyond_limits: bool, size: float = 
     about = {"who": "the point" if "point" in ds.attrs else "o", "size": f"{size:g}"}
     words = measure.words.format(**about) + (f" by {source}" if source is not None else "")
     if measure.of == "actuator_forces":
-        units = {str(item) for item in units_of(ds, "actuator_force").values.ravel()}
+        units = {str(text) for text in units_of(ds, "actuator_force").values.ravel()}
         if len(units) > 1:
             raise ArgumentError("forces and torques of actuators cannot be compared; choose one actuator: actuator_force:NAME")
         unit = units.pop()
@@ -116,7 +116,7 @@ def _index(ds: xr.Dataset, measure: Measure, beyond_limits: bool, size: float = 
         dims = [dim for dim in ("component", "component_2") if dim in array.dims]
         array = array.sel(dict.fromkeys(dims, components))
     arrays = (array, variable(ds, "characteristic_length")) if measure.is_homogeneous else (array,)
-    found = xr.apply_ufunc(
+    computed = xr.apply_ufunc(
         lambda values, length=size: measure.function(values, length),
         *arrays,
         input_core_dims=[dims, []][: len(arrays)],
@@ -124,7 +124,7 @@ def _index(ds: xr.Dataset, measure: Measure, beyond_limits: bool, size: float = 
         output_dtypes=[float],
         dask_gufunc_kwargs={"allow_rechunk": True},
     )
-    return finished(ds, found, beyond_limits, unit, words)
+    return finished(ds, computed, beyond_limits, unit, words)
 
 
 def stiffness_along(
@@ -151,8 +151,8 @@ def stiffness_along(
     along = (block * unit * unit.rename(component="component_2")).sum(["component", "component_2"], skipna=False)
     kind = f"stiffness about {name.removeprefix('r')}" if rotation else f"stiffness along {name}"
     with np.errstate(divide="ignore"):  # infinite in rigid directions
-        found = 1 / along
-    return finished(ds, found, beyond_limits, "N m/rad" if rotation else "N/m", kind)
+        stiffness = 1 / along
+    return finished(ds, stiffness, beyond_limits, "N m/rad" if rotation else "N/m", kind)
 
 
 def _direction(direction: str | Sequence[float] | xr.DataArray) -> tuple[xr.DataArray, str]:
@@ -182,11 +182,11 @@ def _example(index: str) -> str:
 def _amount(what: str, text: str, index: str) -> float:
     """Return a positive force or moment in SI, from a text with or without unit."""
     kind = str(ANY_DIRECTION[index].argument)
-    found = typed_number(text)
-    own = find_unit(found[1]) if found and found[1] else known_unit(KINDS[kind])
-    if found is None or not found[0] > 0 or own is None or own.dimension != known_unit(KINDS[kind]).dimension:
+    typed = typed_number(text)
+    unit = find_unit(typed[1]) if typed and typed[1] else known_unit(KINDS[kind])
+    if typed is None or not typed[0] > 0 or unit is None or unit.dimension != known_unit(KINDS[kind]).dimension:
         raise ArgumentError(f"{what!r}: {text!r} is not a size in {KINDS[kind]}, such as {_example(index)}")
-    return own.in_si(found[0])
+    return unit.in_si(typed[0])
 
 
 def _hint(ds: xr.Dataset, what: str) -> str:
@@ -196,11 +196,11 @@ def _hint(ds: xr.Dataset, what: str) -> str:
         return f": write it with its size, {_example(name)}"
     if name in VARIABLES and name not in ds:
         return f": {absent(name)}"
-    known = names(ds)
-    within = [item for item in known if what.lower() in item.lower()][:3]
+    accepted = names(ds)
+    within = [candidate for candidate in accepted if what.lower() in candidate.lower()][:3]
     if within:
-        return ": did you mean " + " or ".join(repr(item) for item in within) + "?"
-    return f": {near_names(what, known)}"
+        return ": did you mean " + " or ".join(repr(candidate) for candidate in within) + "?"
+    return f": {near_names(what, accepted)}"
 
 
 #: Names of mechanisms and contributions in figures.

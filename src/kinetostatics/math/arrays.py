@@ -74,8 +74,8 @@ def settles(condition: Mask) -> bool:
 
     A recorded condition that is true at the example pose becomes a guard: where it is false, compiled code is not valid.
     """
-    found = np.all(condition)
-    return bool(getattr(found, "value", True)) and bool(found)
+    everywhere = np.all(condition)
+    return bool(getattr(everywhere, "value", True)) and bool(everywhere)
 
 
 def copy_for(array: Array, source: Array) -> Array:

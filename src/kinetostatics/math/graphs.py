@@ -31,12 +31,12 @@ def joined(nodes: Iterable[Node], pairs: Iterable[tuple[Node, Node]]) -> dict[No
     """Return the connected component of every node; ``pairs`` are the edges."""
     at: dict[Node, list[Node]] = {node: [] for node in nodes}
     at |= neighbours_of(pairs)
-    found: dict[Node, frozenset[Node]] = {}
+    components: dict[Node, frozenset[Node]] = {}
     for node in at:
-        if node not in found:
+        if node not in components:
             together = frozenset(reachable([node], at.__getitem__))
-            found.update(dict.fromkeys(together, together))
-    return found
+            components.update(dict.fromkeys(together, together))
+    return components
 
 
 def blocks(
@@ -52,16 +52,16 @@ def blocks(
         return []
 
     def reached(without: Node) -> dict[Node, None]:
-        return reachable([start], lambda node: () if node is goal else (item for item in at[node] if item is not without))
+        return reachable([start], lambda node: (other for other in at[node] if node is not goal and other is not without))
 
     cuts = [(reached(node), node) for node in at if node not in (start, goal)]
-    cuts = sorted((item for item in cuts if goal not in item[0]), key=lambda item: len(item[0]))
+    cuts = sorted((cut for cut in cuts if goal not in cut[0]), key=lambda cut: len(cut[0]))
     result: list[tuple[Node, Node, list[Edge]]] = []
     left, inner = list(edges), start
     for inside, outer in [*cuts, (dict.fromkeys(at), goal)]:
-        mine = [edge for edge in left if any(end in inside for end in ends(edge))]
-        left = [edge for edge in left if edge not in mine]
-        result.append((inner, outer, mine))
+        block = [edge for edge in left if any(end in inside for end in ends(edge))]
+        left = [edge for edge in left if edge not in block]
+        result.append((inner, outer, block))
         inner = outer
     return result
 

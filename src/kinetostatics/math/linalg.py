@@ -82,13 +82,13 @@ def canonical_basis(basis: Array) -> Array:
     The unit vectors of the n coordinates are projected on the subspace. Each step takes the longest projection (the first of
     equal ones) as direction of the next basis vector, and subtracts the components along it from all projections.
     """
-    rest, found = np.array(basis), np.empty_like(basis)
+    projections, canonical = np.array(basis), np.empty_like(basis)
     for k in range(basis.shape[1]):
-        unit = rest[first_largest(dot(rest.T, rest.T))]
+        unit = projections[first_largest(dot(projections.T, projections.T))]
         unit = unit / np.sqrt(unit @ unit)
-        found[:, k] = basis @ unit
-        rest = rest - np.outer(rest @ unit, unit)
-    return found
+        canonical[:, k] = basis @ unit
+        projections = projections - np.outer(projections @ unit, unit)
+    return canonical
 
 
 def null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
@@ -204,12 +204,12 @@ def definite(a: Array, limit: float) -> Mask:
         return np.ones(a.shape[2:], dtype=bool)
     determinant = np.prod(np.einsum("ii...->i...", Cholesky(a).factor) ** 2, axis=0)
     others = (np.einsum("ii...->...", a) / max(n - 1, 1)) ** (n - 1)
-    found: Mask = determinant > 10 * limit * others
-    if not settles(found):
+    exceeds: Mask = determinant > 10 * limit * others
+    if not settles(exceeds):
         if a.dtype == object:
-            return found | (Cholesky(a).smallest_eigenvalue() > limit)
-        found[~found] = Cholesky(a[:, :, ~found]).smallest_eigenvalue() > limit
-    return found
+            return exceeds | (Cholesky(a).smallest_eigenvalue() > limit)
+        exceeds[~exceeds] = Cholesky(a[:, :, ~exceeds]).smallest_eigenvalue() > limit
+    return exceeds
 
 
 def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
@@ -265,49 +265,49 @@ def solve_by_elimination(a: Array, b: Array) -> Array:
     Rows are eliminated in their order, without exchanges. LAPACK solves the systems in which a pivot is small.
     """
     n = a.shape[0]
-    rest, found = np.array(a, subok=True), copy_for(b, a)
+    reduced, solution = np.array(a, subok=True), copy_for(b, a)
     sizes = np.max(np.abs(a), axis=1)
     sure: Mask = np.ones(a.shape[2:], dtype=bool)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for k in range(n):
-            pivot, others = rest[k, k], [row for row in range(n) if row != k]
+            pivot, others = reduced[k, k], [row for row in range(n) if row != k]
             sure = sure & (np.abs(pivot) > _NO_PIVOT * sizes[k])
-            right, x = rest[k, k + 1 :] / pivot, found[k] / pivot
-            below = rest[others, k]
-            found[others] -= below[:, None] * x
-            rest[others, k + 1 :] -= below[:, None] * right
-            rest[k, k + 1 :], found[k] = right, x
+            right, x = reduced[k, k + 1 :] / pivot, solution[k] / pivot
+            below = reduced[others, k]
+            solution[others] -= below[:, None] * x
+            reduced[others, k + 1 :] -= below[:, None] * right
+            reduced[k, k + 1 :], solution[k] = right, x
     if not settles(sure):
         matrix, right = np.moveaxis(a[..., ~sure], 2, 0), np.moveaxis(b[..., ~sure], 2, 0)
         regular = (np.linalg.slogdet(matrix)[0] != 0)[:, None, None]
         solved = np.linalg.solve(np.where(regular, matrix, np.eye(n)), right)
-        found[..., ~sure] = np.moveaxis(np.where(regular, solved, np.nan), 0, 2)
-    return found
+        solution[..., ~sure] = np.moveaxis(np.where(regular, solved, np.nan), 0, 2)
+    return solution
 
 
-def have_one_sign(one: Array, two: Array) -> Mask:
+def have_one_sign(first: Array, second: Array) -> Mask:
     """True (N,) where det G₁ᵀ G₂ > 0, or G₁ or G₂ is singular within rounding; both are (m, n, N) with m ≥ n."""
-    first, second = np.moveaxis(one, 2, 0), np.moveaxis(two, 2, 0)
+    first, second = np.moveaxis(first, 2, 0), np.moveaxis(second, 2, 0)
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         sign, _ = np.linalg.slogdet(np.swapaxes(first, 1, 2) @ second)
         regular = []
         for g in (first, second):
             _, determinant = np.linalg.slogdet(np.swapaxes(g, 1, 2) @ g)
             regular.append(determinant - np.sum(np.log(np.sum(g * g, axis=1)), axis=1))
-    found: Mask = (sign > 0) | ~(np.minimum(*regular) > np.log(SINGULAR))
-    return found
+    same: Mask = (sign > 0) | ~(np.minimum(*regular) > np.log(SINGULAR))
+    return same
 
 
-def surely_have_one_sign(one: Array, two: Array) -> Mask:
+def surely_have_one_sign(first: Array, second: Array) -> Mask:
     """True (N,) where all pivots of G₁ᵀ G₂ are positive and not small, so that :func:`have_one_sign` is true."""
-    one, two = one[:, ::-1], two[:, ::-1]  # as in least_squares
-    rest = np.einsum("ia...,ib...->ab...", one, two)
-    least = _SURE * np.sqrt(np.sum(one * one, axis=0) * np.sum(two * two, axis=0))
-    sure: Mask = np.ones(one.shape[2], dtype=bool)
+    first, second = first[:, ::-1], second[:, ::-1]  # as in least_squares
+    reduced = np.einsum("ia...,ib...->ab...", first, second)
+    least = _SURE * np.sqrt(np.sum(first * first, axis=0) * np.sum(second * second, axis=0))
+    sure: Mask = np.ones(first.shape[2], dtype=bool)
     with np.errstate(invalid="ignore", divide="ignore"):
         for k in range(least.shape[0]):
-            sure = sure & (rest[0, 0] > least[k])
-            rest = rest[1:, 1:] - rest[1:, :1] / rest[0, 0] * rest[:1, 1:]
+            sure = sure & (reduced[0, 0] > least[k])
+            reduced = reduced[1:, 1:] - reduced[1:, :1] / reduced[0, 0] * reduced[:1, 1:]
     return sure
 
 
@@ -327,32 +327,32 @@ def fronts(n: int, coupled: frozenset[tuple[int, ...]]) -> list[Front]:
     for k in range(n):
         alike.setdefault(frozenset(some for some in coupled if k in some), []).append(k)
     groups = list(alike.values())
-    near = {k: {j for j, theirs in enumerate(alike) if j != k and mine & theirs} for k, mine in enumerate(alike)}
-    found = []
+    near = {k: {j for j, other in enumerate(alike) if j != k and blocks & other} for k, blocks in enumerate(alike)}
+    order = []
     while near:
         k = min(near, key=lambda k: (sum(len(groups[j]) for j in near[k]), k))
         others = near.pop(k)
         for j in others:
             near[j] = (near[j] | others) - {j, k}
-        found.append((groups[k], [column for j in sorted(others) for column in groups[j]]))
-    return found
+        order.append((groups[k], [column for j in sorted(others) for column in groups[j]]))
+    return order
 
 
 def definite_in_order(matrix: Array, order: list[Front]) -> Mask:
     """True (N,) where a matrix (n, n, N) is positive definite; elimination in the order of :func:`fronts` overwrites it."""
-    found: Mask = np.ones(matrix.shape[2], dtype=bool)
+    positive: Mask = np.ones(matrix.shape[2], dtype=bool)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        for own, others in order:
-            front, p = matrix[np.ix_(own + others, own + others)], len(own)
+        for columns, others in order:
+            front, p = matrix[np.ix_(columns + others, columns + others)], len(columns)
             for k in range(p):
                 if k:
                     front[k:, k] -= np.einsum("ikn,kn->in", front[k:, :k], front[k, :k])
-                found &= front[k, k] > 0
+                positive &= front[k, k] > 0
                 front[k:, k] /= np.sqrt(front[k, k])
             if others:
-                rest = front[p:, :p]
-                matrix[np.ix_(others, others)] = front[p:, p:] - np.einsum("ikn,jkn->ijn", rest, rest)
-    return found
+                coupling = front[p:, :p]
+                matrix[np.ix_(others, others)] = front[p:, p:] - np.einsum("ikn,jkn->ijn", coupling, coupling)
+    return positive
 
 
 def first_largest(values: ArrayLike, margin: float = EQUAL) -> int:

@@ -91,8 +91,8 @@ def logarithm(R: Array, at_half_turns: bool = False) -> Array:
 def _logarithm_of_quaternion(R: Array) -> Array:
     q = quaternion_of_matrix(R)
     sine = np.sqrt(dot(q[:3], q[:3]))
-    found: Array = q[:3] * (2 * np.arctan2(sine, q[3]) / sine)
-    return found
+    vector: Array = q[:3] * (2 * np.arctan2(sine, q[3]) / sine)
+    return vector
 
 
 def matrix_of_quaternion(q: Array) -> Array:
