@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.arguments import check, vector
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.loads import Motion, Payload
+from kinetostatics.elements.link import no_length_text
 from kinetostatics.engine.programs import check_engine, engine_for, pose_code
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError, near_names
 from kinetostatics.kinematics.configuration import Configuration
@@ -23,7 +24,6 @@ from kinetostatics.kinematics.rates import moving_bodies, prescribed_motion
 from kinetostatics.math.arrays import Array, Index, chunks, in_threads
 from kinetostatics.math.linalg import canonical_basis
 from kinetostatics.math.screws import describe_twist, move_wrench, rotate
-from kinetostatics.mechanism.beam_model import no_length_text
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.results.pose_arrays import Chunk, CompiledChunk
 from kinetostatics.results.result import Result
@@ -231,7 +231,7 @@ def load_at_o(robot: Robot, frames: Frames, load: Array, point: Array | None, fr
 def _complain(robot: Robot, solution: Solution) -> None:
     """Raise an error if a pose has no results, or if assembly errors contradict one another."""
     for p in np.flatnonzero(solution.singular):
-        if short := no_length_text(robot.beams.values(), solution.frames, int(p)):
+        if short := no_length_text(robot.elastic_links.values(), solution.frames, int(p)):
             raise StaticsError(short)
         for spring in placed_springs(robot.statics, solution.frames.take(slice(p, p + 1))):
             if not np.all(np.isfinite(spring.force)):

@@ -139,7 +139,7 @@ class Robot(Reported, RobotKinematics):
         model = StaticModel(
             self.mechanism,
             self.topology,
-            self.beams,
+            self.elastic_links,
             self.weights,
             self.zero_frames,
             self.length,

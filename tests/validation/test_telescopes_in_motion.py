@@ -36,7 +36,7 @@ def kinetic_energy(robot, masses, poses, step):
         v = rate(lambda pose: pose.frame(link.name) @ centre)[:3]  # noqa: B023
         total += link.mass * v @ v / 2 + w @ R @ link.inertia.matrix @ R.T @ w / 2
     for name, model in robot.beams.items():
-        span, section = model.span, model.span.beam.section
+        span, section = model.span, model.section
         ends = ((span.start_link, span.start), (span.end_link, span.end))
         local = [np.linalg.inv(mechanism.body_of[link][1]) @ np.append(point, 1.0) for link, point in ends]
 

@@ -26,9 +26,9 @@ from kinetostatics import verification
 from kinetostatics.cli import main as cli
 from kinetostatics.description import Inertia, JointStiffness
 from kinetostatics.elements import beam_formulas as beams
+from kinetostatics.elements.weights import Weights
 from kinetostatics.engine.programs import pose_code
 from kinetostatics.files.reader import parse_robot_text
-from kinetostatics.mechanism.weights import Weights
 from kinetostatics.verification import OpenSeesError, compare
 from kinetostatics.verification import opensees as runner
 from kinetostatics.verification.frame_model import build

@@ -12,10 +12,10 @@ from kinetostatics.checks.local_freedoms import LocalFreedom
 from kinetostatics.checks.redundancy import Redundancy
 from kinetostatics.description.elements import Spring
 from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.elements.beam import BeamModel
 from kinetostatics.limbs.geometry import Basis
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import EQUAL
-from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.mechanism.joints import drives_of, springs_of
 from kinetostatics.mechanism.limbs import Limb
 from kinetostatics.mechanism.tree import Frames

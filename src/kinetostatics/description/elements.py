@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -284,6 +284,27 @@ class BeamEnd(ShortRepr):
     side: str | None = None
 
 
+class Flexible(Protocol):
+    """An elastic link that is no beam; it is a dataclass with the method ``model`` of
+    :class:`kinetostatics.elements.link.PlacedLink`.
+
+    Attributes:
+        link: name of the robot's link.
+        start, end: its ends towards base and platform, as of a :class:`Beam`.
+        name: name of the elastic link.
+        place: file and line.
+    """
+
+    link: str
+    start: BeamEnd | None
+    end: BeamEnd | None
+    name: str
+    place: Place
+
+    def check_direction(self, along: NDArray[np.float64]) -> None:
+        """Raise an error if the vector (3,) between the ends, in the link's frame, does not fit the other data."""
+
+
 @dataclass(frozen=True, repr=False)
 class Beam(ShortRepr):
     """An elastic beam, ``<beam>``.
@@ -316,6 +337,13 @@ class Beam(ShortRepr):
     def __post_init__(self) -> None:
         if not self.name:
             object.__setattr__(self, "name", self.link)
+
+    def check_direction(self, along: NDArray[np.float64]) -> None:
+        if self.y_axis is not None:
+            y_axis, sizes = np.array(self.y_axis), np.linalg.norm(along) * np.linalg.norm(self.y_axis)
+            if float(np.linalg.norm(np.cross(y_axis, along))) < 1e-6 * float(sizes):
+                reason = "its y_axis is parallel to the beam; specify a direction perpendicular to it"
+                raise self.place.error(f"<beam {self.name!r}>: {reason}")
 
     @property
     def youngs_modulus(self) -> float:

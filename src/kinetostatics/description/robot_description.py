@@ -15,6 +15,7 @@ from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import (
     IN_PYTHON,
     Beam,
+    Flexible,
     Inertia,
     Joint,
     JointStiffness,
@@ -85,6 +86,7 @@ class RobotDescription(Reported):
         inertia_warnings: warnings about missing moments of inertia, which concern modes and motions only.
         default_axes: names of joints and loops without an axis in the file; their axis is x.
         springs: springs between points of two links, by name.
+        flexible: elastic links other than beams, by name.
         parameters: values of xacro arguments given when the file was read.
     """
 
@@ -108,12 +110,13 @@ class RobotDescription(Reported):
     inertia_warnings: tuple[str, ...] = field(default=(), compare=False)
     default_axes: tuple[str, ...] = field(default=(), compare=False)
     springs: Mapping[str, Spring] = field(default_factory=dict)
+    flexible: Mapping[str, Flexible] = field(default_factory=dict)
     parameters: Mapping[str, object] = field(default_factory=ResultMapping, compare=False, repr=False)
     #: Whether the description was validated; changed copies are validated again.
     is_valid: bool = field(default=False, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for table in _TABLES.values():
+        for table in (*_TABLES.values(), "flexible"):
             object.__setattr__(self, table, ResultMapping(getattr(self, table)))
         object.__setattr__(self, "driven", tuple(self.driven))
 
@@ -158,6 +161,11 @@ class RobotDescription(Reported):
     def urdf(self) -> str:
         """The robot file as text, with xacro expanded; programs that read URDF skip the additional elements."""
         return hooks.robot_text(self)
+
+    @cached_property
+    def elastic_links(self) -> Mapping[str, Beam | Flexible]:
+        """Beams and other elastic links, by name."""
+        return {**self.beams, **self.flexible}
 
     @property
     def warnings(self) -> tuple[str, ...]:

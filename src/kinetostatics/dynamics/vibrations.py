@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from kinetostatics.arguments import Keyword, check, finite_numbers, whole_number
 from kinetostatics.description.loads import Payload
+from kinetostatics.elements.rods import Numbers
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, Index, Mask, in_threads
@@ -25,7 +26,6 @@ from kinetostatics.statics.small_motions import PlacedMotions, SmallMotions
 from kinetostatics.statics.springs import geometric_stiffness
 from kinetostatics.vibration.eigenpairs import eigenpairs
 from kinetostatics.vibration.motions import Damping, ModeShapes, responses
-from kinetostatics.vibration.rods import Numbers
 from kinetostatics.vibration.vibration_model import Part, VibrationModel, mass_at, spring_part, vibration_model
 
 #: Largest number of poses in a chunk, the unit of work of a thread.

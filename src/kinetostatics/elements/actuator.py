@@ -72,7 +72,7 @@ class Actuators:
     """Corresponding elastic actuators of g equal limbs, see :class:`kinetostatics.elements.element.ElasticElement`."""
 
     kind = "actuators"
-    in_every_direction = has_line = False
+    in_every_direction = has_line = has_inside = False
 
     def __init__(
         self, drives: Sequence[Drive], freedoms: Sequence[MovedFreedom], branches: Sequence[tuple[BranchJoint, ...]]
@@ -157,6 +157,9 @@ class PlacedActuators:
         sizes = [freedom.ratios * (length if freedom.rotates else 1.0) for freedom in self.actuators.freedoms]
         batch = self.twists[0].shape[1:]
         return np.broadcast_to(self.actuators.compliance * sum(size**2 for size in sizes), batch)
+
+    def strain_energy(self, forces: Array, displacements: Array) -> Array:
+        return np.einsum("ign,ign->gn", forces, displacements) / 2
 
     def inside(self, carried: Array, load: Array) -> LoadedBeams:
         raise TypeError("an element without length has no inside")

@@ -2,42 +2,134 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.elements import beam_formulas
-from kinetostatics.elements.element import NO_CUTS, Section, outboard_masks
+from kinetostatics.elements.element import NO_CUTS, ElasticElement, Section, outboard_masks
+from kinetostatics.elements.link import ElasticLink
 from kinetostatics.elements.loaded_beams import LoadedBeams
 from kinetostatics.elements.vectors import FixedVectors
+from kinetostatics.layout.mapping import ResultMapping, ShortRepr
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross, dot
 from kinetostatics.math.screws import rotate
-from kinetostatics.mechanism.beam_model import BeamModel
+from kinetostatics.mechanism.beam_geometry import BeamSpan
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
+from kinetostatics.sections.kinds import Section as CrossSection
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+#: Length, relative to the coordinates of the beam's ends, that counts as zero.
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, repr=False)
+class BeamModel(ShortRepr, ElasticLink):
+    """Data of a beam, independent of the pose.
+
+    Attributes:
+        section: the cross-section.
+        axes: (3, 3) beam axes x, y, z as columns, in the carrier body.
+        compliances: (6,) section compliances.
+        mass_per_length: mass per length [kg/m], or None if the total ``mass`` is given.
+        mass: total mass [kg] if ``mass_per_length`` is None, distributed uniformly over the length at every pose; else 0.
+        centre: (3,) centre of ``mass`` in the carrier body [m]. The mass, rigidly connected to the sections, is distributed along
+            the line through this centre parallel to the beam. None: the mass is distributed along the beam.
+    """
+
+    NOT_RECORDED: ClassVar = ("section",)
+
+    name: str
+    section: CrossSection
+    span: BeamSpan
+    axes: Array
+    compliances: Array
+    mass_per_length: float | None
+    mass: float
+    centre: Array | None
+
+    def length(self, frames: Frames) -> Array:
+        """Return the component (N,) [m] of the vector from start to end along the beam's x axis."""
+        start, end = self.ends(frames)
+        return dot(frames.direction(self.span.carrier, self.axes[:, 0]), end - start)
+
+    @property
+    def telescopic(self) -> bool:  # type: ignore[override]
+        return self.span.start_body != self.span.end_body
+
+    def remaining_length(self, frames: Frames) -> Array:
+        """The length (N,) [m], 0 if it is only rounding; negative if a telescopic beam is retracted beyond zero length."""
+        length = self.length(frames)
+        rounding = ROUNDING * np.max(np.abs(np.stack(self.ends(frames))), axis=(0, 1))
+        return np.where(np.abs(length) <= rounding, 0.0, length)
+
+    def mass_at(self, frames: Frames) -> Array:
+        return self.mass_of(self.length(frames))
+
+    def mass_of(self, length: Array) -> Array:
+        """Mass [kg] of a beam of the given length (…) [m]; for a beam with a density, zero if the length is negative."""
+        return np.full_like(length, self.mass) if self.mass_per_length is None else self.mass_per_length * np.maximum(length, 0)
+
+    def line_density(self, length: Array) -> Array:
+        """Mass per length [kg/m] of a beam of the given length (…) [m]; infinite for a given mass and zero length."""
+        if self.mass_per_length is not None:
+            return np.full_like(length, self.mass_per_length)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(self.mass / length)
+
+    def lever(self, frames: Frames) -> Array:
+        """Arm (3, N) [m] from the middle of the beam to its centre of mass, world axes."""
+        start, end = self.ends(frames)
+        return np.zeros_like(start) if self.centre is None else frames.point(self.span.carrier, self.centre) - (start + end) / 2
+
+    def inertia_at(self, frames: Frames) -> tuple[int, pin.Inertia]:
+        """Return the beam as a rigid prism at one pose: the carrier body, and the prism's ``pin.Inertia`` in this body.
+
+        About the prism's centre, the moments of inertia are m (I_y + I_z)/A along the axis and m (L²/12 + I/A) across.
+        """
+        import pinocchio as pin
+
+        span, section = self.span, self.section
+        start, end = self.ends(frames)
+        R, p = frames.rotation[:, :, span.carrier, 0], frames.position[:, span.carrier, 0]
+        centre = ((start + end) / 2 + self.lever(frames))[:, 0]
+        length, mass = float(self.length(frames)[0]), float(self.mass_at(frames)[0])
+        about = np.array([section.I_y + section.I_z, section.I_y, section.I_z]) / section.area
+        about[1:] += length**2 / 12
+        own = mass * self.axes @ np.diag(about) @ self.axes.T
+        return span.carrier, pin.Inertia(mass, R.T @ (centre - p), own)
+
+    def stacked(
+        self, links: Sequence[ElasticLink], edges: Sequence[Edge], element: int = 0, signs: NDArray[np.int8] | None = None
+    ) -> ElasticElement:
+        return Beams([link for link in links if isinstance(link, BeamModel)], edges, element, signs)
+
+
+def beams_of(links: Mapping[str, ElasticLink]) -> Mapping[str, BeamModel]:
+    """Return the beams among elastic links."""
+    return ResultMapping({name: link for name, link in links.items() if isinstance(link, BeamModel)})
 
 
 class Beams:
     """Corresponding beams of g equal limbs, see :class:`kinetostatics.elements.element.ElasticElement`."""
 
     kind = "beams"
-    in_every_direction = has_line = True
+    in_every_direction = has_line = has_inside = True
     places: frozenset[str] = frozenset()
 
     def __init__(
-        self, models: Sequence[BeamModel], edges: Sequence[Edge], element: int = 0, signs: NDArray[np.int8] = NO_CUTS
+        self, models: Sequence[BeamModel], edges: Sequence[Edge], element: int = 0, signs: NDArray[np.int8] | None = None
     ) -> None:
-        """Set the beams.
-
-        Args:
-            models, edges: the beams, and their edges in the limbs.
-            element: index of the element in the limb; irrelevant in open branches.
-            signs: (M,) signs of the cut-joint wrenches that the beams transmit; none in open branches.
-        """
-        self.models, self.edges, self.element, self.signs = tuple(models), tuple(edges), element, signs
+        """Set the beams; arguments as of :class:`kinetostatics.elements.joint.ElasticJoints`."""
+        self.models, self.edges, self.element = tuple(models), tuple(edges), element
+        self.signs = NO_CUTS if signs is None else signs
         spans = [model.span for model in models]
         centres = [np.zeros(3) if model.centre is None else model.centre for model in models]
         self._axes = FixedVectors([[(model.span.carrier, model.axes)] for model in models], (3, 3))
@@ -115,4 +207,7 @@ class PlacedBeams(Section):
         return beam_formulas.sag(self.beams.compliances(load.ndim), self.length, load)
 
     def inside(self, carried: Array, load: Array) -> LoadedBeams:
-        return LoadedBeams.under(self.beams.models, self.beams.compliances(3), self.axes, self.length, self.arm, carried, load)
+        mass = np.stack([model.mass_of(self.length[m]) for m, model in enumerate(self.beams.models)])
+        return LoadedBeams.under(
+            self.beams.names, self.beams.compliances(3), self.axes, self.length, mass, self.arm, carried, load
+        )

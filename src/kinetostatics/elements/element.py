@@ -39,7 +39,10 @@ class PlacedElement(Protocol):
         """Return what loads (6, W, N) about o exert (c, g, N); ``outboard`` are the masks of :meth:`ElasticElement.outboard`."""
 
     def own_load(self, gravity: Array) -> Array | None:
-        """Return the weight per length (6, g, N) [N/m, N] under ``gravity`` (3, N) [m/s²]; None for elements without weight."""
+        """Return what the own weight depends on (c, g, N) under ``gravity`` (3, N) [m/s²]; None for elements without weight.
+
+        It is linear in gravity: the weight per length (6, g, N) [N/m, N] of beams, gravity along the axes of other elements.
+        """
 
     def forces(self, carried: Array) -> Array:
         """Return the generalized forces w (r, …, g, N) of :meth:`carried`."""
@@ -48,7 +51,7 @@ class PlacedElement(Protocol):
         """Return F w (r, …, g, N)."""
 
     def own_displacement(self, load: Array) -> Array:
-        """Return u_0 (r, …, g, N) under weights per length (6, …, g, N)."""
+        """Return u_0 (r, …, g, N) under :meth:`own_load` (c, …, g, N)."""
 
     def motions(self, displacements: Array) -> Iterator[tuple[int, Array]]:
         """Yield the motions that displacements (r, S, g, N) cause.
@@ -62,18 +65,22 @@ class PlacedElement(Protocol):
     def compliance_sum(self, length: float) -> Array:
         """Return the sum (g, N) [m/N] of the compliances along forces of 1 N and moments of 1 N times a ``length`` [m]."""
 
+    def strain_energy(self, forces: Array, displacements: Array) -> Array:
+        """Return the strain energies (g, N) [J] of elements without inside under forces and displacements (r, g, N)."""
+
     def inside(self, carried: Array, load: Array) -> LoadedBeams:
-        """Return the shapes of elements with a line under :meth:`carried` and weights per length (6, S, g, N)."""
+        """Return the shapes of elements with an inside under :meth:`carried` and weights per length (6, S, g, N)."""
 
 
 class ElasticElement(Protocol):
     """Corresponding elements of g limbs.
 
     Attributes:
-        kind: their group in tables: ``beams``, ``joints`` or ``actuators``.
+        kind: their group in tables: ``beams``, ``links``, ``joints`` or ``actuators``.
         names: their names, in the order of the limbs.
         in_every_direction: whether every force and moment deforms them.
         has_line: whether they have a line, see :attr:`PlacedElement.line`.
+        has_inside: whether they have section forces and deflections, see :meth:`PlacedElement.inside`.
         places: places outside the limb at which loads act on them.
         signature: key that corresponding elements share.
     """
@@ -89,6 +96,9 @@ class ElasticElement(Protocol):
 
     @property
     def has_line(self) -> bool: ...
+
+    @property
+    def has_inside(self) -> bool: ...
 
     @property
     def places(self) -> frozenset[str]: ...
@@ -143,6 +153,9 @@ class Section:
 
     def displacements(self, forces: Array) -> Array:
         raise NotImplementedError
+
+    def strain_energy(self, forces: Array, displacements: Array) -> Array:
+        return np.einsum("ign,ign->gn", forces, displacements) / 2
 
 
 def carried_wrench(signs: NDArray[np.int8], cut_wrenches: Array) -> Array:

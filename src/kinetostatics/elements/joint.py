@@ -21,15 +21,21 @@ class ElasticJoints:
     """Corresponding elastic joints of g equal limbs, see :class:`kinetostatics.elements.element.ElasticElement`."""
 
     kind = "joints"
-    in_every_direction = has_line = False
+    in_every_direction = has_line = has_inside = False
     places: frozenset[str] = frozenset()
 
     def __init__(
-        self, joints: Sequence[ElasticJoint], edges: Sequence[Edge], element: int = 0, signs: NDArray[np.int8] = NO_CUTS
+        self, joints: Sequence[ElasticJoint], edges: Sequence[Edge], element: int = 0, signs: NDArray[np.int8] | None = None
     ) -> None:
-        """Set the joints; arguments as of :class:`kinetostatics.elements.beam.Beams`."""
+        """Set the joints.
+
+        Args:
+            joints, edges: the joints, and their edges in the limbs.
+            element: index of the element in the limb; irrelevant in open branches.
+            signs: (M,) signs of the cut-joint wrenches that the joints transmit; none in open branches.
+        """
         self.names, self.edges, self.element = tuple(joint.joint for joint in joints), tuple(edges), element
-        self.signs = signs
+        self.signs = NO_CUTS if signs is None else signs
         self._axes = FixedVectors([[(joint.body, joint.frame[:3, :3])] for joint in joints], (3, 3))
         self._origins = FixedVectors([[(joint.body, joint.frame[:3, 3])] for joint in joints])
         self.compliance = np.stack([joint.compliance for joint in joints], axis=-1)  # (6, 6, g)
@@ -41,7 +47,7 @@ class ElasticJoints:
     def outboard(self, names: Sequence[str]) -> list[Array]:
         return [outboard_masks(self.edges, names)]
 
-    def masses(self, frames: Frames) -> None:
+    def masses(self, frames: Frames) -> tuple[Array, NDArray[np.int8]] | None:
         return None
 
     def placed(self, frames: Frames, o: Array, twists: Array) -> PlacedJoints:
@@ -56,10 +62,10 @@ class PlacedJoints(Section):
     joints: ElasticJoints
 
     @property
-    def line(self) -> None:
+    def line(self) -> tuple[Array, Array] | None:
         return None
 
-    def own_load(self, gravity: Array) -> None:
+    def own_load(self, gravity: Array) -> Array | None:
         return None
 
     def displacements(self, forces: Array) -> Array:
@@ -69,4 +75,4 @@ class PlacedJoints(Section):
         return np.zeros_like(load)
 
     def inside(self, carried: Array, load: Array) -> LoadedBeams:
-        raise TypeError("an element without length has no inside")
+        raise TypeError(f"{self.joints.kind} have no inside")

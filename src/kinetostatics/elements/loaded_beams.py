@@ -11,7 +11,6 @@ from kinetostatics.elements import beam_formulas
 from kinetostatics.elements.beam_formulas import clamped_line, clamped_section_wrench
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import move_twist, move_wrench, rotate
-from kinetostatics.mechanism.beam_model import BeamModel
 
 
 @dataclass(frozen=True)
@@ -19,6 +18,7 @@ class LoadedBeams:
     """One beam in each of g equal limbs, with its loads for each of S contributions; wrenches and loads are in beam axes.
 
     Attributes:
+        names: names of the beams.
         compliances: (6, g, 1) section compliances.
         axes: (3, 3, g, N) beam axes in the world.
         length: (g, N) [m].
@@ -37,7 +37,7 @@ class LoadedBeams:
             :func:`kinetostatics.statics.inertia.line_resultants`.
     """
 
-    models: tuple[BeamModel, ...]
+    names: tuple[str, ...]
     compliances: Array
     axes: Array
     length: Array
@@ -52,13 +52,20 @@ class LoadedBeams:
 
     @classmethod
     def under(
-        cls, models: Sequence[BeamModel], compliances: Array, axes: Array, length: Array, end: Array, carried: Array, load: Array
+        cls,
+        names: Sequence[str],
+        compliances: Array,
+        axes: Array,
+        length: Array,
+        mass: Array,
+        end: Array,
+        carried: Array,
+        load: Array,
     ) -> LoadedBeams:
         """Return beams with fixed base ends, under ``load`` and under wrenches ``carried`` (6, S, g, N) about o in world axes."""
-        mass = np.stack([model.mass_of(length[m]) for m, model in enumerate(models)])
         wrench = rotate(axes, move_wrench(carried, end), back=True)
         none = np.zeros(wrench.shape)
-        return cls(tuple(models), compliances, axes, length, mass, end, wrench, load, none, none[0], none[0])
+        return cls(tuple(names), compliances, axes, length, mass, end, wrench, load, none, none[0], none[0])
 
     def axial_force(self) -> Array:
         """Return the axial force (S, g, N) [N] at the platform end, tension positive."""
@@ -104,9 +111,9 @@ class LoadedBeams:
         """
         found = np.zeros((12, *self.wrench.shape[1:]))
         for source, lines in loads:
-            for g, model in enumerate(self.models):
-                if model.name in lines:
-                    parts = [np.einsum("ijn,in->jn", self.axes[:, :, g], part) for part in np.split(lines[model.name], 4)]
+            for g, name in enumerate(self.names):
+                if name in lines:
+                    parts = [np.einsum("ijn,in->jn", self.axes[:, :, g], part) for part in np.split(lines[name], 4)]
                     found[:, source, g] = np.concatenate(parts)
         return replace(self, line=found) if np.any(found) else self
 

@@ -75,7 +75,7 @@ def validate(description: RobotDescription) -> RobotDescription:
     known = {warning.partition(": ")[2] for warning in description.file_warnings}
     new = [warning for warning in found.file_warnings if warning.partition(": ")[2] not in known]
     warnings = (*description.file_warnings, *new)
-    kept = {name: getattr(description, name) for name in ("inertia_warnings", "default_axes")}
+    kept = {name: getattr(description, name) for name in ("inertia_warnings", "default_axes", "flexible")}
     return known_valid(replace(found, file_warnings=warnings, **kept))
 
 

@@ -10,6 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.description.robot_description import RobotDescription
+from kinetostatics.elements.beam import BeamModel, beams_of
+from kinetostatics.elements.beam_model import make_elastic_links
+from kinetostatics.elements.link import ElasticLink
+from kinetostatics.elements.weights import Weights
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
 from kinetostatics.kinematics import mobility, zero_pose
 from kinetostatics.kinematics.coordinates import Couplings, PrescribedCoordinates
@@ -21,11 +25,9 @@ from kinetostatics.kinematics.zero_pose import box_diagonal, characteristic_leng
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import cross, dot
-from kinetostatics.mechanism.beam_model import BeamModel, make_beam_models
 from kinetostatics.mechanism.limbs import Topology
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames, TreeJoint
-from kinetostatics.mechanism.weights import Weights
 from kinetostatics.unit_hints import largest, length_hint, turns_hint
 
 #: Residual of a loop [m, rad] above which a pose is corrected once more, for a robot whose loops close exactly.
@@ -319,9 +321,14 @@ class RobotKinematics:
     @cached_property
     def beams(self) -> Mapping[str, BeamModel]:
         """All beams by name."""
-        return ResultMapping(make_beam_models(self.mechanism, self.topology.beams, self.zero_frames))
+        return beams_of(self.elastic_links)
+
+    @cached_property
+    def elastic_links(self) -> Mapping[str, ElasticLink]:
+        """Beams and other elastic links, by name."""
+        return ResultMapping(make_elastic_links(self.mechanism, self.topology.beams, self.zero_frames))
 
     @cached_property
     def weights(self) -> Weights:
         """Weights of all links and beams."""
-        return Weights(self.mechanism, self.topology, self.beams)
+        return Weights(self.mechanism, self.topology, self.elastic_links)

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.elements.actuator import Actuators, MovedFreedom, branch_joints
-from kinetostatics.elements.beam import Beams
 from kinetostatics.elements.element import ElasticElement, carried_wrench, outboard_masks
 from kinetostatics.elements.joint import ElasticJoints
 from kinetostatics.limbs.force_method import EliminationOrder
@@ -71,7 +70,7 @@ class LimbGroup:
         ]
         self.dof_cut_signs = self._cut_signs(self._freedom_edges[0])
         self.element_cut_signs = self._cut_signs([limb.edges[element.edges[-1]] for element in self.elements[0]])
-        self.elastic: tuple[ElasticElement, ...] = (*self._beams(), *self._elastic_joints(), *self._actuators())
+        self.elastic: tuple[ElasticElement, ...] = (*self._links(), *self._elastic_joints(), *self._actuators())
         self._skeleton = LimbSkeleton(model, self.limbs, self.compounds, self.elastic)
         self.dofs, self.passive = self._skeleton.dofs, self._skeleton.passive
         self.rotates, self.compound_of = self._skeleton.rotates, self._skeleton.compound_of
@@ -139,11 +138,12 @@ class LimbGroup:
     def geometry(self, frames: Frames, o: Array) -> LimbGeometry:
         return self._skeleton.geometry(frames, o)
 
-    def _beams(self) -> Iterator[Beams]:
+    def _links(self) -> Iterator[ElasticElement]:
         for number, element in enumerate(self.elements[0]):
             if element.is_beam:
                 edges = self._edges_of(number)
-                yield Beams([self.model.beams[str(edge.beam)] for edge in edges], edges, number, self.element_cut_signs[number])
+                links = [self.model.elastic_links[str(edge.beam)] for edge in edges]
+                yield links[0].stacked(links, edges, number, self.element_cut_signs[number])
 
     def _elastic_joints(self) -> Iterator[ElasticJoints]:
         for number in range(len(self.elements[0])):

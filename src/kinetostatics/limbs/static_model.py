@@ -8,12 +8,13 @@ from functools import cached_property
 from typing import ClassVar
 
 from kinetostatics.description.robot_description import RobotDescription
+from kinetostatics.elements.beam import BeamModel, beams_of
+from kinetostatics.elements.link import ElasticLink
+from kinetostatics.elements.weights import Weights
 from kinetostatics.layout.mapping import ShortRepr
-from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.mechanism.limbs import Topology
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.mechanism.weights import Weights
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -23,6 +24,7 @@ class StaticModel(ShortRepr):
     Attributes:
         mechanism: bodies and connections.
         topology: limbs, and the bodies attached to base and platform.
+        elastic_links: beams and other elastic links, by name.
         zero_frames: frames of the closed zero pose, a batch of one.
         length: characteristic length [m], which makes forces and moments comparable.
         rank_tolerance: relative singular value below which a direction is taken as dependent.
@@ -33,12 +35,17 @@ class StaticModel(ShortRepr):
 
     mechanism: Mechanism
     topology: Topology
-    beams: Mapping[str, BeamModel]
+    elastic_links: Mapping[str, ElasticLink]
     weights: Weights
     zero_frames: Frames
     length: float
     rank_tolerance: float
     closing_error: float
+
+    @cached_property
+    def beams(self) -> Mapping[str, BeamModel]:
+        """All beams by name."""
+        return beams_of(self.elastic_links)
 
     @cached_property
     def description(self) -> RobotDescription:

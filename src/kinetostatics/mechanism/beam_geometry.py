@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kinetostatics.description.elements import Beam, BeamEnd
+from kinetostatics.description.elements import Beam, BeamEnd, Flexible
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.math.arrays import Array
@@ -36,7 +36,7 @@ class BeamSpan:
             link is the beam's link.
     """
 
-    beam: Beam
+    beam: Beam | Flexible
     start_body: int
     start: Array
     end_body: int
@@ -58,7 +58,7 @@ class BeamSpan:
         return replace(span, start_link=self.end_link, end_link=self.start_link, inward=self.outward, outward=self.inward)
 
 
-def beam_error(beam: Beam, reason: str) -> RobotFileError:
+def beam_error(beam: Beam | Flexible, reason: str) -> RobotFileError:
     return beam.place.error(f"<beam {beam.name!r}>: {reason}")
 
 
@@ -104,8 +104,8 @@ class SpanFinder:
         self.mechanism = mechanism
         self.description = description = mechanism.description
 
-        self.beams_of: dict[str, list[Beam]] = {}
-        for beam in description.beams.values():
+        self.beams_of: dict[str, list[Beam | Flexible]] = {}
+        for beam in description.elastic_links.values():
             self.beams_of.setdefault(beam.link, []).append(beam)
         self.base_links = self._rigid_with(description.base)
         self.platform_links = self._rigid_with(description.platform)
@@ -119,7 +119,7 @@ class SpanFinder:
         Raises:
             RobotFileError: the start or end of a beam is invalid.
         """
-        return {name: self._span(beam) for name, beam in self.description.beams.items()}
+        return {name: self._span(beam) for name, beam in self.description.elastic_links.items()}
 
     def _rigid_with(self, link: str) -> set[str]:
         """Return ``link`` and all links without beams that are connected to it by rigid fixed joints."""
@@ -143,7 +143,7 @@ class SpanFinder:
         found = reachable([connection.other(link)], onward)
         return not target.isdisjoint(found)
 
-    def _ends(self, beam: Beam) -> tuple[BeamEnd, BeamEnd]:
+    def _ends(self, beam: Beam | Flexible) -> tuple[BeamEnd, BeamEnd]:
         """Return start and end as in the file; by default, at the two joints of the link, or towards base and platform."""
         here = self.mechanism.at_link[beam.link]
         if len(here) == 1 and (beam.start is None or beam.end is None):
@@ -208,7 +208,7 @@ class SpanFinder:
             return max(float(np.abs(np.cross(a, b)).max()), float(np.abs(np.cross(a, q - p)).max())) < 1e-9
         return False
 
-    def _default_end(self, beam: Beam, towards_base: bool) -> BeamEnd:
+    def _default_end(self, beam: Beam | Flexible, towards_base: bool) -> BeamEnd:
         sides = (self.base_links, self.platform_links) if towards_base else (self.platform_links, self.base_links)
         found = [item.name for item in self.mechanism.at_link[beam.link] if self._reaches(beam.link, item, *sides)]
         attribute, where = ("from", "base") if towards_base else ("to", "platform")
@@ -233,7 +233,7 @@ class SpanFinder:
                     queue.append(item.other(here))
         return None
 
-    def _locate(self, beam: Beam, end: BeamEnd) -> tuple[str, list[Connection]]:
+    def _locate(self, beam: Beam | Flexible, end: BeamEnd) -> tuple[str, list[Connection]]:
         """Return the link to which a beam's start or end is fixed, and the connections from the beam's link to this link."""
         joint = self.mechanism.connections[end.joint]
         adjacent = beam.link in (joint.predecessor, joint.successor)
@@ -260,7 +260,7 @@ class SpanFinder:
             link = item.other(link)
         return link, path
 
-    def _span(self, beam: Beam) -> BeamSpan:
+    def _span(self, beam: Beam | Flexible) -> BeamSpan:
         start, end = self._ends(beam)
         start_link, inward = self._locate(beam, start)
         end_link, outward = self._locate(beam, end)
@@ -284,13 +284,5 @@ class SpanFinder:
                     if self.mechanism.connections[at.joint].type.is_slide:
                         reason += f"; of a telescope that is one beam, {name}= is the joint behind {at.joint!r}"
                 raise beam_error(beam, reason)
-            self._check_y_axis(beam, along)
+            beam.check_direction(self.mechanism.body_of[beam.link][1][:3, :3].T @ along)
         return span
-
-    def _check_y_axis(self, beam: Beam, along: Array) -> None:
-        """Check that a beam's y axis is not parallel to ``along`` (3,), its direction in the carrier body."""
-        if beam.y_axis is None:
-            return
-        y_axis = self.mechanism.body_of[beam.link][1][:3, :3] @ np.array(beam.y_axis)
-        if float(np.linalg.norm(np.cross(y_axis, along))) < 1e-6 * float(np.linalg.norm(along) * np.linalg.norm(y_axis)):
-            raise beam_error(beam, "its y_axis is parallel to the beam; specify a direction perpendicular to it")

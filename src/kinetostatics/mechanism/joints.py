@@ -204,7 +204,7 @@ def has_centre(mechanism: Mechanism, connection: Connection) -> bool:
     """
     if not connection.type.is_on_axis:
         return True
-    beams = mechanism.description.beams.values()
+    beams = mechanism.description.elastic_links.values()
     ends = {end.joint for beam in beams for end in (beam.start, beam.end) if end is not None}
     return connection.name in ends or any(beam.link in (connection.predecessor, connection.successor) for beam in beams)
 

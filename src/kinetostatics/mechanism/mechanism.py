@@ -242,7 +242,7 @@ class Mechanism:
     @cached_property
     def spherical_runs(self) -> tuple[SphericalRun, ...]:
         """All triples of consecutive revolutes of the tree, each perpendicular to the next, that form spherical joints."""
-        beam_links = {beam.link for beam in self.description.beams.values()}
+        beam_links = {beam.link for beam in self.description.elastic_links.values()}
         runs: list[SphericalRun] = []
         taken: set[str] = set()
 

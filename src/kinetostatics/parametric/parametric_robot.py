@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetostatics.description.robot_description import RobotDescription
+from kinetostatics.elements.beam_model import make_elastic_links
+from kinetostatics.elements.weights import Weights
 from kinetostatics.engine.pose_record import PoseModel
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.parameter_units import parameter_unit
@@ -22,8 +24,6 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.solver import Solver
 from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array
-from kinetostatics.mechanism.beam_model import make_beam_models
-from kinetostatics.mechanism.weights import Weights
 from kinetostatics.parametric.robot_numbers import STEP, ErrorParameter, RobotNumber, errors_of, numbers_of_parts
 from kinetostatics.robot import Robot
 from kinetostatics.statics.robot_statics import statics_on
@@ -262,12 +262,12 @@ def changed_model(robot: Robot, description: RobotDescription, own: PoseModel) -
         other = Robot(_with_beam_axes(robot, description))
         if (other.equations.tree.nq, other.equations.count) == (robot.equations.tree.nq, robot.equations.count):
             zero = other.frames_at(robot.model_q(robot.zero_poses))
-            beams = make_beam_models(other.mechanism, other.topology.beams, zero)
-            weights = Weights(other.mechanism, other.topology, beams)
+            links = make_elastic_links(other.mechanism, other.topology.beams, zero)
+            weights = Weights(other.mechanism, other.topology, links)
             model = StaticModel(
                 other.mechanism,
                 other.topology,
-                beams,
+                links,
                 weights,
                 zero,
                 robot.length,

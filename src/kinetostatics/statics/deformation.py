@@ -70,7 +70,7 @@ class Deformation:
     @cached_property
     def places(self) -> Mapping[str, tuple[int, int]]:
         """By name of a beam: the index of its entry in ``beams``, and the index of the beam in this entry."""
-        return {model.name: (k, position) for k, stack in enumerate(self.beams) for position, model in enumerate(stack.models)}
+        return {name: (k, position) for k, stack in enumerate(self.beams) for position, name in enumerate(stack.names)}
 
 
 def deform(robot: RobotStatics, solution: Solution) -> Deformation:
@@ -119,9 +119,9 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
                 ElasticDeformation(elastic.kind, elastic.names, group, number, everyone, signs[k], motion.sum(axis=1))
             )
         out.drive_deformations.update(placed.travels(displacements))
-        if own is None:
-            out.spring_energy[:] += np.einsum("ign,ign->n", forces.sum(axis=1), displacements.sum(axis=1)) / 2
-        else:
+        if not elastic.has_inside:
+            out.spring_energy[:] += placed.strain_energy(forces.sum(axis=1), displacements.sum(axis=1)).sum(axis=0)
+        elif own is not None:
             alone = placed.inside((placed.carried(statics.particular) + weights)[:, None], own[:, None])
             alone = alone.turned(alone.inner) if elements[k].turned else alone
             beam_of[k] = replace(placed.inside(carried, share * own[:, None]), axial_correction=moved_share * alone.axial_force())
@@ -268,9 +268,11 @@ def _deform_branches(
         for element in robot.branch_elements.get(edge.key, ()):
             placed = element.placed(frames, solution.o, no_freedoms)
             displacements, weight = placed.displacements(placed.forces(carried)), placed.own_load(solution.gravity)
-            if weight is not None and placed.line is not None:
-                load, (x, _) = share * weight[:, None], placed.line
+            load = None if weight is None else share * weight[:, None]
+            if load is not None:
                 displacements += placed.own_displacement(load)
+            if element.has_inside and load is not None and placed.line is not None:
+                x = placed.line[0]
                 stretch, axial = np.einsum("ign,isn->sgn", x, off[:3]), np.einsum("ign,in->gn", x, own[:3])
                 beams = replace(placed.inside(carried, load), inner=motion[:, :, None], stretch=stretch)
                 out.beams.append(replace(beams, axial_correction=axial_correction * axial))

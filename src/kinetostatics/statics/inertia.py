@@ -13,11 +13,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from kinetostatics.elements.beam import BeamModel
 from kinetostatics.elements.beam_formulas import clamped_reaction, outboard_wrench
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross, dot, least_squares
 from kinetostatics.math.screws import move_wrench
-from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.link_loads import AppliedLoad, LinkLoads
 from kinetostatics.statics.robot_statics import RobotStatics
@@ -91,7 +91,7 @@ class _InertialLoads:
     def _add_beam(self, name: str) -> None:
         beam, frames = self.robot.beams[name], self.frames
         body, ends, length, axes = beam.span.carrier, beam.ends(frames), beam.length(frames), beam.world_axes(frames)
-        density, lever, section = beam.line_density(length), beam.lever(frames), beam.span.beam.section
+        density, lever, section = beam.line_density(length), beam.lever(frames), beam.section
         if beam.telescopic:
             lever = lever - axes[:, 0] * dot(axes[:, 0], lever)
         bodies = (beam.span.start_body, beam.span.end_body)

@@ -274,14 +274,14 @@ def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: 
             f"{what}: {link!r} hangs by {topology.without_support[link]!r} on a beam elsewhere than at its ends; split "
             "the beam there with a fixed joint, or load one of its ends"
         )
-    beams = [name for name, beam in description.beams.items() if beam.link == link]
+    beams = [name for name, beam in description.elastic_links.items() if beam.link == link]
     if not beams:
         return {link: np.ones(point.shape[1], dtype=bool)}
     found: dict[str, Mask] = {}
     nowhere = np.all(np.isfinite(point), axis=0)
     ends = []
     for name in beams:
-        span, reach = topology.beams[name], AT_END * np.abs(robot.beams[name].length(frames))
+        span, reach = topology.beams[name], AT_END * np.abs(robot.elastic_links[name].length(frames))
         both = (span.start_body, span.start), (span.end_body, span.end)
         for place, (body, local) in zip(topology.beam_ends[name], both, strict=True):
             at = frames.point(body, local)

@@ -11,7 +11,6 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from kinetostatics.elements.actuator import BranchJoint, branch_joints
-from kinetostatics.elements.beam import Beams
 from kinetostatics.elements.element import ElasticElement
 from kinetostatics.elements.joint import ElasticJoints
 from kinetostatics.limbs.group import LimbGroup
@@ -175,7 +174,8 @@ def _with_groups(model: StaticModel, groups: tuple[LimbGroup, ...], example: Fra
 
 def _elements_of(model: StaticModel, edge: Edge) -> Iterator[ElasticElement]:
     if edge.beam is not None:
-        yield Beams([model.beams[edge.beam]], [edge])
+        link = model.elastic_links[edge.beam]
+        yield link.stacked([link], [edge])
     elif edge.joint is not None:
         for joint in springs_of(model.mechanism, edge.joint):
             yield ElasticJoints([joint], [edge])

@@ -51,7 +51,7 @@ def without_equilibrium(singular: NDArray[np.bool_], unbalanced: Mapping[str, Ar
 
 def has_negative_length(robot: RobotStatics, frames: Frames) -> NDArray[np.bool_]:
     result = np.zeros(frames.position.shape[2], dtype=bool)
-    for beam in robot.beams.values():
+    for beam in robot.elastic_links.values():
         if beam.telescopic:
             result |= beam.remaining_length(frames) < 0
     return result

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kinetostatics.elements.rods import Numbers
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.statics.small_motions import signs_of_modes
-from kinetostatics.vibration.rods import Numbers
 from kinetostatics.vibration.vibration_model import VibrationModel
 
 #: Part of the largest stiffness or mass of scaled motions below which a motion has zero stiffness or mass.

@@ -13,11 +13,11 @@ from functools import cached_property
 
 import numpy as np
 
+from kinetostatics.elements.rods import Numbers
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.body_graph import RigidBody
 from kinetostatics.statics.small_motions import PlacedMotions
 from kinetostatics.vibration.eigenpairs import Eigenpairs, independent_motions
-from kinetostatics.vibration.rods import Numbers
 from kinetostatics.vibration.vibration_model import Part, PlacedRod, VibrationModel
 
 

@@ -15,11 +15,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from kinetostatics.elements.rods import Numbers, Rod
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.mechanism.body_graph import RigidBody
 from kinetostatics.statics.small_motions import PlacedMotions
 from kinetostatics.statics.springs import placed_springs
-from kinetostatics.vibration.rods import Numbers, Rod
 
 #: Singular value of the closure equations, relative to the largest, below which an equation is dependent.
 _DEPENDENT = 1e-9
@@ -343,7 +343,7 @@ class _Placement:
         placed = list(zip(bodies, beam.ends(frames), strict=True))
         moved = np.concatenate([self.moved(columns, body, point) for body, point in placed], axis=1)
         carried = np.concatenate([self.motions.carried(point) for _, point in placed], axis=1)
-        section, length = beam.span.beam.section, beam.length(frames)
+        section, length = beam.section, beam.length(frames)
         gyration = np.array([section.I_y, section.I_z]) / section.area
         arm = None if beam.centre is None else (axes @ beam.lever(frames).T[..., None])[..., 0].T[..., None]
         rod = Rod(length[:, None], beam.compliances, beam.line_density(length)[:, None], gyration, arm)

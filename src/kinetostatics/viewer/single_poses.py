@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from kinetostatics.elements.beam_model import make_beam_models
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration, taken
 from kinetostatics.kinematics.solver import SolverState
@@ -16,7 +17,6 @@ from kinetostatics.layout.numbers import NumberFormat
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import logarithm
 from kinetostatics.math.screws import describe_twist
-from kinetostatics.mechanism.beam_model import make_beam_models
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.reports.dynamics import HERTZ, NONE, per_cent
 from kinetostatics.reports.pose import count as counted

@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 from simple_machines import BEAM, RHO, joint, link, robot
 
-from kinetostatics.mechanism.weights import link_inertias, weighed
+from kinetostatics.elements.weights import link_inertias, weighed
 
 
 def stick(mass, at=(0.0, 0.0, 0.0)):
@@ -56,7 +56,7 @@ def test_beam_has_the_inertia_of_a_prism():
         f'<beam link="bar" from="foot" to="head" density="{RHO}" y_axis="1 0 0" {BEAM}>'
         '<rectangle width="0.02" height="0.06"/></beam>',
     )  # fmt: skip
-    body, found = machine.beams["bar"].rod(machine.zero_frames)
+    body, found = machine.beams["bar"].inertia_at(machine.zero_frames)
     m = RHO * 0.02 * 0.06 * 0.5
     assert body == machine.mechanism.body_of["bar"][0] and found.mass == pytest.approx(m)
     np.testing.assert_allclose(found.lever, [0, 0, 0.25], atol=1e-12)

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.elements.link import ElasticLink, no_length_text
 from kinetostatics.exceptions import RobotFileError, StaticsError
 from kinetostatics.math.arrays import Array, empty_for
 from kinetostatics.math.linalg import semidefinite
 from kinetostatics.math.screws import wrench_of_force
-from kinetostatics.mechanism.beam_model import BeamModel, no_length_text
 from kinetostatics.mechanism.limbs import Edge, Topology, carries
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
@@ -39,13 +39,13 @@ class Weights:
 
     NOT_RECORDED = ("inertias", "_known", "_moving")
 
-    def __init__(self, mechanism: Mechanism, topology: Topology, beams: Mapping[str, BeamModel]) -> None:
+    def __init__(self, mechanism: Mechanism, topology: Topology, links: Mapping[str, ElasticLink]) -> None:
         parts = [(limb.name, limb.weights) for limb in topology.limbs]
         parts += [("base", topology.base.weights), ("platform", topology.platform.weights)]
         self.names = [name for _, names in parts for name in names]
         self.owner = [owner for owner, names in parts for _ in names]
         self._number = {name: k for k, name in enumerate(self.names)}
-        self._beam_of = {k: beams[name.removeprefix("beam:")] for k, name in enumerate(self.names) if name.startswith("beam:")}
+        self._beam_of = {k: links[name.removeprefix("beam:")] for k, name in enumerate(self.names) if name.startswith("beam:")}
         rigid = [name for k, name in enumerate(self.names) if k not in self._beam_of]
         self._known: dict[int, tuple[int, pin.Inertia]] | None = None
         self._is_rigid = np.array([k not in self._beam_of for k in range(len(self.names))], dtype=bool)
@@ -123,10 +123,10 @@ class Weights:
     def _bodies_at(self, frames: Frames) -> list[tuple[int, pin.Inertia]]:
         """Return body and ``pin.Inertia`` of every weight at one pose; pairs that do not depend on the pose are stored."""
         if self._known is None:
-            fixed = {number: beam.rod(frames) for number, beam in self._beam_of.items() if not beam.telescopic}
+            fixed = {number: beam.inertia_at(frames) for number, beam in self._beam_of.items() if not beam.telescopic}
             rigid = zip(self._body.tolist(), self.inertias.values(), strict=True)
             self._known = {**dict(zip(np.flatnonzero(self._is_rigid).tolist(), rigid, strict=True)), **fixed}
-        return [self._known[k] if k in self._known else self._beam_of[k].rod(frames) for k in range(len(self.names))]
+        return [self._known[k] if k in self._known else self._beam_of[k].inertia_at(frames) for k in range(len(self.names))]
 
     def on_model(self, model: pin.Model, frames: Frames) -> pin.Model:
         """Return a copy of Pinocchio's ``model`` of the tree with the inertias of the robot at one pose.

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kinetostatics.vibration.rods import Rod
+from kinetostatics.elements.rods import Rod
 
 E, NU, RHO, SIDE, LENGTH = 200e9, 0.3, 8000.0, 2.0, 10.0
 AREA, INERTIA = SIDE**2, SIDE**4 / 12

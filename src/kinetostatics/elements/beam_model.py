@@ -1,0 +1,96 @@
+"""The elastic links of a robot, made from its description: beams, and links of other kinds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import cast
+
+import numpy as np
+
+from kinetostatics.elements.beam import BeamModel
+from kinetostatics.elements.link import ElasticLink, PlacedLink
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import axis_across
+from kinetostatics.mechanism.beam_geometry import SAME_POINT, BeamSpan, beam_error
+from kinetostatics.mechanism.mechanism import Mechanism
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.sections.kinds import beam_compliance_coefficients
+
+
+def make_elastic_links(mechanism: Mechanism, spans: Mapping[str, BeamSpan], zero: Frames) -> dict[str, ElasticLink]:
+    """Return all elastic links; the closed pose ``zero`` determines the direction of telescopic beams.
+
+    Raises:
+        RobotFileError: an elastic link does not fit between its ends.
+    """
+    description = mechanism.description
+    beams = make_beam_models(mechanism, {name: span for name, span in spans.items() if name in description.beams}, zero)
+    others = {name: cast(PlacedLink, part).model(mechanism, spans[name], zero) for name, part in description.flexible.items()}
+    return {name: beams[name] if name in beams else others[name] for name in spans}
+
+
+def make_beam_models(mechanism: Mechanism, spans: Mapping[str, BeamSpan], zero: Frames) -> dict[str, BeamModel]:
+    """Return the data of all beams; the closed pose ``zero`` determines the direction of telescopic beams.
+
+    Raises:
+        RobotFileError: a prismatic joint of a telescopic beam is not parallel to the beam, or a beam's ``y_axis`` is parallel
+            to the beam.
+    """
+    models = {}
+    middles: dict[str, tuple[float, Array]] = {}
+    for name, span in spans.items():
+        start = zero.point(span.start_body, span.start)[:, 0]
+        end = zero.point(span.end_body, span.end)[:, 0]
+        direction = end - start
+        for joint in span.spanned:
+            connection = mechanism.connections[joint]
+            axis = zero.direction(connection.predecessor_body, connection.axis_on(True))[:, 0]
+            if float(np.linalg.norm(direction)) < SAME_POINT:
+                direction = axis
+            if float(np.linalg.norm(np.cross(axis, direction))) > 1e-5 * float(np.linalg.norm(direction)):
+                raise beam_error(
+                    span.beam,
+                    f"the axis of the prismatic joint {joint!r} inside its span does not lie along the beam; "
+                    f"it is ({', '.join(f'{value:.4g}' for value in connection.axis)}) in the joint's frame (1 0 0 where <axis> "
+                    "is left out): is it, or the joint's <parent> or <origin>, wrong?",
+                )
+            direction = axis if float(axis @ direction) > 0 else -axis
+        R = zero.rotation[:, :, span.carrier, 0]
+        x = R.T @ (direction / np.linalg.norm(direction))
+        placement = mechanism.body_of[span.beam.link][1]
+        beam = mechanism.description.beams[name]
+        given = beam.y_axis
+        hint = placement[:3, :3] @ (np.array(given) if given is not None else axis_across(placement[:3, :3].T @ x))
+        y = hint - x * float(x @ hint)
+        if float(np.linalg.norm(y)) < 1e-6 * float(np.linalg.norm(hint)):
+            raise beam_error(span.beam, "its y_axis is parallel to the beam")
+        y /= np.linalg.norm(y)
+        axes = np.column_stack([x, y, np.cross(x, y)])
+        coefficients = beam_compliance_coefficients(beam.section, beam.youngs_modulus, beam.shear_modulus, beam.shear_areas)
+        middles[name] = float(np.linalg.norm(end - start)), R.T @ ((start + end) / 2 - zero.position[:, span.carrier, 0])
+        per_length = None if beam.density is None else beam.density * beam.section.area
+        models[name] = BeamModel(name, beam.section, span, axes, coefficients, per_length, 0.0, None)
+    return {name: _with_spread_mass(mechanism, model, models, middles) for name, model in models.items()}
+
+
+def _with_spread_mass(
+    mechanism: Mechanism, model: BeamModel, models: dict[str, BeamModel], middles: dict[str, tuple[float, Array]]
+) -> BeamModel:
+    """Return a beam with its mass. Without a density, the beams of a link share the link's mass in proportion to their lengths.
+
+    The common centre of mass of these shares is the link's centre of mass. ``middles``: length [m] and middle (3,) [m] of every
+    beam at the closed zero pose; the middle is in the carrier body.
+    """
+    if model.mass_per_length is not None:
+        return model
+    link = model.span.beam.link
+    siblings = [middles[name] for name, item in models.items() if item.span.beam.link == link]
+    whole = max(sum(length for length, _ in siblings), 1e-300)
+    length, middle = middles[model.name]
+    placement, own = mechanism.body_of[link][1], mechanism.description.links[link]
+    centre = placement[:3, :3] @ np.array(own.center_of_mass) + placement[:3, 3]
+    if len(siblings) == 1:
+        return replace(model, mass=own.mass, centre=centre)
+    mean = sum((length * at for length, at in siblings), np.zeros(3)) / whole
+    return replace(model, mass=own.mass * length / whole, centre=centre + middle - mean)

@@ -1,0 +1,149 @@
+"""Elastic links: the questions that topology, weights, statics and vibration ask of a link between two ends.
+
+A class of links that subclasses :class:`ElasticLink` answers those that have no default. Its *ends* are the ends of its span,
+the start towards the base. With the start fixed, the twist of the end is F w + S g in the link's axes, with a wrench w about the
+end and gravity g.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.elements.element import ElasticElement
+from kinetostatics.elements.joint import ElasticJoints, PlacedJoints
+from kinetostatics.elements.vectors import FixedVectors
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import normalize
+from kinetostatics.mechanism.beam_geometry import BeamSpan
+from kinetostatics.mechanism.joints import ElasticJoint
+from kinetostatics.mechanism.limbs import Edge
+from kinetostatics.mechanism.mechanism import Mechanism
+from kinetostatics.mechanism.tree import Frames
+
+if TYPE_CHECKING:
+    import pinocchio as pin
+
+
+class ElasticLink(Protocol):
+    """An elastic link of a robot, independent of the pose.
+
+    Attributes:
+        name: its name.
+        span: bodies and positions of its ends.
+        axes: (3, 3) its axes as columns, in the carrier body.
+        centre: (3,) its centre of mass in the carrier body [m]; None: the middle between its ends.
+        telescopic: whether its length depends on the pose.
+    """
+
+    name: str
+    span: BeamSpan
+    axes: Array
+    centre: Array | None
+    telescopic: bool = False
+
+    def ends(self, frames: Frames) -> tuple[Array, Array]:
+        """Return the positions (3, N) [m] of start and end, world axes."""
+        span = self.span
+        return frames.point(span.start_body, span.start), frames.point(span.end_body, span.end)
+
+    def world_axes(self, frames: Frames) -> Array:
+        """Return the axes x, y, z as columns (3, 3, N), world axes."""
+        return frames.orientations(np.array([self.span.carrier]), self.axes[:, :, None])[:, :, 0]
+
+    def length(self, frames: Frames) -> Array:
+        """Return the distance (N,) [m] of the ends."""
+        start, end = self.ends(frames)
+        return np.asarray(np.sqrt(np.sum((end - start) ** 2, axis=0)))
+
+    def remaining_length(self, frames: Frames) -> Array:
+        """Return the length (N,) [m]; negative where a telescopic link is retracted too far."""
+        return self.length(frames)
+
+    def mass_at(self, frames: Frames) -> Array:
+        """Return the mass (N,) [kg]."""
+        raise NotImplementedError
+
+    def inertia_at(self, frames: Frames) -> tuple[int, pin.Inertia]:
+        """Return the link as a rigid body at one pose: the carrier body, and the ``pin.Inertia`` in it."""
+        raise NotImplementedError
+
+    def stacked(
+        self, links: Sequence[ElasticLink], edges: Sequence[Edge], element: int = 0, signs: NDArray[np.int8] | None = None
+    ) -> ElasticElement:
+        """Return corresponding links of g equal limbs; arguments as of :class:`kinetostatics.elements.joint.ElasticJoints`.
+
+        Links with constant F and S return :class:`ElasticLinks`.
+        """
+        raise NotImplementedError
+
+
+class PlacedLink(Protocol):
+    """The description of an elastic link that is no beam, see :class:`kinetostatics.description.elements.Flexible`."""
+
+    def model(self, mechanism: Mechanism, span: BeamSpan, zero: Frames) -> ElasticLink:
+        """Return the link in its robot, with ``span`` from base to platform; ``zero`` is the closed zero pose."""
+
+
+class ElasticLinks(ElasticJoints):
+    """Corresponding links of g equal limbs, as elastic joints at their ends with a displacement under their own weight."""
+
+    kind = "links"
+    in_every_direction = has_line = True
+
+    def __init__(
+        self,
+        links: Sequence[ElasticLink],
+        flexibilities: Sequence[tuple[Array, Array]],
+        edges: Sequence[Edge],
+        element: int = 0,
+        signs: NDArray[np.int8] | None = None,
+    ) -> None:
+        """Set the links and their ``flexibilities``: F (6, 6) [m/N, …] and S (6, 3) [m/(m/s²), …] of each."""
+        self.links = tuple(links)
+        compliances, sags = zip(*flexibilities, strict=True)
+        frames = [np.block([[link.axes, link.span.end[:, None]], [0.0, 0.0, 0.0, 1.0]]) for link in links]
+        parts = zip(links, frames, compliances, strict=True)
+        super().__init__([ElasticJoint(link.name, link.span.end_body, *rest) for link, *rest in parts], edges, element, signs)
+        self.sag, self.stiffness = np.stack(sags, axis=-1), np.stack([np.linalg.inv(item) for item in compliances], axis=-1)
+        self._starts = FixedVectors([[(link.span.start_body, link.span.start)] for link in links])
+
+    def masses(self, frames: Frames) -> tuple[Array, NDArray[np.int8]]:
+        return np.stack([link.mass_at(frames) for link in self.links]), self.signs
+
+    def placed(self, frames: Frames, o: Array, twists: Array) -> PlacedLinks:
+        at = super().placed(frames, o, twists)
+        along = normalize(at.arm + o[:, None] - self._starts.points(frames)[:, 0])
+        return PlacedLinks(at.signs, at.element, at.axes, at.arm, self, self, along)
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedLinks(PlacedJoints):
+    """Corresponding links at N poses; ``along`` (3, g, N) are the directions from their starts to their ends."""
+
+    links: ElasticLinks
+    along: Array
+
+    @property
+    def line(self) -> tuple[Array, Array]:
+        return self.along, self.arm
+
+    def own_load(self, gravity: Array) -> Array:
+        return np.einsum("ijgn,in->jgn", self.axes, gravity)
+
+    def own_displacement(self, load: Array) -> Array:
+        return np.einsum("ijg,j...gn->i...gn", self.links.sag, load)
+
+    def strain_energy(self, forces: Array, displacements: Array) -> Array:
+        return np.einsum("ign,ijg,jgn->gn", displacements, self.links.stiffness, displacements) / 2
+
+
+def no_length_text(beams: Iterable[ElasticLink], frames: Frames, pose: int) -> str | None:
+    """Return an error message that names the telescopic beams without length at a pose; None if there is none."""
+    short = {beam.name: float(beam.remaining_length(frames)[pose]) for beam in beams if beam.telescopic}
+    named = ", ".join(f"{name!r} ({length:.3g} m from start to end)" for name, length in short.items() if length <= 0)
+    return f"telescopic beams have no length at this pose: {named}" if named else None
