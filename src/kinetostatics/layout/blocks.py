@@ -43,12 +43,12 @@ class Number:
     @classmethod
     def range_of(cls, values: ArrayLike, units: Units, noise: float = 0.0) -> Number:
         """Return the range from the smallest to the largest finite value; NaN if no value is finite."""
-        known = np.asarray(values, dtype=float).ravel()
-        known = known[np.isfinite(known)]
-        if not known.size:
+        finite = np.asarray(values, dtype=float).ravel()
+        finite = finite[np.isfinite(finite)]
+        if not finite.size:
             return cls(math.nan, NumberFormat("", 1.0, 0, 0.0), with_unit=False)
-        form = NumberFormat.of(known, units, noise, digits=4)
-        return cls(float(known.min()), form, float(known.max()))
+        form = NumberFormat.of(finite, units, noise, digits=4)
+        return cls(float(finite.min()), form, float(finite.max()))
 
     def __str__(self) -> str:
         low = self.format(self.value)
@@ -120,10 +120,10 @@ class Table:
     @classmethod
     def of_rows(cls, header: Sequence[str], rows: Iterable[Sequence[Cell]], align: str = "", wide: bool = False) -> Table:
         """Return a table of rows; ``align`` has ``l`` or ``r`` for each column; default: first column left, others right."""
-        found = [list(row) for row in rows]
+        cells = [list(row) for row in rows]
         align = align or "l" + "r" * (len(header) - 1)
         return cls(
-            [Column(title, [row[k] for row in found], side) for k, (title, side) in enumerate(zip(header, align, strict=True))],
+            [Column(title, [row[k] for row in cells], side) for k, (title, side) in enumerate(zip(header, align, strict=True))],
             wide,
         )
 
@@ -187,5 +187,5 @@ def warning_section(warnings: Iterable[str]) -> ReportSection:
 
 
 def without_repetitions(names: Iterable[str]) -> list[str]:
-    found = list(names)  # a name that equals the one before becomes empty
-    return ["" if k and found[k - 1] == name else name for k, name in enumerate(found)]
+    listed = list(names)  # a name that equals the one before becomes empty
+    return ["" if k and listed[k - 1] == name else name for k, name in enumerate(listed)]

@@ -72,15 +72,15 @@ def abbreviated(value: object) -> str:
 
 
 def _array(array: Values) -> str:
-    known = array[np.isfinite(array)] if array.dtype.kind in "fc" else array.ravel()
+    finite = array[np.isfinite(array)] if array.dtype.kind in "fc" else array.ravel()
     if array.size <= FEW and array.ndim <= 1:
-        noise = NOISE * max((abs(number) for number in known.tolist()), default=0.0) if array.dtype.kind == "f" else 0
+        noise = NOISE * max((abs(number) for number in finite.tolist()), default=0.0) if array.dtype.kind == "f" else 0
         numbers = ["0" if abs(number) <= noise else f"{number:.6g}" for number in array.ravel().tolist()]
         return f"[{', '.join(numbers)}]" if array.ndim else numbers[0]
     words = f"array {array.shape}"
     if not array.size:
         return words
-    return f"{words}, {known.min():.6g} to {known.max():.6g}" if known.size else f"{words}, no finite number"
+    return f"{words}, {finite.min():.6g} to {finite.max():.6g}" if finite.size else f"{words}, no finite number"
 
 
 class ShortRepr:
@@ -88,16 +88,16 @@ class ShortRepr:
 
     def __repr__(self) -> str:
         shown = [
-            f"{item.name}={abbreviated(getattr(self, item.name))}"
-            for item in fields(self)  # type: ignore[arg-type]
-            if item.repr and not _is_default(item, getattr(self, item.name))
+            f"{field.name}={abbreviated(getattr(self, field.name))}"
+            for field in fields(self)  # type: ignore[arg-type]
+            if field.repr and not _is_default(field, getattr(self, field.name))
         ]
         return f"{type(self).__name__}({', '.join(shown)})"
 
 
-def _is_default(item: Field[object], value: object) -> bool:
+def _is_default(field: Field[object], value: object) -> bool:
     """Whether a field has its default value; always True for a field with a default and ``compare=False``."""
-    default = item.default_factory() if item.default_factory is not MISSING else item.default
+    default = field.default_factory() if field.default_factory is not MISSING else field.default
     if isinstance(value, np.ndarray):
         return default is not MISSING and np.array_equal(value, np.asarray(default))
-    return default is not MISSING and (not item.compare or bool(value == default))
+    return default is not MISSING and (not field.compare or bool(value == default))

@@ -167,7 +167,7 @@ def asset(package: str, name: str) -> str:
 def filled(template: str, texts: Mapping[str, object], markup: Mapping[str, str]) -> str:
     """Return a template with each ``{{name}}`` replaced by one of the ``texts``, escaped, or of the ``markup``, as it is."""
     pieces = {**{name: escape(str(text)) for name, text in texts.items()}, **markup}
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: pieces[found[1]], template)
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: pieces[match[1]], template)
 
 
 def report_html(title: str, sections: Iterable[ReportSection]) -> str:

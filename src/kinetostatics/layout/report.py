@@ -22,11 +22,11 @@ Json: TypeAlias = Any  # values of json.loads and json.dumps
 def as_json(value: object) -> Json:
     """Return a value as JSON data: a dataclass as a dict of its fields; a number that is not finite as None."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return attributes(value, (item.name for item in dataclasses.fields(value)))
+        return attributes(value, (field.name for field in dataclasses.fields(value)))
     if isinstance(value, Mapping):
-        return {str(key): as_json(item) for key, item in value.items()}
+        return {str(key): as_json(part) for key, part in value.items()}
     if isinstance(value, (list, tuple)):
-        return [as_json(item) for item in value]
+        return [as_json(part) for part in value]
     if isinstance(value, Enum):
         return value.name
     if isinstance(value, os.PathLike):
@@ -41,8 +41,8 @@ def as_json(value: object) -> Json:
     return value
 
 
-def attributes(item: object, names: Iterable[str]) -> dict[str, Json]:
-    return {name: as_json(getattr(item, name)) for name in names}
+def attributes(owner: object, names: Iterable[str]) -> dict[str, Json]:
+    return {name: as_json(getattr(owner, name)) for name in names}
 
 
 class Report:
@@ -76,10 +76,10 @@ class Report:
         Raises:
             ArgumentError: the report has no section with one of these keys.
         """
-        known = list(dict.fromkeys(section.key for section in self.sections if section.key))
+        section_keys = list(dict.fromkeys(section.key for section in self.sections if section.key))
         for key in keys:
-            if key not in known:
-                raise ArgumentError(f"the report has no section {key!r}: {near_names(key, known)}")
+            if key not in section_keys:
+                raise ArgumentError(f"the report has no section {key!r}: {near_names(key, section_keys)}")
         return self._with(lambda: (section for section in self.sections if section.title is None or section.key in keys))
 
     def _with(self, sections: Callable[[], Iterable[ReportSection]]) -> Report:

@@ -149,8 +149,8 @@ def sag_html(result: Result) -> str:
         "By weights and loads": _bars(list(result.contributions), list(result.contributions.values()), result, noise),
         "By elastic parts": _bars([f"{name} ({kind})" for name, kind in names], list(twists), result, noise, sort=True),
     }
-    found = [f"<h3>{title}</h3>\n{bars}" for title, bars in parts.items() if bars]
-    return "\n".join(found) or "<p>The platform does not move: no elastic part deforms.</p>"
+    charts = [f"<h3>{title}</h3>\n{bars}" for title, bars in parts.items() if bars]
+    return "\n".join(charts) or "<p>The platform does not move: no elastic part deforms.</p>"
 
 
 def compensation_html(
@@ -167,12 +167,12 @@ def compensation_html(
 
 def verification_html(result: Result, arguments: dict[str, Keyword]) -> str:
     """Return the verification by finite elements, or the reason why there is none."""
-    known = {name: value for name, value in arguments.items() if name not in ("engine", "on_failure")}
+    verify_arguments = {name: value for name, value in arguments.items() if name not in ("engine", "on_failure")}
     try:
-        found = verify(result.configuration, **known)
+        verification = verify(result.configuration, **verify_arguments)
     except KinetostaticsError as error:
         return f"<p>No verdict: {escape(str(error))}.</p>"
-    return found.report().html()
+    return verification.report().html()
 
 
 def scene_html(result: Result, title: str) -> str:
@@ -192,16 +192,16 @@ WORDS = ("displacement of {}, each along the whole displacement", "rotation, eac
 
 def _bars(names: list[str], twists: list[Array], result: Result, noise: NoiseFloor, sort: bool = False) -> str:
     """Return a bar chart of the parts of twists (6,) along the platform's motion; an empty text if the platform does not move."""
-    found = parts_along(np.reshape(twists, (-1, 6)), result.twist, noise)
-    if found is None:
+    along = parts_along(np.reshape(twists, (-1, 6)), result.twist, noise)
+    if along is None:
         return ""
-    parts, sizes, by = found
+    parts, sizes, by = along
     values = parts[:, by]
     order = ranked(values) if sort else list(range(len(values)))
-    shown, rest = shown_and_rest(order, MOST)
+    shown, others = shown_and_rest(order, MOST)
     rows = [(names[k], float(values[k])) for k in shown]
-    if rest:
-        rows.append((f"{len(rest)} others", float(values[rest].sum())))
+    if others:
+        rows.append((f"{len(others)} others", float(values[others].sum())))
     form = NumberFormat.of(values, (LENGTHS, ANGLES)[by], (noise.displacement, noise.rotation)[by])
     words = WORDS[by].format(result.point_name)
     return _drawing(rows, form, float(sizes[by]), f"Parts of the {words}; together {form.with_unit(sizes[by])}")
@@ -245,11 +245,11 @@ def checked_map(workspace: xr.Dataset, configuration: Configuration, tool: Array
     name, of = configuration.robot.name, workspace.attrs.get("robot_name")
     if of != name:
         raise ArgumentError(f"the map is of {of!r}, but the pose of {name!r}: sweep the same robot")
-    own = workspace.attrs.get("point")
-    if own is None:
+    map_point = workspace.attrs.get("point")
+    if map_point is None:
         return workspace if tool is None else at_point(workspace, tool.tolist())
-    if tool is None or not np.array_equal(own, tool):
-        point = f"({' '.join(f'{value:g}' for value in own)})"
+    if tool is None or not np.array_equal(map_point, tool):
+        point = f"({' '.join(f'{value:g}' for value in map_point)})"
         raise ArgumentError(f"the map refers to the point {point} m of the platform: give tool={point.replace(' ', ', ')} too")
     return workspace
 
@@ -266,11 +266,11 @@ def _softest(workspace: xr.Dataset) -> str:
 
     what = "least_translational_stiffness"
     try:
-        found = indices.worst(workspace, what)
+        softest = indices.worst(workspace, what)
     except ArgumentError:  # no valid pose
         return ""
-    where = ", ".join(coordinate_words(workspace[name], value) for name, value in found.coordinates.items())
-    return f"<p>least translational stiffness {quantity(found.value, STIFFNESSES)} at {escape(where or 'the only pose')}</p>"
+    where = ", ".join(coordinate_words(workspace[name], value) for name, value in softest.coordinates.items())
+    return f"<p>least translational stiffness {quantity(softest.value, STIFFNESSES)} at {escape(where or 'the only pose')}</p>"
 
 
 def _figures(workspace: xr.Dataset, configuration: Configuration) -> str:
@@ -288,7 +288,7 @@ def _figures(workspace: xr.Dataset, configuration: Configuration) -> str:
         return ""
     here = {**configuration.platform, **configuration.actuators}
     at = {name: float(here[name]) for name in names[2:] if name in here}
-    found = []
+    figures = []
     for what in sorted(set(SHOWN) & set(indices.names(workspace)), key=SHOWN.index):
         try:
             if len(names) > 1:
@@ -302,5 +302,5 @@ def _figures(workspace: xr.Dataset, configuration: Configuration) -> str:
             save_and_close(axes, file)
             data = base64.b64encode(file.read_bytes()).decode()
         words = escape(f"{what} over {', '.join(names[:2])}")
-        found.append(f'<img class="map" alt="{words}" src="data:image/svg+xml;base64,{data}">')
-    return f'<div class="maps">{"".join(found)}</div>'
+        figures.append(f'<img class="map" alt="{words}" src="data:image/svg+xml;base64,{data}">')
+    return f'<div class="maps">{"".join(figures)}</div>'

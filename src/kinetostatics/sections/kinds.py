@@ -95,8 +95,8 @@ class Section:
 
 def sizes_of(kind: type[Section]) -> tuple[str, ...]:
     """Return the names of the dimensions of a shape, such as its width: the fields that a general section lacks."""
-    general = {item.name for item in fields(Section)}
-    return tuple(item.name for item in fields(kind) if item.name not in general)
+    general = {field.name for field in fields(Section)}
+    return tuple(field.name for field in fields(kind) if field.name not in general)
 
 
 def _check(**sizes: float) -> None:
@@ -147,9 +147,9 @@ class Tube(Section):
         turned[1], turned[2] = cos * wrenches[1] - sin * wrenches[2], sin * wrenches[1] + cos * wrenches[2]
         turned[4], turned[5] = 0, size
         computed = may_be_largest(unit_stresses(_tube_forms(self, float(poisson_ratio))), turned)
-        found = turned[0] * 0  # NaN remains NaN
-        found[computed] += self.stress(turned[:, computed], poisson_ratio)
-        return np.asarray(found.max(axis=0))
+        stresses = turned[0] * 0  # NaN remains NaN
+        stresses[computed] += self.stress(turned[:, computed], poisson_ratio)
+        return np.asarray(stresses.max(axis=0))
 
 
 @lru_cache(maxsize=256)
@@ -233,12 +233,12 @@ def _rectangle_forms(section: Rectangle, poisson_ratio: float) -> Array:
     y, z = y * size, z * size
     rows = np.zeros((2, 2, len(y), 3, 6))
     for (k, sign_y), (m, sign_z) in product(enumerate((1, -1)), enumerate((1, -1))):
-        mine = rows[k, m]
-        mine[:, 0, 0] = 1 / section.area
-        mine[:, 0, 4], mine[:, 0, 5] = sign_z * z / section.I_y, -sign_y * y / section.I_z
+        quarter = rows[k, m]
+        quarter[:, 0, 0] = 1 / section.area
+        quarter[:, 0, 4], quarter[:, 0, 5] = sign_z * z / section.I_y, -sign_y * y / section.I_z
         # mirrored: τ_xy is even in y and z under V_y, odd in both under V_z, odd in z under T; τ_xz with y and z exchanged
-        mine[:, 1, 1:4] = (stresses[0] * np.array([[1], [sign_y * sign_z], [sign_z]])).T
-        mine[:, 2, 1:4] = (stresses[1] * np.array([[sign_y * sign_z], [1], [sign_y]])).T
+        quarter[:, 1, 1:4] = (stresses[0] * np.array([[1], [sign_y * sign_z], [sign_z]])).T
+        quarter[:, 2, 1:4] = (stresses[1] * np.array([[sign_y * sign_z], [1], [sign_y]])).T
     return von_mises_forms(rows.reshape(-1, 3, 6))
 
 

@@ -156,9 +156,9 @@ class ShearFunctions:
         """Return Cowper's κ for forces along y and z, by his general formula (1966)."""
         nu, moments = poisson_ratio, self.second_moments
 
-        def kappa(mine: int) -> float:
-            own, other, (plain, lateral) = moments[mine], moments[1 - mine], self._flexure[mine][1]
-            return float(2 * (1 + nu) * own / (self.area / own * (plain + nu * lateral) - nu * (own - other) / 2))
+        def kappa(axis: int) -> float:
+            moment, transverse, (plain, lateral) = moments[axis], moments[1 - axis], self._flexure[axis][1]
+            return float(2 * (1 + nu) * moment / (self.area / moment * (plain + nu * lateral) - nu * (moment - transverse) / 2))
 
         return kappa(0), kappa(1)
 
@@ -177,12 +177,12 @@ class ShearFunctions:
 
         nu = poisson_ratio
         result = np.empty((2, 3, len(y)))
-        for mine, moment in enumerate(self.second_moments):
-            psi = self._flexure[mine][0]
-            along, across = (y, z) if mine == 0 else (z, y)
+        for axis, moment in enumerate(self.second_moments):
+            psi = self._flexure[axis][0]
+            along, across = (y, z) if axis == 0 else (z, y)
             lateral = np.empty((2, len(y)))
-            lateral[mine], lateral[1 - mine] = (along**2 - across**2) / 2, y * z
-            result[:, mine] = (gradient(psi[0] + nu * psi[1]) - nu * lateral) / (2 * (1 + nu) * moment)
+            lateral[axis], lateral[1 - axis] = (along**2 - across**2) / 2, y * z
+            result[:, axis] = (gradient(psi[0] + nu * psi[1]) - nu * lateral) / (2 * (1 + nu) * moment)
         warping, J = self._torsion
         result[:, 2] = (gradient(warping) + np.array([-z, y])) / J
         return result
@@ -201,15 +201,15 @@ class ShearFunctions:
             return y.ravel(), z.ravel()
         near = min(t, *(hole / 2))
         angle = np.radians([-45, 0, 45, 90, 135])
-        found = [hole[:, None] + near * np.array([np.cos(angle), np.sin(angle)])]
+        points = [hole[:, None] + near * np.array([np.cos(angle), np.sin(angle)])]
         for k in (0, 1):
             beyond = hole[k] + t * np.array([1 / 3, 0.7, 1])
             inner = np.linspace(0, hole[k] - near, 3)
             outer = np.append(_spread(hole[k], t, (0.5, 1, 2)), beyond)
             for depth, along in ((0.0, inner), (1.0, outer)):
                 pair = along, np.full(len(along), hole[1 - k] + depth * t)
-                found.append(np.array(pair if k == 0 else pair[::-1]))
-        y, z = np.unique(np.concatenate(found, axis=1), axis=1)
+                points.append(np.array(pair if k == 0 else pair[::-1]))
+        y, z = np.unique(np.concatenate(points, axis=1), axis=1)
         return y, z
 
 
@@ -358,8 +358,8 @@ def _waves(angle: Array) -> Array:
 
 def _by_chunks(largest: Callable[[Array], Array], wrench: Array) -> Array:
     flat = np.asarray(wrench, dtype=float).reshape(6, -1)
-    found = np.empty(flat.shape[1])
+    squares = np.empty(flat.shape[1])
     for start in range(0, flat.shape[1], _CHUNK):
         part = flat[:, start : start + _CHUNK]
-        found[start : start + _CHUNK] = largest(part[_FIRST] * part[_SECOND])
-    return np.sqrt(np.maximum(found, 0)).reshape(np.shape(wrench)[1:])
+        squares[start : start + _CHUNK] = largest(part[_FIRST] * part[_SECOND])
+    return np.sqrt(np.maximum(squares, 0)).reshape(np.shape(wrench)[1:])
