@@ -39,6 +39,9 @@ class MatrixLink(ElasticLink):
     axes: np.ndarray | None = field(default=None, repr=False)
     centre: np.ndarray | None = field(default=None, repr=False)
 
+    numbers = {"factor": "1"}
+    errors = {}
+
     # ---- in its robot
 
     def check_direction(self, along):

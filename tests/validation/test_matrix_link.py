@@ -44,3 +44,60 @@ def test_statics(which):
         return
     for name in ("twist", "compliance", "actuator_forces", "joint_wrenches", "contributions", "base_wrench"):
         _alike(getattr(found, name), getattr(expected, name), name)
+
+
+def _pair(which="linear_delta"):
+    robot = _robot(which)
+    return with_matrix_links(robot), robot
+
+
+def test_sensitivities():
+    """A factor of the stiffness acts as both moduli of the beam; numbers of other parts act as in the robot with beams."""
+    names, outputs = ["rod_1.factor", "rod_1.youngs_modulus", "rod_1.shear_modulus"], ["twist", "stiffness", "actuator_forces"]
+    options = {"outputs": outputs, "load": LOAD, "gravity": GRAVITY}
+    first, second = (
+        ks.sensitivities(robot.assemble(), by=[*by, "platform.mass", "rail_*.placement.x"], **options)
+        for robot, by in zip(_pair(), (names[:1], names[1:]), strict=True)
+    )
+    assert len(first) > 2
+    moduli = [second[name] for name in names[1:]]
+    for output in outputs:
+        for name in first:
+            if name == names[0]:
+                if output != "actuator_forces":  # their derivatives are zero
+                    _alike(first[name].derivatives[output], sum(item.value * item.derivatives[output] for item in moduli), output)
+            else:
+                _alike(first[name].derivatives[output], second[name].derivatives[output], f"{name} {output}")
+    _alike(first.sources, second.sources)
+
+
+@pytest.mark.parametrize("which", ["linear_delta", 1])
+def test_compiled(which):
+    pairs = _pair(which)
+    results = [ks.analyze(robot.assemble(), load=LOAD, gravity=GRAVITY, engine="compiled") for robot in pairs]
+    for name in ("twist", "compliance", "actuator_forces", "joint_wrenches", "contributions"):
+        _alike(getattr(results[0], name), getattr(results[1], name), name)
+
+
+def test_function():
+    results = []
+    for robot in _pair():
+        function = ks.compile(robot, ("x", "y", "z"), outputs=["twist", "actuator_forces"])
+        at = {name: float(robot.assemble().platform[name]) for name in ("x", "y", "z")}
+        results.append((dict(function(**at, load=LOAD)), dict(function.jacobian("twist", by=("x", "load"))(**at, load=LOAD))))
+    for found, expected in zip(*results, strict=True):
+        _alike(found, expected)
+
+
+def test_map():
+    first, second = (_map(robot) for robot in _pair())
+    assert set(second) - set(first) <= {"stress", "euler_ratio"}
+    for name in first:
+        if first[name].dtype.kind == "f":
+            _alike(first[name].values, second[name].values, name)
+
+
+def _map(robot):
+    zero = robot.assemble().platform
+    grid = {name: float(zero[name]) + np.linspace(-0.05, 0.05, 4) for name in ("x", "y", "z")}
+    return ks.sweep(robot, platform=grid, load=LOAD, gravity=GRAVITY)

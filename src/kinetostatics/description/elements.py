@@ -7,6 +7,7 @@ validated or a robot is created. The position in the file (``place``) is ignored
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import ClassVar, Protocol
@@ -293,6 +294,8 @@ class Flexible(Protocol):
         start, end: its ends towards base and platform, as of a :class:`Beam`.
         name: name of the elastic link.
         place: file and line.
+        numbers: SI units of the numbers that may vary, by field.
+        errors: SI units of its assembly errors, by kind.
     """
 
     link: str
@@ -300,6 +303,8 @@ class Flexible(Protocol):
     end: BeamEnd | None
     name: str
     place: Place
+    numbers: Mapping[str, str]
+    errors: Mapping[str, str]
 
     def check_direction(self, along: NDArray[np.float64]) -> None:
         """Raise an error if the vector (3,) between the ends, in the link's frame, does not fit the other data."""
@@ -344,6 +349,11 @@ class Beam(ShortRepr):
             if float(np.linalg.norm(np.cross(y_axis, along))) < 1e-6 * float(sizes):
                 reason = "its y_axis is parallel to the beam; specify a direction perpendicular to it"
                 raise self.place.error(f"<beam {self.name!r}>: {reason}")
+
+    @property
+    def errors(self) -> Mapping[str, str]:
+        """SI units of the beam's assembly errors, by kind."""
+        return {"length": "m", "temperature": "K"} if self.thermal_expansion else {"length": "m"}
 
     @property
     def youngs_modulus(self) -> float:

@@ -188,7 +188,7 @@ class Structure:
         if isinstance(original, Mapping):
             self._add_to_key("mapping", len(original))
             return {self._copied(key): self._copied(value) for key, value in original.items()}
-        if not type(original).__module__.startswith("kinetostatics."):
+        if not (is_dataclass(original) or type(original).__module__.startswith("kinetostatics.")):
             raise TypeError(f"{type(original)} has no structure")
         return self._object(original)
 

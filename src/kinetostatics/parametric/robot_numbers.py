@@ -116,6 +116,9 @@ def _places(robot: Robot) -> Iterator[tuple[str, Path, str]]:
         ):
             for number, unit in numbers.items():
                 yield f"{name}.{number}", ("beams", name, *within, number), unit
+    for name, part in there.flexible.items():
+        for number, unit in part.numbers.items():
+            yield f"{name}.{number}", ("flexible", name, number), unit
     for name in there.joints:
         yield f"{name}.placement", ("joints", name, "origin"), "m"
     for name in there.loops:
@@ -210,9 +213,8 @@ def errors_of(robot: Robot) -> dict[str, ErrorParameter]:
             if edge.joint is not None:
                 found += [(edge.joint, kind, "rad" if k > 2 else "m") for k, kind in enumerate(COMPONENTS)]
             elif edge.beam is not None:
-                found.append((edge.beam, "length", "m"))
-                if robot.description.beams[edge.beam].thermal_expansion:
-                    found.append((edge.beam, "temperature", "K"))
+                errors = robot.description.elastic_links[edge.beam].errors
+                found += [(edge.beam, kind, unit) for kind, unit in errors.items()]
     every = (ErrorParameter(f"{part}.error.{kind}", part, kind, unit) for part, kind, unit in found)
     return {item.name: item for item in every}
 
