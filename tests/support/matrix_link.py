@@ -7,6 +7,7 @@ compare the two: :func:`as_matrices` computes their matrices by quadrature, with
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import ClassVar
 
 import numpy as np
 import pinocchio as pin
@@ -39,8 +40,8 @@ class MatrixLink(ElasticLink):
     axes: np.ndarray | None = field(default=None, repr=False)
     centre: np.ndarray | None = field(default=None, repr=False)
 
-    numbers = {"factor": "1"}
-    errors = {}
+    numbers: ClassVar = {"factor": "1"}
+    errors: ClassVar = {}
 
     # ---- in its robot
 
