@@ -31,6 +31,7 @@ from kinetostatics.engine.programs import pose_code
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.verification import OpenSeesError, compare
 from kinetostatics.verification import opensees as runner
+from kinetostatics.verification import solve as solve_module
 from kinetostatics.verification.frame_model import build
 from kinetostatics.verification.frequencies import frequencies
 from kinetostatics.verification.pieces import Directions
@@ -327,7 +328,8 @@ def test_platform_on_six_springs_equals_closed_form():
 @pytest.mark.parametrize("name", [name for name in ROBOTS if name not in SPINNING])
 def test_package_robots_with_springs_agree_with_finite_elements(name, rigid):
     """One to three springs between any links, weights, stiff drives, with beams and without."""
-    at = sprung_robots.bundled(name, 1, rigid=rigid)
+    # springs press the thin beams of this one beyond their own buckling, where neither computation is accurate
+    at = sprung_robots.bundled(name, 1, rigid=rigid, stiffer=10.0 if name == "planar_3rrr" else 1.0)
     # some are unstable, or nearly so, and rounding counts
     assert_agrees(at, 1e-6, load=LOAD, payload=ks.Payload(3.0, (0.1, 0.05, -0.2)))
 
@@ -412,17 +414,27 @@ def test_finite_elements_of_arm_with_spring_equal_formula(monkeypatch, phi):
 @pytest.mark.parametrize("tension", [1e-2, 1.0, -1.0])
 def test_finite_elements_of_beam_with_pulling_spring_equal_formula(tension):
     """A constant pull T along a cantilever, which turns with its chord: 3EI/L³ − (6/5 − 1) T/L."""
-    length, EI = 0.5, sr.E * np.pi * 0.01**4 / 64
+    solution, _ = solve(build(pulled(tension), np.zeros(6), np.zeros(3)))
+    softer = 3 * sr.E * np.pi * 0.01**4 / 64 / 0.5**3 - 1 / solution.compliance[0, 0]
+    assert softer == pytest.approx(tension / 0.5 / 5, rel=1e-4)
+
+
+def pulled(tension):
+    """A slender cantilever, 0.5 m high, in a spring of constant force to its foot."""
     pull = f'''<spring name="pull" stiffness="0" free_length="0" preload="{tension}"><predecessor link="base"/>
 <successor link="platform"/></spring>'''
     mast = beam("mast", "root", "tip", 'density="0" shear_coefficient="inf"', '<circle diameter="0.01"/>')
-    at = made_of(
+    return made_of(
         link("mast"), link("platform"), joint("root", "fixed", "base", "mast"),
-        joint("tip", "fixed", "mast", "platform", f"0 0 {length}"), mast, pull,
+        joint("tip", "fixed", "mast", "platform", "0 0 0.5"), mast, pull,
     )  # fmt: skip
-    solution, _ = solve(build(at, np.zeros(6), np.zeros(3)))
-    softer = 3 * EI / length**3 - 1 / solution.compliance[0, 0]
-    assert softer == pytest.approx(tension / length / 5, rel=1e-4)
+
+
+def test_accuracy_of_finite_elements_includes_the_meshes_of_beams(monkeypatch):
+    monkeypatch.setattr(solve_module, "ELEMENTS", np.array([2, 3, 4]))
+    found = ks.verify(pulled(2000.0), load=LOAD)
+    assert not found.verified and "the reference solution is accurate to" in found.verdict
+    assert all(found.scatter[name] >= difference for name, difference in found.differences.items())
 
 
 def test_spherical_joint_with_spring_about_one_axis_agrees():

@@ -33,7 +33,7 @@ LOOSE = 1e9
 #: A stiffness counts as zero below this part of the largest geometric stiffness; a component of a unit motion, below this value.
 NOTHING = 1e-6
 #: Numbers of elements of a beam for its deflections between its ends, extrapolated in even powers of their length.
-ELEMENTS = np.array([8, 12, 17, 24, 34])
+ELEMENTS = np.array([8, 12, 17, 24, 34, 48, 68])
 #: The iteration of displacement-dependent loads ends at this relative change, or after this number of solutions.
 FOLLOWED, PASSES = 1e-12, 4
 
@@ -42,7 +42,7 @@ def solve(model: FrameModel) -> tuple[FrameSolution, FrameSolution]:
     """Solve a frame: first with rigid actuators, then with the deflections of elastic actuators that move several joints.
 
     Returns:
-        The solution; and a solution extrapolated from all levels but the last, to estimate the accuracy.
+        The solution; and a solution extrapolated from all levels and meshes but the last ones, to estimate the accuracy.
 
     Raises:
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
@@ -122,7 +122,8 @@ def _with_geometric_stiffness(
 
     OpenSees computes these forces, the displacements u₀ without K_G, and the compliance C of all pieces under unit loads. The
     displacements are u = (1 + C K_G)⁻¹ u₀. To remove rounding errors of C, the frame is solved again with the further loads −K_G
-    u; the difference between its displacements and u corrects u. This is repeated until these loads no longer change.
+    u; the difference between its displacements and u corrects u. This is repeated until these loads no longer change. The second
+    results are without the finest mesh of beams, too.
     """
     pieces = [model.platform, *(piece for piece in range(len(model.references)) if piece not in (model.base, model.platform))]
     at_the_pose, loaded = extrapolations(robot.at_the_pose, scale, pieces), extrapolations(model, scale, pieces)
@@ -131,8 +132,8 @@ def _with_geometric_stiffness(
     solutions = []
     # the two compliances differ only in motions constrained by nothing but the small stiffness of free directions
     difference = loaded[0]["compliance"] - loaded[1]["compliance"]
-    for forces, raw in zip(at_the_pose, loaded, strict=True):
-        K, bent = geometric_stiffness(robot, forces["springs"][first] * scale.wrench, forces["beams"] * scale.wrench)
+    for forces, raw, meshes in zip(at_the_pose, loaded, (ELEMENTS, ELEMENTS[:-1]), strict=True):
+        K, bent = geometric_stiffness(robot, forces["springs"][first] * scale.wrench, forces["beams"] * scale.wrench, meshes)
         bent = bent[rows] / np.tile(scale.wrench, len(pieces))
         K = K[np.ix_(rows, rows)] * np.tile(scale.twist, len(pieces)) / np.tile(scale.wrench, len(pieces))[:, None]
         constrained = _constrained(difference, K)
@@ -140,17 +141,16 @@ def _with_geometric_stiffness(
         tangent = np.eye(len(K)) + C @ K
         moved = np.linalg.solve(tangent, constrained @ np.column_stack([raw["twist"] - C @ bent, C[:, :6]]))
         solutions.append((moved[:6, 1:], np.linalg.solve(tangent, constrained), moved[:, 0], K, bent))
-    *_, guess, K, bent = solutions[0]
-    for _ in range(PASSES):
-        loads = model.loads.copy()
-        loads[pieces] -= (K @ guess + bent).reshape(-1, 6) * scale.wrench
-        with_more = extrapolations(replace(model, loads=loads), scale, pieces)
-        answered = [guess + solved @ (raw["twist"] - guess) for raw, (_, solved, *_) in zip(with_more, solutions, strict=True)]
-        step, guess = answered[0] - guess, answered[0]
-        if np.abs(K @ step).max(initial=0.0) <= FOLLOWED * np.abs(K @ guess).max(initial=0.0):
-            break
     answers = []
-    for raw, forces, moved, (compliance, *_) in zip(with_more, at_the_pose, answered, solutions, strict=True):
+    for number, (forces, (compliance, solved, moved, K, bent)) in enumerate(zip(at_the_pose, solutions, strict=True)):
+        for _ in range(PASSES):
+            loads = model.loads.copy()
+            loads[pieces] -= (K @ moved + bent).reshape(-1, 6) * scale.wrench
+            raw = extrapolations(replace(model, loads=loads), scale, pieces)[number]
+            step = solved @ (raw["twist"] - moved)
+            moved = moved + step
+            if np.abs(K @ step).max(initial=0.0) <= FOLLOWED * np.abs(K @ moved).max(initial=0.0):
+                break
         turns = np.zeros((len(model.references), 3))
         turns[pieces] = moved.reshape(-1, 6)[:, 3:] * scale.twist[3:]
         springs = raw["springs"].copy()
@@ -186,7 +186,7 @@ def _constrained(difference: Array, K: Array) -> Array:
     return np.asarray(np.eye(len(K)) - spins @ spins.T)
 
 
-def geometric_stiffness(model: FrameModel, joints: Array, beams: Array) -> tuple[Array, Array]:
+def geometric_stiffness(model: FrameModel, joints: Array, beams: Array, meshes: Array) -> tuple[Array, Array]:
     """Return the geometric stiffness (6n, 6n) of n pieces about their reference points, including the stiffness of springs.
 
     The second result (6n,) are forces due to deflections of beams under their weight between fixed ends.
@@ -194,6 +194,7 @@ def geometric_stiffness(model: FrameModel, joints: Array, beams: Array) -> tuple
     Args:
         joints: (joints, 6) wrench of the inner piece on the outer piece at the pose, about the joint's centre [N, N·m].
         beams: (beams, 2, 6) wrenches on both ends of each beam at the pose, about these ends [N, N·m].
+        meshes: numbers of elements of each beam, from which its stiffness is extrapolated.
     """
     n = 6 * len(model.references)
     K, bent = np.zeros((n, n)), np.zeros(n)
@@ -227,9 +228,9 @@ def geometric_stiffness(model: FrameModel, joints: Array, beams: Array) -> tuple
         for piece, point, end in zip(beam.pieces, beam.points, ends, strict=True):
             acts(piece, point, -end[:3])
         moved = np.vstack(list(moves(beam.pieces, beam.points)))
-        meshes = [_divided_beam(beam, ends[1], int(count)) for count in ELEMENTS]
-        weights = weights_at_zero(1 / ELEMENTS**2)
-        block, forces = (np.tensordot(weights, np.array(values), 1) for values in zip(*meshes, strict=True))
+        by_mesh = [_divided_beam(beam, ends[1], int(count)) for count in meshes]
+        weights = weights_at_zero(1 / meshes**2)
+        block, forces = (np.tensordot(weights, np.array(values), 1) for values in zip(*by_mesh, strict=True))
         put(beam.pieces, moved.T @ block @ moved)
         for piece, part in zip(beam.pieces, np.split(moved.T @ forces, 2), strict=True):
             bent[6 * piece : 6 * piece + 6] += part
@@ -287,13 +288,17 @@ def _divided_beam(beam: FrameBeam, end: Array, elements: int) -> tuple[Array, Ar
     R = np.kron(np.eye(2), beam.axes)
     e, units = np.array([1.0, 0, 0]), np.eye(12)
     q = R.T @ beam.load
+    element = replace(beam, points=points[:2])
+    of_weight = _beam_stiffness(element, np.zeros(6), units[:6], units[6:])
+    weightless = replace(element, load=np.zeros(6))
+    by_wrench = np.array([_beam_stiffness(weightless, unit, units[:6], units[6:]) for unit in np.eye(6)])
     for k in range(elements):
-        element, rows = replace(beam, points=points[k : k + 2]), slice(6 * k, 6 * k + 12)
+        rows = slice(6 * k, 6 * k + 12)
         beyond = beam.length - short * (k + 1)
         arm = beam.axes[:, 0] * beyond
         force = end[:3] + beyond * beam.load[:3]
         moment = end[3:] + np.cross(arm, end[:3]) + beyond * (np.cross(arm, beam.load[:3]) / 2 + beam.load[3:])
-        geometric[rows, rows] += _beam_stiffness(element, np.concatenate([force, moment]), units[:6], units[6:])
+        geometric[rows, rows] += of_weight + np.tensordot(np.concatenate([force, moment]), by_wrench, 1)
         rigid = np.eye(6)
         rigid[:3, 3:] = -short * _cross(e)
         apart = np.hstack([-rigid @ R.T, R.T])
