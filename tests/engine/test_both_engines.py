@@ -246,7 +246,8 @@ def test_engines_agree_in_and_out_of_reach_for_random_robots(seed):
 @pytest.mark.slow
 def test_tests_of_loops_and_degenerate_poses_pass_compiled(cache):
     """Except for tests with the fixture ``by_numpy``, which are valid for NumPy only."""
-    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-p", "no:xdist", *(f"tests/{name}" for name in FILES)]
+    files = [f"tests/{name}" for name in FILES]
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-p", "no:xdist", "-m", "slow or not slow", *files]
     environment = {**os.environ, "KINETOSTATICS_ENGINE": "compiled", "KINETOSTATICS_CACHE": str(cache), "CI": "true"}
     environment = {name: value for name, value in environment.items() if not name.startswith("PYTEST")}
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
