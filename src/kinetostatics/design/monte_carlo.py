@@ -75,35 +75,35 @@ def random_robots(
         deviation: standard deviation of the displacement [m].
         tool: reference point of twist and stiffness; None: o.
     """
-    N, own = values.shape[1], numbers_of(nominal.configuration, nominal, tool, WANTED)
+    N, nominal_arrays = values.shape[1], numbers_of(nominal.configuration, nominal, tool, WANTED)
     by_numbers, by_errors = values[: len(numbers)], values[len(numbers) :]
     if not numbers:
-        found = {name: np.broadcast_to(array, (N, *array.shape)) for name, array in own.items()}
+        samples = {name: np.broadcast_to(array, (N, *array.shape)) for name, array in nominal_arrays.items()}
     elif derivatives is None:
-        found = {name: np.full((N, *array.shape), np.nan) for name, array in own.items()}
+        samples = {name: np.full((N, *array.shape), np.nan) for name, array in nominal_arrays.items()}
     else:
         with waiting(f"computing {N:,} robots"):
             made = ManyRobots(derivatives, family, numbers, np.max(np.abs(by_numbers), axis=1)).at(by_numbers)
-        found = {name: np.moveaxis(array, -1, 0) for name, array in made.items()}
-    found = {name: array + np.tensordot(by_errors.T, linear[name], 1) if errors else array for name, array in found.items()}
-    is_lost = np.isnan(found["twist"][:, 0])
+        samples = {name: np.moveaxis(array, -1, 0) for name, array in made.items()}
+    samples = {name: array + np.tensordot(by_errors.T, linear[name], 1) if errors else array for name, array in samples.items()}
+    is_lost = np.isnan(samples["twist"][:, 0])
     checked = np.flatnonzero(~is_lost)[: CHECKED * bool(numbers)].tolist()
     lost, worst = np.flatnonzero(is_lost).tolist(), math.nan
     for done, k in enumerate([*checked, *lost]):
         with waiting(f"analysing robots one by one: {done} of {len(checked) + len(lost)}"), warnings.catch_warnings():
             warnings.simplefilter("ignore")
             try:
-                off = {item.name: float(by) for item, by in zip(numbers, by_numbers[:, k], strict=True)}
-                one = _analysed(family.increased(off), nominal, errors, by_errors[:, [k]], analysis, tool)
+                off = {number.name: float(by) for number, by in zip(numbers, by_numbers[:, k], strict=True)}
+                sample = _analysed(family.increased(off), nominal, errors, by_errors[:, [k]], analysis, tool)
             except KinetostaticsError:  # the values are invalid
                 continue
         if done < len(checked):
-            apart = float(np.linalg.norm((one["twist"] - found["twist"][k])[:3]))
+            apart = float(np.linalg.norm((sample["twist"] - samples["twist"][k])[:3]))
             worst = max(apart / deviation if deviation > 0 else 0.0, 0.0 if math.isnan(worst) else worst)
         else:
-            for name, array in one.items():
-                found[name][k] = array
-    return found, worst
+            for name, array in sample.items():
+                samples[name][k] = array
+    return samples, worst
 
 
 def _analysed(
@@ -116,14 +116,14 @@ def _analysed(
 ) -> dict[str, Array]:
     """Return the quantities of one robot with assembly errors of given amounts (errors, 1)."""
     pose = same_pose(nominal.configuration, Robot(description), loops_for(analysis))
-    found = numbers_of(pose, analyze(pose, **{**analysis, "on_failure": "nan"}), tool, WANTED)
+    quantities = numbers_of(pose, analyze(pose, **{**analysis, "on_failure": "nan"}), tool, WANTED)
     if errors:
         off = analyze(pose, **{**analysis, "assembly_errors": as_assembly_errors(errors, amounts), "on_failure": "nan"})
-        found["twist"] = found["twist"] + off.seen_from(tool).contributions["assembly_errors"][0]
-        if "actuator_forces" in found:
+        quantities["twist"] = quantities["twist"] + off.seen_from(tool).contributions["assembly_errors"][0]
+        if "actuator_forces" in quantities:
             more = np.array([parts["assembly_errors"][0] for parts in off.actuator_contributions.values()])
-            found["actuator_forces"] = found["actuator_forces"] + more
-    return found
+            quantities["actuator_forces"] = quantities["actuator_forces"] + more
+    return quantities
 
 
 class Constants:
@@ -138,11 +138,11 @@ class Constants:
         self.nominal = nominal
         at = np.stack(nodes) if len(nodes) else np.zeros((0, len(NODES), nominal.size))
         self.changing = np.flatnonzero(np.any(at != nominal, axis=(0, 1)))
-        at, own = at[..., self.changing], nominal[self.changing]
+        at, nominal_values = at[..., self.changing], nominal[self.changing]
         with np.errstate(all="ignore"):
-            ratios = at / own
+            ratios = at / nominal_values
             self._is_product = np.all((ratios > 0.2) & (ratios < 5), axis=(0, 1))
-            self._rates = np.where(self._is_product, np.log(np.where(self._is_product, ratios, 1.0)), at - own)
+            self._rates = np.where(self._is_product, np.log(np.where(self._is_product, ratios, 1.0)), at - nominal_values)
 
     def at(self, parts: Array, which: Sequence[int]) -> list[float | Array]:
         """Return all constants as inputs of a record: arrays (N,) for changing constants among ``which``, else nominal scalars.
@@ -151,14 +151,14 @@ class Constants:
             parts: (changes, N) changes relative to the largest change of each parameter.
             which: indices of the constants that the record needs.
         """
-        found: list[float | Array] = self.nominal.tolist()
+        constants: list[float | Array] = self.nominal.tolist()
         rows = np.flatnonzero(np.isin(self.changing, which))
         total = np.einsum("jkn,kjp->pn", _lagrange(parts), self._rates[..., rows], optimize=True)
         for row, change in zip(rows.tolist(), total, strict=True):
             number = int(self.changing[row])
-            own = self.nominal[number]
-            found[number] = own * np.exp(change) if self._is_product[row] else own + change
-        return found
+            nominal_value = self.nominal[number]
+            constants[number] = nominal_value * np.exp(change) if self._is_product[row] else nominal_value + change
+        return constants
 
 
 def _lagrange(parts: Array) -> Array:
@@ -185,14 +185,14 @@ class ManyRobots:
         self._prescribed = derivatives.prescribed
         self._model = derivatives.model(self._robot.statics)
         self._names = tuple(name for name in WANTED if name in derivatives.outputs)
-        own, nodes = self._model.structure(all_vary=True).values, []
+        nominal_values, nodes = self._model.structure(all_vary=True).values, []
         for number, amount in zip(numbers, reach.tolist(), strict=True):
             try:
                 made = [changed_model(self._robot, number.changed(node * amount), self._model)[1] for node in NODES]
             except KinetostaticsError as error:
                 raise ArgumentError(f"{number.name} cannot deviate by its tolerance: {error}") from error
             nodes.append(np.stack(made))
-        self._constants = Constants(own, nodes)
+        self._constants = Constants(nominal_values, nodes)
         poses = derivatives.pose.poses
         self._nominal = self._record(self._model, poses, (*_CLOSING, *self._names))
 
@@ -212,7 +212,7 @@ class ManyRobots:
         for some in _batches(N):
             closed, good[some] = self._closed(parts[:, some], poses.take(np.arange(N)[some]))
             poses.x[:, some], poses.c[:, some] = closed.x, closed.c
-        found = {name: np.full((*record.shapes[name], N), np.nan) for name in self._names}
+        quantities = {name: np.full((*record.shapes[name], N), np.nan) for name in self._names}
         left = np.flatnonzero(good)
         for _ in range(RECORDS):
             holds = np.zeros(left.size, dtype=bool)
@@ -221,25 +221,25 @@ class ManyRobots:
                 outputs, fine = self._evaluated(record, self._names, parts[:, here], poses.take(here))
                 holds[some] = np.broadcast_to(fine, here.size)
                 for name, array in outputs.items():
-                    found[name][..., here] = np.where(holds[some], array, np.nan)
+                    quantities[name][..., here] = np.where(holds[some], array, np.nan)
             left = left[~holds]
             if not left.size:
                 break
-            off = {item.name: float(by) for item, by in zip(self._numbers, amounts[:, left[0]], strict=True)}
+            off = {number.name: float(by) for number, by in zip(self._numbers, amounts[:, left[0]], strict=True)}
             model, _ = changed_model(self._robot, self._robots.increased(off), self._model)
             record = self._record(model, poses.take(left[:1]), self._names)
-        return found
+        return quantities
 
     def _closed(self, parts: Array, poses: SolverState) -> tuple[SolverState, Mask]:
         """Return corrected poses, and a mask (N,): True where the loops are closed and the record is valid."""
         N, solver = parts.shape[1], self._robot.solver
         first, good = np.zeros(N), np.ones(N, dtype=bool)
         for k in range(CORRECTIONS if self._constants.changing.size else 0):
-            found, holds = self._evaluated(self._nominal, _CLOSING, parts, poses)
-            open_by = np.max(np.abs(found["residual"]), axis=0, initial=0.0)
+            outputs, holds = self._evaluated(self._nominal, _CLOSING, parts, poses)
+            open_by = np.max(np.abs(outputs["residual"]), axis=0, initial=0.0)
             first = open_by if k == 0 else first
             good = np.broadcast_to(holds, N) & (open_by <= OPEN * first + 1e-10)
-            step = -least_squares(found["gradient"], found["residual"][:, None], self._prescribed.local_dofs)[:, 0]
+            step = -least_squares(outputs["gradient"], outputs["residual"][:, None], self._prescribed.local_dofs)[:, 0]
             poses = solver.advance(self._prescribed, poses, step)
             if np.max(np.abs(step), initial=0.0) <= ROUNDING:
                 break
@@ -251,15 +251,15 @@ class ManyRobots:
         """Return outputs (…, N) of a record, and a mask (N,): True where the record is valid."""
         N, rows, holds, tape = parts.shape[1], record.all_rows(names), record.holds[names[-1]], record.tape
         needed = needed_by(tape, [*rows, holds])
-        which = [item[1] for item, is_needed in zip(tape.operations, needed, strict=True) if is_needed and item[0] == "parameter"]
+        which = [step[1] for step, is_needed in zip(tape.operations, needed, strict=True) if is_needed and step[0] == "parameter"]
         given = (self._derivatives.load, self._derivatives.gravity, self._derivatives.target)
         load, gravity, target = (np.repeat(array, N, axis=1) for array in given)
         results = values(tape, needed, [poses.x, load, gravity, poses.c, target], self._constants.at(parts, which))
-        found = {
+        outputs = {
             name: np.array([np.broadcast_to(results[row], N) for row in record.rows[name]]).reshape(*record.shapes[name], N)
             for name in names
         }
-        return found, results[holds]
+        return outputs, results[holds]
 
 
 def _batches(N: int) -> list[slice]:

@@ -113,7 +113,7 @@ def optimize(
     search_for = prepare(
         robot, vary, minimize, subject_to, workspace, orientation, parameters, links, starts, tool, closure_tolerance, analysis
     )
-    return search_for.optimum(search_for.problem, search_for.own, starts)
+    return search_for.optimum(search_for.problem, search_for.file_values, starts)
 
 
 @dataclass(frozen=True)
@@ -121,20 +121,20 @@ class Search:
     """A checked optimization problem with its design variables.
 
     Attributes:
-        own: values of the design variables in the file.
+        file_values: values of the design variables in the file.
         minimize: the objective as given.
     """
 
     problem: Problem
     ranges: Sequence[Range]
     choices: Sequence[Choice]
-    own: Mapping[str, float]
+    file_values: Mapping[str, float]
     minimize: str
 
     def optimum(self, problem: Problem, begin: Mapping[str, float], starts: int) -> Optimum:
         """Return the optimum; the first of the ``starts`` searches begins at the parameters ``begin``."""
         ends, searched = search(problem, self.ranges, self.choices, begin, starts)
-        best = min(ends, key=lambda found: rank(problem.at(found)))
+        best = min(ends, key=lambda end: rank(problem.at(end)))
         return self.described(problem, best, ends, searched)
 
     def described(
@@ -149,27 +149,28 @@ class Search:
             raise StaticsError("no parameters within the bounds yield a robot that can be analysed: check the bounds of vary")
         poses = point.result.configuration.reached.size
         no_influence = _without_influence(problem, self.ranges, best, point)
-        savings, at_bounds = _multipliers(problem, [item for item in self.ranges if item.name not in no_influence], best, point)
+        effective = [variable for variable in self.ranges if variable.name not in no_influence]
+        savings, at_bounds = _multipliers(problem, effective, best, point)
         checked = []
-        for item, values, saving in zip(problem.requirements, point.values, savings, strict=True):
-            extremes = values.max(axis=-1) if item.below else values.min(axis=-1)
+        for demand, values, saving in zip(problem.requirements, point.values, savings, strict=True):
+            extremes = values.max(axis=-1) if demand.below else values.min(axis=-1)
             # use the quantity itself, because margins are clipped far from the limit
-            worst = int(np.argmax(extremes) if item.below else np.argmin(extremes))  # argmax and argmin return NaN first
-            value, margin = float(extremes[worst]), float(item.margins(values[worst]).min())
-            unit = KINDS.get(REQUIRABLE[item.name].kind, "")
+            worst = int(np.argmax(extremes) if demand.below else np.argmin(extremes))  # argmax and argmin return NaN first
+            value, margin = float(extremes[worst]), float(demand.margins(values[worst]).min())
+            unit = KINDS.get(REQUIRABLE[demand.name].kind, "")
             number, *case = map(int, np.unravel_index(worst, (poses, *problem.cases)))
             pose = ResultMapping({name: float(array[number]) for name, array in problem.coordinates.items()})
             active = abs(margin) <= ACTIVE or margin < 0
-            found = CheckedRequirement(
-                item.text, item.name, value, item.limit, unit, margin, pose, tuple(case), active, saving, item.below
+            requirement = CheckedRequirement(
+                demand.text, demand.name, value, demand.limit, unit, margin, pose, tuple(case), active, saving, demand.below
             )
-            checked.append(found)
+            checked.append(requirement)
         name = problem.objective[0]
-        before = problem.at(self.own if problem.sizes.file_is_a_design else {}).objective
-        allowed: dict[str, tuple[float, ...]] = {item.name: (item.low, item.high) for item in self.ranges}
+        before = problem.at(self.file_values if problem.sizes.file_is_a_design else {}).objective
+        allowed: dict[str, tuple[float, ...]] = {variable.name: (variable.low, variable.high) for variable in self.ranges}
         for choice in self.choices:
             allowed |= {key: tuple(sorted({row[k] for row in choice.rows})) for k, key in enumerate(choice.names)}
-        every = sorted(ends or [best], key=lambda found: rank(problem.at(found)))
+        every = sorted(ends or [best], key=lambda end: rank(problem.at(end)))
         starts = [Start(ResultMapping(end), problem.at(end).objective, problem.at(end).feasible) for end in every]
         near = point.objective + ALIKE * abs(point.objective)  # no feasible start has a smaller objective
         alike = None if self.choices else sum(start.feasible and start.objective <= near for start in starts)
@@ -224,33 +225,34 @@ def prepare(
         )
     path = os.fspath(robot_path(robot))
     first = Robot(read_robot_file(path, parameters, **links))
-    names = [item.name for item in ranges] + [name for item in choices for name in item.names]
+    names = [variable.name for variable in ranges] + [name for choice in choices for name in choice.names]
     sizes = varied_numbers(ParametricRobot(first, links), names, typed_units(ranges, choices))
     grid, is_platform = grid_of(*workspace, first.description.driven)
-    limits = [(item.text, item.limit) for item in requirements if item.below and REQUIRABLE[item.name].kind == "length"]
+    lengths = [demand for demand in requirements if demand.below and REQUIRABLE[demand.name].kind == "length"]
+    limits = [(demand.text, demand.limit) for demand in lengths]
     hints = [hint for text, x in limits for hint in length_hint(f"{text} allows {x:.6g} m,", x, first.zero_size, most=1.0)]
     for hint in (*first.unit_hints(grid), *_unit_hints(sizes, ranges, choices), *hints):
         warn(hint)
     place = tool_on_robot(tool, first)
     # check coordinates and arguments before the search
     poses = assembled(first, grid, is_platform, orientation, closure_tolerance, analysis)
-    one = first.configuration(poses.q if poses.shape == () else poses.q[0], closure_tolerance=math.inf, on_failure="nan")
-    cases = analyze(one, on_failure="nan", **analysis).shape
+    first_pose = first.configuration(poses.q if poses.shape == () else poses.q[0], closure_tolerance=math.inf, on_failure="nan")
+    cases = analyze(first_pose, on_failure="nan", **analysis).shape
     problem = Problem(sizes, grid, is_platform, orientation, analysis, cases, objective, requirements, place, closure_tolerance)
-    return Search(problem, ranges, choices, {name: sizes.own(name) for name in names}, minimize)
+    return Search(problem, ranges, choices, {name: sizes.file_value(name) for name in names}, minimize)
 
 
 def _unit_hints(sizes: VariedNumbers, ranges: Sequence[Range], choices: Sequence[Choice]) -> list[str]:
     """Return hints at ranges of lengths without a unit that are unusually large beside the file's value, as if in millimetres."""
-    tried = [(item.name, item.low, item.units) for item in ranges]
+    tried = [(variable.name, variable.low, variable.units) for variable in ranges]
     for choice in choices:
         rows = zip(choice.names, zip(*choice.rows, strict=True), choice.units, strict=False)
         tried += [(name, min(values), units) for name, values, units in rows]
     hints: list[str] = []
     for name, low, units in tried:
         what = f"{name} from {low:.6g} m is"
-        found = [] if any(units) else length_hint(what, low, sizes.own(name), "the file's own", LONG)
-        hints += found if found and sizes.unit(name) == "m" else []
+        if not any(units) and sizes.unit(name) == "m":
+            hints += length_hint(what, low, sizes.file_value(name), "the file's own", LONG)
     return hints
 
 
@@ -266,19 +268,19 @@ def _without_influence(
 ) -> tuple[str, ...]:
     """Return the names of ranges at both ends of which objective and margins are the same as at the optimum."""
 
-    def same(item: Range, u: float) -> bool:
-        other = problem.at({**best, item.name: item.value(u)})
+    def same(variable: Range, u: float) -> bool:
+        other = problem.at({**best, variable.name: variable.value(u)})
         return other.margins.size == point.margins.size and np.allclose(
             [other.objective, *other.margins], [point.objective, *point.margins], rtol=SAME, atol=SAME
         )
 
-    found = []
-    for item in ranges:
-        u = item.place(best[item.name])
+    names = []
+    for variable in ranges:
+        u = variable.place(best[variable.name])
         # nearby values first, which are cached or needed later
-        if all(same(item, place) for place in (max(u - STEP, 0.0), min(u + STEP, 1.0), 0.0, 1.0)):
-            found.append(item.name)
-    return tuple(found)
+        if all(same(variable, place) for place in (max(u - STEP, 0.0), min(u + STEP, 1.0), 0.0, 1.0)):
+            names.append(variable.name)
+    return tuple(names)
 
 
 def _multipliers(
@@ -291,7 +293,7 @@ def _multipliers(
     """
     from scipy.optimize import nnls
 
-    places = {item.name: item.place(best[item.name]) for item in ranges}
+    places = {variable.name: variable.place(best[variable.name]) for variable in ranges}
     is_low = {name: u < 0.5 for name, u in places.items() if min(u, 1 - u) < 1e-6}
     at_bounds = tuple(f"{name} at its {'lower' if low else 'upper'} bound" for name, low in is_low.items())
     sizes = [values.size for values in point.values]
@@ -300,19 +302,19 @@ def _multipliers(
     if not ranges or not active.size:
         return [0.0] * len(sizes), at_bounds
     columns, bounds = [], []
-    for k, item in enumerate(ranges):
-        low, high = (min(max(places[item.name] + sign * STEP, 0.0), 1.0) for sign in (-1, 1))
-        below, above = (problem.at({**best, item.name: item.value(u)}) for u in (low, high))
+    for k, variable in enumerate(ranges):
+        low, high = (min(max(places[variable.name] + sign * STEP, 0.0), 1.0) for sign in (-1, 1))
+        below, above = (problem.at({**best, variable.name: variable.value(u)}) for u in (low, high))
         if below.margins.size != point.margins.size or above.margins.size != point.margins.size:
             return [0.0] * len(sizes), at_bounds
         change = [above.objective - below.objective, *(above.margins - below.margins)[active]]
         columns.append(np.array(change) / (high - low))
-        if item.name in is_low:
-            bounds.append(np.eye(len(ranges))[k] * (1.0 if is_low[item.name] else -1.0))
+        if variable.name in is_low:
+            bounds.append(np.eye(len(ranges))[k] * (1.0 if is_low[variable.name] else -1.0))
     gradient = np.array([column[0] for column in columns])
     normals = np.stack([column[1:] for column in columns])
     if bounds:
         normals = np.concatenate([normals, np.array(bounds).T], axis=1)
     multipliers, _ = nnls(normals, gradient)
-    found = [0.01 * float(multipliers[: active.size][owner[active] == k].sum()) for k in range(len(sizes))]
-    return found, at_bounds
+    savings = [0.01 * float(multipliers[: active.size][owner[active] == k].sum()) for k in range(len(sizes))]
+    return savings, at_bounds

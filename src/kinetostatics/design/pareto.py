@@ -86,7 +86,7 @@ def pareto(
     measured = parse_objective(minimize[1])
     if measured == first.problem.objective:
         raise ArgumentError(f'minimize is {minimize!r}; a front has two different quantities, such as ("mass", "sag")')
-    second = replace(first, problem=replace(first.problem, objective=measured, known={}, count=0), minimize=minimize[1])
+    second = replace(first, problem=replace(first.problem, objective=measured, evaluations={}, count=0), minimize=minimize[1])
     unit = KINDS.get(REQUIRABLE[measured[0]].kind, "")
     name = " ".join(minimize[1].split())
 
@@ -95,43 +95,43 @@ def pareto(
     def limited(limit: float) -> Problem:
         text = f"{name} < {limit:.6g} {unit}".rstrip()
         requirement = Requirement(text, *measured, True, limit)
-        found = replace(first.problem, requirements=[*first.problem.requirements, requirement], known={}, count=0)
-        solved.append(found)
-        return found
+        limited_problem = replace(first.problem, requirements=[*first.problem.requirements, requirement], evaluations={}, count=0)
+        solved.append(limited_problem)
+        return limited_problem
 
     if not first.ranges:
         problem, every = limited(1e300), combinations(first.choices)
-        found = [first.described(problem, item) for item in _undominated_designs(problem, every)]
+        optima = [first.described(problem, design) for design in _undominated_designs(problem, every)]
         searched = f"all {len(every)} combinations of the listed values were tried"
     else:
         ends = []
-        for item in (first, second):
-            ends.append(item.optimum(item.problem, item.own, starts))
+        for search_for in (first, second):
+            ends.append(search_for.optimum(search_for.problem, search_for.file_values, starts))
             if not ends[-1].feasible:
                 raise StaticsError("no parameters within the bounds meet all requirements: see the report of optimize")
         most, least = _worst_second_quantity(limited(1e300), ends[0]), ends[1].objective
         problems = [limited(float(limit)) for limit in _limits(most, least, points)]
-        found = [first.described(problems[0], dict(ends[0].parameters))]
+        optima = [first.described(problems[0], dict(ends[0].parameters))]
         for problem in problems[1:-1]:
-            found.append(first.optimum(problem, found[-1].parameters, 1))
-        found.append(first.described(problems[-1], dict(ends[1].parameters)))
-        if len(own := first.own) > 1:  # other designs may have the same second quantity and a smaller first one
-            other = first.optimum(problems[-1], {**own, **ends[1].parameters}, 1)
-            found[-1] = other if other.feasible and other.objective < found[-1].objective else found[-1]
+            optima.append(first.optimum(problem, optima[-1].parameters, 1))
+        optima.append(first.described(problems[-1], dict(ends[1].parameters)))
+        if len(file_values := first.file_values) > 1:  # other designs may have the same second quantity and a smaller first one
+            other = first.optimum(problems[-1], {**file_values, **ends[1].parameters}, 1)
+            optima[-1] = other if other.feasible and other.objective < optima[-1].objective else optima[-1]
         searched = f"SLSQP under {points} limits of {name}, from {starts} start{'s' * (starts > 1)} at each end"
-    found = [item for item in found if item.feasible]
-    both = np.array([[item.objective, item.requirements[-1].worst] for item in found]).reshape(-1, 2)
+    optima = [optimum for optimum in optima if optimum.feasible]
+    both = np.array([[optimum.objective, optimum.requirements[-1].worst] for optimum in optima]).reshape(-1, 2)
     kept = _undominated(both)
     units = KINDS.get(REQUIRABLE[first.problem.objective[0]].kind, ""), unit
     names = " ".join(minimize[0].split()), name
     return ParetoFront(
-        tuple(found[k] for k in kept), frozen(both[kept]), names, units, searched, sum(problem.count for problem in solved)
+        tuple(optima[k] for k in kept), frozen(both[kept]), names, units, searched, sum(problem.count for problem in solved)
     )
 
 
-def _worst_second_quantity(problem: Problem, found: Optimum) -> float:
+def _worst_second_quantity(problem: Problem, optimum: Optimum) -> float:
     """Return the worst value of the second quantity of a design; the last requirement of ``problem`` limits this quantity."""
-    return float(np.nanmax(problem.at(found.parameters).values[-1]))
+    return float(np.nanmax(problem.at(optimum.parameters).values[-1]))
 
 
 def _limits(most: float, least: float, points: int) -> Array:
@@ -143,10 +143,10 @@ def _limits(most: float, least: float, points: int) -> Array:
 
 def _undominated_designs(problem: Problem, every: Sequence[dict[str, float]]) -> list[dict[str, float]]:
     """Return the feasible designs that no other design dominates."""
-    feasible = [item for item in every if problem.at(item).feasible]
+    feasible = [design for design in every if problem.at(design).feasible]
     if not feasible:
         raise StaticsError("none of the listed values meet all requirements: see the report of optimize")
-    both = np.array([[problem.at(item).objective, float(np.nanmax(problem.at(item).values[-1]))] for item in feasible])
+    both = np.array([[problem.at(design).objective, float(np.nanmax(problem.at(design).values[-1]))] for design in feasible])
     return [feasible[k] for k in _undominated(both)]
 
 

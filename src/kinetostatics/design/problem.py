@@ -54,42 +54,42 @@ class Requirable:
 def _measured(measure: Measure) -> Requirable:
     """Return a measure of the twist or compliance at the tool's tip as a quantity that may be required or minimized."""
 
-    def found(result: Result, tip: Result, size: float) -> Array:
+    def values_of(result: Result, tip: Result, size: float) -> Array:
         array = np.asarray(getattr(tip, measure.of))
         block = array[..., measure.part, measure.part] if measure.of != "twist" else array[..., measure.part]
         return measure.function(block, size or 1.0)[..., None]
 
-    return Requirable(measure.kind, found, measure.argument, measure.definition, measure.better)
+    return Requirable(measure.kind, values_of, measure.argument, measure.definition, measure.better)
 
 
 def _actuators(slides: bool) -> Callable[[Result, object, float], Array]:
-    def found(result: Result, _: object, __: float) -> Array:
+    def largest_forces(result: Result, _: object, __: float) -> Array:
         connections = result.robot.mechanism.connections
         forces = [abs(f) for name, f in result.actuator_forces.items() if connections[name].type.is_slide == slides]
         if not forces:
-            one, other = ("slides", "turn: actuator_torque") if slides else ("turns", "slide: actuator_force")
-            hint = f"; its actuators {other}" if result.actuator_forces else ""
-            raise ArgumentError(f"{result.robot.name!r} has no actuator that {one}{hint}")
+            motion, alternative = ("slides", "turn: actuator_torque") if slides else ("turns", "slide: actuator_force")
+            hint = f"; its actuators {alternative}" if result.actuator_forces else ""
+            raise ArgumentError(f"{result.robot.name!r} has no actuator that {motion}{hint}")
         return np.stack(forces, axis=-1)
 
-    return found
+    return largest_forces
 
 
 def _beams(attribute: str) -> Callable[[Result, object, float], Array]:
-    def found(result: Result, _: object, __: float) -> Array:
+    def beam_values(result: Result, _: object, __: float) -> Array:
         if not result.beams:
             raise ArgumentError(f"{result.robot.name!r} has no beams, and so no {attribute}")
         return np.stack([getattr(beam, attribute) for beam in result.beams.values()], axis=-1)
 
-    return found
+    return beam_values
 
 
 def mass_of(result: Result) -> Array:
     """Return the total mass (P,) [kg], independent of the loads."""
     configuration = result.configuration
     masses = configuration.robot.weights.masses(configuration.frames).sum(axis=0)
-    own = np.where(configuration.reached, masses, np.nan).reshape(configuration.shape)
-    return np.broadcast_to(own, result.shape)
+    pose_masses = np.where(configuration.reached, masses, np.nan).reshape(configuration.shape)
+    return np.broadcast_to(pose_masses, result.shape)
 
 
 #: All quantities by name.
@@ -124,8 +124,8 @@ class Requirement:
 
     def margins(self, values: Array) -> Array:
         """Return the margins of values: negative if violated, −1 for NaN, at most 1000."""
-        found = 1 - values / self.limit if self.below else values / self.limit - 1
-        return np.where(np.isnan(found), -1.0, np.minimum(found, 1e3))
+        margins = 1 - values / self.limit if self.below else values / self.limit - 1
+        return np.where(np.isnan(margins), -1.0, np.minimum(margins, 1e3))
 
 
 def _example(name: str) -> str:
@@ -202,7 +202,7 @@ class Problem:
         objective: name and argument of the objective.
         tool: reference point of sag, deflections and stiffness against forces; None: o.
         closure_tolerance: largest gap of a closed loop [m, rad].
-        known: evaluations computed so far, by parameters.
+        evaluations: evaluations computed so far, by parameters.
         count: number of robots analysed.
     """
 
@@ -216,15 +216,15 @@ class Problem:
     requirements: Sequence[Requirement]
     tool: Array | None = None
     closure_tolerance: float = 1e-10
-    known: dict[tuple[tuple[str, float], ...], Evaluation] = field(default_factory=dict)
+    evaluations: dict[tuple[tuple[str, float], ...], Evaluation] = field(default_factory=dict)
     count: int = 0
 
     def at(self, parameters: Mapping[str, float]) -> Evaluation:
         key = tuple(sorted(parameters.items()))
-        if key not in self.known:
-            self.known[key] = self._evaluate(parameters)
+        if key not in self.evaluations:
+            self.evaluations[key] = self._evaluate(parameters)
             self.count += 1
-        return self.known[key]
+        return self.evaluations[key]
 
     def analyzed(self, robot: Robot) -> Result:
         """Return the analysis (P, …) of a robot at all poses, every load case at every pose."""
@@ -238,17 +238,17 @@ class Problem:
             tip = result.seen_from(self.tool)
 
             def measured(name: str, argument: float) -> Array:
-                found = REQUIRABLE[name].function(result, tip, argument)
-                return found.reshape(-1, found.shape[-1])  # poses and load cases along one axis
+                quantity = REQUIRABLE[name].function(result, tip, argument)
+                return quantity.reshape(-1, quantity.shape[-1])  # poses and load cases along one axis
 
-            found = measured(*self.objective)
-            values = [measured(item.name, item.argument) for item in self.requirements]
+            objective = measured(*self.objective)
+            values = [measured(requirement.name, requirement.argument) for requirement in self.requirements]
         except (RobotFileError, StaticsError):
             return Evaluation(np.inf, np.array([-1.0]), None, [])
-        margins = [item.margins(value).ravel() for item, value in zip(self.requirements, values, strict=True)]
+        margins = [requirement.margins(value).ravel() for requirement, value in zip(self.requirements, values, strict=True)]
         # a pose without results, or without the objective, violates all requirements
-        margins.append(np.where(np.isnan(result.twist[..., 0].ravel()) | np.any(np.isnan(found), axis=-1), -1.0, 1.0))
-        worst = float(np.nanmax(found)) if np.any(np.isfinite(found)) else np.inf
+        margins.append(np.where(np.isnan(result.twist[..., 0].ravel()) | np.any(np.isnan(objective), axis=-1), -1.0, 1.0))
+        worst = float(np.nanmax(objective)) if np.any(np.isfinite(objective)) else np.inf
         return Evaluation(worst, np.concatenate(margins), result, values)
 
 

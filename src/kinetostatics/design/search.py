@@ -31,37 +31,37 @@ _MOST_BROKEN = 10.0
 
 
 def search(
-    problem: Problem, ranges: Sequence[Range], choices: Sequence[Choice], own: Mapping[str, float], starts: int
+    problem: Problem, ranges: Sequence[Range], choices: Sequence[Choice], begin: Mapping[str, float], starts: int
 ) -> tuple[list[dict[str, float]], str]:
     """Return the parameters at the ends of all searches, and a description of the method.
 
-    ``own`` are the parameters at which the first search begins.
+    ``begin`` are the parameters at which the first search begins.
     """
     if not choices:
-        ends = [_minimize(problem, ranges, {}, place) for place in _places(ranges, own, starts)]
+        ends = [_minimize(problem, ranges, {}, place) for place in _places(ranges, begin, starts)]
         return ends, f"SLSQP from {starts} start{'s' * (starts > 1)}"
     every = combinations(choices)
     if not ranges:
         return every, f"all {len(every)} combinations of the listed values were tried"
-    if any(len(item.names) > 1 for item in choices):
+    if any(len(choice.names) > 1 for choice in choices):
         if len(every) > MOST:
             raise ArgumentError(
                 f"vary: {len(every)} combinations from catalogues are too many beside ranges, {MOST} at most: shorten them"
             )
         near = every
     else:  # relaxed problem: lists as ranges
-        loose = [Range(item.names[0], item.rows[0][0], item.rows[-1][0]) for item in choices]
-        relaxed = [_minimize(problem, [*ranges, *loose], {}, place) for place in _places([*ranges, *loose], own, starts)]
-        best = min(relaxed, key=lambda found: rank(problem.at(found)))
-        own = {**own, **best}
+        loose = [Range(choice.names[0], choice.rows[0][0], choice.rows[-1][0]) for choice in choices]
+        relaxed = [_minimize(problem, [*ranges, *loose], {}, place) for place in _places([*ranges, *loose], begin, starts)]
+        best = min(relaxed, key=lambda end: rank(problem.at(end)))
+        begin = {**begin, **best}
         near = [
             combination
             for combination in every
-            if all(combination[item.names[0]] in _neighbours(item, best[item.names[0]]) for item in choices)
+            if all(combination[choice.names[0]] in _neighbours(choice, best[choice.names[0]]) for choice in choices)
         ]
     ends = []
     for combination in near:
-        (place,) = _places(ranges, own, 1)
+        (place,) = _places(ranges, begin, 1)
         ends.append({**_minimize(problem, ranges, combination, place), **combination})
     return ends, f"SLSQP for {len(near)} of {len(every)} combinations of the listed values"
 
@@ -73,11 +73,11 @@ def _neighbours(choice: Choice, value: float) -> set[float]:
     return set(values[max(0, k - 1) : k + 2])
 
 
-def _places(ranges: Sequence[Range], own: Mapping[str, float], starts: int) -> list[Array]:
-    """Return the starts u: the parameters ``own``, then Halton's sequence."""
+def _places(ranges: Sequence[Range], begin: Mapping[str, float], starts: int) -> list[Array]:
+    """Return the starts u: the parameters ``begin``, then Halton's sequence."""
     from scipy.stats import qmc
 
-    first = np.array([item.place(own[item.name]) for item in ranges])
+    first = np.array([variable.place(begin[variable.name]) for variable in ranges])
     spread = qmc.Halton(len(ranges), scramble=False).random(starts)[1:] if starts > 1 else np.zeros((0, len(ranges)))
     return [np.clip(place, EDGE, 1 - EDGE) for place in (first, *spread)]
 
@@ -87,7 +87,7 @@ def _minimize(problem: Problem, ranges: Sequence[Range], fixed: Mapping[str, flo
     from scipy.optimize import minimize
 
     def named(u: Array) -> dict[str, float]:
-        return {**fixed, **{item.name: item.value(float(x)) for item, x in zip(ranges, u, strict=True)}}
+        return {**fixed, **{variable.name: variable.value(float(x)) for variable, x in zip(ranges, u, strict=True)}}
 
     begin = problem.at(named(place))
     scale = begin.objective if np.isfinite(begin.objective) and begin.objective > 0 else 1.0
@@ -113,7 +113,7 @@ def _minimize(problem: Problem, ranges: Sequence[Range], fixed: Mapping[str, flo
     options = {"maxiter": STEPS, "ftol": CONVERGED}
     constraint = {"type": "ineq", "fun": lambda u: numbers(u)[1:], "jac": lambda u: slopes(u)[1:]}
     bounds = [(0.0, 1.0)] * len(ranges)
-    found = minimize(
+    solution = minimize(
         lambda u: numbers(u)[0],
         place,
         jac=lambda u: slopes(u)[0],
@@ -122,7 +122,7 @@ def _minimize(problem: Problem, ranges: Sequence[Range], fixed: Mapping[str, flo
         method="SLSQP",
         options=options,
     )
-    u = np.clip(found.x, 0, 1)
+    u = np.clip(solution.x, 0, 1)
     if not problem.at(named(u)).feasible:  # closest design: maximize the smallest margin
         if begin.violation < problem.at(named(u)).violation:  # the search has increased the violation
             u = place

@@ -105,7 +105,7 @@ def sensitivities(
     place = tool_on_robot(tool, robot)
     result = analyze(configuration, **analysis)
     derivatives = derivatives_at(result, analysis, place, asked)
-    found: dict[str, Sensitivity] = {}
+    parameters: dict[str, Sensitivity] = {}
     skipped: dict[str, str] = {}
     lost: list[ArgumentError] = []
     for pattern, number in numbers:
@@ -113,7 +113,7 @@ def sensitivities(
             slopes, exact = slopes_by(number, result, derivatives, analysis, place, asked)
             if number.read is None and _loops_stay_open(slopes, result):
                 raise opens_loops(number.name)
-            found[number.name] = _sensitivity(number, slopes, exact, result, asked)
+            parameters[number.name] = _sensitivity(number, slopes, exact, result, asked)
             continue
         except ArgumentError as error:
             reason = str(error)
@@ -121,17 +121,17 @@ def sensitivities(
             reason = f"{number.name}: a small change yields no robot: {error}"
         lost += [ArgumentError(reason)] if pattern == number.name else []
         skipped[number.name] = reason
-    if lost and not found:
+    if lost and not parameters:
         raise lost[0]
     sources: dict[str, Array] = {}
     if "twist" in asked:
         sources = {name: twist for kind in result.seen_from(place).source_contributions.values() for name, twist in kind.items()}
-    every = Sensitivities(result, ResultMapping(found), ResultMapping(sources), ResultMapping(skipped), place, asked)
+    every = Sensitivities(result, ResultMapping(parameters), ResultMapping(sources), ResultMapping(skipped), place, asked)
     if by is None:
         whole = numbers_of(configuration, result, place, asked)
-        found = {name: item for name, item in found.items() if _has_influence(item, whole)}
-    order = sorted(found, key=every.order)
-    return replace(every, parameters=ResultMapping({name: found[name] for name in order}))
+        parameters = {name: sensitivity for name, sensitivity in parameters.items() if _has_influence(sensitivity, whole)}
+    order = sorted(parameters, key=every.order)
+    return replace(every, parameters=ResultMapping({name: parameters[name] for name in order}))
 
 
 def _quantities(outputs: Sequence[str]) -> tuple[str, ...]:
@@ -196,17 +196,17 @@ def quantities_of(
 
 
 def numbers_of(pose: Configuration, result: Result | None, tool: Array | None, asked: Sequence[str]) -> dict[str, Array]:
-    found: dict[str, Array] = {}
+    quantities: dict[str, Array] = {}
     if "mass" in asked:
-        found["mass"] = pose.robot.weights.masses(pose.frames).sum(axis=0).reshape(pose.shape)
+        quantities["mass"] = pose.robot.weights.masses(pose.frames).sum(axis=0).reshape(pose.shape)
     if "actuators" in asked and pose.actuators:
-        found["actuators"] = np.stack(list(pose.actuators.values()), axis=-1)
+        quantities["actuators"] = np.stack(list(pose.actuators.values()), axis=-1)
     if result is not None:
         tip = result.seen_from(tool)
-        found |= {name: getattr(tip, name) for name in ("twist", "stiffness", "compliance") if name in asked}
+        quantities |= {name: getattr(tip, name) for name in ("twist", "stiffness", "compliance") if name in asked}
         if "actuator_forces" in asked and result.actuator_forces:
-            found["actuator_forces"] = np.stack(list(result.actuator_forces.values()), axis=-1)
-    return found
+            quantities["actuator_forces"] = np.stack(list(result.actuator_forces.values()), axis=-1)
+    return quantities
 
 
 def _loops_stay_open(slopes: Mapping[str, Array], result: Result) -> bool:
@@ -218,26 +218,27 @@ def _loops_stay_open(slopes: Mapping[str, Array], result: Result) -> bool:
 def _sensitivity(
     number: RobotNumber, slopes: Mapping[str, Array], exact: bool, nominal: Result, asked: Sequence[str]
 ) -> Sensitivity:
-    found: dict[str, Array | Mapping[str, Array]] = {}
+    derivatives: dict[str, Array | Mapping[str, Array]] = {}
     for name in asked:
         if name.startswith("actuator"):
             driven = nominal.robot.description.driven
-            found[name] = ResultMapping({actuator: frozen(slopes[name][..., k]) for k, actuator in enumerate(driven)})
+            derivatives[name] = ResultMapping({actuator: frozen(slopes[name][..., k]) for k, actuator in enumerate(driven)})
         else:
             shape = nominal.shape if name == "mass" else slopes[name].shape
-            found[name] = frozen(np.array(np.broadcast_to(slopes[name], shape)))
-    return Sensitivity(number.name, number.value, "" if number.unit == "1" else number.unit, ResultMapping(found), exact)
+            derivatives[name] = frozen(np.array(np.broadcast_to(slopes[name], shape)))
+    return Sensitivity(number.name, number.value, "" if number.unit == "1" else number.unit, ResultMapping(derivatives), exact)
 
 
-def _has_influence(item: Sensitivity, whole: Mapping[str, Array]) -> bool:
+def _has_influence(sensitivity: Sensitivity, whole: Mapping[str, Array]) -> bool:
     """Whether a parameter changes twist, actuator forces or mass (or, if none of them is requested, any quantity) noticeably."""
-    part, pairs = abs(item.value) or 1.0, []
-    for name in [name for name in ("twist", "actuator_forces", "mass") if name in item.derivatives] or item.derivatives:
-        own = item.derivatives[name]
-        if isinstance(own, Mapping):
-            pairs += [(array, whole[name][..., k]) for k, array in enumerate(own.values())]
+    part, pairs = abs(sensitivity.value) or 1.0, []
+    compared = [name for name in ("twist", "actuator_forces", "mass") if name in sensitivity.derivatives]
+    for name in compared or sensitivity.derivatives:
+        derivative = sensitivity.derivatives[name]
+        if isinstance(derivative, Mapping):
+            pairs += [(array, whole[name][..., k]) for k, array in enumerate(derivative.values())]
         else:
-            pairs.append((own, whole[name]))
+            pairs.append((derivative, whole[name]))
     return any(_largest(part * slope) > NOTHING * _largest(size) for slope, size in pairs)
 
 

@@ -126,29 +126,33 @@ def tolerances(
     if result.shape != ():
         raise ArgumentError("tolerances needs a single pose and a single load")
     derivatives = derivatives_at(result, analysis, place, WANTED) if numbers else None
-    effects = {item.name: _by_number(item, given[item.name], result, derivatives, analysis, place) for item in numbers}
-    effects |= _by_errors(errors, [given[item.name] for item in errors], result, analysis, place, tolerances is None)
-    errors = [item for item in errors if item.name in effects]
+    effects = {number.name: _by_number(number, given[number.name], result, derivatives, analysis, place) for number in numbers}
+    effects |= _by_errors(errors, [given[error.name] for error in errors], result, analysis, place, tolerances is None)
+    errors = [error for error in errors if error.name in effects]
     if not effects:
         raise ArgumentError(f"no error of a joint or beam of {robot.name!r} has an effect")
     every: list[RobotNumber | ErrorParameter] = [*numbers, *errors]
     ratio = DEVIATIONS[distribution]
     parameters = {
-        item.name: Tolerance(item.name, item.value, item.unit, given[item.name], ratio * given[item.name]) for item in every
+        parameter.name: Tolerance(
+            parameter.name, parameter.value, parameter.unit, given[parameter.name], ratio * given[parameter.name]
+        )
+        for parameter in every
     }
     at_once = derivatives is not None or not numbers
     count = count or (SAMPLES if at_once else ONE_BY_ONE)
     rng = np.random.default_rng(seed)
     shape = len(every), count
     units = rng.standard_normal(shape) if distribution == "normal" else rng.uniform(-math.sqrt(3), math.sqrt(3), shape)
-    values = units * np.array([[item.standard_deviation] for item in parameters.values()])
+    values = units * np.array([[tolerance.standard_deviation] for tolerance in parameters.values()])
     worst, deviation = _worst(list(effects.values())), _deviation(list(effects.values()), ratio)
-    slopes = [{name: _array(effects[item.name], name) / given[item.name] for name in WANTED} for item in errors]
+    slopes = [{name: _array(effects[error.name], name) / given[error.name] for name in WANTED} for error in errors]
     linear = {name: np.stack([slope[name] for slope in slopes]) for name in WANTED if slopes}
     made, difference = random_robots(
         result, derivatives, family, numbers, errors, linear, values, analysis, float(deviation.displacement), place
     )
-    ranked_by = rank_by or ("force" if any(item.force > 0 or item.moment > 0 for item in effects.values()) else "displacement")
+    self_stress = any(effect.force > 0 or effect.moment > 0 for effect in effects.values())
+    ranked_by = rank_by or ("force" if self_stress else "displacement")
     return Tolerances(
         result,
         ResultMapping(parameters),
@@ -157,7 +161,7 @@ def tolerances(
         worst,
         deviation,
         _sampled(made, result, place),
-        ResultMapping({item.name: frozen(row + item.value) for item, row in zip(every, values, strict=True)}),
+        ResultMapping({parameter.name: frozen(row + parameter.value) for parameter, row in zip(every, values, strict=True)}),
         distribution,
         seed,
         at_once,
@@ -176,28 +180,29 @@ def _read_tolerances(
     """Return the varied numbers, arguments of the file first; the varied assembly errors; the tolerances by name."""
     if tolerances is None:
         errors = list(family.errors.values())
-        return [], errors, {item.name: USUAL[item.unit] for item in errors}
+        return [], errors, {error.name: USUAL[error.unit] for error in errors}
     check_mapping("tolerances", tolerances, '{"rod_*.outer_diameter": "0.1mm"}')
     if not tolerances:
         raise ArgumentError('tolerances is empty; it must be a mapping such as {"rod_*.outer_diameter": "0.1mm"}')
     named = family.names(list(tolerances), "tolerances", errors=True)
     errors = [family.errors[name] for name, pattern in named.items() if ".error." in pattern]
     numbers = [family.number(name) for name, pattern in named.items() if ".error." not in pattern]
-    numbers.sort(key=lambda item: item.read is None)
-    found: dict[str, float] = {}
+    numbers.sort(key=lambda number: number.read is None)
+    amounts: dict[str, float] = {}
     odd: set[str] = set()  # patterns with a warning
     every: list[RobotNumber | ErrorParameter] = [*numbers, *errors]
-    for item in every:
-        pattern = named[item.name]
+    for parameter in every:
+        name, unit = parameter.name, parameter.unit
+        pattern = named[name]
         given = tolerances[pattern]
-        found[item.name] = amount = _amount(item, given)
+        amounts[name] = amount = _amount(parameter, given)
         if pattern not in odd and not (isinstance(given, str) and ("%" in given or typed_unit(given))):
-            hints = tolerance_hint(item.name, amount, item.value, family.robot.zero_size) if item.unit == "m" else []
-            hints += angular_tolerance_hint(item.name, amount) if item.unit == "rad" else []
+            hints = tolerance_hint(name, amount, parameter.value, family.robot.zero_size) if unit == "m" else []
+            hints += angular_tolerance_hint(name, amount) if unit == "rad" else []
             for hint in hints:
                 warn(hint)
                 odd.add(pattern)
-    return numbers, errors, found
+    return numbers, errors, amounts
 
 
 def _amount(number: RobotNumber | ErrorParameter, given: object) -> float:
@@ -238,8 +243,8 @@ def _by_number(
 
 def _effect(arrays: Mapping[str, Array], driven: Sequence[str], force: float = 0.0, at: str = "", moment: float = 0.0) -> Effect:
     forces = ResultMapping({name: frozen(arrays["actuator_forces"][k]) for k, name in enumerate(driven)})
-    one = quantities(frozen(arrays["twist"]), frozen(arrays["stiffness"]), forces, np.zeros(6))
-    return Effect(one.twist, one.displacement, one.rotation, one.stiffness, forces, force, at, moment)
+    effect = quantities(frozen(arrays["twist"]), frozen(arrays["stiffness"]), forces, np.zeros(6))
+    return Effect(effect.twist, effect.displacement, effect.rotation, effect.stiffness, forces, force, at, moment)
 
 
 def _by_errors(
@@ -262,7 +267,7 @@ def _by_errors(
     twists = np.array(result.seen_from(tool).contributions["assembly_errors"])
     is_possible = np.all(np.isfinite(twists), axis=1)
     if not np.all(is_possible):
-        bad = [item.name for item, possible in zip(errors, is_possible, strict=True) if not possible]
+        bad = [error.name for error, possible in zip(errors, is_possible, strict=True) if not possible]
         reason = f"{bad[0]} contradicts rigid parts, which cannot deform"
         if not only_effective or not np.any(is_possible):
             raise StaticsError(f"{reason}: make these parts elastic (<beam>, <joint_stiffness>)")
@@ -281,7 +286,7 @@ def _by_errors(
     # scale of rounding errors: the largest stiffness times the displacement
     stiff = float(np.max(np.abs(np.nan_to_num(nominal.stiffness)), initial=0.0))
     stresses = stress > max(_NO_EFFECT * float(np.max(stress)), _NO_EFFECT * stiff * float(np.max(size)))
-    joints, driven, found = list(result.joint_contributions), robot.description.driven, {}
+    joints, driven, effects = list(result.joint_contributions), robot.description.driven, {}
     listed = stresses | (size > _NO_EFFECT * float(np.max(size))) if only_effective else np.ones(len(errors), dtype=bool)
     for k in np.flatnonzero(listed).tolist():
         worst = first_largest(forces[k])
@@ -289,8 +294,8 @@ def _by_errors(
         arrays = {"twist": twists[k], "stiffness": np.zeros((6, 6)), "actuator_forces": np.array(on_actuators)}
         at = joints[worst] if stresses[k] and forces[k, worst] else ""
         moment = float(moments[k].max()) if stresses[k] else 0.0
-        found[errors[k].name] = _effect(arrays, driven, float(forces[k, worst]) if at else 0.0, at, moment)
-    return found
+        effects[errors[k].name] = _effect(arrays, driven, float(forces[k, worst]) if at else 0.0, at, moment)
+    return effects
 
 
 def _ordered(effects: Mapping[str, Effect], ranked_by: str) -> dict[str, Effect]:
@@ -301,10 +306,10 @@ def _ordered(effects: Mapping[str, Effect], ranked_by: str) -> dict[str, Effect]
     return {name: effects[name] for name in names}
 
 
-def _array(item: PoseQuantities, name: str) -> Array:
+def _array(effect: PoseQuantities, name: str) -> Array:
     if name == "actuator_forces":
-        return np.array([float(force) for force in item.actuator_forces.values()])
-    return np.asarray(getattr(item, name))
+        return np.array([float(force) for force in effect.actuator_forces.values()])
+    return np.asarray(getattr(effect, name))
 
 
 def _sampled(made: Mapping[str, Array], nominal: Result, tool: Array | None) -> PoseQuantities:
@@ -315,7 +320,7 @@ def _sampled(made: Mapping[str, Array], nominal: Result, tool: Array | None) -> 
 
 def _worst(effects: Sequence[Effect]) -> PoseQuantities:
     """Return Σ |effect|; displacement and rotation are the largest magnitudes over all signs of the effects."""
-    furthest = (longest_sum(np.array([item.twist[part] for item in effects])) for part in LENGTHS.values())
+    furthest = (longest_sum(np.array([effect.twist[part] for effect in effects])) for part in LENGTHS.values())
     return _combined(effects, lambda parts: np.abs(parts).sum(axis=0), *furthest)
 
 
@@ -325,14 +330,14 @@ def _deviation(effects: Sequence[Effect], ratio: float) -> PoseQuantities:
     def total(parts: Array) -> Array:
         return np.asarray(ratio * np.linalg.norm(parts, axis=0))
 
-    lengths = (float(total(np.array([getattr(item, name) for item in effects]))) for name in LENGTHS)
+    lengths = (float(total(np.array([getattr(effect, name) for effect in effects]))) for name in LENGTHS)
     return _combined(effects, total, *lengths)
 
 
 def _combined(effects: Sequence[Effect], total: Callable[[Array], Array], displacement: float, rotation: float) -> PoseQuantities:
-    twist, stiffness = (frozen(total(np.array([getattr(item, name) for item in effects]))) for name in ("twist", "stiffness"))
+    twist, stiffness = (frozen(total(np.array([getattr(effect, name) for effect in effects]))) for name in ("twist", "stiffness"))
     actuators = effects[0].actuator_forces
-    forces = {name: frozen(total(np.array([item.actuator_forces[name] for item in effects]))) for name in actuators}
+    forces = {name: frozen(total(np.array([effect.actuator_forces[name] for effect in effects]))) for name in actuators}
     return PoseQuantities(twist, np.asarray(displacement), np.asarray(rotation), stiffness, ResultMapping(forces))
 
 
@@ -344,14 +349,14 @@ def longest_sum(vectors: Array) -> float:
     Polytopes, 1995, section 7.3.)
     """
     largest, n = float(np.abs(vectors).max(initial=0.0)), len(vectors)
-    own = np.concatenate([vectors, np.zeros((2, 3))]) / (largest or 1.0)
+    scaled = np.concatenate([vectors, np.zeros((2, 3))]) / (largest or 1.0)
     # small perturbations give faces also for coplanar or collinear vectors
-    general = own + 1e-9 * np.random.default_rng(0).uniform(-1, 1, own.shape)
+    general = scaled + 1e-9 * np.random.default_rng(0).uniform(-1, 1, scaled.shape)
     longest = 0.0
     for k in range(n + 1):
         signs = np.sign(np.cross(general[k], general[k + 1 :]) @ general.T)
         for first, second in itertools.product((-1, 1), repeat=2):
             signs[:, k] = first
             signs[np.arange(n + 1 - k), np.arange(k + 1, n + 2)] = second
-            longest = max(longest, float(np.linalg.norm(signs @ own, axis=1).max()))
+            longest = max(longest, float(np.linalg.norm(signs @ scaled, axis=1).max()))
     return largest * longest

@@ -81,7 +81,7 @@ def read_variables(vary: object) -> tuple[list[Range], list[Choice]]:
     choices: list[Choice] = []
     for key, value in vary.items():
         names = (key,) if isinstance(key, str) else tuple(key) if isinstance(key, tuple) else ()
-        names = tuple(name for item in names for name in str(item).split("+"))
+        names = tuple(name for joined in names for name in str(joined).split("+"))
         if not names or not all(names):
             raise ArgumentError(f"vary has the key {key!r}; it must be the name of a parameter, or a tuple of names")
         what = "+".join(names)
@@ -93,10 +93,10 @@ def read_variables(vary: object) -> tuple[list[Range], list[Choice]]:
             ranges.append(_range(what, value))
         else:
             choices.append(_values(what, value))
-    every = [item.name for item in ranges] + [name for item in choices for name in item.names]
+    every = [variable.name for variable in ranges] + [name for choice in choices for name in choice.names]
     if twice := next((name for name in every if every.count(name) > 1), None):
         raise ArgumentError(f"vary: {twice!r} is varied twice")
-    count = math.prod(len(item.rows) for item in choices)
+    count = math.prod(len(choice.rows) for choice in choices)
     if not ranges and count > MOST:
         raise ArgumentError(f"vary: the lists have {count:,} combinations, more than {MOST:,}; give ranges instead")
     return ranges, choices
@@ -104,8 +104,8 @@ def read_variables(vary: object) -> tuple[list[Range], list[Choice]]:
 
 def typed_units(ranges: Sequence[Range], choices: Sequence[Choice]) -> list[tuple[str, str]]:
     """Return pairs of a parameter and a unit given with one of its values."""
-    named = [(item.name, item.units) for item in ranges]
-    named += [pair for item in choices for pair in zip(item.names, item.units, strict=False)]
+    named = [(variable.name, variable.units) for variable in ranges]
+    named += [pair for choice in choices for pair in zip(choice.names, choice.units, strict=False)]
     return [(name, unit) for name, units in named for unit in dict.fromkeys(units) if unit]
 
 
@@ -137,20 +137,20 @@ def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
     path = str(files("kinetostatics.design") / f"{name}.csv") if name in CATALOGUES else name
     example = "a catalogue has a line of titles, such as outer_diameter [mm], and two rows at least"
     table = read_csv(path, example, least=2)
-    known = table.names
-    keys = [item.rpartition(".")[2] for item in names]  # dimensions without the names of their parts
-    sizes = [_size(title) for title in known]
+    titles = table.names
+    keys = [full_name.rpartition(".")[2] for full_name in names]  # dimensions without the names of their parts
+    sizes = [_size(title) for title in titles]
     hole = None
     if "inner_diameter" not in sizes and {"outer_diameter", "wall"} <= set(sizes):
-        hole = next((k for k, key in enumerate(keys) if key not in known and _size(key) == "inner_diameter"), None)
+        hole = next((k for k, key in enumerate(keys) if key not in titles and _size(key) == "inner_diameter"), None)
     columns: list[int] = []
     for k, key in enumerate(keys):
         size = "wall" if k == hole else _size(key)
-        found = [known.index(key)] if key in known else [j for j, own in enumerate(sizes) if own == size]
-        if len(found) != 1 or found[0] in columns:
-            titled = ", ".join(title for title in known if title)
+        candidates = [titles.index(key)] if key in titles else [j for j, title_size in enumerate(sizes) if title_size == size]
+        if len(candidates) != 1 or candidates[0] in columns:
+            titled = ", ".join(title for title in titles if title)
             raise ArgumentError(f"{table.place}: the titles {titled} do not determine the column of {key!r}: give it this title")
-        columns += found
+        columns += candidates
     rows = []
     typed: list[list[str]] = [[] for _ in columns]
     for line, row in table.rows:
@@ -174,11 +174,11 @@ def _size(name: str) -> str:
 
 def combinations(choices: Sequence[Choice]) -> list[dict[str, float]]:
     """Return all combinations of one row of each choice, as values of the parameters by name."""
-    found = []
+    combined = []
     for rows in itertools.product(*(choice.rows for choice in choices)):
         pairs = zip(choices, rows, strict=True)
-        found.append({name: value for choice, row in pairs for name, value in zip(choice.names, row, strict=True)})
-    return found
+        combined.append({name: value for choice, row in pairs for name, value in zip(choice.names, row, strict=True)})
+    return combined
 
 
 @dataclass(frozen=True)
@@ -192,23 +192,24 @@ class VariedNumbers:
     robots: ParametricRobot
     alike: Mapping[str, Sequence[RobotNumber]]
 
-    def own(self, name: str) -> float:
+    def file_value(self, name: str) -> float:
         """Return the value in the file; for several numbers, their mean."""
-        return float(np.mean([item.value for item in self.alike[name]]))
+        return float(np.mean([number.value for number in self.alike[name]]))
 
     @property
     def file_is_a_design(self) -> bool:
         """Whether the file gives all numbers of a pattern the same value, for each pattern."""
-        return all(len({item.value for item in several}) == 1 for several in self.alike.values())
+        return all(len({number.value for number in several}) == 1 for several in self.alike.values())
 
     def unit(self, name: str) -> str:
         """Return the SI unit of a number; empty if the unit is unknown or the number is dimensionless."""
-        found = self.alike[name][0].unit
-        return "" if found == "1" else found
+        unit = self.alike[name][0].unit
+        return "" if unit == "1" else unit
 
     def robot(self, values: Mapping[str, float]) -> Robot:
         """Return the robot with these values; expressions of the file are evaluated again."""
-        return Robot(self.robots.description({item.name: value for name, value in values.items() for item in self.alike[name]}))
+        changes = {number.name: value for name, value in values.items() for number in self.alike[name]}
+        return Robot(self.robots.description(changes))
 
 
 def varied_numbers(robots: ParametricRobot, names: Sequence[str], typed: Sequence[tuple[str, str]]) -> VariedNumbers:
@@ -222,7 +223,7 @@ def varied_numbers(robots: ParametricRobot, names: Sequence[str], typed: Sequenc
     for name, number in robots.select(names, "vary"):
         alike.setdefault(name, []).append(number)
     for name, several in alike.items():
-        if len(units := {item.unit for item in several}) > 1:
+        if len(units := {number.unit for number in several}) > 1:
             kinds = ", ".join(sorted(units))
             raise ArgumentError(
                 f"vary: {name} stands for numbers in several units, {kinds}; all numbers of a pattern have the same value"

@@ -53,4 +53,4 @@ def test_list_values_around_the_continuous_optimum_are_tried(tried):
 def test_tied_dimensions_may_differ_in_the_file(values, own):
     alike = {"rod_*.diameter": [SimpleNamespace(value=value) for value in values], "length": [SimpleNamespace(value=0.5)]}
     sizes = VariedNumbers(None, alike)
-    assert sizes.file_is_a_design == own and sizes.own("rod_*.diameter") == pytest.approx(sum(values) / 2)
+    assert sizes.file_is_a_design == own and sizes.file_value("rod_*.diameter") == pytest.approx(sum(values) / 2)
