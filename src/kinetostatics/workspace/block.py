@@ -45,11 +45,11 @@ def compute_block(plan: SweepPlan, labels: Labels, block: Block, q: Array | None
     else:
         configuration = robot.configuration(q, closure_tolerance=plan.closure_tolerance, on_failure="nan")
     parts = _arrays(plan, labels, combination, configuration, cases, coordinates)
-    found = {}
-    for name, item in labels.variables.items():
-        lengths = [piece.stop - piece.start for piece, axis in zip(block, plan.axes, strict=True) if axis.kind in item.varies]
-        found[name] = parts[name].reshape((*lengths, *parts[name].shape[parts[name].ndim - len(item.dims) :]))
-    return found
+    arrays = {}
+    for name, variable in labels.variables.items():
+        lengths = [piece.stop - piece.start for piece, axis in zip(block, plan.axes, strict=True) if axis.kind in variable.varies]
+        arrays[name] = parts[name].reshape((*lengths, *parts[name].shape[parts[name].ndim - len(variable.dims) :]))
+    return arrays
 
 
 def make_ready(plan: SweepPlan, labels: Labels, combination: Combination) -> Robot:
@@ -83,7 +83,7 @@ def _arrays(
         "engine": plan.engine,
     }
     result = analyze(configuration, **given)
-    found = _analysis_arrays(plan, labels, combination, result, (*counts, configuration.shape[0]))
+    arrays = _analysis_arrays(plan, labels, combination, result, (*counts, configuration.shape[0]))
     if plan.compensated:
         target: dict[str, Keyword] = {
             "controlled": plan.compensated,
@@ -93,13 +93,14 @@ def _arrays(
         corrected = compensate(configuration, **given, **target)
         shifts = np.stack(list(corrected.corrections.values()), axis=-1)
         more = {"actuator_correction": shifts, "residual_error": corrected.residual_error}
-        found |= {name: np.broadcast_to(more[name], (*counts, *more[name].shape[-2:])) for name in more if name in labels.outputs}
+        names = [name for name in more if name in labels.outputs]
+        arrays |= {name: np.broadcast_to(more[name], (*counts, *more[name].shape[-2:])) for name in names}
     if plan.modes:
         gravity = given["gravity"][(0,) * len(cases)]  # frequencies do not vary with loads
         vibrations = modes(configuration, plan.modes, payload=plan.payload, gravity=gravity)
         more = {"frequency": vibrations.frequencies, "zero_frequencies": vibrations.zero_frequencies}
-        found |= {name: more[name] for name in more if name in labels.outputs}
-    return found
+        arrays |= {name: more[name] for name in more if name in labels.outputs}
+    return arrays
 
 
 def _analysis_arrays(
@@ -114,7 +115,7 @@ def _analysis_arrays(
             "robots separately"
         )
     reached = configuration.reached
-    own: dict[str, Callable[[], object]] = {
+    functions: dict[str, Callable[[], object]] = {
         "mode": lambda: np.where(reached, REACHED, NOT_REACHED).astype(np.int8),
         "platform_pose": lambda: configuration.platform_coordinates(plan.orientation),
         "actuator_position": lambda: {name: np.where(reached, x, np.nan) for name, x in configuration.actuators.items()},
@@ -132,14 +133,14 @@ def _analysis_arrays(
         # the canonical wrenches differ from those of the first robot
         reported = {name: getattr(result, name) for name in REPORTED}
         facts = {**reported, "basis_degenerate": ~np.isin(result.status, WITHOUT_NUMBERS)}
-        own |= {"basis_degenerate": lambda: facts["basis_degenerate"], "status": lambda: status_of(result.status, facts)}
+        functions |= {"basis_degenerate": lambda: facts["basis_degenerate"], "status": lambda: status_of(result.status, facts)}
     paths = {entry.variable: path for path, entry in QUANTITIES.items() if entry.group not in ("compensation", "modes")}
-    found = {}
+    arrays = {}
     for name, entry in labels.variables.items():
         if name in paths:
-            value = own[name]() if name in own else value_at(result, paths[name])
-            found[name] = _full(stacked(value, entry.dims, labels.axes), entry, shape)
-    return found
+            value = functions[name]() if name in functions else value_at(result, paths[name])
+            arrays[name] = _full(stacked(value, entry.dims, labels.axes), entry, shape)
+    return arrays
 
 
 def _wrenches(result: Result, kind: str) -> list[str]:

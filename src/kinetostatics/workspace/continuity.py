@@ -103,9 +103,9 @@ def suspect_edges(q: Array, reached: Mask, scale: JointScale) -> Edges:
     for axis, lower, upper in neighbours(reached.shape):
         both = np.moveaxis(reached[lower] & reached[upper], axis, 0)
         if np.any(both):
-            found = np.moveaxis(_suspect(np.moveaxis(joints, axis + 1, 1), both, scale), 0, axis)
-            firsts.append(numbers[lower][found])
-            seconds.append(numbers[upper][found])
+            suspect = np.moveaxis(_suspect(np.moveaxis(joints, axis + 1, 1), both, scale), 0, axis)
+            firsts.append(numbers[lower][suspect])
+            seconds.append(numbers[upper][suspect])
     return Edges(np.concatenate(firsts), np.concatenate(seconds))
 
 
@@ -195,7 +195,7 @@ class _RegionPoses:
         self.plan, self.robot, self.region = plan, robot, region
         self.shape, size, self.nq = reached.shape, reached.size, q.shape[-1]
         places = [o] if any(labels.loose) else []
-        self.q = np.concatenate([item.reshape(size, item.shape[-1]) for item in (q, *places)], axis=-1)
+        self.q = np.concatenate([array.reshape(size, array.shape[-1]) for array in (q, *places)], axis=-1)
         self.reached = reached.flatten()
         self.retracted = np.zeros(size, dtype=bool)
         units = np.array([*labels.auxiliary["joint_coordinate_unit"][1], *("m",) * (3 * len(places))])
@@ -245,12 +245,12 @@ class _RegionPoses:
             near = None
             if starts is not None or left < steps - 1:
                 near = self.robot.configuration(q[alive, : self.nq], closure_tolerance=np.inf, on_failure="nan")
-            found = self.plan.assemble(self.robot, goal, near)
-            arrived = np.asarray(found.status != Status.UNREACHABLE)
+            configuration = self.plan.assemble(self.robot, goal, near)
+            arrived = np.asarray(configuration.status != Status.UNREACHABLE)
             alive = alive[arrived]
-            q[alive, : self.nq] = found.q[arrived]
+            q[alive, : self.nq] = configuration.q[arrived]
             if q.shape[1] > self.nq:
-                place = found.platform_coordinates(self.plan.orientation)
+                place = configuration.platform_coordinates(self.plan.orientation)
                 q[alive, self.nq :] = np.stack([place[name] for name in "xyz"], axis=-1)[arrived]
             if not alive.size:
                 break
@@ -266,17 +266,17 @@ class _RegionPoses:
         zero = self.robot.configuration(self.robot.model_q(self.robot.zero_poses)[:, 0], closure_tolerance=np.inf)
         if self.plan.kind != "platform":
             return {name: float(value) for name, value in zero.actuators.items()}
-        found = {name: float(value) for name, value in zero.platform_coordinates(self.plan.orientation).items()}
-        if self.plan.orientation == "tilt_torsion" and abs(found["tilt"]) < 1e-9:
-            del found["azimuth"]
-        return found
+        coordinates = {name: float(value) for name, value in zero.platform_coordinates(self.plan.orientation).items()}
+        if self.plan.orientation == "tilt_torsion" and abs(coordinates["tilt"]) < 1e-9:
+            del coordinates["azimuth"]
+        return coordinates
 
     # ---- 1: other modes ---------------------------------------------------------------------------------------------
 
     def suspects(self) -> Edges:
         """Return the suspect edges, without edges that have been followed to their stored pose."""
-        found = suspect_edges(self.q.reshape(*self.shape, -1), self.reached.reshape(self.shape), self.scale)
-        return found.where(~np.isin(found.first * self.reached.size + found.second, self._confirmed))
+        edges = suspect_edges(self.q.reshape(*self.shape, -1), self.reached.reshape(self.shape), self.scale)
+        return edges.where(~np.isin(edges.first * self.reached.size + edges.second, self._confirmed))
 
     def follow_edges(self, edges: Edges) -> tuple[Edges, Mask]:
         """Follow the straight lines of edges, in small steps if necessary.
@@ -334,12 +334,12 @@ class _RegionPoses:
         return int(wrong.sum())
 
     def _reached_neighbours(self, which: Index) -> Index:
-        there, found = np.zeros(self.shape, dtype=bool), np.zeros(self.shape, dtype=bool)
+        there, adjacent = np.zeros(self.shape, dtype=bool), np.zeros(self.shape, dtype=bool)
         there.ravel()[which] = True
         for _, lower, upper in neighbours(self.shape):
-            found[lower] |= there[upper]
-            found[upper] |= there[lower]
-        return np.flatnonzero(found.ravel() & self.reached)
+            adjacent[lower] |= there[upper]
+            adjacent[upper] |= there[lower]
+        return np.flatnonzero(adjacent.ravel() & self.reached)
 
     # ---- 2: continuation from neighbours ----------------------------------------------------------------------------
 
@@ -356,8 +356,8 @@ class _RegionPoses:
 
         With ``everywhere`` False, only poses between two reached neighbours are tried.
         """
-        while (found := self._next_poses(everywhere))[0].size:
-            self._try(*found)
+        while (poses := self._next_poses(everywhere))[0].size:
+            self._try(*poses)
 
     def _try(self, targets: Index, starts: Index, directions: Index) -> bool:
         """Assemble the poses ``targets`` from the neighbours ``starts``; return whether any is reached.
@@ -366,9 +366,9 @@ class _RegionPoses:
         """
         count = self.count
         self._tried[directions, targets] = True
-        for steps, mine in ((1, ~self.retracted[targets]), (FINE, self.retracted[targets])):
-            if np.any(mine):
-                to, by = targets[mine], starts[mine]
+        for steps, selected in ((1, ~self.retracted[targets]), (FINE, self.retracted[targets])):
+            if np.any(selected):
+                to, by = targets[selected], starts[selected]
                 ends, arrived = self.follow(self.q[by], self.at(by), self.at(to), steps)
                 self.store(to[arrived], ends[arrived], by[arrived])
         return self.count > count

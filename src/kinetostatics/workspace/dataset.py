@@ -54,7 +54,7 @@ class Labels:
     @property
     def dims(self) -> set[str]:
         """Dimensions of the variables besides the dimensions of the grid."""
-        return {dim for item in self.variables.values() for dim in item.dims}
+        return {dim for variable in self.variables.values() for dim in variable.dims}
 
 
 def _flags(words: Mapping[int, str]) -> dict[str, object]:
@@ -78,7 +78,7 @@ _AXES = {
 }
 #: Attributes of variables with coded values.
 FLAGS: Mapping[str, Mapping[str, object]] = {
-    "status": _flags({int(item): item.name.lower() for item in Status}),
+    "status": _flags({int(status): status.name.lower() for status in Status}),
     "mode": _flags({NOT_REACHED: "none_found", REACHED: "mode_of_the_zero_pose"}),
 }
 
@@ -93,11 +93,11 @@ def attributes_of(name: str) -> dict[str, object]:
 def numbered(labels: Iterable[str]) -> list[str]:
     """Return labels, with " (2)", " (3)", … appended to repeated labels."""
     seen: dict[str, int] = {}
-    found = []
+    distinct = []
     for label in labels:
         seen[label] = seen.get(label, 0) + 1
-        found.append(label if seen[label] == 1 else f"{label} ({seen[label]})")
-    return found
+        distinct.append(label if seen[label] == 1 else f"{label} ({seen[label]})")
+    return distinct
 
 
 def labels_of(plan: SweepPlan, robot: Robot) -> Labels:
@@ -115,19 +115,19 @@ def labels_of(plan: SweepPlan, robot: Robot) -> Labels:
     }
     units = units_along(robot.statics)
     auxiliary: dict[str, tuple[tuple[str, ...], Sequence[object]]] = {}
-    for item in VARIABLES.values():  # the first variable with a unit has no other dimension
-        if item.unit in units:
-            auxiliary.setdefault(item.unit, (item.dims, units[item.unit]))
+    for variable in VARIABLES.values():  # the first variable with a unit has no other dimension
+        if variable.unit in units:
+            auxiliary.setdefault(variable.unit, (variable.dims, units[variable.unit]))
     for kind, names, columns in (("", "labels", "constraint_wrenches"), ("attached_", "attached_labels", "attached_wrenches")):
-        found = [(limb.name, numbered(getattr(limb, names)), getattr(limb, columns)) for limb in result.limbs.values()]
-        axes[f"{kind}wrench"] = tuple(f"{limb}: {label}" for limb, labels, _ in found for label in labels)
-        auxiliary[f"{kind}limb"] = (f"{kind}wrench",), [limb for limb, labels, _ in found for _ in labels]
-        auxiliary[f"{kind}label"] = (f"{kind}wrench",), [label for _, labels, _ in found for label in labels]
-        units_of = [unit for _, labels, wrenches in found for unit in wrench_units(labels, wrenches)]
+        limbs = [(limb.name, numbered(getattr(limb, names)), getattr(limb, columns)) for limb in result.limbs.values()]
+        axes[f"{kind}wrench"] = tuple(f"{limb}: {label}" for limb, labels, _ in limbs for label in labels)
+        auxiliary[f"{kind}limb"] = (f"{kind}wrench",), [limb for limb, labels, _ in limbs for _ in labels]
+        auxiliary[f"{kind}label"] = (f"{kind}wrench",), [label for _, labels, _ in limbs for label in labels]
+        units_of = [unit for _, labels, wrenches in limbs for unit in wrench_units(labels, wrenches)]
         auxiliary[f"{kind}wrench_unit"] = (f"{kind}wrench",), units_of
     auxiliary["platform_coordinate_unit"] = ("platform_coordinate",), [PLATFORM_UNITS[name] for name in pose]
     auxiliary["joint_coordinate_unit"] = ("joint_coordinate",), [unit for _, unit in q]
-    outputs = [name for name, item in VARIABLES.items() if item.group == "always" or name in plan.outputs]
+    outputs = [name for name, variable in VARIABLES.items() if variable.group == "always" or name in plan.outputs]
     there = tuple(name for name in outputs if all(axes[dim] for dim in VARIABLES[name].dims))
     return Labels(robot.name, axes, auxiliary, loose_coordinates(plan, robot), there)
 
@@ -141,16 +141,16 @@ def loose_coordinates(plan: SweepPlan, robot: Robot) -> tuple[bool, ...]:
         return (False,) * robot.mechanism.tree.nq
     q = robot.model_q(robot.generic_poses)[:, 0]
     pose = robot.configuration(q, closure_tolerance=np.inf, on_failure="nan")
-    known = pose.platform_coordinates(plan.orientation) if plan.kind == "platform" else pose.actuators
+    values = pose.platform_coordinates(plan.orientation) if plan.kind == "platform" else pose.actuators
     names = [*plan.held, *(axis.name for axis in plan.axes_of("coordinate"))]
     random = np.random.default_rng(6)
     starts = q + random.uniform(-MOVED, MOVED, (32, len(q)))
     near = robot.configuration(starts, closure_tolerance=np.inf, on_failure="nan")
     try:
-        found = plan.assemble(robot, {name: np.full(len(starts), float(known[name])) for name in names}, near)
+        closed = plan.assemble(robot, {name: np.full(len(starts), float(values[name])) for name in names}, near)
     except (KinetostaticsError, KeyError):  # reported by the checks of the plan
         return (False,) * robot.mechanism.tree.nq
-    ends = found.q[found.status != Status.UNREACHABLE]
+    ends = closed.q[closed.status != Status.UNREACHABLE]
     if len(ends) < 2:
         model = robot.mechanism.model
         return tuple(
@@ -161,21 +161,21 @@ def loose_coordinates(plan: SweepPlan, robot: Robot) -> tuple[bool, ...]:
 
 def _q_labels(robot: Robot) -> list[tuple[str, str]]:
     model, connections = robot.mechanism.model, robot.mechanism.connections
-    found: list[tuple[str, str]] = [("", "1")] * model.nq
+    labels: list[tuple[str, str]] = [("", "1")] * model.nq
     for name, first, count in zip(list(model.names), list(model.idx_qs), list(model.nqs), strict=True):
         if count == 1:
-            found[first] = name, connections[name].type.unit if name in connections else "rad"
+            labels[first] = name, connections[name].type.unit if name in connections else "rad"
         for k in range(count if count > 1 else 0):
             part = ("cos", "sin")[k] if count == 2 else str(k)
-            found[first + k] = f"{name}:{part}", "1"
-    return found
+            labels[first + k] = f"{name}:{part}", "1"
+    return labels
 
 
 def _reported_names(labels: Labels) -> list[str]:
     """Return the names of the auxiliary coordinates (units, limbs, labels) along dimensions of the variables."""
-    dims, units = labels.dims, {item.unit for item in labels.variables.values()}
+    dims, units = labels.dims, {variable.unit for variable in labels.variables.values()}
     return [
-        name for name, (own, _) in labels.auxiliary.items() if {*own} <= dims and (name in units or not name.endswith("_unit"))
+        name for name, (axes, _) in labels.auxiliary.items() if {*axes} <= dims and (name in units or not name.endswith("_unit"))
     ]
 
 
@@ -197,26 +197,26 @@ def check_names(plan: SweepPlan, labels: Labels, named: Iterable[str] = ()) -> N
 def coordinates(plan: SweepPlan, labels: Labels) -> dict[str, xr.Variable]:
     import xarray as xr
 
-    found: dict[str, xr.Variable] = {}
+    coords: dict[str, xr.Variable] = {}
     for axis in plan.axes:
         units = {"units": axis.units} if axis.units else {}
-        found[axis.name] = xr.Variable((axis.name,), _stored(axis.values), {"long_name": axis.long_name, **units})
+        coords[axis.name] = xr.Variable((axis.name,), _stored(axis.values), {"long_name": axis.long_name, **units})
     dim, unit = ("platform_coordinate",) * 2 if plan.kind == "platform" else ("actuator", "actuator_position")
     units_of_coordinates = dict(zip(labels.axes[dim], labels.auxiliary[f"{unit}_unit"][1], strict=True))
     for name, value in plan.held.items():
         held = {"long_name": f"{name}, the same at all poses", "units": units_of_coordinates[name]}
-        found[name] = xr.Variable((), value, held)
+        coords[name] = xr.Variable((), value, held)
     for name, constant in plan.constants.items():
         attributes = {"long_name": f"parameter {name} of the robot file, the same at all poses"}
-        found[name] = xr.Variable((), _stored(np.asarray(constant)), attributes)
+        coords[name] = xr.Variable((), _stored(np.asarray(constant)), attributes)
     for name in (name for name in _AXES if name in labels.dims):
-        found[name] = xr.Variable((name,), np.array(labels.axes[name], dtype=object), {"long_name": _AXES[name]}, fastpath=True)
+        coords[name] = xr.Variable((name,), np.array(labels.axes[name], dtype=object), {"long_name": _AXES[name]}, fastpath=True)
     for name in _reported_names(labels):
         dims, values = labels.auxiliary[name]
         texts = np.array(values, dtype=str)
         texts = np.char.replace(texts, "·", " ") if name in UNITS else texts
-        found[name] = xr.Variable(dims, texts.astype(object), fastpath=True)  # fastpath: no search for dates
-    return found
+        coords[name] = xr.Variable(dims, texts.astype(object), fastpath=True)  # fastpath: no search for dates
+    return coords
 
 
 def _stored(values: Values) -> Values:
@@ -228,8 +228,11 @@ def _stored(values: Values) -> Values:
 
 def shapes(plan: SweepPlan, labels: Labels) -> dict[str, tuple[int, ...]]:
     return {
-        name: (*(axis.size for axis in plan.axes if axis.kind in item.varies), *(len(labels.axes[dim]) for dim in item.dims))
-        for name, item in labels.variables.items()
+        name: (
+            *(axis.size for axis in plan.axes if axis.kind in variable.varies),
+            *(len(labels.axes[dim]) for dim in variable.dims),
+        )
+        for name, variable in labels.variables.items()
     }
 
 
@@ -238,7 +241,7 @@ def dataset(plan: SweepPlan, labels: Labels, arrays: Mapping[str, object], attri
 
     data = {}
     for name, array in arrays.items():
-        item = labels.variables[name]
-        dims = (*(axis.name for axis in plan.axes if axis.kind in item.varies), *item.dims)
+        variable = labels.variables[name]
+        dims = (*(axis.name for axis in plan.axes if axis.kind in variable.varies), *variable.dims)
         data[name] = xr.Variable(dims, array, attributes_of(name))
     return xr.Dataset(data, coordinates(plan, labels), attributes)

@@ -129,7 +129,7 @@ def _array(what: str, name: str, value: object, text: bool) -> Values:
     except ValueError:
         raise ArgumentError(f"{what}: {name} is {value!r}, not a number or an array of numbers") from None
     if text and (array.dtype.kind in "UbiO" or isinstance(value, str)):
-        if array.dtype.kind == "O" and not all(isinstance(item, (str, int, float)) for item in array.ravel()):
+        if array.dtype.kind == "O" and not all(isinstance(element, (str, int, float)) for element in array.ravel()):
             raise ArgumentError(f"{what}: {name} is {value!r}; values are numbers or strings")
         return array if array.dtype.kind != "O" else array.astype(str)
     try:

@@ -141,7 +141,7 @@ def sweep(
         if chunks is not None:
             return _lazy_dataset(plan, labels, chunks, attributes)
         try_robots(plan)
-    most = MOST if all(item.group in ("default", "always") for item in labels.variables.values()) else MOST_COSTLY
+    most = MOST if all(variable.group in ("default", "always") for variable in labels.variables.values()) else MOST_COSTLY
     sizes = block_sizes(plan.axes, min(most, max(LEAST, math.ceil(plan.size / (SHARE * number)))))
     run = _Progress(plan.size)
     if out is None:
@@ -181,8 +181,8 @@ def dataset_in_memory(
 ) -> xr.Dataset:
     """Return the whole Dataset of a sweep, in memory."""
     arrays = Arrays(plan, labels, sizes)
-    found = compute(arrays, number, progress or _Progress(plan.size))
-    return dataset(plan, labels, arrays.arrays, {**attributes, **found})
+    counts = compute(arrays, number, progress or _Progress(plan.size))
+    return dataset(plan, labels, arrays.arrays, {**attributes, **counts})
 
 
 def compute(arrays: Arrays, number: int | None, progress: _Progress) -> dict[str, object]:
@@ -192,7 +192,7 @@ def compute(arrays: Arrays, number: int | None, progress: _Progress) -> dict[str
         Attributes of the Dataset: how many poses were corrected because they were in another assembly mode than their neighbours.
     """
     plan, labels = arrays.plan, arrays.labels
-    found = {"mode_jumps": 0, "poses_of_other_modes": 0, "poses_by_neighbours": 0}
+    counts = {"mode_jumps": 0, "poses_of_other_modes": 0, "poses_by_neighbours": 0}
 
     def fill(block: Block) -> None:
         if not arrays.is_done(block):
@@ -204,30 +204,30 @@ def compute(arrays: Arrays, number: int | None, progress: _Progress) -> dict[str
         in_threads(fill, plan.blocks(combination, arrays.sizes), most=number)
         for region in _regions(plan, labels):
             for name, count in _correct_modes(arrays, combination, region, number).items():
-                found[name] += count
-    if jumps := found["mode_jumps"]:
+                counts[name] += count
+    if jumps := counts["mode_jumps"]:
         pairs = "1 pair of neighbours on the grid is" if jumps == 1 else f"{jumps} pairs of neighbours on the grid are"
         warn(f"{pairs} in different assembly modes; a finer grid separates them")
-    return dict(found)
+    return dict(counts)
 
 
 def _correct_modes(arrays: Arrays, combination: Combination, region: Block, number: int | None) -> dict[str, int]:
     """Correct the poses in a region of the grid of coordinates by continuity; return the numbers of changes by attribute."""
     plan, labels = arrays.plan, arrays.labels
-    one = tuple(slice(k, k + 1) for k in combination)
+    robot_slices = tuple(slice(k, k + 1) for k in combination)
     cases = tuple(slice(0, 1) for _ in plan.axes_of("case"))
     shape = sizes_of(region)
 
-    def known(name: str, where: Block) -> np.ndarray:
-        values = arrays.read(name, (*one, *cases, *where))
+    def stored(name: str, where: Block) -> np.ndarray:
+        values = arrays.read(name, (*robot_slices, *cases, *where))
         return values.reshape(values.shape[len(combination) :])
 
     label = "_".join(str(k) for k in (*combination, *(piece.start for piece in region)))
     changes = arrays.changes(label)
     if changes is None:
-        o = known("platform_pose", region)[..., :3]
-        reached = known("mode", region) == REACHED
-        changes = vars(continued(plan, labels, plan.robot(combination), region, known("q", region), o, reached))
+        o = stored("platform_pose", region)[..., :3]
+        reached = stored("mode", region) == REACHED
+        changes = vars(continued(plan, labels, plan.robot(combination), region, stored("q", region), o, reached))
         if changes["which"].size:
             arrays.keep(label, changes)
     which, q = changes["which"], changes["q"]
@@ -236,14 +236,14 @@ def _correct_modes(arrays: Arrays, combination: Combination, region: Block, numb
 
     def correct(block: Block) -> None:
         part = plan.part(block, "coordinate")
-        mine = np.full(sizes_of(part), -1)
+        rows = np.full(sizes_of(part), -1)
         here = tuple(slice(max(p.start, r.start), min(p.stop, r.stop)) for p, r in zip(part, region, strict=True))
         inside = tuple(slice(h.start - p.start, h.stop - p.start) for h, p in zip(here, part, strict=True))
         there = tuple(slice(h.start - r.start, h.stop - r.start) for h, r in zip(here, region, strict=True))
-        mine[inside] = row.reshape(shape)[there]
-        if np.any(changed := mine.ravel() >= 0):
-            poses = known("q", part).reshape(changed.size, -1).copy()
-            poses[changed] = q[mine.ravel()[changed]]
+        rows[inside] = row.reshape(shape)[there]
+        if np.any(changed := rows.ravel() >= 0):
+            poses = stored("q", part).reshape(changed.size, -1).copy()
+            poses[changed] = q[rows.ravel()[changed]]
             arrays.write(block, compute_block(plan, labels, block, poses))
 
     if which.size:
@@ -284,24 +284,24 @@ def _lazy_dataset(
         sizes = chunk_sizes(plan.axes, chunks)
     pieces = dict(zip((axis.name for axis in plan.axes), sizes, strict=True))
     empty = {
-        name: da.empty(shape, dtype=item.dtype, chunks=_pieces(plan, pieces, item.varies, shape))  # type: ignore[no-untyped-call]
-        for (name, shape), item in zip(shapes(plan, labels).items(), labels.variables.values(), strict=True)
+        name: da.empty(shape, dtype=variable.dtype, chunks=_pieces(plan, pieces, variable.varies, shape))  # type: ignore[no-untyped-call]
+        for (name, shape), variable in zip(shapes(plan, labels).items(), labels.variables.values(), strict=True)
     }
     whole = dataset(plan, labels, empty, attributes)
     numbers = {
         f"number of {axis.name}": (axis.name, da.arange(axis.size, chunks=size))  # type: ignore[no-untyped-call]
         for axis, size in zip(plan.axes, sizes, strict=True)
     }
-    found = xr.map_blocks(_chunk, xr.Dataset(numbers, whole.coords), (plan, labels), template=whole)
-    return found.assign_coords(whole.coords)  # labels and units are known already
+    lazy = xr.map_blocks(_chunk, xr.Dataset(numbers, whole.coords), (plan, labels), template=whole)
+    return lazy.assign_coords(whole.coords)  # labels and units are known already
 
 
 def _pieces(plan: SweepPlan, sizes: Mapping[str, int], varies: tuple[str, ...], shape: tuple[int, ...]) -> tuple[int, ...]:
-    mine = [sizes[axis.name] for axis in plan.axes if axis.kind in varies]
-    return (*mine, *shape[len(mine) :])
+    lengths = [sizes[axis.name] for axis in plan.axes if axis.kind in varies]
+    return (*lengths, *shape[len(lengths) :])
 
 
 def _chunk(numbers: xr.Dataset, plan: SweepPlan, labels: Labels) -> xr.Dataset:
     ends = (numbers[f"number of {axis.name}"].values for axis in plan.axes)
-    part = plan.within(tuple(slice(int(found[0]), int(found[-1]) + 1) for found in ends))
+    part = plan.within(tuple(slice(int(indices[0]), int(indices[-1]) + 1) for indices in ends))
     return dataset_in_memory(part, labels, block_sizes(part.axes, AUTO), {}, 1)

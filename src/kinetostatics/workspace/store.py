@@ -72,16 +72,16 @@ def map_exists(path: str, identity: str, attributes: Mapping[str, object], resta
         return False
     try:
         with open_map(path) as there:
-            found = dict(there.attrs)
+            stored = dict(there.attrs)
     except Exception:
-        found = {}
-    if "sweep_sha256" not in found:
+        stored = {}
+    if "sweep_sha256" not in stored:
         raise ArgumentError(f"{path} exists and is not the map of a sweep; choose another name")
     if restart:
         return False
-    if found["sweep_sha256"] == identity:
+    if stored["sweep_sha256"] == identity:
         return True
-    differ = [what for key, what in COMPARED.items() if found.get(key) != attributes.get(key)] or ["other arguments"]
+    differ = [what for key, what in COMPARED.items() if stored.get(key) != attributes.get(key)] or ["other arguments"]
     raise ArgumentError(
         f"{path} is the map of another sweep, with {', '.join(differ)}; choose another name, or let it be overwritten "
         "(restart=True, --restart)"
@@ -111,7 +111,7 @@ class Arrays:
 
     def _create(self) -> None:
         sizes = shapes(self.plan, self.labels)
-        self.arrays = {name: np.empty(sizes[name], item.dtype) for name, item in self._items.items()}
+        self.arrays = {name: np.empty(sizes[name], variable.dtype) for name, variable in self._items.items()}
 
     def write(self, block: Block, numbers: Mapping[str, Values]) -> None:
         """Write the variables of a block, its status last."""
@@ -167,13 +167,13 @@ class Store(Arrays):
             group = zarr.open_group(self.folder, mode="a", zarr_format=2)
             lengths = dict(zip((axis.name for axis in self.plan.axes), self.sizes, strict=True))
             for name, shape in shapes(self.plan, self.labels).items():
-                item = self._items[name]
-                dims = [*(axis.name for axis in self.plan.axes if axis.kind in item.varies), *item.dims]
+                variable = self._items[name]
+                dims = [*(axis.name for axis in self.plan.axes if axis.kind in variable.varies), *variable.dims]
                 group.create_array(
                     name,
                     shape=shape,
-                    dtype=item.dtype,
-                    fill_value=np.nan if np.dtype(item.dtype).kind == "f" else None,
+                    dtype=variable.dtype,
+                    fill_value=np.nan if np.dtype(variable.dtype).kind == "f" else None,
                     attributes={"_ARRAY_DIMENSIONS": dims, **{key: as_json(value) for key, value in attributes_of(name).items()}},
                     chunks=tuple(min(lengths.get(dim, n), n) for dim, n in zip(dims, shape, strict=True)),
                     compressors=None,
@@ -197,16 +197,16 @@ class Store(Arrays):
             notes: Any = group.attrs.get(NOTES)
             if notes is None:  # interrupted before the first block
                 return None
-            known, sizes = notes["facts"], tuple(int(size) for size in notes["sizes"])
+            stored, sizes = notes["facts"], tuple(int(size) for size in notes["sizes"])
             readable = len(sizes) == len(self.sizes) and all(name in group for name in self._items)
         except (OSError, ValueError, KeyError, TypeError):
-            known, readable = {}, False
+            stored, readable = {}, False
         facts = json.loads(json.dumps(as_json(self.plan.facts)))  # converted through JSON like the stored ones
-        differ = sorted(key for key in {*facts, *known} if facts.get(key) != known.get(key))
+        differ = sorted(key for key in {*facts, *stored} if facts.get(key) != stored.get(key))
         if differ or not readable:
             robot = "robot, or its file has changed"
             named = dict.fromkeys(robot if key in ("robot", "robot's files") else key for key in differ)
-            what = ", with another " + ", ".join(named) if known else ", which cannot be read"
+            what = ", with another " + ", ".join(named) if stored else ", which cannot be read"
             raise ArgumentError(
                 f"{self.folder} is the unfinished map of another sweep{what}; give its arguments to continue it, choose "
                 "another name, or overwrite it (restart=True, --restart)"
@@ -227,8 +227,8 @@ class Store(Arrays):
         path = os.path.join(self.folder, CHANGES + region)
         if not os.path.exists(path):
             return None
-        with np.load(path) as found:
-            return dict(found)
+        with np.load(path) as file:
+            return dict(file)
 
     def keep(self, region: str, changes: Mapping[str, Any]) -> None:
         path = os.path.join(self.folder, CHANGES + region)

@@ -72,13 +72,13 @@ def read_plan(
     closure_tolerance = check("closure_tolerance", closure_tolerance)
     engine = check_engine(engine)
     requested = [*names_in("outputs", outputs, '["twist", "stiffness"]'), *(["modes"] if modes else [])]
-    groups = dict.fromkeys(item.group for item in VARIABLES.values() if item.group != "always")
+    groups = dict.fromkeys(variable.group for variable in VARIABLES.values() if variable.group != "always")
     for name in requested:
         if name not in VARIABLES and name not in groups:
             raise ArgumentError(f"no output {name!r}: {near_names(name, [*groups, *VARIABLES])}")
         if not modes and "modes" in (name, name in VARIABLES and VARIABLES[name].group):
             raise ArgumentError(f"output {name!r} needs modes=, the number of natural frequencies")
-    variables = tuple(name for name, item in VARIABLES.items() if name in requested or item.group in requested)
+    variables = tuple(name for name, variable in VARIABLES.items() if name in requested or variable.group in requested)
     for what in ("load", "gravity"):
         if vectors[what][0] is None:
             raise ArgumentError(f"{what} is None; it must be an array of numbers")
@@ -135,10 +135,10 @@ def _compensated(robot: Robot, kind: str, given: Sequence[str], orientation: str
     On a grid of the platform these are the prescribed coordinates; on a grid of actuators, the coordinates that best determine
     the zero pose.
     """
-    found = tuple(given) if kind == "platform" else best_choice(robot, orientation_named(orientation), robot.zero_poses)
-    if not found:
+    names = tuple(given) if kind == "platform" else best_choice(robot, orientation_named(orientation), robot.zero_poses)
+    if not names:
         raise ArgumentError(f"{robot.name!r} has no platform coordinates that its actuators can correct")
-    return found
+    return names
 
 
 def _with_units(
@@ -148,13 +148,13 @@ def _with_units(
     given = {} if given is None else given
     check_mapping("parameter_units", given, '{"rod_diameter": "m"}')
     for name, text in given.items():
-        known = find_unit(text) if isinstance(text, str) else None
-        if name not in start or known is None or known.size != 1:
+        unit = find_unit(text) if isinstance(text, str) else None
+        if name not in start or unit is None or unit.size != 1:
             raise ArgumentError(f"parameter_units: {name!r}: {text!r} is not the SI unit of one of parameters=")
     family = ParametricRobot(first, links)
     family.check_units(given, "parameters")
-    own = {axis.name: family.number(axis.name).unit for axis in varying if axis.name in family.arguments}
-    return [replace(axis, units=own.get(axis.name) or given.get(axis.name, "")) for axis in varying]
+    units = {axis.name: family.number(axis.name).unit for axis in varying if axis.name in family.arguments}
+    return [replace(axis, units=units.get(axis.name) or given.get(axis.name, "")) for axis in varying]
 
 
 def _source(
@@ -163,7 +163,7 @@ def _source(
     """Return the first robot, and the description or file from which all robots of the sweep are made."""
     if isinstance(robot, (str, os.PathLike)):
         path = os.fspath(robot_path(robot))
-        found = load_robot(path, parameters, **links)
+        first = load_robot(path, parameters, **links)
     elif parameters:
         raise ArgumentError(
             "parameters need the robot's file: give its path instead of a loaded robot, with all values that differ from the "
@@ -175,14 +175,14 @@ def _source(
             "load_robot(…, platform_link=…, base_link=…)"
         )
     else:
-        found = robot if isinstance(robot, Robot) else Robot(robot)
-        path = found.description.path
-    description = found.description
+        first = robot if isinstance(robot, Robot) else Robot(robot)
+        path = first.description.path
+    description = first.description
     files = files_of(description)
-    return found, Source(path, None if varying else description, files, text_digest(description), links)
+    return first, Source(path, None if varying else description, files, text_digest(description), links)
 
 
-def _fields(given: Mapping[str, tuple[object, int]], known: Sequence[Axis]) -> tuple[dict[str, Field], list[Axis]]:
+def _fields(given: Mapping[str, tuple[object, int]], grid_axes: Sequence[Axis]) -> tuple[dict[str, Field], list[Axis]]:
     """Return load, gravity and point as fields, and the axes of their dimensions that are not yet in the grid."""
     fields: dict[str, Field] = {}
     cases: list[Axis] = []
@@ -191,7 +191,7 @@ def _fields(given: Mapping[str, tuple[object, int]], known: Sequence[Axis]) -> t
             continue
         fields[what], axes = read_field(what, value, size)
         for axis in axes:
-            same = next((item for item in (*known, *cases) if item.name == axis.name), None)
+            same = next((other for other in (*grid_axes, *cases) if other.name == axis.name), None)
             if same is None:
                 cases.append(axis)
             elif not np.array_equal(same.values, axis.values):

@@ -75,8 +75,8 @@ class Source:
         if self.description is not None:
             return Robot(self.description)
         robot = Robot(read_robot_file(self.path, parameters, **self.links))
-        for name, known in self.files.items():
-            if sha256_of(name) != known:
+        for name, digest in self.files.items():
+            if sha256_of(name) != digest:
                 raise ArgumentError(f"{name} has changed since the sweep began; start the sweep again")
         return robot
 
@@ -142,8 +142,8 @@ class SweepPlan:
         """Return the plan of a sweep over one block of the grid."""
         axes = tuple(replace(axis, values=axis.values[piece]) for axis, piece in zip(self.axes, block, strict=True))
         fields = {
-            name: None if item is None else item.within(self.axes, block)
-            for name, item in (("load", self.load), ("gravity", self.gravity), ("point", self.point))
+            name: None if vector is None else vector.within(self.axes, block)
+            for name, vector in (("load", self.load), ("gravity", self.gravity), ("point", self.point))
         }
         return replace(self, axes=axes, **fields)  # type: ignore[arg-type]
 
@@ -269,19 +269,19 @@ def sha256_of(path: str | os.PathLike[str]) -> str:
 @cache
 def versions() -> dict[str, str]:
     """Return the versions of the packages on which the numbers depend."""
-    found = {}
+    installed = {}
     for name, distribution in PACKAGES.items():
         try:
-            found[name] = metadata.version(distribution)
+            installed[name] = metadata.version(distribution)
         except metadata.PackageNotFoundError:
-            found[name] = "unknown"
-    return found
+            installed[name] = "unknown"
+    return installed
 
 
 def files_of(description: RobotDescription) -> dict[str, str]:
     """Return the sha256 of a robot's file and of the files of its elements, by path."""
     tables = ("links", "joints", "loops", "beams", "joint_stiffness", "springs")
-    places = [item.place.file for table in tables for item in getattr(description, table).values()]
+    places = [element.place.file for table in tables for element in getattr(description, table).values()]
     names = dict.fromkeys([description.path, description.platform_place.file, *places])
     return {name: digest for name in names if os.path.isfile(name) and (digest := sha256_of(name))}
 
@@ -295,7 +295,7 @@ def attributes_of_map(plan: SweepPlan, robot: Robot, command_line: Sequence[str]
     """Return the attributes of the Dataset; ``robot`` is the first robot of the sweep."""
     now = datetime.datetime.now(datetime.UTC).replace(microsecond=0).isoformat()
     command = shlex.join(command_line) if command_line else ""
-    found: dict[str, object] = {
+    attributes: dict[str, object] = {
         "Conventions": "CF-1.11",
         "title": f"workspace map of the parallel manipulator {robot.name}",
         "source": f"kinetostatics {plan.versions['kinetostatics']}",
@@ -313,15 +313,15 @@ def attributes_of_map(plan: SweepPlan, robot: Robot, command_line: Sequence[str]
         **{f"{name}_version": version for name, version in plan.versions.items()},
     }
     if robot.warnings:
-        found["warnings"] = "\n".join(robot.warnings)
+        attributes["warnings"] = "\n".join(robot.warnings)
     if command:
-        found["command_line"] = command
-    return found
+        attributes["command_line"] = command
+    return attributes
 
 
 def _short(value: object) -> object:
     if isinstance(value, Mapping):
-        return {key: _short(item) for key, item in value.items()}
+        return {key: _short(element) for key, element in value.items()}
     if isinstance(value, list) and len(value) > LONGEST:
         return {"first": value[0], "last": value[-1], "count": len(value)}
     return value
