@@ -88,6 +88,30 @@ class MatrixLink(ElasticLink):
         M = np.array(self.mass)
         return F, F @ (M[6:, :3] + M[6:, 6:9])
 
+    # ---- vibration: the matrices are those of the ends, without inner coordinates
+
+    def vibrating(self, frames):
+        return self
+
+    def take(self, poses):
+        return self
+
+    def piece(self, count):
+        return self
+
+    def dynamic_stiffness(self, square):
+        return np.array(self.stiffness) - square[..., None, None] * np.array(self.mass)
+
+    def pencil(self, square):
+        shape = (*square.shape, 12, 12)
+        return np.broadcast_to(self.stiffness, shape), np.broadcast_to(self.mass, shape)
+
+    def clamped_square(self):
+        return np.array(np.inf)
+
+    def clamped_modes(self, square):
+        return np.zeros(square.shape, dtype=int)
+
 
 def _tuples(matrix):
     return tuple(map(tuple, matrix.tolist()))

@@ -1,11 +1,14 @@
 """A beam as a link given by its stiffness and mass matrices, a class of this test, gives the results of the beam."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hybrid_robots import random_hybrid, write_randomly
 from matrix_link import with_matrix_links
 
 import kinetostatics as ks
+from kinetostatics.description.elements import Inertia
 
 LOAD, GRAVITY = [10.0, -20.0, -300.0, 4.0, 5.0, 6.0], (0.5, 0.3, -9.81)
 ROBOTS = ["linear_delta", *range(60)]
@@ -101,3 +104,18 @@ def _map(robot):
     zero = robot.assemble().platform
     grid = {name: float(zero[name]) + np.linspace(-0.05, 0.05, 4) for name in ("x", "y", "z")}
     return ks.sweep(robot, platform=grid, load=LOAD, gravity=GRAVITY)
+
+
+@pytest.mark.parametrize("which", ["ur10", 2, 3, 8])
+def test_modes(which):
+    """Under a heavy platform, whose modes are far below those of the links, their mass matrices are exact to 1e-9."""
+    robot = _robot(which)
+    heavy = Inertia((1e6, 0.0, 0.0, 1e6, 0.0, 1e6))
+    robot = ks.Robot(robot.description.with_payload("weight", robot.description.platform, 1e6, inertia=heavy))
+    links = {name: replace(beam, material=replace(beam.material, density=0.0)) for name, beam in robot.description.beams.items()}
+    first, second, without_mass = (
+        ks.modes(item.assemble(), 6)
+        for item in (with_matrix_links(robot), robot, ks.Robot(replace(robot.description, beams=links)))
+    )
+    assert np.abs(first.frequencies / second.frequencies - 1).max() < 1e-9
+    assert np.abs(without_mass.frequencies / second.frequencies - 1).min() > 1e-8

@@ -13,6 +13,7 @@ from kinetostatics.elements import beam_formulas
 from kinetostatics.elements.element import NO_CUTS, ElasticElement, Section, outboard_masks
 from kinetostatics.elements.link import ElasticLink
 from kinetostatics.elements.loaded_beams import LoadedBeams
+from kinetostatics.elements.rods import Rod
 from kinetostatics.elements.vectors import FixedVectors
 from kinetostatics.layout.mapping import ResultMapping, ShortRepr
 from kinetostatics.math.arrays import Array, zeros_for
@@ -105,6 +106,12 @@ class BeamModel(ShortRepr, ElasticLink):
         about[1:] += length**2 / 12
         own = mass * self.axes @ np.diag(about) @ self.axes.T
         return span.carrier, pin.Inertia(mass, R.T @ (centre - p), own)
+
+    def vibrating(self, frames: Frames) -> Rod:
+        length, axes = self.length(frames), self.world_axes(frames).transpose(2, 1, 0)
+        gyration = np.array([self.section.I_y, self.section.I_z]) / self.section.area
+        arm = None if self.centre is None else (axes @ self.lever(frames).T[..., None])[..., 0].T[..., None]
+        return Rod(length[:, None], self.compliances, self.line_density(length)[:, None], gyration, arm)
 
     def stacked(
         self, links: Sequence[ElasticLink], edges: Sequence[Edge], element: int = 0, signs: NDArray[np.int8] | None = None

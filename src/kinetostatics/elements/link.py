@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from kinetostatics.elements.element import ElasticElement
 from kinetostatics.elements.joint import ElasticJoints, PlacedJoints
+from kinetostatics.elements.rods import Numbers
 from kinetostatics.elements.vectors import FixedVectors
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import normalize
 from kinetostatics.mechanism.beam_geometry import BeamSpan
 from kinetostatics.mechanism.joints import ElasticJoint
@@ -27,6 +28,41 @@ from kinetostatics.mechanism.tree import Frames
 
 if TYPE_CHECKING:
     import pinocchio as pin
+
+
+class VibratingLink(Protocol):
+    """Dynamic stiffness D(λ) of a link at N poses, at the square λ = ω² (N, m) of the angular frequency [1/s²].
+
+    Rows and columns are the twists [d; r] of start and end, in the link's axes; forces on the link.
+    """
+
+    def take(self, poses: Index) -> VibratingLink:
+        """Return the link at some of the poses."""
+
+    def piece(self, count: int) -> VibratingLink:
+        """Return one of ``count`` equal pieces of the link, one after the other."""
+
+    def dynamic_stiffness(self, square: Numbers) -> Numbers:
+        """Return D (N, m, 12, 12); λ may be complex."""
+
+    def pencil(self, square: Array) -> tuple[Array, Array]:
+        """Return K̃ and M̃ (N, m, 12, 12) of D(λ) = K̃ − λ M̃ with M̃ = −dD/dλ."""
+
+    def clamped_square(self) -> Array:
+        """Return a lower bound (N, 1) of the lowest λ of the link with clamped ends; infinite if it has no modes then."""
+
+    def clamped_modes(self, square: Array) -> Index:
+        """Return the number (N, m) of modes below λ of the link with clamped ends."""
+
+    def axial_stiffness(self) -> Array:
+        """Return the static stiffness (N, 1) [N/m] along the axis of a telescopic link."""
+
+    def inside(self, ends: Array, forces: Array, square: Array, fraction: float) -> Array:
+        """Return displacement and rotation (N, m, 6) at a fraction of the length, of a link with an inside.
+
+        Args:
+            ends, forces: (N, m, 12) motions of the ends, and forces on them.
+        """
 
 
 class ElasticLink(Protocol):
@@ -70,6 +106,10 @@ class ElasticLink(Protocol):
 
     def inertia_at(self, frames: Frames) -> tuple[int, pin.Inertia]:
         """Return the link as a rigid body at one pose: the carrier body, and the ``pin.Inertia`` in it."""
+        raise NotImplementedError
+
+    def vibrating(self, frames: Frames) -> VibratingLink:
+        """Return the link's dynamic stiffness."""
         raise NotImplementedError
 
     def stacked(

@@ -52,6 +52,24 @@ class Rod:
         arm = None if self.eccentricity is None else self.eccentricity[:, poses]
         return Rod(self.length[poses], self.compliances, self.density[poses], self.gyration, arm)
 
+    def piece(self, count: int) -> Rod:
+        """Return one of ``count`` equal pieces of the rod."""
+        return replace(self, length=self.length / count)
+
+    def axial_stiffness(self) -> Array:
+        """Return EA/L [N/m]."""
+        return np.asarray(1 / (self.compliances[0] * self.length))
+
+    def inside(self, ends: Array, forces: Array, square: Array, fraction: float) -> Array:
+        """Return displacement and rotation (…, 6) at a fraction of the length.
+
+        Args:
+            ends, forces: (…, 12) motions of the ends, and forces on them, at λ (…).
+        """
+        start = np.concatenate([ends[..., :6], -forces[..., :6]], axis=-1)
+        T = self.transfer(square, fraction * self.length)
+        return np.asarray((T[..., :6, :] @ start[..., None])[..., 0])
+
     def clamped_square(self) -> Array:
         """Return a lower bound of the lowest λ [1/s²] of the rod with clamped ends, by Dunkerley's formula."""
         L, c, own = self.length, self.compliances, self.gyration
@@ -74,25 +92,21 @@ class Rod:
             return self._straight(square) if self.eccentricity is None else self._eccentric(square)
         found = np.empty((*np.shape(square), 12, 12), dtype=square.dtype)
         found[..., ~far, :, :] = self.dynamic_stiffness(square[..., ~far])
-        found[..., far, :, :] = _in_series(self._half.dynamic_stiffness(square[..., far]))
+        found[..., far, :, :] = _in_series(self.piece(2).dynamic_stiffness(square[..., far]))
         return found
 
     def clamped_modes(self, square: Array) -> Index:
         """Return the number (…) of modes below λ (…) of the rod with clamped ends."""
         far, found = self._far(square), np.zeros(np.shape(square), dtype=np.intp)
         if np.any(far):
-            D = self._half.dynamic_stiffness(square[..., far])
+            D = self.piece(2).dynamic_stiffness(square[..., far])
             middle = np.linalg.eigvalsh(D[..., :6, :6] + D[..., 6:, 6:])
-            found[..., far] = 2 * self._half.clamped_modes(square[..., far]) + np.sum(middle < 0, axis=-1)
+            found[..., far] = 2 * self.piece(2).clamped_modes(square[..., far]) + np.sum(middle < 0, axis=-1)
         return found
 
     def _far(self, square: Numbers) -> Mask:
         """Return for the last axis of λ where it may exceed the lowest λ of the rod with clamped ends."""
         return np.asarray(np.any(_MARGIN * np.abs(square) > self.clamped_square(), axis=tuple(range(np.ndim(square) - 1))))
-
-    @property
-    def _half(self) -> Rod:
-        return replace(self, length=self.length / 2)
 
     def pencil(self, square: Array) -> tuple[Array, Array]:
         """Return K̃ and M̃ (…, 12, 12) of D(λ) = K̃ − λ M̃ with M̃ = −dD/dλ at λ (…).

@@ -112,7 +112,7 @@ class SmallMotions:
                     if not closes:
                         self.columns[other] = self.columns[here] + mine
                         queue.append(other)
-        self.beams = [self._beam(name) for name in model.beams]
+        self.beams = [self._beam(name) for name in model.elastic_links]
         for beam in self.beams:
             self.body_at.update(zip(model.topology.beam_ends[beam.name], (beam.inner, beam.outer), strict=True))
         self.followers = tuple(self._followers())
@@ -129,7 +129,7 @@ class SmallMotions:
 
     def _beam(self, name: str) -> BeamEnds:
         """Return a beam; joints in its span, which make it telescopic, add bodies at its ends."""
-        span, (start, end) = self.model.beams[name].span, (self.body_at[at] for at in self.model.topology.beam_ends[name])
+        span, (start, end) = self.model.topology.beams[name], (self.body_at[at] for at in self.model.topology.beam_ends[name])
         inner = self._in_span(start, span.start_link, span.inward[::-1])
         return BeamEnds(name, inner, self._in_span(end, span.end_link, span.outward[::-1]))
 

@@ -40,9 +40,7 @@ class ModeShapes:
         for k, place in enumerate(np.linspace(0, item.pieces, stations)):
             number = min(int(place), item.pieces - 1)
             u, f = forces[number]
-            start = np.concatenate([u[..., :6], -f[..., :6]], axis=-1)
-            T = item.piece.transfer(square, (place - number) * item.piece.length)
-            found[..., k, :] = (T[..., :6, :] @ start[..., None])[..., 0]
+            found[..., k, :] = item.piece.inside(u, f, square, place - number)
         return found
 
     @cached_property

@@ -15,7 +15,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from kinetostatics.elements.rods import Numbers, Rod
+from kinetostatics.elements.link import VibratingLink
+from kinetostatics.elements.rods import Numbers
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.mechanism.body_graph import RigidBody
 from kinetostatics.statics.small_motions import PlacedMotions
@@ -66,12 +67,12 @@ class PlacedRod:
     columns: tuple[int, ...]
     motions: Array
     carried: Array
-    rod: Rod
+    rod: VibratingLink
     pieces: int = 1
 
     @property
-    def piece(self) -> Rod:
-        return replace(self.rod, length=self.rod.length / self.pieces)
+    def piece(self) -> VibratingLink:
+        return self.rod.piece(self.pieces)
 
     def take(self, poses: Index) -> PlacedRod:
         return replace(self, motions=self.motions[poses], carried=self.carried[poses], rod=self.rod.take(poses))
@@ -190,7 +191,7 @@ class VibrationModel:
         return self._assembled(K[:, None] - square[..., None, None] * M[:, None], rods)
 
     def pencil(self, square: Array) -> tuple[Array, Array]:
-        """Return K̃ and M̃ (N, m, …) at λ (N, m), see :meth:`Rod.pencil`."""
+        """Return K̃ and M̃ (N, m, …) at λ (N, m), see :meth:`VibratingLink.pencil`."""
         rods = {name: item.piece.pencil(square) for name, item in self.beams.items()}
         K, M = (
             self._assembled(np.repeat(constant[:, None], square.shape[1], axis=1), {name: item[k] for name, item in rods.items()})
@@ -265,7 +266,7 @@ def _stretching(item: PlacedRod, slides: Sequence[int]) -> tuple[PlacedRod, Part
     changes[:, 1, where] = motions[:, 6, where] - motions[:, 0, where]  # −s
     motions[:, :, where] = 0.0
     changes[:, 0] = motions[:, 6] - motions[:, 0]
-    stiffness = np.array([[0.0, 1.0], [1.0, 1.0]]) / (item.rod.compliances[0] * item.rod.length[..., None])
+    stiffness = np.array([[0.0, 1.0], [1.0, 1.0]]) * item.rod.axial_stiffness()[..., None]
     nothing = np.zeros((len(motions), 2, 6))
     return replace(item, motions=motions), Part(item.columns, changes, stiffness, nothing, indefinite=True)
 
@@ -328,26 +329,22 @@ class _Placement:
         """Yield the telescopic beams with free actuators in their span, and the coordinates of these actuators."""
         structure = self.motions.structure
         free = {k for k, item in enumerate(structure.freedoms) if item and not item.rotates and not item.stiffness}
-        for name, beam in structure.model.beams.items():
-            at = [joint for joint in structure.joints if joint.connection.driven and joint.connection.name in beam.span.spanned]
+        for name, span in structure.model.topology.beams.items():
+            at = [joint for joint in structure.joints if joint.connection.driven and joint.connection.name in span.spanned]
             if slides := [column for joint in at for column in joint.columns if column in free]:
                 yield name, slides
 
     def rod(self, name: str, bodies: tuple[RigidBody, RigidBody]) -> PlacedRod:
         structure, frames = self.motions.structure, self.motions.frames
-        beam, columns = structure.model.beams[name], structure.columns_of(*bodies)
-        axes = beam.world_axes(frames).transpose(2, 1, 0)
+        link, columns = structure.model.elastic_links[name], structure.columns_of(*bodies)
+        axes = link.world_axes(frames).transpose(2, 1, 0)
         turned = np.zeros((len(axes), 12, 12))
         for k in range(0, 12, 3):
             turned[:, k : k + 3, k : k + 3] = axes
-        placed = list(zip(bodies, beam.ends(frames), strict=True))
+        placed = list(zip(bodies, link.ends(frames), strict=True))
         moved = np.concatenate([self.moved(columns, body, point) for body, point in placed], axis=1)
         carried = np.concatenate([self.motions.carried(point) for _, point in placed], axis=1)
-        section, length = beam.section, beam.length(frames)
-        gyration = np.array([section.I_y, section.I_z]) / section.area
-        arm = None if beam.centre is None else (axes @ beam.lever(frames).T[..., None])[..., 0].T[..., None]
-        rod = Rod(length[:, None], beam.compliances, beam.line_density(length)[:, None], gyration, arm)
-        return PlacedRod(columns, turned @ moved, turned @ carried, rod)
+        return PlacedRod(columns, turned @ moved, turned @ carried, link.vibrating(frames))
 
     def moved(self, columns: tuple[int, ...], body: RigidBody, point: Array) -> Array:
         """Return the twists (N, 6, k) of a body at a point (3, N) per unit of each of k coordinates."""
