@@ -151,8 +151,8 @@ class Calibration(Reported):
             errors: (n,) errors of all readings, such as ``residuals`` or ``leave_one_out``.
             kind: "length" or "angle".
         """
-        mine = np.array([self.gauges[name].kind == kind for name in self.gauge_of]) & self.used & np.isfinite(errors)
-        return float(np.sqrt(np.mean(errors[mine] ** 2))) if np.any(mine) else float("nan")
+        used_readings = np.array([self.gauges[name].kind == kind for name in self.gauge_of]) & self.used & np.isfinite(errors)
+        return float(np.sqrt(np.mean(errors[used_readings] ** 2))) if np.any(used_readings) else float("nan")
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the robot with the estimates to a plain URDF file, see :func:`kinetostatics.save_robot`."""

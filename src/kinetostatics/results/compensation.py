@@ -82,7 +82,7 @@ class Compensation(Reported):
         def twists(values: Array, long_name: str) -> tuple[object, ...]:
             return (*grid, "component"), values, {"long_name": long_name, "unit_coordinate": "component_unit"}
 
-        attributes = {"long_name": "status", "flag_meanings": " ".join(item.name.lower() for item in Status)}
+        attributes = {"long_name": "status", "flag_meanings": " ".join(status.name.lower() for status in Status)}
         position, force = "actuator_position_unit", "actuator_force_unit"
         data: dict[str, object] = {
             "status": (grid, self.status, attributes),
@@ -154,9 +154,9 @@ class Compensation(Reported):
         It is also UNREACHABLE or SINGULAR where the unloaded robot is at the target pose.
         """
         before = self.uncorrected.status
-        found = np.where(np.isin(before, WITHOUT_NUMBERS), before, self.result.status).astype(np.int8)
-        found.setflags(write=False)
-        return found
+        status = np.where(np.isin(before, WITHOUT_NUMBERS), before, self.result.status).astype(np.int8)
+        status.setflags(write=False)
+        return status
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -172,12 +172,12 @@ class Compensation(Reported):
     def corrections(self) -> Mapping[str, Array]:
         """(…) correction of every actuator: corrected coordinate less coordinate at the target pose [m, rad]."""
         connections = self.target.robot.mechanism.connections
-        found: dict[str, Array] = {}
+        corrections: dict[str, Array] = {}
         for name, value in self.configuration.actuators.items():
             shift = np.asarray(shift_of(self.target.actuators[name], value, connections[name].type.is_slide))
             shift = np.where(self.configuration.reached.reshape(self.shape), shift, np.nan)
-            found[name] = frozen(np.asarray(shift))
-        return ResultMapping(found)
+            corrections[name] = frozen(np.asarray(shift))
+        return ResultMapping(corrections)
 
     @property
     def actuator_forces(self) -> Mapping[str, Array]:
@@ -266,9 +266,9 @@ def _at(tool: Array | None, R: Array, position: Array) -> tuple[Array, Array]:
     return R, position if tool is None else np.asarray(position + np.einsum("ijn,j->in", R, tool))
 
 
-def pose_error(target: tuple[Array, Array], found: tuple[Array, Array]) -> Array:
-    """(6, N) displacement and rotation vector from pose ``target`` to pose ``found``, each given as (R, p) [m, rad]."""
-    (R, position), (other_R, other_position) = target, found
+def pose_error(target: tuple[Array, Array], reached: tuple[Array, Array]) -> Array:
+    """(6, N) displacement and rotation vector from pose ``target`` to pose ``reached``, each given as (R, p) [m, rad]."""
+    (R, position), (other_R, other_position) = target, reached
     turn = logarithm(np.einsum("ikn,jkn->ijn", other_R, R), at_half_turns=True)
     return np.concatenate([other_position - position, turn])
 
@@ -276,23 +276,23 @@ def pose_error(target: tuple[Array, Array], found: tuple[Array, Array]) -> Array
 # ---- files --------------------------------------------------------------------------------------------------------
 
 
-def _table_columns(found: Compensation) -> dict[str, list[str]]:
-    connections, units = found.target.robot.mechanism.connections, _units(found)
-    columns = {f"{name} [{units[name]}]": cells(value) for name, value in found.target.platform.items()}
-    columns["status"] = [Status(int(item)).name for item in found.status.ravel()]
-    for name, force in found.actuator_forces.items():
-        columns[f"{name} [{units[name]}]"] = cells(found.actuators[name])
-        columns[f"correction of {name} [{units[name]}]"] = cells(found.corrections[name])
+def _table_columns(compensation: Compensation) -> dict[str, list[str]]:
+    connections, units = compensation.target.robot.mechanism.connections, _units(compensation)
+    columns = {f"{name} [{units[name]}]": cells(value) for name, value in compensation.target.platform.items()}
+    columns["status"] = [Status(int(status)).name for status in compensation.status.ravel()]
+    for name, force in compensation.actuator_forces.items():
+        columns[f"{name} [{units[name]}]"] = cells(compensation.actuators[name])
+        columns[f"correction of {name} [{units[name]}]"] = cells(compensation.corrections[name])
         columns[f"force of {name} [{connections[name].type.force_unit}]"] = cells(force)
     for k, name in enumerate(COMPONENTS):
-        columns[f"residual_error {name} [{TWIST_UNITS[k]}]"] = cells(found.residual_error[..., k])
+        columns[f"residual_error {name} [{TWIST_UNITS[k]}]"] = cells(compensation.residual_error[..., k])
     return columns
 
 
-def _units(found: Compensation) -> dict[str, str]:
-    connections = found.target.robot.mechanism.connections
-    units = {name: PLATFORM_UNITS[name] for name in found.target.platform}
-    return units | {name: connections[name].type.unit for name in found.actuators}
+def _units(compensation: Compensation) -> dict[str, str]:
+    connections = compensation.target.robot.mechanism.connections
+    units = {name: PLATFORM_UNITS[name] for name in compensation.target.platform}
+    return units | {name: connections[name].type.unit for name in compensation.actuators}
 
 
 # ---- twists that the actuators cannot produce ----------------------------------------------------------------------
@@ -311,7 +311,7 @@ def uncorrectable_directions(configuration: Configuration, tool: Array | None) -
     robot = robot_of(configuration)
     n, length = robot.mobility.platform, robot.length
     R, _ = robot.mechanism.platform_pose(configuration.frames)
-    found = np.full((R.shape[2], 6, 6 - n), np.nan)
+    directions = np.full((R.shape[2], 6, 6 - n), np.nan)
     reached = np.flatnonzero(configuration.reached)
     for part in chunks(reached.size):
         which = reached[part]
@@ -320,13 +320,13 @@ def uncorrectable_directions(configuration: Configuration, tool: Array | None) -
             arms = np.einsum("ijn,j->in", R[:, :, which], tool / length)
             moves = np.moveaxis(move_twist(np.moveaxis(moves, 0, 2), arms), 2, 0)
         regular = np.all(np.isfinite(moves), axis=(1, 2))
-        found[which[regular]] = np.linalg.svd(moves[regular])[0][:, :, n:]
-    left = np.flatnonzero(np.all(np.isfinite(found), axis=(1, 2)))
+        directions[which[regular]] = np.linalg.svd(moves[regular])[0][:, :, n:]
+    left = np.flatnonzero(np.all(np.isfinite(directions), axis=(1, 2)))
     while n < 6 and left.size:
-        axes = pivot_rows(found[left[0]])
-        U, sizes, V = np.linalg.svd(np.swapaxes(found[left][:, axes], 1, 2))
+        axes = pivot_rows(directions[left[0]])
+        U, sizes, V = np.linalg.svd(np.swapaxes(directions[left][:, axes], 1, 2))
         distinct = (sizes[:, -1] >= ASKEW) | (np.arange(left.size) == 0)
-        found[left[distinct]] = (found[left] @ U @ V)[distinct]
+        directions[left[distinct]] = (directions[left] @ U @ V)[distinct]
         left = left[~distinct]
-    found[:, :3] *= length
-    return np.moveaxis(found, 0, 2)
+    directions[:, :3] *= length
+    return np.moveaxis(directions, 0, 2)

@@ -49,12 +49,12 @@ def _of_beams(
 ) -> Mapping[str, Mapping[str, Array]]:
     """Return a quantity by beam and contribution; ``of`` returns it as (…, S, g, N) for g beams and S contributions."""
     stacks = [[of(beams) for beams in d.beams] for d in deformations]
-    found: dict[str, Mapping[str, Array]] = {}
+    by_beam: dict[str, Mapping[str, Array]] = {}
     for name in robot.description.beams:
         places = [d.places[name] for d in deformations]
-        mine = [stack[k][..., position, :] for stack, (k, position) in zip(stacks, places, strict=True)]
-        found[name] = batch.by_source(solutions[0].sources, mine)
-    return ResultMapping(found)
+        arrays = [stack[k][..., position, :] for stack, (k, position) in zip(stacks, places, strict=True)]
+        by_beam[name] = batch.by_source(solutions[0].sources, arrays)
+    return ResultMapping(by_beam)
 
 
 def link_contributions(
@@ -88,13 +88,13 @@ def source_contributions(
     parts: dict[str, dict[str, list[Array]]] = {}
     for solution, deformation in zip(solutions, deformations, strict=True):
         units = unit_cut_wrenches(robot.statics, solution)
-        mine: dict[tuple[str, str], Array] = {}
-        for item in deformation.elastic:
-            carried = carried_wrench(item.cut_signs, units[item.number])[:, :, list(item.positions)]
-            twists = np.einsum("iagn,ign->agn", carried, item.motion)
-            for position, name in enumerate(item.names):
-                mine[item.kind, name] = mine.get((item.kind, name), 0.0) + twists[:, position]
-        for (kind, name), twist in mine.items():
+        part_twists: dict[tuple[str, str], Array] = {}
+        for part in deformation.elastic:
+            carried = carried_wrench(part.cut_signs, units[part.number])[:, :, list(part.positions)]
+            twists = np.einsum("iagn,ign->agn", carried, part.motion)
+            for position, name in enumerate(part.names):
+                part_twists[part.kind, name] = part_twists.get((part.kind, name), 0.0) + twists[:, position]
+        for (kind, name), twist in part_twists.items():
             parts.setdefault(kind, {}).setdefault(name, []).append(twist)
     return ResultMapping(
         {kind: ResultMapping({name: batch.public(chunks) for name, chunks in named.items()}) for kind, named in parts.items()}
@@ -163,14 +163,14 @@ def payload_coefficients(
     twists, forces, wrenches = [], [], []
     for solution in solutions:
         units = _unit_payloads(robot, solution.frames, solution.gravity, link, _places(robot, solution))
-        groups = tuple(item.group for item in solution.statics)
+        groups = tuple(statics.group for statics in solution.statics)
         none = np.zeros_like(solution.load)
-        found = solve_with_springs(robot, solution.frames, none, solution.gravity, None, groups, units)
-        mine = slice(found.sources.index(units[0].name), found.sources.index(units[-1].name) + 1)
-        twists.append(found.twists[:, mine])
-        at_joints = joint_contributions(robot, found)[:, :, mine]
+        unit_solution = solve_with_springs(robot, solution.frames, none, solution.gravity, None, groups, units)
+        payload = slice(unit_solution.sources.index(units[0].name), unit_solution.sources.index(units[-1].name) + 1)
+        twists.append(unit_solution.twists[:, payload])
+        at_joints = joint_contributions(robot, unit_solution)[:, :, payload]
         wrenches.append(at_joints)
-        forces.append(actuator_forces_from(robot, found, at_joints))
+        forces.append(actuator_forces_from(robot, unit_solution, at_joints))
     return PayloadCoefficients(
         PARAMETERS,
         batch.public(twists),
@@ -182,10 +182,10 @@ def payload_coefficients(
 def _places(robot: RobotStatics, solution: Solution) -> Mapping[str, Mask]:
     """Return the bodies that carry the payload at some pose, each with a mask (N,): True at poses where this body carries it."""
     everywhere = np.ones(solution.o.shape[1], dtype=bool)
-    for item in solution.applied:
-        if item.load.name == PAYLOAD:
-            several = len(item.load.wrenches) > 1
-            return {name: np.any(w != 0, axis=0) if several else everywhere for name, w in item.load.wrenches.items()}
+    for applied in solution.applied:
+        if applied.load.name == PAYLOAD:
+            several = len(applied.load.wrenches) > 1
+            return {name: np.any(w != 0, axis=0) if several else everywhere for name, w in applied.load.wrenches.items()}
     return {robot.description.platform: everywhere}
 
 

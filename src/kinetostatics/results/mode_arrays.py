@@ -91,8 +91,8 @@ class Shapes(Generic[Chunk]):
         """(…, count, 21, 6) displacement and rotation along each beam's centre line, world axes [m, rad]."""
 
         def line(chunk: Chunk, name: str) -> Array:
-            axes, found = self.robot.beams[name].world_axes(chunk.motions.frames), chunk.of_beam(name, STATIONS)
-            return np.einsum("ijn,nmskj->nmski", axes, found.reshape(*found.shape[:-1], 2, 3)).reshape(found.shape)
+            axes, motions = self.robot.beams[name].world_axes(chunk.motions.frames), chunk.of_beam(name, STATIONS)
+            return np.einsum("ijn,nmskj->nmski", axes, motions.reshape(*motions.shape[:-1], 2, 3)).reshape(motions.shape)
 
         return ResultMapping(
             {
@@ -103,7 +103,7 @@ class Shapes(Generic[Chunk]):
 
     def _array(self, dims: tuple[int, ...], of: Callable[[Chunk], NDArray[np.generic]]) -> Array:
         """Join arrays (n, *dims) of the chunks to an array (…, *dims); NaN at poses without results."""
-        found = np.full((len(self.valid), *dims), np.nan)
+        joined = np.full((len(self.valid), *dims), np.nan)
         if self.chunks:
-            found[self.valid] = np.concatenate([of(chunk) for chunk in self.chunks])
-        return frozen(found.reshape(self.shape + dims))
+            joined[self.valid] = np.concatenate([of(chunk) for chunk in self.chunks])
+        return frozen(joined.reshape(self.shape + dims))

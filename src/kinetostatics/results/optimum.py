@@ -114,7 +114,7 @@ class Optimum(Reported):
     @property
     def active(self) -> tuple[CheckedRequirement, ...]:
         """The requirements whose worst value is at the limit."""
-        return tuple(item for item in self.requirements if item.active)
+        return tuple(requirement for requirement in self.requirements if requirement.active)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the robot with these parameters to a plain URDF file, see :func:`kinetostatics.save_robot`."""
@@ -146,7 +146,7 @@ class ParetoFront(Reported):
     def parameters(self) -> dict[str, Array]:
         """The parameters (n,) of all points, by name, SI."""
         names = self.points[0].parameters if self.points else ()
-        return {name: frozen(np.array([item.parameters[name] for item in self.points])) for name in names}
+        return {name: frozen(np.array([point.parameters[name] for point in self.points])) for name in names}
 
     def __getitem__(self, number: int) -> Optimum:
         return self.points[number]

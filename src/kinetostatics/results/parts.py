@@ -43,7 +43,7 @@ class LimbResult(Reported):
         platform_joints: names of the joints between limb and platform.
     """
 
-    def __init__(self, found: PoseArrays, group: LimbGroup, position: int, rows: tuple[slice, slice]) -> None:
+    def __init__(self, arrays: PoseArrays, group: LimbGroup, position: int, rows: tuple[slice, slice]) -> None:
         limb = group.limbs[position]
         self.name: str = limb.name
         self.is_network: bool = not limb.is_serial
@@ -51,14 +51,14 @@ class LimbResult(Reported):
         self.platform_joints = tuple(edge.joint for edge in limb.platform_edges if edge.joint is not None)
         self.labels: tuple[str, ...] = group.labels[position]
         self.attached_labels: tuple[str, ...] = group.attached_labels[position]
-        self._batch, self._found, self._rows = found._batch, found, rows
+        self._batch, self._arrays, self._rows = arrays._batch, arrays, rows
 
     def _canonical(self, pick: Callable[[Solution, int], Array], *size: int) -> Array:
-        return self._batch.public([self._where_canonical(s, pick, size) for s in self._found.solutions])
+        return self._batch.public([self._where_canonical(s, pick, size) for s in self._arrays.solutions])
 
     def _by_source(self, pick: Callable[[Solution, int], Array], size: int) -> Mapping[str, Array]:
-        sources = self._found.sources
-        parts = [self._where_canonical(s, pick, (size, len(sources))) for s in self._found.solutions]
+        sources = self._arrays.sources
+        parts = [self._where_canonical(s, pick, (size, len(sources))) for s in self._arrays.solutions]
         return self._batch.by_source(sources, parts)
 
     def _where_canonical(self, solution: Solution, pick: Callable[[Solution, int], Array], size: tuple[int, ...]) -> Array:
@@ -82,7 +82,7 @@ class LimbResult(Reported):
     @cached_property
     def attached_intensities(self) -> Array:
         """(…, n_g) W_ig due to the limb's own weight and the loads on the limb's links, Eq. (3) [N or N·m]."""
-        return self._batch.public(self._found._of_chunks(lambda chunk: chunk["attached_intensities"][self._rows[1]]))
+        return self._batch.public(self._arrays._of_chunks(lambda chunk: chunk["attached_intensities"][self._rows[1]]))
 
     @cached_property
     def attached_contributions(self) -> Mapping[str, Array]:
@@ -107,7 +107,7 @@ class LimbResult(Reported):
     @cached_property
     def intensities(self) -> Array:
         """(…, n_c) W_ic, Eq. (11) [N or N·m]."""
-        return self._batch.public(self._found._of_chunks(lambda chunk: chunk["intensities"][self._rows[0]]))
+        return self._batch.public(self._arrays._of_chunks(lambda chunk: chunk["intensities"][self._rows[0]]))
 
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
@@ -117,7 +117,7 @@ class LimbResult(Reported):
     @cached_property
     def wrench(self) -> Array:
         """(…, 6) total wrench J_ic W_ic + J_ig W_ig [N, N·m]."""
-        return self._batch.public([_limb_wrench(s, *s.places[self.name]) for s in self._found.solutions])
+        return self._batch.public([_limb_wrench(s, *s.places[self.name]) for s in self._arrays.solutions])
 
 
 def _stiffness(statics: LimbStatics) -> Array:
@@ -137,7 +137,7 @@ def _attached_intensities(solution: Solution, number: int) -> Array:
     """(n_g, S, g, N) attached intensities W_ig due to each of S contributions."""
     statics = solution.statics_of_weights(number)
     total = statics.W_g[:, None] * solution.contribution_mask(statics.group)
-    parts = [item.statics[number] for item in solution.applied]
+    parts = [applied.statics[number] for applied in solution.applied]
     return with_contributions(total, solution.applied, [None if part is None else part.W_g for part in parts])
 
 
@@ -152,8 +152,8 @@ def wrench_units(labels: Sequence[str], wrenches: Array) -> list[str]:
     units = []
     for k, label in enumerate(labels):
         forces = np.abs(wrenches[..., :3, k])
-        known = forces[np.isfinite(forces)]
-        couple = label.startswith("couple") or (known.size > 0 and bool(np.all(known < 1e-12)))
+        finite = forces[np.isfinite(forces)]
+        couple = label.startswith("couple") or (finite.size > 0 and bool(np.all(finite < 1e-12)))
         units.append("N·m" if couple else "N")
     return units
 
@@ -231,19 +231,19 @@ class BeamResult(Reported):
 def beam_results(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, BeamResult]:
-    found: dict[str, BeamResult] = {}
+    beams: dict[str, BeamResult] = {}
     ratios = _EulerRatios(robot, batch, tuple(solutions))
     members = {beam: member for member in robot.members.names for beam in member}
     numbers = [[_beam_arrays(stack, solution) for stack in d.beams] for d, solution in zip(deformations, solutions, strict=True)]
     for name, beam in robot.description.beams.items():
         places = [d.places[name] for d in deformations]
         pieces = [(stacks[k], position) for stacks, (k, position) in zip(numbers, places, strict=True)]
-        mine = {key: [stack[key][..., position, :] for stack, position in pieces] for key in pieces[0][0]}
-        wrenches = [np.swapaxes(w, 0, 1) for w in mine["section_wrenches"]]
-        mine["stress"] = [beam.section.largest_stress(w, beam.poisson_ratio) for w in wrenches]
-        arrays = {key: batch.public(chunks) for key, chunks in mine.items()}
-        found[name] = BeamResult(name, beam, FRACTIONS, **arrays, _euler_ratio=ratios, member=members[name])
-    return ResultMapping(found)
+        chunk_arrays = {key: [stack[key][..., position, :] for stack, position in pieces] for key in pieces[0][0]}
+        wrenches = [np.swapaxes(w, 0, 1) for w in chunk_arrays["section_wrenches"]]
+        chunk_arrays["stress"] = [beam.section.largest_stress(w, beam.poisson_ratio) for w in wrenches]
+        arrays = {key: batch.public(chunks) for key, chunks in chunk_arrays.items()}
+        beams[name] = BeamResult(name, beam, FRACTIONS, **arrays, _euler_ratio=ratios, member=members[name])
+    return ResultMapping(beams)
 
 
 def _centre_lines(beams: LoadedBeams, solution: Solution) -> Array:
@@ -257,13 +257,13 @@ def centre_lines(
 ) -> Mapping[str, tuple[Array, Array]]:
     """Return ``axes`` and ``points`` of the :class:`BeamResult` of each beam."""
     stacks = [[(stack.axes, _centre_lines(stack, s)) for stack in d.beams] for d, s in zip(deformations, solutions, strict=True)]
-    found = {}
+    lines = {}
     for name in robot.description.beams:
         places = [d.places[name] for d in deformations]
-        mine = [[array[..., g, :] for array in stack[k]] for stack, (k, g) in zip(stacks, places, strict=True)]
-        axes, points = (batch.public(chunks) for chunks in zip(*mine, strict=True))
-        found[name] = axes, points
-    return ResultMapping(found)
+        arrays = [[array[..., g, :] for array in stack[k]] for stack, (k, g) in zip(stacks, places, strict=True)]
+        axes, points = (batch.public(chunks) for chunks in zip(*arrays, strict=True))
+        lines[name] = axes, points
+    return ResultMapping(lines)
 
 
 def _beam_arrays(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:

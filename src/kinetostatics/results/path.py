@@ -79,12 +79,12 @@ class PathResult(Reported):
         Raises:
             ArgumentError: there is no such quantity.
         """
-        found = {}
+        peaks = {}
         for name, values in self.over_time(what).items():
             size = np.nan_to_num(np.abs(values), nan=-1.0)
             k = int(np.argmax(size))
-            found[name] = Peak(float(values[k]), float(self.times[k]))
-        return ResultMapping(found)
+            peaks[name] = Peak(float(values[k]), float(self.times[k]))
+        return ResultMapping(peaks)
 
     def root_mean_square(self, what: str) -> Mapping[str, float]:
         """Return, for each name of :meth:`over_time`, the root mean square over time, such as of a torque that heats a motor.
@@ -112,7 +112,7 @@ class PathResult(Reported):
         columns = {"time [s]": cells(self.times)}
         for name, values in pose.platform.items():
             columns[f"{name} [{PLATFORM_UNITS[name]}]"] = cells(values)
-        columns["status"] = [Status(int(item)).name for item in self.result.status]
+        columns["status"] = [Status(int(status)).name for status in self.result.status]
         for name, force in self.result.actuator_forces.items():
             kind = connections[name].type
             columns[f"{name} [{kind.unit}]"] = cells(pose.actuators[name])
@@ -150,11 +150,11 @@ def _contributions(path: PathResult) -> Mapping[str, Array]:
 
 
 def _of_actuators(slides: bool, values: Callable[[PathResult], Mapping[str, Array]]) -> Callable[[PathResult], dict[str, Array]]:
-    def found(path: PathResult) -> dict[str, Array]:
+    def selected(path: PathResult) -> dict[str, Array]:
         connections = path.result.robot.mechanism.connections
         return {name: array for name, array in values(path).items() if connections[name].type.is_slide == slides}
 
-    return found
+    return selected
 
 
 def _forces(path: PathResult) -> Mapping[str, Array]:

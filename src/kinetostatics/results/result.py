@@ -154,8 +154,8 @@ class Result(Reported, PoseArrays):
         part due to the strains of the limb under these forces. See :attr:`mechanism_contributions`.
         """
         chunk = Chunk(self.robot, [by_mechanism(self.robot.statics, solution) for solution in self.solutions])
-        found = Result(self.configuration, self.shape, self._which, (chunk,), self._reached, self.payload)
-        return found.seen_from(self.point)
+        split_result = Result(self.configuration, self.shape, self._which, (chunk,), self._reached, self.payload)
+        return split_result.seen_from(self.point)
 
     @cached_property
     def stiffness(self) -> Array:
@@ -213,7 +213,7 @@ class Result(Reported, PoseArrays):
     @cached_property
     def link_loads(self) -> Mapping[str, Array]:
         """(…, 6) load on each link, and weight of the payload, by contribution, about o, world axes [N, N·m]."""
-        names = [(k, item.load.name) for k, item in enumerate(self.solutions[0].applied) if item.load.kind == "load"]
+        names = [(k, applied.load.name) for k, applied in enumerate(self.solutions[0].applied) if applied.load.kind == "load"]
         return ResultMapping({name: self._batch.public([sum_of([s.applied[k]]) for s in self.solutions]) for k, name in names})
 
     @cached_property
@@ -232,14 +232,14 @@ class Result(Reported, PoseArrays):
     @cached_property
     def limbs(self) -> Mapping[str, LimbResult]:
         """The limbs by name, in the order of the file."""
-        found, constraint, attached = {}, 0, 0
+        limbs, constraint, attached = {}, 0, 0
         for group in self.robot.statics.groups:
             for position, limb in enumerate(group.limbs):
                 ends = constraint + len(group.labels[position]), attached + len(group.attached_labels[position])
                 rows = slice(constraint, ends[0]), slice(attached, ends[1])
-                found[limb.name] = LimbResult(self, group, position, rows)
+                limbs[limb.name] = LimbResult(self, group, position, rows)
                 constraint, attached = ends
-        return ResultMapping({limb.name: found[limb.name] for limb in self.robot.topology.limbs})
+        return ResultMapping({limb.name: limbs[limb.name] for limb in self.robot.topology.limbs})
 
     @cached_property
     def paper_forces(self) -> Mapping[str, Mapping[str, Array]]:
@@ -249,15 +249,15 @@ class Result(Reported, PoseArrays):
         tension positive; it equals the actuator force only if the actuator carries the whole rod. Limbs without a beam have no
         f_ia. Networks are omitted, because their intensities are only coordinates in a basis.
         """
-        found = {}
+        by_limb = {}
         for number, (name, limb) in enumerate(self.limbs.items(), 1):
             if limb.is_network:
                 continue
             forces = {f"f_{number}{k + 1}": limb.intensities[..., k] for k in range(limb.intensities.shape[-1])}
             if limb.beams:
                 forces[f"f_{number}a"] = self.beams[limb.beams[0]].section_wrenches[..., 0, 0]
-            found[name] = ResultMapping(forces)
-        return ResultMapping(found)
+            by_limb[name] = ResultMapping(forces)
+        return ResultMapping(by_limb)
 
     # ---- joints -----------------------------------------------------------------------------------------------------
 
@@ -367,9 +367,9 @@ class Result(Reported, PoseArrays):
         under unit loads on the platform. These twists sum to the twist of the platform (method page, section 6). If a part were
         rigid, the twist would change by another amount, because the forces redistribute.
         """
-        found = contributions.source_contributions(*self._motions)
+        parts = contributions.source_contributions(*self._motions)
         return ResultMapping(
-            {kind: ResultMapping({name: self._moved(twist) for name, twist in own.items()}) for kind, own in found.items()}
+            {kind: ResultMapping({name: self._moved(twist) for name, twist in named.items()}) for kind, named in parts.items()}
         )
 
     @cached_property

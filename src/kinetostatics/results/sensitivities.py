@@ -114,9 +114,9 @@ class Sensitivities(Reported):
 
         Both are zero if the parameter is zero, and NaN if twist or mass, respectively, is not among the outputs.
         """
-        item, one_per_cent = self[name], 0.01 * abs(self[name].value)
-        move = self._along(item.twist) if "twist" in self.outputs else math.nan
-        return one_per_cent * move, one_per_cent * (float(item.mass[self.worst]) if "mass" in self.outputs else math.nan)
+        sensitivity, one_per_cent = self[name], 0.01 * abs(self[name].value)
+        move = self._along(sensitivity.twist) if "twist" in self.outputs else math.nan
+        return one_per_cent * move, one_per_cent * (float(sensitivity.mass[self.worst]) if "mass" in self.outputs else math.nan)
 
     def shift_effect(self, name: str) -> float:
         """Return the change of the displacement's magnitude [m] per mm or mrad of a placement or centre of mass.

@@ -50,8 +50,8 @@ class PoseQuantities(ShortRepr):
         if name in COMPONENTS:
             return np.asarray(self.twist[..., COMPONENTS.index(name)])
         if name not in self.actuator_forces:
-            known = [*LENGTHS, *COMPONENTS, *self.actuator_forces]
-            raise ArgumentError(f"no quantity {name!r}: {near_names(name, known)}")
+            names = [*LENGTHS, *COMPONENTS, *self.actuator_forces]
+            raise ArgumentError(f"no quantity {name!r}: {near_names(name, names)}")
         return self.actuator_forces[name]
 
 
@@ -149,9 +149,9 @@ class Tolerances(Reported):
     def share(self, parameter: str, name: str = "displacement") -> float:
         """Return the fraction of the variance of the quantity ``name`` that is due to a parameter, to first order."""
         whole = float(self.standard_deviation.named(name))
-        item = self.parameters[parameter]
-        own = float(self.effects[parameter].named(name)) * item.standard_deviation / item.tolerance
-        return (own / whole) ** 2 if whole > 0 else 0.0
+        tolerance = self.parameters[parameter]
+        deviation = float(self.effects[parameter].named(name)) * tolerance.standard_deviation / tolerance.tolerance
+        return (deviation / whole) ** 2 if whole > 0 else 0.0
 
 
 def quantities(twist: Array, stiffness: Array, actuator_forces: Mapping[str, Array], origin: Array) -> PoseQuantities:

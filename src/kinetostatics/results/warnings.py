@@ -61,23 +61,24 @@ def near_singularity(result: Result) -> NearSingularity:
 
 def near_singular_warnings(result: Result) -> list[str]:
     """Return a warning that names the nearly free motion and its stiffness; an empty list if no pose is nearly singular."""
-    found = near_singularity(result)
-    if not np.any(found.where):
+    singularity = near_singularity(result)
+    if not np.any(singularity.where):
         return []
-    worst, length = found.worst, result.robot.length
-    if found.constraint_index[worst] < LEAST_CONSTRAINT:
+    worst, length = singularity.worst, result.robot.length
+    index = singularity.constraint_index[worst]
+    if index < LEAST_CONSTRAINT:
         values, vectors = np.linalg.eigh(_constraint(result)[worst])
         twists = canonical_basis(vectors[:, values < LEAST_CONSTRAINT**2]).T
-        why = f"a load along this motion causes limb wrenches of about {1 / found.constraint_index[worst]:.2g} times its size"
+        why = f"a load along this motion causes limb wrenches of about {1 / index:.2g} times its size"
     else:
         twists = _amplifications(result)[1][worst][None]
-        times = f"{found.force_amplification[worst]:.2g} times"
+        times = f"{singularity.force_amplification[worst]:.2g} times"
         why = f"a load along this motion causes joint forces {times} as large as near the zero pose"
     scale = np.repeat([1.0, length], 3)
     C = np.nan_to_num(result.compliance.reshape(-1, 6, 6)[worst]) * scale[:, None] * scale
     motions = [describe_twist(_clean(twist) / scale, length) + _stiffness(twist, C, length) for twist in twists]
     at = ", at the worst" if result.shape else ""
-    poses = _poses(result, found.where)
+    poses = _poses(result, singularity.where)
     return [f"{poses} nearly singular{at}: the platform is almost free in {' and '.join(motions)}; {why}"]
 
 
@@ -137,15 +138,15 @@ def _joint_forces(statics: LimbStatics, length: float) -> tuple[Array, Array]:
 
 def _generic_forces(robot: Robot) -> list[Array]:
     """For each group, return the largest joint force (g,) under a unit wrench, at the generic pose where it is least."""
-    found = [np.full(len(group.limbs), np.inf) for group in robot.statics.groups]
+    least_forces = [np.full(len(group.limbs), np.inf) for group in robot.statics.groups]
     frames = robot.generic_frames
     N = frames.position.shape[2]
     solution = balanced(robot.statics, frames, np.zeros((6, N)), np.zeros((3, N))).solution
     for number, statics in enumerate(solution.statics):
         if _is_network(statics):
             sizes = _joint_forces(statics, robot.length)[0]
-            found[number] = np.min(np.where(sizes > 0, sizes, np.inf), axis=1)
-    return found
+            least_forces[number] = np.min(np.where(sizes > 0, sizes, np.inf), axis=1)
+    return least_forces
 
 
 def _clean(twist: Array) -> Array:
@@ -177,28 +178,31 @@ OPEN_LOOPS = 1e-9
 
 
 def result_warnings(result: Result) -> tuple[str, ...]:
-    found = [*_instability(result), *_buckling(result), *result.robot.warnings]
-    found += result.robot.description.inertia_warnings if INERTIA in result.contributions else ()
-    found += [*_open_loops(result), *_large_motions(result), *near_singular_warnings(result)]
-    for item in result.configuration.limits_exceeded.values():
-        slides = result.robot.mechanism.connections[item.joint].type.is_slide
+    warnings = [*_instability(result), *_buckling(result), *result.robot.warnings]
+    warnings += result.robot.description.inertia_warnings if INERTIA in result.contributions else ()
+    warnings += [*_open_loops(result), *_large_motions(result), *near_singular_warnings(result)]
+    for exceeded in result.configuration.limits_exceeded.values():
+        slides = result.robot.mechanism.connections[exceeded.joint].type.is_slide
         factor, unit = (1e-3, " mm") if slides else (np.pi / 180, "°")
-        lower, upper = (f"{limit / factor:.6g}" for limit in (item.lower, item.upper))
-        where = f" in {int(item.where.sum())} poses" if item.where.shape else f": {float(item.value) / factor:.6g}{unit}"
-        found.append(f"{item.joint} is beyond its limits of {lower} to {upper}{unit}{where}")
+        lower, upper = (f"{limit / factor:.6g}" for limit in (exceeded.lower, exceeded.upper))
+        where = (
+            f" in {int(exceeded.where.sum())} poses" if exceeded.where.shape else f": {float(exceeded.value) / factor:.6g}{unit}"
+        )
+        warnings.append(f"{exceeded.joint} is beyond its limits of {lower} to {upper}{unit}{where}")
     if np.any(result.indeterminate):
-        found.append(indeterminate_parts(result))
-    return tuple(dict.fromkeys(found))
+        warnings.append(indeterminate_parts(result))
+    return tuple(dict.fromkeys(warnings))
 
 
 def _instability(result: Result) -> list[str]:
     """Return a warning about unstable poses of robots with springs: the tangent stiffness has an eigenvalue ≤ 0."""
     if not result.robot.description.springs:
         return []
-    sizes = [len(item.singular) for item in result.solutions]
+    sizes = [len(solution.singular) for solution in result.solutions]
     pairs = list(zip(result.solutions, sizes, strict=True))
     inside, of_platform = (
-        np.concatenate([unstable_motions(item.tangents[part], N) for item, N in pairs]) for part in (slice(-1), slice(-1, None))
+        np.concatenate([unstable_motions(solution.tangents[part], N) for solution, N in pairs])
+        for part in (slice(-1), slice(-1, None))
     )
     where = (inside + of_platform > 0) & np.all(np.isfinite(result.twist.reshape(-1, 6)), axis=1)
     if not np.any(where):
@@ -248,7 +252,7 @@ def _changed_stiffness(result: Result) -> str:
         return ""
     scale = np.repeat([1.0, result.robot.length], 3)
     softness = np.linalg.norm(np.nan_to_num(result.compliance.reshape(-1, 36)) * np.outer(scale, scale).ravel(), axis=1)
-    parts = [(item.load, item.weights.sum(axis=1), sum_of(item.applied)) for item in result.solutions]
+    parts = [(solution.load, solution.weights.sum(axis=1), sum_of(solution.applied)) for solution in result.solutions]
     forces = np.concatenate([sum(np.linalg.norm(wrench[:3], axis=0) for wrench in part) for part in parts])
     sound = np.all(np.isfinite(result.twist.reshape(-1, 6)), axis=1) & ~result.indeterminate.ravel()
     worst = int(np.argmax(np.where(sound, softness * forces, 0.0)))
@@ -256,8 +260,8 @@ def _changed_stiffness(result: Result) -> str:
     chunk = int(np.searchsorted(ends, worst, side="right"))
     solution = result.solutions[chunk]
     at = np.array([solution.o.shape[1] + worst - int(ends[chunk])])
-    found = result.robot.members.second_order(solution, at)
-    changes, motions = found.stiffness[:, 0], found.motions[..., 0]
+    second_order = result.robot.members.second_order(solution, at)
+    changes, motions = second_order.stiffness[:, 0], second_order.motions[..., 0]
     if not changes.size:
         return ""
     largest = int(np.argmax(np.abs(np.nan_to_num(changes))))
@@ -302,11 +306,11 @@ def indeterminate_parts(result: Result) -> str:
     rigid: dict[str, None] = {}
     rings: dict[str, dict[str, None]] = {}
     for solution in result.solutions:
-        for item, undetermined in zip(solution.statics, solution.undetermined, strict=True):
-            for position, limb in enumerate(item.group.limbs):
+        for statics, undetermined in zip(solution.statics, solution.undetermined, strict=True):
+            for position, limb in enumerate(statics.group.limbs):
                 if np.any(undetermined[:, position]):
                     rigid[limb.name] = None
-                loose = item.loose[:, :, :, position]
+                loose = statics.loose[:, :, :, position]
                 for edge in limb.edges if np.any(loose) else ():
                     carried = np.sum([sign * loose[cut] for cut, sign in edge.cut_joints], axis=0)
                     if edge.joint and np.max(np.abs(carried)) > NOTHING * np.max(np.abs(loose)):
