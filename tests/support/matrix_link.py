@@ -43,6 +43,11 @@ class MatrixLink(ElasticLink):
     numbers: ClassVar = {"factor": "1"}
     errors: ClassVar = {}
 
+    @classmethod
+    def of(cls, link, start, end, stiffness, mass, name=""):
+        """Return a link with matrices (12, 12) given as arrays."""
+        return cls(link, start, end, _tuples(stiffness), _tuples(mass), name=name or link)
+
     # ---- in its robot
 
     def check_direction(self, along):
@@ -126,7 +131,7 @@ def with_matrix_links(robot, names=None):
     for name in names:
         start, end = finder._ends(description.beams[name])
         K, M = as_matrices(robot, name, zero)
-        links[name] = MatrixLink(description.beams[name].link, start, end, _tuples(K), _tuples(M), name=name)
+        links[name] = MatrixLink.of(description.beams[name].link, start, end, K, M, name)
     beams = {name: beam for name, beam in description.beams.items() if name not in links}
     return ks.Robot(replace(description, beams=beams, flexible=links))
 

@@ -4,6 +4,7 @@ The directions of weights are constant while their lever arms rotate; springs st
 connected parts. Under a rotation θ of a part, a point at p moves by θ × p + ½ θ × (θ × p), so that a force f there has the
 second-order potential energy −½ f · (θ × (θ × p)). The sum is a quadratic form ½ uᵀ K_g u in a few displacements u: rotations of
 parts, transverse displacements across prismatic joints and beams, and relative displacements of the ends of springs.
+An elastic link without an inside is an elastic joint at its outer end, with its weight on the inner end.
 :mod:`kinetostatics.statics.turning_parts` defines parts, passages (joints and beams), and blocks of u. A place is a
 rigid link, or an end of a beam.
 """
@@ -104,8 +105,10 @@ class GeometricStiffness:
         acting: list[tuple[str, Array, Array]] = []
         centres = self._robot.weights.centres(self._frames) - self.o[:, None]
         for w, name in enumerate(self._robot.weights.names if weighty else ()):
-            if not name.startswith("beam:"):
-                acting.append((name, centres[:, w], solution.weights[:3, w]))
+            link = name.removeprefix("beam:")
+            if link not in deformation.places:
+                place = name if link == name else self._robot.topology.beam_ends[link][0]
+                acting.append((place, centres[:, w], solution.weights[:3, w]))
         for load in acting_loads:
             for place, wrench in load.wrenches.items():
                 if place in load.points:
@@ -117,12 +120,12 @@ class GeometricStiffness:
             force, moment = wrench[:3], wrench[3:]
             acting.append((item.places[1], arm, force))
             axes = np.stack([self._direction(slide) for slide in item.slides], axis=1) if item.slides else None
-            if item.edge.beam is None:
+            if item.edge.beam not in deformation.places:
                 acting.append((item.places[0], arm, -force))
                 passages.append(PassageTerms(item, arm, axes, self._of_joint(item, force, moment)))
             elif axes is not None:
                 terms, matrix, back = self._of_beam(solution, deformation, item, axes, which, weighty)
-                length = self._robot.beams[item.edge.beam].length(self._frames)
+                length = self._robot.elastic_links[str(item.edge.beam)].length(self._frames)
                 acting.append((item.places[0], arm - axes[:, 0] * length, back - force))
                 passages.append(PassageTerms(item, arm, axes, *terms))
                 inner.append(matrix)

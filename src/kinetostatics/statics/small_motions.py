@@ -112,8 +112,9 @@ class SmallMotions:
                     if not closes:
                         self.columns[other] = self.columns[here] + mine
                         queue.append(other)
-        self.beams = [self._beam(name) for name in model.elastic_links]
-        for beam in self.beams:
+        self.elastic_links = [self._beam(name) for name in model.elastic_links]
+        self.beams = [link for link in self.elastic_links if link.name in model.beams]
+        for beam in self.elastic_links:
             self.body_at.update(zip(model.topology.beam_ends[beam.name], (beam.inner, beam.outer), strict=True))
         self.followers = tuple(self._followers())
         given = [(k, freedom) for k, freedom in enumerate(self.freedoms) if freedom is not None]

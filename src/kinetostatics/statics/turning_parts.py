@@ -211,7 +211,7 @@ class _Finder:
 
     def _slides(self, step: _Step) -> tuple[Fixed, ...]:
         if step.edge.beam is not None:
-            model = self.model.beams[step.edge.beam]
+            model = self.model.elastic_links[step.edge.beam]
             return tuple(Fixed(model.span.carrier, axis) for axis in model.axes.T)
         on_elastic_drives = step.edge.joint in self.on_elastic_drives
         moving = [dof for dof in step.dofs if not dof.rotates and (on_elastic_drives or (dof.passive and not step.on_branch))]
@@ -244,7 +244,7 @@ class _Finder:
 
     def _nearest(self, link: str, at: Array) -> str:
         """Return the link, or for an elastic link the end of its beam that is nearest to a point (3, 1)."""
-        beams = [name for name, beam in self.model.description.beams.items() if beam.link == link]
+        beams = [name for name, beam in self.model.description.elastic_links.items() if beam.link == link]
         if not beams:
             return link
         zero, ends = self.model.zero_frames, []

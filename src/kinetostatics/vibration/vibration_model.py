@@ -243,7 +243,7 @@ def vibration_model(motions: PlacedMotions) -> VibrationModel:
     structure, placed = motions.structure, _Placement(motions)
     N, n = motions.o.shape[1], len(structure.freedoms)
     closure = [np.zeros((N, 0, n)), *placed.closure()]
-    beams = {item.name: placed.rod(item.name, (item.inner, item.outer)) for item in structure.beams}
+    beams = {item.name: placed.rod(item.name, (item.inner, item.outer)) for item in structure.elastic_links}
     springs = dict(placed.springs())
     for name, slides in placed.free_slides():
         beams[name], springs[f"beam {name}"] = _stretching(beams[name], slides)
