@@ -92,10 +92,10 @@ def export_c(
     where = Path(path_name("folder", folder))
     if where.exists() and not where.is_dir():
         raise ArgumentError(f"{where} is a file: the C code needs a folder")
-    own = identifier(function.robot.name if name is None else name)
+    prefix = identifier(function.robot.name if name is None else name)
     start = near.pose if isinstance(near, Values) else near
-    mine = isinstance(start, Configuration) and start.robot is function.robot
-    if start is not None and not (mine and start.shape == () and bool(start.reached[0])):
+    of_this_robot = isinstance(start, Configuration) and start.robot is function.robot
+    if start is not None and not (of_this_robot and start.shape == () and bool(start.reached[0])):
         raise ArgumentError("near= needs one closed pose of the robot for an export: create one with robot.assemble(…)")
     begin = function.robot.zero_poses if start is None else start.poses
     try:
@@ -103,7 +103,7 @@ def export_c(
     except NotRecordedError as error:
         raise ArgumentError(f"{function.robot.name!r} cannot be exported: {error}") from error
     references = _references(parts, jacobian, start, REFERENCES, SCALARS[scalar])
-    texts = files(own, scalar, parts, _test_program(own, scalar, parts, references))
+    texts = files(prefix, scalar, parts, _test_program(prefix, scalar, parts, references))
     try:
         where.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -111,7 +111,7 @@ def export_c(
     with contextlib.ExitStack() as all_or_none:
         for file, text in texts.items():
             all_or_none.enter_context(replacing(where / file)).write_text(text, encoding="utf-8")
-    return CExport(where, tuple(texts), own, (parts.line.newton.operations, parts.pose.operations), 8 * parts.work)
+    return CExport(where, tuple(texts), prefix, (parts.line.newton.operations, parts.pose.operations), 8 * parts.work)
 
 
 def _references(
@@ -129,14 +129,14 @@ def _references(
     load = rng.uniform(-100, 100, (poses, 6)).astype(scalar).astype(float)
     gravity = (np.array([0.0, 0.0, -9.81]) + rng.uniform(-1, 1, (poses, 3))).astype(scalar).astype(float)
     for part in (0.15, 0.05, 0.015):  # of the robot's length, or rad; smaller until at least half of the poses are reached
-        spans = {item.name: part * (robot.length if item.units[0] == "m" else 1.0) for item in coordinates}
+        spans = {quantity.name: part * (robot.length if quantity.units[0] == "m" else 1.0) for quantity in coordinates}
         at = {name: start[name] + span * step for (name, span), step in zip(spans.items(), steps, strict=True)}
         at = {name: value.astype(scalar).astype(float) for name, value in at.items()}
         values = function(**at, load=load, gravity=gravity, near=near)
         if np.mean(np.isin(values["status"], WITHOUT_NUMBERS)) < 0.5:
             break
-    found = []
-    arrays = {item.name: values[item.name] for item in parts.outputs}
+    references = []
+    arrays = {quantity.name: values[quantity.name] for quantity in parts.outputs}
     if jacobian is not None:
         for output, columns in jacobian(**at, load=load, gravity=gravity, near=near).items():
             arrays |= {f"{output} by {name}": array for name, array in columns.items()}
@@ -145,8 +145,8 @@ def _references(
         status = int(values["status"][k])
         if status == Status.LIMIT_EXCEEDED and not function.compensates:  # C checks limits with compensation only
             status = int(Status.OK)
-        found.append(({name: float(at[name][k]) for name in at}, load[k], gravity[k], expected, status))
-    return found
+        references.append(({name: float(at[name][k]) for name in at}, load[k], gravity[k], expected, status))
+    return references
 
 
 # ---- test program --------------------------------------------------------------------------------------------------
@@ -155,30 +155,30 @@ def _references(
 def _test_program(name: str, scalar: str, parts: Programs, references: Sequence[Reference]) -> str:
     """Return a C program that compares results with Python's at the reference poses, and measures the time per call."""
     robot = parts.function.robot
-    rows = []
+    rows, names = [], [coordinate.name for coordinate in parts.coordinates]
     for at, load, gravity, expected, status in references:
-        inputs = [at[item.name] for item in parts.coordinates]
+        inputs = [at[coordinate] for coordinate in names]
         numbers = [value for values in expected.values() for value in values]
         rows.append(f"    {{{c_array([*inputs, *load, *gravity])}, {c_array(numbers)}, {status}}}")
     count, size = len(parts.coordinates) + 9, len(numbers)
     steps = dict(zip(parts.function.names, 1e-3 * parts.line.longest_steps, strict=True))
     fill = [
-        f"    input->{parts.c_names[item.name]} = ({scalar})(row->input[{k}] + beside * {literal(float(steps[item.name]))});"
-        for k, item in enumerate(parts.coordinates)
+        f"    input->{parts.c_names[coordinate]} = ({scalar})(row->input[{k}] + beside * {literal(float(steps[coordinate]))});"
+        for k, coordinate in enumerate(names)
     ]
     first = len(parts.coordinates)
     checks, at_row = [], 0
-    for item in parts.outputs:
-        n = int(np.prod(item.shape))
-        absolute = literal(error_tolerance(robot.length) if item.name == "residual_error" else 0.0)
-        checks.append(f'    failed |= differ("{item.name}", output.{item.name}, row->output + {at_row}, {n}, {absolute});')
+    for output in parts.outputs:
+        n = int(np.prod(output.shape))
+        absolute = literal(error_tolerance(robot.length) if output.name == "residual_error" else 0.0)
+        checks.append(f'    failed |= differ("{output.name}", output.{output.name}, row->output + {at_row}, {n}, {absolute});')
         at_row += n
     jacobian, call = "", f"{name}_evaluate(&input, &state, &output)"
     if parts.jacobian is not None:
         jacobian, call = f"    {name}_jacobian jacobian;\n", f"{name}_differentiate(&input, &state, &output, &jacobian)"
-        for one, other, field in parts.jacobian.pairs:
-            n = int(np.prod((*one.shape, *other.shape)))
-            largest = max((abs(value) for row in references for value in row[3][one.name] if np.isfinite(value)), default=0.0)
+        for output, by, field in parts.jacobian.pairs:
+            n = int(np.prod((*output.shape, *by.shape)))
+            largest = max((abs(value) for row in references for value in row[3][output.name] if np.isfinite(value)), default=0.0)
             absolute = literal(1e-12 * float(largest))  # for inputs without influence, Python's derivatives are rounding errors
             checks.append(f'    failed |= differ("{field}", jacobian.{field}, row->output + {at_row}, {n}, {absolute});')
             at_row += n

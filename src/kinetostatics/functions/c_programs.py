@@ -112,10 +112,11 @@ def _imposed(robot: Robot, prescribed: PrescribedCoordinates) -> Iterator[str]:
     """Yield the C statements that write prescribed coordinates into x and c; see :meth:`Solver.impose`."""
     for row, column in enumerate(prescribed.columns):
         yield from _written(robot.solver.joint_of_column[column], f"target[{row}]")
-    for item in robot.equations.couplings.items:
-        if item.leader.first_v in prescribed.columns:
-            row = prescribed.columns.index(item.leader.first_v)
-            yield from _written(item.follower, f"({literal(item.multiplier)} * target[{row}] + {literal(item.offset)})")
+    for coupling in robot.equations.couplings.items:
+        if coupling.leader.first_v in prescribed.columns:
+            row = prescribed.columns.index(coupling.leader.first_v)
+            expression = f"({literal(coupling.multiplier)} * target[{row}] + {literal(coupling.offset)})"
+            yield from _written(coupling.follower, expression)
     for row, k in enumerate(prescribed.angles):
         yield f"c[{k}] = target[{prescribed.first_angle + row}];"
 
@@ -154,12 +155,12 @@ def _jacobian(
 ) -> CJacobian:
     """Return the programs for derivatives; operations are added to ``record``, the record of the outputs."""
     what = robot.solver, line.prescribed, example_at(robot, line.prescribed)
-    rates, own = rates_record(*what), Structure((robot.solver, line.prescribed)).values
+    rates, constants = rates_record(*what), Structure((robot.solver, line.prescribed)).values
     names = list(dict.fromkeys(output.name for output, *_ in pairs))
     inputs = ("x", *LOADS)
     tangent = tangent_record(record.tape, record.all_rows(names), len(inputs))
     return CJacobian(
-        c_program("rates", rates.tape, (*rates.numbers, *rates.truths), own, ("x", "c")),
+        c_program("rates", rates.tape, (*rates.numbers, *rates.truths), constants, ("x", "c")),
         c_program("tangent", record.tape, tangent, numbers, (*inputs, *(f"d_{name}" for name in inputs))),
         dict(zip(names, accumulate((len(record.rows[name]) for name in names), initial=0), strict=False)),
         pairs,
@@ -237,9 +238,9 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
     def remaining(target: Array, frame: Array, twist: Array) -> list[Array]:
         return [pose_error(_pose(target), loaded(*_pose(frame), twist))]
 
-    def corrected(before: Array, found: Array) -> list[Array]:
+    def corrected(before: Array, reached: Array) -> list[Array]:
         slides = [robot.mechanism.connections[name].type.is_slide for name in driven]
-        return [before[k] + shift_of(before[k], found[k], slide) for k, slide in enumerate(slides)]
+        return [before[k] + shift_of(before[k], reached[k], slide) for k, slide in enumerate(slides)]
 
     first = np.concatenate([np.reshape(array, (-1, 1)) for array in begun(platform, twist)])
     drives = np.zeros((len(driven), 1))
@@ -310,14 +311,14 @@ class Programs:
         if compensates and {"azimuth", "tilt"} <= set(function.names):
             raise ArgumentError("azimuth and tilt cannot be exported together with compensation: use the orientation XYZ")
         self.function = function
-        self.outputs = [item for name, item in function.outputs.items() if name not in ALWAYS and 0 not in item.shape]
-        self.coordinates = [item for name, item in function.inputs.items() if name not in LOADS]
-        self.c_names = c_names(item.name for item in self.coordinates)
+        self.outputs = [quantity for name, quantity in function.outputs.items() if name not in ALWAYS and 0 not in quantity.shape]
+        self.coordinates = [quantity for name, quantity in function.inputs.items() if name not in LOADS]
+        self.c_names = c_names(quantity.name for quantity in self.coordinates)
         connections = ((name, robot.mechanism.connections[name]) for name in robot.description.driven)
         limits = {name: (connection.lower, connection.upper) for name, connection in connections}
         self.limits = {name: both for name, both in limits.items() if np.all(np.isfinite(both))}
         self.line = line_of(robot, function.prescribed)
-        requested = [item.name for item in self.outputs if item.name != "residual_error"]
+        requested = [quantity.name for quantity in self.outputs if quantity.name != "residual_error"]
         more = ("twist", "actuators", "platform", "within") if compensates else ()
         names = list(dict.fromkeys((*requested, *more, "worst_equation", "singular", "usual")))
         model = PoseModel.of(robot.solver, robot.statics, self.line.prescribed)
@@ -345,20 +346,20 @@ class Programs:
     @property
     def all(self) -> list[tuple[str, CProgram]]:
         """Descriptions and programs, in the order of the source file."""
-        found: list[tuple[str, CProgram | None]] = []
+        programs: list[tuple[str, CProgram | None]] = []
         for line, given in ((self.line, ""), (self.drives, ", actuators given")):
             if line is not None:
-                found += [("start of a line", line.start), (f"correction of the loops{given}", line.newton)]
-                found += [(f"test for singular poses{given}", line.side)]
-        found.append(("frames, statics, actuators", self.pose))
+                programs += [("start of a line", line.start), (f"correction of the loops{given}", line.newton)]
+                programs += [(f"test for singular poses{given}", line.side)]
+        programs.append(("frames, statics, actuators", self.pose))
         if self.search is not None:
-            found += [("start of the search", self.search.begin), ("step of the search", self.search.update)]
-            found += [("residual error", self.search.remaining), ("actuator coordinates", self.search.correct)]
+            programs += [("start of the search", self.search.begin), ("step of the search", self.search.update)]
+            programs += [("residual error", self.search.remaining), ("actuator coordinates", self.search.correct)]
         if self.jacobian is not None:
-            found += [("derivatives: coordinates", self.jacobian.rates), ("derivatives: results", self.jacobian.tangent)]
-        return [(what, item) for what, item in found if item is not None]
+            programs += [("derivatives: coordinates", self.jacobian.rates), ("derivatives: results", self.jacobian.tangent)]
+        return [(what, program) for what, program in programs if program is not None]
 
     @property
     def work(self) -> int:
         """Length of the largest work array."""
-        return max(item.work for _, item in self.all)
+        return max(program.work for _, program in self.all)

@@ -20,14 +20,14 @@ def c_array(values: Sequence[float] | Array) -> str:
     return "{" + ", ".join(literal(float(value)) for value in values) + "}" if len(values) else "{0.0}"
 
 
-def size(item: Quantity) -> int:
-    return int(np.prod(item.shape))
+def size(quantity: Quantity) -> int:
+    return int(np.prod(quantity.shape))
 
 
 def valid(name: str, parts: Programs, status: str) -> str:
     """Return a C expression that is true if the outputs are valid at the status ``status``."""
-    found = f"{status} == {name.upper()}_OK"
-    return f"{found} || {status} == {name.upper()}_LIMIT_EXCEEDED" if parts.function.compensates else found
+    expression = f"{status} == {name.upper()}_OK"
+    return f"{expression} || {status} == {name.upper()}_LIMIT_EXCEEDED" if parts.function.compensates else expression
 
 
 def source(name: str, scalar: str, parts: Programs) -> str:
@@ -35,12 +35,12 @@ def source(name: str, scalar: str, parts: Programs) -> str:
     nx, nt = len(parts.start[0]), len(parts.start[2])
     coordinates = [f"    target[{k}] = (double)input->{parts.c_names[name]};" for k, name in enumerate(function.names)]
     results, lost = [], []
-    for item in parts.outputs:
-        loop = f"    for (k = 0; k < {size(item)}; ++k) output->{item.name}[k] = ({scalar})"
-        if function.compensates and item.name in ("actuators", "residual_error"):
-            results.append(f"{loop}{item.name}[k];")
+    for quantity in parts.outputs:
+        loop = f"    for (k = 0; k < {size(quantity)}; ++k) output->{quantity.name}[k] = ({scalar})"
+        if function.compensates and quantity.name in ("actuators", "residual_error"):
+            results.append(f"{loop}{quantity.name}[k];")
         else:
-            results.append(f"{loop}result[{parts.at[item.name]} + k];")
+            results.append(f"{loop}result[{parts.at[quantity.name]} + k];")
         lost.append(f"{loop}NAN;")
     lines = [parts.line, *([] if parts.drives is None else [parts.drives])]
     more = f"    double residual_error[6], actuators[{max(len(parts.order), 1)}];\n" if function.compensates else ""
@@ -60,7 +60,7 @@ static const double START_X[{max(nx, 1)}] = {c_array(parts.start[0])};
 static const double START_C[3] = {c_array(parts.start[1])};
 static const double START_TARGET[{max(nt, 1)}] = {c_array(parts.start[2])};
 
-{chr(10).join(item.text for _, item in parts.all)}
+{chr(10).join(program.text for _, program in parts.all)}
 {chr(10).join(_following(name, parts, line) for line in lines)}{_compensated(name, parts) if function.compensates else ""}
 static void lost({name}_output *output)
 {{
@@ -335,8 +335,8 @@ def _by(value: Quantity, scalar: str, coordinates: Sequence[str], jacobian: CJac
     yield f"        tangent(state->x, load, gravity, {moved}, d_load, d_gravity, w, rate);"
     for output, other, field in jacobian.pairs:
         if other is value:
-            found = f"jacobian->{field}[i * {columns} + k] = ({scalar})rate[{jacobian.at[output.name]} + i];"
-            yield f"        for (i = 0; i < {size(output)}; ++i) {found}"
+            assignment = f"jacobian->{field}[i * {columns} + k] = ({scalar})rate[{jacobian.at[output.name]} + i];"
+            yield f"        for (i = 0; i < {size(output)}; ++i) {assignment}"
     if is_load:
         yield f"        d_{value.name}[k] = 0.0;"
     yield "    }"

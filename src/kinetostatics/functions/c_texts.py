@@ -60,27 +60,27 @@ def _about(parts: Programs) -> str:
     return "actuator coordinates and feedforward forces with which the loaded platform has its target pose"
 
 
-def _words(item: Quantity, escaped: Callable[[str], str]) -> str:
+def _words(quantity: Quantity, escaped: Callable[[str], str]) -> str:
     """Return meaning, order of components, which may be named after parts, and units of a quantity."""
-    units = ", ".join(dict.fromkeys(item.units))
-    rows, last = (tuple(map(escaped, labels)) for labels in ((), (), *item.axes.values())[-2:])
-    parts = [item.meaning, f"in the order {', '.join(last)}" if last else ""]
+    units = ", ".join(dict.fromkeys(quantity.units))
+    rows, last = (tuple(map(escaped, labels)) for labels in ((), (), *quantity.axes.values())[-2:])
+    parts = [quantity.meaning, f"in the order {', '.join(last)}" if last else ""]
     if rows:
         more = "" if rows == last else f", rows {', '.join(rows)}"
-        parts.append(f"row by row, {item.shape[0]} x {item.shape[1]}{more}")
+        parts.append(f"row by row, {quantity.shape[0]} x {quantity.shape[1]}{more}")
     return f"{'; '.join(part for part in parts if part)} [{units}]".replace("·", " ").replace("²", "2")
 
 
 def _header(name: str, scalar: str, parts: Programs) -> str:
     function, guard = parts.function, f"{name.upper()}_H"
     inputs = []
-    for item in parts.coordinates:
-        limits = parts.limits.get(item.name) if function.by_actuators else None
+    for quantity in parts.coordinates:
+        limits = parts.limits.get(quantity.name) if function.by_actuators else None
         range_ = f"valid from {limits[0]:.6g} to {limits[1]:.6g}" if limits else "the status is UNREACHABLE outside the workspace"
-        zero = f"{parts.at_start[item.name]:.6g} at the {'zero' if parts.from_zero else 'start'} pose"
-        words = f"{c_comment(item.name)}: {_words(item, c_comment)}; {zero}; {range_}"
-        inputs.append(f"    {scalar} {parts.c_names[item.name]}; /* {words} */")
-    outputs = [f"    {scalar} {item.name}[{size(item)}]; /* {_words(item, c_comment)} */" for item in parts.outputs]
+        zero = f"{parts.at_start[quantity.name]:.6g} at the {'zero' if parts.from_zero else 'start'} pose"
+        words = f"{c_comment(quantity.name)}: {_words(quantity, c_comment)}; {zero}; {range_}"
+        inputs.append(f"    {scalar} {parts.c_names[quantity.name]}; /* {words} */")
+    outputs = [f"    {scalar} {output.name}[{size(output)}]; /* {_words(output, c_comment)} */" for output in parts.outputs]
     statuses = ",\n".join(f"    {name.upper()}_{key} = {value} /* {words} */" for key, value, words in _statuses(parts))
     actuators = [f" *   {c_comment(actuator)}: {lower:.6g} to {upper:.6g}" for actuator, (lower, upper) in parts.limits.items()]
     checked = "checked by the status" if function.compensates else "not checked"
@@ -224,11 +224,12 @@ add_test(NAME {name} COMMAND {name}_test)
 
 def _readme(name: str, scalar: str, parts: Programs) -> str:
     function = parts.function
-    inputs = "\n".join(f"- `{parts.c_names[item.name]}`: {_words(item, markdown)}" for item in parts.coordinates)
-    outputs = "\n".join(f"- `{item.name}[{size(item)}]`: {_words(item, markdown)}" for item in parts.outputs)
+    inputs = "\n".join(f"- `{parts.c_names[quantity.name]}`: {_words(quantity, markdown)}" for quantity in parts.coordinates)
+    outputs = "\n".join(f"- `{quantity.name}[{size(quantity)}]`: {_words(quantity, markdown)}" for quantity in parts.outputs)
     statuses = "\n".join(f"| `{name.upper()}_{key}` | {value} | {words} |" for key, value, words in _statuses(parts))
     example = "\n".join(
-        f"input.{parts.c_names[item.name]} = {parts.at_start[item.name]:.6g}; /* {item.units[0]} */" for item in parts.coordinates
+        f"input.{parts.c_names[quantity.name]} = {parts.at_start[quantity.name]:.6g}; /* {quantity.units[0]} */"
+        for quantity in parts.coordinates
     )
     where = " at the corrected pose" if function.compensates else ""
     # sines and cosines of given angles are not in the records

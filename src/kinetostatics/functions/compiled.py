@@ -194,14 +194,14 @@ class CompiledFunction:
         arrays = {name: place.of(numbers, truths) for name, place in self._code_of_many.places.items()}
         rough, opening, within, singular, usual = (arrays.pop(name) for name in _CLOSED)
         fine = truths[0] & usual & ~singular & (rough <= self._most) & (opening <= TOLERANCE)
-        found = {name: np.moveaxis(array, -1, 0).copy() for name, array in (arrays | {"residual": opening}).items()}
-        found["status"] = np.where(within, Status.OK, Status.LIMIT_EXCEEDED).astype(np.int8)
+        outputs = {name: np.moveaxis(array, -1, 0).copy() for name, array in (arrays | {"residual": opening}).items()}
+        outputs["status"] = np.where(within, Status.OK, Status.LIMIT_EXCEEDED).astype(np.int8)
         doubtful = np.flatnonzero(~(fine & poses.reached))
         if doubtful.size:
             here = taken(poses, doubtful, doubtful.shape)
             for name, array in by_analysis(here, wrench[:, doubtful].T, field[:, doubtful].T).items():
-                found[name][doubtful] = array
-        return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
+                outputs[name][doubtful] = array
+        return {name: array.reshape((*shape, *array.shape[1:])) for name, array in outputs.items()}
 
 
 def _column(value: ArrayLike, size: int) -> Array | None:

@@ -80,10 +80,10 @@ class Gradients:
         while left.size or not self.records:
             first = [array[:, left[:1]] for array in inputs] if left.size else example
             record = pose_record(model, all_names, first, all_vary=True, tool=tool)
-            leaves, found, holds = _differentiated(record, [array[:, left] for array in inputs], self.numbers)
+            leaves, slopes, holds = _differentiated(record, [array[:, left] for array in inputs], self.numbers)
             holds[:1] = True  # at the example pose
             self.records.append((record, left[holds]))
-            self._parts.append((leaves, found[..., holds]))
+            self._parts.append((leaves, slopes[..., holds]))
             left = left[~holds]
 
     @property
@@ -98,13 +98,13 @@ class Gradients:
             directions: rates of inputs (…, N) or (…, 1) and of the constants (P,), by number of the array; other rates are zero.
         """
         total = np.full((len(self.record.all_rows()), self._N), np.nan)
-        for (_, where), (leaves, found) in zip(self.records, self._parts, strict=True):
+        for (_, where), (leaves, slopes) in zip(self.records, self._parts, strict=True):
             total[:, where] = 0.0
             for kind, direction in directions.items():
-                mine = leaves[:, 0] == kind
-                moved = direction.reshape(len(direction), -1)[leaves[mine, 1]]
+                of_kind = leaves[:, 0] == kind
+                moved = direction.reshape(len(direction), -1)[leaves[of_kind, 1]]
                 moved = moved[:, where] if moved.shape[1] == self._N else np.repeat(moved, where.size, axis=1)
-                total[:, where] += np.einsum("mln,ln->mn", found[:, mine], moved)
+                total[:, where] += np.einsum("mln,ln->mn", slopes[:, of_kind], moved)
         ends = np.cumsum([len(rows) for rows in self.record.rows.values()])[:-1]
         parts = zip(self.record.shapes.items(), np.split(total, ends), strict=True)
         return {name: part.reshape(*shape, self._N) for (name, shape), part in parts}
@@ -116,8 +116,8 @@ class Gradients:
             if _X in directions:
                 inputs[_X] = inputs[_X] + by * np.nan_to_num(directions[_X][:, where])
             needed = needed_by(record.tape, [record.all_hold()])
-            found = values(record.tape, needed, inputs, self.numbers + by * directions[_NUMBERS])
-            if not np.all(found[record.all_hold()]):
+            results = values(record.tape, needed, inputs, self.numbers + by * directions[_NUMBERS])
+            if not np.all(results[record.all_hold()]):
                 return False
         return True
 
@@ -165,9 +165,9 @@ class Derivatives:
         inputs = poses.x, self.load, self.gravity, poses.c, self.target
         target, c = self.robot.solver.origin(self.prescribed, generic)
         example = generic.x, *example_of(decided)[1:], c, target
-        known = np.flatnonzero(self.pose.reached & self.pose.frames.are_finite())
+        valid_poses = np.flatnonzero(self.pose.reached & self.pose.frames.are_finite())
         try:
-            return Gradients(self.model(decided), self.outputs, inputs, known, example, self.tool)
+            return Gradients(self.model(decided), self.outputs, inputs, valid_poses, example, self.tool)
         except NotRecordedError as error:
             raise ArgumentError(f"{self.robot.name!r} has no derivatives: {error}") from error
 
@@ -227,9 +227,9 @@ class Derivatives:
         """
         columns: list[dict[str, Array]] = []
         errors: list[ArgumentError] = []
-        for item in numbers:
+        for number in numbers:
             try:
-                columns.append(self._zero() if item.step is None else self.by_change(item.name, item.step, item.changed))
+                columns.append(self._zero() if number.step is None else self.by_change(number.name, number.step, number.changed))
             except ArgumentError as error:
                 errors.append(error)
                 columns.append({name: np.full_like(part, np.nan) for name, part in self._zero().items()})
@@ -252,7 +252,7 @@ class Derivatives:
             ArgumentError: the change yields another mechanism or an invalid robot.
         """
 
-        def found(decided: RobotStatics, own: Gradients) -> dict[str, Array] | None:
+        def derivatives_with(decided: RobotStatics, nominal: Gradients) -> dict[str, Array] | None:
             model = self.model(decided)
 
             def difference(amount: float) -> Array:
@@ -262,36 +262,36 @@ class Derivatives:
 
             # central differences of fourth order; unchanged constants cancel exactly
             rates = 2 / 3 / step * difference(step) - 1 / 12 / step * difference(2 * step)
-            return self._by_rates(rates, own, step)
+            return self._by_rates(rates, nominal, step)
 
         try:
             if all(have_same_statics(changed(by), self.robot.description) for by in (step, -step)):
                 return self._zero()
             with contextlib.suppress(KinetostaticsError):  # the change may affect which axes meet
-                if first := found(self.robot.statics, self.nominal):
+                if first := derivatives_with(self.robot.statics, self.nominal):
                     return first
             decided = statics_on(Robot(changed(step)).statics, self.robot.statics)
-            if second := found(decided, self._gradients(decided)):
+            if second := derivatives_with(decided, self._gradients(decided)):
                 return second
         except KinetostaticsError as error:
             raise ArgumentError(f"there is no derivative by {name!r}: {error}") from error
         raise ArgumentError(f"there is no derivative by {name!r}: it changes the structure of the robot's limbs")
 
-    def _by_rates(self, rates: Array, own: Gradients, step: float) -> dict[str, Array] | None:
+    def _by_rates(self, rates: Array, nominal: Gradients, step: float) -> dict[str, Array] | None:
         """Return the derivatives for given rates (P,) of the constants.
 
-        None if a change by a small fraction of ``step`` makes the records of ``own`` invalid.
+        None if a change by a small fraction of ``step`` makes the records of ``nominal`` invalid.
         """
         directions = {_NUMBERS: rates}
-        residual = own.along(directions)["residual"]
+        residual = nominal.along(directions)["residual"]
         if np.any(np.nan_to_num(residual)):
             directions |= self._moving(self._velocities(residual[:, None])[:, 0])
-        if not all(own.remain_valid(by * step, directions) for by in (_NEAR, -_NEAR)):
+        if not all(nominal.remain_valid(by * step, directions) for by in (_NEAR, -_NEAR)):
             return None
-        return self._requested(own.along(directions))
+        return self._requested(nominal.along(directions))
 
-    def _requested(self, found: Mapping[str, Array]) -> dict[str, Array]:
-        return {name: found[name] for name in self.outputs}
+    def _requested(self, rates: Mapping[str, Array]) -> dict[str, Array]:
+        return {name: rates[name] for name in self.outputs}
 
 
 def _stacked(columns: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
@@ -330,9 +330,9 @@ def derivatives_at(
         return None
     driven = robot.description.driven
     outputs = [name for name in OUTPUTS if name in names and (driven or not name.startswith("actuator"))]
-    found = Derivatives(replace(configuration, shape=(N,)), prescribed, target, load, gravity, outputs, tool)
+    derivatives = Derivatives(replace(configuration, shape=(N,)), prescribed, target, load, gravity, outputs, tool)
     with contextlib.suppress(ArgumentError):  # it has no record
-        return found if not N or found.nominal else None
+        return derivatives if not N or derivatives.nominal else None
     return None
 
 
@@ -349,7 +349,7 @@ def _differentiated(record: PoseRecord, inputs: Sequence[Array], numbers: Array)
         if needed[number] and name in ("input", "parameter"):
             leaves[number] = (_NUMBERS if name == "parameter" else taken[0], taken[-1])
     places = {number: place for place, number in enumerate(leaves)}
-    found, holds = np.zeros((len(rows), len(leaves), N)), np.zeros(N, dtype=bool)
+    derivatives, holds = np.zeros((len(rows), len(leaves), N)), np.zeros(N, dtype=bool)
     residuals = len(record.rows["residual"])
     at_once = max(1, 4000 // max(len(rows), 1))
     for first in range(0, N, at_once):
@@ -358,5 +358,5 @@ def _differentiated(record: PoseRecord, inputs: Sequence[Array], numbers: Array)
         holds[part] = results[record.all_hold()]
         for some in (slice(0, residuals), slice(residuals, None)):  # residuals do not depend on the equilibrium
             for number, slopes in gradients(tape, results, rows[some], leaves, part.stop - part.start).items():
-                found[some, places[number], part] = slopes
-    return np.array(list(leaves.values()), dtype=np.intp).reshape(-1, 2), found, holds
+                derivatives[some, places[number], part] = slopes
+    return np.array(list(leaves.values()), dtype=np.intp).reshape(-1, 2), derivatives, holds

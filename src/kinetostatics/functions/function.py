@@ -95,8 +95,8 @@ class Function:
         ``.placement`` of a joint displaces the joint frame along its own axes and rotates it about them, with all bodies beyond
         it; a loop has ``.predecessor_placement`` and ``.successor_placement``.
         """
-        found = {name: tuple(item.unit for item in several) for name, several in self._numbers.items()}
-        return ResultMapping({name: Quantity(name, (len(units),) * (len(units) > 1), units) for name, units in found.items()})
+        units_of = {name: tuple(number.unit for number in several) for name, several in self._numbers.items()}
+        return ResultMapping({name: Quantity(name, (len(units),) * (len(units) > 1), units) for name, units in units_of.items()})
 
     @cached_property
     def _numbers(self) -> dict[str, tuple[RobotNumber, ...]]:
@@ -106,8 +106,8 @@ class Function:
         return f"<Function of {self.robot.name!r}: {', '.join(self.inputs)} → {', '.join(self.outputs)}>"
 
     def __str__(self) -> str:
-        lines = [f"Function of {self.robot.name}", "  inputs", *(f"    {item}" for item in self.inputs.values())]
-        return "\n".join([*lines, "  outputs", *(f"    {item}" for item in self.outputs.values())])
+        lines = [f"Function of {self.robot.name}", "  inputs", *(f"    {quantity}" for quantity in self.inputs.values())]
+        return "\n".join([*lines, "  outputs", *(f"    {quantity}" for quantity in self.outputs.values())])
 
     def __call__(
         self,
@@ -135,8 +135,8 @@ class Function:
         pose = self._pose(coordinates, near)
         if compiled is None:
             return Values(self._values(pose, load, gravity), lambda: pose)
-        found = compiled.many(pose, load, gravity, self._values)
-        arrays = {name: frozen(found[name]) for name in self.outputs}
+        outputs = compiled.many(pose, load, gravity, self._values)
+        arrays = {name: frozen(outputs[name]) for name in self.outputs}
         return Values(arrays, lambda: pose, compiled.origin(pose, coordinates))
 
     def jacobian(self, of: str | Sequence[str], by: str | Sequence[str]) -> Jacobian:
@@ -154,8 +154,8 @@ class Function:
         outputs, names = _listed("of", of, '("twist",)'), _listed("by", by, '("load",)')
         for name in outputs:
             if name in ALWAYS or name not in self.outputs:
-                known = [item for item in self.outputs if item not in ALWAYS]
-                hint = near_names(name, known)
+                differentiable = [output for output in self.outputs if output not in ALWAYS]
+                hint = near_names(name, differentiable)
                 if name not in self.outputs and hint.startswith("known"):
                     hint += "; further outputs must be named in outputs= (--outputs)"
                 raise ArgumentError(f"this function has no output {name!r} with derivatives: {hint}")
@@ -194,11 +194,11 @@ class Function:
     # ---- poses ------------------------------------------------------------------------------------------------------
 
     def _pose(self, coordinates: Mapping[str, ArrayLike], near: Configuration | Values | None) -> Configuration:
-        own = [name for name in self.inputs if name not in LOADS]
+        coordinate_names = [name for name in self.inputs if name not in LOADS]
         for name in coordinates:
-            if name not in own:
+            if name not in coordinate_names:
                 raise ArgumentError(f"this function has no input {name!r}: {near_names(name, self.inputs)}")
-        missing = [name for name in own if name not in coordinates]
+        missing = [name for name in coordinate_names if name not in coordinates]
         if missing:
             raise ArgumentError(f"the coordinates {', '.join(missing)} are missing; this function takes {', '.join(self.inputs)}")
         actuators, platform = (coordinates, None) if self.by_actuators else (None, coordinates)
@@ -233,10 +233,11 @@ class Function:
             corrected = compensated(pose, load, gravity, controlled=self.names, orientation=self.orientation, **how)
             result = corrected.result
         arrays = {}
-        for name, item in self.outputs.items():
+        for name, quantity in self.outputs.items():
             is_corrected = corrected is not None and name in ("status", "actuators", "residual_error")
-            value = stacked(value_at(corrected, name) if is_corrected else value_at(result, PATHS[name]), [*item.axes], item.axes)
-            arrays[name] = frozen(np.array(np.broadcast_to(value, (*result.shape, *item.shape))))
+            value = value_at(corrected, name) if is_corrected else value_at(result, PATHS[name])
+            array = stacked(value, [*quantity.axes], quantity.axes)
+            arrays[name] = frozen(np.array(np.broadcast_to(array, (*result.shape, *quantity.shape))))
         return arrays
 
 
@@ -289,7 +290,7 @@ class Jacobian:
         status = analyze(pose, loads.T, fields.T, on_failure="nan", engine=function.engine).status
         valid = np.isin(status, WITHOUT_NUMBERS, invert=True)
         derivatives = Derivatives(pose, function.prescribed, target, loads, fields, self.of)
-        found: dict[str, dict[str, Array]] = {name: {} for name in self.of}
+        columns: dict[str, dict[str, Array]] = {name: {} for name in self.of}
         for name in self.by:
             if name in LOADS:
                 parts = derivatives.by_components(name)
@@ -298,8 +299,8 @@ class Jacobian:
             else:
                 parts = derivatives.by_numbers(function._numbers[name])
             for output, array in parts.items():
-                found[output][name] = batch_first(np.where(valid, array, np.nan), shape)
-        return ResultMapping({output: ResultMapping(parts) for output, parts in found.items()})
+                columns[output][name] = batch_first(np.where(valid, array, np.nan), shape)
+        return ResultMapping({output: ResultMapping(parts) for output, parts in columns.items()})
 
     def export_c(
         self,

@@ -119,16 +119,16 @@ def _quantity(robot: Robot, path: str, more: Mapping[str, str]) -> Quantity:
 def inputs_of(robot: Robot, names: Sequence[str], by_actuators: bool, orientation: str | None) -> dict[str, Quantity]:
     """Return the inputs of a function by name: coordinates of the actuators or of the platform, load and gravity."""
     connections = robot.mechanism.connections
-    found = []
+    quantities = []
     for name in names:
         if by_actuators:
-            found.append(Quantity(name, (), (connections[name].type.unit,), meaning="coordinate of the actuator"))
+            quantities.append(Quantity(name, (), (connections[name].type.unit,), meaning="coordinate of the actuator"))
         elif name in "xyz":
-            found.append(Quantity(name, (), ("m",), meaning="coordinate of o, world axes"))
+            quantities.append(Quantity(name, (), ("m",), meaning="coordinate of o, world axes"))
         else:
             words = f"orientation of the platform, {orientation_named(orientation).name}"
-            found.append(Quantity(name, (), ("rad",), meaning=words))
-    return {item.name: item for item in (*found, _quantity(robot, "load", {}), _quantity(robot, "gravity", {}))}
+            quantities.append(Quantity(name, (), ("rad",), meaning=words))
+    return {quantity.name: quantity for quantity in (*quantities, _quantity(robot, "load", {}), _quantity(robot, "gravity", {}))}
 
 
 def outputs_of(robot: Robot, requested: Sequence[str], compensate: bool) -> dict[str, Quantity]:
@@ -137,11 +137,11 @@ def outputs_of(robot: Robot, requested: Sequence[str], compensate: bool) -> dict
     Raises:
         ArgumentError: an output is unknown.
     """
-    known = {name: path for name, path in PATHS.items() if compensate or name != "residual_error"}
+    paths = {name: path for name, path in PATHS.items() if compensate or name != "residual_error"}
     for name in requested:
         if name == "residual_error" and not compensate:
             raise ArgumentError("only functions with compensation have the output 'residual_error': compile(…, compensate=True)")
-        if name not in known:
-            raise ArgumentError(f"no output {name!r}: {near_names(name, known)}")
+        if name not in paths:
+            raise ArgumentError(f"no output {name!r}: {near_names(name, paths)}")
     more = _MORE_CORRECTED if compensate else _MORE
-    return {name: _quantity(robot, known[name], more) for name in dict.fromkeys((*requested, *ALWAYS))}
+    return {name: _quantity(robot, paths[name], more) for name in dict.fromkeys((*requested, *ALWAYS))}
