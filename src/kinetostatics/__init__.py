@@ -24,10 +24,10 @@ def __getattr__(name: str) -> object:
         return "0+unknown"
 
 
-def _report_of(item: object, **options: object) -> object:
+def _report_of(subject: object, **options: object) -> object:
     from kinetostatics.reports import report_of
 
-    return report_of(item, **options)
+    return report_of(subject, **options)
 
 
 def _robot_warnings(robot: object) -> tuple[str, ...]:

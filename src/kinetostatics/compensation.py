@@ -144,13 +144,13 @@ def _controlled(
         return configuration.prescribed
     reached = np.flatnonzero(configuration.reached)
     pose = configuration.poses.take(reached[:1]) if reached.size else robot.zero_poses
-    found = best_choice(robot, convention, pose)
-    if not found:
+    choice = best_choice(robot, convention, pose)
+    if not choice:
         raise ArgumentError(
             f"no coordinates with the orientation {convention.name!r} determine the pose of {robot.name!r}; choose another one"
         )
-    known = convention.pose_names
-    return tuple(sorted(found, key=known.index))
+    pose_names = convention.pose_names
+    return tuple(sorted(choice, key=pose_names.index))
 
 
 def _well_conditioned(target: Configuration, names: tuple[str, ...]) -> tuple[tuple[str, ...], Orientation]:
@@ -191,21 +191,21 @@ class _Problem:
         Raises:
             AssemblyError, StaticsError: no correction was found, if ``raising``.
         """
-        pose, found = self.target, uncorrected
+        pose, result = self.target, uncorrected
         u, least = self.commanded.of(target_frame(self.target, None)), error_tolerance(self.robot.length)
-        search = BroydenSearch.started(u, self._first_inverse(u), self._error(found))
+        search = BroydenSearch.started(u, self._first_inverse(u), self._error(result))
         for _ in range(MOST):
             if not np.any(search.going):
                 break
             pose = self._commanded(search.u, pose)
-            found = self._analyzed(pose)
-            search = search.updated(self._error(found), least)
+            result = self._analyzed(pose)
+            search = search.updated(self._error(result), least)
         reached = pose.reached & self.target.reached & (search.size <= least)
         reached &= self._is_reached_by_actuators(pose, reached)
         if raising and not np.all(reached):
             self._complain(search.u, pose, bool(np.all(search.size <= least)))
         if np.all(reached == pose.reached):
-            return found
+            return result
         q = np.where(reached, pose.model_q, np.nan)
         return self._analyzed(replace(pose, reached=reached, model_q=frozen(q)))
 
@@ -223,21 +223,21 @@ class _Problem:
             by = step * np.eye(n)[:, k : k + 1]
             ends = (target_frame(self._commanded(u + sign * by, self.target), self.tool) for sign in (1, -1))
             sides = [(self.controlled.of(end, self._angles) - self._target) / step for end in ends]
-            one, other = sides[0], -sides[1]
-            both = np.where(np.isnan(other), one, np.where(np.isnan(one), other, (one + other) / 2))
+            ahead, behind = sides[0], -sides[1]
+            both = np.where(np.isnan(behind), ahead, np.where(np.isnan(ahead), behind, (ahead + behind) / 2))
             columns.append(both)  # one-sided if the other side is out of reach
         jacobian = np.moveaxis(np.stack(columns, axis=1), 2, 0)
-        known = np.all(np.isfinite(jacobian), axis=(1, 2))
-        sizes = np.linalg.svd(jacobian[known], compute_uv=False)
+        finite = np.all(np.isfinite(jacobian), axis=(1, 2))
+        sizes = np.linalg.svd(jacobian[finite], compute_uv=False)
         regular = sizes[:, -1] > SINGULAR * sizes[:, 0]
-        if known.any() and not np.any(regular):
+        if finite.any() and not np.any(regular):
             raise CoordinatesError(
                 f"the actuators of {self.robot.name!r} cannot set {join_words(self.controlled.names)} of the tool's tip "
                 f"independently; choose other coordinates, such as {join_words(self.commanded.names)}",
                 self.robot.mobility.platform,
             )
         inverse: Array = np.full((N, n, n), np.nan)
-        inverse[np.flatnonzero(known)[regular]] = np.linalg.inv(jacobian[known][regular])
+        inverse[np.flatnonzero(finite)[regular]] = np.linalg.inv(jacobian[finite][regular])
         return np.moveaxis(inverse, 0, 2)
 
     def _is_reached_by_actuators(self, pose: Configuration, which: Mask) -> Mask:
@@ -261,8 +261,8 @@ class _Problem:
         """Return the poses at scaled coordinates u (n, N) of the unloaded platform."""
         of = self.commanded
         given = dict(zip(of.names, (u / of.scale).reshape(len(of.names), *self.target.shape), strict=True))
-        found = assemble(self.robot, None, given, of.orientation.name, near, self.closure_tolerance, on_failure, self._loops)
-        return replace(found, orientation=self.target.orientation, prescribed=self.target.prescribed)
+        poses = assemble(self.robot, None, given, of.orientation.name, near, self.closure_tolerance, on_failure, self._loops)
+        return replace(poses, orientation=self.target.orientation, prescribed=self.target.prescribed)
 
     def _complain(self, u: Array, pose: Configuration, corrected: bool) -> None:
         names = ", ".join(self.controlled.names)
@@ -316,8 +316,8 @@ class ScaledCoordinates:
     def __init__(self, names: Sequence[str], orientation: Orientation, length: float) -> None:
         """Select coordinates of a convention by name; ``length`` is the robot's characteristic length [m]."""
         self.names, self.orientation = tuple(names), orientation
-        known = orientation.pose_names
-        self._rows = [known.index(name) for name in names]
+        pose_names = orientation.pose_names
+        self._rows = [pose_names.index(name) for name in names]
         self.scale = np.array([1.0 if name in "xyz" else length for name in names])[:, None]
 
     def of(self, frame: tuple[Array, Array], near: Array | None = None) -> Array:
@@ -326,8 +326,8 @@ class ScaledCoordinates:
         Of angles that differ by full turns, the angles nearest to ``near`` (3, N) are returned.
         """
         both = np.concatenate([frame[1], self.orientation.coordinates(frame[0], near=near)])
-        found: Array = both[self._rows] * self.scale
-        return found
+        scaled: Array = both[self._rows] * self.scale
+        return scaled
 
 
 @dataclass(frozen=True)
@@ -381,10 +381,10 @@ def _broyden_update(inverse: Array, step: Array, change: Array, going: Mask) -> 
     usable = going & np.isfinite(along) & (np.abs(along) > 0.1 * dot(step, step))
     direction = np.einsum("in,ijn->jn", step, inverse) / np.where(usable, along, 1.0)
     update = np.einsum("in,jn->ijn", step - moved, direction)
-    found: Array = inverse + np.where(usable, update, 0.0)
-    return found
+    updated: Array = inverse + np.where(usable, update, 0.0)
+    return updated
 
 
 def _size(error: Array) -> Array:
-    found: Array = np.max(np.abs(error), axis=0, initial=0.0)
-    return found
+    largest: Array = np.max(np.abs(error), axis=0, initial=0.0)
+    return largest

@@ -23,23 +23,23 @@ __all__ = [
 ]
 
 
-def near_names(name: object, known: Iterable[str]) -> str:
+def near_names(name: object, known_names: Iterable[str]) -> str:
     """Write "did you mean …?" with the known names that are similar; without any, "known: …" with up to twelve known names.
 
     Letters may be capital or small, and "-" is equal to "_".
     """
-    known = sorted(known)
+    known_names = sorted(known_names)
 
     def plain(text: object) -> str:
         return str(text).casefold().replace("-", "_")
 
-    plain_names = difflib.get_close_matches(plain(name), map(plain, known), n=3, cutoff=0.5)
-    near = [item for text in dict.fromkeys(plain_names) for item in known if plain(item) == text]
+    plain_names = difflib.get_close_matches(plain(name), map(plain, known_names), n=3, cutoff=0.5)
+    near = [candidate for text in dict.fromkeys(plain_names) for candidate in known_names if plain(candidate) == text]
     if near:
-        return "did you mean " + " or ".join(repr(item) for item in near) + "?"
-    if not known:
+        return "did you mean " + " or ".join(repr(candidate) for candidate in near) + "?"
+    if not known_names:
         return "there are none"
-    shown = ", ".join(known[:12]) + (", …" if len(known) > 12 else "")
+    shown = ", ".join(known_names[:12]) + (", …" if len(known_names) > 12 else "")
     return f"known: {shown}"
 
 

@@ -70,10 +70,10 @@ def _length(vectors: Array, _: Array | float) -> Array:
 def _eigenvalues(matrices: Array) -> Array:
     """(…, n) eigenvalues of symmetric positive semidefinite matrices, ascending; NaN for matrices that are not finite."""
     finite = np.all(np.isfinite(matrices), axis=(-2, -1))
-    found = np.linalg.eigvalsh(np.where(finite[..., None, None], matrices, 0.0))
+    values = np.linalg.eigvalsh(np.where(finite[..., None, None], matrices, 0.0))
     # rounding errors of zero
-    found = np.where(found > 1e-14 * found[..., -1:], found, 0.0)
-    return np.where(finite[..., None], found, np.nan)
+    values = np.where(values > 1e-14 * values[..., -1:], values, 0.0)
+    return np.where(finite[..., None], values, np.nan)
 
 
 def _eigenvalue(k: int) -> Callable[[Array, Array | float], Array]:
@@ -83,11 +83,11 @@ def _eigenvalue(k: int) -> Callable[[Array, Array | float], Array]:
 def _inverse(k: int) -> Callable[[Array, Array | float], Array]:
     """Return the function 1 / (k-th eigenvalue), infinite for the eigenvalue 0 of a rigid direction."""
 
-    def found(matrices: Array, _: Array | float) -> Array:
+    def reciprocal(matrices: Array, _: Array | float) -> Array:
         with np.errstate(divide="ignore"):
             return np.asarray(1 / _eigenvalues(matrices)[..., k])
 
-    return found
+    return reciprocal
 
 
 def _ratio(matrices: Array, _: Array | float) -> Array:
@@ -97,15 +97,15 @@ def _ratio(matrices: Array, _: Array | float) -> Array:
 
 
 def _homogeneous(function: Callable[[Array, Array | float], Array]) -> Callable[[Array, Array | float], Array]:
-    def found(matrices: Array, length: Array | float) -> Array:
+    def homogeneous(matrices: Array, length: Array | float) -> Array:
         scale = np.where(np.arange(6) < 3, 1.0, np.asarray(length)[..., None])
         return function(matrices * scale[..., :, None] * scale[..., None, :], length)
 
-    return found
+    return homogeneous
 
 
 def _stiffnesses() -> dict[str, Measure]:
-    found = {}
+    measures = {}
     for kind, unit, part, block, other in (
         ("translational", "stiffness", _D, "dd", "rotations"),
         ("rotational", "turning stiffness", _R, "rr", "translations"),
@@ -115,9 +115,9 @@ def _stiffnesses() -> dict[str, Measure]:
             free = f"1 / {'largest' if least else 'smallest'} eigenvalue of C_{block}, {other} free"
             held = f"{'smallest' if least else 'largest'} eigenvalue of K_{block}, {other} held"
             words = f"{extreme} {kind} stiffness, {other}"
-            found[name] = Measure(free, f"{words} free", unit, "compliance", part, _inverse(k), "large")
-            found[f"{name}_held"] = Measure(held, f"{words} held", unit, "stiffness", part, _eigenvalue(-1 - k), "large")
-    return found
+            measures[name] = Measure(free, f"{words} free", unit, "compliance", part, _inverse(k), "large")
+            measures[f"{name}_held"] = Measure(held, f"{words} held", unit, "stiffness", part, _eigenvalue(-1 - k), "large")
+    return measures
 
 
 # fmt: off

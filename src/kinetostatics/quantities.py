@@ -76,8 +76,8 @@ class Entry:
 
 
 def _platform_wrench(robot: RobotStatics, solution: Solution) -> Array:
-    own = solution.load + solution.platform_weight
-    return own + sum_of(solution.applied, robot.topology.platform.places) if solution.applied else own
+    wrench = solution.load + solution.platform_weight
+    return wrench + sum_of(solution.applied, robot.topology.platform.places) if solution.applied else wrench
 
 
 def _spring_forces(robot: RobotStatics, solution: Solution) -> Array:
@@ -105,13 +105,13 @@ def _of_limbs(robot: RobotStatics, solution: Solution, labels: str, pick: Callab
     """
     rows = [np.empty((0, solution.o.shape[1]))]
     for group in robot.groups:
-        for limb, mine in zip(group.limbs, getattr(group, labels), strict=True):
+        for limb, limb_labels in zip(group.limbs, getattr(group, labels), strict=True):
             number, position = solution.places[limb.name]
-            item = solution.statics[number]
-            nothing = np.full((len(mine), solution.o.shape[1]), np.nan)
-            rows.append(
-                nothing if item.group.at_one_pose else np.where(item.degenerate[position], np.nan, pick(number)[:, position])
-            )
+            statics = solution.statics[number]
+            if statics.group.at_one_pose:
+                rows.append(np.full((len(limb_labels), solution.o.shape[1]), np.nan))
+            else:
+                rows.append(np.where(statics.degenerate[position], np.nan, pick(number)[:, position]))
     return np.concatenate(rows)
 
 
@@ -241,7 +241,7 @@ VARIABLES: Mapping[str, Entry] = {entry.variable: entry for entry in QUANTITIES.
 def reported_names(owner: str) -> list[str]:
     """Return the names of the quantities in the report of a result (``owner`` ""), of its "limbs" or of its "beams"."""
     paths = (path.rpartition(".") for path in QUANTITIES if path not in ("status", *FACTS))
-    return [name for mine, _, name in paths if mine == owner]
+    return [name for owner_of_path, _, name in paths if owner_of_path == owner]
 
 
 def axes_of(robot: RobotStatics) -> dict[str, tuple[str, ...]]:
@@ -270,7 +270,7 @@ def value_at(result: object, path: str) -> object:
     """Return ``result.a.b`` for the path "a.b"; where ``result.a`` is a mapping, the attribute ``b`` of each item."""
     for name in path.split("."):
         if isinstance(result, Mapping):
-            result = {key: getattr(item, name) for key, item in result.items()}
+            result = {key: getattr(part, name) for key, part in result.items()}
         else:
             result = getattr(result, name)
     return result

@@ -198,10 +198,10 @@ class Robot(Reported, RobotKinematics):
             AssemblyError: the pose cannot be reached; the message names the open loop and its gap.
         """
         chosen = compiled_loops(check_engine(engine))
-        found = assembly.assemble(self, actuators, platform, orientation, near, closure_tolerance, on_failure, chosen)
+        configuration = assembly.assemble(self, actuators, platform, orientation, near, closure_tolerance, on_failure, chosen)
         for hint in self.unit_hints((actuators if platform is None else platform) or {}):
             warn(hint)
-        return found
+        return configuration
 
     def configuration(self, q: ArrayLike, *, closure_tolerance: float = 1e-10, on_failure: str | None = None) -> Configuration:
         """Return the pose at Pinocchio coordinates ``q`` (…, nq) that close the loops already.

@@ -56,9 +56,9 @@ def point_hint(what: str, point: ArrayLike, size: float) -> list[str]:
     return length_hint(f"{what} lies {abs(amount):.6g} m from o,", amount, size)
 
 
-def tolerance_hint(name: str, amount: float, own: float, size: float) -> list[str]:
-    """Return a hint if a tolerance [m] exceeds ``COARSE`` times its length ``own`` or, if this is zero, the robot's ``size``."""
-    whole, of = (own, "the length itself of") if own else (size, "the robot's size of")
+def tolerance_hint(name: str, amount: float, length: float, size: float) -> list[str]:
+    """Return a hint if a tolerance [m] exceeds ``COARSE`` times ``length`` or, if this is zero, the robot's ``size``."""
+    whole, of = (length, "the length itself of") if length else (size, "the robot's size of")
     return length_hint(f"the tolerance {name} = {amount:.6g} m is", amount, whole, of, COARSE)
 
 
@@ -68,8 +68,8 @@ def limit_hints(limits: Mapping[str, float], size: float) -> list[str]:
     for name, limit in limits.items():
         if limit <= 1000 * FAR * size:
             names.setdefault(limit, []).append(name)
-    found = (length_hint(f"the limits of {', '.join(some)} go to {limit:.6g} m,", limit, size) for limit, some in names.items())
-    return [hint for hints in found for hint in hints]
+    groups = (length_hint(f"the limits of {', '.join(some)} go to {limit:.6g} m,", limit, size) for limit, some in names.items())
+    return [hint for hints in groups for hint in hints]
 
 
 # ---- angles ----------------------------------------------------------------------------------------------------------
@@ -131,17 +131,17 @@ def _written(*numbers: float) -> str:
 
 def material_hints(materials: Mapping[str, tuple[float, float | None]]) -> list[str]:
     """Return hints at implausible materials (Young's modulus [Pa], density [kg/m³] or None), given by name of the beam."""
-    found: dict[str, list[str]] = {}
+    beams: dict[str, list[str]] = {}
     for name, (modulus, density) in materials.items():
         if not MODULI[0] <= modulus <= MODULI[1]:
             meant = _meant(modulus, MODULI, {"GPa": 1e9, "MPa": 1e6})
-            found.setdefault(f"a Young's modulus of {modulus:.4g} Pa; moduli are in Pa (steel: 2.1e11){meant}", []).append(name)
+            beams.setdefault(f"a Young's modulus of {modulus:.4g} Pa; moduli are in Pa (steel: 2.1e11){meant}", []).append(name)
         if density and not DENSITIES[0] <= density <= DENSITIES[1]:
             meant = _meant(density, DENSITIES, {"g/cm³": 1e3, "kg/mm³": 1e9, "t/mm³": 1e12})
-            found.setdefault(f"a density of {density:.4g} kg/m³; densities are in kg/m³ (steel: 7850){meant}", []).append(name)
+            beams.setdefault(f"a density of {density:.4g} kg/m³; densities are in kg/m³ (steel: 7850){meant}", []).append(name)
     return [
         f"beam{'s' * (len(names) > 1)} {join_words(names, 8)} {'have' if names[1:] else 'has'} {words}"
-        for words, names in found.items()
+        for words, names in beams.items()
     ]
 
 

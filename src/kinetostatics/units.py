@@ -136,20 +136,20 @@ class Unit:
 def find_unit(text: str) -> Unit | None:
     """Return the unit of a text such as ``mm``, ``kN·m``, ``N/(µm)`` or ``g/cm3``, or None."""
     first, *under = _split(text.strip(), "/")
-    found = Unit() if under and first.strip() in ("", "1") else _product(first)
-    for item in under:
-        divisor = _product(item)
-        if found is None or divisor is None:
+    quotient = Unit() if under and first.strip() in ("", "1") else _product(first)
+    for factor in under:
+        divisor = _product(factor)
+        if quotient is None or divisor is None:
             return None
-        found = found / divisor
-    return found
+        quotient = quotient / divisor
+    return quotient
 
 
 def unit(name: str) -> Unit:
     """Return the unit of a name that is known to be valid."""
-    found = find_unit(name)
-    assert found is not None, name
-    return found
+    valid_unit = find_unit(name)
+    assert valid_unit is not None, name
+    return valid_unit
 
 
 def typed_number(text: str) -> tuple[float, str] | None:
@@ -169,16 +169,16 @@ def parse_number(text: str, kind: str, what: str) -> float:
     Raises:
         ArgumentError: the text is no number, or has a unit of another kind.
     """
-    found = typed_number(text)
-    own = find_unit(found[1]) if found and found[1] else None
+    typed = typed_number(text)
+    given_unit = find_unit(typed[1]) if typed and typed[1] else None
     expected = {"": "a number", "number": "a plain number"}.get(kind) or f"{article(kind)} such as 1{KINDS[kind]}"
-    if found is None or (found[1] and own is None):
+    if typed is None or (typed[1] and given_unit is None):
         raise ArgumentError(f"{what}: {text.strip()!r} is not {expected}")
-    if own is None:
-        return found[0]
-    if kind and (kind == "number" or own.dimension != unit(KINDS[kind].replace("·", " ")).dimension):
+    if given_unit is None:
+        return typed[0]
+    if kind and (kind == "number" or given_unit.dimension != unit(KINDS[kind].replace("·", " ")).dimension):
         raise ArgumentError(f"{what}: {text.strip()!r} is not {expected}")
-    return own.in_si(found[0])
+    return given_unit.in_si(typed[0])
 
 
 def sized_name(text: str) -> tuple[str, str | None]:
@@ -218,9 +218,9 @@ def _product(text: str) -> Unit | None:
     text = text.strip()
     if text.startswith("(") and text.endswith(")"):
         text = text[1:-1]
-    factors = [_factor(item) for item in re.split(r"(?<!\*)\*(?!\*)|[·⋅ ]", text)]
-    known = [factor for factor in factors if factor is not None]
-    return math.prod(known, start=Unit()) if len(known) == len(factors) else None
+    factors = [_factor(part) for part in re.split(r"(?<!\*)\*(?!\*)|[·⋅ ]", text)]
+    units = [factor for factor in factors if factor is not None]
+    return math.prod(units, start=Unit()) if len(units) == len(factors) else None
 
 
 def _factor(text: str) -> Unit | None:
@@ -229,11 +229,11 @@ def _factor(text: str) -> Unit | None:
         base = _prefixed(power[1])
         return base and math.prod([base] * (_POWERS.get(power[2]) or int(power[2])), start=Unit())
     joined = re.fullmatch(r"(.*N)(.*m)", text)  # Nm, kNm, Nmm
-    one = _prefixed(text)
-    if one is None and joined is not None:
+    prefixed = _prefixed(text)
+    if prefixed is None and joined is not None:
         force, arm = _prefixed(joined[1]), _prefixed(joined[2])
         return force and arm and force * arm
-    return one
+    return prefixed
 
 
 def _prefixed(text: str) -> Unit | None:
