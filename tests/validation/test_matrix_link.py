@@ -12,6 +12,7 @@ from simple_machines import robot as robot_of
 import kinetostatics as ks
 from kinetostatics.description.elements import BeamEnd, Inertia
 from kinetostatics.math.rotations import skew
+from kinetostatics.workspace.sweep_plan import text_digest
 
 LOAD, GRAVITY = [10.0, -20.0, -300.0, 4.0, 5.0, 6.0], (0.5, 0.3, -9.81)
 ROBOTS = ["linear_delta", *range(60)]
@@ -171,3 +172,29 @@ def test_soft_end():
         _alike(ks.modes(first, 4).frequencies, ks.modes(second, 4).frequencies)
     _alike(found.second_order.twist, expected.second_order.twist)
     _alike(found.second_order.compliance, expected.second_order.compliance)
+
+
+def test_everything_else(tmp_path):
+    """Reports, scene and warnings know the links; what cannot know them says so."""
+    machine = ks.load_robot("linear_delta")
+    machine = with_matrix_links(machine, ["rod_1", "rod_2"])
+    pose = machine.assemble()
+    result = ks.analyze(pose, load=LOAD)
+    assert "rod_1" in str(result.report())
+    assert list(result.beams) == ["rod_3"]
+    assert set(result.source_contributions["links"]) == {"rod_1", "rod_2"}
+    assert not machine.warnings
+    assert "without mass" not in str(machine.report())
+    for what in (result, ks.modes(pose, 2), pose, machine):
+        ks.save_html(what, tmp_path / "scene.html")
+    ks.save_report(pose, tmp_path / "report.html")
+    assert "verify cannot check rod_1 and rod_2" in (tmp_path / "report.html").read_text()
+    with pytest.raises(ks.ArgumentError, match="verify cannot check rod_1 and rod_2"):
+        ks.verify(pose)
+    with pytest.raises(ks.RobotFileError, match="'rod_1' is no beam, and files have no element for it"):
+        ks.save_robot(machine, tmp_path / "robot.urdf")
+    with pytest.raises(ks.StaticsError, match="inertial load of the elastic link 'rod_1' is unknown"):
+        ks.analyze(pose, motion=ks.Motion(accelerations={"x": 1.0, "y": 0.0, "z": 0.0}))
+    softer = ks.Robot(machine.description.changed("rod_1", factor=0.5))
+    assert np.abs(ks.analyze(softer.assemble(), load=LOAD).twist / result.twist - 1).max() > 0.01
+    assert text_digest(softer.description) != text_digest(machine.description)

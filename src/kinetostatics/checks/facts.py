@@ -197,13 +197,14 @@ class RobotFacts:
 def limb_facts(robot: Robot, reader: GraphReader, limb: Limb, mass: float | None) -> LimbFacts:
     """Return the properties of a limb that do not depend on its pose."""
     graph = reader.limb(limb)
-    beams = tuple(edge.beam for edge in limb.edges if edge.beam)
+    links = [edge.beam for edge in limb.edges if edge.beam]
+    beams = tuple(name for name in links if name in robot.description.beams)
     moved = {joint for drive in drives_of(robot.mechanism).values() for joint, _ in drive.moves}
     sprung = any(springs_of(robot.mechanism, edge.joint) or edge.joint in moved for edge in limb.edges if edge.joint)
     parts = tuple((part.start, part.end) for part in limb.parts) if len(limb.parts) > 1 else ()
     word = _symbols(graph.chain) or "welded"
     return LimbFacts(
-        limb.name, word, None, graph, limb.links, joints_of(graph.chain), beams, parts, not beams and not sprung, mass
+        limb.name, word, None, graph, limb.links, joints_of(graph.chain), beams, parts, not links and not sprung, mass
     )
 
 
@@ -243,7 +244,7 @@ def first_like(limb: LimbFacts, basis: Basis, beams: list[BeamFacts], alike: dic
 def massless_links(robot: Robot, limbs: list[LimbFacts]) -> tuple[str, ...]:
     """Return the massless links without beams between joints, except the crosses of universal and spherical joints."""
     description = robot.description
-    elastic = {beam.link for beam in description.beams.values()}
+    elastic = {link.link for link in description.elastic_links.values()}
     chains = [chain for limb in limbs for chain in (limb.graph.chain, *(branch.chain for branch in limb.graph.hanging))]
     shown = {name for chain in chains for name in bodies_of(chain)}
     return tuple(name for name in description.links if name in shown - elastic and description.links[name].mass == 0)

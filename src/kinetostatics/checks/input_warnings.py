@@ -195,7 +195,7 @@ def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
     together = joined(graph.bodies, locked)
     ends: dict[frozenset[RigidBody], list[tuple[str, np.ndarray]]] = {}
     for edge in graph.edges:
-        if edge.beam is not None:
+        if edge.beam is not None and edge.beam.beam.name in beams:
             name, span = edge.beam.beam.name, edge.beam
             along = (frames.point(span.end_body, span.end) - frames.point(span.start_body, span.start))[:, 0]
             along /= max(float(np.linalg.norm(along)), 1e-300)
@@ -298,7 +298,7 @@ def _drawn_without_mass(robot: Robot, facts: RobotFacts) -> list[str]:
     description, connections = robot.description, robot.mechanism.connections
     fixed = [joint for joint in connections.values() if joint.type.is_fixed]
     body = joined(description.links, ((joint.predecessor, joint.successor) for joint in fixed))
-    elastic = {beam.link for beam in description.beams.values()}
+    elastic = {link.link for link in description.elastic_links.values()}
     inside = {
         link
         for span in robot.topology.beams.values()

@@ -173,7 +173,7 @@ def local_freedoms(motions: Motions) -> list[LocalFreedom]:
 def _links_of(robot: Robot, bodies: list[int]) -> tuple[str, ...]:
     """Return the links of some bodies; massless links (crosses of universal joints) only if all are massless."""
     description = robot.description
-    elastic = {beam.link for beam in description.beams.values()}
+    elastic = {link.link for link in description.elastic_links.values()}
     links = [link for link in description.links if robot.mechanism.body_of[link][0] in bodies]
     heavy = tuple(link for link in links if link in elastic or description.links[link].mass > 0)
     return heavy or tuple(links)

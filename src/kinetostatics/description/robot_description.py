@@ -44,6 +44,7 @@ _TABLES: dict[type, str] = {
     JointStiffness: "joint_stiffness",
     Spring: "springs",
 }
+_ALL_TABLES = (*_TABLES.values(), "flexible")
 
 
 def by_name(kind: str, items: Iterable[Named], *taken: Mapping[str, Link | Joint]) -> dict[str, Named]:
@@ -116,7 +117,7 @@ class RobotDescription(Reported):
     is_valid: bool = field(default=False, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for table in (*_TABLES.values(), "flexible"):
+        for table in _ALL_TABLES:
             object.__setattr__(self, table, ResultMapping(getattr(self, table)))
         object.__setattr__(self, "driven", tuple(self.driven))
 
@@ -195,7 +196,7 @@ class RobotDescription(Reported):
     def with_part(self, part: Part) -> RobotDescription:
         """Return a copy with a link, joint, loop, beam, spring or joint stiffness, which replaces a part with the same name."""
         name = part.joint if isinstance(part, JointStiffness) else part.name
-        table = _TABLES[type(part)]
+        table = _TABLES.get(type(part), "flexible")
         tables: dict[str, Keyword] = {table: {**getattr(self, table), name: part}}
         return replace(self, **tables)
 
@@ -244,9 +245,9 @@ class RobotDescription(Reported):
         Raises:
             ArgumentError: no part has this name or attribute, or several parts have both.
         """
-        found = [(table, getattr(self, table)[name]) for table in _TABLES.values() if name in getattr(self, table)]
+        found = [(table, getattr(self, table)[name]) for table in _ALL_TABLES if name in getattr(self, table)]
         if not found:
-            known = {key for table in _TABLES.values() for key in getattr(self, table)}
+            known = {key for table in _ALL_TABLES for key in getattr(self, table)}
             raise ArgumentError(f"nothing in {self.name!r} is called {name!r}: {near_names(name, known)}")
         fitting = [(table, item) for table, item in found if set(values) <= set(_attributes(item))]
         if len(fitting) != 1:

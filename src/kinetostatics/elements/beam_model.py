@@ -25,7 +25,7 @@ def make_elastic_links(mechanism: Mechanism, spans: Mapping[str, BeamSpan], zero
         RobotFileError: an elastic link does not fit between its ends.
     """
     description = mechanism.description
-    beams = make_beam_models(mechanism, {name: span for name, span in spans.items() if name in description.beams}, zero)
+    beams = make_beam_models(mechanism, spans, zero)
     others = {name: cast(PlacedLink, part).model(mechanism, spans[name], zero) for name, part in description.flexible.items()}
     return {name: beams[name] if name in beams else others[name] for name in spans}
 
@@ -39,7 +39,8 @@ def make_beam_models(mechanism: Mechanism, spans: Mapping[str, BeamSpan], zero: 
     """
     models = {}
     middles: dict[str, tuple[float, Array]] = {}
-    for name, span in spans.items():
+    for name, beam in mechanism.description.beams.items():
+        span = spans[name]
         start = zero.point(span.start_body, span.start)[:, 0]
         end = zero.point(span.end_body, span.end)[:, 0]
         direction = end - start
@@ -59,7 +60,6 @@ def make_beam_models(mechanism: Mechanism, spans: Mapping[str, BeamSpan], zero: 
         R = zero.rotation[:, :, span.carrier, 0]
         x = R.T @ (direction / np.linalg.norm(direction))
         placement = mechanism.body_of[span.beam.link][1]
-        beam = mechanism.description.beams[name]
         given = beam.y_axis
         hint = placement[:3, :3] @ (np.array(given) if given is not None else axis_across(placement[:3, :3].T @ x))
         y = hint - x * float(x @ hint)

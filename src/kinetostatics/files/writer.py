@@ -95,6 +95,8 @@ def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]
     """
     description = validate(robot.description if hasattr(robot, "description") else robot)
     name = path_name("path", path)
+    for part in description.flexible.values():
+        raise part.place.error(f"the elastic link {part.name!r} is no beam, and files have no element for it")
     text = robot_text(_with_meshes_from(description, os.path.dirname(os.path.abspath(name))), _COMMENT)
     if _uses_xacro(name):
         raise ArgumentError(f"{name} uses xacro, and its macros would be lost; write to another file")

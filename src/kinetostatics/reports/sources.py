@@ -22,7 +22,7 @@ MOST = 8
 #: Difference, relative to the largest value, up to which values count as equal and keep their order.
 ALIKE = 1e-6
 
-_KINDS = {"beams": "beam", "joints": "joint", "actuators": "actuator", "assembly_errors": "assembly error"}
+_KINDS = {"beams": "beam", "links": "link", "joints": "joint", "actuators": "actuator", "assembly_errors": "assembly error"}
 
 
 def source_table(result: Result, noise: NoiseFloor) -> list[Block]:
@@ -76,7 +76,7 @@ def parts_along(twists: Array, whole: Array, noise: NoiseFloor) -> tuple[Array, 
 def sources(result: Result) -> tuple[list[tuple[str, str]], Array]:
     """Return (names, twists): name and kind of each of n sources, in the file's order within a kind; twists (n, 6)."""
     robot = result.robot
-    order = {name: k for k, name in enumerate((*robot.description.beams, *robot.mechanism.connections))}
+    order = {name: k for k, name in enumerate((*robot.description.elastic_links, *robot.mechanism.connections))}
     named_twists = [
         (name, _KINDS[kind], twist)
         for kind, named in result.source_contributions.items()

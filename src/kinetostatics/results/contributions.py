@@ -63,13 +63,15 @@ def link_contributions(
     """(…, 6) twist of each rigid link at the link's origin, world axes [m, rad], by link and contribution."""
     topology, mechanism, sources = robot.topology, robot.mechanism, solutions[0].sources
     elastic = {beam.link for beam in robot.description.beams.values()}
+    starts = {part.link: topology.beam_ends[name][0] for name, part in robot.description.flexible.items()}
     result: dict[str, Mapping[str, Array]] = {}
     for link in robot.description.links:
-        if link in topology.carried_by:
-            twists = [d.motions[topology.carried_by[link]][:, : len(sources)] for d in deformations]
+        place = starts.get(link, link)  # other elastic links move with their inner ends
+        if place in topology.carried_by:
+            twists = [d.motions[topology.carried_by[place]][:, : len(sources)] for d in deformations]
         elif link in elastic:
             continue
-        elif link in topology.platform.links:
+        elif link in topology.platform.links and place not in topology.base.places:
             twists = [s.twists for s in solutions]
         elif link in topology.base.links:
             twists = [np.zeros_like(s.twists) for s in solutions]
@@ -106,9 +108,9 @@ def part_contributions(robot: Robot, batch: Batch, sources: Mapping[str, Mapping
 
     ``sources``: twist of each elastic part, from :func:`source_contributions`; the twists within a part of the limb are added.
     """
-    beams, nothing = robot.description.beams, batch.public([np.zeros((6, len(batch.valid)))])
+    links, nothing = robot.description.elastic_links, batch.public([np.zeros((6, len(batch.valid)))])
     twists = [
-        (f"beam:{name}" if kind == "beams" or (kind == "assembly_errors" and name in beams) else name, twist)
+        (f"beam:{name}" if kind in ("beams", "links") or (kind == "assembly_errors" and name in links) else name, twist)
         for kind, named in sources.items()
         for name, twist in named.items()
     ]

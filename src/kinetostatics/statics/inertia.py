@@ -15,6 +15,7 @@ import numpy as np
 
 from kinetostatics.elements.beam import BeamModel
 from kinetostatics.elements.beam_formulas import clamped_reaction, outboard_wrench
+from kinetostatics.exceptions import StaticsError
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross, dot, least_squares
 from kinetostatics.math.screws import move_wrench
@@ -89,6 +90,8 @@ class _InertialLoads:
         self._put(place, body, wrench, centre)
 
     def _add_beam(self, name: str) -> None:
+        if name not in self.robot.beams:
+            raise StaticsError(f"the inertial load of the elastic link {name!r} is unknown: it is no beam")
         beam, frames = self.robot.beams[name], self.frames
         body, ends, length, axes = beam.span.carrier, beam.ends(frames), beam.length(frames), beam.world_axes(frames)
         density, lever, section = beam.line_density(length), beam.lever(frames), beam.section

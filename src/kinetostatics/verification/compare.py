@@ -15,6 +15,7 @@ from kinetostatics.description.loads import Payload
 from kinetostatics.dynamics.vibrations import modes as modes_of
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.layout.mapping import ResultMapping
+from kinetostatics.layout.numbers import join_words
 from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.verification.frame import FrameModel
@@ -137,6 +138,8 @@ def verify(
     result = analyze(
         configuration, load, gravity, point=point, frame=frame, assembly_errors=assembly_errors, loads=loads, payload=payload
     )
+    if unknown := configuration.robot.description.flexible:
+        raise ArgumentError(f"verify cannot check {join_words(list(unknown))}: OpenSees gets beams, joints and springs only")
     if result.shape != ():
         raise ArgumentError(f"one pose and one load can be verified at a time; here they are a batch of the shape {result.shape}")
     if not positive("within", within) < 1:

@@ -168,10 +168,11 @@ class Wrenches:
     def _weights(self) -> Iterator[Arrow]:
         for name, source, centre, force in self._weights_by_source:
             label = name.removeprefix("beam:")
-            if name.startswith("beam:"):
+            if name != label and label in self.robot.description.beams:
                 at = self.at[f"middle of {label}"]
             else:
-                at = self.stations.add(centre, self.poses.twist_at(name, centre))
+                link = name if name == label else self.robot.description.flexible[label].link
+                at = self.stations.add(centre, self.poses.twist_at(link, centre))
             if np.any(force != 0):
                 yield Arrow("weights", label, f"weight of {label}", "force", at, self._only(source, force))
 

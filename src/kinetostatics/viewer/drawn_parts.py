@@ -170,7 +170,7 @@ def find_springs(poses: DrawnPoses) -> list[DrawnSpring]:
 def find_masses_at_points(poses: DrawnPoses, with_visuals: Collection[str]) -> dict[str, Array]:
     """Return positions (F, 3) [m] of links that have a mass, but no moments of inertia, beams or visuals."""
     positions, description = {}, poses.robot.description
-    others = {*with_visuals, *(beam.link for beam in description.beams.values())}
+    others = {*with_visuals, *(link.link for link in description.elastic_links.values())}
     for name, link in description.links.items():
         if link.mass > 0 and not any(link.inertia.moments) and name not in others:
             positions[name] = (poses.frame(name) @ np.array([*link.center_of_mass, 1.0]))[:, :3]

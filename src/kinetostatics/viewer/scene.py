@@ -280,7 +280,7 @@ class _SceneBuilder:
     def _limb_labels(self) -> list[tuple[str, int, str]]:
         labels = []
         for limb in self.robot.topology.limbs:
-            beams = [edge.beam for edge in (*limb.edges, *limb.branches) if edge.beam is not None]
+            beams = [edge.beam for edge in (*limb.edges, *limb.branches) if edge.beam in self.robot.description.beams]
             if beams:
                 labels.append((f"limbs/{limb.name}", self.at[f"label of {beams[0]}"], limb.name))
         return labels

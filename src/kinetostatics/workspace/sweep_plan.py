@@ -288,7 +288,7 @@ def files_of(description: RobotDescription) -> dict[str, str]:
 
 def text_digest(description: RobotDescription) -> str:
     """Return the sha256 of the robot written as plain URDF, which contains all data of its files."""
-    return hashlib.sha256(description.urdf.encode()).hexdigest()
+    return hashlib.sha256("".join([description.urdf, *map(repr, description.flexible.values())]).encode()).hexdigest()
 
 
 def attributes_of_map(plan: SweepPlan, robot: Robot, command_line: Sequence[str] | None = None) -> dict[str, object]:

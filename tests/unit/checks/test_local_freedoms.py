@@ -43,7 +43,7 @@ def test_bodies_that_move_differently_have_no_kind_in_common():
 
 def test_massless_crosses_are_named_only_if_nothing_else_moves():
     links = {"cross": SimpleNamespace(mass=0.0), "rod": SimpleNamespace(mass=0.0), "arm": SimpleNamespace(mass=2.0)}
-    description = SimpleNamespace(beams={"rod": SimpleNamespace(link="rod")}, links=links)
+    description = SimpleNamespace(elastic_links={"rod": SimpleNamespace(link="rod")}, links=links)
     mechanism = SimpleNamespace(body_of={name: (k, None) for k, name in enumerate(links)})
     robot = SimpleNamespace(description=description, mechanism=mechanism)
     assert _links_of(robot, [0, 1, 2]) == ("rod", "arm") and _links_of(robot, [0]) == ("cross",)

@@ -67,7 +67,9 @@ def test_smallest_sources_share_one_row():
 
 def fake(beams, twist):
     """Return a stand-in for a result with the given contributions of beams and twist."""
-    robot = SimpleNamespace(description=SimpleNamespace(beams=dict.fromkeys(beams)), mechanism=SimpleNamespace(connections={}))
+    robot = SimpleNamespace(
+        description=SimpleNamespace(elastic_links=dict.fromkeys(beams)), mechanism=SimpleNamespace(connections={})
+    )
     return SimpleNamespace(robot=robot, point_name="o", twist=np.array(twist, dtype=float), source_contributions={"beams": beams})
 
 
