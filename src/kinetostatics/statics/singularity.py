@@ -94,7 +94,7 @@ def unbalanced_parts(
             total = np.sqrt(np.sum(own**2, axis=0)).sum(axis=0)
             total = sum((size for place, size in sizes.items() if place in limb.places), total)
             left = np.max(np.abs(item.unbalanced[:, position]), axis=0, initial=0.0)
-            result[limb.name] = np.maximum(result.get(limb.name, 0.0), left / np.where(total > 0, total, 1.0))
+            result[limb.name] = left / np.where(total > 0, total, 1.0)
     for branch in robot.passive_branch_joints:
         carried = np.einsum("w,iwn->in", branch.outboard, weights)
         total = np.sqrt(np.sum((weights[:3] * branch.outboard[:, None]) ** 2, axis=0)).sum(axis=0)

@@ -59,6 +59,31 @@ def test_forces_are_the_sums_of_their_contributions():
         assert "load" in parts and len(parts) > 2
 
 
+GRAVITY = np.array([3.0, -2.0, -9.0])
+
+
+@pytest.mark.parametrize("bridge", [("n", "m"), ("m", "n")])
+def test_split_axial_force_of_a_bridge_equals_that_of_the_joint_at_its_end(bridge):
+    split = ks.analyze(cross_brace(*bridge).robot.assemble(), LOAD, GRAVITY).by_mechanism
+    along = split.beams["e"].axes[:, 0]
+    for source, force in split.axial_contributions["e"].items():
+        assert force == pytest.approx(-along @ split.joint_contributions["e_2"][source][:3], abs=1e-8)
+
+
+def test_split_axial_force_of_an_open_branch_is_the_weight_that_it_carries():
+    """Its deformation under its weight has no axial force of its own; the arm points downwards."""
+    machine = robot(
+        link("base"), link("mast"), link("platform", 3.0), joint("foot", "fixed", "base", "mast"),
+        joint("top", "fixed", "mast", "platform", "0 0 0.6"), bar("mast", "foot", "top", RHO, CIRCLE),
+        link("arm"), link("bob", 2.0), joint("shoulder", "fixed", "platform", "arm"),
+        joint("hand", "fixed", "arm", "bob", "0.3 0 -0.4"), bar("arm", "shoulder", "hand", RHO, CIRCLE),
+    )  # fmt: skip
+    found = ks.analyze(machine.assemble(), LOAD, GRAVITY)
+    parts = found.by_mechanism.axial_contributions["arm"]
+    assert parts["platform_weight"] == pytest.approx(2.0 * GRAVITY @ [0.6, 0, -0.8], rel=1e-12)
+    assert [force for source, force in parts.items() if source != "platform_weight"] == pytest.approx([0.0] * (len(parts) - 1))
+
+
 def test_singular_pose_error_names_axis_of_free_rotation():
     """The hinge lies 0.4 m beside the reference point: a rotation about it moves the point by 0.4 m per radian."""
     machine = robot(

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import simple_machines as sm
 import small_robots
 from package_robots import generic_pose as pose
 from package_robots import rates, rigid_links, robot
@@ -208,6 +209,16 @@ def test_loads_on_links_within_a_compound_joint_are_refused():
     rigid = ks.Robot(replace(description, beams={})).assemble()
     with pytest.raises(ks.ArgumentError, match="'distal_1_2' has no mass and lies between the joints elbow_1, tip_1"):
         ks.analyze(rigid, loads={"distal_1_2": [1, 2, 3, 0, 0, 0]})
+    held = sm.robot(
+        sm.link("base"), sm.link("inner"), sm.link("outer"), sm.link("platform", 3.0), sm.link("column"),
+        sm.joint("first", "continuous", "base", "inner", axis="1 0 0"), sm.joint("weld", "fixed", "inner", "outer"),
+        sm.joint("second", "continuous", "outer", "platform"), sm.joint("foot", "fixed", "base", "column", "0.3 0 0"),
+        sm.loop("top", "fixed", "column", "platform", "0 0 0.5", "0.3 0 0.5"),
+        sm.bar("column", "foot", "top", sm.RHO, sm.CIRCLE),
+    )  # fmt: skip
+    for name in ("inner", "outer"):
+        with pytest.raises(ks.ArgumentError, match=f"'{name}' has no mass and lies between the joints first, second"):
+            ks.analyze(held.assemble(), loads={name: [1, 2, 3, 0, 0, 0]})
 
 
 @pytest.mark.few(1)
