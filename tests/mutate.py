@@ -59,12 +59,14 @@ TESTS = {
     "mechanism": "unit/mechanism",
     "kinematics": "unit/kinematics properties/test_zero_pose.py properties/test_loop_types.py",
     "limbs": "unit/limbs unit/statics validation/test_beam_formulas.py",
-    "statics": "unit/statics validation/test_hybrid_limbs.py validation/test_motion.py",
+    "statics": "unit/statics validation/test_hybrid_limbs.py validation/test_motion.py validation/test_sprung_vibration.py"
+    " validation/test_tangent.py properties/test_energy.py",
     "buckling": "unit/buckling validation/test_second_order.py",
     "vibration": "unit/vibration validation/test_vibration.py",
     "engine": "engine functions/test_c_by_hand.py functions/test_c_export.py",
     "functions": "functions",
-    "results": "unit/results unit/reports design/test_compensate.py design/test_trajectory.py design/test_optimize.py",
+    "results": "unit/results unit/reports design/test_compensate.py design/test_trajectory.py design/test_optimize.py"
+    " design/test_tolerances.py design/test_sensitivities.py validation/test_sprung_vibration.py",
     "checks": "unit/checks cli/test_check_golden.py",
     "indices": "maps/test_indices.py maps/test_any_direction.py",
     "workspace": "unit/workspace maps/test_sweep.py maps/test_map_facts.py maps/test_store.py",

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import odd_robots
@@ -14,7 +15,7 @@ from simple_machines import two_columns
 import kinetostatics as ks
 from kinetostatics.compensation import BroydenSearch
 from kinetostatics.kinematics.alternatives import best_choice
-from kinetostatics.results.compensation import loaded_frame, pose_error, target_frame
+from kinetostatics.results.compensation import Compensation, loaded_frame, pose_error, target_frame
 
 LOAD = np.array([20.0, -30, -200, 4, -5, 6])
 #: Soft robots, which carry less.
@@ -421,3 +422,12 @@ def test_uncorrectable_directions_of_batches_and_hexapods():
     hexapod = package_robots.robot("gough_stewart")
     all_six = ks.compensate(hexapod.assemble(), LOAD)
     assert all_six.uncorrectable_directions.shape == (6, 0) and "cannot produce" not in str(all_six)
+
+
+def test_status_is_that_of_the_target_where_it_has_no_numbers():
+    """Else it is that of the corrected pose."""
+    status = ks.Status
+    both = [[status.OK, status.SINGULAR, status.UNREACHABLE, status.OK], [status.OK, status.OK, status.OK, status.UNREACHABLE]]
+    target, corrected = (SimpleNamespace(status=np.array(values)) for values in both)
+    found = Compensation.status.func(SimpleNamespace(uncorrected=target, result=corrected))
+    assert found.tolist() == [status.OK, status.SINGULAR, status.UNREACHABLE, status.UNREACHABLE]

@@ -10,6 +10,7 @@ import pytest
 from places import ROBOTS, ROOT
 
 import kinetostatics as ks
+from kinetostatics.design.problem import Evaluation
 from kinetostatics.design.variables import read_variables
 
 E, RHO = parametric_machines.E, parametric_machines.RHO
@@ -346,3 +347,10 @@ def test_saving_near_a_bound_is_that_of_the_requirement(tmp_path, place):
     found = ks.optimize(rod, {"diameter": "20mm:120mm"}, "mass", [f"sag < {sag!r} m"], load=load, gravity=(0, 0, 0), starts=1)
     assert found.parameters["diameter"] == pytest.approx(d, rel=1e-6) and not found.at_bounds
     assert found.requirements[0].saving == pytest.approx(0.005 * 7850 * length * np.pi / 4 * d**2, rel=0.01)
+
+
+def test_violations_up_to_a_millionth_of_the_limit_count_as_rounding():
+    result = ks.analyze(package_robots.robot("3rps").assemble())
+    assert Evaluation(1.0, np.array([0.2, -0.9e-6]), result, []).feasible
+    assert not Evaluation(1.0, np.array([0.2, -1.1e-6]), result, []).feasible
+    assert not Evaluation(1.0, np.array([0.2]), None, []).feasible

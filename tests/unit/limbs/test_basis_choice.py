@@ -7,6 +7,7 @@ import numpy as np
 import package_robots
 import pytest
 
+import kinetostatics as ks
 from kinetostatics.limbs.basis_choice import evaluate_bases
 from kinetostatics.limbs.statics import _may_be_dependent
 from kinetostatics.limbs.wrench_candidates import common_point
@@ -89,3 +90,13 @@ def test_nearly_reciprocal_wrenches_are_corrected_others_replaced(off, closing_e
     if not bad:
         np.testing.assert_allclose(J_c, before, rtol=0, atol=5 * off)
         np.testing.assert_array_equal(J_g, attached)
+
+
+def test_bases_degenerate_within_a_microradian_of_the_special_pose():
+    """A forearm whose cross is turned by a quarter turn: two of its canonical wrenches fall together."""
+    robot = package_robots.robot("linear_delta")
+    off = np.array([1e-7, 3e-6])
+    q = np.repeat(robot.assemble().model_q.T, len(off), axis=0)
+    q[:, robot.model.idx_qs[robot.model.getJointId("upper_2_x")]] += np.pi / 2 - off
+    result = ks.analyze(robot.configuration(q, closure_tolerance=10.0), on_failure="nan")
+    assert result.basis_degenerate.tolist() == [True, False]

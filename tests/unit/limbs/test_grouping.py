@@ -28,3 +28,11 @@ def test_limbs_compliant_along_different_wrenches_are_not_stacked(group, first, 
     for statics in ks.analyze(robot.assemble()).solutions[0].statics:
         if statics.group.rigid_directions:
             assert split_rigid(statics.C, statics.group.soft)[2].all()
+
+
+def test_fast_split_is_sure_only_where_soft_wrenches_are_independent():
+    """Two wrenches along which a limb gives way, more and more alike, and one along which it is rigid."""
+    alike = 1 - np.array([1e-4, 1e-5, 1e-7, 1e-8])
+    C = np.zeros((3, 3, 1, 4))
+    C[0, 0], C[1, 1], C[0, 1], C[1, 0] = 1.0, 1.0, alike, alike
+    assert split_rigid(C, (0, 1))[2].tolist() == [[True, True, False, False]]

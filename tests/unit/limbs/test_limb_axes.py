@@ -77,3 +77,15 @@ def test_nearest_centre_of_a_joint_prefers_the_outer_one():
     assert _nearest_centres([True, False, False, True], True) == {1: 0, 2: 3}
     assert _nearest_centres([False, False], True) == _nearest_centres([False, False], False) == {0: None, 1: None}
     assert _nearest_centres([True, False, True], False) == {1: None}  # a limb that branches has no next joint
+
+
+def test_limb_y_is_along_a_passive_hinge_rather_than_a_universal_joint():
+    machine = robot(
+        link("base"), link("cross"), link("rod"), link("slider"), link("platform", 1.0),
+        joint("foot_x", "continuous", "base", "cross", axis="1 0 0"), joint("foot_y", "continuous", "cross", "rod"),
+        joint("slide", "prismatic", "rod", "slider", axis="0 0 1"),
+        joint("head", "continuous", "slider", "platform", "0 0 0.5", "0.6 0.8 0"),
+    )  # fmt: skip
+    [group] = machine.statics.groups
+    axes = group.geometry(machine.zero_frames, np.array([[0.0], [0.0], [0.5]])).limb_axes[..., 0, 0]
+    np.testing.assert_allclose(np.abs(axes.T @ [0.6, 0.8, 0]), [0, 1, 0], atol=1e-12)

@@ -7,7 +7,7 @@ import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.results.parts import BeamResult, LimbResult
+from kinetostatics.results.parts import BeamResult, LimbResult, wrench_units
 
 PUBLIC = (ks.Result, ks.Configuration, LimbResult, BeamResult)
 #: Attributes of the robot or of a batch's storage, not of its poses.
@@ -99,3 +99,12 @@ def test_actuator_positions_of_unreached_poses_are_nan():
     for value in pose.platform.values():
         assert np.isfinite(value).tolist() == [True, False]
     assert np.isnan(pose.q[1]).all() and np.isnan(pose.residual[1])
+
+
+def test_intensities_of_wrenches_without_force_are_in_newton_metres():
+    """Up to rounding, at all poses at which the wrench is known."""
+    wrenches = np.zeros((3, 6, 4))
+    wrenches[:, 3] = 1.0
+    wrenches[0, 0, 1], wrenches[2, 1, 2], wrenches[1, 2, 3] = np.nan, 1e-13, -1e-11
+    assert wrench_units(["along x", "along y", "along z", "force"], wrenches) == ["N·m", "N·m", "N·m", "N"]
+    assert wrench_units(["couple along x", "force"], np.full((3, 6, 2), np.nan)) == ["N·m", "N"]
