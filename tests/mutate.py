@@ -75,7 +75,7 @@ TESTS = {
     " design/test_sensitivities.py",
     "verification": "unit/verification validation/test_verification.py",
     "dynamics": "design/test_trajectory.py design/test_trajectory_profiles.py unit/reports/test_dynamics.py"
-    " validation/test_motion.py",
+    " validation/test_motion.py validation/test_vibration.py validation/test_sprung_vibration.py",
     "parametric": "unit/parametric maps/test_parameter_units.py",
     "files": "unit/files",
 }

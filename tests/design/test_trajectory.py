@@ -1,6 +1,7 @@
 """Trajectories: poses, velocities, statics along the path, peaks, files, figures and the command."""
 
 import csv
+import inspect
 import itertools
 import re
 from dataclasses import replace
@@ -9,10 +10,12 @@ import numpy as np
 import package_robots
 import pytest
 from loop_robots import Held
+from simple_machines import arm, springs
 
 import kinetostatics as ks
 from kinetostatics.buckling.stability import Stability
 from kinetostatics.cli.main import main
+from kinetostatics.dynamics.trajectory import _divided
 from kinetostatics.results import warnings
 
 WAY = {"x": [-0.15, 0.0, 0.15], "y": 0.0, "z": [-0.75, -0.7, -0.75]}
@@ -135,6 +138,9 @@ def test_table_has_a_row_for_each_instant(path, tmp_path):
     [
         ({"times": TIMES}, "either as platform= or as actuators="),
         ({"platform": WAY}, "give times= of the waypoints, or speed= and acceleration="),
+        ({"platform": WAY, "speed": 1.0}, "give times= of the waypoints, or speed= and acceleration="),
+        ({"platform": WAY, "acceleration": 1.0}, "give times= of the waypoints, or speed= and acceleration="),
+        ({"platform": WAY, "actuators": {"motor_1": [0, 1]}, "times": TIMES}, "either as platform= or as actuators="),
         ({"platform": WAY, "times": [0, 0.2, 0.1]}, "3 increasing numbers"),
         ({"platform": {**WAY, "y": [0, 1]}, "times": TIMES}, r"shapes x \(3,\), y \(2,\)"),
         ({"platform": WAY, "speed": {"x": 1.0}, "acceleration": 1.0}, "speed of z is missing"),
@@ -192,6 +198,30 @@ def test_a_jump_of_an_angle_is_asked_about_and_both_pieces_of_advice_work():
     assert ks.trajectory(robot, actuators={joint: angle, **rest}, speed=1.0, acceleration=1.0).times[-1] > 5
 
 
+def test_half_a_turn_is_no_jump():
+    robot = package_robots.robot("ur10")
+    first, *others = robot.description.driven
+
+    def turned(beyond):
+        way = {first: [-1.0, -1.0 + np.pi * (1 + beyond)], **dict.fromkeys(others, 0.3)}
+        return ks.trajectory(robot, [0.0, 1.0], actuators=way, samples=2)
+
+    assert len(turned(1e-10).times) == 2
+    with pytest.raises(ks.ArgumentError, match=f"{first} turns"):
+        turned(1e-8)
+
+
+def test_intervals_are_divided_as_finely_as_asked_up_to_rounding():
+    """Half of ten steps is five, unless the interval is longer by more than rounding."""
+    assert len(_divided(np.array([0.0, 0.5 + 1e-11, 1.0]), 11)) == 11
+    assert len(_divided(np.array([0.0, 0.5 + 1e-8, 1.0]), 11)) == 12
+
+
+def test_poses_of_a_path_close_as_those_of_the_robot():
+    usual, own = (inspect.signature(call).parameters["closure_tolerance"] for call in (ks.Robot.assemble, ks.trajectory))
+    assert own.default == usual.default == 1e-10
+
+
 def test_actuators_that_race_near_a_singular_pose_are_named():
     """The elbow of a UR10 is stretched to 3 degrees; the warning's speed is that of the velocities at its instant."""
     robot = package_robots.robot("ur10")
@@ -214,6 +244,11 @@ def test_actuators_that_race_near_a_singular_pose_are_named():
         ).warnings
         == ()
     )
+
+
+def test_motions_of_robots_without_actuators_cause_no_warnings():
+    held = arm(*(springs(name, angular="50 50 50") for name in ("shoulder", "elbow")), driven=False)
+    assert ks.trajectory(held, [0.0, 1.0], platform={"z": [0.05, 0.1], "ry": 0.1}, samples=5).warnings == ()
 
 
 def test_usual_motions_cause_no_warnings(delta):
