@@ -3,10 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
+import package_robots
 import pytest
 from simple_machines import joint, link, robot, springs
 
 import kinetostatics as ks
+from kinetostatics.parametric.parametric_robot import ParametricRobot, check_unit, have_same_statics
 from kinetostatics.parametric.robot_numbers import numbers_of_parts
 
 METAL = 'y_axis="0 1 0" youngs_modulus="2e11" density="7850"'
@@ -104,3 +106,41 @@ def test_zero_and_infinite_numbers_are_no_parameters():
     assert numbers_of_parts(ks.Robot(light))["upper.mass"][0].step == pytest.approx(1e-6)
     with pytest.raises(ks.ArgumentError, match=r"has no parameter 'rope.stifness': did you mean 'rope.stiffness'"):
         ks.compile(machine()).jacobian("twist", "rope.stifness")
+
+
+# ---- arguments of files ----------------------------------------------------------------------------------------------
+
+
+def test_arguments_of_a_file_have_steps_relative_to_their_values_or_to_one():
+    number = ParametricRobot(package_robots.robot("3rps")).number("rod_diameter")
+    assert (number.unit, number.step) == ("m", pytest.approx(1e-3 * number.value))
+    assert ParametricRobot(package_robots.robot("3rps", density=0.0)).number("density").step == 1e-3
+
+
+def test_a_number_may_be_named_once():
+    family = ParametricRobot(package_robots.robot("3rps"))
+    assert list(family.names(["rod_diameter", "rod_*.density", "rod_1.*"]))[:1] == ["rod_diameter"]
+    with pytest.raises(ks.ArgumentError, match=r"tolerances: 'rod_1.density' is named twice, the second time by 'rod_1.\*'"):
+        family.names(["rod_1.density", "rod_1.*"], "tolerances")
+    assert len(family.names(["rod_1.density", "rod_2.density"], "tolerances")) == 2
+
+
+def test_typed_units_have_the_dimension_of_the_number():
+    numbers = numbers_of_parts(machine())
+    (mass,), (ratio,) = numbers["upper.mass"], numbers["upper.poisson_ratio"]
+    check_unit(mass, "g", "tolerances")
+    check_unit(mass, "", "tolerances")
+    check_unit(replace(mass, unit=""), "mm", "tolerances")  # an unknown unit
+    for number, words in ((mass, "upper.mass is given in mm, but it is in kg"), (ratio, "given in mm, but it has no unit")):
+        with pytest.raises(ks.ArgumentError, match=words):
+            check_unit(number, "mm", "tolerances")
+
+
+def test_limits_inertias_and_visuals_have_no_part_in_statics():
+    one = machine().description
+    hinge, upper = one.joints["hinge"], one.links["upper"]
+    idle = replace(one.with_part(replace(hinge, upper=1.0)).with_part(replace(upper, extra="<visual/>")), extra="<material/>")
+    assert one != idle and have_same_statics(one, idle)
+    for part in (replace(hinge, axis=(0.0, 0.0, 1.0)), replace(upper, mass=3.0), replace(one.springs["rope"], preload=6.0)):
+        assert not have_same_statics(one, one.with_part(part))
+    assert not have_same_statics(one, replace(one, driven=("hinge",)))
