@@ -77,7 +77,7 @@ TESTS = {
     "dynamics": "design/test_trajectory.py design/test_trajectory_profiles.py unit/reports/test_dynamics.py"
     " validation/test_motion.py validation/test_vibration.py validation/test_sprung_vibration.py",
     "parametric": "unit/parametric maps/test_parameter_units.py",
-    "files": "unit/files",
+    "files": "unit/files maps/test_parameter_units.py",
 }
 
 #: What all folders of mechanics are tested by, too.

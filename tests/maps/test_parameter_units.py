@@ -48,6 +48,8 @@ def file(tmp_path):
         ("0 0 0", "${p}", "kg"),
         ("${p} 0 0", "${p}", ""),  # a plain number, or a mistake
         ("${p/1000} 0 0", "1", ""),  # in mm
+        ("${(1 + 1e-6) * p} 0 0", "1", ""),
+        ("${(1 + 1e-8) * p} 0 0", "1", "m"),  # but for rounding
         ("${sin(p)} 0 0", "1", ""),  # whose slope is 1 at zero
         ("${p if p == 0 else 1/0} 0 0", "1", ""),  # any other value is refused
     ],

@@ -3,6 +3,7 @@
 import math
 import re
 import shutil
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ from places import ROOT, TESTS
 
 import kinetostatics as ks
 from kinetostatics.cli import main as cli
+from kinetostatics.description import Origin
 from kinetostatics.exceptions import ArgumentError, RobotFileError
-from kinetostatics.files.foreign_robot import _source
+from kinetostatics.files.foreign_robot import _rotation_warning, _source
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.files.xacro import read_document
 
@@ -309,9 +311,10 @@ def test_frames_of_revolute_mates_give_the_type(tmp_path):
             marks += f'<child link="{name}_z"/><origin xyz="{x!r} {y!r} {shifted!r}" rpy="{rpy}"/></joint>'
         return written(tmp_path, FIVE_BAR.read_text().replace("</robot>", f"{marks}</robot>"), "robot.urdf")
 
-    made = described(marked(0.1), platform_link="tool", actuators=["motor_1", "motor_2"])
-    assert (made.loops["closing_tool"].type, made.loops["closing_tool"].axis) == ("revolute", (0, 0, 1))
-    for wrong in (marked(0.2), marked(0.1, of="crank_2")):
+    for height in (0.1, 0.1 + 9e-6):  # files have six digits
+        made = described(marked(height), platform_link="tool", actuators=["motor_1", "motor_2"])
+        assert (made.loops["closing_tool"].type, made.loops["closing_tool"].axis) == ("revolute", (0, 0, 1))
+    for wrong in (marked(0.2), marked(0.1 + 1.1e-5), marked(0.1, of="crank_2")):
         assert asked(wrong, platform_link="tool", actuators=[])[1] == ["types"]
 
 
@@ -335,6 +338,18 @@ def test_opposite_closing_frames_are_warned_of(tmp_path):
     made = described(written(tmp_path, text, "robot.urdf"), **HINGE)
     assert any("far from closed: the angle between its axes in the two frames is 180°" in item for item in made.warnings)
     assert not any("far from closed" in item for item in described(FIVE_BAR, **HINGE).warnings)
+
+
+@pytest.mark.parametrize("kind", ["fixed", "revolute"])
+@pytest.mark.parametrize(("degrees", "warned"), [(180.0, True), (90.1, True), (90.0, False), (89.9, False)])
+def test_frames_further_apart_than_a_right_angle_are_warned_of(kind, degrees, warned):
+    """Half a turn about x, whose cosine is less than -1 by rounding."""
+    first = Origin((0, 0, 0), (2.19, 2.13, 1.87)).matrix
+    second = first @ Origin((0, 0, 0), (math.radians(degrees), 0, 0)).matrix
+    origins = {"predecessor_origin": SimpleNamespace(matrix=first), "successor_origin": SimpleNamespace(matrix=second)}
+    loop = SimpleNamespace(type=kind, predecessor="a", successor="b", axis=(0, 0, 1), place="r.urdf:3", name="closing", **origins)
+    text = _rotation_warning(SimpleNamespace(zero_frames={"a": np.eye(4), "b": np.eye(4)}), loop)
+    assert (text is not None) == warned and (not warned or f"is {degrees:.0f}°" in text)
 
 
 def test_elements_of_our_format_in_the_source_are_kept(tmp_path):

@@ -147,3 +147,16 @@ def test_floating_driven_and_chained_joints_cannot_mimic() -> None:
         parse_robot_text(followers.replace('<joint name="motor"/>', '<joint name="motor"/><joint name="rail"/>'))
     with pytest.raises(RobotFileError, match=r"'passive'.*mimics 'rail', which mimics 'motor'"):
         parse_robot_text(followers.replace(PASSIVE, f'{PASSIVE}<mimic joint="rail"/>'))
+
+
+@pytest.mark.parametrize(("angle", "refused"), [(0.0, True), (4e-5, True), (5e-5, False)])
+def test_axes_of_a_universal_joint_are_not_parallel(angle: float, refused: bool) -> None:
+    """1 - cos of their angle is more than 1e-9."""
+    axes = f'<axis xyz="0 0 -1"/><axis2 xyz="{math.sin(angle)!r} 0 {math.cos(angle)!r}"/>'
+    cross = '<loop name="cross" type="universal"><predecessor link="ground"/><successor link="plate"/>'
+    text = ROBOT.replace(cross, cross + axes)
+    if refused:
+        with pytest.raises(RobotFileError, match=r"the two axes of .*cross.* are parallel"):
+            parse_robot_text(text)
+    else:
+        assert parse_robot_text(text).loops["cross"].axis == (0, 0, -1)

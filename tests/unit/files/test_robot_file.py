@@ -98,6 +98,7 @@ BAD: list[tuple[str, str, list[str]]] = [
     (LIMIT, LIMIT + '<mimic joint="ball" multiplier="0"/><!--!-->', ["<mimic>", "multiplier=0", "'hinge'"]),
     (LIMIT, LIMIT + '<platform link="rod"/><!--!-->', ["directly inside <robot>"]),
     (LIMIT, LIMIT + "<dynamics/><!--!-->", ["damping", "friction"]),
+    (LIMIT, LIMIT + '<dynamics spring="1"/><!--!-->', ["neither damping nor friction"]),
     ('<origin xyz="0 0 1" rpy="0 0 0.5"/>', '<origin xyz="0 0 1" ryp="0 0 1"/><!--!-->', ["'ryp'", "rpy"]),
     (BALL, '<joint name="ball" type="planar"><!--!-->', ["planar", "xy plane", "0 0 1", "<loop>"]),
     # the tree

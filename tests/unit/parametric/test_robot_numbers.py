@@ -8,7 +8,12 @@ import pytest
 from simple_machines import joint, link, robot, springs
 
 import kinetostatics as ks
-from kinetostatics.parametric.parametric_robot import ParametricRobot, check_unit, have_same_statics
+from kinetostatics.parametric.parametric_robot import (
+    ParametricRobot,
+    _with_beam_axes,
+    check_unit,
+    have_same_statics,
+)
 from kinetostatics.parametric.robot_numbers import numbers_of_parts
 
 METAL = 'y_axis="0 1 0" youngs_modulus="2e11" density="7850"'
@@ -144,3 +149,14 @@ def test_limits_inertias_and_visuals_have_no_part_in_statics():
     for part in (replace(hinge, axis=(0.0, 0.0, 1.0)), replace(upper, mass=3.0), replace(one.springs["rope"], preload=6.0)):
         assert not have_same_statics(one, one.with_part(part))
     assert not have_same_statics(one, replace(one, driven=("hinge",)))
+
+
+@pytest.mark.parametrize("make", [machine, lambda: package_robots.robot("ur10"), lambda: package_robots.robot("3rps")])
+def test_changed_robots_keep_the_axes_of_beams(make):
+    """Those of round beams, which files leave out, are written; given ones stay as they are."""
+    first = make()
+    kept = ks.Robot(_with_beam_axes(first, first.description))
+    for name, beam in first.description.beams.items():
+        np.testing.assert_allclose(kept.beams[name].axes, first.beams[name].axes, atol=1e-14)
+        assert beam.y_axis is None or kept.description.beams[name] is beam
+        assert kept.description.beams[name].y_axis is not None
