@@ -8,6 +8,7 @@ import parametric_machines
 import pytest
 
 import kinetostatics as ks
+from kinetostatics.design.pareto import _limits, _undominated
 from kinetostatics.design.problem import Problem
 
 E, RHO, L, F = parametric_machines.E, parametric_machines.RHO, 0.8, 500.0
@@ -121,3 +122,19 @@ def test_front_of_two_parameters_ends_at_the_lightest_of_the_stiffest(cantilever
     assert front.parameters[name] == pytest.approx([best] * 3, rel=1e-6)
     assert front.parameters["diameter"] == pytest.approx(0.02 * 6 ** np.array([0, 0.5, 1]), rel=1e-5)
     np.testing.assert_allclose(front.objectives[:, 0], mass(front.objectives[:, 1]) - lighter, rtol=1e-6)
+
+
+def test_designs_that_another_one_dominates_but_for_rounding_are_left_out():
+    """Second quantities that differ by 1e-7 or less count as equal."""
+    both = np.array(
+        [[3.0, 1.0], [1.0, 2.0], [1.5, 2.0], [2.0, 2.0 * (1 - 3e-8)], [2.5, 2.0 * (1 - 1e-5)], [1.0, 2.5], [4.0, 1.5]]
+    )
+    assert _undominated(both) == [1, 4, 0]
+    assert _undominated(np.ones((3, 2))) == [0] and _undominated(np.zeros((0, 2))) == []
+
+
+def test_limits_of_a_front_lie_between_its_ends():
+    """Spaced geometrically; two equal ones, if the ends are equal or no ratio exists."""
+    assert _limits(8.0, 1.0, 4) == pytest.approx([8, 4, 2, 1], rel=2e-8) and np.all(_limits(8.0, 1.0, 4) > [8, 4, 2, 1])
+    for most, least, both in ((1.0, 2.0, 2.0), (2.0, 2.0, 2.0), (2.0, 0.0, 2.0), (3.0, -1.0, 3.0)):
+        assert _limits(most, least, 4) == pytest.approx([both, both], rel=2e-7) and np.all(_limits(most, least, 4) > both)

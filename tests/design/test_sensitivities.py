@@ -9,10 +9,11 @@ import parametric_machines
 import pytest
 
 import kinetostatics as ks
+from kinetostatics.design.sensitivities import _has_influence, numbers_of
 from kinetostatics.files.reader import read_robot_file
 from kinetostatics.functions import derivatives
 from kinetostatics.parametric.parametric_robot import ParametricRobot
-from kinetostatics.results.sensitivities import QUANTITIES
+from kinetostatics.results.sensitivities import QUANTITIES, Sensitivity
 
 LOAD = [0, 0, -300, 0, 20, 0]
 
@@ -364,3 +365,23 @@ def test_files_with_rounded_angles_keep_the_tolerance_of_their_pose():
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-3 * np.abs(other).max())
     one, other = (ks.tolerances(pose, {name: "1%"}, samples=2, seed=1, **how).standard_deviation.twist for pose in poses)
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-3 * np.abs(other).max())
+
+
+@pytest.mark.parametrize(("change", "noticed"), [(0.9e-7, False), (1.1e-7, True)])
+def test_parameters_that_change_nothing_by_a_ten_millionth_have_no_influence(change, noticed):
+    """Relative to the parameter, and to the twist, the actuator forces or the mass; to all else if none of them is asked for."""
+    whole = {"twist": np.array([0.0, -4.0]), "actuator_forces": np.array([[1e6, 5.0]]), "stiffness": np.ones((6, 6))}
+    changes = {
+        "twist": np.array([0.0, 4.0 * change / 2]), "actuator_forces": {"a": np.zeros(1), "b": np.array([5.0 * change / 2])},
+        "stiffness": np.full((6, 6), change / 2),
+    }  # fmt: skip
+    for name, slope in changes.items():
+        assert _has_influence(Sensitivity("p", -2.0, "m", {name: slope}, True), whole) == noticed
+    others = {"twist": np.zeros(2), "stiffness": np.ones((6, 6))}
+    assert not _has_influence(Sensitivity("p", -2.0, "m", others, True), whole)
+
+
+def test_numbers_of_a_pose_are_those_that_are_asked_for():
+    pose = package_robots.robot("3rps").assemble()
+    for asked in (["twist"], ["actuators"], ["mass", "actuator_forces"]):
+        assert set(numbers_of(pose, ks.analyze(pose), None, asked)) == set(asked)
