@@ -365,6 +365,14 @@ def test_motions_of_the_platform_are_no_spins():
     np.testing.assert_allclose(found, np.eye(12) - np.outer(spin, spin), atol=1e-9)
 
 
+def test_spins_are_looser_than_all_joints_and_have_no_geometric_stiffness():
+    """Relative to the largest geometric stiffness 1e-6; of the stiffness 1e-9 of the stiffest element."""
+    looseness = np.zeros(12)
+    looseness[7:] = 0.9e9, 1.1e9, 1e10, 1e10, 1e10
+    found = _constrained(np.diag(looseness), np.diag([0.0] * 6 + [2.0, 0.0, 0.0, 2.2e-6, 1.8e-6, 0.0]))
+    np.testing.assert_allclose(np.diag(found), [1] * 8 + [0, 1, 0, 0], atol=1e-9)
+
+
 @pytest.mark.slow
 def test_strut_on_a_soft_joint_is_not_a_spin():
     """A universal joint holds it, 2e9 times as soft as the stiffest beam; taken for a spin, joint wrenches differ by 4e-6."""

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from kinetostatics.verification import OpenSeesError
+from kinetostatics.verification import OpenSeesError, opensees
 from kinetostatics.verification.compare import Verification, _ReferenceValues, _relative
 from kinetostatics.verification.frame import FrameBeam, FrameJoint, FrameModel, JointSpring
 from kinetostatics.verification.frequencies import MESHES, _limit, relative_difference
@@ -160,6 +160,18 @@ def test_first_regularization_that_is_sure_or_the_least_scatter():
     assert least_scatter([2.0, 3.0, 5.0, 1.0], 0.01, solved) == "with 3.0"
     with pytest.raises(OpenSeesError, match="lost"):
         least_scatter([1.0, 1.0], 0.1, solved)
+
+
+@pytest.mark.parametrize(("scatter", "runs"), [(0.9e-9, 1), (1.1e-9, 2)])
+def test_further_regularizations_are_tried_from_a_scatter_of_1e_9(scatter, runs, monkeypatch):
+    tried, scatters = [], iter([scatter, 0.5e-9])
+    monkeypatch.setattr(opensees, "frame_of", lambda *given: {})
+    monkeypatch.setattr(opensees, "run", lambda frame, springs: tried.append(springs) or [{}] * len(springs))
+    monkeypatch.setattr(opensees, "_level_results", lambda level: {"twist": np.zeros(6), "compliance": np.zeros((6, 6))})
+    monkeypatch.setattr(opensees, "_scatter", lambda some, other: next(scatters))
+    opensees.extrapolations(frame_model([frame_joint("j", (0, 1))]), None, [1])
+    assert len(tried) == runs and all(len(springs) == opensees.LEVELS for springs in tried)
+    assert [springs[0][1] for springs in tried] == list(opensees.REGULARIZATIONS[:runs])
 
 
 def frame_joint(name, pieces, blocked=5, springs=(), error=0.0):
