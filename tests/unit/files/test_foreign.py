@@ -314,8 +314,8 @@ def test_frames_of_revolute_mates_give_the_type(tmp_path):
     for height in (0.1, 0.1 + 9e-6):  # files have six digits
         made = described(marked(height), platform_link="tool", actuators=["motor_1", "motor_2"])
         assert (made.loops["closing_tool"].type, made.loops["closing_tool"].axis) == ("revolute", (0, 0, 1))
-    for wrong in (marked(0.2), marked(0.1 + 1.1e-5), marked(0.1, of="crank_2")):
-        assert asked(wrong, platform_link="tool", actuators=[])[1] == ["types"]
+    for height, link in ((0.2, "rod_2"), (0.1 + 1.1e-5, "rod_2"), (0.1, "crank_2")):
+        assert asked(marked(height, of=link), platform_link="tool", actuators=[])[1] == ["types"]
 
 
 def test_arguments_against_the_source_are_used_with_a_warning():
