@@ -16,6 +16,7 @@ from kinetostatics.description.elements import (
     Spring,
     Vector,
 )
+from kinetostatics.description.link_matrices import LinkMatrices
 from kinetostatics.description.robot_description import RobotDescription, by_name
 
 __all__ = [
@@ -26,6 +27,7 @@ __all__ = [
     "Joint",
     "JointStiffness",
     "Link",
+    "LinkMatrices",
     "Loop",
     "Material",
     "Mimic",
