@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from kinetostatics.elements.spring import PlacedSpring
 from kinetostatics.elements.turned_forces import INNER, NODES, inner_deflections, turned_forces
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross, solve_by_elimination
@@ -23,7 +24,7 @@ from kinetostatics.math.screws import move_twist, move_wrench, wrench_of_force
 from kinetostatics.mechanism.limbs import carries
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.deformation import Deformation
-from kinetostatics.statics.geometric_terms import GeometricTerms, PassageTerms, PlacedSpring
+from kinetostatics.statics.geometric_terms import GeometricTerms, PassageTerms
 from kinetostatics.statics.link_loads import AppliedLoad
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution

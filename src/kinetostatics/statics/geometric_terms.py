@@ -8,45 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.elements.beam_formulas import of_arm
+from kinetostatics.elements.spring import PlacedSpring
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross
 from kinetostatics.math.rotations import skew
-from kinetostatics.math.screws import move_wrench, wrench_of_force
+from kinetostatics.math.screws import move_wrench
 from kinetostatics.statics.turning_parts import PLATFORM, Block, Coordinates, Passage, TurningParts
-
-
-@dataclass(frozen=True)
-class PlacedSpring:
-    """A spring at N poses.
-
-    Attributes:
-        points: positions (3, N) of its two ends [m].
-        places: the rigid links, or ends of beams, to which its two ends are attached.
-        length, tension: (N,) [m], [N].
-        force: (3, N) force on the first end, directed towards the second end [N].
-        tangent: (3, 3, N) tangent stiffness K_t [N/m].
-    """
-
-    name: str
-    points: tuple[Array, Array]
-    places: tuple[str, str]
-    length: Array
-    tension: Array
-    force: Array
-    tangent: Array
-
-    def pull(self, force: Array, o: Array) -> tuple[dict[str, Array], dict[str, Array]]:
-        """Apply a force (3, N) [N] to the first end, and its reaction to the second end.
-
-        Returns:
-            (wrenches, points): by place, the wrench (6, N) about o [N, N·m] and the point of application (3, N) [m].
-        """
-        wrenches: dict[str, Array] = {}
-        points: dict[str, Array] = {}
-        for sign, point, place in zip((1, -1), self.points, self.places, strict=True):
-            wrenches[place] = wrenches.get(place, 0.0) + sign * wrench_of_force(force, point - o)
-            points.setdefault(place, point)
-        return wrenches, points
 
 
 @dataclass(frozen=True)

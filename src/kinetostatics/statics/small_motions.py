@@ -13,13 +13,13 @@ from functools import cached_property
 
 import numpy as np
 
+from kinetostatics.elements.spring import PlacedSpring
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.body_graph import BodyEdge, BodyGraph, RigidBody
 from kinetostatics.mechanism.joints import Drive, Freedom, Freedoms, drives_of, freedoms_of, springs_of
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.statics.geometric_terms import PlacedSpring
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.turning_parts import TurningParts, turning_parts
 

@@ -1,10 +1,8 @@
 """Springs between points of two links: their forces at the pose, and the equilibrium of robots with springs.
 
-A spring of length l, tension F = F_0 + k (l − l_0) and direction n pulls its ends together by F n. Under a relative displacement
-u of its ends the force changes to first order by K_t u with K_t = k n nᵀ + (F/l) (1 − n nᵀ), by elongation and rotation. This
-change, and the change of moments as the arms of weights and springs rotate, are the geometric stiffness K_g of the robot. The
-spring forces are applied as loads on links, and the effect of K_g as further loads −K_g u; the displacements u are defined in
-:mod:`kinetostatics.statics.turning_parts`.
+The change K_t u of a spring's force (:mod:`kinetostatics.elements.spring`), and the change of moments as the arms of weights and
+springs rotate, are the geometric stiffness K_g of the robot. The spring forces are applied as loads on links, and the effect of
+K_g as further loads −K_g u; the displacements u are defined in :mod:`kinetostatics.statics.turning_parts`.
 """
 
 from __future__ import annotations
@@ -16,6 +14,7 @@ from functools import partial
 import numpy as np
 
 from kinetostatics.description.elements import Spring
+from kinetostatics.elements.spring import PlacedSpring
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.math.arrays import Array, Index, Mask, zeros_for
 from kinetostatics.math.linalg import solve_by_elimination
@@ -23,7 +22,7 @@ from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.assembly_errors import AssemblyErrors
 from kinetostatics.statics.deformation import Deformation, deform
 from kinetostatics.statics.geometric_stiffness import GeometricStiffness
-from kinetostatics.statics.geometric_terms import GeometricTerms, PlacedSpring
+from kinetostatics.statics.geometric_terms import GeometricTerms
 from kinetostatics.statics.link_loads import AppliedLoad, places_at
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.singularity import parts_of_batch
@@ -57,16 +56,7 @@ def _placed(robot: RobotStatics, spring: Spring, places: tuple[str, str], frames
         body, placement = robot.mechanism.body_of[link]
         points.append(frames.point(body, placement[:3, :3] @ np.array(local) + placement[:3, 3]))
         places_at(robot, what, link, frames, points[-1])  # checks that an end of a beam is there
-    span = points[1] - points[0]
-    length = np.sqrt(np.sum(span**2, axis=0))
-    tension = spring.preload + spring.stiffness * (length - spring.free_length)
-    if spring.free_length == spring.preload == 0:
-        ratio, n = np.full_like(length, spring.stiffness), np.zeros_like(span)
-    else:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio, n = np.where(length > _NOTHING * robot.length, tension / length, np.nan), span / length
-    tangent = ratio * np.eye(3)[:, :, None] + (spring.stiffness - ratio) * n[:, None] * n[None]
-    return PlacedSpring(spring.name, (points[0], points[1]), places, length, tension, ratio * span, tangent)
+    return PlacedSpring.between(spring, (points[0], points[1]), places, _NOTHING * robot.length)
 
 
 def sources_of(robot: RobotStatics, applied: Iterable[AppliedLoad] = ()) -> tuple[str, ...]:
