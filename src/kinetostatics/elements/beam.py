@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -106,6 +106,23 @@ class BeamModel(ShortRepr, ElasticLink):
         about[1:] += length**2 / 12
         own = mass * self.axes @ np.diag(about) @ self.axes.T
         return span.carrier, pin.Inertia(mass, R.T @ (centre - p), own)
+
+    def inertial_load(
+        self,
+        frames: Frames,
+        acceleration: Callable[[int, Array], Array],
+        couple: Callable[[int, Array, Array], Array],
+    ) -> Array:
+        axes, lever, section = self.world_axes(frames), self.lever(frames), self.section
+        density, bodies = self.line_density(self.length(frames)), (self.span.start_body, self.span.end_body)
+        if self.telescopic:
+            lever = lever - axes[:, 0] * dot(axes[:, 0], lever)
+        gyration = np.diag([section.I_y + section.I_z, section.I_y, section.I_z]) / section.area
+        moment, parts = density * couple(self.span.carrier, axes, gyration), []
+        for body, point in zip(bodies, self.ends(frames), strict=True):
+            force = -density * acceleration(body, point + lever)
+            parts += [force, moment + cross(lever, force)]
+        return np.concatenate(parts)
 
     def vibrating(self, frames: Frames) -> Rod:
         length, axes = self.length(frames), self.world_axes(frames).transpose(2, 1, 0)

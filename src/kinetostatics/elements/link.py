@@ -7,7 +7,7 @@ end and gravity g.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
@@ -18,6 +18,7 @@ from kinetostatics.elements.element import ElasticElement
 from kinetostatics.elements.joint import ElasticJoints, PlacedJoints
 from kinetostatics.elements.rods import Numbers
 from kinetostatics.elements.vectors import FixedVectors
+from kinetostatics.exceptions import StaticsError
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import normalize
 from kinetostatics.mechanism.beam_geometry import BeamSpan
@@ -107,6 +108,23 @@ class ElasticLink(Protocol):
     def inertia_at(self, frames: Frames) -> tuple[int, pin.Inertia]:
         """Return the link as a rigid body at one pose: the carrier body, and the ``pin.Inertia`` in it."""
         raise NotImplementedError
+
+    def inertial_load(
+        self,
+        frames: Frames,
+        acceleration: Callable[[int, Array], Array],
+        couple: Callable[[int, Array, Array], Array],
+    ) -> Array:
+        """Return the inertial load (12, N) along a moving link: force and moment per length at its start, then at its end.
+
+        Args:
+            acceleration: returns the acceleration (3, N) [m/s²] of a point (3, N) of a body.
+            couple: returns −(J α + ω × J ω) (3, N) of a body for an inertia J (3, 3) in given axes (3, 3, N).
+
+        Raises:
+            StaticsError: the load is unknown.
+        """
+        raise StaticsError(f"the inertial load of the elastic link {self.name!r} is unknown: it is no beam")
 
     def vibrating(self, frames: Frames) -> VibratingLink:
         """Return the link's dynamic stiffness."""

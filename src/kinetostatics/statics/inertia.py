@@ -15,9 +15,8 @@ import numpy as np
 
 from kinetostatics.elements.beam import BeamModel
 from kinetostatics.elements.beam_formulas import clamped_reaction, outboard_wrench
-from kinetostatics.exceptions import StaticsError
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.linalg import cross, dot, least_squares
+from kinetostatics.math.linalg import cross, least_squares
 from kinetostatics.math.screws import move_wrench
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.link_loads import AppliedLoad, LinkLoads
@@ -90,21 +89,10 @@ class _InertialLoads:
         self._put(place, body, wrench, centre)
 
     def _add_beam(self, name: str) -> None:
-        if name not in self.robot.beams:
-            raise StaticsError(f"the inertial load of the elastic link {name!r} is unknown: it is no beam")
-        beam, frames = self.robot.beams[name], self.frames
-        body, ends, length, axes = beam.span.carrier, beam.ends(frames), beam.length(frames), beam.world_axes(frames)
-        density, lever, section = beam.line_density(length), beam.lever(frames), beam.section
-        if beam.telescopic:
-            lever = lever - axes[:, 0] * dot(axes[:, 0], lever)
-        bodies = (beam.span.start_body, beam.span.end_body)
-        couple = density * self._couple(body, axes, np.diag([section.I_y + section.I_z, section.I_y, section.I_z]) / section.area)
-        parts = []
-        for moved, point in zip(bodies, ends, strict=True):
-            force = -density * self._acceleration(moved, point + lever)
-            parts += [force, couple + cross(lever, force)]
-        self.lines[name] = np.concatenate(parts)
-        resultants = line_resultants(beam, frames, self.lines[name])
+        link, frames = self.robot.elastic_links[name], self.frames
+        self.lines[name] = link.inertial_load(frames, self._acceleration, self._couple)
+        bodies, ends = (link.span.start_body, link.span.end_body), link.ends(frames)
+        resultants = line_resultants(self.robot.beams[name], frames, self.lines[name])
         for place, moved, wrench, point in zip(self.robot.topology.line_ends(name), bodies, resultants, ends, strict=True):
             self._put(place, moved, wrench, point)
 
