@@ -70,7 +70,7 @@ def calls(robot, pose, folder):
         "a parameter": lambda v: ks.load_robot("3rps", {"rod_diameter": v}),
         "a swept parameter": lambda v: ks.sweep("3rps", parameters={"rod_diameter": v}),
         "Robot": ks.Robot,
-        "validate": ks.files.validate,
+        "validate": ks.description.validate,
         "save_robot": lambda v: ks.save_robot(v, folder / "saved.urdf"),
         "frame": pose.frame,
     }

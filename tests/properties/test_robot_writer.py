@@ -153,7 +153,7 @@ def test_normalised_values_read_back_equal() -> None:
 def test_directions_read_back_equal(axis: tuple[float, float, float]) -> None:
     loop = Loop("l", "revolute", "a", "b", axis=axis)
     links, joint = [Link("a"), Link("b")], Joint("j", "floating", "a", "b")
-    one = ks.files.validate(RobotDescription.of("r", links=links, joints=[joint], loops=[loop], platform="b"))
+    one = ks.description.validate(RobotDescription.of("r", links=links, joints=[joint], loops=[loop], platform="b"))
     assert math.hypot(*one.loops["l"].axis) == pytest.approx(1, abs=1e-15)
     assert parse_robot_text(one.urdf).loops["l"].axis == one.loops["l"].axis
 

@@ -10,7 +10,8 @@ from check_texts import NAMES, robot, words_and_numbers
 from same_everywhere import texts_of
 
 import kinetostatics as ks
-from kinetostatics.description.elements import Inertia, Joint, Loop
+from kinetostatics.description.elements import Inertia
+from kinetostatics.description.joints import Joint, Loop
 from kinetostatics.sections import Section
 
 ROUNDING = 1e-13

@@ -13,7 +13,8 @@ import numpy as np
 import pinocchio as pin
 
 import kinetostatics as ks
-from kinetostatics.description.elements import IN_PYTHON, BeamEnd, Place
+from kinetostatics.description.elements import BeamEnd
+from kinetostatics.description.fields import IN_PYTHON, Place
 from kinetostatics.elements.link import ElasticLink, ElasticLinks
 from kinetostatics.math.rotations import skew
 from kinetostatics.mechanism.beam_geometry import BeamSpan, SpanFinder

@@ -13,8 +13,7 @@ import numpy as np
 from mechanisms import random_rotation, rpy
 from scipy.spatial.transform import Rotation
 
-from kinetostatics.description import Cone, Inertia, Joint, Link, Loop, Mimic, Origin
-from kinetostatics.files.writer import validate
+from kinetostatics.description import Cone, Inertia, Joint, Link, Loop, Mimic, Origin, validate
 
 IN_TREES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 TURNING, ONE_FREEDOM = ("revolute", "continuous"), ("revolute", "continuous", "prismatic")

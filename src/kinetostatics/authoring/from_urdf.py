@@ -13,15 +13,17 @@ import numpy as np
 from kinetostatics.arguments import check_mapping, names_in, path_name
 from kinetostatics.authoring.file_arguments import MATERIALS, SHAPES, parse_section
 from kinetostatics.authoring.spans import MATERIAL, WALL, Span, chain_joints, spans
-from kinetostatics.description.elements import Beam, BeamEnd, Joint, Material
+from kinetostatics.description.elements import Beam, BeamEnd, Material
 from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.description.joints import Joint
 from kinetostatics.description.robot_description import RobotDescription
+from kinetostatics.description.validation import tree_root
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_names
 from kinetostatics.files.bundled import read_robot
 from kinetostatics.files.element_tables import write_loop
 from kinetostatics.files.foreign_robot import complete, foreign_robot
 from kinetostatics.files.reader import describe, parse_robot_text
-from kinetostatics.files.urdf import drivable, first_base, plain_transmission, tree_root
+from kinetostatics.files.urdf import drivable, first_base, plain_transmission
 from kinetostatics.files.xacro import include_path, including_text, quoted, read_document, whole_text
 from kinetostatics.files.xml import XmlElement, to_text
 from kinetostatics.output_files import write_text

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from kinetostatics.authoring.file_arguments import MATERIALS
 from kinetostatics.checks.input_warnings import STUBBY, WIRE
-from kinetostatics.description.elements import Joint
 from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.description.joints import Joint
 from kinetostatics.description.robot_description import RobotDescription
 
 #: Suggested tubes: ratio of wall to outer diameter, material, and smallest ratio of length to diameter of the tube with the

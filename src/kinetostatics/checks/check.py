@@ -25,6 +25,7 @@ from kinetostatics.checks.input_warnings import warnings_of_file, warnings_of_ze
 from kinetostatics.checks.local_freedoms import Motions, actuators_of, coordinates_of, local_freedoms
 from kinetostatics.checks.redundancy import redundancies
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError, StaticsError
+from kinetostatics.files.writer import kept_warnings
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.layout.numbers import join_words
@@ -41,7 +42,7 @@ def robot_facts(robot: Robot) -> RobotFacts:
     """Return the properties of a robot; a property that cannot be computed is None, and ``problems`` lists the errors."""
     description = robot.description
     facts = RobotFacts(robot.name, description.path, description.base, description.platform, drives=description.driven)
-    facts.warnings += [*description.warnings, *robot.topology.warnings]
+    facts.warnings += [*description.warnings, *kept_warnings(description), *robot.topology.warnings]
 
     open_loops = False
 

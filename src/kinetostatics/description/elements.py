@@ -1,52 +1,48 @@
 """Elements of a description as frozen dataclasses: links, joints, loops, beams, materials, springs.
 
-The fields correspond to attributes of robot files, in SI units and radians. Values are checked when the whole description is
-validated or a robot is created. The position in the file (``place``) is ignored in comparisons.
+The fields correspond to attributes of robot files, in SI units and radians. Each part checks its values when it is made; what
+concerns several parts is checked when the description is validated or a robot is created. The position in the file (``place``) is
+ignored in comparisons.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.exceptions import ArgumentError, RobotFileError
+from kinetostatics.description.fields import (
+    IN_PYTHON,
+    POSITIVE,
+    Angles,
+    CheckedPart,
+    Direction,
+    Moments,
+    Name,
+    NotNegative,
+    Number,
+    Place,
+    Point,
+    Positive,
+    PositiveOrInf,
+    Stiffnesses,
+    Text,
+)
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.sections.kinds import Section
-
-Vector = tuple[float, float, float]
-
-
-@dataclass(frozen=True)
-class Place:
-    """Position of an element in its file: ``file`` and ``line`` (None if unknown)."""
-
-    file: str = "<python>"
-    line: int | None = None
-
-    def __str__(self) -> str:
-        return self.file if self.line is None else f"{self.file}:{self.line}"
-
-    def error(self, reason: str) -> RobotFileError:
-        """Return a :class:`RobotFileError` at this place."""
-        return RobotFileError(reason, self.file, self.line)
-
-
-#: Place of parts that are not from a file.
-IN_PYTHON = Place()
 
 
 @dataclass(frozen=True, repr=False)
 class Origin(ShortRepr):
     """A frame relative to another: ``xyz`` [m] and fixed-axes roll, pitch, yaw ``rpy`` [rad], as in URDF."""
 
-    xyz: Vector = (0.0, 0.0, 0.0)
-    rpy: Vector = (0.0, 0.0, 0.0)
+    xyz: Point = (0.0, 0.0, 0.0)
+    rpy: Angles = (0.0, 0.0, 0.0)
 
     @cached_property
     def matrix(self) -> NDArray[np.float64]:
@@ -63,6 +59,9 @@ class Origin(ShortRepr):
         return result
 
 
+#: The frame of a link itself.
+AT_LINK = Origin()
+
 #: Largest violations of the conditions on principal moments of inertia that rounding explains: relative to the largest, for four
 #: digits, and absolute [kg·m²], for tensors whose entries have six decimals.
 ROUNDED_INERTIA = 1e-3, 4.5e-6
@@ -75,8 +74,8 @@ class Inertia(ShortRepr):
     ``moments`` are ixx, ixy, ixz, iyy, iyz, izz [kg·m²] in axes rotated by ``rpy`` [rad] relative to the link's.
     """
 
-    moments: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    rpy: Vector = (0.0, 0.0, 0.0)
+    moments: Moments = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    rpy: Angles = (0.0, 0.0, 0.0)
 
     @property
     def matrix(self) -> NDArray[np.float64]:
@@ -98,7 +97,7 @@ class Inertia(ShortRepr):
 
 
 @dataclass(frozen=True, repr=False)
-class Link(ShortRepr):
+class Link(CheckedPart):
     """A URDF link.
 
     Attributes:
@@ -111,105 +110,24 @@ class Link(ShortRepr):
         place: file and line of the link.
     """
 
-    name: str
-    mass: float = 0.0
-    center_of_mass: Vector = (0.0, 0.0, 0.0)
+    KIND: ClassVar = "link"
+
+    name: Name
+    mass: NotNegative = 0.0
+    center_of_mass: Point = (0.0, 0.0, 0.0)
     inertia: Inertia = Inertia()
     has_inertial: bool = False
     extra: str = field(default="", repr=False)
     place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.mass != 0 or any((*self.center_of_mass, *self.inertia.moments, *self.inertia.rpy)):
             object.__setattr__(self, "has_inertial", True)
 
 
 @dataclass(frozen=True, repr=False)
-class Mimic(ShortRepr):
-    """``<mimic>``: the joint's coordinate is ``multiplier`` times the coordinate of ``joint``, plus ``offset`` [m, rad]."""
-
-    joint: str
-    multiplier: float = 1.0
-    offset: float = 0.0
-
-
-@dataclass(frozen=True, repr=False)
-class Joint(ShortRepr):
-    """A URDF joint of the spanning tree.
-
-    Attributes:
-        name: name of the joint.
-        type: ``fixed``, ``revolute``, ``continuous``, ``prismatic``, ``floating`` or ``planar``.
-        parent, child: names of the links that it joins.
-        origin: the joint's frame, relative to the parent link; the child's frame coincides with it when the coordinate is zero.
-        axis: the axis in the joint's frame; a unit vector once the description is validated.
-        lower, upper: limits of the coordinate [rad or m]; infinite if the file has no limits.
-        mimic: the joint whose coordinate this joint follows; None if it follows none.
-        effort, velocity: limits of the actuator [N or N·m, m/s or rad/s], which this package does not use.
-        extra: XML of ``<dynamics>``, ``<safety_controller>`` and other child elements, which is preserved.
-        place: file and line of the joint.
-    """
-
-    name: str
-    type: str
-    parent: str
-    child: str
-    origin: Origin = Origin()
-    axis: Vector = (1.0, 0.0, 0.0)
-    lower: float = -math.inf
-    upper: float = math.inf
-    mimic: Mimic | None = None
-    effort: float = 0.0
-    velocity: float = 0.0
-    extra: str = field(default="", repr=False)
-    place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
-
-
-@dataclass(frozen=True, repr=False)
-class Cone(ShortRepr):
-    """Limit of a loop: the largest ``angle`` [rad] between two axes, given in the loop's frames on predecessor and successor."""
-
-    angle: float
-    predecessor_axis: Vector = (0.0, 0.0, 1.0)
-    successor_axis: Vector = (0.0, 0.0, 1.0)
-
-
-@dataclass(frozen=True, repr=False)
-class Loop(ShortRepr):
-    """A joint that closes a loop, ``<loop>``.
-
-    Attributes:
-        name: name of the loop.
-        type: one of the eight joint types that can close a loop, see :mod:`kinetostatics.description.joint_types`.
-        predecessor, successor: names of the links that it joins.
-        predecessor_origin, successor_origin: the joint's frame on each of these links, relative to the link.
-        axis: first axis, in the frame ``predecessor_origin``; a unit vector once the description is validated.
-        axis2: second axis of a universal joint, in the frame ``successor_origin``; a unit vector once the description is
-            validated.
-        lower, upper: limits of the coordinate of a joint with one freedom [rad or m]; infinite if the file has no limits.
-        cone: limit of a universal or spherical joint.
-        effort, velocity: see :class:`Joint`.
-        place: file and line of the loop.
-    """
-
-    name: str
-    type: str
-    predecessor: str
-    successor: str
-    predecessor_origin: Origin = Origin()
-    successor_origin: Origin = Origin()
-    axis: Vector = (1.0, 0.0, 0.0)
-    axis2: Vector = (0.0, 1.0, 0.0)
-    lower: float = -math.inf
-    upper: float = math.inf
-    cone: Cone | None = None
-    effort: float = 0.0
-    velocity: float = 0.0
-    place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
-
-
-@dataclass(frozen=True, repr=False)
-class JointStiffness(ShortRepr):
+class JointStiffness(CheckedPart):
     """An elastic joint, bearing or actuator, ``<joint_stiffness>``.
 
     Attributes:
@@ -222,15 +140,19 @@ class JointStiffness(ShortRepr):
         place: file and line of the element.
     """
 
-    joint: str
-    linear: Vector | None = None
-    angular: Vector | None = None
-    drive: float | None = None
+    joint: Text
+    linear: Stiffnesses | None = None
+    angular: Stiffnesses | None = None
+    drive: PositiveOrInf | None = None
     place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
+
+    @property
+    def label(self) -> str:
+        return f"{'stiffness' if self.place.line is None else '<joint_stiffness>'} of joint {self.joint!r}"
 
 
 @dataclass(frozen=True, repr=False)
-class Spring(ShortRepr):
+class Spring(CheckedPart):
     """A spring between points of two links, ``<spring>``: its tension is ``preload + stiffness (length − free_length)``.
 
     Attributes:
@@ -243,14 +165,16 @@ class Spring(ShortRepr):
         place: file and line of the spring.
     """
 
-    name: str
-    stiffness: float
-    predecessor: str
-    successor: str
-    predecessor_point: Vector = (0.0, 0.0, 0.0)
-    successor_point: Vector = (0.0, 0.0, 0.0)
-    free_length: float = 0.0
-    preload: float = 0.0
+    KIND: ClassVar = "spring"
+
+    name: Name
+    stiffness: NotNegative
+    predecessor: Text
+    successor: Text
+    predecessor_point: Point = (0.0, 0.0, 0.0)
+    successor_point: Point = (0.0, 0.0, 0.0)
+    free_length: NotNegative = 0.0
+    preload: Number = 0.0
     place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
 
 
@@ -266,11 +190,11 @@ class Material(ShortRepr):
         thermal_expansion: α [1/K].
     """
 
-    youngs_modulus: float
-    poisson_ratio: float | None = None
-    shear_modulus: float | None = None
-    density: float | None = None
-    thermal_expansion: float = 0.0
+    youngs_modulus: Positive
+    poisson_ratio: Number | None = None
+    shear_modulus: Positive | None = None
+    density: NotNegative | None = None
+    thermal_expansion: Number = 0.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -281,8 +205,8 @@ class BeamEnd(ShortRepr):
     the beam's link. The side has no effect if the joint is attached to the beam's link and cannot slide.
     """
 
-    joint: str
-    side: str | None = None
+    joint: Text
+    side: Text | None = None
 
 
 class Flexible(Protocol):
@@ -311,7 +235,7 @@ class Flexible(Protocol):
 
 
 @dataclass(frozen=True, repr=False)
-class Beam(ShortRepr):
+class Beam(CheckedPart):
     """An elastic beam, ``<beam>``.
 
     Attributes:
@@ -326,22 +250,25 @@ class Beam(ShortRepr):
         place: file and line of the beam.
     """
 
+    KIND: ClassVar = "beam"
+
     #: Fields that compiled code does not depend on: BeamModel has the values.
     NOT_RECORDED: ClassVar = ("section", "material", "start", "end", "shear_coefficient", "y_axis", "name")
 
-    link: str
+    link: Text
     section: Section
     material: Material
     start: BeamEnd | None = None
     end: BeamEnd | None = None
-    shear_coefficient: float | None = None
-    y_axis: Vector | None = None
-    name: str = ""
+    shear_coefficient: PositiveOrInf | None = None
+    y_axis: Direction | None = None
+    name: Name = ""
     place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
 
     def __post_init__(self) -> None:
         if not self.name:
             object.__setattr__(self, "name", self.link)
+        super().__post_init__()
 
     def check_direction(self, along: NDArray[np.float64]) -> None:
         if self.y_axis is not None:
@@ -407,3 +334,26 @@ class Beam(ShortRepr):
             areas = " (or <section> its shear_area_y and shear_area_z)" if type(section) is Section else ""
             raise ArgumentError(f"it needs a shear_coefficient{areas}, because {why}; 'inf' means no shear")
         return factors[0] * section.area, factors[1] * section.area
+
+
+def check_section(section: Section) -> None:
+    """Check the numbers of a cross-section.
+
+    Raises:
+        ArgumentError: a number is not positive, only one shear area is given, or the numbers do not agree with the sizes.
+    """
+    sizes = {entry.name: getattr(section, entry.name) for entry in fields(section)}
+    shear = sizes["shear_area_y"], sizes["shear_area_z"]
+    for name, size in sizes.items():
+        if (size is None and name.startswith("shear_area")) or (name == "inner_diameter" and size == 0):
+            continue
+        try:
+            POSITIVE.check(size)
+        except ArgumentError as error:
+            raise ArgumentError(f"{name}={size!r} {error}") from None
+    if (shear[0] is None) != (shear[1] is None):
+        given = "shear_area_z" if shear[0] is None else "shear_area_y"
+        raise ArgumentError(f"it has {given} alone; give both shear_area_y and shear_area_z, or neither")
+    kind = type(section)
+    if kind is not Section and kind.of(*list(sizes.values())[len(fields(Section)) :]) != section:  # type: ignore[attr-defined]
+        raise ArgumentError(f"the numbers do not agree with its sizes; make it with {kind.__name__}.of(…)")

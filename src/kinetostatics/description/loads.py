@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 from numpy.typing import ArrayLike
 
-from kinetostatics.description.elements import Inertia, Vector
+from kinetostatics.description.elements import Inertia
+from kinetostatics.description.fields import Vector
 from kinetostatics.layout.mapping import ShortRepr
 
 

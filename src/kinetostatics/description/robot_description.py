@@ -1,6 +1,6 @@
 """The description of a robot as a frozen dataclass, independent of poses.
 
-Values are checked when the description is validated or a robot is created.
+Each part checks its values when it is made; :mod:`.validation` checks the whole, when a robot is created.
 """
 
 from __future__ import annotations
@@ -12,22 +12,10 @@ from typing import ClassVar, TypeVar
 
 from kinetostatics import hooks
 from kinetostatics.arguments import Keyword
-from kinetostatics.description.elements import (
-    IN_PYTHON,
-    Beam,
-    Flexible,
-    Inertia,
-    Joint,
-    JointStiffness,
-    Link,
-    Loop,
-    Material,
-    Origin,
-    Place,
-    Spring,
-    Vector,
-)
+from kinetostatics.description.elements import Beam, Flexible, Inertia, JointStiffness, Link, Material, Origin, Spring
+from kinetostatics.description.fields import IN_PYTHON, Name, Place, Text, Vector, check_fields
 from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.description.joints import Joint, Loop
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported
@@ -36,7 +24,7 @@ from kinetostatics.unit_hints import angular_limit_hints, material_hints, rpy_hi
 Named = TypeVar("Named", Link, Joint, Loop, Beam, Spring)
 Part = Link | Joint | Loop | Beam | JointStiffness | Spring
 #: Attributes of a description that contain its parts, by type.
-_TABLES: dict[type, str] = {
+TABLES: dict[type, str] = {
     Link: "links",
     Joint: "joints",
     Loop: "loops",
@@ -44,7 +32,7 @@ _TABLES: dict[type, str] = {
     JointStiffness: "joint_stiffness",
     Spring: "springs",
 }
-_ALL_TABLES = (*_TABLES.values(), "flexible")
+_ALL_TABLES = (*TABLES.values(), "flexible")
 
 
 def by_name(kind: str, items: Iterable[Named], *taken: Mapping[str, Link | Joint]) -> dict[str, Named]:
@@ -93,10 +81,10 @@ class RobotDescription(Reported):
 
     NOT_RECORDED: ClassVar = ("name", "links", "joints", "platform", "platform_origin", "base", "loops", "attributes", "extra")
 
-    name: str
+    name: Name
     links: Mapping[str, Link]
     joints: Mapping[str, Joint]
-    platform: str
+    platform: Text
     platform_origin: Origin = field(default_factory=Origin)
     base: str = ""
     loops: Mapping[str, Loop] = field(default_factory=dict)
@@ -117,6 +105,8 @@ class RobotDescription(Reported):
     is_valid: bool = field(default=False, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        for name, value in check_fields(self, Place(self.path), "robot").items():
+            object.__setattr__(self, name, value)
         for table in _ALL_TABLES:
             object.__setattr__(self, table, ResultMapping(getattr(self, table)))
         object.__setattr__(self, "driven", tuple(self.driven))
@@ -196,7 +186,7 @@ class RobotDescription(Reported):
     def with_part(self, part: Part) -> RobotDescription:
         """Return a copy with a link, joint, loop, beam, spring or joint stiffness, which replaces a part with the same name."""
         name = part.joint if isinstance(part, JointStiffness) else part.name
-        table = _TABLES.get(type(part), "flexible")
+        table = TABLES.get(type(part), "flexible")
         tables: dict[str, Keyword] = {table: {**getattr(self, table), name: part}}
         return replace(self, **tables)
 

@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import math
 import re
-import sys
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, fields, replace
 from functools import cached_property
 
 from kinetostatics.arguments import Keyword
-from kinetostatics.description.elements import Cone, Material, Mimic, Origin, Place, Vector
-from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
+from kinetostatics.description.elements import Material, Origin
+from kinetostatics.description.fields import IN_PYTHON, NAME, TEXT, Kind, kinds
+from kinetostatics.description.joints import Cone, Mimic
+from kinetostatics.description.validation import check_reference
+from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.files.xml import XmlElement
 from kinetostatics.units import find_unit
 
@@ -23,9 +25,7 @@ from kinetostatics.units import find_unit
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 _SPACE = " \t\r\n"
-#: Limits of numbers in SI units: largest number, largest length, smallest positive number. Beyond them results would overflow.
-LARGEST, LONGEST, SMALLEST = 1e30, 1e9, 1e-30
-_TOO_SMALL = f"is too small to compute with; it is in SI units, and at least {SMALLEST:g}"
+_SPACES = re.compile(f"[{_SPACE}]+")
 
 
 def allow(element: XmlElement, attributes: Iterable[str], children: Iterable[str] = ()) -> None:
@@ -46,53 +46,44 @@ def _unknown(reason: str, name: str, right: Collection[str]) -> str:
     return f"{reason}; {near}" + ("" if near.startswith("known") else f" (known: {', '.join(sorted(right))})")
 
 
+def value_of(element: XmlElement, name: str, kind: Kind) -> Keyword:
+    """Return the value of a required attribute, which must be of a ``kind``."""
+    given = element.attributes.get(name)
+    if given is None:
+        raise element.error(f"{element.label} lacks the attribute {name!r}")
+    try:
+        if kind.form == "numbers":
+            return kind.check(tuple(_number(item, is_part=True) for item in _SPACES.split(given.strip(_SPACE)) if item))
+        return kind.check(given if kind.form == "text" else _number(given.strip(_SPACE)))
+    except ArgumentError as error:
+        raise element.error(f"{name}={given!r} of {element.label} {error}") from None
+
+
+def _number(item: str, is_part: bool = False) -> float:
+    if _NUMBER.fullmatch(item) or item == "inf":
+        return float(item)
+    if _NOT_FINITE.fullmatch(item):
+        return math.nan
+    raise ArgumentError((f"is wrong: {item!r} is not a number" if is_part else "is not a number") + si_hint(item))
+
+
 def text(element: XmlElement, name: str) -> str:
     """Return a required attribute that is not blank."""
-    value = element.attributes.get(name)
-    if value is None:
-        raise element.error(f"{element.label} lacks the attribute {name!r}")
-    if not value.strip():
-        raise element.error(f"the attribute {name!r} of {element.label} is empty")
-    return value
+    return str(value_of(element, name, TEXT))
 
 
 def new_name(element: XmlElement, name: str = "name") -> str:
     """Return a required attribute, all of whose characters must be printable."""
-    value = text(element, name)
-    if not value.isprintable():
-        raise element.error(f"the name {value!r} of <{element.tag}> has line breaks, tabs or characters that cannot be printed")
-    return value
+    return str(value_of(element, name, NAME))
 
 
 def reference(element: XmlElement, name: str, known: Collection[str], kind: str) -> str:
     """Return a required attribute that must be one of the names ``known``; ``kind`` says in the error what they name."""
     value = text(element, name)
-    if value not in known:
-        # the label of <parent link> and of a transmission's <joint name> would contain the unknown name
-        label = f"<{element.tag}>" if element.attributes.get("name", value) == value else element.label
-        near = near_names(value, known)
-        raise element.error(f"{label} refers to the {kind} {value!r}, which does not exist; {near}")
+    # the label of <parent link> and of a transmission's <joint name> would contain the unknown name
+    label = f"<{element.tag}>" if element.attributes.get("name", value) == value else element.label
+    check_reference(element, label, kind, value, known)
     return value
-
-
-def _invalid(element: XmlElement, name: str, reason: str) -> RobotFileError:
-    return element.error(f"{name}={element.attributes[name]!r} of {element.label} {reason}")
-
-
-def _parse(element: XmlElement, name: str, item: str, largest: float = LARGEST) -> float:
-    """Return the number in ``item``, which is the whole text of an attribute or a part of it."""
-    if _NUMBER.fullmatch(item):
-        value = float(item)
-        if abs(value) <= largest:
-            return value
-        reason = f"is too large to compute with; it is in SI units, and at most {largest:g}"
-        reason = reason if math.isfinite(value) else "is not finite"
-    elif _NOT_FINITE.fullmatch(item):
-        reason = "is not finite"
-    else:
-        what = "is not a number" if item == element.attributes[name] else f"is wrong: {item!r} is not a number"
-        reason = what + si_hint(item)
-    raise _invalid(element, name, reason)
 
 
 def si_hint(item: str) -> str:
@@ -104,99 +95,10 @@ def si_hint(item: str) -> str:
     return f"; numbers in a file are in SI units, without the unit: {float(typed[0]) * unit.size:.12g}"
 
 
-def number(element: XmlElement, name: str, default: float | None = None) -> float:
-    """Return a finite number; without a default the attribute is required."""
-    if default is not None and name not in element.attributes:
-        return default
-    return _parse(element, name, text(element, name).strip(_SPACE))
-
-
-def positive(element: XmlElement, name: str) -> float:
-    value = number(element, name)
-    if value <= 0:
-        raise _invalid(element, name, "must be greater than zero")
-    if value < SMALLEST:
-        raise _invalid(element, name, _TOO_SMALL)
-    return value
-
-
-def not_negative(element: XmlElement, name: str, default: float | None = None) -> float:
-    value = number(element, name, default)
-    if value < 0:
-        raise _invalid(element, name, "must be zero or greater")
-    return value
-
-
-def vector(element: XmlElement, name: str, largest: float = LARGEST) -> Vector:
-    """Return three required numbers with magnitudes up to ``largest``."""
-    value = element.attributes.get(name)
-    if value is None:
-        raise element.error(f"{element.label} lacks the attribute {name!r}")
-    return _three(element, name, re.split(f"[{_SPACE}]+", value), lambda item: _parse(element, name, item, largest))
-
-
-def point(element: XmlElement, name: str) -> Vector:
-    return vector(element, name, LONGEST)
-
-
-def _three(element: XmlElement, name: str, items: Iterable[str], read: Callable[[str], float]) -> Vector:
-    items = list(filter(None, items))
-    if len(items) != 3:
-        raise _invalid(element, name, f"must be three numbers, not {len(items)}")
-    x, y, z = map(read, items)
-    return x, y, z
-
-
-def positive_or_inf(element: XmlElement, name: str) -> float:
-    return math.inf if text(element, name).strip(_SPACE) == "inf" else positive(element, name)
-
-
-def stiffnesses(element: XmlElement, name: str) -> Vector:
-    """Return three required numbers, each zero or greater, or "inf"."""
-
-    def read(item: str) -> float:
-        value = math.inf if item == "inf" else _parse(element, name, item)
-        if value < 0:
-            raise _invalid(element, name, "must be three numbers that are zero or greater, or inf")
-        if 0 < value < SMALLEST:
-            raise _invalid(element, name, _TOO_SMALL)
-        return value
-
-    return _three(element, name, text(element, name).split(), read)
-
-
-def direction(element: XmlElement, name: str) -> Vector:
-    """Return the unit vector along a required vector that is not zero."""
-    value = vector(element, name, sys.float_info.max)
-    if abs(math.hypot(*value) - 1) < 1e-15:  # unchanged, so that numbers that were written are read exactly
-        return value
-    largest = max(map(abs, value))
-    if largest == 0:
-        raise element.error(f"{name} of {element.label} is zero; it must have a direction")
-    x, y, z = (item / largest for item in value)  # scaled, because squares may overflow
-    length = math.hypot(x, y, z)
-    return x / length, y / length, z / length
-
-
 # ---- tables of elements -------------------------------------------------------------------------------------------------
 
 #: Default of required attributes of required elements.
 NEEDED = object()
-
-
-@dataclass(frozen=True)
-class Kind:
-    """Kind of a value: the function that reads it, and its ``form`` in the file: "text", "number" or "numbers"."""
-
-    read: Callable[[XmlElement, str], Keyword]
-    form: str = "number"
-
-
-NAME, TEXT = Kind(new_name, "text"), Kind(text, "text")
-NUMBER, POSITIVE, NOT_NEGATIVE = Kind(number), Kind(positive), Kind(not_negative)
-POSITIVE_OR_INF = Kind(positive_or_inf)
-VECTOR, POINT, DIRECTION = (Kind(read, "numbers") for read in (vector, point, direction))
-STIFFNESSES = Kind(stiffnesses, "numbers")
 
 
 @dataclass(frozen=True)
@@ -224,6 +126,19 @@ class Row:
     def default_text(self) -> str | None:
         """The default as text of a file; None if the attribute has no default."""
         return None if self.default is NEEDED or self.default is None else written(self.kind.form, self.default)
+
+
+def row(part: type, attribute: str, path: str = "", **special: Keyword) -> Row:
+    """Return the row of an attribute that is a field of a class, at a path such as ``origin.xyz``, by default with its name.
+
+    Kind and default are those of the field.
+    """
+    *parts, field = (path or attribute).split(".")
+    for name in parts:
+        part = kinds(part)[name][0]  # type: ignore[assignment]
+    default = {entry.name: entry.default for entry in fields(part)}[field]
+    found = Row(attribute, kinds(part)[field][0], NEEDED if default is MISSING else default, path)  # type: ignore[arg-type]
+    return replace(found, **special)
 
 
 #: Classes of fields that combine several attributes.
@@ -280,7 +195,7 @@ class ElementTable:
                 allow(here, [row.attribute for row in rows], self._inner[path])
             for row in rows:
                 given = here is not None and (row.must or row.default is NEEDED or row.attribute in here.attributes)
-                value = row.kind.read(here, row.attribute) if here is not None and given else row.default
+                value = value_of(here, row.attribute, row.kind) if here is not None and given else row.default
                 part, dot, name = row.field.partition(".")
                 if dot:
                     parts.setdefault(part, {})[name] = value
@@ -293,8 +208,6 @@ class ElementTable:
     def write(
         self,
         item: object,
-        place: Place,
-        label: str = "",
         *,
         given: Mapping[str, Keyword] | None = None,
         always: Collection[str] = (),
@@ -304,14 +217,9 @@ class ElementTable:
 
         Args:
             item: object with the fields of the rows.
-            place: file and line of the element.
-            label: name of the part in errors.
             given: values by field, which replace the item's values.
             always: paths of child elements that are written even if all values are defaults.
             more: further child elements.
-
-        Raises:
-            RobotFileError: a value is not of the expected type.
         """
         given = given or {}
         inside: dict[str, list[XmlElement]] = {path: [] for path in self.rows}
@@ -327,10 +235,7 @@ class ElementTable:
                         value = None if value is None else getattr(value, name)
                 if value is None:
                     continue
-                try:
-                    text = written(row.kind.form, value)
-                except ArgumentError as error:
-                    raise place.error(f"{row.field.rpartition('.')[2]} of {label} {error}") from None
+                text = written(row.kind.form, value)
                 if text != row.default_text:
                     is_written = True
                 elif not (row.must or row.default is NEEDED):
@@ -338,7 +243,7 @@ class ElementTable:
                 texts[row.attribute] = text
             if is_written:
                 head, _, tag = path.rpartition("/")
-                element = XmlElement(tag or self.tag, texts, tuple(inside[path]), place, label)
+                element = XmlElement(tag or self.tag, texts, tuple(inside[path]), getattr(item, "place", IN_PYTHON))
                 if not path:
                     return element
                 inside[head].insert(0, element)
@@ -346,19 +251,7 @@ class ElementTable:
 
 
 def written(form: str, value: Keyword) -> str:
-    """Return a value as text, in the form of its :class:`Kind`; numbers have all digits, so that they are read exactly."""
+    """Return a value as text, in the form of its :class:`.Kind`; numbers have all digits, so that they are read exactly."""
     if form == "text":
-        if not isinstance(value, str):
-            raise ArgumentError(f"is {value!r}; it must be a text")
-        return value
-    try:
-        items = [value] if form == "number" else list(value)
-    except TypeError:
-        raise ArgumentError(f"is {value!r}; it must be three numbers") from None
-    texts = []
-    for item in items:
-        try:
-            texts.append(repr(float(item)).removesuffix(".0"))
-        except (TypeError, ValueError, OverflowError):
-            raise ArgumentError(f"is {item!r}; it must be a number") from None
-    return " ".join(texts)
+        return str(value)
+    return " ".join(repr(float(item)).removesuffix(".0") for item in ([value] if form == "number" else value))

@@ -10,10 +10,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.description.elements import Joint, Link, Origin, Place, Vector
+from kinetostatics.description.elements import Link, Origin
+from kinetostatics.description.fields import NAME, POINT, TEXT, VECTOR, Place, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.description.joints import Joint
 from kinetostatics.exceptions import near_names
-from kinetostatics.files.attributes import NAME, POINT, TEXT, VECTOR, ElementTable, Row, reference
+from kinetostatics.files.attributes import ElementTable, Row, reference
 from kinetostatics.files.xml import XmlElement
 
 

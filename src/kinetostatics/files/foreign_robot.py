@@ -13,12 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinetostatics.arguments import finite_numbers
-from kinetostatics.description.elements import Loop, Vector
+from kinetostatics.description.fields import Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
+from kinetostatics.description.joints import Loop
+from kinetostatics.description.validation import tree_root
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files import gepetto
 from kinetostatics.files.foreign_loops import FRAME, MARK, ForeignLoop, SourceRobot, read_closing_frames, read_loop_joints
-from kinetostatics.files.urdf import read_joints, read_links, tree_root
+from kinetostatics.files.urdf import read_joints, read_links
 from kinetostatics.files.xml import XmlElement
 
 _X, _Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
@@ -60,7 +62,7 @@ def foreign_robot(
 def _source(path: str, root: XmlElement) -> SourceRobot:
     warnings: list[str] = []  # repeated when the new file is read
     links = read_links(root, warnings, [])
-    joints = read_joints(root, links, warnings)
+    joints = read_joints(root, warnings)
     tree_root(links, joints)
     return SourceRobot(path, root, links, joints)
 

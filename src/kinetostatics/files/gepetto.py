@@ -27,7 +27,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from kinetostatics.description.elements import Place
+from kinetostatics.description.fields import Place
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import RobotFileError, near_names
 from kinetostatics.files.foreign_loops import ForeignLoop, SourceRobot

@@ -12,8 +12,9 @@ from dataclasses import fields, is_dataclass
 from functools import partial
 from numbers import Real
 
-from kinetostatics.description.elements import Beam, Cone, Inertia, Joint, JointStiffness, Link, Loop, Material, Origin, Spring
+from kinetostatics.description.elements import Beam, Inertia, JointStiffness, Link, Material, Origin, Spring
 from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.description.joints import Cone, Joint, Loop
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.files.reader import parameter_values, read_robot_file

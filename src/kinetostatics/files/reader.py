@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from collections.abc import Mapping
 from dataclasses import replace
 
-from kinetostatics.description.elements import Link, Origin, Place
+from kinetostatics.description.elements import Link, Origin
+from kinetostatics.description.fields import Place
 from kinetostatics.description.robot_description import RobotDescription
+from kinetostatics.description.validation import (
+    check_attributes,
+    check_loops,
+    known_valid,
+    tree_root,
+    validate,
+    with_valid_mimics,
+)
 from kinetostatics.files.attributes import ElementTable, new_name, reference
 from kinetostatics.files.bundled import read_robot
 from kinetostatics.files.element_tables import BASE, PLATFORM
 from kinetostatics.files.foreign_robot import unread_loops
 from kinetostatics.files.rules import (
-    check_leaders,
     lacks_axis,
     read_beams,
     read_driven,
@@ -22,11 +29,11 @@ from kinetostatics.files.rules import (
     read_loops,
     read_springs,
     with_counterweights,
-    with_valid_mimics,
 )
 from kinetostatics.files.urdf import (
     ROBOT_LEVEL,
     all_driven,
+    check_in_robot,
     chosen_platform,
     extra_of_robot,
     file_name,
@@ -34,7 +41,6 @@ from kinetostatics.files.urdf import (
     known_link,
     read_joints,
     read_links,
-    tree_root,
 )
 from kinetostatics.files.xacro import read_document
 from kinetostatics.files.xml import XmlElement
@@ -99,26 +105,21 @@ def _read(
     return known_valid(replace(found, parameters=ResultMapping(parameters))) if parameters else found
 
 
-def known_valid(description: RobotDescription) -> RobotDescription:
-    """Mark a description as valid, after changes that preserve validity."""
-    object.__setattr__(description, "is_valid", True)
-    return description
-
-
 def describe(
     root: XmlElement, path: str, warnings: list[str], platform: str | None = None, base: str | None = None
 ) -> RobotDescription:
     """Return the robot of an expanded element ``<robot>``; for arguments and errors see :func:`read_robot_file`."""
     name = new_name(root) if root.attributes.get("name", "").strip() else file_name(root, path, warnings)
-    _check_robot_level(root)
+    check_attributes(root.attributes, root)
+    check_in_robot(root, warnings)
     inertia_warnings: list[str] = []
     links = read_links(root, warnings, inertia_warnings)
-    joints = read_joints(root, links, warnings)
-    links, joints = with_counterweights(root, links, joints)
+    links, joints = with_counterweights(root, links, read_joints(root, warnings))
     tree = tree_root(links, joints)
-    loops = read_loops(root, links, joints, warnings)
+    loops = read_loops(root, joints, warnings)
+    check_loops(loops, links, joints)
     platform_element, base_element = _only(root, PLATFORM, links), _only(root, BASE, links)
-    joints = with_valid_mimics(root, joints, loops, warnings)
+    joints = with_valid_mimics(joints, loops, warnings)
     driven = read_driven(root, joints, loops, warnings)
     if platform_element is None and not loops and (where := unread_loops(path, root, links)):
         raise root.error(
@@ -144,10 +145,7 @@ def describe(
         base = base_element.attributes["link"]
     else:
         base = tree if platform_element is not None else first_base(tree, joints)
-    if base == platform:
-        raise place.error(f"the link {base!r} is both base and platform")
-    check_leaders(root, joints, driven)
-    return known_valid(
+    return validate(
         RobotDescription(
             name,
             links,
@@ -156,39 +154,21 @@ def describe(
             frame,
             base,
             loops,
-            read_beams(root, links, {**joints, **loops}, {base: "base", platform: "platform"}),
-            read_joint_stiffness(root, joints, loops, driven),
+            read_beams(root, {**joints, **loops}),
+            read_joint_stiffness(root),
             driven,
-            tuple((key, value) for key, value in root.attributes.items() if key != "name"),
+            tuple(root.attributes.items()),
             extra_of_robot(root, ("link", "joint", *ROBOT_LEVEL)),
             path,
             platform_place=place,
             file_warnings=tuple(warnings),
             inertia_warnings=tuple(inertia_warnings),
-            springs=read_springs(root, links),
+            springs=read_springs(root),
             default_axes=tuple(
                 item.attributes["name"] for tag in ("joint", "loop") for item in root.named(tag) if lacks_axis(item)
             ),
         )
     )
-
-
-def _check_robot_level(root: XmlElement) -> None:
-    """Raise an error for misspelled child elements, which would otherwise be ignored, and for materials defined twice."""
-    version = root.attributes.get("version", "1.0")
-    if version.strip() not in ("1.0", "1"):
-        raise root.error(f"version={version!r} of <robot> is unknown; URDF has version 1.0")
-    known = (*ROBOT_LEVEL, "transmission", "link", "joint")
-    materials: set[str] = set()
-    for child in root.children:
-        near = [] if child.tag in known else difflib.get_close_matches(child.tag.lower(), known, n=1, cutoff=0.75)
-        if near and ":" not in child.tag:
-            raise child.error(f"<{child.tag}> is not an element of robot files; did you mean <{near[0]}>?")
-        if child.tag == "material":
-            material = child.attributes.get("name", "")
-            if material in materials:
-                raise child.error(f"the material {material!r} is defined twice")
-            materials.add(material)
 
 
 def _only(root: XmlElement, table: ElementTable, links: Mapping[str, Link]) -> XmlElement | None:

@@ -8,25 +8,27 @@ from __future__ import annotations
 
 import difflib
 import itertools
-import math
 import os
 import re
 from collections.abc import Collection, Iterable, Mapping
 
-from kinetostatics.description.elements import Inertia, Joint, Link, Place
-from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
+from kinetostatics.description.elements import Inertia, Link
+from kinetostatics.description.fields import NUMBER, Place
+from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.description.joints import Joint
 from kinetostatics.description.robot_description import by_name
+from kinetostatics.description.validation import usual_joint
 from kinetostatics.exceptions import ArgumentError, PlatformMissingError, near_names
-from kinetostatics.files.attributes import LONGEST, new_name, number, reference, text
+from kinetostatics.files.attributes import new_name, text, value_of
 from kinetostatics.files.element_tables import INERTIAL, JOINT, MOMENTS, SHAPE, limits
-from kinetostatics.files.rules import SINGLE, axis_warning, lacks_axis
+from kinetostatics.files.rules import axis_warning, lacks_axis
 from kinetostatics.files.xml import XmlElement, to_text
 
 #: Elements of this package, valid only as children of ``<robot>``.
 ROBOT_LEVEL = ("base", "platform", "loop", "beam", "joint_stiffness", "spring", "counterweight")
 
-_LINK_CHILDREN = ("inertial", "visual", "collision")
-_JOINT_CHILDREN = ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller")
+#: Child elements of links and joints that fields of the description have; others are kept as XML.
+LINK_FIELDS, JOINT_FIELDS = ("inertial",), ("parent", "child", "origin", "axis", "limit", "mimic")
 #: Elements that only Pinocchio's parser reads, which rejects wrong ones without a reason: required and optional numbers.
 _DYNAMICS = {
     "dynamics": ((), ("damping", "friction")),
@@ -42,40 +44,8 @@ def read_links(root: XmlElement, warnings: list[str], inertia_warnings: list[str
     return by_name("link", links)
 
 
-def read_joints(root: XmlElement, links: Mapping[str, Link], warnings: list[str]) -> dict[str, Joint]:
-    return by_name("joint", [_joint(element, links, warnings) for element in root.named("joint")])
-
-
-def tree_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
-    """Return the root link; links and joints that do not form a tree are an error."""
-    to_parent: dict[str, Joint] = {}
-    for joint in joints.values():
-        other = to_parent.setdefault(joint.child, joint)
-        if other is not joint:
-            raise joint.place.error(
-                f"link {joint.child!r} has two parents, by the joints {other.name!r} and {joint.name!r}; "
-                "make one of them a <loop>",
-            )
-    roots = [name for name in links if name not in to_parent]
-    if len(roots) > 1:
-        listed = ", ".join(map(repr, roots[:6])) + (", …" if len(roots) > 6 else "")
-        raise links[roots[1]].place.error(
-            f"{len(roots)} links have no parent joint ({listed}); only the root may have none: make every other link the child "
-            "of one <joint>, and further joints <loop>"
-        )
-    on_tree = set(roots)
-    for start in links:
-        path: dict[str, None] = {}  # used as an ordered set
-        link = start
-        while link not in on_tree and link not in path:
-            path[link] = None
-            link = to_parent[link].parent
-        if link in path:
-            cycle = list(path)[list(path).index(link) :]
-            listed = ", ".join(map(repr, cycle))
-            raise links[cycle[0]].place.error(f"the joints form a cycle through the links {listed}; make one of them a <loop>")
-        on_tree.update(path)
-    return roots[0]
+def read_joints(root: XmlElement, warnings: list[str]) -> dict[str, Joint]:
+    return by_name("joint", [_joint(element, warnings) for element in root.named("joint")])
 
 
 def other_children(element: XmlElement, *children: str) -> str:
@@ -85,7 +55,7 @@ def other_children(element: XmlElement, *children: str) -> str:
 
 def plain_transmission(joint: str, place: Place) -> XmlElement:
     """Return a transmission without further elements, which only marks a joint as driven."""
-    entry = XmlElement("joint", {"name": joint}, (), place, "the driven joints")
+    entry = XmlElement("joint", {"name": joint}, (), place)
     return XmlElement("transmission", {"name": f"drive_{joint}"}, (entry,), place)
 
 
@@ -113,16 +83,21 @@ def _check_children(element: XmlElement, known: tuple[str, ...], warnings: list[
 
 def _link(element: XmlElement, warnings: list[str], inertia_warnings: list[str]) -> Link:
     name = new_name(element)
-    _check_children(element, _LINK_CHILDREN, warnings)
-    for shape in element.named("visual") + element.named("collision"):
-        SHAPE.read(shape)
+    check_in_link(element, warnings)
     inertial = element.child("inertial")
-    extra = other_children(element, "inertial")
+    extra = other_children(element, *LINK_FIELDS)
     if inertial is None:
         return Link(name, extra=extra, place=element.place)
     found = INERTIAL.read(inertial)
     inertia = Inertia(_moments(element, inertial, inertia_warnings), found.pop("rpy"))
     return Link(name, **found, inertia=inertia, has_inertial=True, extra=extra, place=element.place)
+
+
+def check_in_link(link: XmlElement, warnings: list[str]) -> None:
+    """Check the child elements of a link that are kept for other programs."""
+    _check_children(link, (*LINK_FIELDS, "visual", "collision"), warnings)
+    for shape in link.named("visual") + link.named("collision"):
+        SHAPE.read(shape)
 
 
 def _moments(link: XmlElement, inertial: XmlElement, warnings: list[str]) -> tuple[float, float, float, float, float, float]:
@@ -135,80 +110,54 @@ def _moments(link: XmlElement, inertial: XmlElement, warnings: list[str]) -> tup
     if missing:
         listed = ", ".join(missing)
         warnings.append(f"{tensor.place}: <inertia> of {link.label} lacks {listed}, which modes and motions take as zero.")
-    xx, xy, xz, yy, yz, zz = (0.0 if name in missing else number(tensor, name) for name in MOMENTS)
+    xx, xy, xz, yy, yz, zz = (0.0 if name in missing else value_of(tensor, name, NUMBER) for name in MOMENTS)
     return xx, xy, xz, yy, yz, zz
 
 
-def _joint(element: XmlElement, links: Mapping[str, Link], warnings: list[str]) -> Joint:
-    kind = text(element, "type")
-    if kind not in (known := names_of("in_tree")):
-        raise element.error(
-            f"{element.label} has the type {kind!r}; {near_names(kind, known)} "
-            "(joints of other types are a <loop>, or several joints in a row)"
-        )
-    of_kind = JOINT_TYPES[kind]
-    _check_children(element, _JOINT_CHILDREN, warnings)
-    without = [] if of_kind.has_axis else ["axis"]  # exporters write one nevertheless, often zero
-    mimic = element.child("mimic")
-    if mimic is not None and of_kind.is_fixed:
-        warnings.append(f"{mimic.place}: <mimic> of {element.label} is ignored, because this joint is fixed.")
-        without.append("mimic")
+def _joint(element: XmlElement, warnings: list[str]) -> Joint:
+    kind = JOINT_TYPES.get(text(element, "type"))
+    without = [] if kind is None or kind.has_axis else ["axis"]  # exporters write one nevertheless, often zero
     found = JOINT.read(element, without)
-    for tag in ("parent", "child"):
-        reference(element.required_child(tag), "link", links, "link")
-    if found["parent"] == found["child"]:
-        raise element.error(f"{element.label} joins the link {found['parent']!r} to itself")
-    limits(found, element)
-    if not of_kind.has_limits:
-        if of_kind.is_single and math.isfinite(found["lower"]):
-            warnings.append(
-                f"{element.required_child('limit').place}: lower and upper of {element.label} are ignored, because it is "
-                f"{kind}; make it revolute if it is limited."
-            )
-        found["lower"], found["upper"] = -math.inf, math.inf
-    extra = other_children(element, "parent", "child", "origin", "axis", "limit", "mimic")
-    joint = Joint(**found, extra=extra, place=element.place)
-    _check_joint(element, joint, warnings)
+    limits(found)
+    joint = Joint(**found, extra=other_children(element, *JOINT_FIELDS), place=element.part_place)
+    if joint.of_type.has_limits and element.child("limit") is None:
+        raise element.error(
+            f"{element.label} is {joint.type} and has no <limit>, which URDF requires: write <limit effort=… velocity=…>, "
+            "with lower and upper if its range is limited"
+        )
+    check_in_joint(element, warnings)
+    joint = usual_joint(joint, warnings)
+    if lacks_axis(element):
+        warnings.append(axis_warning(element))
     return joint
 
 
-def _check_joint(element: XmlElement, joint: Joint, warnings: list[str]) -> None:
-    """Check a joint independently of other joints and links."""
-    kind, axis = JOINT_TYPES[joint.type], element.child("axis")
-    if kind.has_limits and element.child("limit") is None:
-        raise element.error(
-            f"{element.label} is {kind.name} and has no <limit>, which URDF requires: write <limit effort=… velocity=…>, "
-            "with lower and upper if its range is limited"
-        )
+def check_in_joint(joint: XmlElement, warnings: list[str]) -> None:
+    """Check the child elements of a joint that are kept for other programs."""
+    _check_children(joint, (*JOINT_FIELDS, *_DYNAMICS), warnings)
     for tag, (needed, others) in _DYNAMICS.items():
-        found = element.child(tag)
+        found = joint.child(tag)
         if found is None:
             continue
         if tag == "dynamics" and not set(others) & set(found.attributes):
-            raise found.error(f"<dynamics> of {element.label} has neither damping nor friction")
+            raise found.error(f"<dynamics> of {joint.label} has neither damping nor friction")
         for name in (*needed, *(name for name in others if name in found.attributes)):
-            number(found, name)
-    if kind.slides is Axes.ACROSS and math.hypot(*joint.axis[:2]) > 1e-9:
-        stated = "its axis is not z" if axis is not None else "it has no <axis>, for which the default is x"
-        raise (axis or element).error(
-            f"{element.label} is {kind.name} and {stated}, but planar joints of Pinocchio move in the xy plane of "
-            'the joint\'s frame: write <axis xyz="0 0 1"/> and turn the frame with <origin rpy>, or use a planar <loop>'
-        )
-    if lacks_axis(element):
-        warnings.append(axis_warning(element))
-    mimic = element.child("mimic")
-    if joint.mimic is None or mimic is None:
-        return
-    if not kind.is_single:
-        raise mimic.error(f"{element.label} is {kind.name} and cannot mimic; only joints with one freedom can: {SINGLE}")
-    multiplier, offset = joint.mimic.multiplier, joint.mimic.offset
-    if not 1 / LONGEST <= abs(multiplier) <= LONGEST:
-        raise mimic.error(
-            f"multiplier={multiplier:g} of <mimic> in {element.label} must be of a size between {1 / LONGEST:g} and "
-            f"{LONGEST:g}: the joint's coordinate is multiplier times that of the other joint plus offset, in m and rad"
-        )
-    if abs(offset) > LONGEST:
-        raise mimic.error(f"offset={offset:g} of <mimic> in {element.label} is too large; it is in m or rad, at most {LONGEST:g}")
+            value_of(found, name, NUMBER)
+
+
+def check_in_robot(root: XmlElement, _warnings: list[str]) -> None:
+    """Raise an error for misspelled child elements, which would otherwise be ignored, and for materials defined twice."""
+    known = (*ROBOT_LEVEL, "transmission", "link", "joint")
+    materials: set[str] = set()
+    for child in root.children:
+        near = [] if child.tag in known else difflib.get_close_matches(child.tag.lower(), known, n=1, cutoff=0.75)
+        if near and ":" not in child.tag:
+            raise child.error(f"<{child.tag}> is not an element of robot files; did you mean <{near[0]}>?")
+        if child.tag == "material":
+            material = child.attributes.get("name", "")
+            if material in materials:
+                raise child.error(f"the material {material!r} is defined twice")
+            materials.add(material)
 
 
 # ---- defaults of a URDF without elements of this package -------------------------------------------------------------------

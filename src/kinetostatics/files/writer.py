@@ -1,7 +1,6 @@
-"""Writing of robot files, with all digits of the numbers, and of CSV tables; validation of descriptions.
+"""Writing of robot files, with all digits of the numbers, and of CSV tables.
 
-To validate a description, it is converted to an element ``<robot>``, which is read. Errors name file and line of parts that were
-read from a file.
+XML in a description, for other programs, is checked when it is written.
 """
 
 from __future__ import annotations
@@ -10,30 +9,37 @@ import csv
 import io
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import Protocol, TypeVar
+from typing import Protocol
 
 import numpy as np
 
 from kinetostatics.arguments import path_name
-from kinetostatics.description.elements import Place
+from kinetostatics.description.fields import Place
 from kinetostatics.description.robot_description import RobotDescription
+from kinetostatics.description.validation import validate
 from kinetostatics.exceptions import ArgumentError, RobotFileError
-from kinetostatics.files.attributes import new_name
 from kinetostatics.files.element_tables import (
     BASE,
     PLATFORM,
+    SPRING,
     write_beam,
     write_joint,
     write_link,
     write_loop,
-    write_spring,
     write_stiffness,
 )
-from kinetostatics.files.reader import describe, known_valid
-from kinetostatics.files.urdf import plain_transmission
+from kinetostatics.files.urdf import (
+    JOINT_FIELDS,
+    LINK_FIELDS,
+    ROBOT_LEVEL,
+    check_in_joint,
+    check_in_link,
+    check_in_robot,
+    plain_transmission,
+)
 from kinetostatics.files.xml import XmlElement, parse, to_elements, to_text
 from kinetostatics.math.arrays import Array
 from kinetostatics.output_files import write_text
@@ -48,35 +54,6 @@ class Described(Protocol):
 
     @property
     def description(self) -> RobotDescription: ...
-
-
-def validate(description: RobotDescription) -> RobotDescription:
-    """Validate a description created or changed in Python by the rules of robot files.
-
-    The description is converted to the elements of a robot file, which are then read.
-
-    Args:
-        description: the description; returned unchanged if valid already.
-
-    Returns:
-        The description as if read from a file: with defaults, unit axes, and numbers as floats.
-
-    Raises:
-        RobotFileError: the description is invalid; with file and line for parts of a file.
-        ArgumentError: the argument is no description.
-    """
-    if not isinstance(description, RobotDescription):
-        raise ArgumentError(f"{description!r} is no description of a robot; load_robot and read_robot_file read files")
-    if description.is_valid:
-        return description
-    root = robot_element(description)
-    new_name(root)  # in files it is optional
-    found = describe(root, description.path, [])
-    known = {warning.partition(": ")[2] for warning in description.file_warnings}
-    new = [warning for warning in found.file_warnings if warning.partition(": ")[2] not in known]
-    warnings = (*description.file_warnings, *new)
-    kept = {name: getattr(description, name) for name in ("inertia_warnings", "default_axes", "flexible")}
-    return known_valid(replace(found, file_warnings=warnings, **kept))
 
 
 def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]) -> None:
@@ -143,68 +120,61 @@ def _with_meshes_from(description: RobotDescription, folder: str) -> RobotDescri
 
 # ---- the element <robot> ---------------------------------------------------------------------------------------------------
 
-Item = TypeVar("Item")
-
-_ATTRIBUTE = re.compile(r"[A-Za-z_][\w:.-]*")
+#: Elements that the description has fields for, which ``extra`` must not have, and checks of the others, by tag of the parent.
+_KEPT: dict[str, tuple[Collection[str], Callable[[XmlElement, list[str]], None]]] = {
+    "robot": (("link", "joint", *ROBOT_LEVEL), check_in_robot),
+    "link": (LINK_FIELDS, check_in_link),
+    "joint": (JOINT_FIELDS, check_in_joint),
+}
 
 
 def robot_text(description: RobotDescription, comment: str = "") -> str:
     """Return a description as the indented text of a plain URDF file with the elements of this package."""
-    return to_text(robot_element(description), comment, indented=True)
-
-
-def robot_element(description: RobotDescription) -> XmlElement:
-    place = Place(description.path)
-    extra = _elements_of(description.extra, place, "the description")
-    transmissions = [item for item in extra if item.tag == "transmission"]
-    links, joints = _values(description.links), _values(description.joints)
-    known = {*description.joints, *description.loops}
-    if not isinstance(description.name, (str, type(None))):
-        raise place.error(f"name of robot is {description.name!r}; it must be a text")
-    attributes = {name: value for name, value in description.attributes if name != "name"}
-    for name, value in attributes.items():
-        if not _ATTRIBUTE.fullmatch(name) or not isinstance(value, str) or not value.isprintable():
-            raise place.error(f"{name!r} = {value!r} is no attribute for <robot>")
-    return XmlElement(
+    place, known = Place(description.path), {*description.joints, *description.loops}
+    extra, _ = _kept("robot", "", description.extra, place)
+    root = XmlElement(
         "robot",
-        attributes if description.name is None else {"name": description.name, **attributes},
+        {"name": description.name, **dict(description.attributes)},
         (
-            *(write_link(link, _elements_of(link.extra, link.place, f"link {link.name!r}")) for link in links),
-            *(write_joint(joint, _elements_of(joint.extra, joint.place, f"joint {joint.name!r}")) for joint in joints),
-            *([BASE.write(description, place, "robot")] if description.base else []),
-            PLATFORM.write(description, description.platform_place, "robot"),
-            *map(write_loop, _values(description.loops)),
-            *(write_beam(beam, known) for beam in _values(description.beams)),
-            *map(write_stiffness, _values(description.joint_stiffness, "joint")),
-            *map(write_spring, _values(description.springs)),
+            *(write_link(link, _kept("link", link.name, link.extra, link.place)[0]) for link in description.links.values()),
+            *(write_joint(item, _kept("joint", item.name, item.extra, item.place)[0]) for item in description.joints.values()),
+            *([BASE.write(description)] if description.base else []),
+            PLATFORM.write(description),
+            *map(write_loop, description.loops.values()),
+            *(write_beam(beam, known) for beam in description.beams.values()),
+            *map(write_stiffness, description.joint_stiffness.values()),
+            *map(SPRING.write, description.springs.values()),
             *(item for item in extra if item.tag != "transmission"),
-            *_transmissions(description.driven, transmissions, place),
+            *_transmissions(description.driven, [item for item in extra if item.tag == "transmission"], place),
         ),
         place,
     )
+    return to_text(root, comment, indented=True)
 
 
-def _values(table: Mapping[str, Item], key: str = "name") -> list[Item]:
-    for name, item in table.items():
-        own = getattr(item, key, None)
-        if own != name:
-            place = getattr(item, "place", Place())
-            raise place.error(f"the entry {name!r} has the {key} {own!r}; the two must agree")
-    return list(table.values())
+def kept_warnings(description: RobotDescription) -> list[str]:
+    """Return the warnings about XML in the description that are not among those about its file."""
+    known = {warning.partition(": ")[2] for warning in description.file_warnings}
+    parts = (("link", description.links), ("joint", description.joints))
+    found = [_kept(tag, part.name, part.extra, part.place)[1] for tag, table in parts for part in table.values()]
+    return [warning for warnings in found for warning in warnings if warning.partition(": ")[2] not in known]
 
 
 @lru_cache(maxsize=1000)
-def _elements_of(extra: str, place: Place, owner: str) -> tuple[XmlElement, ...]:
-    """Return the elements of an XML text; ``place`` and ``owner`` of the part with this text are used in errors."""
+def _kept(tag: str, name: str, extra: str, place: Place) -> tuple[tuple[XmlElement, ...], tuple[str, ...]]:
+    """Return the elements in the XML text ``extra`` of a part, and warnings about them."""
     if not extra:
-        return ()
+        return (), ()
+    owner, (fields, check), warnings = f"{tag} {name!r}" if name else "the description", _KEPT[tag], list[str]()
     try:
         root = to_elements(parse(f"<extra>{extra}</extra>", "", plain=True)[0], place, owner)
     except RobotFileError as error:
         raise place.error(f"extra of {owner} cannot be read: {error.reason}") from None
-    if len(root.children) < len(root.content):
-        raise place.error(f"extra of {owner} has text outside of elements")
-    return root.children
+    wrong = next((f"a <{child.tag}>, for which the description has fields" for child in root.children if child.tag in fields), "")
+    if wrong or len(root.children) < len(root.content):
+        raise place.error(f"extra of {owner} has {wrong or 'text outside of elements'}")
+    check(replace(root, tag=tag, attributes={"name": name}), warnings)
+    return root.children, tuple(warnings)
 
 
 def _transmissions(driven: tuple[str, ...], known: list[XmlElement], place: Place) -> list[XmlElement]:

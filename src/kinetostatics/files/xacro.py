@@ -22,7 +22,7 @@ from types import ModuleType, TracebackType
 from xml.dom import minidom
 
 from kinetostatics.arguments import check_mapping
-from kinetostatics.description.elements import Place
+from kinetostatics.description.fields import Place
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.attributes import si_hint
 from kinetostatics.files.bundled import INDEX, LIBRARY, OWN_NAME, PackageNotFound, package_folder

@@ -11,12 +11,12 @@ import os
 import re
 import stat
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from xml.dom import expatbuilder, minidom
 from xml.parsers import expat
 
-from kinetostatics.description.elements import Place
+from kinetostatics.description.fields import Place
 from kinetostatics.exceptions import RobotFileError
 
 _PLACE = "kinetostatics place"
@@ -42,6 +42,11 @@ class XmlElement:
     @cached_property
     def children(self) -> tuple[XmlElement, ...]:
         return tuple(item for item in self.content if isinstance(item, XmlElement))
+
+    @cached_property
+    def part_place(self) -> Place:
+        """The place with those of the child elements, by tag."""
+        return replace(self.place, inner={child.tag: child.place for child in reversed(self.children)})
 
     @property
     def label(self) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from kinetostatics.description.elements import Joint, Loop
+from kinetostatics.description.joints import Joint, Loop
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.kinematics.loop_constraints import LoopEquations

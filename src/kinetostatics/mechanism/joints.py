@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.description.elements import JointStiffness, Vector
+from kinetostatics.description.elements import JointStiffness
+from kinetostatics.description.fields import Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import unit_twist

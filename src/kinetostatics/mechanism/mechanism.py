@@ -17,11 +17,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetostatics.description.elements import Cone, Joint, Loop, Mimic, Place, Vector
+from kinetostatics.description.fields import Place, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
+from kinetostatics.description.joints import Cone, Joint, Loop, Mimic
 from kinetostatics.description.robot_description import RobotDescription
+from kinetostatics.description.validation import validate
 from kinetostatics.exceptions import RobotFileError
-from kinetostatics.files.writer import validate
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.tree import Frames, Tree, TreeJoint
 

@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetostatics.description.robot_description import RobotDescription
+from kinetostatics.description.validation import known_valid
 from kinetostatics.elements.beam_model import make_elastic_links
 from kinetostatics.elements.weights import Weights
 from kinetostatics.engine.pose_record import PoseModel
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.parameter_units import parameter_unit
-from kinetostatics.files.reader import known_valid, parameter_values, read_robot_file
+from kinetostatics.files.reader import parameter_values, read_robot_file
 from kinetostatics.kinematics.assembly import SolverChoice, assemble
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.solver import Solver

@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from kinetostatics.description.elements import Vector
+from kinetostatics.description.fields import Vector
 from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.graphs import joined, reachable

@@ -130,7 +130,7 @@ def test_joints_without_transmission_are_driven_with_a_warning(write) -> None:
         ('<child link="tool"/>', '<child link="tool"/><mimic joint="one"/>', "<mimic> of <joint> 'flange' is ignored"),
         (END, f'<transmission name="t"><joint name="eye"/></transmission>{END}', "the <transmission> of 'eye' is ignored"),
         (END, f'<transmission name="t"><joint name="nine"/></transmission>{END}', "'nine', which does not exist"),
-        (LIMIT, f'{LIMIT}<mimic joint="nine"/>', "<mimic> refers to the joint 'nine', which does not exist"),
+        (LIMIT, f'{LIMIT}<mimic joint="nine"/>', "<mimic> of <joint> 'one' refers to the joint 'nine', which does not exist"),
     ],
 )
 def test_harmless_mistakes_in_a_tree_are_warnings(old, new, said, write) -> None:

@@ -12,7 +12,7 @@ from simple_machines import joint, link, loop
 from simple_machines import robot as robot_of
 
 import kinetostatics as ks
-from kinetostatics.description.elements import Mimic
+from kinetostatics.description.joints import Mimic
 from kinetostatics.kinematics.alternatives import prescribed_platform
 from kinetostatics.kinematics.path_following import follow
 from kinetostatics.kinematics.rates import moving_bodies
