@@ -7,19 +7,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from kinetostatics.buckling.beam_elements import INNER, deflection
-from kinetostatics.buckling.stability import Forces, Stability, forces_of, stability, surely_stable
+from kinetostatics.buckling.stability import NO_RISK, Stability, estimate, stability
+from kinetostatics.elements.turned_forces import INNER, inner_lines
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.graphs import joined
 from kinetostatics.math.linalg import cross
+from kinetostatics.math.screws import move_twist
 from kinetostatics.mechanism.body_graph import RigidBody
+from kinetostatics.statics.deformation import Deformation, deform
+from kinetostatics.statics.link_loads import AppliedLoad
 from kinetostatics.statics.robot_statics import RobotStatics
-from kinetostatics.statics.second_order import Changes, second_order
+from kinetostatics.statics.second_order import Changes, second_order, tangent_of
 from kinetostatics.statics.small_motions import BeamEnds, PlacedMotions, SmallMotions, signs_of_modes
-from kinetostatics.statics.solution import Solution
+from kinetostatics.statics.solution import Solution, unit_responses
+from kinetostatics.statics.springs import motion_of, unstable_motions
+from kinetostatics.statics.turning_parts import coordinates_of
 
 #: Relative size below which motions, and components of them, count as zero.
 _MOVES = 1e-3
@@ -32,62 +38,78 @@ class BucklingModes:
     """The m buckling modes of each of N poses.
 
     Attributes:
-        ratios: (N, m) ratios 1/λ of the forces to the critical forces, ascending; descending if returned by :meth:`first`.
-        shapes: (N, m, n + b) modes in the coordinates of ``robot``.
-        robot: stiffness and geometric stiffness at the poses.
+        ratios: (N, m) ratios 1/λ of the forces to the critical forces, descending; 0 without a mode.
+        shapes: (N, m, n + b) modes in the coordinates of ``robot``; NaN without a mode.
+        robot: flexibility and geometric stiffness at the poses.
+        motions: the coordinates of small motions, at the frames of the poses.
     """
 
     ratios: Array
     shapes: Array
     robot: Stability
+    motions: PlacedMotions
 
     @classmethod
-    def of(cls, robot: Stability) -> BucklingModes:
-        ratios, modes = robot.modes()
-        return cls(ratios, np.swapaxes(modes, 1, 2), robot)
-
-    @property
-    def motions(self) -> PlacedMotions:
-        return self.robot.motions
-
-    def first(self, count: int) -> BucklingModes:
-        """Return the ``count`` modes with the largest ratios, in descending order; NaN where there are fewer.
+    def of(cls, robot: Stability, structure: SmallMotions, count: int) -> BucklingModes:
+        """Return the ``count`` modes with the largest ratios.
 
         The largest component of the platform's twist is positive; if the platform does not move, the largest coordinate is
         positive.
         """
-        ratios, shapes = self.ratios[:, ::-1][:, :count], self.shapes[:, ::-1][:, :count]
-        twists = BucklingModes(ratios, shapes, self.robot).of_body(self.motions.structure.platform, self.motions.o)
-        shapes = shapes * signs_of_modes(shapes, twists, _MOVES)
+        ratios, modes = robot.modes()
+        ratios, shapes = ratios[:, ::-1][:, :count], np.swapaxes(modes, 1, 2)[:, ::-1][:, :count]
         ratios = np.where(ratios < _NOTHING, 0.0, ratios)
         shapes = np.where(ratios[..., None] > 0, shapes, np.nan)
         missing = ((0, 0), (0, count - ratios.shape[1]))
-        return BucklingModes(np.pad(ratios, missing), np.pad(shapes, (*missing, (0, 0)), constant_values=np.nan), self.robot)
+        ratios, shapes = np.pad(ratios, missing), np.pad(shapes, (*missing, (0, 0)), constant_values=np.nan)
+        solution = robot.before.solution
+        found = cls(ratios, shapes, robot, PlacedMotions(structure, solution.frames, solution.o))
+        signs = signs_of_modes(np.nan_to_num(shapes), np.nan_to_num(found.of_body(structure.platform, solution.o)), _MOVES)
+        return cls(ratios, shapes * signs, robot, found.motions)
+
+    @cached_property
+    def _moved(self) -> tuple[Solution, Deformation]:
+        """The robot under the forces −λ K_g u of each mode and those of springs: the last m contributions."""
+        robot, n = self.robot, self.robot.flexible.shape[1]
+        shapes = np.nan_to_num(self.shapes)
+        forces = -(shapes @ robot.stiffening)[..., :n] / np.where(self.ratios > 0, self.ratios, 1.0)[..., None]
+        forces = (forces - shapes[..., :n] @ robot.springs).transpose(2, 1, 0)
+        names, units = [f"mode {k}" for k in range(forces.shape[1])], robot.geometric.unit_loads()
+        wrenches: list[dict[str, Array]] = [{} for _ in names]
+        for size, unit in zip(forces, units, strict=True):
+            for place, wrench in unit.wrenches.items():
+                for k, own in enumerate(wrenches):
+                    own[place] = own.get(place, 0.0) + size[k] * wrench
+        loads = [AppliedLoad(name, own, {}, "change") for name, own in zip(names, wrenches, strict=True)]
+        twists = np.einsum("ijn,jan,amn->imn", robot.before.solution.compliance, robot.pull, forces)
+        model = self.motions.structure.model
+        _, solution = unit_responses(model, robot.before, loads, twists)
+        return solution, deform(model, solution)
+
+    def _of_modes(self, array: Array) -> Array:
+        """Return the modes (…, m, …) of all contributions (k, S, …), NaN without a mode."""
+        first = len(self.robot.before.solution.sources)
+        return array[:, first : first + self.ratios.shape[1]]
 
     def of_body(self, body: RigidBody, point: Array) -> Array:
         """Return displacement of a point (3, N) of a body, and rotation of the body: (N, m, 6), world axes [m, rad]."""
-        return self.motions.of_body(self.shapes, body, point)
+        solution, deformation = self._moved
+        twists = motion_of(self.motions.structure.model, solution, deformation, next(iter(body.places)))
+        found = move_twist(self._of_modes(twists), point - solution.o).transpose(2, 1, 0)
+        return np.where(self.ratios[..., None] > 0, found, np.nan)
 
     def of_beam(self, name: str, stations: int) -> Array:
         """Return displacement and rotation (N, m, stations, 6) at equidistant stations of a beam's length, beam axes [m, rad]."""
-        return self._line(name, np.linspace(0, 1, stations))
-
-    def _line(self, name: str, fractions: Array) -> Array:
-        """Return displacement and rotation (N, m, S, 6) at fractions (S,) of a beam's length, beam axes [m, rad]."""
-        structure, item, energy = self.motions.structure, self.motions.structure.model.beams[name], self.robot.beams[name]
-        frames, ends = self.motions.frames, next(beam for beam in structure.beams if beam.name == name)
-        start, length = item.ends(frames)[0], item.length(frames)[:, None]
-        twist = self.of_body(ends.inner, start).reshape(*self.shapes.shape[:2], 2, 3)
-        first = np.einsum("ijn,nmki->kjnm", item.world_axes(frames), twist)
-        u = np.einsum("ikn,nmk->inm", energy.motions, self.shapes[..., list(energy.columns)])
-        inner = np.moveaxis(self.shapes[..., energy.inner], 2, 0)
-        s = fractions[:, None, None]
-        found = np.empty((6, len(fractions), *self.shapes.shape[:2]))
-        found[0], found[3] = first[0, 0] + s * u[0], first[1, 0] + s * u[1] / length
-        for k, EI in enumerate((1 / item.compliances[5], 1 / item.compliances[4])):
-            values, slopes = deflection(fractions, u[2 + 3 * k : 5 + 3 * k], inner[INNER * k : INNER * (k + 1)], EI, length[:, 0])
-            found[1 + k], found[5 - k] = first[0, 1 + k] + values, (1 - 2 * k) * slopes
-        return found.transpose(2, 3, 1, 0)
+        fractions, model = np.linspace(0, 1, stations), self.motions.structure.model.beams[name]
+        solution, deformation = self._moved
+        number, position = deformation.places[name]
+        lines = deformation.beams[number].lines(fractions)[:, :, :, position]
+        lines = self._of_modes(np.swapaxes(lines, 1, 2))
+        axes, length = model.world_axes(solution.frames), model.length(solution.frames)
+        local = np.concatenate([np.einsum("ijn,imsn->jmsn", axes, part) for part in np.split(lines, 2)])
+        inner = self.shapes[..., self.robot.beams[name].inner].transpose(2, 1, 0)
+        local += np.swapaxes(inner_lines(model.compliances, length, fractions, inner), 1, 2)
+        return local.transpose(3, 1, 2, 0)
 
     def energies(self) -> Mapping[str, Array]:
         """Return twice the strain energy (N, m) of every beam."""
@@ -98,12 +120,8 @@ class BucklingModes:
 _IN_LINE = 1e-6
 #: Strain energy, relative to the largest strain energy of a member, above which a member takes part in a mode.
 _TAKES_PART = 0.05
-#: Estimate of the largest ratio, relative to the one of interest, below which no eigenvalues are computed.
-_NO_RISK = 0.1
 #: Largest number of matrix entries at a time.
 _CHUNK = 2_000_000
-#: Number of poses at a time for the upper bounds.
-_BLOCK = 512
 
 
 class Members:
@@ -173,34 +191,36 @@ class Members:
         tension, and at poses where a bound shows that all ratios are below ``least``.
         """
         found = np.zeros((len(self.names), solution.o.shape[1]))
-        if self.names:
-            forces = forces_of(self.structure, solution)
-            doubtful = self._doubtful(forces, solution.compliance, least) if least else np.arange(found.shape[1])
-            for chunk in self._chunks(len(doubtful)):
-                poses = doubtful[chunk]
-                found[:, poses] = self._ratios(stability(self.structure, forces.take(poses)))
+        for poses in self._chunks(solution, least if self.names else np.inf):
+            found[:, poses] = self._ratios(self._stability(solution, poses))
         return {name: ratio for member, ratio in zip(self.names, found, strict=True) for name in member}
 
     def buckles(self, solution: Solution) -> Mask:
-        nowhere = np.zeros(solution.o.shape[1], dtype=bool)
-        return np.any([nowhere, *(ratio >= 1 for ratio in self.ratios(solution, 1.0).values())], axis=0)
+        """Return where (N,) the tangent stiffness under all forces has an eigenvalue ≤ 0."""
+        found = np.zeros(solution.o.shape[1], dtype=bool)
+        for poses in self._chunks(solution, 1.0):
+            tangents = tangent_of(self.structure.model, self.structure.parts, solution, poses).tangents
+            found[poses] = unstable_motions(tangents, len(poses)) > 0
+        return found
 
-    def _doubtful(self, forces: Forces, compliance: Array, least: float) -> Index:
-        """Return the poses where a ratio may be ``least`` or above."""
-        doubtful = np.flatnonzero(self._estimate(forces, compliance) >= _NO_RISK * least)
-        parts = np.array_split(doubtful, -(-len(doubtful) // _BLOCK)) if len(doubtful) else []
-        rest = [part[~surely_stable(self.structure, forces.take(part), 1 / least)] for part in parts]
-        return np.concatenate([doubtful[:0], *rest])
+    def _stability(self, solution: Solution, poses: Index) -> Stability:
+        return stability(self.structure.model, self.structure.parts, solution, poses)
 
-    def _chunks(self, N: int) -> list[Index]:
-        coordinates = len(self.structure.freedoms) + 2 * INNER * len(self.structure.beams)
-        return np.array_split(np.arange(N), max(-(-N * coordinates**2 // _CHUNK), 1)) if N else []
+    def _chunks(self, solution: Solution, least: float) -> list[Index]:
+        """Return the poses where a ratio may be ``least`` or above, in chunks."""
+        doubtful = np.ones(solution.o.shape[1], dtype=bool)
+        if least:
+            doubtful = ~(estimate(self.structure, solution) < NO_RISK * least)
+        return self._split(np.flatnonzero(doubtful))
+
+    def _split(self, poses: Index) -> list[Index]:
+        coordinates = sum(coordinates_of(self.structure.parts).sizes.values()) + INNER * len(self.structure.beams)
+        return np.array_split(poses, max(-(-len(poses) * coordinates**2 // _CHUNK), 1)) if len(poses) else []
 
     def modes(self, solution: Solution, poses: Index, count: int) -> Iterator[BucklingModes]:
         """Yield the ``count`` modes with the largest ratios 1/λ at the given poses, in chunks of poses."""
-        forces = forces_of(self.structure, solution).take(poses)
-        for some in self._chunks(len(poses)):
-            yield BucklingModes.of(stability(self.structure, forces.take(some))).first(count)
+        for some in self._split(poses):
+            yield BucklingModes.of(self._stability(solution, some), self.structure, count)
 
     def second_order(self, solution: Solution, poses: Index | None = None) -> Changes:
         """Return the results of second order at the given poses (None: all)."""
@@ -212,27 +232,3 @@ class Members:
         energies = np.array([sum(item.beams[name].of(modes) for name in member) for member in self.names])
         mine = np.where(energies >= _TAKES_PART * energies.max(axis=0), ratios, 0.0)
         return np.asarray(mine.max(axis=2))
-
-    def _estimate(self, forces: Forces, compliance: Array) -> Array:
-        """Return an upper estimate (N,) of the largest ratio of the forces to the critical forces.
-
-        The estimate is the sum of the moments of all forces about joints and beam ends, times the sum of all rotational
-        compliances, as if all parts were in series. For robots without loops it is a strict bound; in loops, parts may rotate
-        further, which the margin of ``_NO_RISK`` covers.
-        """
-        model, freedoms = self.structure.model, self.structure.freedoms
-        lengths = {name: beam.length(forces.frames) for name, beam in model.beams.items()}
-        soft = {name: length * model.beams[name].compliances[4:6].max() for name, length in lengths.items()}
-        turning = self.structure.turning
-        springs = {
-            k: model.length ** (2 * (k in turning)) / item.stiffness
-            for k, item in enumerate(freedoms)
-            if item is not None and item.stiffness
-        }
-        springs.update({item.column: item.times**2 * springs[item.master] for item in self.structure.followers})
-        turns = sum(soft.values()) + sum(c for k, c in springs.items() if k in turning) / model.length**2
-        with np.errstate(divide="ignore", invalid="ignore"):  # the length of a telescopic beam may be zero
-            turns += sum(c for k, c in springs.items() if k not in turning) / np.min(list(lengths.values()), axis=0) ** 2
-        arms = sum(np.linalg.norm(forces.beams[name], axis=1).max(axis=0) * lengths[name] for name in lengths)
-        arms += np.linalg.norm(forces.joints, axis=0).max(axis=0, initial=0.0) * model.length
-        return np.asarray(arms * (turns + np.trace(compliance[3:, 3:])))

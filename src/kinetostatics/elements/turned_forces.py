@@ -102,8 +102,8 @@ def turned_forces(c: Array, length: Array, sections: Array, load: Array, lever: 
         for a in range(3):
             for b in range(3):
                 H[_ABOUT[a], _ABOUT[b]] += _TURNS[a, b].sum(axis=0)[:, :, None] * arms[a, b]
-    Q = _amplitudes(c, length, H)
-    found: Array = np.einsum("ian,ibn->abn", Q, np.einsum("ijn,jbn->ibn", H, Q))
+    Q, H = (np.array(np.moveaxis(matrix, 2, 0), order="C", subok=True) for matrix in (_amplitudes(c, length, H), H))
+    found: Array = np.moveaxis(np.swapaxes(Q, 1, 2) @ (H @ Q), 0, 2)
     return found
 
 
@@ -157,3 +157,33 @@ def inner_deflections(c: Array, length: Array, sections: Array) -> Array:
         strained = np.tensordot(_STRETCHED[:, 0], sections[shear], 1) * (sign * length)
         found.append((_opposite(c[bend], c[shear], length) * (turned + strained))[None])
     return np.concatenate(found)
+
+
+def inner_lines(c: Array, length: Array, fractions: Array, inner: Array) -> Array:
+    """Return displacements and rotations (6, S, …) [m, rad] at fractions (S,) of beams under inner coordinates (INNER, …).
+
+    Args:
+        c: (6,) section compliances.
+        length: (…) [m].
+    """
+    found = np.zeros((6, len(fractions), *inner.shape[1:]))
+
+    def add(row: int, size: Array, shape: _Polynomial, amplitude: Array) -> None:
+        found[row] += np.multiply.outer(shape(fractions), size * amplitude)
+
+    for k in range(EACH):
+        for first, row, sign, turn in ((0, 1, 1.0, 5), (EACH, 2, -1.0, 4)):
+            size = np.sqrt(c[turn] * length)
+            add(row, sign * size * length, DEFLECTIONS[k], inner[first + k])
+            add(turn, size, DEFLECTIONS[k].deriv(), inner[first + k])
+        add(3, np.sqrt(c[3] * length), _TORSION[2 + k], inner[2 * EACH + k])
+    for axis in range(3):
+        for j in range(EACH_STRAIN):
+            shape = np.polynomial.Legendre.basis(j + 1, domain=[0, 1]).convert(kind=_Polynomial).integ() * np.sqrt(2 * j + 3)
+            add(axis, np.sqrt(c[axis] * length), shape, inner[3 * EACH + axis * EACH_STRAIN + j])
+    shape = _Polynomial([0, 0, 3, -2])
+    for number, row, sign, bend, shear in ((-2, 1, 1.0, 5, 1), (-1, 2, -1.0, 4, 2)):
+        size = _opposite(c[bend], c[shear], length)
+        add(row, sign * size * length, shape - _Polynomial([0, 1]), inner[number])
+        add(bend, size, shape.deriv(), inner[number])
+    return found

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinetostatics.buckling.stability import forces_of, surely_stable
+from kinetostatics.buckling.stability import NO_RISK, estimate
 from kinetostatics.engine.recorder import Structure, recorded_input, recording
 from kinetostatics.engine.scalars import NotRecordedError, Number, Tape
 from kinetostatics.kinematics.coordinates import PrescribedCoordinates
@@ -141,7 +141,8 @@ class Pose:
     def is_stable(self) -> Mask:
         """True where a sufficient condition excludes buckling (N,)."""
         assert self.model.members is not None
-        return surely_stable(self.model.members, forces_of(self.model.members, self.solution))
+        stable: Mask = estimate(self.model.members, self.solution) < NO_RISK
+        return stable
 
     def platform(self) -> Array:
         """Return the platform's rotation matrix, row by row, and position (12, N)."""

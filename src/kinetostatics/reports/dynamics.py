@@ -28,8 +28,6 @@ HERTZ: Units = (("Hz", 1.0),)
 
 #: Relative difference of load factors that count as equal.
 _EQUAL_FACTORS = 1e-6
-#: What load factors neglect.
-NEGLECTED = "axial forces of beams and forces on rigid bodies are examined, bending moments, torques and shear are not"
 BUCKLING_TITLE = "Load factors, common to all forces, at which the robot buckles"
 
 
@@ -58,7 +56,7 @@ def buckling_blocks(buckling: Buckling) -> list[Block]:
         percent = per_cent(shares[most]) if most else ""
         rows.append((", ".join(str(k + 1) for k in modes), f"{factors[modes[0]]:.4g}", most, percent))
     if not rows:
-        return [Text(f"None found; {NEGLECTED}.")] if not buckling.shape else []
+        return [Text("None: the robot buckles under no multiple of these forces.")] if not buckling.shape else []
     return [Table.of_rows(("mode", "load factor", "bends most", "share of beams' energy [%]"), rows, "lrlr")]
 
 

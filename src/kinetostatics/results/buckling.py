@@ -25,9 +25,9 @@ from kinetostatics.statics.springs import inverse
 class Buckling(Shapes[BucklingModes], Reported):
     """Load factors and buckling modes of a loaded robot; see :meth:`kinetostatics.Result.buckling`.
 
-    Arrays are read-only: batch axes first, then the mode. They are NaN where a pose has no results. Examined are axial forces of
-    beams and forces on rigid bodies, not bending moments, torques and shear. If there are fewer than ``count`` modes under these,
-    the remaining load factors are infinite, and the remaining shapes NaN. The amplitude of a mode is arbitrary; the largest
+    Arrays are read-only: batch axes first, then the mode. They are NaN where a pose has no results. All forces and moments of
+    linear theory are examined, at the unloaded geometry. If there are fewer than ``count`` modes, the remaining load factors are
+    infinite, and the remaining shapes NaN. The amplitude of a mode is arbitrary; the largest
     component of the platform's twist is positive. Any combination of modes with equal load factors is a mode, too.
 
     Attributes:

@@ -100,9 +100,7 @@ class Result(Reported, PoseArrays):
 
     @cached_property
     def buckles(self) -> NDArray[np.bool_]:
-        """(…) whether the robot buckles under its loads, see :attr:`BeamResult.euler_ratio`; if it does, no result applies."""
-        if not self.robot.members.names:
-            return self._truth(np.zeros(len(self._valid), dtype=bool))
+        """(…) whether the tangent stiffness under all loads has an eigenvalue ≤ 0; if so, no result applies."""
         return self._truth(self._valid & np.concatenate(self._of_chunks(lambda chunk: chunk.buckles)))
 
     @cached_property

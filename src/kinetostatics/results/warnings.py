@@ -241,6 +241,8 @@ def _buckling(result: Result) -> list[str]:
             beyond.append(f"{text}: no result applies")
         elif ratio > EULER_WARNING:
             near.append(text)
+    if not beyond and np.any(result.buckles):
+        beyond = ["the forces exceed the buckling load of the robot: no result applies"]
     if changed := _changed_stiffness(result):
         return [*beyond, "; ".join([*near, changed])]
     return [*beyond, *(f"{text}; linear theory underestimates the deflections" for text in near)]
@@ -266,9 +268,7 @@ def _changed_stiffness(result: Result) -> str:
         return ""
     largest = int(np.argmax(np.abs(np.nan_to_num(changes))))
     where = "" if result.shape == () else " at the pose that is softest under them"
-    if sound[worst] and np.isnan(changes[largest]):
-        return "" if np.any(result.buckles) else f"the forces exceed the buckling load of the robot{where}: no result applies"
-    if not sound[worst] or abs(changes[largest]) <= CHANGE:
+    if not sound[worst] or not abs(changes[largest]) > CHANGE:
         return ""
     against = _motions(changes, motions, largest, scale)
     change = f"the forces change the stiffness of the platform against {against} by {100 * changes[largest]:+.2g} %{where}"

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.elements.actuator import BranchJoint
-from kinetostatics.elements.element import carried_wrench
 from kinetostatics.elements.loaded_beams import LoadedBeams
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
@@ -22,8 +21,7 @@ from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.mechanism.limbs import Edge, carries
-from kinetostatics.statics.inertia import line_resultants
-from kinetostatics.statics.link_loads import by_place, with_contributions
+from kinetostatics.statics.link_loads import with_contributions
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
 
@@ -319,36 +317,3 @@ def _with_branch_loads(solution: Solution, edge: Edge, weights: Array) -> Array:
         carried = [wrench for place, wrench in item.load.wrenches.items() if carries(edge, place)]
         loads.append(np.sum(carried, axis=0) if carried else None)
     return with_contributions(weights, solution.applied, loads)
-
-
-def beam_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
-    """Return, by beam, the section forces (2, 3, N) at its start and at its end, world axes [N].
-
-    At a section, the part of the beam towards its end exerts this force on the part towards its start. This is faster than
-    :func:`deform`.
-    """
-    found: dict[str, Array] = {}
-    for number, statics in enumerate(solution.statics):
-        group = statics.group
-        masses = [element.masses(solution.frames) for element in group.elastic]
-        if not any(item is not None for item in masses):
-            continue
-        cut_wrenches, share = solution.cut_wrenches(number), solution.contribution_mask(group).sum(axis=0)
-        for elastic, heavy, weights in zip(group.elastic, masses, statics.loads.carried, strict=True):
-            if heavy is not None:
-                mass, signs = heavy
-                outer = carried_wrench(signs, cut_wrenches)[:3].sum(axis=1) + share * weights[:3]
-                both = np.stack([outer + share * mass * solution.gravity[:, None], outer])
-                found.update((name, both[:, :, m]) for m, name in enumerate(elastic.names))
-    loads = by_place(solution.applied)
-    for edge in robot.topology.branch_edges:
-        beyond = robot.weights.carried_by(edge, solution.weights)
-        beyond = sum((wrench for place, wrench in loads.items() if carries(edge, place)), beyond)
-        for elastic in robot.branch_elements.get(edge.key, ()):
-            if (heavy := elastic.masses(solution.frames)) is not None:
-                found[elastic.names[0]] = np.stack([beyond[:3] + heavy[0][0] * solution.gravity, beyond[:3]])
-    for item in solution.applied:
-        for name, line in item.load.lines.items():
-            first, last = line_resultants(robot.beams[name], solution.frames, line)
-            found[name] = found[name] + np.stack([first[:3], -last[:3]])
-    return found

@@ -86,7 +86,12 @@ class GeometricStiffness:
         return np.concatenate(rows)
 
     def under(
-        self, solution: Solution, deformation: Deformation, sources: Sequence[str] | None = None, own: bool = True
+        self,
+        solution: Solution,
+        deformation: Deformation,
+        sources: Sequence[str] | None = None,
+        own: bool = True,
+        eliminated: bool = True,
     ) -> GeometricTerms:
         """Return K_g under the weights, spring forces and joint wrenches of an equilibrium.
 
@@ -94,6 +99,7 @@ class GeometricStiffness:
             deformation: the deformation in this equilibrium.
             sources: contributions whose forces stiffen the robot; None: all but the load on the platform and those on links.
             own: whether K_g includes the tangent stiffness of the springs themselves.
+            eliminated: whether the inner coordinates of beams are eliminated, unless the forces are those of unit loads.
         """
         acting_loads = [item.load for item in solution.applied if item.load.kind == "spring" or sources is not None]
         if sources is None:
@@ -102,7 +108,7 @@ class GeometricStiffness:
         acting_loads = [load for load in acting_loads if load.name in sources]
         weighty = "platform_weight" in sources
         which = [solution.sources.index(name) for name in sources]
-        transmitted = _PassageWrenches(self._robot, solution, acting_loads, which, weighty)
+        transmitted = PassageWrenches(self._robot, solution, acting_loads, which, weighty)
         acting: list[tuple[str, Array, Array]] = []
         centres = self._robot.weights.centres(self._frames) - self.o[:, None]
         for w, name in enumerate(self._robot.weights.names if weighty else ()):
@@ -125,7 +131,7 @@ class GeometricStiffness:
                 acting.append((item.places[0], arm, -force))
                 passages.append(PassageTerms(item, arm, axes, self._of_joint(item, force, moment)))
             elif axes is not None:
-                terms, matrix, back = self._of_beam(solution, deformation, item, axes, which, weighty)
+                terms, matrix, back = self._of_beam(solution, deformation, item, axes, which, weighty, eliminated)
                 length = self._robot.elastic_links[str(item.edge.beam)].length(self._frames)
                 acting.append((item.places[0], arm - axes[:, 0] * length, back - force))
                 passages.append(PassageTerms(item, arm, axes, *terms))
@@ -154,9 +160,16 @@ class GeometricStiffness:
         return found
 
     def _of_beam(
-        self, solution: Solution, deformation: Deformation, item: Passage, axes: Array, which: Sequence[int], weighty: bool
-    ) -> tuple[tuple[Array, Array | None], Array, Array]:
-        """Return ``B`` and ``constant`` of :class:`PassageTerms`, the stiffness of a beam's inner coordinates, and its weight."""
+        self,
+        solution: Solution,
+        deformation: Deformation,
+        item: Passage,
+        axes: Array,
+        which: Sequence[int],
+        weighty: bool,
+        eliminated: bool,
+    ) -> tuple[tuple[Array, Array | None, tuple[Array, Array] | None], Array, Array]:
+        """Return ``B``, ``constant`` and ``whole`` of :class:`PassageTerms`, the stiffness of inner coordinates, and weight."""
         name, S = str(item.edge.beam), len(solution.sources)
         model = self._robot.beams[name]
         length, lever = model.length(self._frames), model.lever(self._frames)
@@ -170,12 +183,12 @@ class GeometricStiffness:
         turned = None if model.centre is None else np.einsum("ijn,in->jn", axes, lever)
         K = turned_forces(c, length, sections[:, :, every].sum(axis=2), load, turned)
         own = np.eye(INNER)[:, :, None] + K[9:, 9:]
-        if not weighty:  # to first order in the forces of unit loads, without inner coordinates
+        if not weighty or not eliminated:  # under unit loads to first order in the forces: without inner coordinates
             B = K[:9, :9] / 2
             for k in (0, 3, 6):
                 B[k : k + 3] = np.einsum("ijn,jkn->ikn", axes, B[k : k + 3])
                 B[:, k : k + 3] = np.einsum("ijn,kjn->ikn", B[:, k : k + 3], axes)
-            return (B, None), own, weight
+            return (B, None, (K, axes)), own, weight
         given = inner_deflections(model.compliances, length, sections)
         first = next((k for k, name in enumerate(solution.sources) if name.startswith("spring ")), 0)
         given[:, first : first + 1] += given[:, S:].sum(axis=1, keepdims=True)  # of bodies attached only to the base
@@ -187,7 +200,7 @@ class GeometricStiffness:
         for k in (0, 3, 6):
             left[k : k + 3] = np.einsum("ijn,jkn->ikn", axes, left[k : k + 3])
             left[:, k : k + 3] = np.einsum("ijn,kjn->ikn", left[:, k : k + 3], axes)
-        return (left[:, :9] / 2, left[:, 9:]), own, weight
+        return (left[:, :9] / 2, left[:, 9:], None), own, weight
 
     def _direction(self, axis: Fixed) -> Array:
         return self._frames.direction(axis.body, axis.vector)
@@ -204,7 +217,7 @@ class GeometricStiffness:
         return np.eye(3)[:, :, None] - along[:, None] * along[None] / np.sum(along * along, axis=0)
 
 
-class _PassageWrenches:
+class PassageWrenches:
     """Wrenches that passages transmit under some contributions (indices ``which``), of loads and, if ``weighty``, weights."""
 
     def __init__(

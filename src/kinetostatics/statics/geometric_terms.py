@@ -21,13 +21,15 @@ class PassageTerms:
     """Second-order energy zᵀ B z of the forces in a joint or beam.
 
     z consists of the rotation θ of the inner side, and of the shift s and the rotation φ of the outer side relative to the inner
-    side. The inner coordinates of a beam (:mod:`kinetostatics.elements.turned_forces`) are eliminated from B.
+    side. The inner coordinates of a beam (:mod:`kinetostatics.elements.turned_forces`) are eliminated from B, unless ``whole`` is
+    given.
 
     Attributes:
         arm: (3, N) from o to the centre of the joint, or the outer end of the beam [m].
         axes: (3, k, N) directions of the k components of s; None without any.
         B: (9, 9, N).
         constant: (9, S, N) forces on z, by contribution, due to inner deflections under loads along the beam; None: zero.
+        whole: for a beam, its geometric stiffness with inner coordinates, see :func:`turned_forces`, and its axes (3, 3, N).
     """
 
     item: Passage
@@ -35,6 +37,7 @@ class PassageTerms:
     axes: Array | None
     B: Array
     constant: Array | None = None
+    whole: tuple[Array, Array] | None = None
 
 
 class GeometricTerms:
@@ -61,7 +64,7 @@ class GeometricTerms:
             own: whether K_g includes the tangent stiffness K_t of the springs themselves.
         """
         self._where, self._parts, self._o, self._without_spin = where, parts, o, without_spin
-        self._springs, self._acting, self._passages, self.inner = springs, acting, passages, inner
+        self._springs, self._acting, self.passages, self.inner = springs, acting, passages, inner
         self._found: dict[tuple[Block, Block], Array] = {}
         arms: dict[int, Array] = {}
         for place, arm, force in acting:
@@ -138,16 +141,20 @@ class GeometricTerms:
 
     def constant(self, blocks: Sequence[Block], S: int) -> Array:
         """Return the forces (n, S, N) on given blocks of u due to inner deflections of beams under their loads."""
-        found = {block: zeros_for((self._where.sizes[block], S, self._o.shape[1]), self._o) for block in blocks}
-        for passage in self._passages:
-            if passage.constant is not None:
-                for rows, block, sign in self._parts_of(passage):
-                    if block in found:
-                        force = passage.constant[rows]
-                        if rows.start == 3 and passage.axes is not None:
-                            force = np.einsum("jin,jsn->isn", passage.axes, force)
-                        found[block] = found[block] + sign * force
-        return np.concatenate(list(found.values())) if found else zeros_for((0, S, self._o.shape[1]), self._o)
+        given = [(passage, passage.constant) for passage in self.passages if passage.constant is not None]
+        none = zeros_for((sum(self._where.sizes[block] for block in blocks), S, self._o.shape[1]), self._o)
+        return sum((self.conjugate(passage, force, blocks) for passage, force in given), none)
+
+    def conjugate(self, passage: PassageTerms, force: Array, blocks: Sequence[Block]) -> Array:
+        """Return the forces (n, S, N) on given blocks of u that do the work of forces (9, S, N) on a passage's z."""
+        found = {block: zeros_for((self._where.sizes[block], *force.shape[1:]), self._o, force) for block in blocks}
+        for rows, block, sign in self._parts_of(passage):
+            if block in found:
+                mine = force[rows]
+                if rows.start == 3 and passage.axes is not None:
+                    mine = np.einsum("jin,jsn->isn", passage.axes, mine)
+                found[block] = found[block] + sign * mine
+        return np.concatenate(list(found.values())) if found else zeros_for((0, *force.shape[1:]), force)
 
     def loads(self, u: Array) -> dict[str, Array]:
         """Return the loads −K_g u, for u (n, S, N), as wrenches (6, S, N) about o, by place."""
@@ -169,7 +176,7 @@ class GeometricTerms:
 
         for place, arm, force in self._acting:
             put(place, arm, none, -np.einsum("ijn,jsn->isn", of_arm(force, arm), turn(self._parts.part_of[place])))
-        for passage in self._passages:
+        for passage in self.passages:
             item, arm, axes = passage.item, passage.arm, passage.axes
             number = self._parts.passages.index(item)
             shift = none if axes is None else np.einsum("ikn,ksn->isn", axes, at["slide", number])

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.math.arrays import Array, Index
-from kinetostatics.statics.deformation import deform
+from kinetostatics.statics.deformation import Deformation, deform
 from kinetostatics.statics.geometric_stiffness import GeometricStiffness
 from kinetostatics.statics.link_loads import AppliedLoad
 from kinetostatics.statics.robot_statics import RobotStatics
-from kinetostatics.statics.solution import Solution, balanced
+from kinetostatics.statics.solution import Balanced, Solution, balanced
 from kinetostatics.statics.springs import placed_springs, response, unstable_motions
 from kinetostatics.statics.turning_parts import TurningParts
 
@@ -71,17 +71,23 @@ class Tangent:
     tangents: tuple[Array, ...]
 
 
-def tangent_of(robot: RobotStatics, parts: TurningParts, solution: Solution, poses: Index | slice = slice(None)) -> Tangent:
-    """Return the tangent stiffness at some poses of an equilibrium of linear theory; see :func:`second_order`."""
+def at_unloaded_geometry(
+    robot: RobotStatics, parts: TurningParts, solution: Solution, poses: Index | slice, units: bool = False
+) -> tuple[Balanced, Deformation, GeometricStiffness]:
+    """Return some poses of an equilibrium of linear theory, with its geometric stiffness; ``units``: with the :data:`UNITS`."""
     frames, load, gravity = solution.frames.take(poses), solution.load[:, poses], solution.gravity[:, poses]
     loads = [item.load.take(poses) for item in solution.applied if item.load.kind != "change"]
     place, rows = robot.description.platform, np.repeat(np.eye(6)[:, :, None], load.shape[1], axis=2)
-    units = [AppliedLoad(name, {place: row}, {}, "unit") for name, row in zip(UNITS, rows, strict=True)]
+    more = [AppliedLoad(name, {place: row}, {}, "unit") for name, row in zip(UNITS, rows, strict=True)] if units else []
     groups, errors = tuple(item.group for item in solution.statics), solution.assembly_errors
     errors = None if errors is None else errors.map(lambda array: array[:, poses])
-    before = balanced(robot, frames, load, gravity, errors, groups, (*loads, *units), solution.weights[:, :, poses])
-    deformation = deform(robot, before.solution)
-    geometric = GeometricStiffness(robot, parts, frames, placed_springs(robot, frames))
+    before = balanced(robot, frames, load, gravity, errors, groups, (*loads, *more), solution.weights[:, :, poses])
+    return before, deform(robot, before.solution), GeometricStiffness(robot, parts, frames, placed_springs(robot, frames))
+
+
+def tangent_of(robot: RobotStatics, parts: TurningParts, solution: Solution, poses: Index | slice = slice(None)) -> Tangent:
+    """Return the tangent stiffness at some poses of an equilibrium of linear theory; see :func:`second_order`."""
+    before, deformation, geometric = at_unloaded_geometry(robot, parts, solution, poses, units=True)
     sources, blocks = before.solution.sources, geometric.coordinates.blocks
     real = [k for k, name in enumerate(sources) if name not in UNITS]
     terms = geometric.under(before.solution, deformation, [sources[k] for k in real])

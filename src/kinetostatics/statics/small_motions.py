@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from kinetostatics.mechanism.joints import Drive, Freedom, Freedoms, drives_of, 
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.robot_statics import RobotStatics
-from kinetostatics.statics.turning_parts import TurningParts, turning_parts
+from kinetostatics.statics.turning_parts import turning_parts
 
 
 @dataclass(frozen=True)
@@ -71,6 +70,7 @@ class SmallMotions:
         columns: for each body, the indices of the coordinates that move it.
         turning: indices of the coordinates that are rotations.
         followers: the coordinates of joints that mimic elastic actuators.
+        parts: the parts that rotate relative to one another with these actuators.
     """
 
     NOT_RECORDED = ("graph",)
@@ -81,6 +81,7 @@ class SmallMotions:
         self.platform, number = self.graph.platform, {name: k for k, name in enumerate(model.weights.names)}
         self.weights = [(body, number[name]) for body in self.graph.bodies for name in body.weights]
         self._drives = drives_of(model.mechanism) if drives is None else drives
+        self.parts = turning_parts(model, self._drives)
         self._moved = {name for drive in self._drives.values() for name, _ in drive.moves}
         edges = [edge for edge in self.graph.edges if edge.connection is not None]
         own = {id(edge): self._freedoms(edge.connection) for edge in edges if edge.connection is not None}
@@ -122,11 +123,6 @@ class SmallMotions:
         self._loose = [k for k, freedom in enumerate(self.freedoms) if freedom is None]  # three rotations, three translations, …
         self.turning = {k for k, freedom in enumerate(self.freedoms) if freedom is not None and freedom.rotates}
         self.turning.update(column for k, column in enumerate(self._loose) if k % 6 < 3)
-
-    @cached_property
-    def parts(self) -> TurningParts:
-        """The parts that rotate relative to one another with these actuators."""
-        return turning_parts(self.model, self._drives)
 
     def _beam(self, name: str) -> BeamEnds:
         """Return a beam; joints in its span, which make it telescopic, add bodies at its ends."""

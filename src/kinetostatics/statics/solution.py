@@ -227,13 +227,18 @@ def balanced(
     return Balanced(found, balance, right, strains)
 
 
-def unit_responses(robot: RobotStatics, before: Balanced, loads: Sequence[AppliedLoad]) -> tuple[Array, Solution]:
+def unit_responses(
+    robot: RobotStatics, before: Balanced, loads: Sequence[AppliedLoad], moved: Array | None = None
+) -> tuple[Array, Solution]:
     """Return the responses of a robot in equilibrium to n additional unit loads on links.
+
+    Args:
+        moved: (6, n, N) twists of the platform under each of these loads; None: the platform is fixed.
 
     Returns:
         (pull, fixed): ``pull`` (6, n, N) is the resultant wrench of each unit load on the platform; by reciprocity, it is also
-        the displacement along the load per unit twist of the platform. ``fixed`` is the equilibrium while the platform is fixed;
-        its last contributions are the unit loads.
+        the displacement along the load per unit twist of the platform. ``fixed`` is the equilibrium under these twists; its last
+        contributions are the unit loads.
     """
     solution, n, S = before.solution, len(loads), len(before.solution.sources)
     groups = tuple(item.group for item in solution.statics)
@@ -241,9 +246,13 @@ def unit_responses(robot: RobotStatics, before: Balanced, loads: Sequence[Applie
     right = zeros_for((6, n, solution.o.shape[1]), solution.o)
     strains = [zeros_for((item.J_c.shape[1], n, *item.J_c.shape[2:]), item.J_c) for item in solution.statics]
     _add_loads(robot, solution.statics, applied, right, strains)
-    held = before.platform.with_fixed_platform(strains)
+    if moved is None:
+        held = before.platform.with_fixed_platform(strains)
+    else:
+        held = before.platform.intensities(moved, right, strains)
     intensities = [np.concatenate([np.zeros_like(W), mine], axis=1) for W, mine in zip(solution.intensities, held, strict=True)]
     twists = zeros_for((6, S + n, solution.o.shape[1]), solution.twists)
+    twists[:, S:] = 0.0 if moved is None else moved
     shares = [np.concatenate([np.zeros_like(twists[0, :S]), item.share]) for item in applied]
     fixed = replace(
         solution,

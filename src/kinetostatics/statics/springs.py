@@ -148,7 +148,11 @@ def unstable_motions(tangents: Iterable[Array], N: int) -> Index:
     """Return the number (N,) of unstable motions according to matrices (n, n, N), see :attr:`Solution.tangents`."""
     found = np.zeros(N, dtype=np.intp)
     for tangent in tangents:
-        found += np.sum(np.linalg.eigvals(np.nan_to_num(np.moveaxis(tangent, 2, 0))).real < _UNSTABLE, axis=1)
+        matrix = np.nan_to_num(np.moveaxis(tangent, 2, 0))
+        change = matrix - np.eye(len(tangent))
+        largest = np.einsum("nij,nji->n", change, change)  # sum of squares of the eigenvalues of the change, which are real
+        doubtful = np.flatnonzero(~(largest < (1 - _UNSTABLE) ** 2))
+        found[doubtful] += np.sum(np.linalg.eigvals(matrix[doubtful]).real < _UNSTABLE, axis=1)
     return found
 
 
@@ -162,18 +166,16 @@ def response(
     platform without K_g, and the changes t_platform conjugate to P Δ. Loads along beams add constants to t.
     """
     solution, where, S = before.solution, geometric.coordinates, len(before.solution.sources)
-    pull, fixed = unit_responses(robot, before, geometric.unit_loads())
+    pull, flexibilities = flexibility(robot, before, geometric)
     u_0 = _displacements(robot, solution, geometric, deformation)
-    held = partial(_motion, robot, fixed, deform(robot, fixed))
     rows = [k for kind, _ in where.platform for k in ((0, 1, 2) if kind == "shift" else (3, 4, 5))]
     P = np.eye(6)[rows][:, :, None]
     K_p, none = K.matrix(where.platform, where.platform), np.zeros_like(solution.twists[rows])
     parts = [(none + K.constant(where.platform, S), np.einsum("abn,bin->ain", K_p, P))]
     pulls = [np.broadcast_to(P, (*P.shape[:2], none.shape[2]))]
     tangents, lefts, first = [*K.inner], [], len(rows)
-    for blocks in where.inside:
-        here = slice(first, first + sum(where.sizes[block] for block in blocks))
-        F = geometric.displacements(held, blocks)[:, S:][:, here]
+    for blocks, F in zip(where.inside, flexibilities, strict=True):
+        here = slice(first, first + len(F))
         U = np.swapaxes(pull[:, here], 0, 1)
         both = np.concatenate([u_0[here] - np.einsum("ain,isn->asn", U, solution.twists), U], axis=1)
         own = K.matrix(blocks, blocks)
@@ -204,6 +206,23 @@ def response(
     return np.concatenate(u), twists, (*tangents, tangent), (compliance + np.swapaxes(compliance, 0, 1)) / 2
 
 
+def flexibility(robot: RobotStatics, before: Balanced, geometric: GeometricStiffness) -> tuple[Array, list[Array]]:
+    """Return the flexibility of u: of its blocks inside of limbs with a fixed platform, and the pull on the platform.
+
+    Returns:
+        (pull, F): resultant wrenches (6, n, N) on the platform of the unit loads conjugate to u; and for each group of blocks
+        their displacements F (m, m, N) under these loads.
+    """
+    pull, fixed = unit_responses(robot, before, geometric.unit_loads())
+    motion, where = partial(motion_of, robot, fixed, deform(robot, fixed)), geometric.coordinates
+    found, first, S = [], sum(where.sizes[block] for block in where.platform), len(before.solution.sources)
+    for blocks in where.inside:
+        size = sum(where.sizes[block] for block in blocks)
+        found.append(geometric.displacements(motion, blocks)[:, S + first : S + first + size])
+        first += size
+    return pull, found
+
+
 def _solved(matrix: Array, right: Array) -> Array:
     """Return the solutions (n, m, N) of ``matrix`` x = ``right``; 0 where an equation is not finite."""
     fine = np.all(np.isfinite(matrix), axis=(0, 1)) & np.all(np.isfinite(right), axis=(0, 1))
@@ -216,14 +235,14 @@ def _displacements(robot: RobotStatics, solution: Solution, geometric: Geometric
     The sag of bodies attached only to the base belongs to no contribution; it is added to the contribution of the first spring,
     or of the load.
     """
-    motion = partial(_motion, robot, solution, deformation)
+    motion = partial(motion_of, robot, solution, deformation)
     u = geometric.displacements(motion, geometric.coordinates.blocks)
     first = [k for k, item in enumerate(solution.sources) if item.startswith("spring ")] or [0]
     u[:, first[:1]] += u[:, -1:]
     return u[:, :-1]
 
 
-def _motion(robot: RobotStatics, solution: Solution, deformation: Deformation, place: str) -> Array:
+def motion_of(robot: RobotStatics, solution: Solution, deformation: Deformation, place: str) -> Array:
     """Return the twists (6, S + 1, N) of a place (a rigid link or end of a beam) about o, by contribution.
 
     The last twist is due to the weight of bodies attached only to the base; it is 0 unless the place is on one of these bodies.

@@ -1,25 +1,27 @@
-"""Buckling: closed forms for all ends, rigid parts and sway, finite elements for whole robots, members, reports."""
+"""Buckling: closed forms for all ends, rigid parts and sway, the energy model for whole robots, members, reports."""
 
 import json
 from dataclasses import replace
 
-import buckling_elements
+import energy_model
 import finite_elements
 import hybrid_robots
 import numpy as np
 import package_robots
-import pinocchio as pin
 import pytest
 import small_robots as sr
-from mechanisms import Edge, Joint, Link, Stiffness, write_mechanism
+from energy_structure import structure_of
+from mechanisms import NU, Edge, Joint, Link, Stiffness, write_mechanism
 from places import CASES as FILES
 from small_robots import E
+from tangent_cases import CASES, SPRUNG_CASES
 
 import kinetostatics as ks
 from kinetostatics import description
-from kinetostatics.buckling.stability import forces_of, stability, surely_stable
+from kinetostatics.buckling.stability import NO_RISK, estimate, stability
 from kinetostatics.description import Beam, BeamEnd, JointStiffness, Material, Mimic, Origin, RobotDescription
 from kinetostatics.sections import Section
+from kinetostatics.statics.springs import motion_of
 
 SECTION = sr.Section(2e-3, 4e-7, 9e-7, 6e-7)
 STIFF = sr.Section(20.0, 4e-7, 9e-7, 6e-7)  # along its axis
@@ -64,17 +66,37 @@ COLUMNS = (
 )  # fmt: skip
 
 
+def softer(shear, load):
+    """Return the ratio of slopes α = 1 + P / κGA of a column with the shear stiffness κGA."""
+    return 1 + load / shear
+
+
+def haringx(shear, load):
+    """Return the critical load P of a column with shear, P α = π² EI / L² (J. A. Haringx, 1948)."""
+    return load if np.isinf(shear) else shear / 2 * (np.sqrt(1 + 4 * load / shear) - 1)
+
+
+@pytest.mark.parametrize("kappa", [np.inf, 1.0])
 @pytest.mark.parametrize("backward", [False, True])
 @pytest.mark.parametrize(("foot", "head", "across", "factor"), COLUMNS)
-def test_critical_loads_of_textbook_columns(foot, head, across, factor, backward):
-    """Timoshenko and Gere, section 2.1, under 2.5 times the critical load."""
+def test_critical_loads_of_textbook_columns(foot, head, across, factor, backward, kappa):
+    """Timoshenko and Gere, section 2.1, under 2.5 times the critical load; with shear, where a transverse force acts in the
+    mode, θ″ + k² (θ − H/P) = 0 and v′ = α (θ − H/P) + H/P with k² = α P / EI: tan kL = kL / α."""
     length, x, y = 1.1, (1, 0, 0), (0, 1, 0)
     joints = tuple(Joint(name, kind, (0, 0, z), x, y) for name, kind, z in (("foot", foot, 0), ("head", head, length)))
     ends = ("head", "foot") if backward else ("foot", "head")
-    beam = sr.Beam("rod", "rod", *ends, SECTION, y_axis=y, density=0.0)
-    spec = guided(joints, (Link("rod"),), across=across, beams=(beam,))
-    found = pushed(spec, (0, 0, -2.5 * euler(length, factor), 0, 0, 0))
-    assert found.beams["rod"].euler_ratio == pytest.approx(2.5, rel=2e-6)
+    beam = sr.Beam("rod", "rod", *ends, SECTION, y_axis=y, density=0.0, kappa=kappa)
+    spec, shear = guided(joints, (Link("rod"),), across=across, beams=(beam,)), kappa * E / (2 * (1 + NU)) * SECTION.area
+    critical = haringx(shear, euler(length, factor))
+    if factor == np.pi / ROOT and np.isfinite(shear):
+
+        def gap(load):
+            kl = length * np.sqrt(load * softer(shear, load) / EI)
+            return np.sin(kl) - kl / softer(shear, load) * np.cos(kl)
+
+        critical = root_of(gap, 0.8 * critical, 1.05 * critical)
+    found = pushed(spec, (0, 0, -2.5 * critical, 0, 0, 0))
+    assert found.beams["rod"].euler_ratio == pytest.approx(2.5, rel=4e-6 if np.isinf(kappa) else 2e-4)
     assert found.buckles
 
 
@@ -83,7 +105,7 @@ def test_critical_loads_of_textbook_columns(foot, head, across, factor, backward
 @pytest.mark.parametrize("direction", [(1, 0, 0), (0.3, -0.5, 0.8)])
 def test_split_cantilever_buckles_as_one_member(n, direction):
     length = 1.5
-    spec = sr.split(sr.cantilever(length, direction, section=SECTION, y_axis=(0.1, 1, 0.2), density=0.0), n)
+    spec = sr.split(sr.cantilever(length, direction, section=SECTION, y_axis=(0.1, 1, 0.2), density=0.0, kappa=np.inf), n)
     along = np.array(direction) / np.linalg.norm(direction)
     found = pushed(spec, (*(-0.96 * euler(length, 2) * along), 0, 0, 0), twirl=3)
     assert len(found.beams) == n
@@ -99,7 +121,7 @@ def test_split_cantilever_buckles_as_one_member(n, direction):
 def test_critical_weight_of_column_under_gravity(backward):
     """Timoshenko and Gere, section 2.12: qL = 7.837 EI / L², clamped below and free above; hanging it does not buckle."""
     length, density = 2.0, 7850.0
-    spec = sr.cantilever(length, (0, 0, 1), section=SECTION, y_axis=(0, 1, 0), density=density)
+    spec = sr.cantilever(length, (0, 0, 1), section=SECTION, y_axis=(0, 1, 0), density=density, kappa=np.inf)
     if backward:
         spec = sr.with_beams(spec, start="tip", end="root")
     gravity = 0.9 * 7.83735 * EI / length**3 / (density * SECTION.area)
@@ -110,10 +132,10 @@ def test_critical_weight_of_column_under_gravity(backward):
 def test_shifted_beam_mass_buckles_like_lumps_on_rigid_arms():
     """A link's mass, shifted along its beam, against lumps on rigid arms along the beam."""
     length, mass, shift, n, gravity = 1.5, 3e4, 0.4, 8, (0, 0, -9.81)
-    spec = sr.cantilever(length, (0, 0, 1), section=SECTION, y_axis=(0, 1, 0), density=None)
+    spec = sr.cantilever(length, (0, 0, 1), section=SECTION, y_axis=(0, 1, 0), density=None, kappa=np.inf)
     link = Link("arm", mass, (0, 0, length / 2 + shift))
     found = pushed(replace(spec, limbs=(replace(spec.limbs[0], links=(link,)),)), (0,) * 6, gravity)
-    column = sr.mechanism_of(sr.split(sr.with_beams(spec, density=0.0), 2 * n))
+    column = sr.mechanism_of(sr.split(sr.with_beams(spec, density=0.0, kappa=np.inf), 2 * n))
     heights = (np.arange(n) + 0.5) * length / n
     lumps = tuple(Link(f"lump_{k}", mass / n, (0, 0, z + shift)) for k, z in enumerate(heights))
     edges = [Edge(Joint(f"to_{k}", "F", (0, 0, z)), column.links[2 * k].name, f"lump_{k}") for k, z in enumerate(heights)]
@@ -127,7 +149,7 @@ def test_critical_load_of_stepped_column():
     """Timoshenko and Gere, section 2.14: clamped, EI_1 below and EI_2 above: tan(k_1 l_1) tan(k_2 l_2) = k_1 EI_1 / k_2 EI_2."""
     lengths, bends = np.array([0.6, 0.9]), E * np.array([4e-7, 1.5e-7])
     sections = (SECTION, sr.Section(2e-3, 1.5e-7, 9e-7, 6e-7))
-    spec = sr.stepped_beam(tuple(lengths), sections, y_axis=(0, 1, 0), density=0.0)
+    spec = sr.stepped_beam(tuple(lengths), sections, y_axis=(0, 1, 0), density=0.0, kappa=np.inf)
 
     def gap(P):
         k = np.sqrt(P / bends)
@@ -140,31 +162,44 @@ def test_critical_load_of_stepped_column():
 # ---- rigid parts, elastic joints ----------------------------------------------------------------------------------------
 
 
+BEND, ROD = 2e11 * np.pi * 0.02**4 / 64, 0.5
+
+
+def critical_of(robot, gap):
+    """Return the load P at which gap(k, α) = 0, α P = k² EI, of a robot of rods with shear that ends with a free mast."""
+    shear = 1 / robot.statics.beams["r1"].compliances[1]
+
+    def opening(load):
+        alpha = softer(shear, load)
+        return gap(np.sqrt(load * alpha / BEND), alpha)
+
+    return root_of(opening, 1.0, 0.9 * (np.pi / ROD / 2) ** 2 * BEND)
+
+
+def mast(length):
+    """Return the condition of a rod below a rigid mast: the moment EI θ′ at its end is P a θ."""
+    return lambda k, alpha: np.sin(k * ROD) * k * length / alpha - np.cos(k * ROD)
+
+
 def test_rigid_parts_are_pieces_of_the_column():
-    """A mast on a rod, tan kl = 1 / ka; two rods with a rigid piece between, as one member; sideways loads do not count."""
-    bend, rod, mast = 2e11 * np.pi * 0.02**4 / 64, 0.5, 1.0
-    k = root_of(lambda k: np.tan(k * rod) - 1 / (k * mast), 1e-3, 0.99 * np.pi / rod / 2)
+    """A mast on a rod, tan kl = α / ka; two rods with a rigid piece between, as one member; pulling does not buckle them."""
     robot = ks.load_robot(FILES / "mast_on_a_rod.urdf")
-    assert worst(ks.analyze(robot.assemble(), [0, 0, -100, 0, 0, 0])) == pytest.approx(100 / (bend * k**2), rel=1e-6)
-    assert worst(ks.analyze(robot.assemble(), [100, 0, 0, 0, 0, 0])) == 0
-
-    def gap(k):
-        return np.tan(k * rod) ** 2 - 1 + k * mast * np.tan(k * rod)
-
-    k = root_of(gap, 1e-3, 0.99 * np.pi / rod / 2)
-    result = ks.analyze(ks.load_robot(FILES / "beam_rigid_beam.urdf").assemble(), [0, 0, -100, 0, 0, 0])
-    for beam in result.beams.values():
-        assert beam.euler_ratio == pytest.approx(100 / (bend * k**2), rel=1e-6)
+    expected = 100 / critical_of(robot, mast(1.0))
+    assert worst(ks.analyze(robot.assemble(), [0, 0, -100, 0, 0, 0])) == pytest.approx(expected, rel=1e-6)
+    assert worst(ks.analyze(robot.assemble(), [0, 0, 100, 0, 0, 0])) < 1e-5  # N / κGA
+    robot = ks.load_robot(FILES / "beam_rigid_beam.urdf")
+    expected = 100 / critical_of(robot, lambda k, a: np.tan(k * ROD) ** 2 - 1 + k / a * np.tan(k * ROD))
+    for beam in ks.analyze(robot.assemble(), [0, 0, -100, 0, 0, 0]).beams.values():
+        assert beam.euler_ratio == pytest.approx(expected, rel=1e-6)
         assert beam.member == ("r1", "r2")
 
 
 def test_link_load_buckles_by_its_point_of_action():
     """Half of the load on top of the mast, half at half its height: as all of it at three quarters."""
-    bend, rod = 2e11 * np.pi * 0.02**4 / 64, 0.5
-    k = root_of(lambda k: np.tan(k * rod) - 1 / (k * 0.75), 1e-3, 0.99 * np.pi / rod / 2)
-    pose = ks.load_robot(FILES / "mast_on_a_rod.urdf").assemble()
-    found = ks.analyze(pose, (0, 0, -50, 0, 0, 0), loads={"platform": ks.LinkLoad((0, 0, -50, 0, 0, 0), (0, 0, 0.5))})
-    assert worst(found) == pytest.approx(100 / (bend * k**2), rel=1e-6)
+    robot = ks.load_robot(FILES / "mast_on_a_rod.urdf")
+    loads = {"platform": ks.LinkLoad((0, 0, -50, 0, 0, 0), (0, 0, 0.5))}
+    found = ks.analyze(robot.assemble(), (0, 0, -50, 0, 0, 0), loads=loads)
+    assert worst(found) == pytest.approx(100 / critical_of(robot, mast(0.75)), rel=1e-6)
 
 
 @pytest.mark.parametrize("turned", [False, True])
@@ -175,7 +210,9 @@ def test_critical_load_of_strut_with_rigid_cylinder(turned):
     z, names = (rod if turned else rigid), (("rod", "cylinder") if turned else ("cylinder", "rod"))
     joints = (Joint("foot", "U", (0, 0, 0), *axes), Joint("lock", "P", (0, 0, z), (0, 0, 1), driven=True))
     joints = (*joints, Joint("head", "S", (0, 0, length)))
-    beam = sr.Beam("rod", "rod", *(("foot", "lock") if turned else ("lock", "head")), SECTION, y_axis=(0, 1, 0), density=0.0)
+    beam = sr.Beam(
+        "rod", "rod", *(("foot", "lock") if turned else ("lock", "head")), SECTION, y_axis=(0, 1, 0), density=0.0, kappa=np.inf
+    )
     spec = guided(joints, tuple(Link(name) for name in names), beams=(beam,))
     k = root_of(lambda k: np.sin(k * rod) + k * rigid * np.cos(k * rod), np.pi / 2 / rod, np.pi / rod)
     assert worst(pushed(spec, (0, 0, -1000, 0, 0, 0))) == pytest.approx(1000 / (EI * k**2), rel=2e-6)
@@ -184,7 +221,7 @@ def test_critical_load_of_strut_with_rigid_cylinder(turned):
 def test_critical_load_of_column_on_elastic_hinge():
     """Timoshenko and Gere, section 2.1: a column on an elastic hinge, kl tan kl = cl / EI."""
     length, c = 1.5, 2e5
-    spec = sr.cantilever(length, (1, 0, 0), section=SECTION, y_axis=(0, 1, 0), density=0.0)
+    spec = sr.cantilever(length, (1, 0, 0), section=SECTION, y_axis=(0, 1, 0), density=0.0, kappa=np.inf)
     root, tip = spec.limbs[0].joints
     root = replace(root, stiffness=Stiffness(angular=(np.inf, c, c)))
     spec = replace(spec, limbs=(replace(spec.limbs[0], joints=(root, tip)),))
@@ -249,7 +286,7 @@ def test_critical_load_of_hexapod_on_soft_actuators():
         G += moved.T @ (np.eye(3) - np.outer(u, u)) @ moved * N / length
         forces.append(-N * u)
         arms.append(arm)
-    G[3:, 3:] -= buckling_elements.work_of_turning(forces, arms)
+    G[3:, 3:] -= sum((np.outer(f, r) + np.outer(r, f)) / 2 - f @ r * np.eye(3) for f, r in zip(forces, arms, strict=True))
     expected = np.linalg.eigvals(-np.linalg.solve(K, G)).real.max()
     assert worst(found) == pytest.approx(expected, rel=1e-6) and 0.5 < expected < 1
 
@@ -261,7 +298,7 @@ def test_rail_on_column_head_turns_with_the_column():
     """
     length, y = 1.1, (0, 1, 0)
     joints = (Joint("foot", "F", (0, 0, 0)), Joint("rail", "P", (0, 0, length), (1, 0, 0)), Joint("head", "R", (0, 0, length), y))
-    beam = sr.Beam("rod", "rod", "foot", "rail", SECTION, y_axis=y, density=0.0)
+    beam = sr.Beam("rod", "rod", "foot", "rail", SECTION, y_axis=y, density=0.0, kappa=np.inf)
     found = pushed(guided(joints, (Link("rod"), Link("slider")), beams=(beam,)), (0, 0, -1000, 0, 0, 0))
     kl = root_of(lambda x: x * np.sin(x) + np.cos(x), np.pi / 2, np.pi)
     assert worst(found) == pytest.approx(1000 * length**2 / (EI * kl**2), rel=2e-6)
@@ -273,7 +310,7 @@ def test_rail_on_column_head_turns_with_the_column():
 def test_columns_of_a_portal_sway_together():
     """A portal with a rigid beam on top: π² EI / l² for each column, as neither supports the other."""
     section = sr.Section(20.0, 4e-7, 2e-6, 6e-7)  # stiffer out of the portal's plane
-    spec = sr.portal(1.0, 4.0, section=section, y_axis=(0, 1, 0), density=0.0)
+    spec = sr.portal(1.0, 4.0, section=section, y_axis=(0, 1, 0), density=0.0, kappa=np.inf)
     found = pushed(spec, (0, 0, -2 * euler(1.0) * 0.7, 0, 0, 0))
     assert [float(beam.euler_ratio) for beam in found.beams.values()] == pytest.approx([0.7, 0.7], rel=1e-5)
 
@@ -289,7 +326,9 @@ def test_driven_crank_supports_the_leaning_crank(share):
             Joint(f"head_{k}", "R", (x, 0, length), (0, 1, 0)),
         )
         limbs.append(sr.Limb(joints, (Link(f"side_{k}"),)))
-        beams.append(sr.Beam(f"side_{k}", f"side_{k}", f"foot_{k}", f"head_{k}", STIFF, y_axis=(0, 1, 0), density=0.0))
+        beams.append(
+            sr.Beam(f"side_{k}", f"side_{k}", f"foot_{k}", f"head_{k}", STIFF, y_axis=(0, 1, 0), density=0.0, kappa=np.inf)
+        )
     spec = sr.Spec(tuple(limbs), tuple(beams), o=(share * width, 0, length))
     found = pushed(spec, (0, 0, -1e5, 0, 0, 0))
     force = [-float(beam.section_wrenches[0, 0]) for beam in found.beams.values()]
@@ -314,70 +353,73 @@ ROBOTS = {
 
 @pytest.mark.few(3)
 @pytest.mark.parametrize("name", ROBOTS)
-def test_buckling_ratio_equals_finite_elements(name):
-    spec, load, gravity = sr.with_beams(ROBOTS[name], kappa=np.inf), (300, -200, -4000, 20, -30, 50), (0, 0, -9.81)
-    expected, written = buckling_elements.largest_ratio(spec, load, gravity, 5)
-    found = ks.analyze(written.robot().assemble(), load=load, gravity=gravity)
-    assert worst(found) == pytest.approx(expected, rel=1e-3)
+def test_buckling_ratio_equals_the_energy_model(name):
+    load, gravity = (300, -200, -4000, 20, -30, 50), (0, 0, -9.81)
+    pose = sr.write(ROBOTS[name]).robot().assemble()
+    [expected] = energy_model.load_factors(structure_of(pose, load, gravity), 1)
+    found = ks.analyze(pose, load=load, gravity=gravity)
+    assert worst(found) == pytest.approx(1 / expected, rel=1e-5)
+    assert found.buckling().load_factors[0] == pytest.approx(expected, rel=1e-5)
 
 
-@pytest.mark.few(1)
-@pytest.mark.parametrize("seed", [2, 8, 9, 12, 37, 38, 40, 48, 49, 56, 57])
-def test_buckling_of_hybrids_equals_finite_elements(seed):
-    """Rings, passive telescopes, slides: K gives the platform's compliance; ratios agree with finite elements.
+@pytest.mark.few(4)
+@pytest.mark.parametrize("name", CASES)
+def test_load_factors_equal_the_energy_model(name):
+    """Rings, telescopes, elastic joints, moments, loads on links; the inner deflections of both models are polynomials, which
+    in the seed 58 have not converged with degree 12."""
+    case = CASES[name]()
+    structure = structure_of(case.pose, case.load, case.gravity, case.loads, degree=8)
+    expected = energy_model.load_factors(structure, 2)
+    found = ks.analyze(case.pose, **case.arguments)
+    np.testing.assert_allclose(found.buckling(2).load_factors, expected, rtol=1e-4 if name == "hybrid 58" else 2e-5)
+    [solution] = found.solutions
+    assert estimate(case.pose.robot.members.structure, solution)[0] * expected[0] > 3 * NO_RISK
 
-    The finite elements are one cubic element for each beam; the inner deflections are left out of the comparison.
-    """
-    mechanism = hybrid_robots.random_hybrid(seed, elastic_joints=0.0)
-    mechanism = replace(mechanism, beams=tuple(replace(beam, kappa=np.inf, density=0.0) for beam in mechanism.beams))
-    mechanism, written = hybrid_robots.write_randomly(mechanism, seed)
-    load = np.random.default_rng(seed).standard_normal(6) * [5e3, 5e3, 5e3, 0, 0, 0]
-    robot = written.robot()
-    pose = robot.configuration(pin.neutral(robot.model))
-    solution = ks.analyze(pose, load, (0, 0, 0)).solutions[0]
-    forces = forces_of(robot.members.structure, solution)
-    found = stability(robot.members.structure, forces)
-    n = found.stiffness.shape[1]
-    motions = found.modes()[1][0, :n]
-    columns = list(robot.members.structure.columns[robot.members.structure.graph.platform])
-    twists = robot.members.structure.unit_twists(forces.frames, forces.o)[:, columns, 0] @ motions[columns]
-    compliance = twists @ twists.T
-    size = np.sqrt(np.diag(found.stiffness[0]))
-    size[size == 0] = 1.0
-    softest = min(value for value in np.linalg.eigvalsh(found.stiffness[0] / np.outer(size, size)) if value > 1e-11)
-    rounding = 1e-10 + 8 * np.finfo(float).eps / softest  # soft motions beside stiff closures of loops
-    assert np.abs(compliance - solution.compliance[..., 0]).max() < rounding * np.abs(compliance).max()
-    answer = finite_elements.solve(mechanism, written, pose, load, (0, 0, 0))
-    expected = buckling_elements.ratio_of(mechanism, answer, load, (0, 0, 0))
-    cubic = replace(found, geometric=found.geometric[:, :n, :n])
-    assert cubic.modes()[0].max() == pytest.approx(expected, rel=1e-5)
+
+@pytest.mark.few(4)
+@pytest.mark.parametrize("name", [*package_robots.NAMES, 2, 10, "sprung 7", "sprung 3rps"])
+def test_robots_buckle_where_load_factors_are_below_one(name):
+    """Without gravity and springs load factors are inversely proportional to the load: random loads around the critical ones."""
+    if isinstance(name, int):  # the seed of a random hybrid
+        pose = hybrid_robots.write_randomly(hybrid_robots.random_hybrid(name), name)[1].robot().assemble()
+    else:
+        pose = SPRUNG_CASES[name]().pose if "sprung" in name else package_robots.robot(name).assemble()
+    rng, structure = np.random.default_rng(1), pose.robot.members.structure
+    directions = rng.standard_normal((4, 6)) * [1, 1, 1, 0.3, 0.3, 0.3]
+    directions = directions * ks.analyze(pose, directions, (0, 0, 0)).buckling().load_factors[:, :1]
+    directions = directions[np.all(np.isfinite(directions), axis=1)]
+    times = np.array([1e-4, 0.1, 0.99, 1.01, 2.0])
+    loads = times[:, None, None] * directions
+    found = ks.analyze(pose, loads, (0, 0, 0))
+    factors = found.buckling().load_factors[..., 0]
+    assert np.array_equal(found.buckles, factors < 1)
+    assert np.array_equal(np.isnan(found.second_order.twist).any(axis=-1), found.buckles)
+    ratios = np.max([beam.euler_ratio for beam in found.beams.values()], axis=0)
+    assert np.array_equal(ratios >= 1, found.buckles)
+    if not pose.robot.description.springs:
+        np.testing.assert_allclose(factors, np.broadcast_to(1 / times[:, None], factors.shape), rtol=1e-6)
+        risky = estimate(structure, found.solutions[0]).reshape(factors.shape) >= NO_RISK
+        assert np.all(risky[times > 0.5]) and not np.any(risky[0])
+    quick = ks.analyze(pose, loads, (0, 0, 0), engine="compiled")
+    assert np.array_equal(quick.buckles, found.buckles)
 
 
 @pytest.mark.few(3)
-@pytest.mark.parametrize("name", [*package_robots.NAMES, 2, 10])
-def test_surely_stable_poses_do_not_buckle(name):
-    """Without gravity the ratio is proportional to the load: random loads at 0.1 to 2 times the critical ones."""
-    if isinstance(name, int):  # the seed of a random hybrid, with soft modes beside stiff closures of loops
-        robot = hybrid_robots.write_randomly(hybrid_robots.random_hybrid(name), name)[1].robot()
-    else:
-        robot = package_robots.robot(name)
-    rng = np.random.default_rng(1)
-    structure, directions = robot.members.structure, rng.standard_normal((8, 6)) * [1, 1, 1, 0.3, 0.3, 0.3]
+@pytest.mark.parametrize("name", ["ur10", "delta", "3rps", "hybrid 2", "serial 0"])
+def test_modes_are_the_deformation_under_their_forces(name):
+    """The displacements of the statics under the forces of a mode are those of the mode."""
+    case = CASES[name]()
+    [modes] = ks.analyze(case.pose, **case.arguments).buckling(2).chunks
+    solution, deformation = modes._moved
+    geometric, model = modes.robot.geometric, case.pose.robot.statics
+    first = len(modes.robot.before.solution.sources)
 
-    def forces(loads):
-        solutions = ks.analyze(robot.assemble(), loads, (0, 0, 0)).solutions
-        assert len(solutions) == 1
-        return forces_of(structure, solutions[0])
+    def motion(place):
+        return motion_of(model, solution, deformation, place)[:, first : first + 2]
 
-    ratios = stability(structure, forces(directions)).modes()[0].max(axis=1)
-    directions, ratios = directions[ratios > 0], ratios[ratios > 0]
-    times = np.concatenate([[0.1, 0.99, 1.01], rng.uniform(0.5, 2, 3)])
-    loads = (times[:, None, None] * directions / ratios[:, None]).reshape(-1, 6)
-    sure = surely_stable(structure, forces(loads)).reshape(len(times), -1)
-    assert not np.any(sure[times > 1])
-    assert np.mean(sure[times == 0.1]) > 0.9
-    buckles = ks.analyze(robot.assemble(), loads, (0, 0, 0)).buckles.reshape(len(times), -1)
-    assert np.all(buckles == (times > 1)[:, None])
+    found = geometric.displacements(motion, geometric.coordinates.blocks)[..., 0]
+    wanted = modes.shapes[0, :, : len(found)].T
+    assert np.abs(found - wanted).max() < 1e-7 * np.abs(wanted).max()
 
 
 @pytest.mark.few(3)
@@ -408,7 +450,7 @@ def test_a_leg_of_a_hexapod_is_one_member():
 def test_arms_that_a_hinge_joins_are_two_members():
     """Arms in one line with a locked, driven hinge: two members with one ratio, that of a column of both."""
     points = [(0, 0, 0), (0, 0, 0.8), (0, 0, 1.5)]
-    spec = sr.locked_chain(points, [(0, 1, 0)] * 2, section=SECTION, y_axis=(0, 1, 0), density=0.0)
+    spec = sr.locked_chain(points, [(0, 1, 0)] * 2, section=SECTION, y_axis=(0, 1, 0), density=0.0, kappa=np.inf)
     for beam in pushed(spec, (0, 0, -0.3 * euler(1.5, 2), 0, 0, 0)).beams.values():
         assert beam.member == (beam.name,)
         assert beam.euler_ratio == pytest.approx(0.3, rel=1e-6)
@@ -425,7 +467,7 @@ def test_arms_at_an_angle_are_two_members():
 
 def test_members_of_different_modes_have_their_own_ratios():
     """Struts of a hexapod under different forces; those in tension take part in modes of the platform at most."""
-    spec = sr.with_beams(sr.gough(telescopic=False), density=0.0)
+    spec = sr.with_beams(sr.gough(telescopic=False), density=0.0, kappa=np.inf)
     found = pushed(replace(spec, mass=0.0), (3e3, 0, -1e3, 0, 0, 0))
     for beam in found.beams.values():
         force, length = float(beam.section_wrenches[0, 0]), float(beam.length)
@@ -438,7 +480,7 @@ def test_members_of_different_modes_have_their_own_ratios():
 
 def test_buckling_is_reported_first():
     length = 1.0
-    robot = sr.robot_of(sr.cantilever(length, section=SECTION, y_axis=(0, 1, 0), density=0.0))
+    robot = sr.robot_of(sr.cantilever(length, section=SECTION, y_axis=(0, 1, 0), density=0.0, kappa=np.inf))
     load = np.zeros((4, 6))
     load[:, 0] = np.array([-0.5, -0.999999, -1.00001, -45.4]) * euler(length, 2)
     batch = ks.analyze(robot.assemble(), load=load)
@@ -473,14 +515,14 @@ def test_ratios_are_nan_where_the_pose_is_not_reached():
     assert max(beam.euler_ratio[2] for beam in several.beams.values()) > 0
 
 
-@pytest.mark.parametrize("which", ["stiffness", "geometric"])
+@pytest.mark.parametrize("which", ["flexible", "stiffening"])
 def test_ratios_are_nan_where_stiffness_or_forces_are_not_finite(which):
     """As of a telescope without length; they are not 0, as if the beams were under tension."""
     robot = package_robots.robot("orthoglide")
     result = ks.analyze(
         robot.assemble(platform={"x": [0.0, 0.02, 0.01], "y": 0.0, "z": 0.0}), (10.0, 20.0, -300.0, 0.0, 0.0, 0.0)
     )
-    here = stability(robot.members.structure, forces_of(robot.members.structure, result.solutions[0]))
+    here = stability(robot.statics, robot.members.structure.parts, result.solutions[0], np.arange(3))
     lost = getattr(here, which).copy()
     lost[1, 2, 2] = np.nan
     ratios, wanted = robot.members._ratios(replace(here, **{which: lost})), robot.members._ratios(here)
