@@ -192,7 +192,12 @@ class Members:
         """
         found = np.zeros((len(self.names), solution.o.shape[1]))
         for poses in self._chunks(solution, least if self.names else np.inf):
-            found[:, poses] = self._ratios(self._stability(solution, poses))
+            item = self._stability(solution, poses)
+            if least and not np.all(risky := ~(item.bound() < least)):
+                poses = poses[risky]
+                item = self._stability(solution, poses)
+            if len(poses):
+                found[:, poses] = self._ratios(item)
         return {name: ratio for member, ratio in zip(self.names, found, strict=True) for name in member}
 
     def buckles(self, solution: Solution) -> Mask:

@@ -87,6 +87,11 @@ class Stability:
         ratios = np.where(np.abs(ratios) > _ROUNDING * np.abs(ratios).max(axis=1, keepdims=True, initial=0.0), ratios, 0.0)
         return np.where(fine[:, None], ratios, np.nan), modes
 
+    def bound(self) -> Array:
+        """Return an upper bound (N,) of the ratios, the root of the sum of their squares; NaN where F or K_g is not finite."""
+        A, _, fine = self._operator()
+        return np.where(fine, np.sqrt(np.sum(A * A, axis=(1, 2))), np.nan)
+
     def _operator(self) -> tuple[Array, Array, Array]:
         """Return −Lᵀ K_g L, the matrix L (N, n, n) with F = L Lᵀ, and where both are finite (N,)."""
         n = self.flexible.shape[1]

@@ -41,7 +41,7 @@ class Buckling(Shapes[BucklingModes], Reported):
         >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.0})
         >>> found = ks.analyze(pose, load=[0, 0, -1e5, 0, 0, 0]).buckling(count=2)
         >>> [round(float(factor), 1) for factor in found.load_factors]
-        [146.1, 146.1]
+        [143.8, 143.8]
     """
 
     configuration: Configuration
