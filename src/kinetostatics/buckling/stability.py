@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from kinetostatics.elements.beam import BeamModel
 from kinetostatics.elements.beam_formulas import end_displacement
 from kinetostatics.elements.turned_forces import INNER
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import solve_by_elimination
 from kinetostatics.math.screws import move_wrench
-from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.statics.geometric_stiffness import GeometricStiffness, PassageWrenches
 from kinetostatics.statics.geometric_terms import GeometricTerms
 from kinetostatics.statics.robot_statics import RobotStatics
@@ -170,6 +170,8 @@ def estimate(structure: SmallMotions, solution: Solution) -> Array:
     of loops that turn further.
     """
     model, frames, o, C = structure.model, solution.frames, solution.o, solution.compliance
+    if len(model.elastic_links) > len(model.beams):  # how far other links turn is not known
+        return np.full_like(C[0, 0], np.inf)
     turning = structure.turning
     springs = {
         k: model.length ** (2 * (k in turning)) / item.stiffness
