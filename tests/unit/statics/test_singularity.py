@@ -220,3 +220,19 @@ def test_open_branch_may_have_a_telescope_of_zero_length() -> None:
         motion = sum(found.link_contributions["end_b"].values())
         assert not found.buckles
     np.testing.assert_allclose(motion, found.twist, rtol=1e-12)  # their origins are one point
+
+
+def test_poses_within_some_microradians_of_a_singular_one_are_singular():
+    """A hexapod turned by nearly a quarter turn (Fichter, 1986): its stiffness is definite longer than its wrenches are."""
+    robot = ks.load_robot("gough_stewart")
+    height = float(robot.assemble().platform["z"])
+    turned = {"x": 0.0, "y": 0.0, "z": height, "rx": 0.0, "ry": 0.0, "rz": np.pi / 2 - np.array([1e-8, 1e-6, 1e-5])}
+    found = ks.analyze(robot.assemble(platform=turned), on_failure="nan")
+    assert (found.status == ks.Status.SINGULAR).tolist() == [True, True, False]
+
+
+def test_nothing_is_out_of_balance_where_nothing_weighs():
+    result = ks.analyze(ks.load_robot("3rps").assemble(), gravity=(0, 0, 0))
+    assert {name: part.tolist() for name, part in result.solutions[0].unbalanced.items()} == {
+        name: [0.0] for name in result.limbs
+    }
