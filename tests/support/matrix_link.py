@@ -42,7 +42,7 @@ class MatrixLink(ElasticLink):
     centre: np.ndarray | None = field(default=None, repr=False)
 
     numbers: ClassVar = {"factor": "1"}
-    errors: ClassVar = {}
+    errors: ClassVar = {"length": "m"}
 
     @classmethod
     def of(cls, link, start, end, stiffness, mass, name=""):
@@ -93,6 +93,10 @@ class MatrixLink(ElasticLink):
         F = np.linalg.inv(np.array(self.stiffness)[6:, 6:])
         M = np.array(self.mass)
         return F, F @ (M[6:, :3] + M[6:, 6:9])
+
+    def misfit(self, frames, kind):
+        start, end = self.ends(frames)
+        return np.concatenate([(end - start) / self.length(frames), np.zeros_like(start)])
 
     # ---- vibration: the matrices are those of the ends, without inner coordinates
 

@@ -34,9 +34,9 @@ def _alike(found, expected, name=""):
         assert np.allclose(found, expected, rtol=0, atol=1e-9 * scale, equal_nan=True), name
 
 
-def _result(robot):
+def _result(robot, assembly_errors=None):
     try:
-        return ks.analyze(robot.assemble(), load=LOAD, gravity=GRAVITY)
+        return ks.analyze(robot.assemble(), load=LOAD, gravity=GRAVITY, assembly_errors=assembly_errors)
     except ks.KinetostaticsError as error:
         return str(error)
 
@@ -59,6 +59,15 @@ def test_statics(which):
 def _pair(which="linear_delta"):
     robot = _robot(which)
     return with_matrix_links(robot), robot
+
+
+@pytest.mark.parametrize("which", ["linear_delta", 1, 2, 3, 8])
+def test_assembly_errors(which):
+    first, second = _pair(which)
+    errors = {link: {"length": 1e-4 * (k + 1)} for k, link in enumerate(second.description.beams)}
+    found, expected = (_result(robot, errors) for robot in (first, second))
+    for name in ("twist", "joint_wrenches", "contributions"):
+        _alike(getattr(found, name), getattr(expected, name), name)
 
 
 def test_sensitivities():

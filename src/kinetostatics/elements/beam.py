@@ -43,9 +43,10 @@ class BeamModel(ShortRepr, ElasticLink):
         mass: total mass [kg] if ``mass_per_length`` is None, distributed uniformly over the length at every pose; else 0.
         centre: (3,) centre of ``mass`` in the carrier body [m]. The mass, rigidly connected to the sections, is distributed along
             the line through this centre parallel to the beam. None: the mass is distributed along the beam.
+        thermal_expansion: α [1/K].
     """
 
-    NOT_RECORDED: ClassVar = ("section",)
+    NOT_RECORDED: ClassVar = ("section", "thermal_expansion")
 
     name: str
     section: CrossSection
@@ -55,6 +56,7 @@ class BeamModel(ShortRepr, ElasticLink):
     mass_per_length: float | None
     mass: float
     centre: Array | None
+    thermal_expansion: float = 0.0
 
     def length(self, frames: Frames) -> Array:
         """Return the component (N,) [m] of the vector from start to end along the beam's x axis."""
@@ -106,6 +108,11 @@ class BeamModel(ShortRepr, ElasticLink):
         about[1:] += length**2 / 12
         own = mass * self.axes @ np.diag(about) @ self.axes.T
         return span.carrier, pin.Inertia(mass, R.T @ (centre - p), own)
+
+    def misfit(self, frames: Frames, kind: str) -> Array:
+        axis = frames.direction(self.span.carrier, self.axes[:, 0])
+        longer = axis if kind == "length" else axis * self.thermal_expansion * self.length(frames)
+        return np.concatenate([longer, np.zeros_like(longer)])
 
     def inertial_load(
         self,

@@ -70,7 +70,7 @@ def make_beam_models(mechanism: Mechanism, spans: Mapping[str, BeamSpan], zero: 
         coefficients = beam_compliance_coefficients(beam.section, beam.youngs_modulus, beam.shear_modulus, beam.shear_areas)
         middles[name] = float(np.linalg.norm(end - start)), R.T @ ((start + end) / 2 - zero.position[:, span.carrier, 0])
         per_length = None if beam.density is None else beam.density * beam.section.area
-        models[name] = BeamModel(name, beam.section, span, axes, coefficients, per_length, 0.0, None)
+        models[name] = BeamModel(name, beam.section, span, axes, coefficients, per_length, 0.0, None, beam.thermal_expansion)
     return {name: _with_spread_mass(mechanism, model, models, middles) for name, model in models.items()}
 
 

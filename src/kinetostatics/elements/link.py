@@ -109,6 +109,10 @@ class ElasticLink(Protocol):
         """Return the link as a rigid body at one pose: the carrier body, and the ``pin.Inertia`` in it."""
         raise NotImplementedError
 
+    def misfit(self, frames: Frames, kind: str) -> Array:
+        """Return the twist (6, N) of the end, about it, world axes, per unit of an assembly error, such as 1 m of "length"."""
+        raise NotImplementedError
+
     def inertial_load(
         self,
         frames: Frames,

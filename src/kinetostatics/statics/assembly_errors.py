@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetostatics.arguments import finite_numbers
-from kinetostatics.description.elements import Beam
+from kinetostatics.description.elements import Beam, Flexible
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import move_twist, rotate
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from kinetostatics.limbs.group import LimbGroup
 
 
-JOINT_KEYS, BEAM_KEYS, FRAMES = ("twist", "frame"), ("length", "temperature"), ("world", "joint")
+JOINT_KEYS, FRAMES = ("twist", "frame"), ("world", "joint")
 
 
 @dataclass(frozen=True)
@@ -39,40 +39,30 @@ class JointError:
 
 
 @dataclass(frozen=True)
-class BeamError:
-    """Assembly error of a beam: an excess ``length`` [m], and a ``temperature`` rise [K]."""
-
-    length: Array
-    temperature: Array
-
-
-@dataclass(frozen=True)
 class AssemblyErrors:
-    """Assembly errors by name of the joint or beam.
+    """Assembly errors by name of the joint or elastic link; those of a link by kind, such as "length" or "temperature".
 
-    Twists are (…, 6), lengths and temperatures (…, 1); for a chunk of N poses they are (6, N) and (1, N).
+    Twists are (…, 6), amounts of a kind (…, 1); for a chunk of N poses they are (6, N) and (1, N).
     """
 
     robot: RobotStatics
     joints: Mapping[str, JointError]
-    beams: Mapping[str, BeamError]
+    links: Mapping[str, Mapping[str, Array]]
 
     def arrays(self) -> list[Array]:
         found = [item.twist for item in self.joints.values()]
-        for beam in self.beams.values():
-            found += [beam.length, beam.temperature]
-        return found
+        return [*found, *(amount for amounts in self.links.values() for amount in amounts.values())]
 
     def map(self, change: Callable[[Array], Array]) -> AssemblyErrors:
         return AssemblyErrors(
             self.robot,
             {name: replace(item, twist=change(item.twist)) for name, item in self.joints.items()},
-            {name: BeamError(change(item.length), change(item.temperature)) for name, item in self.beams.items()},
+            {name: {kind: change(amount) for kind, amount in amounts.items()} for name, amounts in self.links.items()},
         )
 
     @property
     def names(self) -> frozenset[str]:
-        return frozenset((*self.joints, *self.beams))
+        return frozenset((*self.joints, *self.links))
 
     def of(self, group: LimbGroup, frames: Frames, o: Array) -> Array | None:
         """Return the errors of all joints and beams of g limbs, or None without errors.
@@ -89,18 +79,16 @@ class AssemblyErrors:
         return result
 
     def concerns(self, edge: Edge) -> bool:
-        return edge.joint in self.joints or edge.beam in self.beams
+        return edge.joint in self.joints or edge.beam in self.links
 
     def of_edge(self, edge: Edge, frames: Frames, o: Array) -> Array:
         """Return the error of a joint or beam: the twist (6, N) of its outboard side relative to its inboard side, about o."""
         if edge.joint in self.joints:
             return self._of_joint(edge, self.joints[str(edge.joint)], frames, o)
         result = np.zeros((6, o.shape[1]))
-        if edge.beam in self.beams:
-            model, given = self.robot.beams[str(edge.beam)], self.beams[str(edge.beam)]
-            alpha = self.robot.description.beams[model.name].thermal_expansion
-            axis = frames.direction(model.span.carrier, model.axes[:, 0])
-            result[:3] = axis * (given.length[0] + alpha * given.temperature[0] * model.length(frames))
+        for kind, amount in self.links.get(str(edge.beam), {}).items():
+            link = self.robot.elastic_links[str(edge.beam)]
+            result += move_twist(link.misfit(frames, kind) * amount[0], o - link.ends(frames)[1])
         return result
 
     def _of_joint(self, edge: Edge, assembly_error: JointError, frames: Frames, o: Array) -> Array:
@@ -125,38 +113,39 @@ def parse_assembly_errors(robot: RobotStatics, assembly_errors: Mapping[str, obj
     if not isinstance(assembly_errors, Mapping):
         raise ArgumentError(f"assembly_errors= needs a mapping from names of joints and beams, got {assembly_errors!r}")
     joints: dict[str, JointError] = {}
-    beams: dict[str, BeamError] = {}
-    known_joints, known_beams = robot.mechanism.connections, robot.description.beams
+    links: dict[str, dict[str, Array]] = {}
+    known_joints = robot.mechanism.connections
+    known_links = {name: link for name, link in robot.description.elastic_links.items() if link.errors}
     for name, value in assembly_errors.items():
         # a joint and a beam may have the same name
         is_joint = not isinstance(value, Mapping) or bool(set(value) & set(JOINT_KEYS))
-        if name in known_joints and (is_joint or name not in known_beams):
+        if name in known_joints and (is_joint or name not in known_links):
             if name not in robot.joint_table.names:
                 raise ArgumentError(
                     f"joint {name!r} lies within the rigid base or platform, or carries nothing: its assembly error has no "
                     "effect; specify errors of the joints between the limbs and the base or platform"
                 )
             joints[name] = _joint_error(name, value)
-        elif name in known_beams:
-            beams[name] = _beam_error(known_beams[name], value)
+        elif name in known_links:
+            links[name] = _link_error(known_links[name], value)
         else:
-            known = near_names(name, [*known_joints, *known_beams])
+            known = near_names(name, [*known_joints, *known_links])
             raise ArgumentError(f"assembly_errors= names no joint or beam {name!r}: {known}")
-    return AssemblyErrors(robot, joints, beams)
+    return AssemblyErrors(robot, joints, links)
 
 
-def _beam_error(beam: Beam, value: object) -> BeamError:
-    if not isinstance(value, Mapping) or not value or set(value) - set(BEAM_KEYS):
+def _link_error(link: Beam | Flexible, value: object) -> dict[str, Array]:
+    if not isinstance(value, Mapping) or not value or set(value) - {"length", "temperature"}:
         raise ArgumentError(
-            f"the assembly error of beam {beam.name!r} is {value!r}; it must be a mapping with 'length' [m] or 'temperature' [K]"
+            f"the assembly error of beam {link.name!r} is {value!r}; it must be a mapping with 'length' [m] or 'temperature' [K]"
         )
-    length, rise = (finite_numbers(f"{key} of {beam.name!r}", value.get(key, 0.0)) for key in BEAM_KEYS)
-    if np.any(rise) and beam.thermal_expansion == 0:
+    amounts = {kind: finite_numbers(f"{kind} of {link.name!r}", amount) for kind, amount in value.items()}
+    if "temperature" not in link.errors and np.any(amounts.get("temperature", 0.0)):
         raise ArgumentError(
-            f"beam {beam.name!r} has no thermal_expansion, so that temperature has no effect: write thermal_expansion [1/K] "
+            f"beam {link.name!r} has no thermal_expansion, so that temperature has no effect: write thermal_expansion [1/K] "
             "in its <beam> element (steel: 1.2e-5)"
         )
-    return BeamError(length[..., None], rise[..., None])
+    return {kind: amount[..., None] for kind, amount in amounts.items()}
 
 
 def _joint_error(name: str, value: object) -> JointError:
