@@ -291,3 +291,17 @@ def test_twists_of_assembly_errors_have_six_entries(error):
     pose = ks.load_robot("3rps").assemble()
     with pytest.raises(ks.ArgumentError, match="its last axis must have 6 entries"):
         ks.analyze(pose, assembly_errors={"spherical_1": error})
+
+
+def test_split_contributions_of_a_rigid_limb_have_the_effects_of_its_errors():
+    """One leg of three without a beam: an error of its actuator displaces the platform."""
+    description = robot("3rps").description.without_beam("rod_1")
+    pose = ks.Robot(description).assemble(actuators={"prismatic_1": 0.02, "prismatic_2": 0.0, "prismatic_3": -0.01})
+    result = ks.analyze(
+        pose, [30, -20, 50, 4, -3, 2], assembly_errors={"prismatic_1": [0, 0, 1e-4, 0, 0, 0], "rod_2": {"length": 2e-4}}
+    )
+    split = result.by_mechanism
+    assert np.abs(result.contributions["assembly_errors"]).max() > 1e-5
+    for name in ("assembly_errors", "load", "platform_weight"):
+        np.testing.assert_allclose(split.contributions[name], result.contributions[name], rtol=1e-9, atol=1e-14)
+    np.testing.assert_allclose(split.twist, result.twist, rtol=1e-9, atol=1e-14)
