@@ -8,6 +8,7 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -28,9 +29,10 @@ from kinetostatics.mechanism.tree import Frames
 from kinetostatics.results.pose_arrays import Chunk, CompiledChunk
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
-from kinetostatics.statics.assembly_errors import AssemblyErrors, parse_assembly_errors
+from kinetostatics.statics.assembly_errors import parse_assembly_errors
 from kinetostatics.statics.inertia import inertial_load
-from kinetostatics.statics.link_loads import AppliedLoad, LinkLoads, parse_link_loads, wrenches_of
+from kinetostatics.statics.link_loads import LinkLoads, parse_link_loads, wrenches_of
+from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.singularity import UNBALANCED, parts_of_batch
 from kinetostatics.statics.solution import Solution
@@ -167,17 +169,17 @@ def analyze(
                 )
             applied += (inertial_load(robot.statics, frames, *bodies, carried),)
 
+        given = LoadedPoses(frames, at_o, fields_here, errors_here, applied)
+
         def solve(some: slice | Index) -> list[Solution]:
-            mine = None if errors_here is None else errors_here.map(lambda array: array[:, some])
-            loads_here = tuple(item.take(some) for item in applied)
-            return _solutions(robot.statics, frames.take(some), at_o[:, some], fields_here[:, some], mine, loads_here)
+            return _solutions(robot.statics, given.take(some))
 
         code = pose_code(robot, robot.statics, engine, N, applied)
         if code is None:
             return Chunk(robot, solve(slice(None)))
         stability = partial(pose_code, robot, robot.statics, engine, N, applied, stability=True)
-        given = [configuration.poses.x[:, poses], at_o, fields_here, *wrenches_of(applied)]
-        return CompiledChunk(robot, sources_of(robot.statics, applied), code, stability, given, solve)
+        inputs = [configuration.poses.x[:, poses], at_o, fields_here, *wrenches_of(applied)]
+        return CompiledChunk(robot, sources_of(robot.statics, applied), code, stability, inputs, solve)
 
     parts = chunks(N) or [slice(0, 0)]  # one chunk even of an empty batch
     found = tuple(in_threads(analyzed, parts, engine_for(engine, N) == "compiled"))
@@ -190,25 +192,13 @@ def analyze(
     return result
 
 
-def _solutions(
-    robot: RobotStatics,
-    frames: Frames,
-    load: Array,
-    gravity: Array,
-    assembly_errors: AssemblyErrors | None,
-    applied: tuple[AppliedLoad, ...],
-) -> list[Solution]:
+def _solutions(robot: RobotStatics, given: LoadedPoses) -> list[Solution]:
     """Return the equilibria in the order of the poses; a pose where a limb has an unusual rank is solved separately."""
-    first = solve_with_springs(robot, frames, load, gravity, assembly_errors, None, applied)
-    parts = parts_of_batch(robot, frames, first.o, first.statics, first.doubtful)
+    first = solve_with_springs(robot, given)
+    parts = parts_of_batch(robot, given.frames, first.o, first.statics, first.doubtful)
     if len(parts) == 1 and parts[0][1] is None:
         return [first]
-    found: list[Solution] = []
-    for at, groups in parts:
-        errors = None if assembly_errors is None else assembly_errors.map(lambda array: array[:, at])  # noqa: B023
-        loads = tuple(item.take(at) for item in applied)
-        found.append(solve_with_springs(robot, frames.take(at), load[:, at], gravity[:, at], errors, groups, loads))
-    return found
+    return [solve_with_springs(robot, replace(given.take(at), groups=groups)) for at, groups in parts]
 
 
 def _shapes_of(on_links: LinkLoads | None) -> str:

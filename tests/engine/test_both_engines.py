@@ -27,6 +27,7 @@ from kinetostatics.engine.pose_code import ANALYSIS, PoseCode
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.quantities import OF_EQUILIBRIUM
 from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces, wrenches_of
+from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.springs import solve_with_springs
 
 #: Files of tests that also pass with compiled code: loops, assembly modes of maps, degenerate poses.
@@ -144,10 +145,12 @@ def assert_same(robot, compiled, poses, applied=()):
     """
     x, *loads = poses
     frames, reached = robot.equations.place(x).frames, np.all(np.isfinite(x), axis=0)
-    wanted = solve_with_springs(robot.statics, frames, *loads, applied=applied)
+    wanted = solve_with_springs(robot.statics, LoadedPoses(frames, *loads, applied=applied))
     rng = np.random.default_rng(5)
     jittered = [
-        solve_with_springs(robot.statics, replace(frames, position=frames.position * off_by), *loads, applied=applied)
+        solve_with_springs(
+            robot.statics, LoadedPoses(replace(frames, position=frames.position * off_by), *loads, applied=applied)
+        )
         for off_by in 1 + 1e-15 * rng.uniform(-1, 1, (3, *frames.position.shape))
     ]
     solved, holds = computed(compiled, *poses, *wrenches_of(applied))

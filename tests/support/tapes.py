@@ -9,6 +9,7 @@ from kinetostatics.engine.scalars import needed_by
 from kinetostatics.kinematics.alternatives import choices, prescribed_platform
 from kinetostatics.math.rotations import orientation_named
 from kinetostatics.quantities import OF_EQUILIBRIUM
+from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.springs import solve_with_springs
 
 
@@ -30,7 +31,7 @@ NAMES = tuple(name for stage in ANALYSIS for name in stage)
 
 def solved(robot, x, load, gravity, applied=()):
     """Return the same by NumPy, each (…, N)."""
-    solution = solve_with_springs(robot.statics, robot.equations.place(x).frames, load, gravity, applied=applied)
+    solution = solve_with_springs(robot.statics, LoadedPoses(robot.equations.place(x).frames, load, gravity, applied=applied))
     return {name: OF_EQUILIBRIUM[name](robot.statics, solution) for name in NAMES}
 
 

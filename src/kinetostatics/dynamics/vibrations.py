@@ -22,6 +22,7 @@ from kinetostatics.results.dynamics import FrequencyResponse, Modes
 from kinetostatics.results.pose_arrays import tool_on_robot
 from kinetostatics.robot import robot_of
 from kinetostatics.statics.link_loads import PAYLOAD, AppliedLoad, LinkLoads, parse_link_loads
+from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.small_motions import PlacedMotions, SmallMotions
 from kinetostatics.statics.springs import geometric_stiffness
 from kinetostatics.vibration.eigenpairs import eigenpairs
@@ -107,7 +108,8 @@ class Vibrations:
             model = replace(model, masses={**model.masses, **_carried(loads, motions, model.masses)})
         if self.structure.model.parts is not None:
             robot, columns = self.structure.model, tuple(range(motions.units.shape[1]))
-            u, K, buckled = geometric_stiffness(robot, self.structure.parts, frames, gravity, applied, motions.at_place)
+            given = LoadedPoses(frames, np.zeros((6, len(poses))), gravity, applied=applied)
+            u, K, buckled = geometric_stiffness(robot, self.structure.parts, given, motions.at_place)
             springs = {**model.springs, GEOMETRIC: spring_part(columns, u, K)}
             model = replace(model, springs=springs, buckled=buckled)
         return motions, model

@@ -29,6 +29,7 @@ from kinetostatics.math.screws import move
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.quantities import OF_EQUILIBRIUM, QUANTITIES
 from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces
+from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.small_motions import SmallMotions
 from kinetostatics.statics.solution import Solution
@@ -104,7 +105,9 @@ class Pose:
         if self.model.places is not None:
             rows = iter(self.given[0].reshape(-1, 6, self.x.shape[1]))
             applied = tuple(AppliedLoad(name, {place: next(rows) for place in where}) for name, where in self.model.places.loads)
-        return solve_with_springs(self.statics, self.frames, self.load, self.gravity, applied=applied, weights=weights)
+        return solve_with_springs(
+            self.statics, LoadedPoses(self.frames, self.load, self.gravity, applied=applied, weights=weights)
+        )
 
     @cached_property
     def system(self) -> tuple[Array, Array]:
@@ -246,7 +249,7 @@ def _recording_equilibrium(robot: RobotStatics) -> Iterator[None]:
         with recording():
             yield
     except NotRecordedError as error:
-        solution = solve_with_springs(robot, *example_of(robot))
+        solution = solve_with_springs(robot, LoadedPoses(*example_of(robot)))
         reason = str(error)
         if solution.singular[0]:
             reason = "the platform is singular at generic poses, which needs singular values"

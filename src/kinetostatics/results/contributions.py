@@ -21,6 +21,7 @@ from kinetostatics.robot import Robot
 from kinetostatics.statics.deformation import Deformation
 from kinetostatics.statics.joint_wrenches import actuator_forces_from, joint_contributions, joints_in_order
 from kinetostatics.statics.link_loads import PAYLOAD, AppliedLoad, link_frame
+from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution, unit_cut_wrenches
 from kinetostatics.statics.springs import solve_with_springs
@@ -167,7 +168,8 @@ def payload_coefficients(
         units = _unit_payloads(robot, solution.frames, solution.gravity, link, _places(robot, solution))
         groups = tuple(statics.group for statics in solution.statics)
         none = np.zeros_like(solution.load)
-        unit_solution = solve_with_springs(robot, solution.frames, none, solution.gravity, None, groups, units)
+        given = LoadedPoses(solution.frames, none, solution.gravity, applied=tuple(units), groups=groups)
+        unit_solution = solve_with_springs(robot, given)
         payload = slice(unit_solution.sources.index(units[0].name), unit_solution.sources.index(units[-1].name) + 1)
         twists.append(unit_solution.twists[:, payload])
         at_joints = joint_contributions(robot, unit_solution)[:, :, payload]

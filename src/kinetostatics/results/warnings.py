@@ -15,6 +15,7 @@ from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
 from kinetostatics.statics.inertia import INERTIA
 from kinetostatics.statics.link_loads import sum_of
+from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.solution import balanced
 from kinetostatics.statics.springs import unstable_motions
 
@@ -141,7 +142,7 @@ def _generic_forces(robot: Robot) -> list[Array]:
     least_forces = [np.full(len(group.limbs), np.inf) for group in robot.statics.groups]
     frames = robot.generic_frames
     N = frames.position.shape[2]
-    solution = balanced(robot.statics, frames, np.zeros((6, N)), np.zeros((3, N))).solution
+    solution = balanced(robot.statics, LoadedPoses(frames, np.zeros((6, N)), np.zeros((3, N)))).solution
     for number, statics in enumerate(solution.statics):
         if _is_network(statics):
             sizes = _joint_forces(statics, robot.length)[0]

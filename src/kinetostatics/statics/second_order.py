@@ -10,7 +10,7 @@ is part of the tangent stiffness, and therefore exact at any size; the others ar
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from kinetostatics.math.arrays import Array, Index
 from kinetostatics.statics.deformation import Deformation, deform
 from kinetostatics.statics.geometric_stiffness import GeometricStiffness
 from kinetostatics.statics.link_loads import AppliedLoad
+from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Balanced, Solution, balanced
 from kinetostatics.statics.springs import placed_springs, response, unstable_motions
@@ -75,14 +76,20 @@ def at_unloaded_geometry(
     robot: RobotStatics, parts: TurningParts, solution: Solution, poses: Index | slice, units: bool = False
 ) -> tuple[Balanced, Deformation, GeometricStiffness]:
     """Return some poses of an equilibrium of linear theory, with its geometric stiffness; ``units``: with the :data:`UNITS`."""
-    frames, load, gravity = solution.frames.take(poses), solution.load[:, poses], solution.gravity[:, poses]
-    loads = [item.load.take(poses) for item in solution.applied if item.load.kind != "change"]
-    place, rows = robot.description.platform, np.repeat(np.eye(6)[:, :, None], load.shape[1], axis=2)
-    more = [AppliedLoad(name, {place: row}, {}, "unit") for name, row in zip(UNITS, rows, strict=True)] if units else []
-    groups, errors = tuple(item.group for item in solution.statics), solution.assembly_errors
-    errors = None if errors is None else errors.map(lambda array: array[:, poses])
-    before = balanced(robot, frames, load, gravity, errors, groups, (*loads, *more), solution.weights[:, :, poses])
-    return before, deform(robot, before.solution), GeometricStiffness(robot, parts, frames, placed_springs(robot, frames))
+    given = LoadedPoses(
+        solution.frames,
+        solution.load,
+        solution.gravity,
+        solution.assembly_errors,
+        tuple(item.load for item in solution.applied if item.load.kind != "change"),
+        tuple(item.group for item in solution.statics),
+        solution.weights,
+    ).take(poses)
+    place, rows = robot.description.platform, np.repeat(np.eye(6)[:, :, None], given.load.shape[1], axis=2)
+    more = (AppliedLoad(name, {place: row}, {}, "unit") for name, row in zip(UNITS, rows, strict=True))
+    before = balanced(robot, replace(given, applied=(*given.applied, *more)) if units else given)
+    springs = placed_springs(robot, given.frames)
+    return before, deform(robot, before.solution), GeometricStiffness(robot, parts, given.frames, springs)
 
 
 def tangent_of(robot: RobotStatics, parts: TurningParts, solution: Solution, poses: Index | slice = slice(None)) -> Tangent:

@@ -20,6 +20,7 @@ from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.assembly_errors import AssemblyErrors
 from kinetostatics.statics.link_loads import AppliedLoad, AppliedStatics, applied_statics, by_place
+from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.platform_equilibrium import PlatformEquilibrium
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.singularity import any_limb, has_negative_length, unbalanced_parts, where_singular, without_equilibrium
@@ -160,30 +161,12 @@ class Balanced:
     strains: list[Array]
 
 
-def balanced(
-    robot: RobotStatics,
-    frames: Frames,
-    load: Array,
-    gravity: Array,
-    assembly_errors: AssemblyErrors | None = None,
-    groups: tuple[LimbGroup, ...] | None = None,
-    applied: tuple[AppliedLoad, ...] = (),
-    weights: Array | None = None,
-    support: float = 0.0,
-) -> Balanced:
-    """Solve Eq. (12) for N poses.
-
-    Args:
-        load: (6, N) external load about o [N, N·m].
-        gravity: (3, N) [m/s²].
-        assembly_errors: assembly errors of joints and beams.
-        groups: the limbs; None: the groups of generic poses.
-        weights: (6, W, N) the robot's weights about o; if None, they are computed.
-        support: see :class:`PlatformEquilibrium`.
-    """
+def balanced(robot: RobotStatics, given: LoadedPoses) -> Balanced:
+    """Solve Eq. (12) at given poses."""
+    frames, gravity, assembly_errors, applied = given.frames, given.gravity, given.assembly_errors, given.applied
     _, o = robot.mechanism.platform_pose(frames)
-    weights = robot.weights.wrenches(frames, o, gravity) if weights is None else weights
-    groups = robot.groups if groups is None else groups
+    weights = robot.weights.wrenches(frames, o, gravity) if given.weights is None else given.weights
+    groups = robot.groups if given.groups is None else given.groups
     errors = tuple(None if assembly_errors is None else assembly_errors.of(group, frames, o) for group in groups)
     statics = tuple(limb_statics(group, frames, o, weights, gravity, error) for group, error in zip(groups, errors, strict=True))
     platform_weight = weights[:, robot.weights.of("platform")].sum(axis=1)
@@ -192,9 +175,9 @@ def balanced(
     sources += tuple(item.name for item in applied)
     if assembly_errors is not None:
         sources += ("assembly_errors",)
-    balance = PlatformEquilibrium(robot, statics, o.shape[1], support)
+    balance = PlatformEquilibrium(robot, statics, o.shape[1], given.support)
     loads = applied_statics(applied, groups, frames, o, first, len(sources))
-    right, strains = _by_contribution(robot, sources, statics, load, platform_weight, loads)
+    right, strains = _by_contribution(robot, sources, statics, given.load, platform_weight, loads)
     twists, intensities = balance.solve(right, strains, assembly_errors is not None)
     weights_alone = statics if applied else None
     if applied:
@@ -213,7 +196,7 @@ def balanced(
         compliance=balance.compliance,
         stiffness=balance.stiffness,
         intensities=tuple(intensities),
-        load=load,
+        load=given.load,
         platform_weight=platform_weight,
         singular=where_singular(statics, balance, unbalanced) | has_negative_length(robot, frames),
         indeterminate=balance.indeterminate | any_limb([np.any(item.loose, axis=(0, 1, 2)) for item in statics], o.shape[1]),

@@ -15,15 +15,14 @@ import numpy as np
 
 from kinetostatics.description.elements import Spring
 from kinetostatics.elements.spring import PlacedSpring
-from kinetostatics.limbs.group import LimbGroup
-from kinetostatics.math.arrays import Array, Index, Mask, zeros_for
+from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.linalg import solve_by_elimination
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.statics.assembly_errors import AssemblyErrors
 from kinetostatics.statics.deformation import Deformation, deform
 from kinetostatics.statics.geometric_stiffness import GeometricStiffness
 from kinetostatics.statics.geometric_terms import GeometricTerms
 from kinetostatics.statics.link_loads import AppliedLoad, places_at
+from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.singularity import parts_of_batch
 from kinetostatics.statics.solution import Balanced, Solution, balanced, unit_responses, with_more
@@ -65,21 +64,13 @@ def sources_of(robot: RobotStatics, applied: Iterable[AppliedLoad] = ()) -> tupl
     return (*own, *(item.name for item in applied), *(f"spring {name}" for name in robot.description.springs))
 
 
-def solve_with_springs(
-    robot: RobotStatics,
-    frames: Frames,
-    load: Array,
-    gravity: Array,
-    assembly_errors: AssemblyErrors | None = None,
-    groups: tuple[LimbGroup, ...] | None = None,
-    applied: tuple[AppliedLoad, ...] = (),
-    weights: Array | None = None,
-) -> Solution:
+def solve_with_springs(robot: RobotStatics, given: LoadedPoses) -> Solution:
     """Solve Eq. (12) as :func:`kinetostatics.statics.solution.balanced` does, with the robot's springs."""
     if robot.parts is None:
-        return balanced(robot, frames, load, gravity, assembly_errors, groups, applied, weights).solution
+        return balanced(robot, given).solution
+    frames = given.frames
     springs, o = placed_springs(robot, frames), robot.mechanism.platform_pose(frames)[1]
-    before = under_springs(robot, frames, springs, load, gravity, assembly_errors, groups, applied, weights)
+    before = under_springs(robot, given, springs)
     solution, geometric = before.solution, GeometricStiffness(robot, robot.parts, frames, springs)
     deformation = deform(robot, solution)
     terms = geometric.under(solution, deformation)
@@ -92,31 +83,15 @@ def solve_with_springs(
     return replace(found, compliance=compliance, stiffness=stiffness, tangents=tangents, singular=singular)
 
 
-def under_springs(
-    robot: RobotStatics,
-    frames: Frames,
-    springs: Iterable[PlacedSpring],
-    load: Array,
-    gravity: Array,
-    assembly_errors: AssemblyErrors | None = None,
-    groups: tuple[LimbGroup, ...] | None = None,
-    applied: tuple[AppliedLoad, ...] = (),
-    weights: Array | None = None,
-    support: float = 0.0,
-) -> Balanced:
+def under_springs(robot: RobotStatics, given: LoadedPoses, springs: Iterable[PlacedSpring]) -> Balanced:
     """Solve Eq. (12) under the forces of springs, without geometric stiffness."""
-    _, o = robot.mechanism.platform_pose(frames)
-    pulls = tuple(AppliedLoad(f"spring {item.name}", *item.pull(item.force, o), "spring") for item in springs)
-    return balanced(robot, frames, load, gravity, assembly_errors, groups, (*applied, *pulls), weights, support)
+    _, o = robot.mechanism.platform_pose(given.frames)
+    forces = (AppliedLoad(f"spring {item.name}", *item.pull(item.force, o), "spring") for item in springs)
+    return balanced(robot, replace(given, applied=(*given.applied, *forces)))
 
 
 def geometric_stiffness(
-    robot: RobotStatics,
-    parts: TurningParts,
-    frames: Frames,
-    gravity: Array,
-    applied: tuple[AppliedLoad, ...],
-    motion: Callable[[str], Array],
+    robot: RobotStatics, parts: TurningParts, given: LoadedPoses, motion: Callable[[str], Array]
 ) -> tuple[Array, Array, Mask]:
     """Return the displacements u (n, k, N) per unit of k coordinates, and the geometric stiffness K_g (n, n, N).
 
@@ -125,21 +100,24 @@ def geometric_stiffness(
 
     Args:
         parts: the parts that rotate relative to one another in the coordinates.
+        given: the poses with gravity and loads on links; springs are added.
         motion: ``motion(place)`` (6, k, N) is the twist of a place about o per unit of each coordinate.
     """
-    springs, none = placed_springs(robot, frames), zeros_for((6, gravity.shape[1]), gravity)
-    geometric = GeometricStiffness(robot, parts, frames, springs)
+    springs = placed_springs(robot, given.frames)
+    geometric = GeometricStiffness(robot, parts, given.frames, springs)
     blocks = geometric.coordinates.blocks
-    first = under_springs(robot, frames, springs, none, gravity, applied=applied).solution
+    first = under_springs(robot, given, springs).solution
     terms = geometric.under(first, deform(robot, first), own=False)
     found, buckled = terms.matrix(blocks, blocks), unstable_motions(terms.inner, len(first.singular)) > 0
-    special = {at.start: groups for at, groups in parts_of_batch(robot, frames, first.o, first.statics, first.doubtful) if groups}
+    special = {
+        at.start: groups for at, groups in parts_of_batch(robot, given.frames, first.o, first.statics, first.doubtful) if groups
+    }
     for pose in sorted({*special, *np.flatnonzero(first.singular).tolist()}):
-        at, groups = slice(pose, pose + 1), special.get(pose)
-        here, loads, support = frames.take(at), tuple(item.take(at) for item in applied), _SUPPORT * bool(first.singular[pose])
-        springs, fields = placed_springs(robot, here), gravity[:, at]
-        solution = under_springs(robot, here, springs, none[:, at], fields, None, groups, loads, support=support).solution
-        terms = GeometricStiffness(robot, parts, here, springs).under(solution, deform(robot, solution), own=False)
+        at = slice(pose, pose + 1)
+        here = replace(given.take(at), groups=special.get(pose), support=_SUPPORT * bool(first.singular[pose]))
+        springs = placed_springs(robot, here.frames)
+        solution = under_springs(robot, here, springs).solution
+        terms = GeometricStiffness(robot, parts, here.frames, springs).under(solution, deform(robot, solution), own=False)
         found[..., at], buckled[at] = terms.matrix(blocks, blocks), unstable_motions(terms.inner, 1) > 0
     return geometric.displacements(motion, blocks), found, buckled
 
