@@ -195,9 +195,10 @@ class Members:
             item = self._stability(solution, poses)
             if least and not np.all(risky := ~(item.bound() < least)):
                 poses = poses[risky]
+                if not len(poses):
+                    continue
                 item = self._stability(solution, poses)
-            if len(poses):
-                found[:, poses] = self._ratios(item)
+            found[:, poses] = self._ratios(item)
         return {name: ratio for member, ratio in zip(self.names, found, strict=True) for name in member}
 
     def buckles(self, solution: Solution) -> Mask:

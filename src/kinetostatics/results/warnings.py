@@ -242,7 +242,7 @@ def _buckling(result: Result) -> list[str]:
             beyond.append(f"{text}: no result applies")
         elif ratio > EULER_WARNING:
             near.append(text)
-    if not beyond and np.any(result.buckles):
+    if not ratios and np.any(result.buckles):
         beyond = ["the forces exceed the buckling load of the robot: no result applies"]
     if changed := _changed_stiffness(result):
         return [*beyond, "; ".join([*near, changed])]

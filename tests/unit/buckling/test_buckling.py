@@ -264,6 +264,16 @@ def test_elastic_actuators_buckle_with_their_followers(foot, times, from_the_top
         assert bool(found.buckles) == (part > 1)
 
 
+@pytest.mark.parametrize("part", [0.99, 1.01])
+def test_rigid_links_on_an_elastic_actuator_buckle_without_beams(part):
+    """A column of 0.7 m on a spring, k = P l."""
+    robot = ks.Robot(replace(column_on_an_actuator("continuous", 1e-9, False).description, beams={}))
+    found = ks.analyze(robot.assemble(), load=(0, 0, -part * 1e3 / 0.7, 0, 0, 0), gravity=(0, 0, 0))
+    assert found.buckling().load_factors[0] == pytest.approx(1 / part, rel=1e-8)
+    assert bool(found.buckles) == (part > 1)
+    assert ("the forces exceed the buckling load of the robot: no result applies" in found.warnings) == (part > 1)
+
+
 def test_critical_load_of_hexapod_on_soft_actuators():
     """Six springs between ball joints: K = Σ k t tᵀ of their unit motions t, K_G by N/l and by how forces turn the platform."""
     description, k = package_robots.robot("gough_stewart").description, 1e5

@@ -57,7 +57,7 @@ def test_rigid_limbs_beside_elastic_ones_are_named():
     bare = package_robots.robot("planar_3rrr").description
     guided = bare.with_part(Loop("guide", "planar", "base", "platform", axis=(0, 0, 1)))
     elastic = guided.with_part(JointStiffness("guide", linear=(0, 0, 1e7), angular=(1e6, 1e6, 0)))
-    results = [ks.analyze(ks.Robot(item).assemble(), load=[0, 0, -100, 0, 0, 0]) for item in (bare, guided, elastic)]
+    results = [ks.analyze(ks.Robot(item).assemble(), load=[0, 0, -5, 0, 0, 0]) for item in (bare, guided, elastic)]
     assert [result.warnings for result in results] == [
         (),
         (
