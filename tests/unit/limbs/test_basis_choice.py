@@ -7,7 +7,7 @@ import numpy as np
 import package_robots
 import pytest
 
-import kinetostatics as ks
+from kinetostatics.limbs import basis_choice
 from kinetostatics.limbs.basis_choice import evaluate_bases
 from kinetostatics.limbs.statics import _may_be_dependent
 from kinetostatics.limbs.wrench_candidates import common_point
@@ -92,11 +92,26 @@ def test_nearly_reciprocal_wrenches_are_corrected_others_replaced(off, closing_e
         np.testing.assert_array_equal(J_g, attached)
 
 
-def test_bases_degenerate_within_a_microradian_of_the_special_pose():
-    """A forearm whose cross is turned by a quarter turn: two of its canonical wrenches fall together."""
-    robot = package_robots.robot("linear_delta")
-    off = np.array([1e-7, 3e-6])
-    q = np.repeat(robot.assemble().model_q.T, len(off), axis=0)
-    q[:, robot.model.idx_qs[robot.model.getJointId("upper_2_x")]] += np.pi / 2 - off
-    result = ks.analyze(robot.configuration(q, closure_tolerance=10.0), on_failure="nan")
-    assert result.basis_degenerate.tolist() == [True, False]
+@pytest.mark.parametrize(("angle", "bad"), [(1.3e-5, True), (1.5e-5, False)])
+def test_bases_of_nearly_parallel_wrenches_degenerate(angle, bad, monkeypatch):
+    """Two wrenches of one of three limbs at one of two poses: the eigenvalue of their Gram matrix is half the squared angle."""
+    robot, columns = package_robots.robot("3rps"), basis_choice._columns
+    group = robot.statics.groups[0]
+    frames = robot.generic_frames.take(slice(0, 2))
+    geometry = group.geometry(frames, robot.mechanism.platform_pose(frames)[1])
+    scale = np.repeat([1.0, 1 / group.model.length], 3)
+
+    def turned(*given):
+        first, second, *others = columns(*given) if given[1] is group.basis.constraint else (None, None)
+        if first is None:
+            return []
+        one, other = first[:, 1, 0] * scale, second[:, 1, 0] * scale
+        across = other - one * (one @ other) / (one @ one)
+        second[:, 1, 0] = (one / np.linalg.norm(one) + angle * across / np.linalg.norm(across)) / scale
+        return [first, second, *others]
+
+    monkeypatch.setattr(basis_choice, "_columns", turned)
+    with np.errstate(invalid="ignore"):  # without twists to which the wrenches are reciprocal
+        none = np.zeros((6, int(np.sum(group.passive)), *geometry.limb_axes.shape[2:]))
+        degenerate = evaluate_bases(group, geometry, none)[2]
+    assert np.argwhere(degenerate).tolist() == ([[1, 0]] if bad else [])
