@@ -8,6 +8,7 @@ import pytest
 
 import kinetostatics as ks
 from kinetostatics.results.parts import BeamResult, LimbResult, wrench_units
+from kinetostatics.results.pose_arrays import Batch
 
 PUBLIC = (ks.Result, ks.Configuration, LimbResult, BeamResult)
 #: Attributes of the robot or of a batch's storage, not of its poses.
@@ -108,3 +109,11 @@ def test_intensities_of_wrenches_without_force_are_in_newton_metres():
     wrenches[0, 0, 1], wrenches[2, 1, 2], wrenches[1, 2, 3] = np.nan, 1e-13, -1e-11
     assert wrench_units(["along x", "along y", "along z", "force"], wrenches) == ["N·m", "N·m", "N·m", "N"]
     assert wrench_units(["couple along x", "force"], np.full((3, 6, 2), np.nan)) == ["N·m", "N"]
+
+
+def test_chunks_are_joined_in_the_order_of_their_poses():
+    numbers = np.arange(12.0).reshape(2, 6)  # two components at six poses
+    valid = np.array([True, True, True, False, True, True])
+    found = Batch((3, 2), valid).public([numbers[:, :1], numbers[:, 1:4], numbers[:, 4:]])
+    expected = np.where(valid[:, None], numbers.T, np.nan).reshape(3, 2, 2)
+    np.testing.assert_array_equal(found, expected)

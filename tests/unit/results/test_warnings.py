@@ -23,6 +23,7 @@ from kinetostatics.results.warnings import (
     _bases,
     _joint_forces,
     _large_motions,
+    _motions,
     _open_loops,
     indeterminate_parts,
     near_singularity,
@@ -261,6 +262,22 @@ def test_open_loops_and_large_motions_cause_warnings():
     assert _large_motions(warned(twist=[0.11, 0.16, 0, 0.09, 0, 0])) == []
     assert "moves by 0.21 m" in _large_motions(warned(twist=[0.21, 0, 0, 0, 0, 0]))[0]
     assert "0.11 rad" in _large_motions(warned(twist=[0, 0, 0, 0, 0.11, 0]))[0]
+
+
+def test_motions_with_equal_stiffness_are_named_together():
+    """Up to a millionth; a plane of motions has no directions of its own."""
+    vectors = np.eye(6)
+    vectors[:2, :2] = [[0.6, -0.8], [0.8, 0.6]]
+    for apart, words in ((5e-7, "x and a displacement"), (2e-6, "")):
+        text = _motions(np.array([3.0, 3.0 * (1 + apart), 4, 5, 6, 7]), vectors, 0, np.repeat([1.0, 2.0], 3))
+        assert text.count(" and ") == bool(words), text
+
+
+def test_warning_states_the_change_of_second_order():
+    pose = package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.2})
+    result = ks.analyze(pose, [3e5, 0, -8e5, 0, 0, 0])
+    (text,) = [text for text in result.warnings if "the forces change the stiffness" in text]
+    assert f" by {100 * float(result.second_order.change):+.2g} %" in text and result.second_order.change < -0.01
 
 
 # ---- buckling, indeterminate forces and measures, of parts made by hand ----------------------------------------------
