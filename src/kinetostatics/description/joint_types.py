@@ -137,8 +137,8 @@ class JointType:
 
 
 JOINT_TYPES = {
-    item.name: item
-    for item in (
+    kind.name: kind
+    for kind in (
         JointType("fixed", "fixed", in_tree=True),
         JointType("revolute", "R", turns=Axes.AXIS, in_tree=True),
         JointType("continuous", "R", turns=Axes.AXIS, in_tree=True, endless=True),
@@ -154,4 +154,4 @@ JOINT_TYPES = {
 
 def names_of(condition: str) -> tuple[str, ...]:
     """Return the names of the types for which ``condition``, a boolean attribute of :class:`JointType`, is true."""
-    return tuple(name for name, item in JOINT_TYPES.items() if getattr(item, condition))
+    return tuple(name for name, kind in JOINT_TYPES.items() if getattr(kind, condition))

@@ -63,10 +63,10 @@ class LinkMatrices(ShortRepr):
             raise ArgumentError(
                 f"names: {', '.join(names) or 'none'}; two or more interfaces with different names would be right"
             )
-        for item in fields(self)[1:]:
-            given = getattr(self, item.name)
+        for matrix in fields(self)[1:]:
+            given = getattr(self, matrix.name)
             if given is not None:
-                object.__setattr__(self, item.name, _numbers(item.name, given))
+                object.__setattr__(self, matrix.name, _numbers(matrix.name, given))
         n, size = len(names), self.stiffness.shape[0] if self.stiffness.ndim else 0
         if self.rotations.shape == (3, 3):
             object.__setattr__(self, "rotations", frozen(np.tile(self.rotations, (n, 1, 1))))
@@ -83,7 +83,7 @@ class LinkMatrices(ShortRepr):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, LinkMatrices):
             return NotImplemented
-        pairs = ((getattr(self, item.name), getattr(other, item.name)) for item in fields(self))
+        pairs = ((getattr(self, field.name), getattr(other, field.name)) for field in fields(self))
         return all((a is None) == (b is None) and (a is None or np.array_equal(a, b)) for a, b in pairs)
 
     def __hash__(self) -> int:
@@ -197,16 +197,16 @@ class LinkMatrices(ShortRepr):
         """
         if self.body is None:
             return []
-        own, centre, inertia = self.body, np.asarray(centre, float), np.asarray(inertia, float)
+        body, centre, inertia = self.body, np.asarray(centre, float), np.asarray(inertia, float)
         words = []
-        if abs(own[0] - mass) > within * own[0]:
-            words.append(f"the mass is {own[0]:.6g} kg by its matrices, but {mass:.6g} kg is given")
-        if np.linalg.norm(own[1] - centre) > within * self._size:
-            words.append(f"the centre of mass is at {_vector(own[1])} m by its matrices, but {_vector(centre)} m is given")
-        gap = np.abs(own[2] - inertia)
-        if gap.max() > within * np.abs(own[2]).max():
+        if abs(body[0] - mass) > within * body[0]:
+            words.append(f"the mass is {body[0]:.6g} kg by its matrices, but {mass:.6g} kg is given")
+        if np.linalg.norm(body[1] - centre) > within * self._size:
+            words.append(f"the centre of mass is at {_vector(body[1])} m by its matrices, but {_vector(centre)} m is given")
+        gap = np.abs(body[2] - inertia)
+        if gap.max() > within * np.abs(body[2]).max():
             row, column = sorted(np.unravel_index(int(gap.argmax()), (3, 3)))
-            values = f"{own[2][row, column]:.6g} kg·m² by its matrices, but {inertia[row, column]:.6g} kg·m² is given"
+            values = f"{body[2][row, column]:.6g} kg·m² by its matrices, but {inertia[row, column]:.6g} kg·m² is given"
             words.append(f"i{'xyz'[row]}{'xyz'[column]} about the centre of mass is {values}")
         return words
 
@@ -312,9 +312,9 @@ class LinkMatrices(ShortRepr):
         if self.gravity is not None:
             mass, centre = self._check_body("gravity", self.gravity)
             if self.body is not None:
-                own = self._check_body("mass", self.mass @ self.rigid_motions[:, :3])  # type: ignore[operator]
-                if abs(own[0] - mass) > MASS_OF_BODY * mass or np.linalg.norm(own[1] - centre) > MASS_OF_BODY * self._size:
-                    own_mean = f"{own[0]:.6g} kg at {_vector(own[1] + self.origins.mean(0))} m"
+                body = self._check_body("mass", self.mass @ self.rigid_motions[:, :3])  # type: ignore[operator]
+                if abs(body[0] - mass) > MASS_OF_BODY * mass or np.linalg.norm(body[1] - centre) > MASS_OF_BODY * self._size:
+                    own_mean = f"{body[0]:.6g} kg at {_vector(body[1] + self.origins.mean(0))} m"
                     given = f"{mass:.6g} kg at {_vector(centre + self.origins.mean(0))} m"
                     raise ArgumentError(
                         f"gravity: its loads are those of {given}, but mass has {own_mean}; equal ones would be right"

@@ -35,23 +35,23 @@ TABLES: dict[type, str] = {
 _ALL_TABLES = (*TABLES.values(), "flexible")
 
 
-def by_name(kind: str, items: Iterable[Named], *taken: Mapping[str, Link | Joint]) -> dict[str, Named]:
-    """Return named items by their names.
+def by_name(kind: str, parts: Iterable[Named], *taken: Mapping[str, Link | Joint]) -> dict[str, Named]:
+    """Return named parts by their names.
 
     Args:
         kind: their kind, for messages.
-        items: links, joints, loops, beams or springs.
-        taken: other items, whose names are in use.
+        parts: links, joints, loops, beams or springs.
+        taken: other parts, whose names are in use.
 
     Raises:
-        RobotFileError: two items have the same name.
+        RobotFileError: two parts have the same name.
     """
     result: dict[str, Named] = {}
-    for item in items:
+    for part in parts:
         for others in (*taken, result):
-            if item.name in others:
-                raise item.place.error(f"the {kind} name {item.name!r} is taken already, in {others[item.name].place}")
-        result[item.name] = item
+            if part.name in others:
+                raise part.place.error(f"the {kind} name {part.name!r} is taken already, in {others[part.name].place}")
+        result[part.name] = part
     return result
 
 
@@ -132,10 +132,10 @@ class RobotDescription(Reported):
         """
         joints_by_name = by_name("joint", joints)
         stiff: dict[str, JointStiffness] = {}
-        for item in joint_stiffness:
-            if item.joint in stiff:
-                raise item.place.error(f"the joint {item.joint!r} has two stiffnesses")
-            stiff[item.joint] = item
+        for stiffness in joint_stiffness:
+            if stiffness.joint in stiff:
+                raise stiffness.place.error(f"the joint {stiffness.joint!r} has two stiffnesses")
+            stiff[stiffness.joint] = stiffness
         return cls(
             name,
             by_name("link", links),
@@ -172,14 +172,14 @@ class RobotDescription(Reported):
 
     def angle_hints(self) -> list[str]:
         """Return hints at angles and limits that are probably in degrees."""
-        origins = [(item.place, f"the joint {item.name!r}", item.origin.rpy) for item in self.joints.values()]
+        origins = [(joint.place, f"the joint {joint.name!r}", joint.origin.rpy) for joint in self.joints.values()]
         for loop in self.loops.values():
             frames = loop.predecessor_origin, loop.successor_origin
             origins += [(loop.place, f"the loop {loop.name!r}", frame.rpy) for frame in frames]
         followed = {joint.mimic.joint for joint in self.joints.values() if joint.mimic is not None}
         connections: list[Joint | Loop] = [*self.joints.values(), *self.loops.values()]
-        hinges = [item for item in connections if JOINT_TYPES[item.type].is_hinge and item.name not in followed]
-        return rpy_hints(origins) + angular_limit_hints((item.place, item.name, item.lower, item.upper) for item in hinges)
+        hinges = [joint for joint in connections if JOINT_TYPES[joint.type].is_hinge and joint.name not in followed]
+        return rpy_hints(origins) + angular_limit_hints((hinge.place, hinge.name, hinge.lower, hinge.upper) for hinge in hinges)
 
     # ---- changed copies ------------------------------------------------------------------------------------------------
 
@@ -235,35 +235,35 @@ class RobotDescription(Reported):
         Raises:
             ArgumentError: no part has this name or attribute, or several parts have both.
         """
-        found = [(table, getattr(self, table)[name]) for table in _ALL_TABLES if name in getattr(self, table)]
-        if not found:
-            known = {key for table in _ALL_TABLES for key in getattr(self, table)}
-            raise ArgumentError(f"nothing in {self.name!r} is called {name!r}: {near_names(name, known)}")
-        fitting = [(table, item) for table, item in found if set(values) <= set(_attributes(item))]
+        matches = [(table, getattr(self, table)[name]) for table in _ALL_TABLES if name in getattr(self, table)]
+        if not matches:
+            names = {key for table in _ALL_TABLES for key in getattr(self, table)}
+            raise ArgumentError(f"nothing in {self.name!r} is called {name!r}: {near_names(name, names)}")
+        fitting = [(table, part) for table, part in matches if set(values) <= set(_attributes(part))]
         if len(fitting) != 1:
-            kinds = " and ".join(f"a {type(item).__name__}" for _, item in fitting or found)
+            kinds = " and ".join(f"a {type(part).__name__}" for _, part in fitting or matches)
             listed = ", ".join(values) or "nothing"
             if fitting:
                 raise ArgumentError(
                     f"{name!r} is {kinds}, and {listed} may belong to either; use with_part and dataclasses.replace"
                 )
-            has = "; ".join(f"a {type(item).__name__} has {', '.join(_attributes(item))}" for _, item in found)
+            has = "; ".join(f"a {type(part).__name__} has {', '.join(_attributes(part))}" for _, part in matches)
             raise ArgumentError(f"{name!r} is {kinds}, which cannot be given {listed}: {has}")
-        table, item = fitting[0]
-        mine = {key: value for key, value in values.items() if key not in _MATERIAL}
-        if len(mine) < len(values):
+        table, part = fitting[0]
+        attributes = {key: value for key, value in values.items() if key not in _MATERIAL}
+        if len(attributes) < len(values):
             material = {key: value for key, value in values.items() if key in _MATERIAL}
-            mine["material"] = replace(mine.get("material", item.material), **material)
-        tables: dict[str, Keyword] = {table: {**getattr(self, table), name: replace(item, **mine)}}
+            attributes["material"] = replace(attributes.get("material", part.material), **material)
+        tables: dict[str, Keyword] = {table: {**getattr(self, table), name: replace(part, **attributes)}}
         return replace(self, **tables)
 
 
-_MATERIAL = tuple(item.name for item in fields(Material))
+_MATERIAL = tuple(field.name for field in fields(Material))
 
 
-def _attributes(item: Part) -> Iterator[str]:
-    for attribute in fields(item):
-        if attribute.name not in ("name", "place") and not (isinstance(item, JointStiffness) and attribute.name == "joint"):
+def _attributes(part: Part) -> Iterator[str]:
+    for attribute in fields(part):
+        if attribute.name not in ("name", "place") and not (isinstance(part, JointStiffness) and attribute.name == "joint"):
             yield attribute.name
-    if isinstance(item, Beam):
+    if isinstance(part, Beam):
         yield from _MATERIAL

@@ -79,8 +79,8 @@ def validate(description: RobotDescription) -> RobotDescription:
     stiffnesses = {name: _stiffness(item, connections, driven) for name, item in description.joint_stiffness.items()}
     for spring in description.springs.values():
         _check_sides(spring, links)
-    known = {warning.partition(": ")[2] for warning in description.file_warnings}
-    new = [warning for warning in warnings if warning.partition(": ")[2] not in known]
+    file_texts = {warning.partition(": ")[2] for warning in description.file_warnings}
+    new = [warning for warning in warnings if warning.partition(": ")[2] not in file_texts]
     result = replace(
         description,
         joints=joints,
@@ -109,10 +109,10 @@ def check_attributes(attributes: Mapping[str, str], where: Where) -> None:
         raise where.error(f"version={version!r} of <robot> is unknown; URDF has version 1.0")
 
 
-def check_reference(where: Where, label: str, kind: str, name: object, known: Collection[str]) -> None:
-    """Raise an error if a name of a ``kind`` of parts is not ``known``; ``label`` is what refers to it."""
-    if not isinstance(name, str) or name not in known:
-        raise where.error(f"{label} refers to the {kind} {name!r}, which does not exist; {near_names(name, known)}")
+def check_reference(where: Where, label: str, kind: str, name: object, part_names: Collection[str]) -> None:
+    """Raise an error if a name of a ``kind`` of parts is not among ``part_names``; ``label`` is what refers to it."""
+    if not isinstance(name, str) or name not in part_names:
+        raise where.error(f"{label} refers to the {kind} {name!r}, which does not exist; {near_names(name, part_names)}")
 
 
 def _check_sides(
@@ -337,36 +337,37 @@ def check_pairs(beams: Sequence[Beam]) -> None:
 # ---- elastic joints ------------------------------------------------------------------------------------------------------
 
 
-def _stiffness(item: JointStiffness, connections: Mapping[str, Joint | Loop], driven: Collection[str]) -> JointStiffness:
+def _stiffness(stiffness: JointStiffness, connections: Mapping[str, Joint | Loop], driven: Collection[str]) -> JointStiffness:
     """Return a stiffness after its checks; three infinite values count as missing."""
-    check_reference(item.place, item.label, "joint", item.joint, connections)
-    joint = connections[item.joint]
-    locked = item.joint in driven or (isinstance(joint, Joint) and joint.mimic is not None)
+    check_reference(stiffness.place, stiffness.label, "joint", stiffness.joint, connections)
+    joint = connections[stiffness.joint]
+    locked = stiffness.joint in driven or (isinstance(joint, Joint) and joint.mimic is not None)
     for group in ("linear", "angular"):
-        values = getattr(item, group)
+        values = getattr(stiffness, group)
         if values is not None and all(map(math.isinf, values)):
-            item = replace(item, linear=None) if group == "linear" else replace(item, angular=None)
+            stiffness = replace(stiffness, linear=None) if group == "linear" else replace(stiffness, angular=None)
         elif values is not None:
-            _check_group(item, group, values, joint, locked)
-    if item.drive is not None and item.joint not in driven:
-        raise item.place.error(
-            f"{item.label} has the attribute drive, but {item.joint!r} is not driven; name it in a <transmission>, or drop drive"
+            _check_group(stiffness, group, values, joint, locked)
+    if stiffness.drive is not None and stiffness.joint not in driven:
+        raise stiffness.place.error(
+            f"{stiffness.label} has the attribute drive, but {stiffness.joint!r} is not driven; name it in a "
+            "<transmission>, or drop drive"
         )
-    return item
+    return stiffness
 
 
-def _check_group(item: JointStiffness, group: str, values: Vector, joint: Joint | Loop, locked: bool) -> None:
+def _check_group(stiffness: JointStiffness, group: str, values: Vector, joint: Joint | Loop, locked: bool) -> None:
     """Check the three linear or angular stiffnesses of a joint, which may be zero along the joint's freedoms only.
 
     If a direction of motion is not an axis of the joint's frame, all three values must be finite and positive.
     """
-    kind, label = joint.of_type, item.label
+    kind, label = joint.of_type, stiffness.label
     axes = kind.slides if group == "linear" else kind.turns
     free = 0 if locked else axes.count
     if free == 3 or (free and all(0 < value < math.inf for value in values)):
         return
     if free and axes is Axes.BOTH:
-        raise item.place.error(
+        raise stiffness.place.error(
             f"angular of {label} must be three finite numbers greater than zero, or be left out, because a {joint.type} "
             "joint's axes are not those of one frame"
         )
@@ -376,7 +377,7 @@ def _check_group(item: JointStiffness, group: str, values: Vector, joint: Joint 
         along = next((index for index in range(3) if beside[index] <= _ALIGNED), None)
         if along is None:
             motion = "slides along" if group == "linear" else "turns about"
-            raise item.place.error(
+            raise stiffness.place.error(
                 f"{joint.name!r} {motion} an axis that is none of its frame's axes, so that {group} of {label} mixes "
                 "free and constrained directions: turn the joint's frame (<origin rpy>) so that its axis is one of the frame's "
                 "axes, or give three finite numbers greater than zero"
@@ -384,7 +385,7 @@ def _check_group(item: JointStiffness, group: str, values: Vector, joint: Joint 
         constrained = {along} if free == 2 else constrained - {along}  # a planar joint constrains its normal direction
     for index in sorted(constrained):
         if values[index] == 0:
-            raise item.place.error(
+            raise stiffness.place.error(
                 f"{group} of {label} is 0 {where[group]} {'xyz'[index]}, which {joint.name!r} constrains; give a number "
                 "greater than zero, or inf for rigid"
             )

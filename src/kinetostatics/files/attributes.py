@@ -53,18 +53,18 @@ def value_of(element: XmlElement, name: str, kind: Kind) -> Keyword:
         raise element.error(f"{element.label} lacks the attribute {name!r}")
     try:
         if kind.form == "numbers":
-            return kind.check(tuple(_number(item, is_part=True) for item in _SPACES.split(given.strip(_SPACE)) if item))
+            return kind.check(tuple(_number(word, is_part=True) for word in _SPACES.split(given.strip(_SPACE)) if word))
         return kind.check(given if kind.form == "text" else _number(given.strip(_SPACE)))
     except ArgumentError as error:
         raise element.error(f"{name}={given!r} of {element.label} {error}") from None
 
 
-def _number(item: str, is_part: bool = False) -> float:
-    if _NUMBER.fullmatch(item) or item == "inf":
-        return float(item)
-    if _NOT_FINITE.fullmatch(item):
+def _number(word: str, is_part: bool = False) -> float:
+    if _NUMBER.fullmatch(word) or word == "inf":
+        return float(word)
+    if _NOT_FINITE.fullmatch(word):
         return math.nan
-    raise ArgumentError((f"is wrong: {item!r} is not a number" if is_part else "is not a number") + si_hint(item))
+    raise ArgumentError((f"is wrong: {word!r} is not a number" if is_part else "is not a number") + si_hint(word))
 
 
 def text(element: XmlElement, name: str) -> str:
@@ -77,19 +77,19 @@ def new_name(element: XmlElement, name: str = "name") -> str:
     return str(value_of(element, name, NAME))
 
 
-def reference(element: XmlElement, name: str, known: Collection[str], kind: str) -> str:
-    """Return a required attribute that must be one of the names ``known``; ``kind`` says in the error what they name."""
+def reference(element: XmlElement, name: str, part_names: Collection[str], kind: str) -> str:
+    """Return a required attribute that must be one of the ``part_names``; ``kind`` says in the error what they name."""
     value = text(element, name)
     # the label of <parent link> and of a transmission's <joint name> would contain the unknown name
     label = f"<{element.tag}>" if element.attributes.get("name", value) == value else element.label
-    check_reference(element, label, kind, value, known)
+    check_reference(element, label, kind, value, part_names)
     return value
 
 
-def si_hint(item: str) -> str:
+def si_hint(quantity: str) -> str:
     """Return a hint with the SI value of a number that has a unit; empty for other texts."""
-    typed = re.match(_NUMBER, item)
-    unit = None if typed is None else find_unit(item[typed.end() :])
+    typed = re.match(_NUMBER, quantity)
+    unit = None if typed is None else find_unit(quantity[typed.end() :])
     if typed is None or unit is None or not unit.kind:
         return ""
     return f"; numbers in a file are in SI units, without the unit: {float(typed[0]) * unit.size:.12g}"
@@ -137,8 +137,8 @@ def row(part: type, attribute: str, path: str = "", **special: Keyword) -> Row:
     for name in parts:
         part = kinds(part)[name][0]  # type: ignore[assignment]
     default = {entry.name: entry.default for entry in fields(part)}[field]
-    found = Row(attribute, kinds(part)[field][0], NEEDED if default is MISSING else default, path)  # type: ignore[arg-type]
-    return replace(found, **special)
+    field_row = Row(attribute, kinds(part)[field][0], NEEDED if default is MISSING else default, path)  # type: ignore[arg-type]
+    return replace(field_row, **special)
 
 
 #: Classes of fields that combine several attributes.
@@ -166,11 +166,11 @@ class ElementTable:
     @cached_property
     def _inner(self) -> dict[str, list[str]]:
         """Tags of the allowed child elements, by path."""
-        found: dict[str, list[str]] = {path: [] for path in self.rows}
+        tags_by_path: dict[str, list[str]] = {path: [] for path in self.rows}
         for head, _, tag in (path.rpartition("/") for path in self.rows if path):
-            found[head].append(tag)
-        found[""] += self.children
-        return found
+            tags_by_path[head].append(tag)
+        tags_by_path[""] += self.children
+        return tags_by_path
 
     def read(self, element: XmlElement, without: Collection[str] = ()) -> dict[str, Keyword]:
         """Return the values of an element by field; fields listed in :data:`PARTS` are objects of the classes listed.
@@ -180,7 +180,7 @@ class ElementTable:
         Raises:
             RobotFileError: an attribute or child is unknown or missing, or a value is invalid.
         """
-        found: dict[str, Keyword] = {}
+        values: dict[str, Keyword] = {}
         parts: dict[str, dict[str, Keyword]] = {}
         at: dict[str, XmlElement | None] = {"": element}
         for path, rows in self.rows.items():
@@ -200,14 +200,14 @@ class ElementTable:
                 if dot:
                     parts.setdefault(part, {})[name] = value
                 else:
-                    found[part] = value
+                    values[part] = value
         for part, items in parts.items():
-            found[part] = PARTS[part](**items) if next(iter(items.values())) is not None else None
-        return found
+            values[part] = PARTS[part](**items) if next(iter(items.values())) is not None else None
+        return values
 
     def write(
         self,
-        item: object,
+        part: object,
         *,
         given: Mapping[str, Keyword] | None = None,
         always: Collection[str] = (),
@@ -216,8 +216,8 @@ class ElementTable:
         """Return the XML element of a part of the description.
 
         Args:
-            item: object with the fields of the rows.
-            given: values by field, which replace the item's values.
+            part: object with the fields of the rows.
+            given: values by field, which replace the part's values.
             always: paths of child elements that are written even if all values are defaults.
             more: further child elements.
         """
@@ -230,7 +230,7 @@ class ElementTable:
             for row in rows:
                 value = given.get(row.field, NEEDED)
                 if value is NEEDED:
-                    value = item
+                    value = part
                     for name in row.field.split("."):
                         value = None if value is None else getattr(value, name)
                 if value is None:
@@ -243,7 +243,7 @@ class ElementTable:
                 texts[row.attribute] = text
             if is_written:
                 head, _, tag = path.rpartition("/")
-                element = XmlElement(tag or self.tag, texts, tuple(inside[path]), getattr(item, "place", IN_PYTHON))
+                element = XmlElement(tag or self.tag, texts, tuple(inside[path]), getattr(part, "place", IN_PYTHON))
                 if not path:
                     return element
                 inside[head].insert(0, element)
@@ -254,4 +254,4 @@ def written(form: str, value: Keyword) -> str:
     """Return a value as text, in the form of its :class:`.Kind`; numbers have all digits, so that they are read exactly."""
     if form == "text":
         return str(value)
-    return " ".join(repr(float(item)).removesuffix(".0") for item in ([value] if form == "number" else value))
+    return " ".join(repr(float(number)).removesuffix(".0") for number in ([value] if form == "number" else value))

@@ -60,12 +60,12 @@ def robots() -> Robots:
 
 
 def _about(path: Path) -> str:
-    found = _ABOUT.search(path.read_text(encoding="utf-8"))
-    return " ".join(found[1].split()) if found else ""
+    sentence = _ABOUT.search(path.read_text(encoding="utf-8"))
+    return " ".join(sentence[1].split()) if sentence else ""
 
 
 def shipped_robots() -> dict[str, Path]:
-    folder = next((item for item in OWN_FOLDERS if item.is_dir()), None)
+    folder = next((folder for folder in OWN_FOLDERS if folder.is_dir()), None)
     if folder is None:
         return {}
     return {path.name.removesuffix(ending): path for ending in ENDINGS for path in sorted(folder.glob(f"*{ending}"))}
@@ -177,20 +177,20 @@ def package_folder(name: str) -> Path:
     if not NAME.fullmatch(name):
         raise PackageNotFound(f"{name!r} is not the name of a package: write letters, digits, - and _, as in $(find my_robots)")
     if name == OWN_NAME:
-        own = next((folder for folder in OWN_FOLDERS if folder.is_dir()), None)
-        if own is not None:
-            return own
-    known = {OWN_NAME}
+        robots_folder = next((folder for folder in OWN_FOLDERS if folder.is_dir()), None)
+        if robots_folder is not None:
+            return robots_folder
+    installed = {OWN_NAME}
     for prefix in _prefixes():
         if (prefix / INDEX / name).is_file() and (prefix / "share" / name).is_dir():
             return prefix / "share" / name
         if (prefix / INDEX).is_dir():
-            known.update(os.listdir(prefix / INDEX))
+            installed.update(os.listdir(prefix / INDEX))
     if name in ON_PYPI:
         raise PackageNotFound(f"the package {name!r} is not installed: pip install {name}")
     raise PackageNotFound(
         f"$(find {name}) finds no such package, neither in ROS (is its workspace sourced?) nor in Python's folders; write a path "
-        f"relative to this file instead; {near_names(name, known)}"
+        f"relative to this file instead; {near_names(name, installed)}"
     )
 
 

@@ -30,13 +30,13 @@ class CsvTable:
 
 
 def read_csv(
-    path: str | os.PathLike[str], example: str, known: Collection[str] | None = None, needed: Sequence[str] = (), least: int = 1
+    path: str | os.PathLike[str], example: str, allowed: Collection[str] | None = None, needed: Sequence[str] = (), least: int = 1
 ) -> CsvTable:
     """Read a CSV table.
 
     Args:
         example: description of a valid table, for the error if there are fewer than ``least`` rows.
-        known: allowed names of columns; None: any.
+        allowed: allowed names of columns; None: any.
         needed: names of required columns.
 
     Raises:
@@ -57,7 +57,7 @@ def read_csv(
         raise ArgumentError(f"{place}: separate columns by commas, not by {reason}")
     named = [column_name(title, place) for title in titles]
     names = tuple(column for column, _ in named)
-    check_columns(place, names, known)
+    check_columns(place, names, allowed)
     if missing := [column for column in needed if column not in names]:
         raise ArgumentError(f"{place}: the column {missing[0]!r} is missing; needed are {', '.join(needed)}")
     for number, row in rows:
@@ -69,20 +69,20 @@ def read_csv(
 
 def column_name(title: str, place: str) -> tuple[str, str]:
     """Return the name and the unit in a column's title; the unit is empty if there is none."""
-    found = re.fullmatch(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]+)\])?\s*", title)
-    if found is None:
+    match = re.fullmatch(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]+)\])?\s*", title)
+    if match is None:
         raise ArgumentError(f"{place}: {title.strip()!r} is not a name, or a name with its unit: z [mm]")
-    return found[1], found[2] or ""
+    return match[1], match[2] or ""
 
 
-def check_columns(place: str, names: Sequence[str], known: Collection[str] | None) -> None:
-    """Check that all names of columns differ, are in ``known`` (None: any), and have no unit in round brackets."""
+def check_columns(place: str, names: Sequence[str], allowed: Collection[str] | None) -> None:
+    """Check that all names of columns differ, are ``allowed`` (None: any), and have no unit in round brackets."""
     for name in names:
         bracketed = re.fullmatch(r"([^()]+?)\s*\(([^()]+)\)", name)
-        if bracketed and name not in (known or ()):
+        if bracketed and name not in (allowed or ()):
             raise ArgumentError(f"{place}: {name!r}: units stand in square brackets, as in {bracketed[1]} [{bracketed[2]}]")
-        if known is not None and name not in known:
-            raise ArgumentError(f"{place}: there is no column {name!r}; {near_names(name, known)}")
+        if allowed is not None and name not in allowed:
+            raise ArgumentError(f"{place}: there is no column {name!r}; {near_names(name, allowed)}")
         if name and names.count(name) > 1:
             raise ArgumentError(f"{place}: the column {name!r} is given twice")
 

@@ -82,18 +82,18 @@ LOOP = ElementTable(
 )
 
 
-def limits(found: dict[str, Keyword]) -> None:
+def limits(values: dict[str, Keyword]) -> None:
     """Complete ``lower`` and ``upper``: infinite if both are missing; zero for one that is missing alone, as in URDF."""
-    lower, upper = found["lower"], found["upper"]
+    lower, upper = values["lower"], values["upper"]
     if lower is None and upper is None:
-        found["lower"], found["upper"] = NO_LIMITS
+        values["lower"], values["upper"] = NO_LIMITS
     else:
-        found["lower"], found["upper"] = (0.0 if value is None else value for value in (lower, upper))
+        values["lower"], values["upper"] = (0.0 if value is None else value for value in (lower, upper))
 
 
-def _unlimited(item: Joint | Loop) -> dict[str, Keyword]:
+def _unlimited(connection: Joint | Loop) -> dict[str, Keyword]:
     """Return values by field that omit the attributes ``lower`` and ``upper`` of a joint without limits."""
-    return {"lower": None, "upper": None} if (item.lower, item.upper) == NO_LIMITS else {}
+    return {"lower": None, "upper": None} if (connection.lower, connection.upper) == NO_LIMITS else {}
 
 
 def write_link(link: Link, extra: Iterable[XmlElement]) -> XmlElement:
@@ -156,17 +156,18 @@ BEAM = ElementTable(
 
 
 def read_section(beam: XmlElement) -> Section:
-    found = beam.children
-    if len(found) != 1:
-        known = ", ".join(f"<{tag}>" for tag in SECTIONS)
-        raise (found[1] if found else beam).error(f"{beam.label} has {len(found) or 'no'} sections; give one of {known}")
-    kind, table = SECTIONS[found[0].tag]
-    numbers = table.read(found[0])
+    sections = beam.children
+    if len(sections) != 1:
+        allowed = ", ".join(f"<{tag}>" for tag in SECTIONS)
+        reason = f"{beam.label} has {len(sections) or 'no'} sections; give one of {allowed}"
+        raise (sections[1] if sections else beam).error(reason)
+    kind, table = SECTIONS[sections[0].tag]
+    numbers = table.read(sections[0])
     try:
         section = kind(**numbers) if kind is Section else kind.of(**numbers)  # type: ignore[attr-defined]
         check_section(section)
     except ArgumentError as error:
-        raise found[0].error(f"{found[0].label}: {error}") from None
+        raise sections[0].error(f"{sections[0].label}: {error}") from None
     return section
 
 
@@ -215,7 +216,7 @@ JOINT_STIFFNESS = ElementTable(
 )
 
 
-def write_stiffness(item: JointStiffness) -> XmlElement:
-    """Return a ``<joint_stiffness>``; infinite linear stiffnesses are written if the item has none at all."""
-    rigid = item.linear is None and item.angular is None and item.drive is None
-    return JOINT_STIFFNESS.write(item, given={"linear": (math.inf,) * 3} if rigid else None)
+def write_stiffness(stiffness: JointStiffness) -> XmlElement:
+    """Return a ``<joint_stiffness>``; infinite linear stiffnesses are written if it has none at all."""
+    rigid = stiffness.linear is None and stiffness.angular is None and stiffness.drive is None
+    return JOINT_STIFFNESS.write(stiffness, given={"linear": (math.inf,) * 3} if rigid else None)

@@ -184,18 +184,18 @@ def read_loop_joints(source: SourceRobot) -> list[ForeignLoop]:
 
 
 def _loop_joint(source: SourceRobot, element: XmlElement) -> ForeignLoop:
-    sides = [item for item in element.children if item.tag in ("link1", "link2")]
-    if [item.tag for item in sides] == ["link1", "link1"]:
+    sides = [child for child in element.children if child.tag in ("link1", "link2")]
+    if [child.tag for child in sides] == ["link1", "link1"]:
         raise sides[1].error(f"{element.label} has two <link1>; call the second one <link2>, as Isaac Sim's importer requires")
-    found = LOOP_JOINT.read(element)
-    kind, axis = found["type"], found.pop("xyz")
+    values = LOOP_JOINT.read(element)
+    kind, axis = values["type"], values.pop("xyz")
     if kind in JOINT_TYPES and JOINT_TYPES[kind].is_free:
         raise element.error(f"{element.label} is {kind}, which joins nothing; take it out")
     if kind is not None and kind not in ISAAC_TYPES:
         raise element.error(f"{element.label} has the type {kind!r}, unknown to Isaac Sim; {near_names(kind, ISAAC_TYPES)}")
     for side in sides:
         reference(side, "link", source.links, "link")
-    if found["predecessor"] == found["successor"]:
-        raise element.error(f"{element.label} joins the link {found['predecessor']!r} to itself")
+    if values["predecessor"] == values["successor"]:
+        raise element.error(f"{element.label} joins the link {values['predecessor']!r} to itself")
     note = "" if axis is None else f"its <axis xyz={axis!r}> is not an element of Isaac Sim's format"
-    return ForeignLoop(**found, axis=None, place=element.place, note=note)
+    return ForeignLoop(**values, axis=None, place=element.place, note=note)

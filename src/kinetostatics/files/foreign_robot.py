@@ -69,7 +69,7 @@ def _source(path: str, root: XmlElement) -> SourceRobot:
 
 def complete(
     source: SourceRobot,
-    found: Sequence[ForeignLoop],
+    foreign_loops: Sequence[ForeignLoop],
     declared: Actuators,
     platform_link: str | None,
     types: Mapping[str, str] | str | None,
@@ -83,22 +83,22 @@ def complete(
             argument does not fit the source.
         RobotFileError: two loops have the same name, or a loop and a joint.
     """
-    _check_names(source, found)
+    _check_names(source, foreign_loops)
     warnings: list[str] = []
     missing: list[str] = []
     if platform_link is None and source.root.child("platform") is None:
         links = [link for link in source.links if link in source.parent_joints and not MARK.fullmatch(link)]
         missing.append(f"platform_link, one of {', '.join(link for link in links if link not in source.made)}")
     if isinstance(types, str):  # one type for all loops that have none
-        types = {loop.name: types for loop in found if loop.type is None}
-    names = [loop.name for loop in found]
+        types = {loop.name: types for loop in foreign_loops if loop.type is None}
+    names = [loop.name for loop in foreign_loops]
     for argument, given in (("types", types), ("axes", axes)):
         if not isinstance(given, Mapping | None):
             raise ArgumentError(f"{argument} must be a dict with the loops' names as keys, not {type(given).__name__}")
         for name in given or ():
             if name not in names:
                 raise ArgumentError(f"{argument}: there is no loop {name!r}; {near_names(str(name), names)}")
-    loops = [_loop(loop, (types or {}).get(loop.name), (axes or {}).get(loop.name), missing, warnings) for loop in found]
+    loops = [_loop(loop, (types or {}).get(loop.name), (axes or {}).get(loop.name), missing, warnings) for loop in foreign_loops]
     closed = [loop for loop in loops if loop is not None]
     movable = [joint.name for joint in source.joints.values() if JOINT_TYPES[joint.type].is_single]
     untyped = {loop.name for loop in closed if not JOINT_TYPES[loop.type].is_single}
@@ -117,9 +117,9 @@ def unread_loops(path: str, root: XmlElement, links: Iterable[str]) -> str:
     return next((f"the link {link!r}" for link in links if FRAME.fullmatch(link)), "")
 
 
-def _check_names(source: SourceRobot, found: Sequence[ForeignLoop]) -> None:
+def _check_names(source: SourceRobot, foreign_loops: Sequence[ForeignLoop]) -> None:
     places = {joint.name: joint.place for joint in source.joints.values()}
-    for loop in found:
+    for loop in foreign_loops:
         other = places.setdefault(loop.name, loop.place)
         if other is not loop.place:
             raise loop.place.error(f"the loop's name {loop.name!r} is taken already, in {other}; rename one of them")
@@ -127,17 +127,17 @@ def _check_names(source: SourceRobot, found: Sequence[ForeignLoop]) -> None:
             raise loop.place.error(f"both frames of the loop {loop.name!r} are on the link {loop.predecessor!r}")
 
 
-def _loop(found: ForeignLoop, given: str | None, axis: object, missing: list[str], warnings: list[str]) -> Loop | None:
+def _loop(loop: ForeignLoop, given: str | None, axis: object, missing: list[str], warnings: list[str]) -> Loop | None:
     """Return a loop; if its type or axis is unknown, add this to ``missing`` and return None."""
-    name, known = found.name, names_of("in_loop")
-    where = f"{name} ({found.place}), which joins {found.predecessor} and {found.successor}"
-    if given is not None and given not in known:
-        raise ArgumentError(f"types: {name!r} cannot be {given!r}; {near_names(str(given), known)}")
-    if given is not None and found.type not in (None, given):
-        warnings.append(f"{found.place}: the loop {name!r} has the given type {given}; the source has {found.type}.")
-    kind = given or found.type
+    name, allowed_types = loop.name, names_of("in_loop")
+    where = f"{name} ({loop.place}), which joins {loop.predecessor} and {loop.successor}"
+    if given is not None and given not in allowed_types:
+        raise ArgumentError(f"types: {name!r} cannot be {given!r}; {near_names(str(given), allowed_types)}")
+    if given is not None and loop.type not in (None, given):
+        warnings.append(f"{loop.place}: the loop {name!r} has the given type {given}; the source has {loop.type}.")
+    kind = given or loop.type
     if kind is None:
-        missing.append(f"types: of {where}, one of {', '.join(known)}")
+        missing.append(f"types: of {where}, one of {', '.join(allowed_types)}")
         return None
     of_kind = JOINT_TYPES[kind]
     count = 2 if of_kind.turns is Axes.BOTH else 1
@@ -147,19 +147,19 @@ def _loop(found: ForeignLoop, given: str | None, axis: object, missing: list[str
             raise ArgumentError(f"axes: the loop {name!r} is {kind} and has no axis")
     elif axis is not None:
         vectors = _unit_vectors(name, axis, count, kind)
-        if found.axis is not None and count == 1 and np.abs(np.subtract(vectors[0], found.axis)).max() > 1e-9:
-            warnings.append(f"{found.place}: the loop {name!r} has the given axis; the source has {found.axis}.")
-    elif found.axis is not None and count == 1:
-        vectors = (found.axis,)
+        if loop.axis is not None and count == 1 and np.abs(np.subtract(vectors[0], loop.axis)).max() > 1e-9:
+            warnings.append(f"{loop.place}: the loop {name!r} has the given axis; the source has {loop.axis}.")
+    elif loop.axis is not None and count == 1:
+        vectors = (loop.axis,)
     else:
         what = "both axes" if count == 2 else "the normal" if of_kind.slides is Axes.ACROSS else "the axis"
-        second = f" and on {found.successor}" if count == 2 else ""
-        note = f"; {found.note}" if found.note else ""
-        missing.append(f"axes: {what} of the {kind} joint {where}, in its frame on {found.predecessor}{second}{note}")
+        second = f" and on {loop.successor}" if count == 2 else ""
+        note = f"; {loop.note}" if loop.note else ""
+        missing.append(f"axes: {what} of the {kind} joint {where}, in its frame on {loop.predecessor}{second}{note}")
         return None
-    ends = (found.predecessor, found.successor, found.predecessor_origin, found.successor_origin)
+    ends = (loop.predecessor, loop.successor, loop.predecessor_origin, loop.successor_origin)
     filled = [*vectors, *(_X, _Y)[len(vectors) :]]
-    return Loop(name, kind, *ends, axis=filled[0], axis2=filled[1], place=found.place)
+    return Loop(name, kind, *ends, axis=filled[0], axis2=filled[1], place=loop.place)
 
 
 def _unit_vectors(name: str, value: object, count: int, kind: str) -> tuple[Vector, ...]:

@@ -90,8 +90,8 @@ class Node:
     def text(self, what: str) -> str:
         """Return the text of this node, which must be one line and not blank; ``what`` names the node in errors."""
         if not isinstance(self.value, str) or not self.value.strip() or not self.value.isprintable():
-            found = repr(self.value) if isinstance(self.value, str) else "a mapping" if self.value is None else "a list"
-            raise self.error(f"{what} must be text in one line, not {found}")
+            actual = repr(self.value) if isinstance(self.value, str) else "a mapping" if self.value is None else "a list"
+            raise self.error(f"{what} must be text in one line, not {actual}")
         return self.value
 
 
@@ -105,21 +105,21 @@ def _read_yaml(path: str | os.PathLike[str]) -> dict[str, Node]:
         place = Place(file, node.start_mark.line + 1)
         if isinstance(node, yaml.MappingNode):
             return Node(None, place)
-        return Node([nodes(item) for item in node.value] if isinstance(node, yaml.SequenceNode) else str(node.value), place)
+        return Node([nodes(child) for child in node.value] if isinstance(node, yaml.SequenceNode) else str(node.value), place)
 
     try:
         root = yaml.compose(read_file(path).decode("utf-8-sig"), Loader=yaml.SafeLoader)
         if not isinstance(root, yaml.MappingNode):
             line = None if root is None else root.start_mark.line + 1
             raise RobotFileError("robot.yaml is a mapping, which begins with a key such as closed_loop:", file, line)
-        found: dict[str, Node] = {}
+        keys: dict[str, Node] = {}
         for key_node, node in root.value:
             key = nodes(key_node)
             name = key.text("a key")
-            if name in found:
+            if name in keys:
                 raise key.error(f"the key {name!r} comes twice")
-            found[name] = nodes(node)
-        return found
+            keys[name] = nodes(node)
+        return keys
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         reason = " ".join(filter(None, (error.context, error.problem)))
@@ -176,7 +176,7 @@ def _pair(node: Node) -> tuple[str, str, Place]:
     items = node.items("an entry of closed_loop")
     if len(items) != 2:
         raise node.error(f"an entry of closed_loop must be a pair of frames, not {len(items)} of them")
-    first, second = (item.text("a frame of closed_loop") for item in items)
+    first, second = (frame.text("a frame of closed_loop") for frame in items)
     if first == second:
         raise node.error(f"closed_loop pairs {first!r} with itself")
     return first, second, node.place
@@ -188,13 +188,13 @@ def _types(keys: Mapping[str, Node], count: int) -> list[str | None]:
     nodes = keys["type"].items("type")
     if len(nodes) != count:
         raise keys["type"].error(f"type has {len(nodes)} entries, and closed_loop has {count}; each loop needs one")
-    found: list[str | None] = []
+    types: list[str | None] = []
     for node in nodes:
         kind = node.text("an entry of type")
         if kind.lower() not in TYPES:
             raise node.error(f"type is {kind!r}; known: 3d (the frames' origins coincide), 6d (the whole frames do)")
-        found.append(TYPES[kind.lower()])
-    return found
+        types.append(TYPES[kind.lower()])
+    return types
 
 
 def _name(first: str, second: str, taken: set[str]) -> str:
@@ -232,20 +232,20 @@ def _retyped(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[Retyped, ..
     names, types = (keys[key].items(key) for key in ("joint_name", "joint_type"))
     if len(names) != len(types):
         raise keys["joint_type"].error(f"joint_type has {len(types)} entries, and joint_name has {len(names)}")
-    found: dict[str, Retyped] = {}
+    retyped: dict[str, Retyped] = {}
     for name_node, type_node in zip(names, types, strict=True):
         name, kind = name_node.text("an entry of joint_name"), type_node.text("an entry of joint_type")
         movable = [joint.name for joint in source.joints.values() if not JOINT_TYPES[joint.type].is_fixed]
         if name not in movable:
             what = "is fixed in the URDF" if name in source.joints else "does not exist"
             raise name_node.error(f"joint_name has {name!r}, which {what}; {near_names(name, movable)}")
-        if name in found:
+        if name in retyped:
             raise name_node.error(f"joint_name has {name!r} twice")
         if kind not in RETYPED:
             reason = f"joint_type of {name!r} is {kind!r}, whose axes are not known here; known: {', '.join(RETYPED)}"
             raise type_node.error(f"{reason}. Write its revolutes into the URDF, and take it out of joint_name")
-        found[name] = Retyped(name, RETYPED[kind], name_node.place)
-    return tuple(found.values())
+        retyped[name] = Retyped(name, RETYPED[kind], name_node.place)
+    return tuple(retyped.values())
 
 
 # ---- joints of other types: runs of revolutes with massless links between them ---------------------------------------------
@@ -256,52 +256,52 @@ def retype(source: SourceRobot, retyped: Sequence[Retyped]) -> XmlElement:
 
     Each revolute has the name of the joint with ``_X``, ``_Y`` or ``_Z`` appended.
     """
-    changes = {item.joint: item for item in retyped}
+    changes = {change.joint: change for change in retyped}
     content: list[XmlElement | str] = []
-    for item in source.root.content:
-        name = item.attributes.get("name") if isinstance(item, XmlElement) and item.tag == "joint" else None
-        if isinstance(item, XmlElement) and name in changes:
-            content.extend(_run_of(source, item, changes[name]))
+    for child in source.root.content:
+        name = child.attributes.get("name") if isinstance(child, XmlElement) and child.tag == "joint" else None
+        if isinstance(child, XmlElement) and name in changes:
+            content.extend(_run_of(source, child, changes[name]))
         else:
-            content.append(item)
+            content.append(child)
     return replace(source.root, content=tuple(content))
 
 
 def driven_after(driven: Sequence[str], retyped: Sequence[Retyped]) -> tuple[str, ...]:
     """Return the names of the driven joints after :func:`retype`, which may have made some of them fixed."""
-    changes = {item.joint: item for item in retyped}
+    changes = {change.joint: change for change in retyped}
     names: list[str] = []
     for name in driven:
-        item = changes.get(name)
-        if item is None:
+        change = changes.get(name)
+        if change is None:
             names.append(name)
-        elif len(item.axes) == 3:
+        elif len(change.axes) == 3:
             reason = f"the joint {name!r} is spherical, but is driven by name_mot; only joints with one freedom can be driven"
-            raise item.place.error(reason)
+            raise change.place.error(reason)
         else:
-            names.extend(_new_names(item))
+            names.extend(_new_names(change))
     return tuple(names)
 
 
-def _new_names(item: Retyped) -> list[str]:
-    return [f"{item.joint}_{axis.upper()}" for axis in item.axes]
+def _new_names(change: Retyped) -> list[str]:
+    return [f"{change.joint}_{axis.upper()}" for axis in change.axes]
 
 
-def _run_of(source: SourceRobot, joint: XmlElement, item: Retyped) -> list[XmlElement | str]:
+def _run_of(source: SourceRobot, joint: XmlElement, change: Retyped) -> list[XmlElement | str]:
     """Return the elements that replace a joint: revolute joints with massless links between them."""
     place = joint.place
     parts = [part for part in joint.children if part.tag in ("origin", "parent", "child")]
-    if not item.axes:
-        return [XmlElement("joint", {"name": item.joint, "type": "fixed"}, tuple(parts), place)]
-    names = _new_names(item)
+    if not change.axes:
+        return [XmlElement("joint", {"name": change.joint, "type": "fixed"}, tuple(parts), place)]
+    names = _new_names(change)
     result: list[XmlElement | str] = []
-    for index, (name, axis) in enumerate(zip(names, item.axes, strict=True)):
+    for index, (name, axis) in enumerate(zip(names, change.axes, strict=True)):
         link = f"{name}_link"
         for taken, what, where in ((name, "joint", source.joints), (link, "link", source.links)):
             if taken in where:
                 made = ", ".join(names)
-                raise item.place.error(
-                    f"the joint {item.joint!r} becomes {made}, but there is a {what} {taken!r} already; rename it"
+                raise change.place.error(
+                    f"the joint {change.joint!r} becomes {made}, but there is a {what} {taken!r} already; rename it"
                 )
         content: list[XmlElement | str] = [part for part in parts if part.tag != "child"]
         if index:

@@ -12,7 +12,7 @@ from kinetostatics.description.link_matrices import LinkMatrices
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.output_files import replacing
 
-KEYS = tuple(item.name for item in fields(LinkMatrices))
+KEYS = tuple(field.name for field in fields(LinkMatrices))
 NEEDED = ("names", "origins", "stiffness")
 
 

@@ -54,15 +54,15 @@ def parameter_unit(value: object, read: Callable[[float], RobotDescription]) -> 
             before, *after = (dict(_walk(read(float(value) + step), (), "")) for step in (0.0, *steps))
         except RobotFileError:
             continue
-        found = {
-            item[1]
-            for key, item in before.items()
+        units = {
+            unit
+            for key, (number, unit) in before.items()
             if all(
-                key in numbers and abs(abs((numbers[key][0] - item[0]) / step) - 1) < SLOPE
+                key in numbers and abs(abs((numbers[key][0] - number) / step) - 1) < SLOPE
                 for numbers, step in zip(after, steps, strict=True)
             )
         }
-        return found.pop() if len(found) == 1 else ""
+        return units.pop() if len(units) == 1 else ""
     return ""
 
 
@@ -70,13 +70,13 @@ def parameter_hints(path: str, parameters: Mapping[str, object], links: Mapping[
     """Return hints at given lengths of 1 m or more that far exceed the parameters' own values in the file."""
     numbers = {name: _number(value) for name, value in parameters.items()}
     given = {name: number for name, number in numbers.items() if number is not None and number >= 1}
-    own = {name: _number(text) for name, text in parameter_values(path, {}).items()} if given else {}
-    found = []
+    file_values = {name: _number(text) for name, text in parameter_values(path, {}).items()} if given else {}
+    hints = []
     for name, value in given.items():
-        hint = length_hint(f"{name} = {value:.6g} m is", value, own.get(name) or 0.0, "the file's own", LONG)
-        if hint and parameter_unit(own[name], partial(_with_value, path, name, links)) == "m":
-            found += hint
-    return found
+        hint = length_hint(f"{name} = {value:.6g} m is", value, file_values.get(name) or 0.0, "the file's own", LONG)
+        if hint and parameter_unit(file_values[name], partial(_with_value, path, name, links)) == "m":
+            hints += hint
+    return hints
 
 
 def _with_value(path: str, name: str, links: Mapping[str, str | None], value: float) -> RobotDescription:
@@ -90,7 +90,7 @@ def _number(value: object) -> float | None:
         return None
 
 
-def _walk(value: object, place: tuple[object, ...], own: str) -> Iterator[tuple[tuple[object, ...], tuple[float, str]]]:
+def _walk(value: object, place: tuple[object, ...], unit: str) -> Iterator[tuple[tuple[object, ...], tuple[float, str]]]:
     if is_dataclass(value):
         units = UNITS.get(type(value), {})
         if isinstance(value, Joint | Loop):
@@ -98,10 +98,10 @@ def _walk(value: object, place: tuple[object, ...], own: str) -> Iterator[tuple[
         for field in fields(value):
             yield from _walk(getattr(value, field.name), (*place, field.name), units.get(field.name, ""))
     elif isinstance(value, Mapping):
-        for name, item in value.items():
-            yield from _walk(item, (*place, name), "")
+        for name, part in value.items():
+            yield from _walk(part, (*place, name), "")
     elif isinstance(value, tuple):
-        for number, item in enumerate(value):
-            yield from _walk(item, (*place, number), own)
-    elif own and isinstance(value, Real):
-        yield place, (float(value), own)
+        for number, part in enumerate(value):
+            yield from _walk(part, (*place, number), unit)
+    elif unit and isinstance(value, Real):
+        yield place, (float(value), unit)

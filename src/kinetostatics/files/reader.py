@@ -101,8 +101,8 @@ def _read(
     data: bytes | str, path: str, parameters: Mapping[str, object], platform: str | None = None, base: str | None = None
 ) -> RobotDescription:
     root, _, warnings = read_document(data, path, parameters)
-    found = describe(root, path, warnings, platform, base)
-    return known_valid(replace(found, parameters=ResultMapping(parameters))) if parameters else found
+    description = describe(root, path, warnings, platform, base)
+    return known_valid(replace(description, parameters=ResultMapping(parameters))) if parameters else description
 
 
 def describe(
@@ -165,7 +165,7 @@ def describe(
             inertia_warnings=tuple(inertia_warnings),
             springs=read_springs(root),
             default_axes=tuple(
-                item.attributes["name"] for tag in ("joint", "loop") for item in root.named(tag) if lacks_axis(item)
+                element.attributes["name"] for tag in ("joint", "loop") for element in root.named(tag) if lacks_axis(element)
             ),
         )
     )
@@ -173,10 +173,10 @@ def describe(
 
 def _only(root: XmlElement, table: ElementTable, links: Mapping[str, Link]) -> XmlElement | None:
     """Return the only element with the tag of a table, after a check that its link exists; None without an element."""
-    found = root.named(table.tag)
-    if len(found) > 1:
-        raise found[1].error(f"there are two <{table.tag}>; a robot has one")
-    for element in found:
+    elements = root.named(table.tag)
+    if len(elements) > 1:
+        raise elements[1].error(f"there are two <{table.tag}>; a robot has one")
+    for element in elements:
         table.read(element)
         reference(element, "link", links, "link")
-    return found[0] if found else None
+    return elements[0] if elements else None

@@ -39,9 +39,9 @@ def read_loops(root: XmlElement, joints: Mapping[str, Joint], warnings: list[str
 
 
 def _loop(element: XmlElement, warnings: list[str]) -> Loop:
-    found = LOOP.read(element)
-    limits(found)
-    loop = Loop(**found, place=element.part_place)
+    values = LOOP.read(element)
+    limits(values)
+    loop = Loop(**values, place=element.part_place)
     loop.check_given(child.tag for child in element.children)
     if lacks_axis(element):
         warnings.append(axis_warning(element))
@@ -49,7 +49,7 @@ def _loop(element: XmlElement, warnings: list[str]) -> Loop:
 
 
 def read_springs(root: XmlElement) -> dict[str, Spring]:
-    return by_name("spring", [Spring(**SPRING.read(item), place=item.part_place) for item in root.named("spring")])
+    return by_name("spring", [Spring(**SPRING.read(element), place=element.part_place) for element in root.named("spring")])
 
 
 def with_counterweights(
@@ -59,10 +59,10 @@ def with_counterweights(
     masses: list[Link] = []
     mounts: list[Joint] = []
     for element in root.named("counterweight"):
-        found, place = COUNTERWEIGHT.read(element), element.place
-        name, link = found["name"], reference(element, "link", links, "link")
-        masses.append(Link(name, found["mass"], place=place))
-        mounts.append(Joint(f"{name}_mount", "fixed", link, name, Origin(found["point"]), place=place))
+        values, place = COUNTERWEIGHT.read(element), element.place
+        name, link = values["name"], reference(element, "link", links, "link")
+        masses.append(Link(name, values["mass"], place=place))
+        mounts.append(Joint(f"{name}_mount", "fixed", link, name, Origin(values["point"]), place=place))
     return {**links, **by_name("link", masses, links)}, {**joints, **by_name("joint", mounts, joints)}
 
 
@@ -76,11 +76,11 @@ def read_beams(root: XmlElement, connections: Collection[str]) -> dict[str, Beam
 
 
 def _beam(element: XmlElement, connections: Collection[str]) -> Beam:
-    found = BEAM.read(element)
+    attributes = BEAM.read(element)
     values: dict[str, Keyword] = {
-        **found,
-        "name": found["name"] or found["link"],
-        **{name: None if found[name] is None else _end(found[name], connections) for name in ("start", "end")},
+        **attributes,
+        "name": attributes["name"] or attributes["link"],
+        **{name: None if attributes[name] is None else _end(attributes[name], connections) for name in ("start", "end")},
     }
     return Beam(**values, section=read_section(element), place=element.place)
 
@@ -94,8 +94,8 @@ def _end(value: str, connections: Collection[str]) -> BeamEnd:
 def read_driven(root: XmlElement, joints: Mapping[str, Joint], loops: Mapping[str, Loop], warnings: list[str]) -> tuple[str, ...]:
     """Return the names of the joints and loops with a ``<transmission>``."""
     transmissions = [
-        (item, item.label, [(entry.attributes.get("name", ""), entry.place) for entry in item.named("joint")])
-        for item in root.named("transmission")
+        (element, element.label, [(entry.attributes.get("name", ""), entry.place) for entry in element.named("joint")])
+        for element in root.named("transmission")
     ]
     return valid_driven(transmissions, joints, loops, warnings)
 
@@ -103,10 +103,11 @@ def read_driven(root: XmlElement, joints: Mapping[str, Joint], loops: Mapping[st
 def read_joint_stiffness(root: XmlElement) -> dict[str, JointStiffness]:
     result: dict[str, JointStiffness] = {}
     for element in root.named("joint_stiffness"):
-        item = JointStiffness(**JOINT_STIFFNESS.read(element), place=element.place)
-        if item.joint in result:
-            raise element.error(f"the joint {item.joint!r} has a <joint_stiffness> already, in {result[item.joint].place}")
-        if item.linear is None and item.angular is None and item.drive is None:
+        stiffness = JointStiffness(**JOINT_STIFFNESS.read(element), place=element.place)
+        joint = stiffness.joint
+        if joint in result:
+            raise element.error(f"the joint {joint!r} has a <joint_stiffness> already, in {result[joint].place}")
+        if stiffness.linear is None and stiffness.angular is None and stiffness.drive is None:
             raise element.error(f"{element.label} has no stiffness: give linear, angular or drive")
-        result[item.joint] = item
+        result[joint] = stiffness
     return result

@@ -59,9 +59,9 @@ def plain_transmission(joint: str, place: Place) -> XmlElement:
     return XmlElement("transmission", {"name": f"drive_{joint}"}, (entry,), place)
 
 
-def extra_of_robot(root: XmlElement, known: Iterable[str]) -> str:
-    """Return, as XML, the child elements of ``<robot>`` except ``known`` ones and plain transmissions; transmissions last."""
-    kept = [child for child in root.children if child.tag not in (*known, "transmission")]
+def extra_of_robot(root: XmlElement, read_tags: Iterable[str]) -> str:
+    """Return, as XML, the child elements of ``<robot>`` except ``read_tags`` and plain transmissions; transmissions last."""
+    kept = [child for child in root.children if child.tag not in (*read_tags, "transmission")]
     for child in root.named("transmission"):
         names = [entry.attributes.get("name", "") for entry in child.named("joint")]
         if len(names) != 1 or to_text(child, header=False) != to_text(plain_transmission(names[0], child.place), header=False):
@@ -69,14 +69,14 @@ def extra_of_robot(root: XmlElement, known: Iterable[str]) -> str:
     return "".join(to_text(child, header=False) for child in kept)
 
 
-def _check_children(element: XmlElement, known: tuple[str, ...], warnings: list[str]) -> None:
+def _check_children(element: XmlElement, known_tags: tuple[str, ...], warnings: list[str]) -> None:
     """Raise an error for elements of this package in a wrong place, and warn of probable misspellings."""
     for child in element.children:
-        if child.tag in known:
+        if child.tag in known_tags:
             continue
         if child.tag in ROBOT_LEVEL:
             raise child.error(f"<{child.tag}> belongs directly inside <robot>, not inside {element.label}")
-        near = difflib.get_close_matches(child.tag.lower(), known, n=1, cutoff=0.75)
+        near = difflib.get_close_matches(child.tag.lower(), known_tags, n=1, cutoff=0.75)
         if near:
             warnings.append(f"{child.place}: <{child.tag}> in {element.label} is ignored; did you mean <{near[0]}>?")
 
@@ -88,9 +88,9 @@ def _link(element: XmlElement, warnings: list[str], inertia_warnings: list[str])
     extra = other_children(element, *LINK_FIELDS)
     if inertial is None:
         return Link(name, extra=extra, place=element.place)
-    found = INERTIAL.read(inertial)
-    inertia = Inertia(_moments(element, inertial, inertia_warnings), found.pop("rpy"))
-    return Link(name, **found, inertia=inertia, has_inertial=True, extra=extra, place=element.place)
+    values = INERTIAL.read(inertial)
+    inertia = Inertia(_moments(element, inertial, inertia_warnings), values.pop("rpy"))
+    return Link(name, **values, inertia=inertia, has_inertial=True, extra=extra, place=element.place)
 
 
 def check_in_link(link: XmlElement, warnings: list[str]) -> None:
@@ -117,9 +117,9 @@ def _moments(link: XmlElement, inertial: XmlElement, warnings: list[str]) -> tup
 def _joint(element: XmlElement, warnings: list[str]) -> Joint:
     kind = JOINT_TYPES.get(text(element, "type"))
     without = [] if kind is None or kind.has_axis else ["axis"]  # exporters write one nevertheless, often zero
-    found = JOINT.read(element, without)
-    limits(found)
-    joint = Joint(**found, extra=other_children(element, *JOINT_FIELDS), place=element.part_place)
+    values = JOINT.read(element, without)
+    limits(values)
+    joint = Joint(**values, extra=other_children(element, *JOINT_FIELDS), place=element.part_place)
     if joint.of_type.has_limits and element.child("limit") is None:
         raise element.error(
             f"{element.label} is {joint.type} and has no <limit>, which URDF requires: write <limit effort=… velocity=…>, "
@@ -136,21 +136,21 @@ def check_in_joint(joint: XmlElement, warnings: list[str]) -> None:
     """Check the child elements of a joint that are kept for other programs."""
     _check_children(joint, (*JOINT_FIELDS, *_DYNAMICS), warnings)
     for tag, (needed, others) in _DYNAMICS.items():
-        found = joint.child(tag)
-        if found is None:
+        child = joint.child(tag)
+        if child is None:
             continue
-        if tag == "dynamics" and not set(others) & set(found.attributes):
-            raise found.error(f"<dynamics> of {joint.label} has neither damping nor friction")
-        for name in (*needed, *(name for name in others if name in found.attributes)):
-            value_of(found, name, NUMBER)
+        if tag == "dynamics" and not set(others) & set(child.attributes):
+            raise child.error(f"<dynamics> of {joint.label} has neither damping nor friction")
+        for name in (*needed, *(name for name in others if name in child.attributes)):
+            value_of(child, name, NUMBER)
 
 
 def check_in_robot(root: XmlElement, _warnings: list[str]) -> None:
     """Raise an error for misspelled child elements, which would otherwise be ignored, and for materials defined twice."""
-    known = (*ROBOT_LEVEL, "transmission", "link", "joint")
+    known_tags = (*ROBOT_LEVEL, "transmission", "link", "joint")
     materials: set[str] = set()
     for child in root.children:
-        near = [] if child.tag in known else difflib.get_close_matches(child.tag.lower(), known, n=1, cutoff=0.75)
+        near = [] if child.tag in known_tags else difflib.get_close_matches(child.tag.lower(), known_tags, n=1, cutoff=0.75)
         if near and ":" not in child.tag:
             raise child.error(f"<{child.tag}> is not an element of robot files; did you mean <{near[0]}>?")
         if child.tag == "material":
@@ -204,16 +204,16 @@ def likely_platforms(links: Collection[str], joints: Mapping[str, Joint]) -> lis
     hands = {link for link, below in branches.items() if len(below) > 1}
     parents = {joint.parent for joint in joints.values()}
     ends = [link for link in reversed(list(links)) if link not in parents and depth[link]]
-    found: dict[str, tuple[int, int]] = {}
+    ranks: dict[str, tuple[int, int]] = {}
     for end in ends:
         hand = next((link for link in upwards(end) if link in hands), end)
         if hand != end and depth[end] < 2 * depth[hand]:
-            found[end] = -depth[hand], depth[end] - depth[hand]
+            ranks[end] = -depth[hand], depth[end] - depth[hand]
             if not any(depth[other] == depth[hand] and hand in upwards(other) for other in ends):
-                found[hand] = -depth[hand], 0
+                ranks[hand] = -depth[hand], 0
         else:
-            found[end] = -depth[end], 0
-    return sorted(found, key=found.__getitem__)
+            ranks[end] = -depth[end], 0
+    return sorted(ranks, key=ranks.__getitem__)
 
 
 def chosen_platform(root: XmlElement, links: Collection[str], joints: Mapping[str, Joint], warnings: list[str]) -> str:
@@ -223,13 +223,13 @@ def chosen_platform(root: XmlElement, links: Collection[str], joints: Mapping[st
         PlatformMissingError: there are several moving end links.
         RobotFileError: nothing moves.
     """
-    found = likely_platforms(links, joints)
-    if len(found) == 1:
-        warnings.append(f"{root.place}: the file names no platform; it is {found[0]!r}, the only link at an end of its tree.")
-        return found[0]
-    if not found:
+    likely = likely_platforms(links, joints)
+    if len(likely) == 1:
+        warnings.append(f"{root.place}: the file names no platform; it is {likely[0]!r}, the only link at an end of its tree.")
+        return likely[0]
+    if not likely:
         raise root.error('the robot has no platform, and no joint moves a link that <platform link="…"/> could name')
-    raise PlatformMissingError(root.place.file, root.place.line, found[:OFFERED])
+    raise PlatformMissingError(root.place.file, root.place.line, likely[:OFFERED])
 
 
 def first_base(tree: str, joints: Mapping[str, Joint]) -> str:

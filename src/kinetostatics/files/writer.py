@@ -130,22 +130,25 @@ _KEPT: dict[str, tuple[Collection[str], Callable[[XmlElement, list[str]], None]]
 
 def robot_text(description: RobotDescription, comment: str = "") -> str:
     """Return a description as the indented text of a plain URDF file with the elements of this package."""
-    place, known = Place(description.path), {*description.joints, *description.loops}
+    place, connection_names = Place(description.path), {*description.joints, *description.loops}
     extra, _ = _kept("robot", "", description.extra, place)
     root = XmlElement(
         "robot",
         {"name": description.name, **dict(description.attributes)},
         (
             *(write_link(link, _kept("link", link.name, link.extra, link.place)[0]) for link in description.links.values()),
-            *(write_joint(item, _kept("joint", item.name, item.extra, item.place)[0]) for item in description.joints.values()),
+            *(
+                write_joint(joint, _kept("joint", joint.name, joint.extra, joint.place)[0])
+                for joint in description.joints.values()
+            ),
             *([BASE.write(description)] if description.base else []),
             PLATFORM.write(description),
             *map(write_loop, description.loops.values()),
-            *(write_beam(beam, known) for beam in description.beams.values()),
+            *(write_beam(beam, connection_names) for beam in description.beams.values()),
             *map(write_stiffness, description.joint_stiffness.values()),
             *map(SPRING.write, description.springs.values()),
-            *(item for item in extra if item.tag != "transmission"),
-            *_transmissions(description.driven, [item for item in extra if item.tag == "transmission"], place),
+            *(element for element in extra if element.tag != "transmission"),
+            *_transmissions(description.driven, [element for element in extra if element.tag == "transmission"], place),
         ),
         place,
     )
@@ -154,10 +157,10 @@ def robot_text(description: RobotDescription, comment: str = "") -> str:
 
 def kept_warnings(description: RobotDescription) -> list[str]:
     """Return the warnings about XML in the description that are not among those about its file."""
-    known = {warning.partition(": ")[2] for warning in description.file_warnings}
+    file_texts = {warning.partition(": ")[2] for warning in description.file_warnings}
     parts = (("link", description.links), ("joint", description.joints))
-    found = [_kept(tag, part.name, part.extra, part.place)[1] for tag, table in parts for part in table.values()]
-    return [warning for warnings in found for warning in warnings if warning.partition(": ")[2] not in known]
+    warning_lists = [_kept(tag, part.name, part.extra, part.place)[1] for tag, table in parts for part in table.values()]
+    return [warning for warnings in warning_lists for warning in warnings if warning.partition(": ")[2] not in file_texts]
 
 
 @lru_cache(maxsize=1000)
@@ -177,9 +180,9 @@ def _kept(tag: str, name: str, extra: str, place: Place) -> tuple[tuple[XmlEleme
     return root.children, tuple(warnings)
 
 
-def _transmissions(driven: tuple[str, ...], known: list[XmlElement], place: Place) -> list[XmlElement]:
-    """Return the transmissions of the ``driven`` joints in their order: ``known`` ones where they fit, otherwise plain ones."""
-    joints = [[entry.attributes.get("name", "") for entry in item.named("joint")] for item in known]
+def _transmissions(driven: tuple[str, ...], originals: list[XmlElement], place: Place) -> list[XmlElement]:
+    """Return the transmissions of the ``driven`` joints in their order: ``originals`` where they fit, otherwise plain ones."""
+    joints = [[entry.attributes.get("name", "") for entry in transmission.named("joint")] for transmission in originals]
     of_joint = {name: number for number, names in enumerate(joints) for name in names}
     result: list[XmlElement] = []
     position = 0
@@ -187,7 +190,7 @@ def _transmissions(driven: tuple[str, ...], known: list[XmlElement], place: Plac
         number = of_joint.get(driven[position])
         names = joints[number] if number is not None else []
         if number is not None and tuple(names) == tuple(driven[position : position + len(names)]):
-            result.append(known[number])
+            result.append(originals[number])
             position += len(names)
         else:
             result.append(plain_transmission(driven[position], place))

@@ -33,15 +33,15 @@ _PRIVATE = re.compile(r"(?<!\w)__")
 
 
 class _Arguments(dict[str, str]):
-    """The substitution arguments of one expansion, by name; ``known`` are the declared names."""
+    """The substitution arguments of one expansion, by name; ``declared`` are the names that files declare."""
 
     def __init__(self, values: Mapping[str, str]) -> None:
         super().__init__(values)
-        self.known: set[str] = set()
+        self.declared: set[str] = set()
 
     def __getitem__(self, name: str) -> str:
         value = super().__getitem__(name)
-        self.known.add(name)
+        self.declared.add(name)
         return value
 
 
@@ -76,8 +76,8 @@ def expand(
             called = f" (in the macro called at {calls[-1]})" if calls else ""
             raise (place or Place(path)).error(_reason(error, arguments) + called) from None
     for name in parameters:
-        if name not in arguments.known:
-            reason = f"the file has no <xacro:arg> for the parameter {name!r}; {near_names(name, arguments.known)}"
+        if name not in arguments.declared:
+            reason = f"the file has no <xacro:arg> for the parameter {name!r}; {near_names(name, arguments.declared)}"
             raise RobotFileError(reason, path)
     if values is not None:
         values.update(arguments)
@@ -101,7 +101,7 @@ def _as_text(name: str, value: object) -> str:
 def _note_arguments(document: minidom.Document, arguments: _Arguments) -> None:
     """Record the arguments that a file declares, even where a condition excludes the declaration."""
     for element in document.getElementsByTagName("xacro:arg"):
-        arguments.known.add(element.getAttribute("name"))
+        arguments.declared.add(element.getAttribute("name"))
 
 
 @contextlib.contextmanager
@@ -116,8 +116,8 @@ def _own_state(xacro: ModuleType, arguments: _Arguments) -> Iterator[None]:
     def parse_included(_: object, filename: str) -> minidom.Document:
         path = Path(filename)
         if path.parent.name == LIBRARY and not path.exists():  # a robot of the package, copied without its library
-            own = package_folder(OWN_NAME) / LIBRARY / path.name
-            xacro.filestack[-1] = filename = str(own) if own.is_file() else filename
+            library_file = package_folder(OWN_NAME) / LIBRARY / path.name
+            xacro.filestack[-1] = filename = str(library_file) if library_file.is_file() else filename
         try:
             data = read_file(filename)
         except (OSError, ValueError) as error:
@@ -160,8 +160,8 @@ def _reason(error: Exception, arguments: _Arguments) -> str:
     if isinstance(cause, PackageNotFound):
         return str(cause)
     if type(cause).__name__ == "ArgException":
-        known = near_names(str(cause), arguments.known)
-        return f"there is no xacro argument {str(cause)!r}: declare it with <xacro:arg name default>; {known}"
+        near = near_names(str(cause), arguments.declared)
+        return f"there is no xacro argument {str(cause)!r}: declare it with <xacro:arg name default>; {near}"
     if isinstance(cause, TypeError):  # "500mm" / 2
         for name, value in arguments.items():
             if hint := si_hint(value):

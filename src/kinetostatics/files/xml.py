@@ -41,7 +41,7 @@ class XmlElement:
 
     @cached_property
     def children(self) -> tuple[XmlElement, ...]:
-        return tuple(item for item in self.content if isinstance(item, XmlElement))
+        return tuple(child for child in self.content if isinstance(child, XmlElement))
 
     @cached_property
     def part_place(self) -> Place:
@@ -68,16 +68,16 @@ class XmlElement:
 
     def child(self, tag: str) -> XmlElement | None:
         """Return the child element ``tag``, or None; several are an error."""
-        found = self.named(tag)
-        if len(found) > 1:
-            raise found[1].error(f"{self.label} has two <{tag}>; leave one of them")
-        return found[0] if found else None
+        elements = self.named(tag)
+        if len(elements) > 1:
+            raise elements[1].error(f"{self.label} has two <{tag}>; leave one of them")
+        return elements[0] if elements else None
 
     def required_child(self, tag: str) -> XmlElement:
-        found = self.child(tag)
-        if found is None:
+        child = self.child(tag)
+        if child is None:
             raise self.error(f"{self.label} has no <{tag}>")
-        return found
+        return child
 
 
 def read_file(path: str | os.PathLike[str]) -> bytes:
@@ -209,13 +209,13 @@ def to_elements(document: minidom.Document, place: Place | None = None, owner: s
                 content.append(built.pop(id(child)))
             elif isinstance(child, minidom.Text):  # CDATA sections too
                 content.append(str(child.data))
-        texts = [item for item in content if isinstance(item, str)]
+        texts = [part for part in content if isinstance(part, str)]
         if wrong := next((name for name in (node.tagName, *attributes) if _NO_NAME.search(name)), None):
             raise here.error(f"{wrong!r} is not a name for an element or attribute")
         if _NO_CHARACTER.search("".join((node.tagName, *attributes, *attributes.values(), *texts))):
             raise here.error(f"<{node.tagName}> has a character that XML does not allow")
         if not any(text.strip() for text in texts):
-            content = [item for item in content if isinstance(item, XmlElement)]
+            content = [part for part in content if isinstance(part, XmlElement)]
         built[id(node)] = XmlElement(node.tagName, attributes, tuple(content), here, owner)
     return built[id(order[0])]
 
@@ -232,22 +232,22 @@ def to_text(root: XmlElement, comment: str = "", header: bool = True, indented: 
         parts.append(f"<!-- {comment.replace('--', '- -')} -->\n")
     stack: list[tuple[XmlElement | str, int | None]] = [(root, 0 if indented else None)]  # strings are finished text
     while stack:
-        item, depth = stack.pop()
-        if isinstance(item, str):
-            parts.append(item)
+        node, depth = stack.pop()
+        if isinstance(node, str):
+            parts.append(node)
             continue
-        written = (f' {name}="{value.translate(_ATTRIBUTE_ESCAPES)}"' for name, value in item.attributes.items())
-        head = f"<{item.tag}{''.join(written)}"
-        if not item.content:
+        written = (f' {name}="{value.translate(_ATTRIBUTE_ESCAPES)}"' for name, value in node.attributes.items())
+        head = f"<{node.tag}{''.join(written)}"
+        if not node.content:
             parts.append(f"{head}/>")
             continue
         parts.append(f"{head}>")
-        if depth is None or not all(isinstance(part, XmlElement) for part in item.content):
-            stack.append((f"</{item.tag}>", None))
-            content = reversed(item.content)
+        if depth is None or not all(isinstance(part, XmlElement) for part in node.content):
+            stack.append((f"</{node.tag}>", None))
+            content = reversed(node.content)
             stack.extend((part.translate(_ESCAPES), None) if isinstance(part, str) else (part, None) for part in content)
             continue
-        stack.append((f"\n{'  ' * depth}</{item.tag}>", None))
-        for part in reversed(item.content):
+        stack.append((f"\n{'  ' * depth}</{node.tag}>", None))
+        for part in reversed(node.content):
             stack.extend(((part, depth + 1), (f"\n{'  ' * (depth + 1)}", None)))
     return "".join(parts) + ("\n" if header else "")
