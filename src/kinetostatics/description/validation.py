@@ -76,7 +76,7 @@ def validate(description: RobotDescription) -> RobotDescription:
             )
     connections: dict[str, Joint | Loop] = {**joints, **loops}
     _check_beams(description.beams.values(), links, connections, {base: "base", platform: "platform"})
-    stiffnesses = {name: _stiffness(item, connections, driven) for name, item in description.joint_stiffness.items()}
+    stiffnesses = {name: _stiffness(stiffness, connections, driven) for name, stiffness in description.joint_stiffness.items()}
     for spring in description.springs.values():
         _check_sides(spring, links)
     file_texts = {warning.partition(": ")[2] for warning in description.file_warnings}

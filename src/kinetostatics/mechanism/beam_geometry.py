@@ -50,7 +50,7 @@ class BeamSpan:
     @property
     def spanned(self) -> tuple[str, ...]:
         """Names of the prismatic joints within the span, from start to end."""
-        return tuple(item.name for item in (*self.inward[::-1], *self.outward) if item.type.is_slide)
+        return tuple(connection.name for connection in (*self.inward[::-1], *self.outward) if connection.type.is_slide)
 
     @property
     def reversed(self) -> BeamSpan:
@@ -83,12 +83,12 @@ def _may_be_spanned(connection: Connection) -> bool:
 def _point_on(link: str, path: Iterable[Connection], point: Array) -> Array:
     """Return a point [m] in the body of ``link``; ``point`` is given in the body at the other end of a path of fixed joints."""
     placement = np.eye(4)
-    for item in path:
-        near, far = item.predecessor_frame, item.successor_frame
-        if link != item.predecessor:
+    for connection in path:
+        near, far = connection.predecessor_frame, connection.successor_frame
+        if link != connection.predecessor:
             near, far = far, near
         placement = placement @ near @ np.linalg.inv(far)
-        link = item.other(link)
+        link = connection.other(link)
     return np.asarray(placement[:3, :3] @ point + placement[:3, 3])
 
 
@@ -125,10 +125,10 @@ class SpanFinder:
         """Return ``link`` and all links without beams that are connected to it by rigid fixed joints."""
 
         def fixed_to(link: str) -> Iterator[str]:
-            for item in self.mechanism.at_link[link]:
-                if item.type.is_fixed and item.name not in self.description.joint_stiffness:
-                    if item.other(link) not in self.beams_of:
-                        yield item.other(link)
+            for connection in self.mechanism.at_link[link]:
+                if connection.type.is_fixed and connection.name not in self.description.joint_stiffness:
+                    if connection.other(link) not in self.beams_of:
+                        yield connection.other(link)
 
         return set(reachable([link], fixed_to))
 
@@ -138,10 +138,10 @@ class SpanFinder:
         def onward(here: str) -> list[str]:
             if here in barred:
                 return []
-            return [item.other(here) for item in self.mechanism.at_link[here] if item.other(here) != link]
+            return [joint.other(here) for joint in self.mechanism.at_link[here] if joint.other(here) != link]
 
-        found = reachable([connection.other(link)], onward)
-        return not target.isdisjoint(found)
+        reached = reachable([connection.other(link)], onward)
+        return not target.isdisjoint(reached)
 
     def _ends(self, beam: Beam | Flexible) -> tuple[BeamEnd, BeamEnd]:
         """Return start and end as in the file; by default, at the two joints of the link, or towards base and platform."""
@@ -154,11 +154,11 @@ class SpanFinder:
         if len(here) == 2 and (beam.start is None or beam.end is None):
             given = beam.start or beam.end
             if given is None:
-                start, end = sorted(here, key=lambda item: self._joints_to_base(beam.link, item))
+                start, end = sorted(here, key=lambda connection: self._joints_to_base(beam.link, connection))
                 return BeamEnd(start.name), BeamEnd(end.name)
             path = self._locate(beam, given)[1]
             taken = path[0].name if path else given.joint
-            [other] = [BeamEnd(item.name) for item in here if item.name != taken]
+            [other] = [BeamEnd(connection.name) for connection in here if connection.name != taken]
             return beam.start or other, beam.end or other
         return beam.start or self._default_end(beam, True), beam.end or self._default_end(beam, False)
 
@@ -171,24 +171,24 @@ class SpanFinder:
 
         def count(barred: set[str]) -> float:
             first = connection.other(link)
-            found: dict[str, float] = {link: math.inf}
+            counts: dict[str, float] = {link: math.inf}
             queue = deque([(first, connection, 1)])
             while queue:
                 here, arrived, joints = queue.popleft()
-                if here in found:
+                if here in counts:
                     continue
-                found[here] = joints
+                counts[here] = joints
                 if here in self.base_links:
                     return joints
                 if here in barred:
                     continue
-                for item in self.mechanism.at_link[here]:
-                    if item is arrived:
+                for onward in self.mechanism.at_link[here]:
+                    if onward is arrived:
                         continue
-                    if self._are_one_joint(here, arrived, item):
-                        queue.appendleft((item.other(here), item, joints))
+                    if self._are_one_joint(here, arrived, onward):
+                        queue.appendleft((onward.other(here), onward, joints))
                     else:
-                        queue.append((item.other(here), item, joints + 1))
+                        queue.append((onward.other(here), onward, joints + 1))
             return math.inf
 
         return count(self.platform_links), count(set())
@@ -199,7 +199,7 @@ class SpanFinder:
             return False
         if link in self.beams_of or self.description.links[link].mass or first.driven or second.driven:
             return False
-        a, b = (item.axis_on(link == item.predecessor) for item in (first, second))
+        a, b = (connection.axis_on(link == connection.predecessor) for connection in (first, second))
         p, q = first.centre_on(link), second.centre_on(link)
         turning = first.type.is_hinge + second.type.is_hinge
         if turning == 2:
@@ -210,15 +210,15 @@ class SpanFinder:
 
     def _default_end(self, beam: Beam | Flexible, towards_base: bool) -> BeamEnd:
         sides = (self.base_links, self.platform_links) if towards_base else (self.platform_links, self.base_links)
-        found = [item.name for item in self.mechanism.at_link[beam.link] if self._reaches(beam.link, item, *sides)]
+        leading = [joint.name for joint in self.mechanism.at_link[beam.link] if self._reaches(beam.link, joint, *sides)]
         attribute, where = ("from", "base") if towards_base else ("to", "platform")
-        if len(found) != 1:
-            which = "no joint leads" if not found else f"the joints {', '.join(found)} lead"
+        if len(leading) != 1:
+            which = "no joint leads" if not leading else f"the joints {', '.join(leading)} lead"
             reason = f'{which} from link {beam.link!r} towards the {where}; name the joint by {attribute}="…"'
             for link, joint in ends_nowhere(self.mechanism)[:1]:
                 reason = f"{_ends_nowhere_text(link, joint)} If not: {reason}"
             raise beam_error(beam, reason)
-        return BeamEnd(found[0])
+        return BeamEnd(leading[0])
 
     def _link_path(self, start: str, goals: Collection[str], passes: Callable[[Connection], bool]) -> list[Connection] | None:
         """Return the connections from link ``start`` to the nearest link of ``goals``; None if there is no path."""
@@ -227,10 +227,10 @@ class SpanFinder:
         for here in queue:
             if here in goals:
                 return paths[here]
-            for item in self.mechanism.at_link[here]:
-                if item.other(here) not in paths and passes(item):
-                    paths[item.other(here)] = [*paths[here], item]
-                    queue.append(item.other(here))
+            for connection in self.mechanism.at_link[here]:
+                if connection.other(here) not in paths and passes(connection):
+                    paths[connection.other(here)] = [*paths[here], connection]
+                    queue.append(connection.other(here))
         return None
 
     def _locate(self, beam: Beam | Flexible, end: BeamEnd) -> tuple[str, list[Connection]]:
@@ -247,7 +247,7 @@ class SpanFinder:
         path = self._link_path(beam.link, goals, _may_be_spanned)
         if path is None:
             crossing = self._link_path(beam.link, goals, lambda _: True) or []
-            names = [item.name for item in crossing if not _may_be_spanned(item)]
+            names = [connection.name for connection in crossing if not _may_be_spanned(connection)]
             reason = (
                 f"its span to {end.joint!r} crosses the moving joint {', '.join(map(repr, names)) or '?'}; a beam may "
                 "only cross prismatic joints, along whose axes it telescopes"
@@ -256,8 +256,8 @@ class SpanFinder:
                 reason += f"; {_ends_nowhere_text(only_link, only)}"
             raise beam_error(beam, reason)
         link = beam.link
-        for item in path:
-            link = item.other(link)
+        for connection in path:
+            link = connection.other(link)
         return link, path
 
     def _span(self, beam: Beam | Flexible) -> BeamSpan:

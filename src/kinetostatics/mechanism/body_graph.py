@@ -110,9 +110,9 @@ class BodyGraph:
                 body.places += [place, body_at_end(place)] if span.spanned else [place]
 
     def links_of(self, bodies: list[RigidBody], edges: list[BodyEdge]) -> tuple[str, ...]:
-        found = {link for body in bodies for link in body.links}
-        found.update(edge.beam.beam.link for edge in edges if edge.beam is not None)
-        return tuple(link for link in self.description.links if link in found)
+        links = {link for body in bodies for link in body.links}
+        links.update(edge.beam.beam.link for edge in edges if edge.beam is not None)
+        return tuple(link for link in self.description.links if link in links)
 
     def weighs(self, link: str) -> bool:
         """Whether a link has mass and no beams."""
@@ -159,12 +159,12 @@ class BodyGraph:
             ends = self._ends(span)
             for path, body in zip((span.inward, span.outward), ends, strict=True):
                 link = span.beam.link
-                for item in path[:-1]:
-                    link = item.other(link)
+                for connection in path[:-1]:
+                    link = connection.other(link)
                     self._join([body, *(other for _, other in self._at[link])])
-            point, own = self._at[span.beam.link][0]
-            if point is None and own not in ends:
-                self._join([ends[0], own])
+            point, beam_body = self._at[span.beam.link][0]
+            if point is None and beam_body not in ends:
+                self._join([ends[0], beam_body])
 
     def _beam_edges(self) -> Iterator[BodyEdge]:
         for span in self.spans.values():
@@ -174,7 +174,7 @@ class BodyGraph:
             yield BodyEdge(ends, beam=span)
 
     def _joint_edges(self) -> Iterator[BodyEdge]:
-        inside = {item.name for span in self.spans.values() for item in (*span.inward, *span.outward)}
+        inside = {joint.name for span in self.spans.values() for joint in (*span.inward, *span.outward)}
         for connection in self.mechanism.connections.values():
             if connection.name not in inside:
                 ends = self._body_of(connection, connection.predecessor), self._body_of(connection, connection.successor)
@@ -184,11 +184,11 @@ class BodyGraph:
     def _body_of(self, connection: Connection, link: str) -> RigidBody:
         """Return the body of a link to which a joint is attached; for a joint between the ends of a beam, the nearest body."""
         centre = connection.centre_on(link)
-        found = self._body_at(link, centre)
-        if found is None:
+        body = self._body_at(link, centre)
+        if body is None:
             self.misplaced.append((connection, link))
-            found = min(self._at[link], key=lambda item: 0.0 if item[0] is None else float(np.linalg.norm(centre - item[0])))[1]
-        return found
+            body = min(self._at[link], key=lambda place: 0.0 if place[0] is None else float(np.linalg.norm(centre - place[0])))[1]
+        return body
 
     def _in_order(self, edges: list[BodyEdge]) -> list[BodyEdge]:
         """Sort joints by the order of their links in the file; beams remain first."""
@@ -266,8 +266,8 @@ def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) 
 
 def _in_ring(edge: BodyEdge, at: _Edges, on_paths: Iterable[RigidBody]) -> bool:
     """Whether an edge that no path from base to platform passes is part of a ring: both its ends are reached without it."""
-    found = reachable(on_paths, lambda body: [item.other(body) for item in at[body] if item is not edge])
-    return all(end in found for end in edge.ends)
+    reached = reachable(on_paths, lambda body: [adjacent.other(body) for adjacent in at[body] if adjacent is not edge])
+    return all(end in reached for end in edge.ends)
 
 
 def _depth_first(

@@ -74,7 +74,7 @@ def drives_of(mechanism: Mechanism) -> dict[str, Drive]:
 
 def drive_of(mechanism: Mechanism, name: str, compliance: float) -> Drive:
     """Return a joint's actuator with the given compliance [m/N, rad/(N·m)]; infinite for an actuator without force."""
-    followers = [(item.name, item.mimic) for item in mechanism.connections.values() if item.mimic is not None]
+    followers = [(joint.name, joint.mimic) for joint in mechanism.connections.values() if joint.mimic is not None]
     moves = ((follower, mimic.multiplier) for follower, mimic in followers if mimic.joint == name)
     return Drive(name, compliance, ((name, 1.0), *moves))
 
@@ -127,12 +127,12 @@ class Freedom:
 class Freedoms:
     """Freedoms as arrays; ``rotates`` (k,): True for rotations, False for translations."""
 
-    def __init__(self, items: Sequence[Freedom]) -> None:
-        self.rotates = np.array([item.rotates for item in items], dtype=bool)
-        self._bodies = np.array([item.body for item in items], dtype=np.intp)
-        self._axes = np.array([item.axis * item.sign for item in items], dtype=float).reshape(-1, 3).T
-        self._centre_bodies = np.array([item.centre_body for item in items], dtype=np.intp)
-        self._centres = np.array([item.centre for item in items], dtype=float).reshape(-1, 3).T
+    def __init__(self, freedoms: Sequence[Freedom]) -> None:
+        self.rotates = np.array([freedom.rotates for freedom in freedoms], dtype=bool)
+        self._bodies = np.array([freedom.body for freedom in freedoms], dtype=np.intp)
+        self._axes = np.array([freedom.axis * freedom.sign for freedom in freedoms], dtype=float).reshape(-1, 3).T
+        self._centre_bodies = np.array([freedom.centre_body for freedom in freedoms], dtype=np.intp)
+        self._centres = np.array([freedom.centre for freedom in freedoms], dtype=float).reshape(-1, 3).T
 
     def twists(self, frames: Frames, o: Array) -> Array:
         """Unit twists (6, k, N) of the freedoms about ``o`` (3, N)."""
@@ -151,16 +151,16 @@ def freedoms_of(mechanism: Mechanism, connection: Connection, sign: int = 1) -> 
     centre = moved if kind.slides is not Axes.NONE and not kind.is_on_axis else (here, frame[:3, 3])
 
     def freedom(rotates: bool, body: int, axis: Array, centre: tuple[int, Array], which: str = "") -> Freedom:
-        own = frame[:3, :3].T @ axis if body == here else None  # None: the axis moves in the predecessor's frame
-        passive = not connection.driven and not is_sprung(stiffness, rotates, own)
+        local_axis = frame[:3, :3].T @ axis if body == here else None  # None: the axis moves in the predecessor's frame
+        passive = not connection.driven and not is_sprung(stiffness, rotates, local_axis)
         return Freedom(rotates, body, axis, *centre, sign, connection.name + which, passive)
 
     slides, turns = (frame[:3, :3] @ axes for axes in kind.axes(connection.axis))
-    found = [freedom(False, here, axis, moved) for axis in slides.T]
-    found += [freedom(True, here, axis, centre, " (first axis)" if kind.turns is Axes.BOTH else "") for axis in turns.T]
+    freedoms = [freedom(False, here, axis, moved) for axis in slides.T]
+    freedoms += [freedom(True, here, axis, centre, " (first axis)" if kind.turns is Axes.BOTH else "") for axis in turns.T]
     if kind.turns is Axes.BOTH:
-        found.append(freedom(True, there, other[:3, :3] @ connection.axis2, centre, " (second axis)"))
-    return tuple(found if sign > 0 else found[::-1])
+        freedoms.append(freedom(True, there, other[:3, :3] @ connection.axis2, centre, " (second axis)"))
+    return tuple(freedoms if sign > 0 else freedoms[::-1])
 
 
 @dataclass(frozen=True)
@@ -211,11 +211,11 @@ def has_centre(mechanism: Mechanism, connection: Connection) -> bool:
 
 
 def compound_joints(
-    mechanism: Mechanism, limb: Limb, known: Collection[tuple[str, ...]] | None = None
+    mechanism: Mechanism, limb: Limb, joint_names: Collection[tuple[str, ...]] | None = None
 ) -> tuple[CompoundJoint, ...]:
     """Return the compound joints of a limb, inboard ones first, without fixed joints.
 
-    ``known``: names of the joints of each compound joint, as found at another pose; None: any revolutes with a common point.
+    ``joint_names``: joints of each compound joint, as found at another pose; None: any revolutes with a common point.
     """
     steps: list[tuple[int, Edge, Connection]] = []
     compounds: list[CompoundJoint] = []
@@ -223,9 +223,9 @@ def compound_joints(
     def flush() -> None:
         while steps:
             for count in (3, 2, 1):
-                centres, names = None, tuple(item.name for _, _, item in steps[:count])
-                if len(names) == count and (known is None or names in known):
-                    centres = _common_centre([(edge, item) for _, edge, item in steps[:count]])
+                centres, names = None, tuple(connection.name for _, _, connection in steps[:count])
+                if len(names) == count and (joint_names is None or names in joint_names):
+                    centres = _common_centre([(edge, connection) for _, edge, connection in steps[:count]])
                 if count == 1 or centres is not None:
                     compounds.append(_compound_of_run(mechanism, steps[:count], centres))
                     del steps[:count]
@@ -277,7 +277,7 @@ class Element:
 
 def limb_elements(limb: Limb, compounds: Sequence[CompoundJoint]) -> tuple[Element, ...]:
     compound_of = {joint: number for number, compound in enumerate(compounds) for joint in compound.joints}
-    found: list[Element] = []
+    elements: list[Element] = []
     ends: dict[str, int] = {}
     pending: list[int] = []
     for k, edge in enumerate(limb.edges):
@@ -288,10 +288,10 @@ def limb_elements(limb: Limb, compounds: Sequence[CompoundJoint]) -> tuple[Eleme
         inner = limb.edges[pending[0]].parent
         parent = -1 if inner is None else ends[inner]
         turned = edge.both_ways and edge.sign < 0
-        found.append(Element(tuple(pending), parent, edge.cut_joints, number, edge.beam is not None, turned))
-        ends.update((limb.edges[j].key, len(found) - 1) for j in pending)
+        elements.append(Element(tuple(pending), parent, edge.cut_joints, number, edge.beam is not None, turned))
+        ends.update((limb.edges[j].key, len(elements) - 1) for j in pending)
         pending = []
-    return tuple(found)
+    return tuple(elements)
 
 
 def sides(edge: Edge, connection: Connection) -> tuple[tuple[int, Array], tuple[int, Array]]:

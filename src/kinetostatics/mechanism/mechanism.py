@@ -138,16 +138,16 @@ def meeting_points(a: Array, p: Array, b: Array, q: Array) -> tuple[float, float
 
 
 def _connection(
-    item: Joint | Loop,
+    joint: Joint | Loop,
     driven: bool,
     sides: tuple[str, str, int, int, Array, Array],
     axis2: Vector,
     cone: Cone | None = None,
     mimic: Mimic | None = None,
 ) -> Connection:
-    axes, limits = (np.array(item.axis), np.array(axis2)), (item.lower, item.upper)
+    axes, limits = (np.array(joint.axis), np.array(axis2)), (joint.lower, joint.upper)
     return Connection(
-        item.name, JOINT_TYPES[item.type], *sides, *axes, *limits, cone, driven, isinstance(item, Loop), item.place, mimic
+        joint.name, JOINT_TYPES[joint.type], *sides, *axes, *limits, cone, driven, isinstance(joint, Loop), joint.place, mimic
     )
 
 
@@ -201,10 +201,10 @@ class Mechanism:
             joints.append(TreeJoint(JOINT_TYPES[joint.type], int(model.parents[body]), body, placement, axis, *first))
         joints.sort(key=lambda joint: joint.body)
         self.tree = Tree(joints, int(model.njoints), int(model.nq), int(model.nv))
-        for item in self.tree.joints:  # the zero of mimic joints includes their offset
-            mimic = description.joints[model.names[item.body]].mimic
+        for tree_joint in self.tree.joints:  # the zero of mimic joints includes their offset
+            mimic = description.joints[model.names[tree_joint.body]].mimic
             if mimic is not None:
-                item.write(mimic.offset, self.tree.neutral)
+                tree_joint.write(mimic.offset, self.tree.neutral)
         body, frame = self.body_of[description.platform]
         self.platform_frame: tuple[int, Array] = body, frame @ description.platform_origin.matrix
         base = self.body_of[description.base]
@@ -252,7 +252,7 @@ class Mechanism:
 
         def following(connection: Connection) -> Connection | None:
             link = connection.successor
-            others = [item for item in self.at_link[link] if item is not connection]
+            others = [other for other in self.at_link[link] if other is not connection]
             is_massless = self.description.links[link].mass == 0 and link not in beam_links
             return others[0] if is_massless and len(others) == 1 and turns_freely(others[0]) else None
 

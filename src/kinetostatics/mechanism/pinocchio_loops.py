@@ -87,7 +87,7 @@ def constraint_models(
 
     if anchors and not hasattr(pin, "PointAnchorConstraintModel"):
         raise ArgumentError(f"Pinocchio {pin.__version__} has no anchor constraints; use anchors=False")
-    found: list[pin.RigidConstraintModel] = []
+    constraints: list[pin.RigidConstraintModel] = []
     for loop in mechanism.connections.values():
         if not loop.is_loop:
             continue
@@ -96,19 +96,19 @@ def constraint_models(
                 f"Pinocchio has no constraint for the {loop.type.name} loop {loop.name!r}: use configuration.loop_model(), "
                 "which replaces such a loop by joints of the tree"
             )
-        own = (loop.predecessor_body, pin.SE3(loop.predecessor_frame), loop.successor_body, pin.SE3(loop.successor_frame))
-        body, first, other, second = (welds or {}).get(loop.name, own)
+        sides = (loop.predecessor_body, pin.SE3(loop.predecessor_frame), loop.successor_body, pin.SE3(loop.successor_frame))
+        body, first, other, second = (welds or {}).get(loop.name, sides)
         whole = loop.type.is_fixed or not _has_constraint(loop)
         for shift in [np.zeros(3), length * loop.axis] if loop.type.is_hinge else [np.zeros(3)]:
             by = pin.SE3(np.eye(3), shift)
             where = (model, body, first * by, other, second * by)
             if anchors:
-                found.append((pin.FrameAnchorConstraintModel if whole else pin.PointAnchorConstraintModel)(*where))
+                constraints.append((pin.FrameAnchorConstraintModel if whole else pin.PointAnchorConstraintModel)(*where))
             else:
                 kind = pin.ContactType.CONTACT_6D if whole else pin.ContactType.CONTACT_3D
-                found.append(pin.RigidConstraintModel(kind, *where))
-            found[-1].name = loop.name
-    return found
+                constraints.append(pin.RigidConstraintModel(kind, *where))
+            constraints[-1].name = loop.name
+    return constraints
 
 
 def _as_chain(loop: Connection, placements: Sequence[pin.SE3]) -> tuple[int, Array, int, Array, list[tuple[bool, Array, float]]]:
@@ -126,8 +126,8 @@ def _as_chain(loop: Connection, placements: Sequence[pin.SE3]) -> tuple[int, Arr
         steps.append((False, axis, _angle_of(axis, R)))
     elif loop.type.turns is Axes.BOTH:
         turned = _angle_between(axis, loop.axis2, R @ loop.axis2)
-        rest = exponential(-turned * axis[:, None])[..., 0] @ R
-        steps += [(False, axis, turned), (False, loop.axis2, _angle_of(loop.axis2, rest))]
+        second_turn = exponential(-turned * axis[:, None])[..., 0] @ R
+        steps += [(False, axis, turned), (False, loop.axis2, _angle_of(loop.axis2, second_turn))]
     elif loop.type.turns is Axes.ALL:
         angles = three_angles(np.eye(3), R[..., None], np.zeros((3, 1)))[:, 0]
         steps += [(False, about, float(angle)) for about, angle in zip(turns.T, angles, strict=True)]

@@ -71,7 +71,7 @@ class _TopologyBuilder:
             is_unconstrained = joint and joint.type.is_free and joint.name not in graph.description.joint_stiffness
             if set(edge.ends) == {base, platform} and not is_unconstrained:
                 limbs.append(([], [edge]))
-        made = [self._limb(*item) for item in self._coupled_limbs(limbs)]
+        made = [self._limb(bodies, edges) for bodies, edges in self._coupled_limbs(limbs)]
         made.sort(key=lambda limb: min((order[link] for link in limb.links), default=len(order)))
         numbered = tuple(replace(limb, name=f"limb_{k}") for k, limb in enumerate(made, 1))
         self._check_actuators((*numbered, *hanging))
@@ -103,9 +103,9 @@ class _TopologyBuilder:
                 other = sorted(
                     {name for s in spans if s.start_body != s.end_body for name in (s.start_link, s.end_link)} - {link}
                 )
-                own = [local for number, local in ends if number == body]
-                if other and not any(np.linalg.norm(local - at) <= reach for local in own):
-                    points = [np.round(placement[:3, :3].T @ (local - placement[:3, 3]), 9) + 0.0 for local in own]
+                end_points = [local for number, local in ends if number == body]
+                if other and not any(np.linalg.norm(local - at) <= reach for local in end_points):
+                    points = [np.round(placement[:3, :3].T @ (local - placement[:3, 3]), 9) + 0.0 for local in end_points]
                     right, links = " or ".join(str(tuple(point.tolist())) for point in points), " or ".join(map(repr, other))
                     raise spring.place.error(
                         f"the spring {spring.name!r} ends on {link!r} where no end of its beam moves with it: put it at {right} "
@@ -120,8 +120,8 @@ class _TopologyBuilder:
         rows = [[owner[name] for name, _ in drive.moves if name in owner] for drive in drives_of(self.mechanism).values()]
         together = joined(range(len(limbs)), (pair for row in rows for pair in itertools.pairwise(row)))
         for members in dict.fromkeys(together.values()):
-            mine = [limbs[k] for k in sorted(members)]
-            yield [body for bodies, _ in mine for body in bodies], [edge for _, edges in mine for edge in edges]
+            coupled = [limbs[k] for k in sorted(members)]
+            yield [body for bodies, _ in coupled for body in bodies], [edge for _, edges in coupled for edge in edges]
 
     # ---- limbs ------------------------------------------------------------------------------------------------------
 
@@ -138,7 +138,7 @@ class _TopologyBuilder:
         for edge in edges:
             for end in edge.ends:
                 degree[end] = degree.get(end, 0) + 1
-        found: list[Edge] = []
+        limb_edges: list[Edge] = []
         branches: list[Edge] = []
         ends: list[bool] = []
         last_key: dict[RigidBody, str] = {}
@@ -153,7 +153,7 @@ class _TopologyBuilder:
                     self.carried_by[place] = chain[-1].key
             self._carry_ends(step, chain)
             if step.edge in leading:
-                found.extend(chain)
+                limb_edges.extend(chain)
                 ends.extend([False] * (len(chain) - 1) + [not passes])
             else:
                 branches.extend(chain)
@@ -164,7 +164,7 @@ class _TopologyBuilder:
         return Limb(
             "",
             graph.links_of(bodies, edges),
-            tuple(found),
+            tuple(limb_edges),
             tuple(branches),
             tuple(weights),
             tuple(ends),
@@ -203,19 +203,19 @@ class _TopologyBuilder:
         """Divide a limb at the bodies that all paths from base to platform pass; join consecutive serial parts."""
         graph = self.graph
         groups: list[tuple[list[DirectedEdge], RigidBody, RigidBody]] = []
-        for inner, outer, mine in blocks(steps, lambda step: (step.inner, step.outer), graph.base, graph.platform):
-            if groups and len(mine) == 1 and len(groups[-1][0]) == self._chain_length(groups[-1][0]):
-                groups[-1] = (groups[-1][0] + mine, groups[-1][1], outer)
+        for inner, outer, block in blocks(steps, lambda step: (step.inner, step.outer), graph.base, graph.platform):
+            if groups and len(block) == 1 and len(groups[-1][0]) == self._chain_length(groups[-1][0]):
+                groups[-1] = (groups[-1][0] + block, groups[-1][1], outer)
             else:
-                groups.append((mine, inner, outer))
+                groups.append((block, inner, outer))
         return tuple(
             LimbSegment(
-                tuple(key for step in mine for key in keys[step.edge]),
+                tuple(key for step in block for key in keys[step.edge]),
                 self._name_of(start),
                 self._name_of(end),
-                len(mine) == self._chain_length(mine),
+                len(block) == self._chain_length(block),
             )
-            for mine, start, end in groups
+            for block, start, end in groups
         )
 
     @staticmethod
@@ -238,12 +238,12 @@ class _TopologyBuilder:
         hanging: dict[RigidBody, list[str]] = {}
         outboard: dict[BodyEdge, list[str]] = {}
         for step in reversed(steps):  # outer edges come after inner ones
-            _, mine = self._ends_in_span(step)
+            _, names = self._ends_in_span(step)
             if step.in_tree:
-                mine = step.outer.places + hanging.get(step.outer, [])
-            outboard[step.edge] = mine
-            own = [f"beam:{step.edge.beam.beam.name}"] if step.edge.beam is not None else []
-            hanging[step.inner] = mine + own + hanging.get(step.inner, [])
+                names = step.outer.places + hanging.get(step.outer, [])
+            outboard[step.edge] = names
+            beam_weight = [f"beam:{step.edge.beam.beam.name}"] if step.edge.beam is not None else []
+            hanging[step.inner] = names + beam_weight + hanging.get(step.inner, [])
         return outboard
 
     def _directed(
@@ -269,8 +269,8 @@ class _TopologyBuilder:
         self.spans[name] = span
         joints, before_carrier = [*span.inward[::-1], *span.outward], len(span.inward)
         links = [span.start_link]
-        for item in joints:
-            links.append(item.other(links[-1]))
+        for joint in joints:
+            links.append(joint.other(links[-1]))
         # Links within the span move with the beam's end on their side; a joint carries those links that are outboard of it.
         # The same applies to loads at the ends of the beam.
         start, end = self.beam_ends[name]
@@ -282,14 +282,14 @@ class _TopologyBuilder:
                 result.append(Edge(None, name, 1 if forward else -1, tuple(outboard), parent, (), cut_joints, step.both_ways))
                 parent = result[-1].key
             if number < len(joints):
-                item = joints[number]
-                sign = 1 if item.predecessor == links[number] else -1
+                joint = joints[number]
+                sign = 1 if joint.predecessor == links[number] else -1
                 inboard = set(links[: number + 1])
                 weights = list(outboard)
                 if number < before_carrier:
                     weights += [link for link in near if link not in inboard] + [f"beam:{name}", start]
                 excluded = tuple(link for link in far if link in inboard) + ((end,) if number >= before_carrier else ())
-                result.append(Edge(item.name, None, sign, tuple(weights), parent, excluded, cut_joints, step.both_ways))
+                result.append(Edge(joint.name, None, sign, tuple(weights), parent, excluded, cut_joints, step.both_ways))
                 parent = result[-1].key
         return result
 
@@ -342,7 +342,7 @@ class _TopologyBuilder:
 def _joints_of(edge: BodyEdge) -> list[str]:
     """Return the name of the edge's joint, or of the joints inside the span of a beam."""
     inside = () if edge.beam is None else (*edge.beam.inward, *edge.beam.outward)
-    return [item.name for item in (edge.connection, *inside) if item is not None]
+    return [connection.name for connection in (edge.connection, *inside) if connection is not None]
 
 
 def _path_to_root(body: RigidBody, reached_by: dict[RigidBody, DirectedEdge]) -> Iterator[DirectedEdge]:
@@ -362,10 +362,10 @@ def _cut_joints_carried(steps: list[DirectedEdge], reached_by: dict[RigidBody, D
         carries[cut_joint.edge][number] = 1
         for body, sign in ((cut_joint.inner, 1), (cut_joint.outer, -1)):
             for step in _path_to_root(body, reached_by):
-                mine = carries[step.edge]
-                mine[number] = mine.get(number, 0) + sign
-                if mine[number] == 0:
-                    del mine[number]
+                signs = carries[step.edge]
+                signs[number] = signs.get(number, 0) + sign
+                if signs[number] == 0:
+                    del signs[number]
     return carries
 
 
@@ -373,8 +373,8 @@ def _edges_towards_cut_joints(
     steps: list[DirectedEdge], reached_by: dict[RigidBody, DirectedEdge], carries: dict[BodyEdge, dict[int, int]]
 ) -> set[BodyEdge]:
     """Return the edges that carry a cut-joint wrench, and the edges inboard of these edges."""
-    found: set[BodyEdge] = set()
+    leading: set[BodyEdge] = set()
     for step in steps:
         if carries[step.edge]:
-            found.update([step.edge, *(item.edge for item in _path_to_root(step.inner, reached_by))])
-    return found
+            leading.update([step.edge, *(inner_step.edge for inner_step in _path_to_root(step.inner, reached_by))])
+    return leading

@@ -173,16 +173,16 @@ class _Group:
         elif self.type.turns is Axes.AXIS:
             q[self.q[first:]] = _turn(turn, by[0]) if self.type.endless else turn + by
 
-    def rates(self, q: Array, v: Array, found: Array) -> None:
-        """Write the time derivatives of ``q`` (nq, N) at velocities ``v`` (nv, N) into ``found`` (nq, N)."""
+    def rates(self, q: Array, v: Array, rates: Array) -> None:
+        """Write the time derivatives of ``q`` (nq, N) at velocities ``v`` (nv, N) into ``rates`` (nq, N)."""
         c, d, first = q[self.q], v[self.v], self.shifts
         turn, by = c[first:], d[first:]
         if first:
-            found[self.q[:first]] = self._shift(turn, d[:first])
+            rates[self.q[:first]] = self._shift(turn, d[:first])
         if self.type.turns is Axes.ALL:
-            found[self.q[first:]] = rotations.quaternion_product(turn, np.concatenate([by / 2, 0 * by[:1]]))
+            rates[self.q[first:]] = rotations.quaternion_product(turn, np.concatenate([by / 2, 0 * by[:1]]))
         elif self.type.turns is Axes.AXIS:
-            found[self.q[first:]] = np.stack([-turn[1], turn[0]]) * by if self.type.endless else by
+            rates[self.q[first:]] = np.stack([-turn[1], turn[0]]) * by if self.type.endless else by
 
     def _shift(self, turn: Array, shift: Array) -> Array:
         """Return a displacement in the axes of the joint's placement; ``shift`` is in the axes of the rotated body."""
@@ -273,10 +273,10 @@ class Tree:
 
     def rates(self, q: Array, v: Array) -> Array:
         """Return the time derivatives of ``q`` (nq, N) at velocities ``v`` (nv, N) [m/s, rad/s]."""
-        found = zeros_for(q.shape, q, v)
+        rates = zeros_for(q.shape, q, v)
         for group in self._groups:
-            group.rates(q, v, found)
-        return found
+            group.rates(q, v, rates)
+        return rates
 
     def twists(self, frames: Frames) -> Array:
         """Unit twists (6, nv, N) of all freedoms, about the world's origin."""

@@ -58,7 +58,7 @@ class ParametricRobot:
     @cached_property
     def parts(self) -> dict[str, RobotNumber]:
         """The single numbers of all parts that can be changed, by name, such as ``revolute_1.placement.x``."""
-        return {item.name: item for several in self.every_part.values() for item in several if item.step is not None}
+        return {number.name: number for several in self.every_part.values() for number in several if number.step is not None}
 
     @cached_property
     def errors(self) -> dict[str, ErrorParameter]:
@@ -72,32 +72,32 @@ class ParametricRobot:
             ArgumentError: the robot differs from its file.
         """
         assert self._links is not None
-        description, found = self.robot.description, dict[str, float]()
+        description, values = self.robot.description, dict[str, float]()
         for name, text in parameter_values(description.path, description.parameters).items():
             try:
                 number = float(text)
             except ValueError:
                 continue
             if math.isfinite(number):
-                found[name] = number
-        return found
+                values[name] = number
+        return values
 
     @cached_property
     def _links(self) -> Mapping[str, str | None]:
         if self._given_links is not None:
             return self._given_links
-        own = self.robot.description
-        every: list[Mapping[str, str | None]] = [{}, {"platform_link": own.platform, "base_link": own.base}]
+        description = self.robot.description
+        every: list[Mapping[str, str | None]] = [{}, {"platform_link": description.platform, "base_link": description.base}]
         for links in every:
             try:
-                same = read_robot_file(own.path, own.parameters, **links)
+                same = read_robot_file(description.path, description.parameters, **links)
             except (ArgumentError, RobotFileError):
                 continue
-            if same == own:
+            if same == description:
                 return links
         raise ArgumentError(
-            f"the robot {self.robot.name!r} differs from its file {own.path!r}: parameters belong to a file; load it from "
-            "there, or save it"
+            f"the robot {self.robot.name!r} differs from its file {description.path!r}: parameters belong to a file; load it "
+            "from there, or save it"
         )
 
     def number(self, name: str) -> RobotNumber:
@@ -125,18 +125,18 @@ class ParametricRobot:
             ArgumentError: a pattern has no match, or matches arguments although the robot differs from its file; or a number is
                 named twice.
         """
-        known = [*self.parts, *(self.arguments if any("." not in name for name in patterns) else ())]
-        found: dict[str, str] = {}
+        parameters = [*self.parts, *(self.arguments if any("." not in name for name in patterns) else ())]
+        pattern_of: dict[str, str] = {}
         for pattern in patterns:
-            mine = list(self.errors) if errors and ".error." in pattern else known
-            names = fnmatch.filter(mine, pattern)
+            candidates = list(self.errors) if errors and ".error." in pattern else parameters
+            names = fnmatch.filter(candidates, pattern)
             if not names:
-                raise ArgumentError(f"{self.robot.name!r} has no parameter {pattern!r}: {near_names(pattern, mine)}")
+                raise ArgumentError(f"{self.robot.name!r} has no parameter {pattern!r}: {near_names(pattern, candidates)}")
             for name in names:
-                if what and name in found:
+                if what and name in pattern_of:
                     raise ArgumentError(f"{what}: {name!r} is named twice, the second time by {pattern!r}")
-                found.setdefault(name, pattern)
-        return found
+                pattern_of.setdefault(name, pattern)
+        return pattern_of
 
     def select(self, patterns: Sequence[str], what: str = "") -> list[tuple[str, RobotNumber]]:
         """Return the pattern and the number for each match of patterns, see :meth:`names`."""
@@ -157,10 +157,10 @@ class ParametricRobot:
             RobotFileError: the file is invalid with these values.
         """
         key = tuple(sorted((name, value) for name, value in arguments.items() if value != self.arguments[name]))
-        own = self.robot.description
+        description = self.robot.description
         if key and key not in self._known:
-            self._known[key] = read_robot_file(own.path, {**own.parameters, **dict(key)}, **self._links)
-        return self._known[key] if key else own
+            self._known[key] = read_robot_file(description.path, {**description.parameters, **dict(key)}, **self._links)
+        return self._known[key] if key else description
 
     def description(self, values: Mapping[str, float]) -> RobotDescription:
         """Return the robot's description with other values of some numbers; expressions of the file are evaluated again.
@@ -169,9 +169,9 @@ class ParametricRobot:
             RobotFileError: the robot is invalid with these values.
         """
         there = self._read({name: value for name, value in values.items() if name not in self.parts})
-        items = [(self.parts[name], value) for name, value in values.items() if name in self.parts]
+        changes = [(self.parts[name], value) for name, value in values.items() if name in self.parts]
         try:
-            return _changed(there, [(item, value - item.of(there)) for item, value in items])
+            return _changed(there, [(number, value - number.of(there)) for number, value in changes])
         except ArgumentError as error:
             raise RobotFileError(str(error), self.robot.description.path) from error
 
@@ -221,19 +221,19 @@ def check_unit(number: RobotNumber | ErrorParameter, typed: str, what: str) -> N
         raise ArgumentError(f"{what}: {number.name} is given in {given}, but it {expected}")
 
 
-def have_same_statics(one: RobotDescription, other: RobotDescription) -> bool:
+def have_same_statics(first: RobotDescription, second: RobotDescription) -> bool:
     """Whether two descriptions differ at most in fields that affect neither statics nor mass."""
-    for item in fields(RobotDescription):
-        a, b = getattr(one, item.name), getattr(other, item.name)
-        if item.name in IDLE or not item.compare or a == b:
+    for field in fields(RobotDescription):
+        a, b = getattr(first, field.name), getattr(second, field.name)
+        if field.name in IDLE or not field.compare or a == b:
             continue
         if not isinstance(a, Mapping) or a.keys() != b.keys() or any(_bare(a[name]) != _bare(b[name]) for name in a):
             return False
     return True
 
 
-def _bare(item: DataclassInstance) -> dict[str, object]:
-    return {one.name: getattr(item, one.name) for one in fields(item) if one.compare and one.name not in IDLE}
+def _bare(part: DataclassInstance) -> dict[str, object]:
+    return {field.name: getattr(part, field.name) for field in fields(part) if field.compare and field.name not in IDLE}
 
 
 def same_pose(configuration: Configuration, robot: Robot, loops: SolverChoice) -> Configuration:
@@ -250,10 +250,10 @@ def same_pose(configuration: Configuration, robot: Robot, loops: SolverChoice) -
     return assemble(robot, given, None, None, near, near.closure_tolerance, "nan", loops)
 
 
-def changed_model(robot: Robot, description: RobotDescription, own: PoseModel) -> tuple[PoseModel, Array]:
+def changed_model(robot: Robot, description: RobotDescription, original: PoseModel) -> tuple[PoseModel, Array]:
     """Return the model of a slightly changed robot, and the numbers (P,) that compiled code takes from it.
 
-    Ranks and wrench bases are taken from ``own``, the model of the original robot.
+    Ranks and wrench bases are taken from ``original``, the model of the original robot.
 
     Raises:
         KinetostaticsError: the description is invalid, or has other coordinates, loops or limbs than the original robot.
@@ -275,12 +275,12 @@ def changed_model(robot: Robot, description: RobotDescription, own: PoseModel) -
                 robot.rank_tolerance,
                 robot.closing_error,
             )
-            statics = statics_on(own.statics, model)
+            statics = statics_on(original.statics, model)
             solver = Solver(other.equations, robot.solver.length, robot.solver.reach, robot.solver.slack)
-            found = PoseModel.of(solver, statics, own.prescribed)
-            parts = found.structure(all_vary=True)
-            if parts.key == own.structure(all_vary=True).key:
-                return found, parts.values
+            changed = PoseModel.of(solver, statics, original.prescribed)
+            parts = changed.structure(all_vary=True)
+            if parts.key == original.structure(all_vary=True).key:
+                return changed, parts.values
     raise ArgumentError("the robot would become another mechanism, because concurrent axes would no longer meet")
 
 
@@ -291,8 +291,8 @@ def _with_beam_axes(robot: Robot, description: RobotDescription) -> RobotDescrip
         rotation = robot.mechanism.body_of[beam.link][1][:3, :3]
         y_axis = tuple((rotation.T @ robot.beams[name].axes[:, 1]).tolist())
         beams[name] = beam if beam.y_axis is not None else replace(beam, y_axis=y_axis)
-    found = replace(description, beams=beams)
-    return known_valid(found) if description.is_valid else found
+    changed = replace(description, beams=beams)
+    return known_valid(changed) if description.is_valid else changed
 
 
 def opens_loops(name: str) -> ArgumentError:

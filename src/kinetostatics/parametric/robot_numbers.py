@@ -69,8 +69,8 @@ class RobotNumber:
         Raises:
             ArgumentError: the part cannot have this value.
         """
-        found: RobotDescription = _changed(there, self.path, by)
-        return found
+        changed: RobotDescription = _changed(there, self.path, by)
+        return changed
 
     def of(self, there: RobotDescription) -> float:
         """Return the value of this number of a part in another description; 0 for a component of a placement."""
@@ -79,26 +79,26 @@ class RobotNumber:
 
 def numbers_of_parts(robot: Robot) -> dict[str, tuple[RobotNumber, ...]]:
     """Return all numbers of parts by name; a vector or placement has all its components, even those that cannot be changed."""
-    found: dict[str, tuple[RobotNumber, ...]] = {}
+    numbers: dict[str, tuple[RobotNumber, ...]] = {}
     for name, path, unit in _places(robot):
-        item = _found(robot.description, path)
-        if isinstance(item, Origin):
+        quantity = _part_at(robot.description, path)
+        if isinstance(quantity, Origin):
             steps: Sequence[float | None] = (STEP * robot.length,) * 3 + (STEP,) * 3
             values: Sequence[float] = (0.0,) * 6
-        elif isinstance(item, Sequence):
-            values, steps = item, [STEP * value if 0 < value < np.inf else None for value in item]
+        elif isinstance(quantity, Sequence):
+            values, steps = quantity, [STEP * value if 0 < value < np.inf else None for value in quantity]
             steps = (STEP * robot.length,) * 3 if unit == "m" else steps
-        elif item and math.isfinite(item):
-            found[name] = (RobotNumber(name, unit, item, STEP * abs(item), robot.description, path),)
+        elif quantity and math.isfinite(quantity):
+            numbers[name] = (RobotNumber(name, unit, quantity, STEP * abs(quantity), robot.description, path),)
             continue
         else:
             continue
         rows = zip(COMPONENTS, values, steps, strict=False)
-        found[name] = tuple(
+        numbers[name] = tuple(
             RobotNumber(f"{name}.{axis}", "rad" if k > 2 else unit, value, step, robot.description, (*path, k))
             for k, (axis, value, step) in enumerate(rows)
         )
-    return found
+    return numbers
 
 
 def _places(robot: Robot) -> Iterator[tuple[str, Path, str]]:
@@ -137,36 +137,36 @@ def _places(robot: Robot) -> Iterator[tuple[str, Path, str]]:
 # ---- places in descriptions ------------------------------------------------------------------------------------------------
 
 
-def _inside(item: Part, key: Part) -> Part:
-    return item[key] if isinstance(item, (Mapping, tuple)) else getattr(item, key)
+def _inside(part: Part, key: Part) -> Part:
+    return part[key] if isinstance(part, (Mapping, tuple)) else getattr(part, key)
 
 
-def _found(item: Part, path: Path) -> Part:
+def _part_at(part: Part, path: Path) -> Part:
     for key in path:
-        item = _inside(item, key)
-    return item
+        part = _inside(part, key)
+    return part
 
 
-def _value(item: Part, path: Path) -> float:
-    owner = _found(item, path[:-1])
+def _value(part: Part, path: Path) -> float:
+    owner = _part_at(part, path[:-1])
     return 0.0 if isinstance(owner, Origin) else float(_inside(owner, path[-1]) or 0.0)
 
 
-def _changed(item: Part, path: Path, by: float) -> Part:
+def _changed(part: Part, path: Path, by: float) -> Part:
     if not path:
-        return (item or 0.0) + by
+        return (part or 0.0) + by
     key: Part = path[0]
-    if isinstance(item, Origin):
-        return _displaced(item, key, by)
-    new = _changed(_inside(item, key), path[1:], by)
-    if isinstance(item, Mapping):
-        return {**item, key: new}
-    if isinstance(item, tuple):
-        return tuple(new if k == key else value for k, value in enumerate(item))
-    if isinstance(item, Section) and type(item) is not Section:
-        made: Part = type(item)
-        return made.of(**{**{name: getattr(item, name) for name in sizes_of(made)}, key: new})
-    return replace(item, **{key: new})
+    if isinstance(part, Origin):
+        return _displaced(part, key, by)
+    new = _changed(_inside(part, key), path[1:], by)
+    if isinstance(part, Mapping):
+        return {**part, key: new}
+    if isinstance(part, tuple):
+        return tuple(new if k == key else value for k, value in enumerate(part))
+    if isinstance(part, Section) and type(part) is not Section:
+        made: Part = type(part)
+        return made.of(**{**{name: getattr(part, name) for name in sizes_of(made)}, key: new})
+    return replace(part, **{key: new})
 
 
 def _displaced(origin: Origin, k: int, by: float) -> Origin:
@@ -207,25 +207,25 @@ class ErrorParameter:
 
 def errors_of(robot: Robot) -> dict[str, ErrorParameter]:
     """Return the errors of all joints and beams of the limbs, by name."""
-    found = []
+    part_errors = []
     for limb in robot.topology.limbs:
         for edge in limb.edges:
             if edge.joint is not None:
-                found += [(edge.joint, kind, "rad" if k > 2 else "m") for k, kind in enumerate(COMPONENTS)]
+                part_errors += [(edge.joint, kind, "rad" if k > 2 else "m") for k, kind in enumerate(COMPONENTS)]
             elif edge.beam is not None:
                 errors = robot.description.elastic_links[edge.beam].errors
-                found += [(edge.beam, kind, unit) for kind, unit in errors.items()]
-    every = (ErrorParameter(f"{part}.error.{kind}", part, kind, unit) for part, kind, unit in found)
-    return {item.name: item for item in every}
+                part_errors += [(edge.beam, kind, unit) for kind, unit in errors.items()]
+    every = (ErrorParameter(f"{part}.error.{kind}", part, kind, unit) for part, kind, unit in part_errors)
+    return {error.name: error for error in every}
 
 
 def as_assembly_errors(errors: Sequence[ErrorParameter], amounts: Array) -> dict[str, Keyword]:
     """Return the argument ``assembly_errors`` of :func:`kinetostatics.analyze` for values ``amounts`` (errors, N)."""
-    found: dict[str, Keyword] = {}
+    assembly_errors: dict[str, Keyword] = {}
     for error, row in zip(errors, amounts, strict=True):
         if error.kind in COMPONENTS:
-            own = found.setdefault(error.part, {"twist": np.zeros((amounts.shape[1], 6)), "frame": "joint"})
-            own["twist"][:, COMPONENTS.index(error.kind)] = row
+            joint_errors = assembly_errors.setdefault(error.part, {"twist": np.zeros((amounts.shape[1], 6)), "frame": "joint"})
+            joint_errors["twist"][:, COMPONENTS.index(error.kind)] = row
         else:
-            found.setdefault(error.part, {})[error.kind] = row
-    return found
+            assembly_errors.setdefault(error.part, {})[error.kind] = row
+    return assembly_errors
