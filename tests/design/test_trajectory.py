@@ -217,7 +217,8 @@ def test_intervals_are_divided_as_finely_as_asked_up_to_rounding():
     assert len(_divided(np.array([0.0, 0.5 + 1e-8, 1.0]), 11)) == 12
 
 
-def test_poses_of_a_path_close_as_those_of_the_robot():
+def test_poses_of_a_path_close_as_those_of_the_robot(delta):
+    assert ks.trajectory(delta, TIMES, platform=WAY, samples=5).configuration.residual.max() < 1e-10
     usual, own = (inspect.signature(call).parameters["closure_tolerance"] for call in (ks.Robot.assemble, ks.trajectory))
     assert own.default == usual.default == 1e-10
 
