@@ -320,9 +320,9 @@ class LinkMatrices(ShortRepr):
                         f"gravity: its loads are those of {given}, but mass has {own_mean}; equal ones would be right"
                     )
         if self.thermal is not None:
-            motions = self._rigid_motions(self.origins.mean(0))
-            sums, sizes = motions.T @ self.thermal, np.abs(motions).T @ np.abs(self.thermal)
-            residuals = np.abs(sums) / np.where(sizes > 0, sizes, 1.0)
+            motions = self._rigid_motions(self.origins.mean(0)) / np.repeat([1.0, self._size], 3)
+            total = (np.abs(motions).T @ np.abs(self.thermal)).max()
+            residuals = np.abs(motions.T @ self.thermal) / max(total, np.finfo(float).tiny)
             worst = int(residuals.argmax())
             if residuals[worst] > MASS_OF_BODY:
                 where = f"do work in a rigid {MOTIONS[worst]} of the link (residual {residuals[worst]:.2g})"

@@ -127,6 +127,11 @@ def test_arrays_are_read_only_copies_and_links_compare():
     assert link == beam(thermal=THERMAL) != beam() and hash(link) == hash(beam()) and link != 3
 
 
+def test_rounding_errors_of_thermal_loads_are_accepted():
+    noise = THERMAL[6] * 1e-9 * np.random.default_rng(0).normal(size=12)
+    assert beam(thermal=THERMAL + noise).displacements_by_heat(0)[0] == pytest.approx(EXPANSION * L, rel=1e-6)
+
+
 def test_rounded_entries_are_accepted_and_their_forces_in_rigid_motions_removed():
     rounded = np.vectorize(lambda number: float(f"{number:.6g}"))(beam_stiffness())
     link = beam(stiffness=rounded)
