@@ -179,6 +179,8 @@ def test_soft_end():
         for name in ("twist", "compliance", "actuator_forces", "contributions", "strain_energy"):
             _alike(getattr(found, name), getattr(expected, name), name)
         _alike(ks.modes(first, 4).frequencies, ks.modes(second, 4).frequencies)
+        _alike(found.buckling(3).load_factors, expected.buckling(3).load_factors)
+        _alike(found.beams["fore"].euler_ratio, expected.beams["fore"].euler_ratio)
     _alike(found.second_order.twist, expected.second_order.twist)
     _alike(found.second_order.compliance, expected.second_order.compliance)
 

@@ -15,6 +15,7 @@ import numpy as np
 from kinetostatics.elements.spring import PlacedSpring
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross
+from kinetostatics.math.screws import move_twist
 from kinetostatics.mechanism.body_graph import BodyEdge, BodyGraph, RigidBody
 from kinetostatics.mechanism.joints import Drive, Freedom, Freedoms, drives_of, freedoms_of, springs_of
 from kinetostatics.mechanism.mechanism import Connection
@@ -195,24 +196,23 @@ class PlacedMotions:
         self._places = {name: k for k, name in enumerate(structure.model.joint_table.names)}
 
     def moved(self, columns: tuple[int, ...], body: RigidBody, point: Array) -> Array:
-        """Return (2, 3, k, N) per unit of k coordinates: the rotation of a body, and the displacement of its ``point`` (3, N)."""
+        """Return the twists (6, k, N) of a body at a point (3, N) per unit of each of k coordinates."""
         mine = list(self.structure.columns[body])
-        found, where = zeros_for((2, 3, len(columns), self.o.shape[1]), self.o), [columns.index(column) for column in mine]
-        turns = self.units[3:, mine]
-        found[0][:, where], found[1][:, where] = turns, self.units[:3, mine] + cross(turns, (point - self.o)[:, None])
+        found, where = zeros_for((6, len(columns), self.o.shape[1]), self.o), [columns.index(column) for column in mine]
+        found[:, where] = move_twist(self.units[:, mine], (point - self.o)[:, None])
         return found
 
     def stretched(self, spring: PlacedSpring) -> tuple[tuple[int, ...], Array]:
         """Return the k coordinates that move the ends of a spring, and the ends' relative displacement (3, k, N) per unit."""
         bodies = [self.structure.body_at[place] for place in spring.places]
         columns = self.structure.columns_of(*bodies)
-        start, end = (self.moved(columns, body, point)[1] for body, point in zip(bodies, spring.points, strict=True))
+        start, end = (self.moved(columns, body, point)[:3] for body, point in zip(bodies, spring.points, strict=True))
         return columns, end - start
 
     def gaps(self) -> Iterator[tuple[tuple[int, ...], Array]]:
         """Yield, for each joint that closes a loop, k coordinates, and per unit of them the gap (6, k, N) of the loop [m].
 
-        The gap consists of the rotation times the characteristic length, and of the displacement.
+        Its equations are those of the rotation times the characteristic length, then those of the displacement.
         """
         table = self.structure.model.joint_table
         for joint in self.structure.joints:
@@ -222,20 +222,14 @@ class PlacedMotions:
             point = self.o if k is None else self.frames.points(table.centre_body, table.centre)[:, k]
             columns = tuple(sorted({*self.structure.columns_of(joint.inner, joint.outer), *joint.columns}))
             ends = [self.moved(columns, body, point) for body in (joint.inner, joint.outer)]
-            rows = (ends[1] - ends[0]).reshape(6, len(columns), self.o.shape[1])
-            shifts, turns = np.split(self.units[:, list(joint.columns)], 2)
-            own = np.concatenate([turns, shifts + cross(turns, (point - self.o)[:, None])])
+            rows = ends[1] - ends[0]
+            own = move_twist(self.units[:, list(joint.columns)], (point - self.o)[:, None])
             rows[:, [columns.index(column) for column in joint.columns]] -= own
-            rows[:3] *= self.structure.model.length
-            yield columns, rows
+            yield columns, np.concatenate([rows[3:] * self.structure.model.length, rows[:3]])
 
     def at(self, body: RigidBody, point: Array) -> tuple[Array, Array]:
-        """Return the twists (N, 6, n) of a body at a point (3, N) per unit of each coordinate, and the twists of :meth:`carried`.
-
-        A twist consists of the displacement and the rotation.
-        """
-        turns, shifts = self.moved(tuple(range(self.units.shape[1])), body, point)
-        return np.concatenate([shifts, turns]).transpose(2, 0, 1), self.carried(point)
+        """Return the twists (N, 6, n) of a body at a point (3, N) per unit of a coordinate, and the twists of :meth:`carried`."""
+        return self.moved(tuple(range(self.units.shape[1])), body, point).transpose(2, 0, 1), self.carried(point)
 
     def at_place(self, place: str) -> Array:
         """Return the twists (6, n, N) about o of the body at a place per unit of each coordinate."""
@@ -247,14 +241,10 @@ class PlacedMotions:
     def of_body(self, shapes: Array, body: RigidBody, point: Array) -> Array:
         """Return the twist (N, m, 6) [m, rad] of a body at a point (3, N), world axes, in the modes ``shapes`` (N, m, n)."""
         columns = self.structure.columns[body]
-        turns, shifts = self.moved(columns, body, point)
-        return np.einsum("ikn,nmk->nmi", np.concatenate([shifts, turns]), shapes[..., list(columns)])
+        return np.einsum("ikn,nmk->nmi", self.moved(columns, body, point), shapes[..., list(columns)])
 
     def carried(self, point: Array) -> Array:
-        """Return the twists (N, 6, 6) at a point (3, N) when the whole robot moves as one body, per unit of its twist about o.
-
-        A twist consists of the displacement and the rotation.
-        """
+        """Return the twists (N, 6, 6) at a point (3, N) when the whole robot moves as one body, per unit of its twist about o."""
         found = np.zeros((point.shape[1], 6, 6))
         found[:] = np.eye(6)
         found[:, :3, 3:] = cross(np.eye(3)[:, :, None], (point - self.o)[:, None]).transpose(2, 0, 1)

@@ -348,5 +348,4 @@ class _Placement:
 
     def moved(self, columns: tuple[int, ...], body: RigidBody, point: Array) -> Array:
         """Return the twists (N, 6, k) of a body at a point (3, N) per unit of each of k coordinates."""
-        turns, shifts = self.motions.moved(columns, body, point)
-        return np.ascontiguousarray(np.concatenate([shifts, turns]).transpose(2, 0, 1))
+        return np.ascontiguousarray(self.motions.moved(columns, body, point).transpose(2, 0, 1))
