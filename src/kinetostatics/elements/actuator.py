@@ -93,9 +93,6 @@ class Actuators:
         edges = [*(freedom.edges for freedom in self.freedoms), *([joint.edge for joint in row] for row in self.branches)]
         return [outboard_masks(row, names) for row in edges]
 
-    def masses(self, frames: Frames) -> None:
-        return None
-
     def placed(self, frames: Frames, o: Array, twists: Array) -> PlacedActuators:
         rows = [twists[:, freedom.number] * freedom.ratios for freedom in self.freedoms]
         return PlacedActuators(self, rows, [[joint.twist(frames, o) for joint in row] for row in self.branches])

@@ -184,9 +184,6 @@ class Beams:
     def outboard(self, names: Sequence[str]) -> list[Array]:
         return [outboard_masks(self.edges, names)]
 
-    def masses(self, frames: Frames) -> tuple[Array, NDArray[np.int8]]:
-        return np.stack([model.mass_at(frames) for model in self.models]), self.signs
-
     def placed(self, frames: Frames, o: Array, twists: Array) -> PlacedBeams:
         axes = self._axes.at(frames)[:, :, 0]
         start, end = self._starts.points(frames)[:, 0], self._ends.points(frames)[:, 0]

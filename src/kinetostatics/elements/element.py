@@ -109,9 +109,6 @@ class ElasticElement(Protocol):
     def outboard(self, names: Sequence[str]) -> list[Array]:
         """Return masks (…, W): 1 where the load at a place, by ``names``, is outboard."""
 
-    def masses(self, frames: Frames) -> tuple[Array, NDArray[np.int8]] | None:
-        """Return the masses (g, N) [kg] along elements, and the signs (M,) of their cut-joint wrenches; None without mass."""
-
     def placed(self, frames: Frames, o: Array, twists: Array) -> PlacedElement:
         """Return the elements at poses, ``twists`` (6, k, g, N) being the unit twists of the limbs' freedoms about o (3, N)."""
 

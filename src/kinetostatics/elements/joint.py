@@ -47,9 +47,6 @@ class ElasticJoints:
     def outboard(self, names: Sequence[str]) -> list[Array]:
         return [outboard_masks(self.edges, names)]
 
-    def masses(self, frames: Frames) -> tuple[Array, NDArray[np.int8]] | None:
-        return None
-
     def placed(self, frames: Frames, o: Array, twists: Array) -> PlacedJoints:
         arm = self._origins.points(frames)[:, 0] - o[:, None]
         return PlacedJoints(self.signs, self.element, self._axes.at(frames)[:, :, 0], arm, self)

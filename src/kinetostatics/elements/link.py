@@ -166,16 +166,12 @@ class ElasticLinks(ElasticJoints):
         signs: NDArray[np.int8] | None = None,
     ) -> None:
         """Set the links and their ``flexibilities``: F (6, 6) [m/N, …] and S (6, 3) [m/(m/s²), …] of each."""
-        self.links = tuple(links)
         compliances, sags = zip(*flexibilities, strict=True)
         frames = [np.block([[link.axes, link.span.end[:, None]], [0.0, 0.0, 0.0, 1.0]]) for link in links]
         parts = zip(links, frames, compliances, strict=True)
         super().__init__([ElasticJoint(link.name, link.span.end_body, *rest) for link, *rest in parts], edges, element, signs)
         self.sag, self.stiffness = np.stack(sags, axis=-1), np.stack([np.linalg.inv(item) for item in compliances], axis=-1)
         self._starts = FixedVectors([[(link.span.start_body, link.span.start)] for link in links])
-
-    def masses(self, frames: Frames) -> tuple[Array, NDArray[np.int8]]:
-        return np.stack([link.mass_at(frames) for link in self.links]), self.signs
 
     def placed(self, frames: Frames, o: Array, twists: Array) -> PlacedLinks:
         at = super().placed(frames, o, twists)
