@@ -1,37 +1,32 @@
-"""Analysis of poses under loads and gravity: check and broadcast the arguments, then solve the poses in chunks.
+"""Analysis of poses under loads and gravity, in chunks of poses.
 
 The equilibrium itself is solved in :mod:`kinetostatics.statics.solution`.
 """
 
 from __future__ import annotations
 
-import inspect
-import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.arguments import check, vector
+from kinetostatics.arguments import check
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.loads import Motion, Payload
 from kinetostatics.elements.link import no_length_text
-from kinetostatics.engine.programs import check_engine, engine_for, pose_code
-from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError, near_names
+from kinetostatics.engine.programs import engine_for, pose_code
+from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.kinematics.rates import moving_bodies, prescribed_motion
+from kinetostatics.load_case import LoadCase
 from kinetostatics.math.arrays import Array, Index, chunks, in_threads
 from kinetostatics.math.linalg import canonical_basis
-from kinetostatics.math.screws import describe_twist, move_wrench, rotate
-from kinetostatics.mechanism.tree import Frames
+from kinetostatics.math.screws import describe_twist
 from kinetostatics.results.pose_arrays import Chunk, CompiledChunk
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
-from kinetostatics.statics.assembly_errors import parse_assembly_errors
-from kinetostatics.statics.inertia import inertial_load
-from kinetostatics.statics.link_loads import LinkLoads, parse_link_loads, wrenches_of
+from kinetostatics.statics.link_loads import wrenches_of
 from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.singularity import UNBALANCED, parts_of_batch
@@ -109,84 +104,38 @@ def analyze(
         >>> {name: round(1e9 * float(result.contributions[name][2]), 1) for name in ("load on platform", "payload")}  # [nm]
         {'load on platform': -11.3, 'payload': -5.5}
     """
+    case = LoadCase(load, gravity, point, frame, assembly_errors, loads, payload, motion, engine)
+    return analyzed(configuration, case, on_failure)
+
+
+def analyzed(configuration: Configuration, case: LoadCase, on_failure: str | None = None) -> Result:
+    """Return :func:`analyze` of a load case."""
     if not isinstance(configuration, Configuration):
         raise ArgumentError(f"analyze needs a Configuration, got {configuration!r}; create one with robot.assemble(…)")
-    check("frame", frame)
     if on_failure is not None:
         check("on_failure", on_failure)
-    engine = check_engine(engine)
-    wrench, field = vector("load", load, 6), vector("gravity", gravity, 3)
-    arm = None if point is None else vector("point", point, 3)
-    robot = robot_of(configuration)
-    errors = None if assembly_errors is None else parse_assembly_errors(robot.statics, assembly_errors)
-    on_links = parse_link_loads(robot.statics, loads, payload)
-    arrays = [wrench, field] + ([arm] if arm is not None else []) + ([] if errors is None else errors.arrays())
-    arrays += [] if on_links is None else on_links.arrays()
-    if motion is not None:
-        if not isinstance(motion, Motion):
-            raise ArgumentError(f"motion= needs a Motion, such as ks.Motion({{'z': 0.5}}, {{'z': -9.0}}), got {motion!r}")
-        robot.weights.check_inertias()
-        moving, *rates = prescribed_motion(configuration, motion)
-        arrays += [rates[0][0][..., None]]
-    shapes = {configuration.shape, *(array.shape[:-1] for array in arrays)}
-    try:
-        shape = np.broadcast_shapes(*shapes) if len(shapes) > 1 else configuration.shape
-    except ValueError:
-        raise ArgumentError(
-            f"the batch shapes do not fit together: configuration {configuration.shape}, load {wrench.shape[:-1]}, "
-            f"gravity {field.shape[:-1]}{_shapes_of(on_links)}"
-        ) from None
-    N = math.prod(shape)
+    robot, loads = robot_of(configuration), case.at(configuration)
+    engine = "numpy" if case.assembly_errors is not None else case.engine
 
-    def flat(array: Array) -> Array:
-        every = array if array.shape[:-1] == shape else np.broadcast_to(array, shape + array.shape[-1:])
-        return every.reshape(N, array.shape[-1]).T
-
-    which: slice | Index = slice(None)
-    if shape != configuration.shape:
-        numbers = np.arange(math.prod(configuration.shape)).reshape(configuration.shape)
-        which = np.broadcast_to(numbers, shape).ravel()
-    wrenches, fields, arms = flat(wrench), flat(field), None if arm is None else flat(arm)
-    flat_errors = None if errors is None else errors.map(flat)
-    flat_loads = None if on_links is None else on_links.map(flat)
-    moved = [] if motion is None else [np.array([np.broadcast_to(one, shape).ravel() for one in rate]) for rate in rates]
-    engine = "numpy" if assembly_errors is not None else engine
-
-    def analyzed(part: slice) -> Chunk:
-        poses = part if isinstance(which, slice) else which[part]
-        frames, fields_here = configuration.frames.take(poses), fields[:, part]
-        at_o = load_at_o(robot, frames, wrenches[:, part], None if arms is None else arms[:, part], frame)
-        errors_here = None if flat_errors is None else flat_errors.map(lambda array: array[:, part])
-        carried = None if flat_loads is None else flat_loads.map(lambda array: array[:, part])
-        applied = () if carried is None else carried.at(frames, fields_here)
-        if motion is not None:
-            here = configuration.poses.take(np.arange(math.prod(configuration.shape))[poses])
-            bodies = moving_bodies(robot.solver, moving, here, *(rate[:, part] for rate in moved))
-            if np.any(configuration.reached[poses] & ~np.isfinite(np.sum(bodies[0] + bodies[1], axis=(0, 1)))):
-                raise ArgumentError(
-                    "the loops cannot follow the motion: the pose is singular, or the rates of redundant actuators contradict "
-                    "one another"
-                )
-            applied += (inertial_load(robot.statics, frames, *bodies, carried),)
-
-        given = LoadedPoses(frames, at_o, fields_here, errors_here, applied)
+    def solved(part: slice) -> Chunk:
+        given = loads.take(part)
 
         def solve(some: slice | Index) -> list[Solution]:
             return _solutions(robot.statics, given.take(some))
 
-        code = pose_code(robot, robot.statics, engine, N, applied)
+        code = pose_code(robot, robot.statics, engine, loads.count, given.applied)
         if code is None:
             return Chunk(robot, solve(slice(None)))
-        stability = partial(pose_code, robot, robot.statics, engine, N, applied, stability=True)
-        inputs = [configuration.poses.x[:, poses], at_o, fields_here, *wrenches_of(applied)]
-        return CompiledChunk(robot, sources_of(robot.statics, applied), code, stability, inputs, solve)
+        stability = partial(pose_code, robot, robot.statics, engine, loads.count, given.applied, stability=True)
+        inputs = [configuration.poses.x[:, loads.poses(part)], given.load, given.gravity, *wrenches_of(given.applied)]
+        return CompiledChunk(robot, sources_of(robot.statics, given.applied), code, stability, inputs, solve)
 
-    parts = chunks(N) or [slice(0, 0)]  # one chunk even of an empty batch
-    found = tuple(in_threads(analyzed, parts, engine_for(engine, N) == "compiled"))
-    result = Result(configuration, shape, which, found, configuration.reached[which], payload)
-    if on_failure == "raise" or (on_failure is None and shape == ()):
+    parts = chunks(loads.count) or [slice(0, 0)]  # one chunk even of an empty batch
+    found = tuple(in_threads(solved, parts, engine_for(engine, loads.count) == "compiled"))
+    result = Result(configuration, loads.shape, loads.which, found, configuration.reached[loads.which], case.payload)
+    if on_failure == "raise" or (on_failure is None and loads.shape == ()):
         for chunk in found:
-            if errors is not None or np.any(chunk["singular"]):
+            if case.assembly_errors is not None or np.any(chunk["singular"]):
                 for solution in chunk.solutions:
                     _complain(robot, solution)
     return result
@@ -199,23 +148,6 @@ def _solutions(robot: RobotStatics, given: LoadedPoses) -> list[Solution]:
     if len(parts) == 1 and parts[0][1] is None:
         return [first]
     return [solve_with_springs(robot, replace(given.take(at), groups=groups)) for at, groups in parts]
-
-
-def _shapes_of(on_links: LinkLoads | None) -> str:
-    shapes = [] if on_links is None else dict.fromkeys(array.shape[:-1] for array in on_links.arrays())
-    return f", loads on links and payload {', '.join(map(str, shapes))}" if shapes else ""
-
-
-def load_at_o(robot: Robot, frames: Frames, load: Array, point: Array | None, frame: str) -> Array:
-    """(6, N) load about o, world axes; ``load`` (6, N) and ``point`` (3, N) are given in ``frame``, see :func:`analyze`."""
-    if frame == "world" and point is None:
-        return load
-    R, o = robot.mechanism.platform_pose(frames)
-    if frame == "platform":
-        load = rotate(R, load)
-        if point is not None:
-            point = o + np.einsum("ijn,jn->in", R, point)
-    return load if point is None else move_wrench(load, o - point)
 
 
 def _complain(robot: Robot, solution: Solution) -> None:
@@ -271,19 +203,3 @@ def free_twists(robot: Robot, solution: Solution, pose: int) -> Array:
     U, values, _ = np.linalg.svd(wrenches, full_matrices=True)
     resisted = int(np.sum(values > 1e-6 * values.max(initial=0.0)))
     return canonical_basis(U[:, min(resisted, 5) :]) * scale
-
-
-def check_keywords(function: Callable[..., object], given: Iterable[str], without: Iterable[str] = ()) -> None:
-    """Check keywords ``given`` to a function that hands them on to :func:`analyze`.
-
-    Raises:
-        ArgumentError: :func:`analyze` has no such argument, or ``function`` sets it itself (``without``).
-    """
-    own = [item.name for item in inspect.signature(function).parameters.values() if item.kind is not item.VAR_KEYWORD]
-    handed_on = {*inspect.signature(analyze).parameters} - {"configuration", "motion", *without}
-    for name in given:
-        if name not in handed_on:
-            hint = near_names(name, {*own, *handed_on})
-            if hint.startswith("known"):  # too many to be listed
-                hint = f"its own are {', '.join(own)}, and it has those of analyze"
-            raise ArgumentError(f"{function.__name__} takes no {name!r}: {hint}")

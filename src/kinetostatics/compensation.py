@@ -10,21 +10,22 @@ search can be recorded, for exported C.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.arguments import Keyword, check, names_in
-from kinetostatics.engine.programs import loops_for
+from kinetostatics.analysis import analyzed
+from kinetostatics.arguments import check, names_in
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, StaticsError
 from kinetostatics.kinematics.alternatives import best_choice
 from kinetostatics.kinematics.assembly import assemble, platform_coordinates
 from kinetostatics.kinematics.configuration import Configuration, spread
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.layout.numbers import join_words
+from kinetostatics.load_case import FurtherLoads, LoadCase, load_case_of
 from kinetostatics.math.arrays import Array, Mask, frozen, zeros_for
 from kinetostatics.math.linalg import apply, dot
 from kinetostatics.math.rotations import Orientation, orientation_named
@@ -57,7 +58,7 @@ def compensate(
     on_failure: str | None = None,
     closure_tolerance: float | None = None,
     tool: ArrayLike | None = None,
-    **analysis: Keyword,
+    **analysis: Unpack[FurtherLoads],
 ) -> Compensation:
     """Find actuator positions at which the loaded platform is at its target pose, and the actuator forces there.
 
@@ -104,7 +105,7 @@ def compensate(
         >>> bool(abs(c.residual_error[2]) < 1e-12)
         True
     """
-    check_keywords(compensate, analysis)
+    case = load_case_of(compensate, FurtherLoads, analysis, load=load, gravity=gravity)
     if not isinstance(configuration, Configuration):
         raise ArgumentError(f"compensate needs a Configuration, got {configuration!r}; create one with robot.assemble(…)")
     if on_failure is not None:
@@ -113,18 +114,18 @@ def compensate(
     if not robot.description.driven:
         raise ArgumentError(f"{robot.name!r} has no actuators, so that nothing can be corrected")
 
-    uncorrected = analyze(configuration, load, gravity, on_failure=on_failure, **analysis)
+    uncorrected = analyzed(configuration, case, on_failure)
     convention = configuration.orientation if orientation is None else orientation_named(orientation)
     place = tool_on_robot(tool, robot)
     names = _controlled(robot, configuration, convention, controlled, place)
     shape = uncorrected.shape
     target = replace(spread(configuration, shape), orientation=convention)
     if shape != configuration.shape:
-        uncorrected = analyze(target, load, gravity, on_failure="nan", **analysis)
+        uncorrected = analyzed(target, case, "nan")
     commanded = names if place is None else _controlled(robot, configuration, convention, None, None)
     of_o, of_tool = (ScaledCoordinates(*_well_conditioned(target, given), robot.length) for given in (commanded, names))
     closure_tolerance = configuration.closure_tolerance if closure_tolerance is None else closure_tolerance
-    problem = _Problem(robot, target, of_o, of_tool, place, load, gravity, analysis, closure_tolerance)
+    problem = _Problem(robot, target, of_o, of_tool, place, case, closure_tolerance)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
     return Compensation(target, names, uncorrected, problem.result(uncorrected, raising), place)
 
@@ -174,14 +175,11 @@ class _Problem:
         commanded: ScaledCoordinates,
         controlled: ScaledCoordinates,
         tool: Array | None,
-        load: ArrayLike,
-        gravity: ArrayLike,
-        analysis: Mapping[str, Keyword],
+        case: LoadCase,
         closure_tolerance: float,
     ) -> None:
         self.robot, self.target, self.commanded, self.controlled, self.tool = robot, target, commanded, controlled, tool
-        self.load, self.gravity, self.analysis, self.closure_tolerance = load, gravity, analysis, closure_tolerance
-        self._loops = loops_for(analysis)
+        self.case, self.closure_tolerance, self._loops = case, closure_tolerance, case.loops
         frame = target_frame(target, tool)
         self._target, self._angles = controlled.of(frame), controlled.orientation.coordinates(frame[0])
 
@@ -255,7 +253,7 @@ class _Problem:
         return driven.reached & (off <= arrival_tolerance(self.robot))
 
     def _analyzed(self, pose: Configuration) -> Result:
-        return analyze(pose, self.load, self.gravity, on_failure="nan", **self.analysis)
+        return analyzed(pose, self.case, "nan")
 
     def _commanded(self, u: Array, near: Configuration, on_failure: str = "nan") -> Configuration:
         """Return the poses at scaled coordinates u (n, N) of the unloaded platform."""
@@ -276,7 +274,7 @@ class _Problem:
                 error.mobility,
                 error.reached,
             ) from error
-        analyze(pose, self.load, self.gravity, on_failure="raise", **self.analysis)
+        analyzed(pose, self.case, "raise")
         raise StaticsError(
             f"no actuator positions were found that bring the loaded platform of {self.robot.name!r} to its target in "
             f"{names}: "

@@ -16,6 +16,7 @@ from kinetostatics.calibration.readings import Model, Readings
 from kinetostatics.calibration.unknowns import Unknowns
 from kinetostatics.description.elements import JointStiffness
 from kinetostatics.files.parameter_units import UNITS
+from kinetostatics.load_case import LoadCase
 
 NAMES = ("z", "rx", "ry")
 PAYLOAD = ks.Payload(5.0, (0.1, -0.02, 0.05))
@@ -324,7 +325,7 @@ WRONG = [
     ({"reference": "zero"}, "must be one of 'undeformed', 'unloaded'"),
     ({"reference": {"z": 0.1}}, "reference has the coordinates z"),
     ({"gravity": np.zeros((2, 3))}, "one vector .* for all rows"),
-    ({"point": np.zeros((2, 3))}, "one point .* for all rows"),
+    ({"point": np.zeros((2, 3))}, "one vector .* for all rows"),
     ({"payload": 2.0}, "it must be a ks.Payload"),
     ({"gauges": {"tip": 3}}, "it must be a gauge"),
     ({"gauges": {"tip": ks.Gauge((0, 0, 0))}}, "direction must not be zero"),
@@ -400,7 +401,7 @@ def test_jacobian_equals_central_differences_of_readings(mass):
     names = ["rod_1", "rod_2+rod_3", "payload.x", "payload.z", "offset.tool", *mass]
     unknowns = Unknowns(robot, names, gauges, PAYLOAD, dict.fromkeys(gauges, 1e-5))
     model = Model(unknowns, {"z": np.array([0.6, 0.58]), "rx": np.array([0.1, -0.1]), "ry": np.array([0.0, 0.2])}, load, readings,
-                  "undeformed", None)  # fmt: skip
+                  "undeformed", None, LoadCase())  # fmt: skip
     at = unknowns.start * np.array([0.8, 1.3, 0.9, 1, 1, 1.1])[: len(names)]
     J = model.jacobian(at) * unknowns.scale
     for k, step in enumerate(1e-4 * np.eye(len(names)) * unknowns.scale):
@@ -414,7 +415,7 @@ def test_readings_of_determinate_robots_are_linear_in_compliance(name, determina
     unknowns = Unknowns(robot, ["rod_3"], {"dz": ks.Gauge((0, 0, 1)), "dy": ks.Gauge((0, 1, 0))}, None, {})
     pose = {"z": np.array([0.6]), "rx": np.array([-0.1]), "ry": np.array([0.2])}
     readings = Readings(np.zeros(2, dtype=int), np.arange(2), unknowns._gauges)
-    model = Model(unknowns, pose, np.array([[0, 100.0, -500, 0, 0, 0]]), readings, "undeformed", None)
+    model = Model(unknowns, pose, np.array([[0, 100.0, -500, 0, 0, 0]]), readings, "undeformed", None, LoadCase())
     soft, own, stiff = (model.predict(np.array([c])) for c in (2.0, 1.0, 0.5))
     ratios = (soft - own) / (2 * (own - stiff))
     assert np.allclose(ratios, 1, atol=1e-7) if determinate else np.all(np.abs(ratios - 1) > 0.05)

@@ -18,6 +18,7 @@ from kinetostatics.limbs import compliance
 from kinetostatics.limbs import statics as limb_statics
 from kinetostatics.limbs.compliance import soft_wrenches, split_by_eigenvectors, split_rigid
 from kinetostatics.statics import platform_equilibrium
+from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.springs import solve_with_springs as solve
 
 
@@ -61,12 +62,12 @@ def test_record_of_ring_with_stiff_self_stress_equals_numpy(monkeypatch):
     poses = some_poses(robot)
     found, holds = evaluated(robot, record_of(robot), *poses)
     poses = robot.equations.place(poses[0]).frames, *poses[1:]
-    wanted = solve(robot.statics, *poses)
+    wanted = solve(robot.statics, LoadedPoses(*poses))
     assert np.all(holds) and not wanted.singular.any()
     close(found["contributions"].sum(axis=0), wanted.twists.sum(axis=1))
     close(found["compliance"], wanted.compliance)
     monkeypatch.setattr(limb_statics, "_WELL_CONDITIONED", np.inf)
-    careful = solve(robot.statics, *poses)
+    careful = solve(robot.statics, LoadedPoses(*poses))
     close(wanted.twists, careful.twists)
     for mine, other in zip(wanted.statics, careful.statics, strict=True):
         close(mine.cut_wrenches, other.cut_wrenches)
@@ -79,14 +80,14 @@ def test_elimination_equals_singular_values_and_eigenvectors(kind, monkeypatch):
     robot = ROBOTS[kind]()
     x, *loads = some_poses(robot)
     poses = robot.equations.place(x).frames, *loads
-    found, outputs = solve(robot.statics, *poses), solved(robot, x, *loads)
+    found, outputs = solve(robot.statics, LoadedPoses(*poses)), solved(robot, x, *loads)
     calls = []
     right = platform_equilibrium._RigidPart._by_singular_values
     monkeypatch.setattr(platform_equilibrium._RigidPart, "_by_singular_values", lambda *given: (calls.append(1), right(*given)))
     assert max(differences(solved(robot, x, *loads), outputs).values()) == 0 and not calls
     for module, name in ((platform_equilibrium, "_INDEPENDENT"), (compliance, "_RESIDUE")):
         monkeypatch.setattr(module, name, np.inf if name == "_INDEPENDENT" else -1.0)
-    careful = solve(robot.statics, *poses)
+    careful = solve(robot.statics, LoadedPoses(*poses))
     assert calls
     for name in ("twists", "compliance"):
         close(getattr(found, name), getattr(careful, name))

@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.arguments import Keyword, check, finite_numbers, need, warn
+from kinetostatics.analysis import analyzed
+from kinetostatics.arguments import finite_numbers, need, warn
 from kinetostatics.calibration.fit import Fit, NoDerivativeError, fit, leave_one_out, outliers
 from kinetostatics.calibration.measurements import Measurements, read_gauges, read_measurements
 from kinetostatics.calibration.readings import Model, Readings
@@ -19,6 +20,7 @@ from kinetostatics.description.loads import Gauge, Payload
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.kinematics.configuration import taken
 from kinetostatics.layout.mapping import ResultMapping
+from kinetostatics.load_case import CalibrationLoads, load_case_of
 from kinetostatics.math.arrays import Array, Mask, frozen
 from kinetostatics.results.calibration import Calibration, Estimate, Outlier
 from kinetostatics.robot import Robot
@@ -41,7 +43,7 @@ def calibrate(
     level: float = 0.95,
     leave_out_outliers: bool = False,
     closure_tolerance: float = 1e-10,
-    **analysis: Keyword,
+    **analysis: Unpack[CalibrationLoads],
 ) -> Calibration:
     """Estimate stiffnesses, payload and offsets from measured deflections, with confidence intervals.
 
@@ -91,12 +93,11 @@ def calibrate(
         >>> round(found.estimates["rod_1"].value, 6)
         0.8
     """
-    check_keywords(calibrate, analysis, without=("load", "on_failure"))
+    case = load_case_of(calibrate, CalibrationLoads, analysis, point=point, frame=frame)
     need("calibrate", "optimize", "scipy")
     if not isinstance(level, (int, float)) or not 0 < level < 1:
         raise ArgumentError(f"level is {level!r}; it must be between 0 and 1, such as 0.95")
     check_robot("calibrate", robot, payload)
-    arm = check_point(point, frame)
     all_gauges = read_gauges(gauges)
     table = read_measurements(robot, measurements, all_gauges)
     readings, measured = _readings(table, all_gauges)
@@ -120,9 +121,7 @@ def calibrate(
         readings,
         reference,
         orientation,
-        arm,
-        frame,
-        analysis,
+        case,
         table.places,
         closure_tolerance,
     )
@@ -214,15 +213,6 @@ def check_robot(what: str, robot: object, payload: object) -> None:
         )
 
 
-def check_point(point: ArrayLike | None, frame: object) -> Array | None:
-    """Return ``point`` as an array (3,), or None. Raise an ArgumentError if point or frame is invalid."""
-    check("frame", frame)
-    array = None if point is None else finite_numbers("point", point)
-    if array is not None and array.shape != (3,):
-        raise ArgumentError(f"point has the shape {array.shape}; it must be one point (3,) for all rows")
-    return array
-
-
 def check_predicted(model: Model, values: Array, rows: Sequence[str]) -> None:
     """Raise a StaticsError, with the reason, if a reading cannot be computed with the initial values (p,) of the unknowns.
 
@@ -234,7 +224,7 @@ def check_predicted(model: Model, values: Array, rows: Sequence[str]) -> None:
         where, pose = (rows[row], row) if np.isnan(result.twist[row, 0]) else ("reference: ", -1)
         try:
             only = taken(result.configuration, np.array([pose]), ())
-            analyze(only, gravity=model.gravity, **model.analysis)
+            analyzed(only, model.case)
         except StaticsError as error:
             raise StaticsError(f"{where}readings cannot be computed: {error}") from error
 

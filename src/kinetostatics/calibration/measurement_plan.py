@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.analysis import check_keywords
 from kinetostatics.arguments import check, finite_numbers, names_in, whole_number
-from kinetostatics.calibration.calibrate import check_point, check_robot
+from kinetostatics.calibration.calibrate import check_robot
 from kinetostatics.calibration.fit import determined
 from kinetostatics.calibration.measurements import read_gauges
 from kinetostatics.calibration.readings import Model, Readings
@@ -25,6 +25,7 @@ from kinetostatics.description.loads import Gauge, Payload
 from kinetostatics.design.problem import grid_of
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.layout.mapping import ResultMapping
+from kinetostatics.load_case import CalibrationLoads, load_case_of
 from kinetostatics.math.arrays import Array, Index, frozen
 from kinetostatics.results.calibration import MeasurementPlan
 from kinetostatics.robot import Robot
@@ -56,7 +57,7 @@ def plan_measurements(
     frame: str = "world",
     seed: int = 0,
     closure_tolerance: float = 1e-10,
-    **analysis: object,
+    **analysis: Unpack[CalibrationLoads],
 ) -> MeasurementPlan:
     """Choose the poses and loads of n measurements with the largest determinant of the information matrix (D-optimality).
 
@@ -88,9 +89,8 @@ def plan_measurements(
         >>> len(plan.chosen), plan.gain > 1
         (3, True)
     """
-    check_keywords(plan_measurements, analysis, without=("load", "on_failure"))
+    case = load_case_of(plan_measurements, CalibrationLoads, analysis, point=point, frame=frame)
     check_robot("plan_measurements", robot, payload)
-    arm = check_point(point, frame)
     seed = check("seed", seed)
     described = read_gauges(gauges)
     names = names_in("readings", readings, '["dz"]')
@@ -106,7 +106,7 @@ def plan_measurements(
     )
     sigmas = np.array([gauge.sigma or SIGMA for gauge in which.gauges.values()])
     looked_for = Unknowns(robot, unknowns, which.gauges, payload, dict(zip(names, sigmas.tolist(), strict=True)))
-    model = Model(looked_for, coordinates, wrenches, which, reference, orientation, arm, frame, analysis, None, closure_tolerance)
+    model = Model(looked_for, coordinates, wrenches, which, reference, orientation, case, None, closure_tolerance)
     scale, start = looked_for.scale, looked_for.start
     blocks = model.jacobian(start).reshape(every, each, -1) * scale / sigmas[:, None]
     result = model.result(start)

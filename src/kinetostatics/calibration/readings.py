@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kinetostatics.analysis import analyze, load_at_o
+from kinetostatics.analysis import analyzed
 from kinetostatics.arguments import Keyword, check_choice, finite_numbers
 from kinetostatics.calibration.measurements import readings_by_twist
 from kinetostatics.calibration.unknowns import Unknowns
@@ -25,6 +25,7 @@ from kinetostatics.design.sensitivities import STEP
 from kinetostatics.exceptions import ArgumentError, AssemblyError, RobotFileError, StaticsError
 from kinetostatics.functions.derivatives import derivatives_at
 from kinetostatics.kinematics.configuration import Configuration, spread
+from kinetostatics.load_case import LoadCase, load_at_o
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.parametric.robot_numbers import STEP as STEP_OF_CONSTANTS
 from kinetostatics.results.result import Result
@@ -57,8 +58,7 @@ class Model:
         load: (N, 6) loads on the platform.
         reference: "undeformed", "unloaded", or coordinates of a pose without load, at which all readings are zero.
         orientation: convention of the orientation coordinates.
-        point, frame: point of application and axes of the load, see :func:`kinetostatics.analyze`.
-        analysis: other arguments of an analysis.
+        case: all but the load: its point of application and axes, gravity, loads on links, ….
         rows: names of the rows, for errors about unreachable poses; None: no errors, readings at such poses are NaN.
         closure_tolerance: largest gap of a closed loop [m, rad].
     """
@@ -71,15 +71,14 @@ class Model:
         readings: Readings,
         reference: object,
         orientation: str | None,
-        point: Array | None = None,
-        frame: str = "world",
-        analysis: Mapping[str, Keyword] | None = None,
+        case: LoadCase,
         rows: Sequence[str] | None = None,
         closure_tolerance: float = 1e-10,
     ) -> None:
         self.unknowns, self.readings, self.orientation = unknowns, readings, orientation
         self._closure_tolerance = closure_tolerance
-        self.analysis = dict(analysis or {})
+        #: Loads on the platform are added about o, world axes.
+        self.case = replace(case, point=None, frame="world")
         count = len(load)
         driven = unknowns.robot.description.driven
         given = dict(coordinates) or {name: np.zeros(count) for name in driven}
@@ -111,11 +110,12 @@ class Model:
                 where = "reference: " if bad >= count and isinstance(reference, Mapping) else rows[bad % count]
                 raise AssemblyError(f"{where}{error}", error.residuals, error.mobility, error.reached) from None
         wrench = np.concatenate([np.asarray(load, dtype=float), np.zeros((extra, 6))])
+        _, self._gravity, point = case.arrays
+        for what, array in (("gravity", self._gravity), ("point", point)):
+            if array is not None and array.shape != (3,):
+                raise ArgumentError(f"{what} has the shape {array.shape}; it must be one vector (3,) for all rows")
         arm = None if point is None else np.broadcast_to(point, (len(wrench), 3)).T
-        self._load = load_at_o(unknowns.robot, self.pose.frames, wrench.T, arm, frame).T
-        self.gravity = finite_numbers("gravity", self.analysis.pop("gravity", (0.0, 0.0, -9.81)))
-        if self.gravity.shape != (3,):
-            raise ArgumentError(f"gravity has the shape {self.gravity.shape}; it must be one vector (3,) for all rows")
+        self._load = load_at_o(unknowns.robot, self.pose.frames, wrench.T, arm, case.frame).T
         self._latest: tuple[bytes, Result] | None = None
         self._derived: tuple[bytes, Array] | None = None
         self.refused = ""  # reason why the last invalid values yield no robot
@@ -124,7 +124,7 @@ class Model:
         given = self._given if only is None else {name: value[only] for name, value in self._given.items()}
         how = "nan" if only is None else "raise"
         is_platform, tolerance = not self._of_actuators, self._closure_tolerance
-        pose = assembled(robot, given, is_platform, self.orientation, tolerance, self.analysis, near if given else None, how)
+        pose = assembled(robot, given, is_platform, self.orientation, tolerance, self.case, near if given else None, how)
         return pose if given else spread(pose, (self._size,))
 
     def result(self, values: Array) -> Result:
@@ -139,19 +139,19 @@ class Model:
         return self._latest[1]
 
     def _analyzed(self, pose: Configuration, values: Array, errors: Mapping[str, Keyword]) -> Result:
-        given = self.analysis.get("assembly_errors") or {}
+        given = self.case.assembly_errors or {}
         if twice := next((name for name in errors if name in given), None):
             raise ArgumentError(f"assembly_errors: the errors of {twice!r} are among the unknowns, too")
         mass, moment, _ = self.unknowns.payload_of(values)
         load = self._load + self._weight(pose, mass, moment)
         every = {**given, **errors} or None
-        return analyze(pose, load, self.gravity, on_failure="nan", **{**self.analysis, "assembly_errors": every})
+        return analyzed(pose, replace(self.case, load=load, assembly_errors=every), "nan")
 
     def _weight(self, pose: Configuration, mass: float, moment: Array) -> Array:
         """Return the weight (M, 6) about o, world axes, of a mass [kg] with a first moment (3,) about o, platform axes [kg·m]."""
         R, _ = robot_of(pose).mechanism.platform_pose(pose.frames)
         arm = np.einsum("ijn,j->ni", R, moment)
-        return np.concatenate([mass * np.broadcast_to(self.gravity, arm.shape), np.cross(arm, self.gravity)], axis=-1)
+        return np.concatenate([mass * np.broadcast_to(self._gravity, arm.shape), np.cross(arm, self._gravity)], axis=-1)
 
     def read(self, pose: Configuration, twists: Array) -> Array:
         """Return the readings (n, …) for twists (M, 6, …), less the readings at the reference poses."""
@@ -229,7 +229,7 @@ class Model:
         step = STEP_OF_CONSTANTS * unknown.scale
         derivatives = None
         if _same_poses(result.robot.description, changed(step)) and not self.unknowns.errors(values):
-            derivatives = derivatives_at(result, self.analysis)
+            derivatives = derivatives_at(result, self.case.is_plain)
         if derivatives is not None:
             with suppress(ArgumentError):  # if there is no derivative by this argument
                 twist = derivatives.by_change(unknown.name, step, changed)["twist"]

@@ -271,6 +271,7 @@ class Beam(CheckedPart):
         super().__post_init__()
 
     def check_direction(self, along: NDArray[np.float64]) -> None:
+        """Raise an error if the vector (3,) between the ends, in the link's frame, is along ``y_axis``."""
         if self.y_axis is not None:
             y_axis, sizes = np.array(self.y_axis), np.linalg.norm(along) * np.linalg.norm(self.y_axis)
             if float(np.linalg.norm(np.cross(y_axis, along))) < 1e-6 * float(sizes):

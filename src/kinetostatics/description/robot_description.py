@@ -156,7 +156,7 @@ class RobotDescription(Reported):
     @cached_property
     def elastic_links(self) -> Mapping[str, Beam | Flexible]:
         """Beams and other elastic links, by name."""
-        return {**self.beams, **self.flexible}
+        return ResultMapping({**self.beams, **self.flexible})
 
     @property
     def warnings(self) -> tuple[str, ...]:

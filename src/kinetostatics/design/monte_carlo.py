@@ -15,20 +15,20 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from kinetostatics.analysis import analyze
-from kinetostatics.arguments import Keyword
+from kinetostatics.analysis import analyzed
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.design.sensitivities import numbers_of
 from kinetostatics.engine.pose_record import PoseModel, PoseRecord, pose_record
-from kinetostatics.engine.programs import loops_for
 from kinetostatics.engine.record_derivatives import values
 from kinetostatics.engine.scalars import needed_by
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.kinematics.solver import SolverState
+from kinetostatics.load_case import LoadCase
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.parametric.parametric_robot import ParametricRobot, changed_model, same_pose
@@ -60,7 +60,7 @@ def random_robots(
     errors: Sequence[ErrorParameter],
     linear: Mapping[str, Array],
     values: Array,
-    analysis: Mapping[str, Keyword],
+    case: LoadCase,
     deviation: float,
     tool: Array | None,
 ) -> tuple[dict[str, Array], float]:
@@ -94,7 +94,7 @@ def random_robots(
             warnings.simplefilter("ignore")
             try:
                 off = {number.name: float(by) for number, by in zip(numbers, by_numbers[:, k], strict=True)}
-                sample = _analysed(family.increased(off), nominal, errors, by_errors[:, [k]], analysis, tool)
+                sample = _analysed(family.increased(off), nominal, errors, by_errors[:, [k]], case, tool)
             except KinetostaticsError:  # the values are invalid
                 continue
         if done < len(checked):
@@ -111,14 +111,14 @@ def _analysed(
     nominal: Result,
     errors: Sequence[ErrorParameter],
     amounts: Array,
-    analysis: Mapping[str, Keyword],
+    case: LoadCase,
     tool: Array | None,
 ) -> dict[str, Array]:
     """Return the quantities of one robot with assembly errors of given amounts (errors, 1)."""
-    pose = same_pose(nominal.configuration, Robot(description), loops_for(analysis))
-    quantities = numbers_of(pose, analyze(pose, **{**analysis, "on_failure": "nan"}), tool, WANTED)
+    pose = same_pose(nominal.configuration, Robot(description), case.loops)
+    quantities = numbers_of(pose, analyzed(pose, case, "nan"), tool, WANTED)
     if errors:
-        off = analyze(pose, **{**analysis, "assembly_errors": as_assembly_errors(errors, amounts), "on_failure": "nan"})
+        off = analyzed(pose, replace(case, assembly_errors=as_assembly_errors(errors, amounts)), "nan")
         quantities["twist"] = quantities["twist"] + off.seen_from(tool).contributions["assembly_errors"][0]
         if "actuator_forces" in quantities:
             more = np.array([parts["assembly_errors"][0] for parts in off.actuator_contributions.values()])

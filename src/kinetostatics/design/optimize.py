@@ -9,12 +9,13 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.arguments import Keyword, need, warn, whole_number
+from kinetostatics.analysis import analyzed
+from kinetostatics.arguments import need, warn, whole_number
 from kinetostatics.design.problem import (
     REQUIRABLE,
     Evaluation,
@@ -31,6 +32,7 @@ from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.files.reader import read_robot_file
 from kinetostatics.layout.mapping import ResultMapping
+from kinetostatics.load_case import LoadCase, LoadKeywords, load_case_of
 from kinetostatics.parametric.parametric_robot import ParametricRobot
 from kinetostatics.results.optimum import CheckedRequirement, Optimum, Start
 from kinetostatics.results.pose_arrays import tool_on_robot
@@ -61,7 +63,7 @@ def optimize(
     starts: int = 3,
     tool: ArrayLike | None = None,
     closure_tolerance: float = 1e-10,
-    **analysis: object,
+    **analysis: Unpack[LoadKeywords],
 ) -> Optimum:
     """Find the optimal parameters of a robot, under requirements at every pose of a workspace.
 
@@ -107,11 +109,11 @@ def optimize(
         >>> best.feasible, round(1e3 * best.parameters["rod_diameter"], 2), round(best.objective, 1)  # [mm], [kg]
         (True, 100.1, 122.9)
     """
-    check_keywords(optimize, analysis, without=("on_failure",))
+    case = load_case_of(optimize, LoadKeywords, analysis)
     links: dict[str, str | None] = {"platform_link": platform_link, "base_link": base_link}
     workspace = platform, actuators
     search_for = prepare(
-        robot, vary, minimize, subject_to, workspace, orientation, parameters, links, starts, tool, closure_tolerance, analysis
+        robot, vary, minimize, subject_to, workspace, orientation, parameters, links, starts, tool, closure_tolerance, case
     )
     return search_for.optimum(search_for.problem, search_for.file_values, starts)
 
@@ -209,7 +211,7 @@ def prepare(
     starts: int,
     tool: ArrayLike | None,
     closure_tolerance: float,
-    analysis: Mapping[str, Keyword],
+    case: LoadCase,
 ) -> Search:
     """Check the arguments of :func:`optimize`; ``workspace`` is platform and actuators, ``links`` are platform and base."""
     need("optimize", "optimize", "scipy")
@@ -235,10 +237,10 @@ def prepare(
         warn(hint)
     place = tool_on_robot(tool, first)
     # check coordinates and arguments before the search
-    poses = assembled(first, grid, is_platform, orientation, closure_tolerance, analysis)
+    poses = assembled(first, grid, is_platform, orientation, closure_tolerance, case)
     first_pose = first.configuration(poses.q if poses.shape == () else poses.q[0], closure_tolerance=math.inf, on_failure="nan")
-    cases = analyze(first_pose, on_failure="nan", **analysis).shape
-    problem = Problem(sizes, grid, is_platform, orientation, analysis, cases, objective, requirements, place, closure_tolerance)
+    cases = analyzed(first_pose, case, "nan").shape
+    problem = Problem(sizes, grid, is_platform, orientation, case, cases, objective, requirements, place, closure_tolerance)
     return Search(problem, ranges, choices, {name: sizes.file_value(name) for name in names}, minimize)
 
 

@@ -9,16 +9,17 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.analysis import check_keywords
 from kinetostatics.arguments import whole_number
 from kinetostatics.design.optimize import parse_objective, prepare
 from kinetostatics.design.problem import REQUIRABLE, Problem, Requirement
 from kinetostatics.design.variables import Vary, combinations
 from kinetostatics.exceptions import ArgumentError, StaticsError
+from kinetostatics.load_case import LoadKeywords, load_case_of
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.results.optimum import Optimum, ParetoFront
 from kinetostatics.units import KINDS
@@ -45,7 +46,7 @@ def pareto(
     starts: int = 2,
     tool: ArrayLike | None = None,
     closure_tolerance: float = 1e-10,
-    **analysis: object,
+    **analysis: Unpack[LoadKeywords],
 ) -> ParetoFront:
     """Find the Pareto front of two quantities.
 
@@ -74,14 +75,14 @@ def pareto(
         >>> [round(float(mass)) for mass, _ in front.objectives]  # [kg]
         [57, 86, 123, 168]
     """
-    check_keywords(pareto, analysis, without=("on_failure",))
+    case = load_case_of(pareto, LoadKeywords, analysis)
     if isinstance(minimize, str) or not isinstance(minimize, Sequence) or len(minimize) != 2:
         raise ArgumentError(f'minimize is {minimize!r}; a front has two quantities, such as ("mass", "sag")')
     points = whole_number("points", points, 2, MOST)
     links: dict[str, str | None] = {"platform_link": platform_link, "base_link": base_link}
     workspace = platform, actuators
     first = prepare(
-        robot, vary, minimize[0], subject_to, workspace, orientation, parameters, links, starts, tool, closure_tolerance, analysis
+        robot, vary, minimize[0], subject_to, workspace, orientation, parameters, links, starts, tool, closure_tolerance, case
     )
     measured = parse_objective(minimize[1])
     if measured == first.problem.objective:

@@ -14,13 +14,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.analysis import analyze
-from kinetostatics.arguments import Keyword, check_mapping
+from kinetostatics.analysis import analyzed
+from kinetostatics.arguments import check_mapping
 from kinetostatics.design.variables import VariedNumbers
-from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, RobotFileError, StaticsError, near_names
 from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.load_case import LoadCase
 from kinetostatics.math.arrays import Array
 from kinetostatics.measures import MEASURES, Measure
 from kinetostatics.results.optimum import BROKEN
@@ -197,7 +197,7 @@ class Problem:
         coordinates: (P,) coordinates of all poses.
         is_platform: whether ``coordinates`` belong to the platform; otherwise to the actuators.
         orientation: convention of the orientation coordinates, see :meth:`Robot.assemble`.
-        analysis: arguments of :func:`kinetostatics.analyze`, with every load case at every pose.
+        case: the loads, with every load case at every pose.
         cases: shape of the load cases; () for one.
         objective: name and argument of the objective.
         tool: reference point of sag, deflections and stiffness against forces; None: o.
@@ -210,7 +210,7 @@ class Problem:
     coordinates: Mapping[str, Array]
     is_platform: bool
     orientation: str | None
-    analysis: Mapping[str, Keyword]
+    case: LoadCase
     cases: tuple[int, ...]
     objective: tuple[str, float]
     requirements: Sequence[Requirement]
@@ -229,8 +229,8 @@ class Problem:
     def analyzed(self, robot: Robot) -> Result:
         """Return the analysis (P, …) of a robot at all poses, every load case at every pose."""
         given = {name: values.reshape(-1, *(1,) * len(self.cases)) for name, values in self.coordinates.items()}
-        poses = assembled(robot, given, self.is_platform, self.orientation, self.closure_tolerance, self.analysis)
-        return analyze(poses, on_failure="nan", **self.analysis)
+        poses = assembled(robot, given, self.is_platform, self.orientation, self.closure_tolerance, self.case)
+        return analyzed(poses, self.case, "nan")
 
     def _evaluate(self, parameters: Mapping[str, float]) -> Evaluation:
         try:
@@ -282,14 +282,14 @@ def assembled(
     is_platform: bool,
     orientation: str | None,
     closure_tolerance: float,
-    analysis: Mapping[str, object],
+    case: LoadCase,
     near: Configuration | None = None,
     on_failure: str = "nan",
 ) -> Configuration:
-    """Return the poses of a robot at coordinates of platform or actuators; ``analysis``: arguments of the later analysis."""
+    """Return the poses of a robot at coordinates of platform or actuators; ``case``: the later analysis."""
     actuators, platform = (None, coordinates) if is_platform else (coordinates, None)
     convention = orientation if is_platform else None
-    return assemble(robot, actuators, platform, convention, near, closure_tolerance, on_failure, loops_for(analysis))
+    return assemble(robot, actuators, platform, convention, near, closure_tolerance, on_failure, case.loops)
 
 
 def rank(point: Evaluation) -> tuple[bool, float]:

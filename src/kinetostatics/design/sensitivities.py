@@ -11,18 +11,19 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.arguments import Keyword, check_choice, names_in
+from kinetostatics.analysis import analyzed
+from kinetostatics.arguments import check_choice, names_in
 from kinetostatics.description.robot_description import RobotDescription
-from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.functions.derivatives import Derivatives, derivatives_at
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping
+from kinetostatics.load_case import AnalysisKeywords, LoadCase, load_case_of
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.parametric.parametric_robot import ParametricRobot, opens_loops, same_pose
 from kinetostatics.parametric.robot_numbers import STEP as STEP_OF_CONSTANTS
@@ -47,7 +48,7 @@ def sensitivities(
     outputs: Sequence[str] = QUANTITIES,
     *,
     tool: ArrayLike | None = None,
-    **analysis: Keyword,
+    **analysis: Unpack[AnalysisKeywords],
 ) -> Sensitivities:
     """Derivatives of twist, stiffness, actuator forces and mass with respect to the parameters of the robot, ranked.
 
@@ -93,7 +94,7 @@ def sensitivities(
         >>> sorted(ks.sensitivities(pose, by=["rod_*.youngs_modulus"], load=[0, 300, 0, 0, 0, 0]))
         ['rod_1.youngs_modulus', 'rod_2.youngs_modulus', 'rod_3.youngs_modulus']
     """
-    check_keywords(sensitivities, analysis)
+    case = load_case_of(sensitivities, AnalysisKeywords, analysis)
     if not isinstance(configuration, Configuration):
         raise ArgumentError(f"sensitivities needs a Configuration, got {configuration!r}; create one with robot.assemble(…)")
     if not configuration.reached.size:
@@ -103,14 +104,14 @@ def sensitivities(
     numbers = _all_numbers(robots) if by is None else robots.select(names_in("by", by, '["rod_diameter"]'))
     asked = _quantities(outputs)
     place = tool_on_robot(tool, robot)
-    result = analyze(configuration, **analysis)
-    derivatives = derivatives_at(result, analysis, place, asked)
+    result = analyzed(configuration, case, analysis.get("on_failure"))
+    derivatives = derivatives_at(result, case.is_plain, place, asked)
     parameters: dict[str, Sensitivity] = {}
     skipped: dict[str, str] = {}
     lost: list[ArgumentError] = []
     for pattern, number in numbers:
         try:
-            slopes, exact = slopes_by(number, result, derivatives, analysis, place, asked)
+            slopes, exact = slopes_by(number, result, derivatives, case, place, asked)
             if number.read is None and _loops_stay_open(slopes, result):
                 raise opens_loops(number.name)
             parameters[number.name] = _sensitivity(number, slopes, exact, result, asked)
@@ -156,7 +157,7 @@ def slopes_by(
     number: RobotNumber,
     nominal: Result,
     derivatives: Derivatives | None,
-    analysis: Mapping[str, Keyword],
+    case: LoadCase,
     tool: Array | None,
     asked: Sequence[str],
 ) -> tuple[dict[str, Array], bool]:
@@ -173,7 +174,7 @@ def slopes_by(
     step = STEP / STEP_OF_CONSTANTS * (number.step or 1.0)
 
     def numbers(by: float) -> dict[str, Array]:
-        return quantities_of(number.changed(by), nominal, analysis, tool, asked)
+        return quantities_of(number.changed(by), nominal, case, tool, asked)
 
     above = numbers(step)
     try:
@@ -187,11 +188,11 @@ def slopes_by(
 
 
 def quantities_of(
-    description: RobotDescription, nominal: Result, analysis: Mapping[str, Keyword], tool: Array | None, asked: Sequence[str]
+    description: RobotDescription, nominal: Result, case: LoadCase, tool: Array | None, asked: Sequence[str]
 ) -> dict[str, Array]:
     """Return quantities of another robot at the nominal prescribed coordinates, batch axes first, actuators last."""
-    pose = same_pose(nominal.configuration, Robot(description), loops_for(analysis))
-    result = None if set(asked) <= OF_POSES else analyze(pose, **{**analysis, "on_failure": "nan"})
+    pose = same_pose(nominal.configuration, Robot(description), case.loops)
+    result = None if set(asked) <= OF_POSES else analyzed(pose, case, "nan")
     return numbers_of(pose, result, tool, asked)
 
 

@@ -10,12 +10,14 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.arguments import Keyword, check, check_choice, check_mapping, warn, whole_number
+from kinetostatics.analysis import analyzed
+from kinetostatics.arguments import check, check_choice, check_mapping, warn, whole_number
 from kinetostatics.design.monte_carlo import WANTED, random_robots
 from kinetostatics.design.sensitivities import slopes_by
 from kinetostatics.design.variables import typed_unit
@@ -23,6 +25,7 @@ from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.functions.derivatives import Derivatives, derivatives_at
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping
+from kinetostatics.load_case import AnalysisKeywords, LoadCase, load_case_of
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.linalg import first_largest, ranked
 from kinetostatics.parametric.parametric_robot import ParametricRobot, check_unit, opens_loops
@@ -54,7 +57,7 @@ def tolerances(
     distribution: str = "normal",
     seed: int = 0,
     tool: ArrayLike | None = None,
-    **analysis: Keyword,
+    **analysis: Unpack[AnalysisKeywords],
 ) -> Tolerances:
     """Rank manufacturing errors by pose error and internal force, with worst case, standard deviation and random samples.
 
@@ -111,7 +114,7 @@ def tolerances(
         >>> max(found.parameters, key=found.share)
         'youngs_modulus'
     """
-    _check_keywords(analysis)
+    case = _load_case(analysis)
     if not isinstance(configuration, Configuration) or configuration.shape != ():
         raise ArgumentError("tolerances needs a single pose; create one with robot.assemble(…)")
     if rank_by is not None:
@@ -122,12 +125,12 @@ def tolerances(
     robot = robot_of(configuration)
     place, family = tool_on_robot(tool, robot), ParametricRobot(robot)
     numbers, errors, given = _read_tolerances(family, tolerances)
-    result = analyze(configuration, **analysis)
+    result = analyzed(configuration, case, analysis.get("on_failure"))
     if result.shape != ():
         raise ArgumentError("tolerances needs a single pose and a single load")
-    derivatives = derivatives_at(result, analysis, place, WANTED) if numbers else None
-    effects = {number.name: _by_number(number, given[number.name], result, derivatives, analysis, place) for number in numbers}
-    effects |= _by_errors(errors, [given[error.name] for error in errors], result, analysis, place, tolerances is None)
+    derivatives = derivatives_at(result, case.is_plain, place, WANTED) if numbers else None
+    effects = {number.name: _by_number(number, given[number.name], result, derivatives, case, place) for number in numbers}
+    effects |= _by_errors(errors, [given[error.name] for error in errors], result, case, place, tolerances is None)
     errors = [error for error in errors if error.name in effects]
     if not effects:
         raise ArgumentError(f"no error of a joint or beam of {robot.name!r} has an effect")
@@ -149,7 +152,7 @@ def tolerances(
     slopes = [{name: _array(effects[error.name], name) / given[error.name] for name in WANTED} for error in errors]
     linear = {name: np.stack([slope[name] for slope in slopes]) for name in WANTED if slopes}
     made, difference = random_robots(
-        result, derivatives, family, numbers, errors, linear, values, analysis, float(deviation.displacement), place
+        result, derivatives, family, numbers, errors, linear, values, case, float(deviation.displacement), place
     )
     self_stress = any(effect.force > 0 or effect.moment > 0 for effect in effects.values())
     ranked_by = rank_by or ("force" if self_stress else "displacement")
@@ -170,8 +173,8 @@ def tolerances(
     )
 
 
-def _check_keywords(analysis: Mapping[str, Keyword]) -> None:
-    check_keywords(tolerances, analysis)
+def _load_case(analysis: AnalysisKeywords) -> LoadCase:
+    return load_case_of(tolerances, AnalysisKeywords, analysis)
 
 
 def _read_tolerances(
@@ -231,11 +234,11 @@ def _by_number(
     amount: float,
     nominal: Result,
     derivatives: Derivatives | None,
-    analysis: Mapping[str, Keyword],
+    case: LoadCase,
     tool: Array | None,
 ) -> Effect:
     """Return the effect of a parameter, amount · ∂f/∂p."""
-    slopes, _ = slopes_by(number, nominal, derivatives, analysis, tool, WANTED)
+    slopes, _ = slopes_by(number, nominal, derivatives, case, tool, WANTED)
     if not np.all(np.isfinite(slopes["twist"])):
         raise opens_loops(number.name)
     return _effect({name: amount * slope for name, slope in slopes.items()}, nominal.robot.description.driven)
@@ -251,7 +254,7 @@ def _by_errors(
     errors: Sequence[ErrorParameter],
     amounts: Sequence[float],
     nominal: Result,
-    analysis: Mapping[str, Keyword],
+    case: LoadCase,
     tool: Array | None,
     only_effective: bool,
 ) -> dict[str, Effect]:
@@ -262,8 +265,8 @@ def _by_errors(
     if not errors:
         return {}
     robot = nominal.robot
-    given = {**analysis, "assembly_errors": as_assembly_errors(errors, np.diag(amounts)), "on_failure": "nan"}
-    result = analyze(nominal.configuration, **given)
+    moved = replace(case, assembly_errors=as_assembly_errors(errors, np.diag(amounts)))
+    result = analyzed(nominal.configuration, moved, "nan")
     twists = np.array(result.seen_from(tool).contributions["assembly_errors"])
     is_possible = np.all(np.isfinite(twists), axis=1)
     if not np.all(is_possible):

@@ -9,18 +9,19 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
+from typing import TypeAlias, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.analysis import analyze, check_keywords
+from kinetostatics.analysis import analyzed
 from kinetostatics.arguments import Keyword, check_mapping, finite_numbers, positive, whole_number
 from kinetostatics.description.loads import Motion
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.rates import actuator_rates
 from kinetostatics.layout.mapping import ResultMapping
+from kinetostatics.load_case import FurtherKeywords, load_case_of
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.results.path import PathResult
 from kinetostatics.robot import Robot
@@ -83,7 +84,7 @@ class Trajectory:
         )
 
     def analyze(
-        self, load: ArrayLike = (0, 0, 0, 0, 0, 0), gravity: ArrayLike = (0, 0, -9.81), **analysis: Keyword
+        self, load: ArrayLike = (0, 0, 0, 0, 0, 0), gravity: ArrayLike = (0, 0, -9.81), **analysis: Unpack[FurtherKeywords]
     ) -> PathResult:
         """Compute sag, stresses and forces over the path, with the inertia of links, beams and payload.
 
@@ -95,8 +96,8 @@ class Trajectory:
         Raises:
             ArgumentError: an argument has an invalid value or shape.
         """
-        check_keywords(self.analyze, analysis)
-        found = analyze(self.configuration, load, gravity, motion=self.motion, **analysis)
+        case = load_case_of(self.analyze, FurtherKeywords, analysis, load=load, gravity=gravity, motion=self.motion)
+        found = analyzed(self.configuration, case, analysis.get("on_failure"))
         if found.shape != self.times.shape:
             raise ArgumentError(
                 f"a path needs one load, or one for each of its {len(self.times)} poses; these have the shape {found.shape}"

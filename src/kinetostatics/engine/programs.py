@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import threading
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
 from weakref import WeakKeyDictionary
@@ -154,11 +154,6 @@ def compiled_loops(engine: str) -> SolverChoice:
         return _loops_of(robot, engine, prescribed, poses).made or robot.solver
 
     return chosen
-
-
-def loops_for(analysis: Mapping[str, object]) -> SolverChoice:
-    """Return :func:`compiled_loops` for the entry ``engine`` in arguments of :func:`kinetostatics.analyze`."""
-    return compiled_loops(check_engine(str(analysis.get("engine", "auto"))))
 
 
 def loops_of(robot: RobotKinematics) -> CompiledSolver | str:

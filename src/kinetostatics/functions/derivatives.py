@@ -35,8 +35,6 @@ from kinetostatics.statics.robot_statics import RobotStatics, statics_on
 
 #: Quantities that are differentiated.
 OUTPUTS = ("twist", "stiffness", "compliance", "actuator_forces", "actuators", "mass")
-#: Arguments of an analysis that has derivatives.
-DIFFERENTIABLE = {"load", "gravity", "engine", "on_failure"}
 #: Relative singular value of the loops' gradient below which a motion is free.
 _FREE = 1e-9
 #: Fraction of a parameter's step at which the validity of a record is tested. It is so small that first-order motions keep the
@@ -300,22 +298,18 @@ def _stacked(columns: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
 
 
 def derivatives_at(
-    result: Result,
-    analysis: Mapping[str, object],
-    tool: Array | None = None,
-    names: Sequence[str] = OUTPUTS,
+    result: Result, is_plain: bool, tool: Array | None = None, names: Sequence[str] = OUTPUTS
 ) -> Derivatives | None:
     """Return the derivatives at all poses of an analysis, or None.
 
-    None if the robot cannot be recorded, if a pose is not reached, or if the analysis has arguments that are not in
-    :data:`DIFFERENTIABLE`, for instance loads on links.
+    None if the robot cannot be recorded, if a pose is not reached, or if the analysis has other loads than load and gravity.
 
     Args:
+        is_plain: see :attr:`.LoadCase.is_plain`.
         tool: (3,) reference point of twist and stiffness, from o in platform axes [m]; None: o.
     """
     configuration = result.configuration
-    more = {name for name, value in analysis.items() if value is not None and not (isinstance(value, str) and value == "world")}
-    if not more <= DIFFERENTIABLE or result.shape != configuration.shape or not np.all(configuration.reached):
+    if not is_plain or result.shape != configuration.shape or not np.all(configuration.reached):
         return None
     robot, N, convention = robot_of(configuration), len(configuration.reached), configuration.orientation
     if configuration.prescribed:

@@ -8,18 +8,19 @@ import tempfile
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.analysis import analyze, check_keywords
+from kinetostatics.analysis import analyze
 from kinetostatics.arguments import Keyword
 from kinetostatics.compensation import compensate
 from kinetostatics.exceptions import ArgumentError, CoordinatesError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.numbers import ANGLES, LENGTHS, STIFFNESSES, NoiseFloor, NumberFormat, join_words, quantity
 from kinetostatics.layout.renderings import asset, filled, save_page
+from kinetostatics.load_case import FurtherKeywords, check_keywords
 from kinetostatics.math.arrays import Array
 from kinetostatics.reports.map import coordinate_words, map_report
 from kinetostatics.reports.result import noise_floor
@@ -57,7 +58,7 @@ def save_report(
     title: str | None = None,
     controlled: Sequence[str] | None = None,
     tool: ArrayLike | None = None,
-    **analysis: Keyword,
+    **analysis: Unpack[FurtherKeywords],
 ) -> None:
     """Write one HTML page about a robot at a pose, which a colleague can read and print without server and network.
 
@@ -84,7 +85,7 @@ def save_report(
         CoordinatesError: the controlled coordinates do not determine the pose.
         StaticsError: the pose cannot be analysed.
     """
-    check_keywords(save_report, analysis)
+    check_keywords(save_report, FurtherKeywords, analysis)
     given = {"load": load, "gravity": gravity, **analysis}
     save_page(path, lambda: report_html(configuration, given, workspace, title, controlled, tool))
 

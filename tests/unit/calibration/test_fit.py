@@ -12,6 +12,7 @@ from kinetostatics.calibration.fit import FALSE_ALARM, determined, fit, outliers
 from kinetostatics.calibration.measurement_plan import _exchanged, best_subset, log_det
 from kinetostatics.calibration.readings import Model, Readings
 from kinetostatics.calibration.unknowns import Unknown, Unknowns, identifiable_ones, unidentifiable
+from kinetostatics.load_case import LoadCase
 
 X = np.arange(8.0)
 LINE = np.stack([np.ones(8), X], axis=1)
@@ -174,7 +175,7 @@ def test_payload_model_is_defined_at_zero_mass():
     unknowns = Unknowns(robot, ["payload.mass", "payload.y"], gauges, None, {})
     rows = {"z": np.array([0.5]), "rx": np.array([0.1]), "ry": np.array([0.2])}
     readings = Readings(np.zeros(2, dtype=int), np.arange(2), gauges)
-    model = Model(unknowns, rows, np.zeros((1, 6)), readings, "undeformed", None)
+    model = Model(unknowns, rows, np.zeros((1, 6)), readings, "undeformed", None, LoadCase())
     pose = robot.assemble(platform=rows)
     for moment in (0.0, 0.3):
         arm = pose.frame("platform")[0, :3, :3] @ [0, moment, 0]
