@@ -13,7 +13,8 @@ import numpy as np
 import pinocchio as pin
 
 import kinetostatics as ks
-from kinetostatics.description.elements import BeamEnd
+from kinetostatics.description import Flexible, LinkMatrices
+from kinetostatics.description.elements import BeamEnd, ElasticPart
 from kinetostatics.description.fields import IN_PYTHON, Place
 from kinetostatics.elements.link import ElasticLink, ElasticLinks
 from kinetostatics.math.rotations import skew
@@ -23,7 +24,7 @@ _POINTS, _WEIGHTS = (np.polynomial.legendre.leggauss(8) + np.array([[1.0], [0.0]
 
 
 @dataclass(frozen=True)
-class MatrixLink(ElasticLink):
+class MatrixLink(ElasticLink, ElasticPart):
     """A link with a stiffness and a mass matrix (12, 12), nested tuples; ``factor`` scales the stiffness.
 
     ``span``, ``axes`` and ``centre`` are those of the link in its robot.
@@ -50,9 +51,6 @@ class MatrixLink(ElasticLink):
         return cls(link, start, end, _tuples(stiffness), _tuples(mass), name=name or link)
 
     # ---- in its robot
-
-    def check_direction(self, along):
-        pass
 
     def model(self, mechanism, span, zero):
         axes = mechanism.body_of[self.link][1][:3, :3]
@@ -99,6 +97,8 @@ class MatrixLink(ElasticLink):
         return np.concatenate([(end - start) / self.length(frames), np.zeros_like(start)])
 
     # ---- vibration: the matrices are those of the ends, without inner coordinates
+
+    inner = 0
 
     def vibrating(self, frames):
         return self
@@ -180,3 +180,36 @@ def as_matrices(robot, name, zero):
         order = [*range(6, 12), *range(6)]
         K, M = K[np.ix_(order, order)], M[np.ix_(order, order)]
     return (K + K.T) / 2, (M + M.T) / 2
+
+
+def with_flexible(robot, names=None, seed=0):
+    """Return the robot with the named beams (default: all that are not telescopic) as ``<flexible>`` links, if two joints are
+    the ends of their link.
+
+    Interfaces have random axes, and origins that are displaced from the joints.
+    """
+    description, zero, rng = robot.description, robot.zero_frames, np.random.default_rng(seed)
+    names = [name for name, beam in robot.beams.items() if not beam.telescopic] if names is None else names
+    finder, links, bodies = SpanFinder(robot.mechanism), {}, dict(description.links)
+    for name in names:
+        beam = description.beams[name]
+        joints = [end.joint for end in finder._ends(beam)]
+        if {item.name for item in robot.mechanism.at_link[beam.link]} != set(joints):
+            continue
+        K, M = as_matrices(robot, name, zero)
+        placement = robot.mechanism.body_of[beam.link][1]
+        at = [robot.mechanism.connections[joint].centre_on(beam.link) - placement[:3, 3] for joint in joints]
+        origins, rotations, moved = [], [], np.zeros((12, 12))
+        for k, point in enumerate(at):
+            axes, shift = np.linalg.qr(rng.normal(size=(3, 3)))[0], rng.uniform(-0.05, 0.05, 3)
+            axes *= np.linalg.det(axes)
+            origins.append(placement[:3, :3].T @ point + shift)
+            rotations.append(axes)
+            moved[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = np.block([[axes, skew(shift) @ axes], [np.zeros((3, 3)), axes]])
+        mass = moved.T @ M @ moved if M.any() else None
+        bodies[beam.link] = replace(bodies[beam.link], mass=0.0, has_inertial=False)  # as a density replaces the <inertial>
+        links[name] = Flexible(
+            beam.link, LinkMatrices(joints, origins, moved.T @ K @ moved, mass, rotations=rotations), name=name
+        )
+    beams = {name: beam for name, beam in description.beams.items() if name not in links}
+    return ks.Robot(replace(description, links=bodies, beams=beams, flexible=links))

@@ -1,11 +1,12 @@
-"""A beam as a link given by its stiffness and mass matrices, a class of this test, gives the results of the beam."""
+"""A beam as a link given by its stiffness and mass matrices gives the results of the beam: as ``<flexible>``, and by a class of
+these tests."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from hybrid_robots import random_hybrid, write_randomly
-from matrix_link import MatrixLink, with_matrix_links
+from matrix_link import MatrixLink, with_flexible, with_matrix_links
 from simple_machines import CIRCLE, bar, joint, link, springs
 from simple_machines import robot as robot_of
 
@@ -43,12 +44,13 @@ def _result(robot, assembly_errors=None):
 
 @pytest.mark.few(12)
 @pytest.mark.parametrize("which", ROBOTS)
-def test_statics(which):
+@pytest.mark.parametrize("with_links", [with_matrix_links, with_flexible])
+def test_statics(which, with_links):
     robot = _robot(which)
     names = [name for name, beam in robot.beams.items() if not beam.telescopic]
     expected = _result(robot)
     for some in (names, names[::2]):
-        found = _result(with_matrix_links(robot, some))
+        found = _result(with_links(robot, some))
         if isinstance(expected, str):
             assert found == expected
             return

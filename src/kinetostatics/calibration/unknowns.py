@@ -33,6 +33,7 @@ PAYLOAD = {"payload.mass": "kg", "payload.x": "m", "payload.y": "m", "payload.z"
 #: Kinds of elastic parts, as in :attr:`kinetostatics.Result.source_contributions`, and the names of their stiffness numbers.
 KINDS = {
     "beams": ("youngs_modulus", "shear_modulus"),
+    "links": ("stiffness_factor",),
     "joints": ("linear_stiffness", "angular_stiffness"),
     "actuators": ("actuator_stiffness",),
 }
@@ -103,7 +104,7 @@ class Unknowns:
     @cached_property
     def _sources(self) -> dict[str, tuple[str, str]]:
         there = self.robot.description
-        every = [("beams", name) for name in there.beams]
+        every = [("beams", name) for name in there.beams] + [("links", name) for name in there.flexible]
         every += [(kind, name) for name in there.joint_stiffness for kind in ("joints", "actuators")]
         sources = [(kind, name) for kind, name in every if self._stiffnesses(kind, name)]
         names = [name for _, name in sources]

@@ -17,6 +17,7 @@ from kinetostatics.checks.facts import (
     beam_facts,
     elastic_joints,
     first_like,
+    flexible_facts,
     followers,
     limb_facts,
     massless_links,
@@ -79,6 +80,7 @@ def robot_facts(robot: Robot) -> RobotFacts:
     facts.limbs = [limb_facts(robot, reader, limb, mass_of(limb.name)) for limb in robot.topology.limbs]
     labels = {joint: step.name for limb in facts.limbs for step in limb.joints for joint in step.joints}
     facts.beams = beam_facts(robot, labels, attempt(lambda: robot.beams), attempt(lambda: robot.zero_frames))
+    facts.flexible = flexible_facts(robot, attempt(lambda: robot.elastic_links), attempt(lambda: robot.zero_frames))
     facts.mass_follows_pose = any(beam.telescopic and beam.density for beam in facts.beams)
     bases: dict[str, Basis] = {}
     for group in groups or ():

@@ -13,6 +13,7 @@ from kinetostatics.checks.redundancy import Redundancy
 from kinetostatics.description.elements import Spring
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.elements.beam import BeamModel
+from kinetostatics.elements.link import ElasticLink
 from kinetostatics.limbs.geometry import Basis
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import EQUAL
@@ -46,6 +47,7 @@ class LimbFacts:
     links: tuple[str, ...]
     joints: list[JointStep]
     beams: tuple[str, ...]
+    flexible: tuple[str, ...]
     parts: tuple[tuple[str, str], ...]
     rigid: bool
     mass: float | None
@@ -78,6 +80,17 @@ class BeamFacts:
     I_z: float
     J: float
     shear_areas: tuple[float, float]
+
+
+@dataclass
+class FlexibleFacts:
+    """An elastic link that is no beam, with its interfaces, its mass [kg], None if unknown, and its numbers that may vary."""
+
+    name: str
+    link: str
+    interfaces: tuple[str, ...]
+    mass: float | None
+    numbers: dict[str, float]
 
 
 @dataclass
@@ -184,6 +197,7 @@ class RobotFacts:
     massless: tuple[str, ...] = ()
     limbs: list[LimbFacts] = field(default_factory=list)
     beams: list[BeamFacts] = field(default_factory=list)
+    flexible: list[FlexibleFacts] = field(default_factory=list)
     elastic_joints: list[ElasticJointFacts] = field(default_factory=list)
     springs: list[Spring] = field(default_factory=list)
     followers: list[FollowerFacts] = field(default_factory=list)
@@ -198,13 +212,14 @@ def limb_facts(robot: Robot, reader: GraphReader, limb: Limb, mass: float | None
     """Return the properties of a limb that do not depend on its pose."""
     graph = reader.limb(limb)
     links = [edge.beam for edge in limb.edges if edge.beam]
-    beams = tuple(name for name in links if name in robot.description.beams)
+    tables = robot.description.beams, robot.description.flexible
+    beams, flexible = (tuple(dict.fromkeys(name for name in links if name in table)) for table in tables)
     moved = {joint for drive in drives_of(robot.mechanism).values() for joint, _ in drive.moves}
     sprung = any(springs_of(robot.mechanism, edge.joint) or edge.joint in moved for edge in limb.edges if edge.joint)
     parts = tuple((part.start, part.end) for part in limb.parts) if len(limb.parts) > 1 else ()
     word = _symbols(graph.chain) or "welded"
     return LimbFacts(
-        limb.name, word, None, graph, limb.links, joints_of(graph.chain), beams, parts, not links and not sprung, mass
+        limb.name, word, None, graph, limb.links, joints_of(graph.chain), beams, flexible, parts, not links and not sprung, mass
     )
 
 
@@ -237,7 +252,7 @@ def first_like(limb: LimbFacts, basis: Basis, beams: list[BeamFacts], alike: dic
         tuple((c.direction[0] if c.direction[0] == "complement" else c.direction, c.centre) for c in part)
         for part in (basis.constraint, basis.attached)
     )
-    first = alike.setdefault((limb.word, rounded(limb.mass), rows, wrenches), limb.name)
+    first = alike.setdefault((limb.word, rounded(limb.mass), rows, limb.flexible, wrenches), limb.name)
     return None if first == limb.name else first
 
 
@@ -248,6 +263,15 @@ def massless_links(robot: Robot, limbs: list[LimbFacts]) -> tuple[str, ...]:
     chains = [chain for limb in limbs for chain in (limb.graph.chain, *(branch.chain for branch in limb.graph.hanging))]
     shown = {name for chain in chains for name in bodies_of(chain)}
     return tuple(name for name in description.links if name in shown - elastic and description.links[name].mass == 0)
+
+
+def flexible_facts(robot: Robot, links: Mapping[str, ElasticLink] | None, frames: Frames | None) -> list[FlexibleFacts]:
+    """Return the properties of elastic links that are no beams; ``links`` and ``frames`` of the zero pose are None if unknown."""
+    facts = []
+    for name, part in robot.description.flexible.items():
+        mass = None if links is None or frames is None else float(f"{links[name].mass_at(frames)[0]:.12g}")
+        facts.append(FlexibleFacts(name, part.link, part.interfaces, mass, {key: getattr(part, key) for key in part.numbers}))
+    return facts
 
 
 def elastic_joints(robot: Robot) -> list[ElasticJointFacts]:

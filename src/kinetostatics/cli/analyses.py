@@ -97,7 +97,7 @@ def _rigid_advice(robot: Robot, args: argparse.Namespace, loads: dict[str, Keywo
     The warning contains commands that make the robot elastic and repeat the analysis of ``args``. They are given only if they
     make the compliance nonzero at the same pose and under the same loads.
     """
-    if robot.description.beams or robot.description.joint_stiffness:
+    if robot.description.elastic_links or robot.description.joint_stiffness:
         return []
     for options in SUGGESTIONS:
         if _makes_elastic(options, args, loads):

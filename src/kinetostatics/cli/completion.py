@@ -107,7 +107,7 @@ def _unknowns(args: argparse.Namespace) -> list[str]:
 
     description = read_robot_file(_path(args))
     payload = [f"payload.{what}" for what in ("mass", *"xyz")]
-    return [*description.beams, *description.joint_stiffness, *_elements(args, "xacro:arg"), *payload, "offsets"]
+    return [*description.elastic_links, *description.joint_stiffness, *_elements(args, "xacro:arg"), *payload, "offsets"]
 
 
 def _limbs(args: argparse.Namespace) -> list[str]:

@@ -85,7 +85,7 @@ def _from_file(args: argparse.Namespace) -> int:
             print_warnings(warnings)
             return 0
         description = extend_robot(args.source, args.out, **options).description
-    elastic = ", ".join((*description.beams, *description.joint_stiffness)) or "nothing yet, see its comments"
+    elastic = ", ".join((*description.elastic_links, *description.joint_stiffness)) or "nothing yet, see its comments"
     driven = ", ".join(description.driven) or "none"
     loops = f"{len(description.loops)} loop{'s' * (len(description.loops) > 1)}, " if description.loops else ""
     print(f"{args.out}: {loops}platform {description.platform}, base {description.base}, driven: {driven}; elastic: {elastic}")

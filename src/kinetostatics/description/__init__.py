@@ -2,6 +2,7 @@
 
 from kinetostatics.description.elements import Beam, BeamEnd, Inertia, JointStiffness, Link, Material, Origin, Spring
 from kinetostatics.description.fields import Place, Vector
+from kinetostatics.description.flexible import Flexible
 from kinetostatics.description.joints import Cone, Joint, Loop, Mimic
 from kinetostatics.description.link_matrices import LinkMatrices
 from kinetostatics.description.robot_description import RobotDescription, by_name
@@ -11,6 +12,7 @@ __all__ = [
     "Beam",
     "BeamEnd",
     "Cone",
+    "Flexible",
     "Inertia",
     "Joint",
     "JointStiffness",

@@ -9,6 +9,7 @@ of the magnitudes of its terms.
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
@@ -89,6 +90,15 @@ class LinkMatrices(ShortRepr):
     def __hash__(self) -> int:
         return hash((self.names, self.stiffness.tobytes()))
 
+    @property
+    def digest(self) -> str:
+        """The sha256 of all values."""
+        result = hashlib.sha256(repr(self.names).encode())
+        for name in (item.name for item in fields(self)[1:]):
+            array = getattr(self, name)
+            result.update(name.encode() if array is None else array.tobytes())
+        return result.hexdigest()
+
     # ---- sizes and rigid-body motions
 
     @property
@@ -110,7 +120,7 @@ class LinkMatrices(ShortRepr):
     @cached_property
     def rigid_motions(self) -> Array:
         """Coordinates (6n + m, 6) of the rigid-body motions with unit twists [d; r] at the origin of the link, along its axes."""
-        return frozen(self._rigid_motions(np.zeros(3)))
+        return frozen(self.motions_about(np.zeros(3)))
 
     @cached_property
     def mean_motion(self) -> Array:
@@ -169,6 +179,11 @@ class LinkMatrices(ShortRepr):
     # ---- mass
 
     @cached_property
+    def weight(self) -> tuple[float, Array]:
+        """Mass [kg] and centre of mass (3,) [m], in the link's frame, by the loads due to gravity."""
+        return _mass_and_centre(self.rigid_motions.T @ self.gravity_loads)
+
+    @cached_property
     def body(self) -> tuple[float, Array, Array] | None:
         """Mass [kg], centre of mass (3,) [m] and inertia (3, 3) about it [kg·m²], in the link's frame; None without ``mass``."""
         if self.mass is None:
@@ -191,13 +206,14 @@ class LinkMatrices(ShortRepr):
         return replace(self, mass=matrix)
 
     def differences(self, mass: float, centre: Array, inertia: Array, within: float = 0.01) -> list[str]:
-        """Return in words how the mass matrix differs from a body by more than the fraction ``within``; arguments: `with_body`.
+        """Return in words how the matrices differ from a body by more than the fraction ``within``; arguments: `with_body`.
 
         Differences of the centre of mass are relative to the link's size, those of the inertia to its largest entry.
         """
-        if self.body is None:
+        if self.mass is None and self.gravity is None:
             return []
-        body, centre, inertia = self.body, np.asarray(centre, float), np.asarray(inertia, float)
+        inertia = np.asarray(inertia, float)
+        body, centre = (*self.weight, inertia) if self.body is None else self.body, np.asarray(centre, float)
         words = []
         if abs(body[0] - mass) > within * body[0]:
             words.append(f"the mass is {body[0]:.6g} kg by its matrices, but {mass:.6g} kg is given")
@@ -212,7 +228,8 @@ class LinkMatrices(ShortRepr):
 
     # ---- checks
 
-    def _rigid_motions(self, point: Array) -> Array:
+    def motions_about(self, point: Array) -> Array:
+        """Return the coordinates (6n + m, 6) of the rigid-body motions with unit twists at a point (3,) of the link's frame."""
         blocks = []
         for origin, axes in zip(self.origins - point, self.rotations, strict=True):
             blocks.append(np.block([[axes.T, -axes.T @ skew(origin)], [np.zeros((3, 3)), axes.T]]))
@@ -258,7 +275,7 @@ class LinkMatrices(ShortRepr):
         scales = self._scales
         self._check_symmetry("stiffness", scales)
         scaled = self.stiffness / np.outer(scales, scales)
-        motions = self._rigid_motions(self.origins.mean(0)) / np.repeat([1.0, self._size], 3)
+        motions = self.motions_about(self.origins.mean(0)) / np.repeat([1.0, self._size], 3)
         forces = self.stiffness @ motions
         sums = (np.abs(self.stiffness) @ np.abs(motions)).max(1)
         sums[6 * self.interfaces :] = scales[6 * self.interfaces :] * (scales[:, None] * np.abs(motions)).max()
@@ -295,7 +312,7 @@ class LinkMatrices(ShortRepr):
 
     def _check_body(self, name: str, loads: Array) -> tuple[float, Array]:
         """Check that the loads (6n + m, 3) of unit accelerations have in sum the form of a body's; return its mass and centre."""
-        total = self._rigid_motions(self.origins.mean(0)).T @ loads
+        total = self.motions_about(self.origins.mean(0)).T @ loads
         mass, centre = _mass_and_centre(total)
         if mass <= 0:
             raise ArgumentError(f"{name}: the link has a mass of {mass:.6g} kg; a positive one would be right")
@@ -320,7 +337,7 @@ class LinkMatrices(ShortRepr):
                         f"gravity: its loads are those of {given}, but mass has {own_mean}; equal ones would be right"
                     )
         if self.thermal is not None:
-            motions = self._rigid_motions(self.origins.mean(0)) / np.repeat([1.0, self._size], 3)
+            motions = self.motions_about(self.origins.mean(0)) / np.repeat([1.0, self._size], 3)
             total = (np.abs(motions).T @ np.abs(self.thermal)).max()
             residuals = np.abs(motions.T @ self.thermal) / max(total, np.finfo(float).tiny)
             worst = int(residuals.argmax())

@@ -12,8 +12,9 @@ from typing import ClassVar, TypeVar
 
 from kinetostatics import hooks
 from kinetostatics.arguments import Keyword
-from kinetostatics.description.elements import Beam, Flexible, Inertia, JointStiffness, Link, Material, Origin, Spring
+from kinetostatics.description.elements import Beam, ElasticPart, Inertia, JointStiffness, Link, Material, Origin, Spring
 from kinetostatics.description.fields import IN_PYTHON, Name, Place, Text, Vector, check_fields
+from kinetostatics.description.flexible import Flexible
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.joints import Joint, Loop
 from kinetostatics.exceptions import ArgumentError, near_names
@@ -21,8 +22,8 @@ from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported
 from kinetostatics.unit_hints import angular_limit_hints, material_hints, rpy_hints
 
-Named = TypeVar("Named", Link, Joint, Loop, Beam, Spring)
-Part = Link | Joint | Loop | Beam | JointStiffness | Spring
+Named = TypeVar("Named", Link, Joint, Loop, Beam, Spring, Flexible)
+Part = Link | Joint | Loop | Beam | JointStiffness | Spring | Flexible
 #: Attributes of a description that contain its parts, by type.
 TABLES: dict[type, str] = {
     Link: "links",
@@ -99,7 +100,7 @@ class RobotDescription(Reported):
     inertia_warnings: tuple[str, ...] = field(default=(), compare=False)
     default_axes: tuple[str, ...] = field(default=(), compare=False)
     springs: Mapping[str, Spring] = field(default_factory=dict)
-    flexible: Mapping[str, Flexible] = field(default_factory=dict)
+    flexible: Mapping[str, ElasticPart] = field(default_factory=dict)
     parameters: Mapping[str, object] = field(default_factory=ResultMapping, compare=False, repr=False)
     #: Whether the description was validated; changed copies are validated again.
     is_valid: bool = field(default=False, init=False, repr=False, compare=False)
@@ -123,6 +124,7 @@ class RobotDescription(Reported):
         beams: Iterable[Beam] = (),
         joint_stiffness: Iterable[JointStiffness] = (),
         springs: Iterable[Spring] = (),
+        flexible: Iterable[Flexible] = (),
         **more: Keyword,
     ) -> RobotDescription:
         """Create a description from lists instead of dicts; ``more`` are further attributes, such as ``driven``.
@@ -145,6 +147,7 @@ class RobotDescription(Reported):
             beams=by_name("beam", beams),
             joint_stiffness=stiff,
             springs=by_name("spring", springs),
+            flexible=by_name("flexible link", flexible),
             **more,
         )
 
@@ -154,7 +157,7 @@ class RobotDescription(Reported):
         return hooks.robot_text(self)
 
     @cached_property
-    def elastic_links(self) -> Mapping[str, Beam | Flexible]:
+    def elastic_links(self) -> Mapping[str, Beam | ElasticPart]:
         """Beams and other elastic links, by name."""
         return ResultMapping({**self.beams, **self.flexible})
 
@@ -168,7 +171,10 @@ class RobotDescription(Reported):
             if beam.density is None and beam.link in self.links and not self.links[beam.link].has_inertial
         ]
         materials = {name: (beam.material.youngs_modulus, beam.material.density) for name, beam in self.beams.items()}
-        return (*self.file_warnings, *weightless, *self.angle_hints(), *material_hints(materials))
+        of_matrices = [
+            words for part in self.flexible.values() if part.link in self.links for words in part.hints(self.links[part.link])
+        ]
+        return (*self.file_warnings, *weightless, *of_matrices, *self.angle_hints(), *material_hints(materials))
 
     def angle_hints(self) -> list[str]:
         """Return hints at angles and limits that are probably in degrees."""
@@ -184,7 +190,7 @@ class RobotDescription(Reported):
     # ---- changed copies ------------------------------------------------------------------------------------------------
 
     def with_part(self, part: Part) -> RobotDescription:
-        """Return a copy with a link, joint, loop, beam, spring or joint stiffness, which replaces a part with the same name."""
+        """Return a copy with a link, joint, loop, beam, flexible link, spring or joint stiffness, or another of the same name."""
         name = part.joint if isinstance(part, JointStiffness) else part.name
         table = TABLES.get(type(part), "flexible")
         tables: dict[str, Keyword] = {table: {**getattr(self, table), name: part}}

@@ -76,6 +76,15 @@ def validate(description: RobotDescription) -> RobotDescription:
             )
     connections: dict[str, Joint | Loop] = {**joints, **loops}
     _check_beams(description.beams.values(), links, connections, {base: "base", platform: "platform"})
+    for part in description.flexible.values():
+        check_reference(part.place, f"<{part.KIND} {part.name!r}>", "link", part.link, links)
+        at_link = [joint.name for joint in joints.values() if part.link in (joint.parent, joint.child)]
+        at_link += [loop.name for loop in loops.values() if part.link in (loop.predecessor, loop.successor)]
+        elastic = (*description.beams.values(), *description.flexible.values())
+        others = [other for other in elastic if other is not part and other.link == part.link]
+        part.check_place(at_link, others, {base: "base", platform: "platform"}.get(part.link, ""))
+        if part.name in description.beams:
+            raise part.place.error(f"<{part.KIND} {part.name!r}> has the name of a beam, in {description.beams[part.name].place}")
     stiffnesses = {name: _stiffness(stiffness, connections, driven) for name, stiffness in description.joint_stiffness.items()}
     for spring in description.springs.values():
         _check_sides(spring, links)

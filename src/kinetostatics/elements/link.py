@@ -34,8 +34,11 @@ if TYPE_CHECKING:
 class VibratingLink(Protocol):
     """Dynamic stiffness D(λ) of a link at N poses, at the square λ = ω² (N, m) of the angular frequency [1/s²].
 
-    Rows and columns are the twists [d; r] of start and end, in the link's axes; forces on the link.
+    Rows and columns are the twists [d; r] of start and end, in the link's axes, then b ``inner`` coordinates; forces on the link.
     """
+
+    @property
+    def inner(self) -> int: ...
 
     def take(self, poses: Index) -> VibratingLink:
         """Return the link at some of the poses."""
@@ -44,10 +47,10 @@ class VibratingLink(Protocol):
         """Return one of ``count`` equal pieces of the link, one after the other."""
 
     def dynamic_stiffness(self, square: Numbers) -> Numbers:
-        """Return D (N, m, 12, 12); λ may be complex."""
+        """Return D (N, m, 12 + b, 12 + b); λ may be complex."""
 
     def pencil(self, square: Array) -> tuple[Array, Array]:
-        """Return K̃ and M̃ (N, m, 12, 12) of D(λ) = K̃ − λ M̃ with M̃ = −dD/dλ."""
+        """Return K̃ and M̃ (N, m, 12 + b, 12 + b) of D(λ) = K̃ − λ M̃ with M̃ = −dD/dλ."""
 
     def clamped_square(self) -> Array:
         """Return a lower bound (N, 1) of the lowest λ of the link with clamped ends; infinite if it has no modes then."""
@@ -145,7 +148,7 @@ class ElasticLink(Protocol):
 
 
 class PlacedLink(Protocol):
-    """The description of an elastic link that is no beam, see :class:`kinetostatics.description.elements.Flexible`."""
+    """The description of an elastic link that is no beam, see :class:`kinetostatics.description.elements.ElasticPart`."""
 
     def model(self, mechanism: Mechanism, span: BeamSpan, zero: Frames) -> ElasticLink:
         """Return the link in its robot, with ``span`` from base to platform; ``zero`` is the closed zero pose."""

@@ -48,6 +48,10 @@ class Rod:
     gyration: Array
     eccentricity: Array | None = None
 
+    @property
+    def inner(self) -> int:
+        return 0
+
     def take(self, poses: Index) -> Rod:
         arm = None if self.eccentricity is None else self.eccentricity[:, poses]
         return Rod(self.length[poses], self.compliances, self.density[poses], self.gyration, arm)

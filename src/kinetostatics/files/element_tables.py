@@ -6,11 +6,13 @@ Rules that concern several elements are in :mod:`rules`.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Collection, Iterable
 
 from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import Beam, BeamEnd, Inertia, JointStiffness, Link, Origin, Spring, check_section
 from kinetostatics.description.fields import NUMBER, POSITIVE, TEXT
+from kinetostatics.description.flexible import Flexible
 from kinetostatics.description.joints import NO_LIMITS, Joint, Loop
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import ArgumentError
@@ -190,6 +192,25 @@ def _end(end: BeamEnd | None, beam: Beam, joints: Collection[str]) -> str | None
         what = f"an end of beam {beam.name!r} is the {end.side} side of {end.joint!r}"
         raise beam.place.error(f"{what}, but a joint is called {text!r} as well")
     return text
+
+
+FLEXIBLE = ElementTable(
+    "flexible",
+    {
+        "": (
+            row(Flexible, "name", default=None),
+            row(Flexible, "link"),
+            Row("file", TEXT),
+            row(Flexible, "stiffness_factor"),
+        )
+    },
+)
+
+
+def write_flexible(part: Flexible, folder: str) -> XmlElement:
+    """Return a ``<flexible>`` in a robot file in a folder."""
+    file = os.path.relpath(part.file, folder or ".") if part.file else f"{part.name}.npz"
+    return FLEXIBLE.write(part, given={"file": file, "name": None if part.name == part.link else part.name})
 
 
 # ---- springs and elastic joints ------------------------------------------------------------------------------------------

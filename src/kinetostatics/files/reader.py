@@ -8,7 +8,8 @@ from dataclasses import replace
 
 from kinetostatics.description.elements import Link, Origin
 from kinetostatics.description.fields import Place
-from kinetostatics.description.robot_description import RobotDescription
+from kinetostatics.description.flexible import Flexible
+from kinetostatics.description.robot_description import RobotDescription, by_name
 from kinetostatics.description.validation import (
     check_attributes,
     check_loops,
@@ -17,10 +18,12 @@ from kinetostatics.description.validation import (
     validate,
     with_valid_mimics,
 )
+from kinetostatics.exceptions import RobotFileError
 from kinetostatics.files.attributes import ElementTable, new_name, reference
 from kinetostatics.files.bundled import read_robot
-from kinetostatics.files.element_tables import BASE, PLATFORM
+from kinetostatics.files.element_tables import BASE, FLEXIBLE, PLATFORM
 from kinetostatics.files.foreign_robot import unread_loops
+from kinetostatics.files.link_files import read_link
 from kinetostatics.files.rules import (
     lacks_axis,
     read_beams,
@@ -164,11 +167,26 @@ def describe(
             file_warnings=tuple(warnings),
             inertia_warnings=tuple(inertia_warnings),
             springs=read_springs(root),
+            flexible=_read_flexible(root, path),
             default_axes=tuple(
                 element.attributes["name"] for tag in ("joint", "loop") for element in root.named(tag) if lacks_axis(element)
             ),
         )
     )
+
+
+def _read_flexible(root: XmlElement, path: str) -> dict[str, Flexible]:
+    return by_name("flexible link", [_flexible(element, path) for element in root.named("flexible")])
+
+
+def _flexible(element: XmlElement, path: str) -> Flexible:
+    found = FLEXIBLE.read(element)
+    file = os.path.join(os.path.dirname(path), found["file"])
+    try:
+        matrices = read_link(file)
+    except RobotFileError as error:
+        raise element.error(f"{element.label}: {error}") from None
+    return Flexible(**{**found, "file": file, "name": found["name"] or found["link"]}, matrices=matrices, place=element.place)
 
 
 def _only(root: XmlElement, table: ElementTable, links: Mapping[str, Link]) -> XmlElement | None:

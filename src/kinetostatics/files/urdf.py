@@ -25,7 +25,7 @@ from kinetostatics.files.rules import axis_warning, lacks_axis
 from kinetostatics.files.xml import XmlElement, to_text
 
 #: Elements of this package, valid only as children of ``<robot>``.
-ROBOT_LEVEL = ("base", "platform", "loop", "beam", "joint_stiffness", "spring", "counterweight")
+ROBOT_LEVEL = ("base", "platform", "loop", "beam", "flexible", "joint_stiffness", "spring", "counterweight")
 
 #: Child elements of links and joints that fields of the description have; others are kept as XML.
 LINK_FIELDS, JOINT_FIELDS = ("inertial",), ("parent", "child", "origin", "axis", "limit", "mimic")

@@ -18,6 +18,7 @@ import numpy as np
 
 from kinetostatics.arguments import path_name
 from kinetostatics.description.fields import Place
+from kinetostatics.description.flexible import Flexible
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.description.validation import validate
 from kinetostatics.exceptions import ArgumentError, RobotFileError
@@ -26,11 +27,13 @@ from kinetostatics.files.element_tables import (
     PLATFORM,
     SPRING,
     write_beam,
+    write_flexible,
     write_joint,
     write_link,
     write_loop,
     write_stiffness,
 )
+from kinetostatics.files.link_files import read_link, save_link
 from kinetostatics.files.urdf import (
     JOINT_FIELDS,
     LINK_FIELDS,
@@ -60,7 +63,8 @@ def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]
     """Write a robot to a plain URDF file, whose numbers have all digits, so that the same robot is read from it.
 
     Elements that the package does not use are written too: visuals and collisions, inertias, materials, dynamics, transmissions.
-    Comments, xacro macros and unknown attributes are not. Relative names of meshes are adapted to the new file.
+    Comments, xacro macros and unknown attributes are not. Relative names of meshes are adapted to the new file. Matrices of
+    flexible links that are in no file are written beside it, as ``ROBOT_LINK.npz``.
 
     Args:
         robot: the robot, or its description.
@@ -72,12 +76,31 @@ def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]
     """
     description = validate(robot.description if hasattr(robot, "description") else robot)
     name = path_name("path", path)
-    for part in description.flexible.values():
-        raise part.place.error(f"the elastic link {part.name!r} is no beam, and files have no element for it")
-    text = robot_text(_with_meshes_from(description, os.path.dirname(os.path.abspath(name))), _COMMENT)
+    parts, made = _with_files(description, name)
+    moved = replace(_with_meshes_from(description, os.path.dirname(os.path.abspath(name))), flexible=parts, path=name)
+    text = robot_text(moved, _COMMENT)
     if _uses_xacro(name):
         raise ArgumentError(f"{name} uses xacro, and its macros would be lost; write to another file")
+    for part in made:
+        save_link(part.matrices, part.file)
     write_text(name, text)
+
+
+def _with_files(description: RobotDescription, name: str) -> tuple[dict[str, Flexible], list[Flexible]]:
+    """Return the flexible links for a robot file, and those among them whose matrices are in no file yet."""
+    parts: dict[str, Flexible] = {}
+    for key, part in description.flexible.items():
+        if not isinstance(part, Flexible):
+            raise part.place.error(f"the elastic link {part.name!r} is no beam, and files have no element for it")
+        parts[key] = part if _in_file(part) else replace(part, file=f"{os.path.splitext(name)[0]}_{part.name}.npz")
+    return parts, [part for part in parts.values() if not _in_file(part)]
+
+
+def _in_file(part: Flexible) -> bool:
+    try:
+        return bool(part.file) and read_link(part.file) == part.matrices
+    except RobotFileError:
+        return False
 
 
 def write_table(path: str | os.PathLike[str], columns: Mapping[str, Sequence[str]]) -> None:
@@ -131,6 +154,7 @@ _KEPT: dict[str, tuple[Collection[str], Callable[[XmlElement, list[str]], None]]
 def robot_text(description: RobotDescription, comment: str = "") -> str:
     """Return a description as the indented text of a plain URDF file with the elements of this package."""
     place, connection_names = Place(description.path), {*description.joints, *description.loops}
+    folder = os.path.dirname(description.path)
     extra, _ = _kept("robot", "", description.extra, place)
     root = XmlElement(
         "robot",
@@ -145,6 +169,7 @@ def robot_text(description: RobotDescription, comment: str = "") -> str:
             PLATFORM.write(description),
             *map(write_loop, description.loops.values()),
             *(write_beam(beam, connection_names) for beam in description.beams.values()),
+            *(write_flexible(part, folder) for part in description.flexible.values() if isinstance(part, Flexible)),
             *map(write_stiffness, description.joint_stiffness.values()),
             *map(SPRING.write, description.springs.values()),
             *(element for element in extra if element.tag != "transmission"),

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kinetostatics.description.elements import Beam, BeamEnd, Flexible
+from kinetostatics.description.elements import Beam, BeamEnd, ElasticPart
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.math.arrays import Array
@@ -36,7 +36,7 @@ class BeamSpan:
             link is the beam's link.
     """
 
-    beam: Beam | Flexible
+    beam: Beam | ElasticPart
     start_body: int
     start: Array
     end_body: int
@@ -58,8 +58,8 @@ class BeamSpan:
         return replace(span, start_link=self.end_link, end_link=self.start_link, inward=self.outward, outward=self.inward)
 
 
-def beam_error(beam: Beam | Flexible, reason: str) -> RobotFileError:
-    return beam.place.error(f"<beam {beam.name!r}>: {reason}")
+def beam_error(beam: Beam | ElasticPart, reason: str) -> RobotFileError:
+    return beam.place.error(f"<{beam.KIND} {beam.name!r}>: {reason}")
 
 
 def ends_nowhere(mechanism: Mechanism) -> list[tuple[str, str]]:
@@ -104,7 +104,7 @@ class SpanFinder:
         self.mechanism = mechanism
         self.description = description = mechanism.description
 
-        self.beams_of: dict[str, list[Beam | Flexible]] = {}
+        self.beams_of: dict[str, list[Beam | ElasticPart]] = {}
         for beam in description.elastic_links.values():
             self.beams_of.setdefault(beam.link, []).append(beam)
         self.base_links = self._rigid_with(description.base)
@@ -143,7 +143,7 @@ class SpanFinder:
         reached = reachable([connection.other(link)], onward)
         return not target.isdisjoint(reached)
 
-    def _ends(self, beam: Beam | Flexible) -> tuple[BeamEnd, BeamEnd]:
+    def _ends(self, beam: Beam | ElasticPart) -> tuple[BeamEnd, BeamEnd]:
         """Return start and end as in the file; by default, at the two joints of the link, or towards base and platform."""
         here = self.mechanism.at_link[beam.link]
         if len(here) == 1 and (beam.start is None or beam.end is None):
@@ -208,7 +208,7 @@ class SpanFinder:
             return max(float(np.abs(np.cross(a, b)).max()), float(np.abs(np.cross(a, q - p)).max())) < 1e-9
         return False
 
-    def _default_end(self, beam: Beam | Flexible, towards_base: bool) -> BeamEnd:
+    def _default_end(self, beam: Beam | ElasticPart, towards_base: bool) -> BeamEnd:
         sides = (self.base_links, self.platform_links) if towards_base else (self.platform_links, self.base_links)
         leading = [joint.name for joint in self.mechanism.at_link[beam.link] if self._reaches(beam.link, joint, *sides)]
         attribute, where = ("from", "base") if towards_base else ("to", "platform")
@@ -233,7 +233,7 @@ class SpanFinder:
                     queue.append(connection.other(here))
         return None
 
-    def _locate(self, beam: Beam | Flexible, end: BeamEnd) -> tuple[str, list[Connection]]:
+    def _locate(self, beam: Beam | ElasticPart, end: BeamEnd) -> tuple[str, list[Connection]]:
         """Return the link to which a beam's start or end is fixed, and the connections from the beam's link to this link."""
         joint = self.mechanism.connections[end.joint]
         adjacent = beam.link in (joint.predecessor, joint.successor)
@@ -260,7 +260,7 @@ class SpanFinder:
             link = connection.other(link)
         return link, path
 
-    def _span(self, beam: Beam | Flexible) -> BeamSpan:
+    def _span(self, beam: Beam | ElasticPart) -> BeamSpan:
         start, end = self._ends(beam)
         start_link, inward = self._locate(beam, start)
         end_link, outward = self._locate(beam, end)

@@ -11,7 +11,15 @@ from math import degrees, isinf
 
 from kinetostatics.checks.chains import Body, Branches, Graph, JointStep, chain_lines
 from kinetostatics.checks.check import SMALL_GAP, robot_facts
-from kinetostatics.checks.facts import AttachedBodiesFacts, ElasticJointFacts, FollowerFacts, LimbFacts, MobilityFacts, RobotFacts
+from kinetostatics.checks.facts import (
+    AttachedBodiesFacts,
+    ElasticJointFacts,
+    FlexibleFacts,
+    FollowerFacts,
+    LimbFacts,
+    MobilityFacts,
+    RobotFacts,
+)
 from kinetostatics.checks.input_warnings import zero_loop_gaps
 from kinetostatics.checks.local_freedoms import LocalFreedom
 from kinetostatics.checks.redundancy import Redundancy
@@ -54,6 +62,7 @@ def robot_report(robot: Robot) -> Report:
         "limb": robot.topology.limbs,
         "actuator": robot.description.driven,
         "beam": robot.description.beams,
+        **({"flexible link": robot.description.flexible} if robot.description.flexible else {}),
     }
     title = f"Robot {robot.name!r}: " + ", ".join(count(len(some), noun) for noun, some in parts.items())
     return Report(title, lambda: _sections(facts_of(robot)), lambda: _data(facts_of(robot)))
@@ -63,6 +72,7 @@ def _sections(facts: RobotFacts) -> Iterator[ReportSection]:
     yield ReportSection(None, [_summary(facts)])
     yield ReportSection("Limbs, from base to platform", _limbs(facts), "limbs")
     yield ReportSection("Beams, at the zero pose", _beams(facts) if facts.beams else [], "beams")
+    yield ReportSection("Links by matrices", _flexible(facts.flexible) if facts.flexible else [], "flexible")
     title = "Elastic joints, along and about the axes of their frames"
     yield ReportSection(title, _elastic_joints(facts.elastic_joints) if facts.elastic_joints else [], "joints")
     yield ReportSection("Springs between links", _springs(facts.springs) if facts.springs else [], "springs")
@@ -95,8 +105,8 @@ def _graph(part: object) -> object:
 
 
 def description_report(description: RobotDescription) -> Report:
-    names = ("links", "joints", "loops", "beams", "joint_stiffness", "driven")
-    nouns = ("link", "joint", "loop", "beam", "elastic joint", "actuator")
+    names = ("links", "joints", "loops", "beams", "flexible", "joint_stiffness", "driven")
+    nouns = ("link", "joint", "loop", "beam", "flexible link", "elastic joint", "actuator")
     elements = [(list(getattr(description, name)), noun) for name, noun in zip(names, nouns, strict=True)]
     counts = ", ".join(count(len(some), noun) for some, noun in elements if some or noun in ("link", "joint"))
     rows = [(f"{noun}s", f"{len(some)}", join_words(some, 12)) for some, noun in elements if some]
@@ -247,6 +257,8 @@ def _limbs(facts: RobotFacts) -> list[Block]:
             continue
         rows: list[tuple[str, str | list[str]]] = []
         rows.append(("beams", "; ".join(_spans(facts, limb)) or ("none: rigid" if limb.rigid else "none")))
+        if limb.flexible:
+            rows.append(("by matrices", join_words(limb.flexible)))
         if limb.parts:
             rows.append(("parts", ", ".join(f"{start} to {end}" for start, end in limb.parts)))
         rows.append(("mass", UNKNOWN if limb.mass is None else quantity(limb.mass, MASSES)))
@@ -319,6 +331,17 @@ def _beams(facts: RobotFacts) -> list[Block]:
         alike.setdefault(row, []).append(k)
     names = Column("beam", [join_words([beams[k].name for k in some], 3) for some in alike.values()])
     return [Table([names, *(replace(column, cells=[column.cells[some[0]] for some in alike.values()]) for column in columns)])]
+
+
+def _flexible(links: Sequence[FlexibleFacts]) -> list[Block]:
+    numbers = sorted({name for link in links for name in link.numbers})
+    columns = [
+        Column("link", [link.name for link in links]),
+        Column("interfaces", [join_words(link.interfaces) for link in links]),
+        *(Column(name.replace("_", " "), [f"{link.numbers.get(name, math.nan):.6g}" for link in links], "r") for name in numbers),
+        Column.of("mass", [math.nan if link.mass is None else link.mass for link in links], MASSES, digits=5),
+    ]
+    return [Table(columns)]
 
 
 def _springs(springs: Sequence[Spring]) -> list[Block]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetostatics.arguments import finite_numbers
-from kinetostatics.description.elements import Beam, Flexible
+from kinetostatics.description.elements import Beam, ElasticPart
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import move_twist, rotate
@@ -134,7 +134,7 @@ def parse_assembly_errors(robot: RobotStatics, assembly_errors: Mapping[str, obj
     return AssemblyErrors(robot, joints, links)
 
 
-def _link_error(link: Beam | Flexible, value: object) -> dict[str, Array]:
+def _link_error(link: Beam | ElasticPart, value: object) -> dict[str, Array]:
     if not isinstance(value, Mapping) or not value or set(value) - {"length", "temperature"}:
         raise ArgumentError(
             f"the assembly error of beam {link.name!r} is {value!r}; it must be a mapping with 'length' [m] or 'temperature' [K]"

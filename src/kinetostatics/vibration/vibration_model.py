@@ -60,7 +60,8 @@ class PlacedRod:
     Attributes:
         columns: indices of the k coordinates that move its ends.
         motions: (N, 12, k) displacement and rotation of start and end per unit of each coordinate, beam axes.
-        carried: (N, 12, 6) displacement and rotation of start and end when the whole robot moves as one body, see :class:`Part`.
+        carried: (N, 12 + b, 6) displacement and rotation of start and end when the whole robot moves as one body, see
+            :class:`Part`, then those of b inner coordinates, zero.
         pieces: number of equal rods into which the beam is divided.
     """
 
@@ -74,20 +75,33 @@ class PlacedRod:
     def piece(self) -> VibratingLink:
         return self.rod.piece(self.pieces)
 
+    @property
+    def more(self) -> int:
+        """Number of coordinates of points between the pieces, and of inner coordinates."""
+        return 6 * (self.pieces - 1) + self.rod.inner
+
     def take(self, poses: Index) -> PlacedRod:
         return replace(self, motions=self.motions[poses], carried=self.carried[poses], rod=self.rod.take(poses))
 
     def carried_piece(self, number: int) -> Array:
-        """Return the displacements (N, 12, 6) of a piece's ends when the whole robot moves as one body, see :class:`Part`."""
+        """Return the displacements (N, 12 + b, 6) of a piece's ends when the whole robot moves as one body, see :class:`Part`."""
+        if self.pieces == 1:
+            return self.carried
         start, end = self.carried[:, :6], self.carried[:, 6:]
         return np.concatenate([start + (end - start) * ((number + k) / self.pieces) for k in (0, 1)], axis=1)
 
     def moved(self, first: int, size: float) -> Iterator[tuple[list[int], Array]]:
-        """Yield for every piece the k coordinates that move its ends, and the motions (…, 12, k) of its ends per unit of each.
+        """Yield for every piece its k coordinates, and the motions (…, 12 + b, k) of its ends per unit of each.
 
-        ``first`` is the index of the first coordinate of points between the pieces; ``size`` is the robot's characteristic length
-        [m], by which rotations at these points are multiplied.
+        ``first`` is the index of the first coordinate of points between the pieces, or of the inner coordinates; ``size`` is the
+        robot's characteristic length [m], by which rotations at these points are multiplied.
         """
+        if self.pieces == 1:
+            N, rows, columns = self.motions.shape
+            motions = np.zeros((N, rows + self.rod.inner, columns + self.rod.inner))
+            motions[:, :rows, :columns], motions[:, rows:, columns:] = self.motions, np.eye(self.rod.inner)
+            yield [*self.columns, *range(first, first + self.rod.inner)], motions
+            return
         own = np.diag([1.0] * 3 + [1 / size] * 3)[None]
         inner = [(range(first + 6 * k, first + 6 * k + 6), own) for k in range(self.pieces - 1)]
         nodes: list[tuple[Sequence[int], Array]] = [
@@ -95,9 +109,6 @@ class PlacedRod:
             *inner,
             (self.columns, self.motions[:, 6:]),
         ]
-        if self.pieces == 1:
-            yield list(self.columns), self.motions
-            return
         for (before, start), (after, end) in pairwise(nodes):
             motions = np.zeros((max(len(start), len(end)), 12, len(before) + len(after)))
             motions[:, :6, : len(before)], motions[:, 6:, len(before) :] = start, end
@@ -132,8 +143,8 @@ class VibrationModel:
 
     @property
     def coordinates(self) -> int:
-        """Number of coordinates, including the coordinates of points between pieces of beams."""
-        return self.closure.shape[2] + 6 * sum(item.pieces - 1 for item in self.beams.values())
+        """Number of coordinates, including those of points between pieces of beams, and inner coordinates of links."""
+        return self.closure.shape[2] + sum(item.more for item in self.beams.values())
 
     def take(self, poses: Index) -> VibrationModel:
         return VibrationModel(
@@ -180,8 +191,8 @@ class VibrationModel:
 
     @cached_property
     def first_along(self) -> Mapping[str, int]:
-        """By beam, the index of the first coordinate of the points between its pieces."""
-        more = np.cumsum([0, *(6 * (item.pieces - 1) for item in self.beams.values())])
+        """By beam, the index of its first coordinate between its ends."""
+        more = np.cumsum([0, *(item.more for item in self.beams.values())])
         return dict(zip(self.beams, (self.closure.shape[2] + more).tolist(), strict=False))
 
     def dynamic_stiffness(self, square: Numbers) -> Numbers:
@@ -344,7 +355,8 @@ class _Placement:
         placed = list(zip(bodies, link.ends(frames), strict=True))
         moved = np.concatenate([self.moved(columns, body, point) for body, point in placed], axis=1)
         carried = np.concatenate([self.motions.carried(point) for _, point in placed], axis=1)
-        return PlacedRod(columns, turned @ moved, turned @ carried, link.vibrating(frames))
+        vibrating = link.vibrating(frames)
+        return PlacedRod(columns, turned @ moved, np.pad(turned @ carried, ((0, 0), (0, vibrating.inner), (0, 0))), vibrating)
 
     def moved(self, columns: tuple[int, ...], body: RigidBody, point: Array) -> Array:
         """Return the twists (N, 6, k) of a body at a point (3, N) per unit of each of k coordinates."""

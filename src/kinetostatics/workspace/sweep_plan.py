@@ -280,15 +280,18 @@ def versions() -> dict[str, str]:
 
 def files_of(description: RobotDescription) -> dict[str, str]:
     """Return the sha256 of a robot's file and of the files of its elements, by path."""
-    tables = ("links", "joints", "loops", "beams", "joint_stiffness", "springs")
+    tables = ("links", "joints", "loops", "beams", "joint_stiffness", "springs", "flexible")
     places = [element.place.file for table in tables for element in getattr(description, table).values()]
-    names = dict.fromkeys([description.path, description.platform_place.file, *places])
+    matrices = [path for part in description.flexible.values() if (path := getattr(part, "file", ""))]
+    names = dict.fromkeys([description.path, description.platform_place.file, *places, *matrices])
     return {name: digest for name in names if os.path.isfile(name) and (digest := sha256_of(name))}
 
 
 def text_digest(description: RobotDescription) -> str:
     """Return the sha256 of the robot written as plain URDF, which contains all data of its files."""
-    return hashlib.sha256("".join([description.urdf, *map(repr, description.flexible.values())]).encode()).hexdigest()
+    return hashlib.sha256(
+        "".join([description.urdf, *(part.digest for part in description.flexible.values())]).encode()
+    ).hexdigest()
 
 
 def attributes_of_map(plan: SweepPlan, robot: Robot, command_line: Sequence[str] | None = None) -> dict[str, object]:

@@ -1,0 +1,97 @@
+"""Links given by their matrices, ``<flexible>``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from kinetostatics.description.elements import Beam, BeamEnd, ElasticPart, Link
+from kinetostatics.description.fields import IN_PYTHON, CheckedPart, Name, Place, Positive, Text
+from kinetostatics.description.link_matrices import LinkMatrices
+from kinetostatics.layout.numbers import join_words
+
+
+@dataclass(frozen=True, repr=False)
+class Flexible(CheckedPart, ElasticPart):
+    """A link by its matrices, ``<flexible>``.
+
+    Attributes:
+        link: name of the link.
+        matrices: its matrices; the names of their interfaces are those of the link's joints and loops.
+        stiffness_factor: factor of the stiffness and of the loads due to heat, for sensitivities, tolerances and calibration.
+        name: name of the elastic link; default: the link's name.
+        file: the ``.npz`` file from which the matrices are; empty for matrices made in Python.
+        place: file and line of the element.
+    """
+
+    KIND: ClassVar = "flexible"
+    #: Fields that compiled code does not depend on: MatrixLink has the values.
+    NOT_RECORDED: ClassVar = ("matrices", "stiffness_factor", "name")
+
+    numbers: ClassVar[Mapping[str, str]] = {"stiffness_factor": "1"}
+
+    link: Text
+    matrices: LinkMatrices
+    stiffness_factor: Positive = 1.0
+    name: Name = ""
+    file: str = field(default="", compare=False, kw_only=True)
+    place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
+
+    def __post_init__(self) -> None:
+        if not self.name:
+            object.__setattr__(self, "name", self.link)
+        super().__post_init__()
+
+    @property
+    def start(self) -> BeamEnd:  # type: ignore[override]
+        """The first interface."""
+        return BeamEnd(self.matrices.names[0])
+
+    @property
+    def end(self) -> BeamEnd:  # type: ignore[override]
+        """The second interface."""
+        return BeamEnd(self.matrices.names[1])
+
+    @property
+    def errors(self) -> Mapping[str, str]:  # type: ignore[override]
+        """SI units of the assembly errors, by kind."""
+        return {} if self.matrices.thermal is None else {"temperature": "K"}
+
+    @property
+    def interfaces(self) -> tuple[str, ...]:
+        return self.matrices.names
+
+    @property
+    def digest(self) -> str:
+        return f"{self!r} {self.matrices.digest}"
+
+    def check_place(self, joints: Sequence[str], others: Sequence[Beam | ElasticPart], role: str) -> None:
+        if role:
+            right = f"give it a link of its own, joined to {self.link!r} by a fixed joint"
+            raise self.place.error(f"{self.label}: the link {self.link!r} is the {role}, which is rigid; {right}")
+        for other in others:
+            raise self.place.error(f"{self.label}: the link {self.link!r} is elastic already by {other.name!r}, in {other.place}")
+        names = self.matrices.names
+        if len(names) > 2:
+            raise self.place.error(f"{self.label} has {len(names)} interfaces; two are possible")
+        for name in names:
+            if name not in joints:
+                has = join_words(joints)
+                raise self.place.error(f"{self.label}: the interface {name!r} is no joint of link {self.link!r}, which has {has}")
+        for name in joints:
+            if name not in names:
+                reason = f"the joint {name!r} of link {self.link!r} is no interface; the interfaces are {join_words(names)}"
+                raise self.place.error(f"{self.label}: {reason}")
+
+    def hints(self, link: Link) -> list[str]:
+        """Return warnings, in full sentences, about differences of the matrices from the link's ``<inertial>``."""
+        if not link.has_inertial:
+            weightless = self.matrices.mass is None and self.matrices.gravity is None
+            return [f"{self.place}: {self.label} has no mass matrix and its link no <inertial>; it weighs nothing."] * weightless
+        body = self.matrices.body
+        inertia = body[2] if body is not None and not any(link.inertia.moments) else link.inertia.matrix
+        words = self.matrices.differences(link.mass, np.array(link.center_of_mass), inertia)
+        return [f"{self.place}: {self.label}: {difference}; the matrices count." for difference in words]
