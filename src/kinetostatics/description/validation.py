@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Protocol
 
-from kinetostatics.description.elements import Beam, BeamEnd, JointStiffness, Link, Spring, check_section
+from kinetostatics.description.elements import Beam, BeamEnd, ElasticPart, JointStiffness, Link, Spring, check_section
 from kinetostatics.description.fields import Place, Vector
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.description.joints import NO_LIMITS, SINGLE, Joint, Loop
@@ -80,7 +80,7 @@ def validate(description: RobotDescription) -> RobotDescription:
         check_reference(part.place, f"<{part.KIND} {part.name!r}>", "link", part.link, links)
         at_link = [joint.name for joint in joints.values() if part.link in (joint.parent, joint.child)]
         at_link += [loop.name for loop in loops.values() if part.link in (loop.predecessor, loop.successor)]
-        elastic = (*description.beams.values(), *description.flexible.values())
+        elastic: tuple[Beam | ElasticPart, ...] = (*description.beams.values(), *description.flexible.values())
         others = [other for other in elastic if other is not part and other.link == part.link]
         part.check_place(at_link, others, {base: "base", platform: "platform"}.get(part.link, ""))
         if part.name in description.beams:

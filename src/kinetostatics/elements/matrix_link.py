@@ -72,8 +72,8 @@ class MatrixLink(ShortRepr, ElasticLink):
     def stacked(
         self, links: Sequence[ElasticLink], edges: Sequence[Edge], element: int = 0, signs: NDArray[np.int8] | None = None
     ) -> ElasticElement:
-        own = [(link.flexibility, link.sag) for link in links if isinstance(link, MatrixLink)]
-        return ElasticLinks(links, own, edges, element, signs)
+        flexibilities = [(link.flexibility, link.sag) for link in links if isinstance(link, MatrixLink)]
+        return ElasticLinks(links, flexibilities, edges, element, signs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,25 +115,25 @@ class VibratingMatrices:
 
 def matrix_link(part: Flexible, mechanism: Mechanism, span: BeamSpan) -> MatrixLink:
     """Return a link by its matrices in its robot, with ``span`` from base to platform."""
-    own, link, (_, placement) = part.matrices, mechanism.description.links[part.link], mechanism.body_of[part.link]
+    matrices, link, (_, placement) = part.matrices, mechanism.description.links[part.link], mechanism.body_of[part.link]
     R, origin = placement[:3, :3], placement[:3, 3]
-    at = [R.T @ (mechanism.connections[name].centre_on(part.link) - origin) for name in own.names]
+    at = [R.T @ (mechanism.connections[name].centre_on(part.link) - origin) for name in matrices.names]
     start = R.T @ (span.start - origin)
     inner = int(np.argmin([np.linalg.norm(point - start) for point in at]))
-    ports = [inner, *(k for k in range(own.interfaces) if k != inner)]
-    size = len(own.stiffness)
+    ports = [inner, *(k for k in range(matrices.interfaces) if k != inner)]
+    size = len(matrices.stiffness)
     shapes = np.eye(size)  # coordinates of the matrices per unit of these
     shapes[: 6 * len(ports)] = 0.0
     for column, k in enumerate(ports):
-        shapes[6 * k : 6 * k + 6, 6 * column : 6 * column + 6] = own.motions_about(at[k])[6 * k : 6 * k + 6]
-    others = [k for k in range(6 * own.interfaces) if k // 6 != inner]
+        shapes[6 * k : 6 * k + 6, 6 * column : 6 * column + 6] = matrices.motions_about(at[k])[6 * k : 6 * k + 6]
+    others = [k for k in range(6 * matrices.interfaces) if k // 6 != inner]
     back = np.linalg.inv(shapes[np.ix_(others, range(6, 6 * len(ports)))])
     body = link.mass, np.array(link.center_of_mass), link.inertia.matrix
-    weighed = own if own.mass is not None else replace(own, gravity=None).with_body(*body)
-    mass, centre = own.weight if own.gravity is not None else weighed.weight
+    weighed = matrices if matrices.mass is not None else replace(matrices, gravity=None).with_body(*body)
+    mass, centre = matrices.weight if matrices.gravity is not None else weighed.weight
     M = np.zeros((size, size)) if weighed.mass is None else weighed.mass
     inertia = np.zeros((3, 3)) if weighed.body is None else weighed.body[2]
-    gravity = own if own.gravity is not None else weighed
+    gravity = matrices if matrices.gravity is not None else weighed
     factor = part.stiffness_factor
     return MatrixLink(
         part.name,
@@ -142,8 +142,8 @@ def matrix_link(part: Flexible, mechanism: Mechanism, span: BeamSpan) -> MatrixL
         R @ centre + origin,
         mass,
         R @ inertia @ R.T,
-        back @ own.flexibility(inner) @ back.T / factor,
+        back @ matrices.flexibility(inner) @ back.T / factor,
         back @ gravity.displacements_by_gravity(inner) / factor,
-        back @ own.displacements_by_heat(inner),
-        VibratingMatrices(factor * shapes.T @ own.stiffness @ shapes, shapes.T @ M @ shapes),
+        back @ matrices.displacements_by_heat(inner),
+        VibratingMatrices(factor * shapes.T @ matrices.stiffness @ shapes, shapes.T @ M @ shapes),
     )

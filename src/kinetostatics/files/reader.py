@@ -180,13 +180,13 @@ def _read_flexible(root: XmlElement, path: str) -> dict[str, Flexible]:
 
 
 def _flexible(element: XmlElement, path: str) -> Flexible:
-    found = FLEXIBLE.read(element)
-    file = os.path.join(os.path.dirname(path), found["file"])
+    values = FLEXIBLE.read(element)
+    file = os.path.join(os.path.dirname(path), values["file"])
     try:
         matrices = read_link(file)
     except RobotFileError as error:
         raise element.error(f"{element.label}: {error}") from None
-    return Flexible(**{**found, "file": file, "name": found["name"] or found["link"]}, matrices=matrices, place=element.place)
+    return Flexible(**{**values, "file": file, "name": values["name"] or values["link"]}, matrices=matrices, place=element.place)
 
 
 def _only(root: XmlElement, table: ElementTable, links: Mapping[str, Link]) -> XmlElement | None:
