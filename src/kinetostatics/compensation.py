@@ -106,6 +106,19 @@ def compensate(
         True
     """
     case = load_case_of(compensate, FurtherLoads, analysis, load=load, gravity=gravity)
+    return compensated(configuration, case, controlled, orientation, on_failure, closure_tolerance, tool)
+
+
+def compensated(
+    configuration: Configuration,
+    case: LoadCase,
+    controlled: Sequence[str] | None,
+    orientation: str | None,
+    on_failure: str | None,
+    closure_tolerance: float | None,
+    tool: ArrayLike | None = None,
+) -> Compensation:
+    """Return :func:`compensate` under a load case."""
     if not isinstance(configuration, Configuration):
         raise ArgumentError(f"compensate needs a Configuration, got {configuration!r}; create one with robot.assemble(…)")
     if on_failure is not None:

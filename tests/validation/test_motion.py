@@ -12,6 +12,7 @@ from mechanisms import Joint, Link
 from small_robots import Limb
 
 import kinetostatics as ks
+from kinetostatics.load_case import LoadCase
 from kinetostatics.verification.frame_model import build
 from kinetostatics.verification.solve import solve
 
@@ -80,7 +81,7 @@ def moving_frame(robot, at, segments, step=4e-3):
     """
     rest = robot.assemble(actuators=at(0.0))
     poses = {k: robot.assemble(actuators=at(k * step), near=rest) for k in range(-4, 5)}
-    model = build(rest, np.zeros(6), np.array([0, 0, -9.81]))
+    model = build(rest, LoadCase())
     description = robot.description
     elastic = {beam.link for beam in description.beams.values()}
     rigid = [link.name for link in description.links.values() if link.mass > 0 and link.name not in elastic]

@@ -29,6 +29,7 @@ from kinetostatics.elements import beam_formulas as beams
 from kinetostatics.elements.weights import Weights
 from kinetostatics.engine.programs import pose_code
 from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.load_case import LoadCase
 from kinetostatics.verification import OpenSeesError, compare
 from kinetostatics.verification import opensees as runner
 from kinetostatics.verification import solve as solve_module
@@ -138,7 +139,7 @@ def test_frequencies_of_random_robots_agree_with_finite_elements(seed):
     except ks.RobotFileError:
         pytest.skip("its platform is rigidly fixed to the base")
     at = one.configuration(pin.neutral(one.model))
-    ours, theirs = ks.modes(at, 3), frequencies(build(at, np.zeros(6), np.zeros(3)), 3)
+    ours, theirs = ks.modes(at, 3), frequencies(build(at, LoadCase(np.zeros(6), np.zeros(3))), 3)
     if theirs.scatter > 5e-3:  # as where 0.04 Hz are lost in the stiffness of free directions
         pytest.skip(f"OpenSees is accurate to {theirs.scatter:.0e} here")
     agree = ours.frequencies == pytest.approx(theirs.values, rel=max(1e-5, 3 * theirs.scatter))
@@ -289,7 +290,7 @@ def test_rigid_robot_is_verified_without_stiffness():
 def test_finite_elements_equal_cantilever_formula():
     L, d, E, nu = 1.3, 0.05, sr.E, sr.NU
     A, inertia = np.pi * d**2 / 4, np.pi * d**4 / 64
-    model = build(sr.robot_of(sr.cantilever(L)).assemble(), np.array([0, 0, -20.0, 0, 0, 0]), np.array([0, 0, -9.81]))
+    model = build(sr.robot_of(sr.cantilever(L)).assemble(), LoadCase((0, 0, -20.0, 0, 0, 0)))
     solution, _ = solve(model)
     q, GA = sr.RHO * A * 9.81, E / (2 * (1 + nu)) * A
     sag = q * L**4 / (8 * E * inertia) + q * L**2 / (2 * GA) + 20 * L**3 / (3 * E * inertia) + 20 * L / GA
@@ -408,7 +409,7 @@ def hung_up(phi, stiffness=300.0):
 def test_finite_elements_of_arm_with_spring_equal_formula(monkeypatch, phi):
     """10 + k a b sin φ; the stiffness 10 + k b² of stretching and turning of the spring alone is not verified."""
     at, stiffness = hung_up(phi), 10 + 30 * np.sin(phi)
-    solution, _ = solve(build(at, np.zeros(6), np.zeros(3)))
+    solution, _ = solve(build(at, LoadCase(np.zeros(6), np.zeros(3))))
     assert 1 / solution.compliance[4, 4] == pytest.approx(stiffness, rel=1e-9)
     assert solution.twist[4] == pytest.approx(-30 * np.cos(phi) / stiffness, rel=1e-9, abs=1e-12)
     right = ks.analyze(at, gravity=(0, 0, 0), on_failure="nan")
@@ -422,7 +423,7 @@ def test_finite_elements_of_arm_with_spring_equal_formula(monkeypatch, phi):
 @pytest.mark.parametrize("tension", [1e-2, 1.0, -1.0])
 def test_finite_elements_of_beam_with_pulling_spring_equal_formula(tension):
     """A constant pull T along a cantilever, which turns with its chord: 3EI/L³ − (6/5 − 1) T/L."""
-    solution, _ = solve(build(pulled(tension), np.zeros(6), np.zeros(3)))
+    solution, _ = solve(build(pulled(tension), LoadCase(np.zeros(6), np.zeros(3))))
     softer = 3 * sr.E * np.pi * 0.01**4 / 64 / 0.5**3 - 1 / solution.compliance[0, 0]
     assert softer == pytest.approx(tension / 0.5 / 5, rel=1e-4)
 
@@ -474,7 +475,7 @@ def test_directions_of_edges_from_base_to_platform():
 def test_finite_elements_do_not_import_the_statics():
     allowed = re.compile(
         r"kinetostatics\.(verification|description|exceptions|math\.(arrays|graphs|linalg)|layout\.mapping|arguments)\b"
-        r"|kinetostatics\.(kinematics\.configuration|mechanism\.beam_geometry)$"
+        r"|kinetostatics\.(kinematics\.configuration|mechanism\.beam_geometry|load_case)$"
     )
     for name in ("pieces", "frame", "frame_model", "opensees", "solve", "worker"):
         tree = ast.parse((Path(verification.__file__).parent / f"{name}.py").read_text())

@@ -16,12 +16,13 @@ from kinetostatics.description.loads import Payload
 from kinetostatics.elements.rods import Numbers
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.load_case import LoadCase
 from kinetostatics.math.arrays import Array, Index, Mask, in_threads
 from kinetostatics.mechanism.joints import drive_of
 from kinetostatics.results.dynamics import FrequencyResponse, Modes
 from kinetostatics.results.pose_arrays import tool_on_robot
 from kinetostatics.robot import robot_of
-from kinetostatics.statics.link_loads import PAYLOAD, AppliedLoad, LinkLoads, parse_link_loads
+from kinetostatics.statics.link_loads import PAYLOAD, AppliedLoad, LinkLoads
 from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.small_motions import PlacedMotions, SmallMotions
 from kinetostatics.statics.springs import geometric_stiffness
@@ -76,18 +77,10 @@ class Vibrations:
         valid = np.array(configuration.reached)
         for beam in robot.beams.values():
             valid &= np.nan_to_num(beam.remaining_length(configuration.frames)) > 0
-        loads = parse_link_loads(robot.statics, None, payload)
-        if loads is not None:
-            try:
-                loads = loads.map(lambda array: np.broadcast_to(array, shape + array.shape[-1:]).reshape(-1, array.shape[-1]).T)
-            except ValueError:
-                raise ArgumentError(f"the payload's arrays do not fit the poses, whose batch shape is {shape}") from None
-        field = finite_numbers("gravity", gravity)
-        try:
-            field = np.broadcast_to(field, (*shape, 3)).reshape(-1, 3).T
-        except ValueError:
-            raise ArgumentError(f"gravity has the shape {field.shape}; it must be (3,), or fit the poses {shape}") from None
-        return cls(configuration, structure, loads, field, valid)
+        loads = LoadCase(gravity=gravity, payload=payload).at(configuration)
+        if loads.shape != shape:
+            raise ArgumentError(f"gravity and payload have the batch shape {loads.shape}; it must fit that of the poses, {shape}")
+        return cls(configuration, structure, loads.on_links, loads.gravity, valid)
 
     def in_chunks(self, function: Callable[[Index], Found], most: int) -> list[Found]:
         """Call a function, in threads, with the indices of the valid poses in chunks of ``most`` poses, or of one."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.analysis import analyze
+from kinetostatics.analysis import analyzed
 from kinetostatics.arguments import check, positive
 from kinetostatics.description.loads import Payload
 from kinetostatics.dynamics.vibrations import modes as modes_of
@@ -17,6 +17,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.numbers import join_words
 from kinetostatics.layout.report import Reported
+from kinetostatics.load_case import LoadCase
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.verification.frame import FrameModel
 from kinetostatics.verification.frame_model import build
@@ -135,9 +136,8 @@ def verify(
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
         StaticsError: the pose has no equilibrium, as in :func:`kinetostatics.analyze`.
     """
-    result = analyze(
-        configuration, load, gravity, point=point, frame=frame, assembly_errors=assembly_errors, loads=loads, payload=payload
-    )
+    case = LoadCase(load, gravity, point, frame, assembly_errors, loads, payload)
+    result = analyzed(configuration, case)
     if unknown := configuration.robot.description.flexible:
         raise ArgumentError(f"verify cannot check {join_words(list(unknown))}: OpenSees gets beams, joints and springs only")
     if result.shape != ():
@@ -145,7 +145,7 @@ def verify(
     if not positive("within", within) < 1:
         raise ArgumentError(f"within is {within!r}; it must be between 0 and 1")
     count = check("modes", modes)
-    model = build(configuration, load, gravity, point, frame, assembly_errors, loads, payload)
+    model = build(configuration, case)
     compounds = [compound for group in result.robot.statics.groups for limb in group.compounds for compound in limb]
     theirs, less = solve(replace(model, compound_joints=tuple(frozenset(compound.joints) for compound in compounds)))
     ours = FrameSolution(

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from kinetostatics.arguments import numbers
 from kinetostatics.description.joint_types import Axes
@@ -32,27 +31,12 @@ from kinetostatics.verification.pieces import JointedPieces, PlacedBeam, RigidPi
 if TYPE_CHECKING:
     from kinetostatics.description.elements import Spring
     from kinetostatics.kinematics.configuration import Configuration
+    from kinetostatics.load_case import LoadCase
 
 
-def build(
-    configuration: Configuration,
-    load: ArrayLike,
-    gravity: ArrayLike,
-    point: ArrayLike | None = None,
-    frame: str = "world",
-    assembly_errors: Mapping[str, object] | None = None,
-    loads: Mapping[str, object] | None = None,
-    payload: Payload | None = None,
-) -> FrameModel:
-    """Build the frame of a single pose.
-
-    Args:
-        load: (6,) external force and moment on the platform [N, N·m].
-        point: (3,) point of application of the force [m]; default o.
-        frame: axes of load and point, "world" or "platform"; with "platform", the point is relative to o.
-    """
-    builder = _FrameBuilder(configuration, assembly_errors or {})
-    return builder.build(np.asarray(load, dtype=float), np.asarray(gravity, dtype=float), point, frame, loads or {}, payload)
+def build(configuration: Configuration, case: LoadCase) -> FrameModel:
+    """Build the frame of a single pose under a load case, which is read independently of the analysis."""
+    return _FrameBuilder(configuration, case.assembly_errors or {}).build(case)
 
 
 class _FrameBuilder:
@@ -71,15 +55,8 @@ class _FrameBuilder:
             self.roots.append(root)
         return self.roots.index(root)
 
-    def build(
-        self,
-        load: Array,
-        gravity: Array,
-        point: ArrayLike | None,
-        frame: str,
-        on_links: Mapping[str, object],
-        payload: Payload | None,
-    ) -> FrameModel:
+    def build(self, case: LoadCase) -> FrameModel:
+        load, gravity, payload = np.asarray(case.load, dtype=float), np.asarray(case.gravity, dtype=float), case.payload
         base, platform = self.number(self.pieces.base), self.number(self.pieces.platform)
         joints, coordinates = [], {}
         for number, jointed in enumerate(self.pieces.jointed):
@@ -94,7 +71,7 @@ class _FrameBuilder:
         beams = [self._beam(placed, gravity) for placed in self.pieces.beams.values()]
         masses = list(self._link_masses())
         point_forces = [(body.piece, body.centre, body.mass * gravity) for body in masses]
-        acting = list(self._link_loads(on_links))
+        acting = list(self._link_loads(case.loads or {}))
         if payload is not None:
             carried = self._payload_mass(payload)
             masses.append(carried)
@@ -104,11 +81,11 @@ class _FrameBuilder:
             point_forces += [(spring.pieces[0], spring.points[0], force), (spring.pieces[1], spring.points[1], -force)]
         o, references = self._references(platform, beams, joints)
         loads = np.zeros((len(references), 6))
-        R = self.configuration.platform_frame[:3, :3] if frame == "platform" else np.eye(3)
+        R = self.configuration.platform_frame[:3, :3] if case.frame == "platform" else np.eye(3)
         at = o
-        if point is not None:
-            at = np.asarray(point, dtype=float)
-            at = o + R @ at if frame == "platform" else at
+        if case.point is not None:
+            at = np.asarray(case.point, dtype=float)
+            at = o + R @ at if case.frame == "platform" else at
         acting.append((platform, np.append(R @ load[:3], R @ load[3:]), at))
         for piece, wrench, at in [*acting, *((piece, np.append(force, np.zeros(3)), at) for piece, at, force in point_forces)]:
             loads[piece] += np.append(wrench[:3], wrench[3:] + np.cross(at - references[piece], wrench[:3]))

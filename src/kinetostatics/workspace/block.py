@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetostatics.analysis import analyze
-from kinetostatics.arguments import Keyword
-from kinetostatics.compensation import compensate
+from kinetostatics.analysis import analyzed
+from kinetostatics.compensation import compensated
 from kinetostatics.dynamics.vibrations import modes
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array, Values
@@ -73,31 +73,20 @@ def _arrays(
             return full.reshape(*values.shape[: len(cases)], count, values.shape[-1])
         return values.reshape(*values.shape[: len(cases)], 1, values.shape[-1])
 
-    given: dict[str, Keyword] = {
-        "load": spread(plan.load.of(plan.axes, at)),
-        "gravity": spread(plan.gravity.of(plan.axes, at)),
-        "point": None if plan.point is None else spread(plan.point.of(plan.axes, at)),
-        "frame": plan.frame,
-        **plan.extras,
-        "on_failure": "nan",
-        "engine": plan.engine,
-    }
-    result = analyze(configuration, **given)
+    gravity = spread(plan.gravity.of(plan.axes, at))
+    point = None if plan.point is None else spread(plan.point.of(plan.axes, at))
+    case = replace(plan.case, load=spread(plan.load.of(plan.axes, at)), gravity=gravity, point=point)
+    result = analyzed(configuration, case, "nan")
     arrays = _analysis_arrays(plan, labels, combination, result, (*counts, configuration.shape[0]))
     if plan.compensated:
-        target: dict[str, Keyword] = {
-            "controlled": plan.compensated,
-            "orientation": plan.orientation,
-            "closure_tolerance": plan.closure_tolerance,
-        }
-        corrected = compensate(configuration, **given, **target)
+        corrected = compensated(configuration, case, plan.compensated, plan.orientation, "nan", plan.closure_tolerance)
         shifts = np.stack(list(corrected.corrections.values()), axis=-1)
         more = {"actuator_correction": shifts, "residual_error": corrected.residual_error}
         names = [name for name in more if name in labels.outputs]
         arrays |= {name: np.broadcast_to(more[name], (*counts, *more[name].shape[-2:])) for name in names}
     if plan.modes:
-        gravity = given["gravity"][(0,) * len(cases)]  # frequencies do not vary with loads
-        vibrations = modes(configuration, plan.modes, payload=plan.payload, gravity=gravity)
+        here = gravity[(0,) * len(cases)]  # frequencies do not vary with loads
+        vibrations = modes(configuration, plan.modes, payload=case.payload, gravity=here)
         more = {"frequency": vibrations.frequencies, "zero_frequencies": vibrations.zero_frequencies}
         arrays |= {name: more[name] for name in more if name in labels.outputs}
     return arrays

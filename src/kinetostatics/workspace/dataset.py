@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetostatics.analysis import analyze
+from kinetostatics.analysis import analyzed
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.math.arrays import Values
 from kinetostatics.math.rotations import orientation_named
@@ -102,7 +102,7 @@ def numbered(labels: Iterable[str]) -> list[str]:
 
 def labels_of(plan: SweepPlan, robot: Robot) -> Labels:
     generic = robot.configuration(robot.model_q(robot.generic_poses).T, closure_tolerance=np.inf, on_failure="nan")
-    result = analyze(generic, **plan.extras, on_failure="nan")
+    result = analyzed(generic, replace(plan.case, frame="world", engine="auto"), "nan")
     q, pose = _q_labels(robot), orientation_named(plan.orientation).pose_names
     axes: dict[str, tuple[str, ...]] = {
         **axes_of(robot.statics),

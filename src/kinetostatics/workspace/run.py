@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.arguments import need, path_name, warn, whole_number
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.load_case import LoadCase
 from kinetostatics.math.arrays import in_threads, threads
 from kinetostatics.progress import in_notebook, waiting
 from kinetostatics.robot import Robot
@@ -130,9 +131,9 @@ def sweep(
         coordinates = {"platform": platform, "actuators": actuators}
         vectors = {"load": (load, 6), "gravity": (gravity, 3), "point": (point, 3)}
         plan, first = read_plan(
-            robot, coordinates, parameters, parameter_units, links, outputs, vectors, engine,
-            orientation=orientation, frame=frame, assembly_errors=assembly_errors, loads=loads, payload=payload, modes=modes,
-            closure_tolerance=closure_tolerance,
+            robot, coordinates, parameters, parameter_units, links, outputs, vectors,
+            LoadCase(frame=frame, assembly_errors=assembly_errors, loads=loads, payload=payload, engine=engine),
+            orientation=orientation, modes=modes, closure_tolerance=closure_tolerance,
         )  # fmt: skip
         labels = labels_of(plan, first)
         try_plan(plan, first)

@@ -11,14 +11,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.analysis import analyze
+from kinetostatics.analysis import analyzed
 from kinetostatics.arguments import check, check_mapping, names_in, warn
-from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot_description import RobotDescription
-from kinetostatics.engine.programs import check_engine, engine_for
+from kinetostatics.engine.programs import engine_for
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.kinematics.alternatives import best_choice
+from kinetostatics.load_case import LoadCase
 from kinetostatics.math.rotations import orientation_named
 from kinetostatics.parametric.parametric_robot import ParametricRobot
 from kinetostatics.quantities import VARIABLES
@@ -47,13 +47,9 @@ def read_plan(
     links: Links | None = None,
     outputs: Sequence[str] = ("default",),
     vectors: Mapping[str, tuple[ArrayLike | None, int]] = NO_LOAD,
-    engine: str = "auto",
+    case: LoadCase | None = None,
     *,
     orientation: str | None = None,
-    frame: str = "world",
-    assembly_errors: Mapping[str, object] | None = None,
-    loads: Mapping[str, object] | None = None,
-    payload: Payload | None = None,
     modes: int = 0,
     closure_tolerance: float = 1e-10,
 ) -> tuple[SweepPlan, Robot]:
@@ -63,14 +59,14 @@ def read_plan(
         coordinates: prescribed coordinates by "platform" or "actuators".
         links: names of the links of platform and base.
         vectors: load, gravity and point, each with its number of components.
+        case: the other loads, constant over the grid.
     """
     kinds = {kind: given for kind, given in coordinates.items() if given is not None}
     if len(kinds) > 1:
         raise ArgumentError("give either platform= or actuators=, not both")
-    check("frame", frame)
     check("modes", modes)
     closure_tolerance = check("closure_tolerance", closure_tolerance)
-    engine = check_engine(engine)
+    case = case or LoadCase()
     requested = [*names_in("outputs", outputs, '["twist", "stiffness"]'), *(["modes"] if modes else [])]
     groups = dict.fromkeys(variable.group for variable in VARIABLES.values() if variable.group != "always")
     for name in requested:
@@ -90,9 +86,9 @@ def read_plan(
     if not kinds:
         kinds = {"actuators": dict.fromkeys(first.description.driven, 0.0)}
     ((kind, given),) = kinds.items()
-    if assembly_errors is not None:
-        parse_assembly_errors(first.statics, assembly_errors)
-    on_links = parse_link_loads(first.statics, loads, payload)
+    if case.assembly_errors is not None:
+        parse_assembly_errors(first.statics, case.assembly_errors)
+    on_links = parse_link_loads(first.statics, case.loads, case.payload)
     if on_links is not None and any(array.ndim > 1 for array in on_links.arrays()):
         raise ArgumentError(
             "loads on links and the payload are constant in a sweep: give single vectors and numbers, not arrays over poses"
@@ -112,16 +108,12 @@ def read_plan(
         load=fields["load"],
         gravity=fields["gravity"],
         point=fields.get("point"),
-        frame=frame,
         orientation=orientation,
-        assembly_errors=assembly_errors,
-        loads=loads,
-        payload=payload,
         modes=modes,
         closure_tolerance=closure_tolerance,
         outputs=variables,
         versions=versions(),
-        engine=engine_for(engine, math.prod(axis.size for axis in axes)),
+        case=replace(case, engine=engine_for(case.engine, math.prod(axis.size for axis in axes))),
     )
     if any(VARIABLES[name].group == "compensation" for name in variables):
         plan = replace(plan, compensated=_compensated(first, kind, list(given), orientation))
@@ -205,7 +197,7 @@ def try_plan(plan: SweepPlan, first: Robot) -> None:
         warn(hint)
     corner = plan.coordinates(tuple(slice(0, 1) for _ in plan.axes_of("coordinate")))
     configuration = plan.assemble(first, corner)
-    analyze(configuration, frame=plan.frame, **plan.extras, on_failure="nan")
+    analyzed(configuration, replace(plan.case, engine="auto"), "nan")
 
 
 def try_robots(plan: SweepPlan) -> None:

@@ -23,15 +23,13 @@ from importlib import metadata
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.arguments import Keyword
-from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot_description import RobotDescription
-from kinetostatics.engine.programs import compiled_loops
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.files.reader import read_robot_file
 from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.report import as_json
+from kinetostatics.load_case import LoadCase
 from kinetostatics.math.arrays import Array
 from kinetostatics.robot import Robot
 from kinetostatics.workspace.grid import Axis, Block, Field, cut, sizes_of
@@ -89,7 +87,8 @@ class SweepPlan:
         kind: kind of the coordinates, "platform" or "actuators".
         axes: axes of the grid: parameters, then cases of loads, then coordinates.
         held: constant coordinates [m, rad].
-        load, gravity, point, frame, assembly_errors, loads, payload, engine: arguments of :func:`kinetostatics.analyze`.
+        load, gravity, point: arguments of :func:`kinetostatics.analyze`.
+        case: the other loads, constant over the grid, and the engine.
         closure_tolerance: largest gap of a closed loop [m, rad].
         versions: versions of the packages on which the numbers depend, by name.
         compensated: platform coordinates that corrections of actuators restore; empty without the output "compensation".
@@ -104,21 +103,12 @@ class SweepPlan:
     gravity: Field
     outputs: tuple[str, ...]
     versions: Mapping[str, str]
-    engine: str
+    case: LoadCase
     point: Field | None = None
     closure_tolerance: float = 1e-10
     orientation: str | None = None
-    frame: str = "world"
-    assembly_errors: Mapping[str, object] | None = None
-    loads: Mapping[str, object] | None = None
-    payload: Payload | None = None
     compensated: tuple[str, ...] = ()
     modes: int = 0
-
-    @property
-    def extras(self) -> dict[str, Keyword]:
-        """Constant arguments of :func:`kinetostatics.analyze`: assembly errors, loads on links, payload."""
-        return {"assembly_errors": self.assembly_errors, "loads": self.loads, "payload": self.payload}
 
     # ---- the grid ---------------------------------------------------------------------------------------------------
 
@@ -199,7 +189,7 @@ class SweepPlan:
         """Return the poses (N,) at given coordinates, the ends of straight lines from the zero pose or from ``near``."""
         actuators, platform = (None, values) if self.kind == "platform" else (values, None)
         orientation = None if platform is None else self.orientation
-        return assemble(robot, actuators, platform, orientation, near, self.closure_tolerance, "nan", compiled_loops(self.engine))
+        return assemble(robot, actuators, platform, orientation, near, self.closure_tolerance, "nan", self.case.loops)
 
     # ---- its identity -----------------------------------------------------------------------------------------------
 
@@ -213,8 +203,9 @@ class SweepPlan:
             "load": self.load.as_json(),
             "gravity": self.gravity.as_json(),
             "point": None if self.point is None else self.point.as_json(),
-            "frame": self.frame,
-            **{name: as_json(value) for name, value in self.extras.items() if name == "assembly_errors" or value is not None},
+            "frame": self.case.frame,
+            "assembly_errors": as_json(self.case.assembly_errors),
+            **{name: as_json(value) for name in ("loads", "payload") if (value := getattr(self.case, name)) is not None},
             "closure_tolerance": self.closure_tolerance,
             "outputs": list(self.outputs),
             **({"modes": self.modes} if self.modes else {}),
