@@ -236,6 +236,6 @@ class PlacedBeams(Section):
 
     def inside(self, carried: Array, load: Array) -> LoadedBeams:
         mass = np.stack([model.mass_of(self.length[m]) for m, model in enumerate(self.beams.models)])
-        return LoadedBeams.under(
-            self.beams.names, self.beams.compliances(3), self.axes, self.length, mass, self.arm, carried, load
-        )
+        end, wrench = self.arm, self.forces(carried)
+        none, c = np.zeros(wrench.shape), self.beams.compliances(3)
+        return LoadedBeams(self.beams.names, c, self.axes, self.length, mass, end, wrench, load, none, none[0], none[0])

@@ -10,7 +10,7 @@ import numpy as np
 from kinetostatics.elements import beam_formulas
 from kinetostatics.elements.beam_formulas import clamped_line, clamped_section_wrench
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.screws import move_twist, move_wrench, rotate
+from kinetostatics.math.screws import move_twist, rotate
 
 
 @dataclass(frozen=True)
@@ -50,33 +50,9 @@ class LoadedBeams:
     axial_correction: Array
     line: Array | None = None
 
-    @classmethod
-    def under(
-        cls,
-        names: Sequence[str],
-        compliances: Array,
-        axes: Array,
-        length: Array,
-        mass: Array,
-        end: Array,
-        carried: Array,
-        load: Array,
-    ) -> LoadedBeams:
-        """Return beams with fixed base ends, under ``load`` and under wrenches ``carried`` (6, S, g, N) about o in world axes."""
-        wrench = rotate(axes, move_wrench(carried, end), back=True)
-        none = np.zeros(wrench.shape)
-        return cls(tuple(names), compliances, axes, length, mass, end, wrench, load, none, none[0], none[0])
-
     def axial_force(self) -> Array:
         """Return the axial force (S, g, N) [N] at the platform end, tension positive."""
         return np.asarray(self.sections(self.length[None])[0, 0] + self.axial_correction)
-
-    def end_twist(self) -> Array:
-        """Return the motions (6, S, g, N) of the platform ends relative to the base ends, about o, world axes [m, rad]."""
-        c = self.compliances[:, None]
-        local = beam_formulas.end_displacement(c, self.length, self.wrench)
-        local += beam_formulas.sag(c, self.length, self.load)
-        return move_twist(rotate(self.axes, local), -self.end)
 
     def turned(self, outer: Array) -> LoadedBeams:
         """Return the beams with base end and platform end exchanged.
