@@ -136,13 +136,14 @@ class LoadCase:
             prescribed, *rates = prescribed_motion(configuration, self.motion)
             arrays += [rates[0][0][..., None]]
         try:
-            shape = np.broadcast_shapes(configuration.shape, *{array.shape[:-1] for array in arrays})
+            shapes = {configuration.shape, *(array.shape[:-1] for array in arrays)}
+            shape = np.broadcast_shapes(*shapes) if len(shapes) > 1 else configuration.shape
         except ValueError:
-            shapes = [] if on_links is None else dict.fromkeys(array.shape[:-1] for array in on_links.arrays())
+            others = [] if on_links is None else dict.fromkeys(array.shape[:-1] for array in on_links.arrays())
             raise ArgumentError(
                 f"the batch shapes do not fit together: configuration {configuration.shape}, load {wrench.shape[:-1]}, "
                 f"gravity {gravity.shape[:-1]}"
-                + (f", loads on links and payload {', '.join(map(str, shapes))}" if shapes else "")
+                + (f", loads on links and payload {', '.join(map(str, others))}" if others else "")
             ) from None
         count = math.prod(shape)
 

@@ -10,10 +10,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.arguments import finite_numbers
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping
+from kinetostatics.load_case import LoadCase
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import orientation_named
 from kinetostatics.quantities import COMPUTED, QUANTITIES, axes_of, units_along
@@ -90,10 +90,7 @@ def flat_loads(load: ArrayLike, gravity: ArrayLike, *shapes: tuple[int, ...]) ->
     Raises:
         ArgumentError: a number is not finite, or shapes do not fit.
     """
-    arrays = finite_numbers("load", load), finite_numbers("gravity", gravity)
-    for name, array, size in zip(LOADS, arrays, (6, 3), strict=True):
-        if array.shape[-1:] != (size,):
-            raise ArgumentError(f"{name} has the shape {array.shape}; its last axis must have {size} entries")
+    arrays = LoadCase(load, gravity).arrays[:2]
     try:
         shape = np.broadcast_shapes(*shapes, *(array.shape[:-1] for array in arrays))
     except ValueError:
