@@ -65,7 +65,7 @@ def test_defaults_in_the_help_are_those_of_the_function(name):
 
 
 def test_there_are_few_commands_and_each_has_examples():
-    assert len(COMMANDS) <= 17
+    assert len(COMMANDS) <= 19
     for name in COMMANDS:
         lines = command(name).examples.strip().splitlines()
         assert len(lines) >= 2 and all(line.split()[0] in COMMANDS for line in lines)

@@ -52,4 +52,4 @@ def test_names_of_a_robot_are_those_of_its_entry():
 
 def test_every_command_has_its_help_on_the_page():
     page = (ROOT / "docs" / "reference" / "command_line.md").read_text("utf-8")
-    assert re.findall(r"^## `kinetostatics (\w+)`\n\n<!-- help: \1 -->$", page, re.MULTILINE) == list(COMMANDS)
+    assert re.findall(r"^## `kinetostatics ([\w-]+)`\n\n<!-- help: \1 -->$", page, re.MULTILINE) == list(COMMANDS)

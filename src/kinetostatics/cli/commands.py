@@ -1,7 +1,7 @@
 """Table of the commands, and their common structure.
 
-Each command is a :class:`Command` in the module that the table names; the object has the command's name in capitals. Its options
-are arguments of :mod:`kinetostatics.arguments`; their defaults are those of the function that the command calls.
+Each command is a :class:`Command` in the module that the table names; its object is the name in capitals, with _ for -.
+Its options are arguments of :mod:`kinetostatics.arguments`; their defaults are those of the function that the command calls.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ COMMANDS: Mapping[str, str] = {
     "optimize": "designs",
     "calibrate": "designs",
     "new": "new",
+    "import-link": "links",
     "plot": "maps",
     "export": "robots",
     "robots": "robots",
@@ -132,6 +133,6 @@ class Command:
 
 
 def command(name: str) -> Command:
-    chosen = getattr(importlib.import_module(f"kinetostatics.cli.{COMMANDS[name]}"), name.upper())
+    chosen = getattr(importlib.import_module(f"kinetostatics.cli.{COMMANDS[name]}"), name.upper().replace("-", "_"))
     assert isinstance(chosen, Command)
     return chosen
