@@ -4,6 +4,7 @@ from .authoring.by_name import new_robot
 from .authoring.from_urdf import extend_robot
 from .calibration import calibrate, plan_measurements
 from .compensation import compensate
+from .condensation import condense
 from .description.loads import Gauge, LinkLoad, Motion, Payload
 from .design import optimize, pareto, sensitivities, tolerances
 from .dynamics.trajectory import trajectory
@@ -41,6 +42,7 @@ __all__ = [
     "calibrate",
     "compensate",
     "compile",
+    "condense",
     "description",
     "exceptions",
     "extend_robot",

@@ -24,7 +24,7 @@ COMMAND_ONLY = set(
     (
         "full only json out near robot load_on payload_center payload_link top what components table hinge_axis quiet list "
         "copy pareto points plan load_case read readings sweep modes html screenshot live meshcat port colour view source "
-        "elastic joint_stiffness yaml types axes jacobian with_respect_to scalar name"
+        "elastic joint_stiffness yaml types axes jacobian with_respect_to scalar name picture"
     ).split()
 )
 #: Options whose argument has another name.
@@ -90,4 +90,4 @@ def test_options_of_one_name_are_the_same_argument():
     for name in COMMANDS:
         for option, argument in command(name).options.items():
             if option in ARGUMENTS and option not in ("parameters", "outputs"):
-                assert argument is ARGUMENTS[option] or name == "new", (name, option)
+                assert argument is ARGUMENTS[option] or name in ("new", "condense"), (name, option)

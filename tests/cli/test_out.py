@@ -22,6 +22,8 @@ WRITING = {
     "sensitivities": (["3rps"], ".svg"),
     "optimize": (["3rps", "--vary", "rod_diameter=40mm:60mm", "--subject-to", "sag < 1mm"], ".urdf"),
     "calibrate": (["3rps", "--plan", "3", "--unknowns", "rod_1", "--platform", "z=0.5:0.6:3", "rx=0", "ry=0"], ".csv"),
+    "import-link": (["arm.mat", "--interface", "a=1", "b=2"], ".npz"),
+    "condense": (["arm.step", "--interface", "a=face a", "b=face b"], ".npz"),
     "new": (["3-RPS"], ".xacro"),
     "plot": (["{map}", "--what", "linear_sag"], ".svg"),
     "export": (["3rps"], ""),

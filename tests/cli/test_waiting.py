@@ -11,6 +11,9 @@ import warnings
 from contextlib import contextmanager, redirect_stderr
 
 import pytest
+from finite_elements import element
+from netgen import occ
+from scipy.io import savemat
 
 import kinetostatics as ks
 import kinetostatics.progress
@@ -46,6 +49,27 @@ SLOW = {
     "tolerances": (["five_bar"], "kinetostatics.design.tolerances", "computing effects of tolerances"),
     "export": (["five_bar", "--out", "controller"], "kinetostatics.functions.function.export_c", "recording the robot"),
     "plot": (["map.nc", "--out", "figure.svg", "--kind", "line"], "kinetostatics.plot.save", "drawing"),
+    "import-link": (
+        ["arm.mat", "--interface", "a=1", "b=2", "--out", "arm.npz"],
+        "kinetostatics.files.finite_elements.import_link",
+        "importing the link",
+    ),
+    "condense": (
+        [
+            "bar.step",
+            "--interface",
+            "a=face near 15mm 15mm 0",
+            "b=face near 15mm 15mm 1",
+            "--within",
+            "0.9",
+            "--modes",
+            "0",
+            "--out",
+            "it.npz",
+        ],
+        "kinetostatics.condensation.condense",
+        "condensing the part",
+    ),
     "new": (["3-RPS", "--out", "new.urdf.xacro"], "kinetostatics.authoring.by_name.new_robot", "building the robot"),
 }
 
@@ -95,8 +119,13 @@ def make_slow(monkeypatch, name, seconds):
 
 @pytest.fixture
 def place(request, tmp_path, monkeypatch):
-    """Work in an empty folder; for ``plot`` it has a map."""
+    """Work in an empty folder; for ``plot`` it has a map, for commands on links a file."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("KINETOSTATICS_CACHE", str(tmp_path))
+    if "import-link" in request.node.name:
+        savemat("arm.mat", {"P": [[0, 0, 0], [1, 0, 0]], "K": element(1, 1, 1, 1, 1, 1, 1)})
+    if "condense" in request.node.name:
+        occ.Box(occ.Pnt(0, 0, 0), occ.Pnt(30, 30, 60)).WriteStep("bar.step")
     if "plot" in request.node.name:
         ks.sweep("five_bar", {"x": [0.0, 0.01], "y": 0.3}, out="map.nc").close()
 

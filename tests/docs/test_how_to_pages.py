@@ -16,9 +16,10 @@ matplotlib.use("Agg")
 OWN = ("poses.csv", "path.csv")
 #: Pages whose Python or commands have tests of their own, or need windows or a file of the reader's.
 ELSEWHERE = {
-    "python": "balance_gravity calibrate correct_a_machine feedforward find_what_to_stiffen loads motion natural_frequencies "
-    "pinocchio plain_urdf report robots_in_python size_a_rod tolerances viewer workspace workspace_figures".split(),
-    "sh": "controller loads motion plain_urdf report viewer workspace_figures".split(),
+    "python": "balance_gravity calibrate castings correct_a_machine feedforward find_what_to_stiffen loads motion "
+    "natural_frequencies pinocchio plain_urdf report robots_in_python size_a_rod tolerances viewer workspace "
+    "workspace_figures".split(),
+    "sh": "castings controller loads motion plain_urdf report viewer workspace_figures".split(),
 }
 #: Pages that take more than two seconds.
 LONG = {

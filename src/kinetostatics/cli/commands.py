@@ -35,6 +35,7 @@ COMMANDS: Mapping[str, str] = {
     "calibrate": "designs",
     "new": "new",
     "import-link": "links",
+    "condense": "links",
     "plot": "maps",
     "export": "robots",
     "robots": "robots",

@@ -1,0 +1,189 @@
+"""Solid finite elements of a part, by Netgen and NGSolve: second-order tetrahedra with curved edges.
+
+Displacements are in metres; a *unit* is the length [m] of 1 in the file. An interface has a *grip*: ``rigid``, its points move as
+a rigid body, or ``even``, its motion is the mean over the area, and forces are a traction that is linear over the area. The rigid
+grip is stiffer than a joint on this surface, the even one more compliant than most.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+import trimesh
+
+from kinetostatics.condensation.interfaces import Surface, find_interface
+from kinetostatics.description.elements import Material
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.math.arrays import Array, Index
+from kinetostatics.math.rotations import skew
+
+#: Objects of Netgen and NGSolve, which have no types.
+Foreign: TypeAlias = Any
+#: Size of a part in a file without units above which its unit is the millimetre.
+MILLIMETRES_ABOVE = 5.0
+
+
+class Part:
+    """A part's shape or volume mesh."""
+
+    def __init__(self, path: Path, unit: str | None) -> None:
+        try:
+            import ngsolve
+            from netgen import meshing, occ, read_gmsh, stl
+        except ImportError:
+            raise ArgumentError("condensing needs Netgen and NGSolve: pip install 'kinetostatics[cad]'") from None
+        self.ng, suffix = ngsolve, path.suffix.lower()
+        try:
+            if suffix in (".step", ".stp"):
+                self.geometry: Foreign = occ.OCCGeometry(str(path))
+                bodies = list(self.geometry.shape.solids)
+                if len(bodies) != 1:
+                    raise ArgumentError(f"{path} has {len(bodies)} solids; one would be right")
+                thickness, unit = 2 * bodies[0].mass / sum(face.mass for face in bodies[0].faces), "mm"  # Netgen converts to mm
+            elif suffix == ".stl":
+                self.geometry, body = stl.STLGeometry(str(path)), trimesh.load_mesh(str(path))
+                thickness, size = 2 * body.volume / body.area, np.ptp(body.bounds, axis=0).max()
+            elif suffix in (".vol", ".msh"):
+                self.geometry, thickness = None, 0.0
+                self.mesh: Foreign = read_gmsh.ReadGmsh(str(path)) if suffix == ".msh" else ngsolve.Mesh(str(path)).ngmesh
+                size = np.ptp(np.array(self.mesh.Coordinates()), axis=0).max()
+            else:
+                raise ArgumentError(f"{path}: files end in .step, .stl (shapes), .vol (Netgen) or .msh (Gmsh)")
+        except (OSError, RuntimeError, ValueError, TypeError, IndexError, meshing.NgException) as error:
+            if isinstance(error, ArgumentError):
+                raise
+            raise ArgumentError(f"{path} cannot be read: {str(error).strip() or 'it has no solid'}") from None
+        self.unit = 1e-3 if unit == "mm" or (unit is None and size > MILLIMETRES_ABOVE) else 1.0
+        self._edge = 2.8 * thickness
+
+    def meshed(self, level: int) -> Foreign:
+        """Return the curved mesh; with each level edges are 1.4 times shorter, or half as long in a given mesh."""
+        if self.geometry is None:
+            if level:
+                self.mesh.Refine()
+            return self.ng.Mesh(self.mesh)
+        finer = 1.4**level
+        mesh = self.ng.Mesh(self.geometry.GenerateMesh(maxh=self._edge / finer, curvaturesafety=2 * finer))
+        mesh.Curve(2)
+        return mesh
+
+
+class Solid:
+    """A meshed part with N displacements and n interfaces.
+
+    Attributes:
+        surface, owner: the surface, and the number (T,) of the interface of each triangle, or −1.
+        origins: (n, 3) origins of the interfaces [m].
+        thermal: (N,) loads due to 1 K.
+    """
+
+    def __init__(self, part: Part, level: int, interfaces: Mapping[str, str], material: Material) -> None:
+        ng, unit, mesh = part.ng, part.unit, part.meshed(level)
+        self._ng, self.tetrahedra = ng, int(mesh.ne)
+        boundary = [(element.index, [vertex.nr for vertex in element.vertices]) for element in mesh.Elements(ng.BND)]
+        faces, corners = (np.array(column) for column in zip(*boundary, strict=True))
+        self.surface = Surface(unit * np.array(mesh.ngmesh.Coordinates()), corners, faces, list(mesh.GetBoundaries()))
+        chosen, origins = zip(*(find_interface(self.surface, *pair) for pair in interfaces.items()), strict=True)
+        self.origins, self.owner = np.array(origins), np.where(np.any(chosen, 0), np.argmax(chosen, 0), -1)
+
+        space = ng.VectorH1(mesh, order=2)
+        u, v = space.TnT()
+        ratio = material.poisson_ratio or 0.0
+        shear = material.youngs_modulus / (2 * (1 + ratio))
+        lame = 2 * shear * ratio / (1 - 2 * ratio)
+        strain, virtual = ((ng.Grad(w) + ng.Grad(w).trans) / 2 for w in (u, v))
+        stiffness, mass = ng.BilinearForm(space, symmetric=True), ng.BilinearForm(space, symmetric=True)
+        stiffness += unit * (2 * shear * ng.InnerProduct(strain, virtual) + lame * ng.Trace(strain) * ng.Trace(virtual)) * ng.dx
+        mass += unit**3 * (material.density or 0.0) * u * v * ng.dx
+        thermal = ng.LinearForm(space)
+        thermal += unit**2 * material.thermal_expansion * (2 * shear + 3 * lame) * ng.Trace(virtual) * ng.dx
+        x, y, z = (unit * coordinate for coordinate in (ng.x, ng.y, ng.z))
+        displacement, rigid, loads = ng.GridFunction(space), np.empty((space.ndof, 6)), np.empty((len(chosen), space.ndof, 6))
+        with ng.TaskManager():
+            for form in (stiffness, mass, thermal):
+                form.Assemble()
+            for column, motion in enumerate([(1, 0, 0), (0, 1, 0), (0, 0, 1), (0, -z, y), (z, 0, -x), (-y, x, 0)]):
+                displacement.Set(ng.CF(motion))
+                rigid[:, column] = displacement.vec.FV().NumPy()
+                for number, mask in enumerate(chosen):
+                    load = ng.LinearForm(space)
+                    load += ng.CF(motion) * v * ng.ds(definedonelements=ng.BitArray(mask.tolist()))
+                    loads[number, :, column] = load.Assemble().vec.FV().NumPy()
+        self._stiffness, self._mass, self.thermal = stiffness.mat, mass.mat, thermal.vec.FV().NumPy().copy()
+        numbers = [[space.GetDofNrs(ng.ElementId(ng.BND, int(k))) for k in np.flatnonzero(mask)] for mask in chosen]
+        self._gripped = [np.unique(np.array(each)) for each in numbers]
+        all_gripped = np.concatenate(self._gripped)
+        if len(np.unique(all_gripped)) < len(all_gripped):
+            raise ArgumentError(f"two of the interfaces {', '.join(interfaces)} touch; a gap between them would be right")
+        moves = [np.block([[np.eye(3), skew(origin)], [np.zeros((3, 3)), np.eye(3)]]) for origin in self.origins]
+        #: Displacements (N, 6) of unit twists at the origins, and loads (N, 6) of unit wrenches on even grips.
+        self._motions = [rigid @ move for move in moves]
+        self._loads = [load @ np.linalg.inv(motion.T @ load) for load, motion in zip(loads, self._motions, strict=True)]
+
+    def _product(self, matrix: Foreign, columns: Array) -> Array:
+        given, product, result = matrix.CreateColVector(), matrix.CreateColVector(), np.empty_like(columns)
+        for k in range(columns.shape[1]):
+            given.FV().NumPy()[:] = columns[:, k]
+            product.data = matrix * given
+            result[:, k] = product.FV().NumPy()
+        return result
+
+    def with_mass(self, columns: Array) -> Array:
+        return self._product(self._mass, columns)
+
+    def _solver(self, held: Index) -> Callable[[Array], Array]:
+        free = np.ones(len(self.thermal), dtype=bool)
+        free[held] = False
+        with self._ng.TaskManager():
+            inverse = self._stiffness.Inverse(self._ng.BitArray(free.tolist()), inverse="sparsecholesky")
+        return lambda loads: self._product(inverse, loads)
+
+    def gripped(self, grip: str) -> tuple[Array, Array, Callable[[Array], Array]]:
+        """Return stiffness (6n, 6n), static displacements (N, 6n) per unit motion of each interface, and a solver.
+
+        The solver returns the displacements due to loads (N, k) while the interfaces are held.
+        """
+        if grip == "rigid":
+            shapes = np.zeros((len(self.thermal), 6 * len(self._gripped)))
+            for k, rows in enumerate(self._gripped):
+                shapes[rows, 6 * k : 6 * k + 6] = self._motions[k][rows]
+            solver = self._solver(np.concatenate(self._gripped))
+            shapes -= solver(self._product(self._stiffness, shapes))
+            return shapes.T @ self._product(self._stiffness, shapes), shapes, solver
+        from scipy.linalg import qr
+
+        # loads in equilibrium deform the part in the same way whichever six freedoms of three of its points are held
+        points = self.surface.points
+        first = int(np.linalg.norm(points - points.mean(0), axis=1).argmax())
+        second = int(np.linalg.norm(points - points[first], axis=1).argmax())
+        third = int(np.linalg.norm(np.cross(points - points[first], points[second] - points[first]), axis=1).argmax())
+        rows = np.add.outer(np.arange(3) * len(self.thermal) // 3, [first, second, third]).ravel()
+        solve_held = self._solver(rows[qr(self._motions[0][rows].T, pivoting=True)[2][:6]])
+        origin, motion, means = self._loads[0], self._motions[0], np.hstack(self._loads)
+        carried = means[:, 6:].T @ motion  # twists of the other interfaces per unit twist of the first
+        loads = means[:, 6:] - origin @ carried.T
+        bent = solve_held(loads)
+        stiff, relative = np.linalg.inv((loads.T @ bent + bent.T @ loads) / 2), np.hstack([-carried, np.eye(len(carried))])
+        elastic = bent @ stiff @ relative
+        shapes = elastic + motion @ (np.eye(6, relative.shape[1]) - origin.T @ elastic)
+
+        def solve(given: Array) -> Array:
+            moved = solve_held(given - origin @ (motion.T @ given))
+            return moved - shapes @ (means.T @ moved)
+
+        return relative.T @ stiff @ relative, shapes, solve
+
+    def modes(self, solve: Callable[[Array], Array], count: int) -> tuple[Array, Array]:
+        """Return the squares (m,) [1/s²] of the lowest angular frequencies with held interfaces, and the modes (N, m)."""
+        from scipy.sparse.linalg import LinearOperator, eigsh
+
+        def column(product: Callable[[Array], Array]) -> Callable[[Array], Array]:
+            return lambda vector: product(vector.reshape(-1, 1)).ravel()
+
+        size = len(self.thermal)
+        start = solve(self.with_mass(np.random.default_rng(0).normal(size=(size, 1))))
+        mass, inverse = (LinearOperator((size, size), matvec=column(product), dtype=float) for product in (self.with_mass, solve))
+        return eigsh(mass, count, M=mass, sigma=0.0, OPinv=inverse, v0=start[:, 0])  # type: ignore[no-any-return]
