@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from kinetostatics.buckling.stability import NO_RISK, Stability, estimate, stability
+from kinetostatics.buckling.stability import Stability, estimate, stability
 from kinetostatics.elements.turned_forces import INNER, inner_lines
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.graphs import joined
@@ -216,7 +216,7 @@ class Members:
         """Return the poses where a ratio may be ``least`` or above, in chunks."""
         doubtful = np.ones(solution.o.shape[1], dtype=bool)
         if least:
-            doubtful = ~(estimate(self.structure, solution) < NO_RISK * least)
+            doubtful = ~(estimate(self.structure, solution) < least)
         return self._split(np.flatnonzero(doubtful))
 
     def _split(self, poses: Index) -> list[Index]:

@@ -29,8 +29,6 @@ from kinetostatics.statics.turning_parts import Passage, TurningParts
 
 #: Flexibility of scaled displacements below which they count as rigid.
 _RIGID = 1e-14
-#: Estimate of the largest ratio, relative to the ratio of interest, below which nothing else is computed.
-NO_RISK = 0.3
 #: Ratio 1/λ, relative to the largest, below which it counts as rounding.
 _ROUNDING = 1e-12
 
@@ -165,9 +163,9 @@ def estimate(structure: SmallMotions, solution: Solution) -> Array:
     """Return an upper estimate (N,) of the largest ratio of the forces to the critical forces.
 
     A force or moment in a limb does work of second order as far as the limb's parts turn. They turn by the deformation of the
-    limb, at most as if its beams and all elastic joints were in series; and, if there are several limbs, by the motion of the
-    platform, whose displacement is divided by the length of the limb's longest beam. The margin of :data:`NO_RISK` covers parts
-    of loops that turn further.
+    limb, at most as if its beams and all elastic joints were in series; and, if there are loops, by the motion of the
+    platform, whose displacement is divided by the length of the limb's longest beam. Parts of loops may turn further, but all
+    moments and all compliances are added up: the estimate is four times the ratio of a cantilever, and more for other robots.
     """
     model, frames, o, C = structure.model, solution.frames, solution.o, solution.compliance
     if len(model.elastic_links) > len(model.beams):  # how far other links turn is not known
@@ -186,6 +184,7 @@ def estimate(structure: SmallMotions, solution: Solution) -> Array:
     for item in structure.parts.passages:
         limbs.setdefault(item.owner, []).append(item)
     inside, outside, none = np.zeros_like(C[0, 0]), np.zeros_like(C[0, 0]), np.zeros_like(C[0, 0])
+    loops = len(limbs) > 1 or not all(model.topology.all_limbs[number].is_serial for number in limbs)
     for passages in limbs.values():
         moments, soft, longest, before = none, none + hinges / model.length**2, none, None
         for item in passages:
@@ -207,11 +206,11 @@ def estimate(structure: SmallMotions, solution: Solution) -> Array:
         longest = longest if any(item.edge.beam for item in passages) else none + model.length
         with np.errstate(divide="ignore", invalid="ignore"):  # the length of a telescopic beam may be zero
             soft = soft + slides / longest**2
-            if len(limbs) > 1:
+            if loops:
                 turned = C[3, 3] + C[4, 4] + C[5, 5]
                 outside = outside + 2 * moments * (turned + (C[0, 0] + C[1, 1] + C[2, 2]) / longest**2)
                 outside = outside + force * _size(arm) * turned
-            inside = np.maximum(inside, (1 + (len(limbs) > 1)) * moments * soft)
+            inside = np.maximum(inside, (1 + loops) * moments * soft)
     found: Array = inside + outside
     return found
 

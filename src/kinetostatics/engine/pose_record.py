@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinetostatics.buckling.stability import NO_RISK, estimate
+from kinetostatics.buckling.stability import estimate
 from kinetostatics.engine.recorder import Structure, recorded_input, recording
 from kinetostatics.engine.scalars import NotRecordedError, Number, Tape
 from kinetostatics.kinematics.coordinates import PrescribedCoordinates
@@ -144,7 +144,7 @@ class Pose:
     def is_stable(self) -> Mask:
         """True where a sufficient condition excludes buckling (N,)."""
         assert self.model.members is not None
-        stable: Mask = estimate(self.model.members, self.solution) < NO_RISK
+        stable: Mask = estimate(self.model.members, self.solution) < 1.0
         return stable
 
     def platform(self) -> Array:

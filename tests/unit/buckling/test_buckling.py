@@ -18,7 +18,7 @@ from tangent_cases import CASES, SPRUNG_CASES
 
 import kinetostatics as ks
 from kinetostatics import description
-from kinetostatics.buckling.stability import NO_RISK, estimate, stability
+from kinetostatics.buckling.stability import estimate, stability
 from kinetostatics.description import Beam, BeamEnd, JointStiffness, Material, Mimic, Origin, RobotDescription
 from kinetostatics.sections import Section
 from kinetostatics.statics.springs import motion_of
@@ -383,11 +383,11 @@ def test_load_factors_equal_the_energy_model(name):
     found = ks.analyze(case.pose, **case.arguments)
     np.testing.assert_allclose(found.buckling(2).load_factors, expected, rtol=1e-4 if name == "hybrid 58" else 2e-5)
     [solution] = found.solutions
-    assert estimate(case.pose.robot.members.structure, solution)[0] * expected[0] > 3 * NO_RISK
+    assert estimate(case.pose.robot.members.structure, solution)[0] * expected[0] > 3
 
 
 @pytest.mark.few(4)
-@pytest.mark.parametrize("name", [*package_robots.NAMES, 2, 10, "sprung 7", "sprung 3rps"])
+@pytest.mark.parametrize("name", [*package_robots.NAMES, 2, 49, "sprung 7", "sprung 3rps"])
 def test_robots_buckle_where_load_factors_are_below_one(name):
     """Without gravity and springs load factors are inversely proportional to the load: random loads around the critical ones."""
     if isinstance(name, int):  # the seed of a random hybrid
@@ -408,8 +408,8 @@ def test_robots_buckle_where_load_factors_are_below_one(name):
     assert np.array_equal(ratios >= 1, found.buckles)
     if not pose.robot.description.springs:
         np.testing.assert_allclose(factors, np.broadcast_to(1 / times[:, None], factors.shape), rtol=1e-6)
-        risky = estimate(structure, found.solutions[0]).reshape(factors.shape) >= NO_RISK
-        assert np.all(risky[times > 0.5]) and not np.any(risky[0])
+        estimates = estimate(structure, found.solutions[0]).reshape(factors.shape)
+        assert np.all(estimates * factors > 3) and np.min(estimates[0]) < 1
     quick = ks.analyze(pose, loads, (0, 0, 0), engine="compiled")
     assert np.array_equal(quick.buckles, found.buckles)
 
