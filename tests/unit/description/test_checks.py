@@ -190,4 +190,7 @@ def test_what_is_accepted_is_read_back_equal(data: st.DataObject) -> None:
     except ks.RobotFileError as error:
         assert "\n" not in str(error)
     else:
-        assert replace(parse_robot_text(valid.urdf), parameters={}) == valid
+        read = replace(parse_robot_text(valid.urdf), parameters={})
+        if valid.driven != description.driven:  # the ignored transmission of a joint that is now fixed is not written
+            valid = replace(valid, extra=read.extra)
+        assert read == valid
