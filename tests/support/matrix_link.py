@@ -183,33 +183,39 @@ def as_matrices(robot, name, zero):
 
 
 def with_flexible(robot, names=None, seed=0):
-    """Return the robot with the named beams (default: all that are not telescopic) as ``<flexible>`` links, if two joints are
-    the ends of their link.
+    """Return the robot with the named beams (default: all that are not telescopic) as ``<flexible>`` links.
 
-    Interfaces have random axes, and origins that are displaced from the joints.
+    Only beams on links all of whose joints are ends of such beams are replaced. Interfaces have random axes, and origins that are
+    displaced from the joints.
     """
     description, zero, rng = robot.description, robot.zero_frames, np.random.default_rng(seed)
     names = [name for name, beam in robot.beams.items() if not beam.telescopic] if names is None else names
     finder, links, bodies = SpanFinder(robot.mechanism), {}, dict(description.links)
-    for name in names:
-        beam = description.beams[name]
-        joints = [end.joint for end in finder._ends(beam)]
-        if {item.name for item in robot.mechanism.at_link[beam.link]} != set(joints):
+    for link in dict.fromkeys(description.beams[name].link for name in names):
+        mine = [name for name, beam in description.beams.items() if beam.link == link]
+        ends = {name: [end.joint for end in finder._ends(description.beams[name])] for name in mine}
+        joints = list(dict.fromkeys(joint for pair in ends.values() for joint in pair))
+        joints = [joints[k] for k in rng.permutation(len(joints))]
+        if not set(mine) <= set(names) or {item.name for item in robot.mechanism.at_link[link]} != set(joints):
             continue
-        K, M = as_matrices(robot, name, zero)
-        placement = robot.mechanism.body_of[beam.link][1]
-        at = [robot.mechanism.connections[joint].centre_on(beam.link) - placement[:3, 3] for joint in joints]
-        origins, rotations, moved = [], [], np.zeros((12, 12))
-        for k, point in enumerate(at):
+        K, M = np.zeros((2, 6 * len(joints), 6 * len(joints)))
+        for name, pair in ends.items():
+            rows = [6 * joints.index(joint) + row for joint in pair for row in range(6)]
+            for whole, part in zip((K, M), as_matrices(robot, name, zero), strict=True):
+                whole[np.ix_(rows, rows)] += part
+        placement = robot.mechanism.body_of[link][1]
+        origins, rotations, moved = [], [], np.zeros_like(K)
+        for k, joint in enumerate(joints):
+            point = robot.mechanism.connections[joint].centre_on(link) - placement[:3, 3]
             axes, shift = np.linalg.qr(rng.normal(size=(3, 3)))[0], rng.uniform(-0.05, 0.05, 3)
             axes *= np.linalg.det(axes)
             origins.append(placement[:3, :3].T @ point + shift)
             rotations.append(axes)
             moved[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = np.block([[axes, skew(shift) @ axes], [np.zeros((3, 3)), axes]])
         mass = moved.T @ M @ moved if M.any() else None
-        bodies[beam.link] = replace(bodies[beam.link], mass=0.0, has_inertial=False)  # as a density replaces the <inertial>
-        links[name] = Flexible(
-            beam.link, LinkMatrices(joints, origins, moved.T @ K @ moved, mass, rotations=rotations), name=name
-        )
-    beams = {name: beam for name, beam in description.beams.items() if name not in links}
+        bodies[link] = replace(bodies[link], mass=0.0, has_inertial=False)  # as a density replaces the <inertial>
+        matrices = LinkMatrices(joints, origins, moved.T @ K @ moved, mass, rotations=rotations)
+        links[mine[0]] = Flexible(link, matrices, name=mine[0])
+    flexible = {part.link for part in links.values()}
+    beams = {name: beam for name, beam in description.beams.items() if beam.link not in flexible}
     return ks.Robot(replace(description, links=bodies, beams=beams, flexible=links))

@@ -75,8 +75,6 @@ class Flexible(CheckedPart, ElasticPart):
         for other in others:
             raise self.place.error(f"{self.label}: the link {self.link!r} is elastic already by {other.name!r}, in {other.place}")
         names = self.matrices.names
-        if len(names) > 2:
-            raise self.place.error(f"{self.label} has {len(names)} interfaces; two are possible")
         for name in names:
             if name not in joints:
                 has = join_words(joints)

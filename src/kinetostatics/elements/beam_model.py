@@ -11,7 +11,7 @@ import numpy as np
 from kinetostatics.description.flexible import Flexible
 from kinetostatics.elements.beam import BeamModel
 from kinetostatics.elements.link import ElasticLink, PlacedLink
-from kinetostatics.elements.matrix_link import matrix_link
+from kinetostatics.elements.matrix_link import matrix_links
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import axis_across
 from kinetostatics.mechanism.beam_geometry import SAME_POINT, BeamSpan, beam_error
@@ -28,12 +28,12 @@ def make_elastic_links(mechanism: Mechanism, spans: Mapping[str, BeamSpan], zero
     """
     description = mechanism.description
     beams = make_beam_models(mechanism, spans, zero)
-    others = {
-        name: matrix_link(part, mechanism, spans[name])
-        if isinstance(part, Flexible)
-        else cast(PlacedLink, part).model(mechanism, spans[name], zero)
-        for name, part in description.flexible.items()
-    }
+    others: dict[str, ElasticLink] = {}
+    for name, part in description.flexible.items():
+        if isinstance(part, Flexible):
+            others |= matrix_links(part, mechanism, {key: span for key, span in spans.items() if span.beam.name == name})
+        else:
+            others[name] = cast(PlacedLink, part).model(mechanism, spans[name], zero)
     return {name: beams[name] if name in beams else others[name] for name in spans}
 
 

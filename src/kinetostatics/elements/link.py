@@ -146,6 +146,22 @@ class ElasticLink(Protocol):
         """
         raise NotImplementedError
 
+    def coupled(
+        self,
+        links: Sequence[Sequence[ElasticLink]],
+        edges: Sequence[Sequence[Edge]],
+        elements: Sequence[int],
+        signs: NDArray[np.int8],
+    ) -> ElasticElement:
+        """Return corresponding links of g equal limbs with p ≥ 2 outer ends.
+
+        Args:
+            links, edges: for each limb, the link at each outer end, and the edges.
+            elements: indices of the p elements in the limb.
+            signs: (p, M) signs of the cut-joint wrenches at each end.
+        """
+        raise TypeError(f"{self.name!r} has two ends")
+
 
 class PlacedLink(Protocol):
     """The description of an elastic link that is no beam, see :class:`kinetostatics.description.elements.ElasticPart`."""

@@ -7,7 +7,7 @@ internal coordinates.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
@@ -15,12 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.description.flexible import Flexible
-from kinetostatics.elements.element import ElasticElement
+from kinetostatics.elements.element import ElasticElement, carried_wrench, outboard_masks
 from kinetostatics.elements.link import ElasticLink, ElasticLinks
+from kinetostatics.elements.loaded_beams import LoadedBeams
 from kinetostatics.elements.rods import Numbers
+from kinetostatics.elements.vectors import FixedVectors
 from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.math.arrays import Array, Index
-from kinetostatics.math.screws import rotate
+from kinetostatics.math.screws import move_twist, move_wrench, rotate
 from kinetostatics.mechanism.beam_geometry import BeamSpan
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.mechanism import Mechanism
@@ -37,8 +39,9 @@ class MatrixLink(ShortRepr, ElasticLink):
     Attributes:
         mass: mass [kg], with the centre ``centre``.
         inertia: (3, 3) inertia about the centre [kg·m²], in the carrier body.
-        flexibility, sag: F (6, 6) and S (6, 3), see :mod:`kinetostatics.elements.link`.
+        flexibility, sag: F (6p, 6p) and S (6p, 3) of its p outer ends, see :mod:`kinetostatics.elements.link`.
         expansion: (6,) twist of the end due to 1 K [m/K, rad/K].
+        port: which of the outer ends is the end of ``span``.
         vibration: the link in vibrations.
     """
 
@@ -53,6 +56,7 @@ class MatrixLink(ShortRepr, ElasticLink):
     flexibility: Array
     sag: Array
     expansion: Array
+    port: int
     vibration: VibratingMatrices
 
     def mass_at(self, frames: Frames) -> Array:
@@ -75,17 +79,23 @@ class MatrixLink(ShortRepr, ElasticLink):
         flexibilities = [(link.flexibility, link.sag) for link in links if isinstance(link, MatrixLink)]
         return ElasticLinks(links, flexibilities, edges, element, signs)
 
+    def coupled(
+        self,
+        links: Sequence[Sequence[ElasticLink]],
+        edges: Sequence[Sequence[Edge]],
+        elements: Sequence[int],
+        signs: NDArray[np.int8],
+    ) -> ElasticElement:
+        return CoupledLinks([[link for link in ends if isinstance(link, MatrixLink)] for ends in links], edges, elements, signs)
+
 
 @dataclass(frozen=True, eq=False)
 class VibratingMatrices:
-    """Stiffness and mass (12 + m, 12 + m) of a link in vibrations, whose internal coordinates remain coordinates."""
+    """Stiffness and mass (6n + m, 6n + m) of a link in vibrations; its m = ``inner`` internal coordinates remain coordinates."""
 
     stiffness: Array
     mass: Array
-
-    @property
-    def inner(self) -> int:
-        return len(self.stiffness) - 12
+    inner: int
 
     def take(self, poses: Index) -> VibratingMatrices:
         return self
@@ -113,37 +123,134 @@ class VibratingMatrices:
         raise TypeError("links by matrices have no inside")
 
 
-def matrix_link(part: Flexible, mechanism: Mechanism, span: BeamSpan) -> MatrixLink:
-    """Return a link by its matrices in its robot, with ``span`` from base to platform."""
+def matrix_links(part: Flexible, mechanism: Mechanism, spans: Mapping[str, BeamSpan]) -> dict[str, MatrixLink]:
+    """Return a link by its matrices in its robot, by the names of its ``spans`` from the inner interface to the others."""
     matrices, link, (_, placement) = part.matrices, mechanism.description.links[part.link], mechanism.body_of[part.link]
-    R, origin = placement[:3, :3], placement[:3, 3]
+    R, origin, p = placement[:3, :3], placement[:3, 3], len(spans)
     at = [R.T @ (mechanism.connections[name].centre_on(part.link) - origin) for name in matrices.names]
-    start = R.T @ (span.start - origin)
-    inner = int(np.argmin([np.linalg.norm(point - start) for point in at]))
-    ports = [inner, *(k for k in range(matrices.interfaces) if k != inner)]
-    size = len(matrices.stiffness)
-    shapes = np.eye(size)  # coordinates of the matrices per unit of these
-    shapes[: 6 * len(ports)] = 0.0
+    ends = [R.T @ (point - origin) for point in (next(iter(spans.values())).start, *(span.end for span in spans.values()))]
+    ports = [int(np.argmin([np.linalg.norm(point - end) for point in at])) for end in ends]
+    coordinates = [6 * k + row for k in ports for row in range(6)]
+    shapes = np.eye(len(matrices.stiffness))  # coordinates of the matrices per unit of these
+    shapes[: 6 * p + 6] = 0.0
     for column, k in enumerate(ports):
         shapes[6 * k : 6 * k + 6, 6 * column : 6 * column + 6] = matrices.motions_about(at[k])[6 * k : 6 * k + 6]
-    others = [k for k in range(6 * matrices.interfaces) if k // 6 != inner]
-    back = np.linalg.inv(shapes[np.ix_(others, range(6, 6 * len(ports)))])
+    back = np.linalg.inv(shapes[np.ix_(coordinates, range(6 * p + 6))])[6:, 6:]
+    outer = np.argsort(np.argsort(ports[1:]))  # of each end among the outer interfaces in the order of the matrices
+    rows = [6 * int(k) + row for k in outer for row in range(6)]
     body = link.mass, np.array(link.center_of_mass), link.inertia.matrix
     weighed = matrices if matrices.mass is not None else replace(matrices, gravity=None).with_body(*body)
-    mass, centre = matrices.weight if matrices.gravity is not None else weighed.weight
-    M = np.zeros((size, size)) if weighed.mass is None else weighed.mass
-    inertia = np.zeros((3, 3)) if weighed.body is None else weighed.body[2]
     gravity = matrices if matrices.gravity is not None else weighed
-    factor = part.stiffness_factor
-    return MatrixLink(
-        part.name,
-        span,
-        R,
-        R @ centre + origin,
-        mass,
-        R @ inertia @ R.T,
-        back @ matrices.flexibility(inner) @ back.T / factor,
-        back @ gravity.displacements_by_gravity(inner) / factor,
-        back @ matrices.displacements_by_heat(inner),
-        VibratingMatrices(factor * shapes.T @ matrices.stiffness @ shapes, shapes.T @ M @ shapes),
-    )
+    (mass, centre), factor = gravity.weight, part.stiffness_factor
+    M = np.zeros_like(matrices.stiffness) if weighed.mass is None else weighed.mass
+    inertia = np.zeros((3, 3)) if weighed.body is None else weighed.body[2]
+    F = back @ matrices.flexibility(ports[0])[np.ix_(rows, rows)] @ back.T / factor
+    S = back @ gravity.displacements_by_gravity(ports[0])[rows] / factor
+    expansion = (back @ matrices.displacements_by_heat(ports[0])[rows]).reshape(p, 6)
+    vibration = VibratingMatrices(factor * shapes.T @ matrices.stiffness @ shapes, shapes.T @ M @ shapes, matrices.internal)
+    moved_centre, J = R @ centre + origin, R @ inertia @ R.T
+    return {
+        name: MatrixLink(name, span, R, moved_centre, mass, J, F, S, expansion[k], k, vibration)
+        for k, (name, span) in enumerate(spans.items())
+    }
+
+
+class CoupledLinks:
+    """Corresponding links of g equal limbs with p ≥ 2 outer ends, see :class:`kinetostatics.elements.element.ElasticElement`."""
+
+    kind = "links"
+    in_every_direction, has_line, has_inside = True, False, False
+    places: frozenset[str] = frozenset()
+
+    def __init__(
+        self,
+        links: Sequence[Sequence[MatrixLink]],
+        edges: Sequence[Sequence[Edge]],
+        elements: Sequence[int],
+        signs: NDArray[np.int8],
+    ) -> None:
+        """Set the links.
+
+        Args:
+            links, edges: for each limb, the link at each of its p outer ends, and the edges.
+            elements: indices of the p elements in the limb.
+            signs: (p, M) signs of the cut-joint wrenches at each end.
+        """
+        self.names, self.edges = tuple(ends[0].span.beam.name for ends in links), list(zip(*edges, strict=True))
+        self.elements, self.signs, self._first = tuple(elements), signs, [ends[0] for ends in links]
+        orders = [[6 * link.port + row for link in ends for row in range(6)] for ends in links]
+        pairs = list(zip(self._first, orders, strict=True))
+        self.compliance = np.stack([link.flexibility[np.ix_(order, order)] for link, order in pairs], axis=-1)
+        self.sag = np.stack([link.sag[order] for link, order in pairs], axis=-1)
+        self.stiffness = np.stack([np.linalg.inv(F) for F in np.moveaxis(self.compliance, -1, 0)], axis=-1)
+        self._axes = FixedVectors([[(link.span.carrier, link.axes)] for link in self._first], (3, 3))
+        self._ends = FixedVectors([[(link.span.end_body, link.span.end) for link in ends] for ends in links])
+
+    @property
+    def signature(self) -> tuple[object, ...]:
+        return self.kind, self.elements, tuple(map(tuple, self.signs.tolist()))
+
+    def outboard(self, names: Sequence[str]) -> list[Array]:
+        return [outboard_masks(edges, names) for edges in self.edges]
+
+    def masses(self, frames: Frames) -> tuple[Array, NDArray[np.int8]]:
+        return np.stack([link.mass_at(frames) for link in self._first]), self.signs[0]
+
+    def placed(self, frames: Frames, o: Array, twists: Array) -> PlacedCoupledLinks:
+        return PlacedCoupledLinks(self, self._axes.at(frames)[:, :, 0], self._ends.points(frames) - o[:, None, None])
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedCoupledLinks:
+    """Corresponding links at N poses.
+
+    Attributes:
+        axes: (3, 3, g, N) their axes, world axes.
+        arms: (3, p, g, N) their outer ends from o [m].
+    """
+
+    links: CoupledLinks
+    axes: Array
+    arms: Array
+
+    @property
+    def line(self) -> None:
+        return None
+
+    def carried(self, cut_wrenches: Array) -> Array:
+        return np.concatenate([carried_wrench(signs, cut_wrenches) for signs in self.links.signs])
+
+    def carried_loads(self, outboard: Sequence[Array], wrenches: Array) -> Array:
+        return np.concatenate([np.einsum("gw,iwn->ign", masks, wrenches) for masks in outboard])
+
+    def own_load(self, gravity: Array) -> Array:
+        return np.einsum("ijgn,in->jgn", self.axes, gravity)
+
+    def forces(self, carried: Array) -> Array:
+        ends = np.split(carried, self.arms.shape[1])
+        local = [rotate(self.axes, move_wrench(end, self.arms[:, k]), back=True) for k, end in enumerate(ends)]
+        return np.concatenate(local)
+
+    def displacements(self, forces: Array) -> Array:
+        return np.einsum("ijg,j...gn->i...gn", self.links.compliance, forces)
+
+    def own_displacement(self, load: Array) -> Array:
+        return np.einsum("ijg,j...gn->i...gn", self.links.sag, load)
+
+    def motions(self, displacements: Array) -> Iterator[tuple[int, Array]]:
+        for k, (element, end) in enumerate(zip(self.links.elements, np.split(displacements, self.arms.shape[1]), strict=True)):
+            yield element, move_twist(rotate(self.axes, end), -self.arms[:, k])
+
+    def travels(self, displacements: Array) -> Mapping[str, Array]:
+        return {}
+
+    def compliance_sum(self, length: float) -> Array:
+        unit = np.tile([1.0] * 3 + [length] * 3, self.arms.shape[1])
+        total = np.einsum("k,kkg,k->g", unit, self.links.compliance, unit)
+        return np.broadcast_to(total[:, None], self.arms.shape[2:])
+
+    def strain_energy(self, forces: Array, displacements: Array) -> Array:
+        return np.einsum("ign,ijg,jgn->gn", displacements, self.links.stiffness, displacements) / 2
+
+    def inside(self, carried: Array, load: Array) -> LoadedBeams:
+        raise TypeError("links by matrices have no inside")

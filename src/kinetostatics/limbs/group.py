@@ -139,11 +139,19 @@ class LimbGroup:
         return self._skeleton.geometry(frames, o)
 
     def _links(self) -> Iterator[ElasticElement]:
+        ends: dict[str, list[int]] = {}  # elements by elastic link
         for number, element in enumerate(self.elements[0]):
             if element.is_beam:
-                edges = self._edges_of(number)
-                links = [self.model.elastic_links[str(edge.beam)] for edge in edges]
-                yield links[0].stacked(links, edges, number, self.element_cut_signs[number])
+                span = self.model.topology.beams[str(self._edges_of(number)[0].beam)]
+                ends.setdefault(span.beam.name, []).append(number)
+        for numbers in ends.values():
+            rows = [self._edges_of(number) for number in numbers]
+            links = [[self.model.elastic_links[str(edge.beam)] for edge in edges] for edges in rows]
+            signs = self.element_cut_signs[numbers]
+            if len(numbers) == 1:
+                yield links[0][0].stacked(links[0], rows[0], numbers[0], signs[0])
+            else:
+                yield links[0][0].coupled(list(zip(*links, strict=True)), list(zip(*rows, strict=True)), numbers, signs)
 
     def _elastic_joints(self) -> Iterator[ElasticJoints]:
         for number in range(len(self.elements[0])):

@@ -25,9 +25,11 @@ SAME_POINT = 1e-6
 
 @dataclass(frozen=True)
 class BeamSpan:
-    """A beam between two points of the robot.
+    """A beam between two points of the robot, or an elastic link between its inner interface and another one.
 
     Attributes:
+        name: its name; "LINK/2", … for the second and further outer interfaces of an elastic link.
+        places: the places of start and end, see :class:`kinetostatics.mechanism.limbs.Topology`.
         start_body, start: body of the start, and position (3,) [m] of the start in this body.
         end_body, end: body of the end, and position (3,) [m] of the end in this body.
         carrier: body of the link to which the file assigns the beam.
@@ -36,6 +38,8 @@ class BeamSpan:
             link is the beam's link.
     """
 
+    name: str
+    places: tuple[str, str]
     beam: Beam | ElasticPart
     start_body: int
     start: Array
@@ -55,6 +59,7 @@ class BeamSpan:
     @property
     def reversed(self) -> BeamSpan:
         span = replace(self, start_body=self.end_body, start=self.end, end_body=self.start_body, end=self.start)
+        span = replace(span, places=self.places[::-1])
         return replace(span, start_link=self.end_link, end_link=self.start_link, inward=self.outward, outward=self.inward)
 
 
@@ -92,6 +97,11 @@ def _point_on(link: str, path: Iterable[Connection], point: Array) -> Array:
     return np.asarray(placement[:3, :3] @ point + placement[:3, 3])
 
 
+def place_of_end(beam: str, end: int) -> str:
+    """Return the name, as in the file, of a beam's start (``end`` = 0) or end (1) as a place for loads."""
+    return f"{('start', 'end')[end]}:{beam}"
+
+
 class SpanFinder:
     """Search for the start and end of every beam.
 
@@ -119,7 +129,7 @@ class SpanFinder:
         Raises:
             RobotFileError: the start or end of a beam is invalid.
         """
-        return {name: self._span(beam) for name, beam in self.description.elastic_links.items()}
+        return {span.name: span for beam in self.description.elastic_links.values() for span in self._spans_of(beam)}
 
     def _rigid_with(self, link: str) -> set[str]:
         """Return ``link`` and all links without beams that are connected to it by rigid fixed joints."""
@@ -260,11 +270,21 @@ class SpanFinder:
             link = connection.other(link)
         return link, path
 
-    def _span(self, beam: Beam | ElasticPart) -> BeamSpan:
+    def _spans_of(self, beam: Beam | ElasticPart) -> Iterator[BeamSpan]:
+        """Yield the span of a beam, or those from the first interface of an elastic link to the others."""
         start, end = self._ends(beam)
+        places = place_of_end(beam.name, 0), place_of_end(beam.name, 1)
+        yield self._span(beam, start, end, beam.name, places)
+        for number, joint in enumerate(() if isinstance(beam, Beam) else beam.interfaces[2:], 2):
+            name = f"{beam.name}/{number}"
+            yield self._span(beam, start, BeamEnd(joint), name, (places[0], place_of_end(name, 1)))
+
+    def _span(self, beam: Beam | ElasticPart, start: BeamEnd, end: BeamEnd, name: str, places: tuple[str, str]) -> BeamSpan:
         start_link, inward = self._locate(beam, start)
         end_link, outward = self._locate(beam, end)
         span = BeamSpan(
+            name,
+            places,
             beam,
             self.mechanism.body_of[start_link][0],
             self.mechanism.connections[start.joint].centre_on(start_link),

@@ -9,8 +9,9 @@ order of the bodies in which each body on a path has an earlier and a later neig
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -50,15 +51,10 @@ class BodyEdge:
         """The name of the joint, or ``beam:`` and the name of the beam, as in :class:`~kinetostatics.mechanism.limbs.Edge`."""
         if self.connection is not None:
             return self.connection.name
-        return f"beam:{self.beam.beam.name}" if self.beam else ""
+        return f"beam:{self.beam.name}" if self.beam else ""
 
     def other(self, body: RigidBody) -> RigidBody:
         return self.ends[self.ends[0] is body]
-
-
-def place_of_end(beam: str, end: int) -> str:
-    """Return the name, as in the file, of a beam's start (``end`` = 0) or end (1) as a place for loads."""
-    return f"{('start', 'end')[end]}:{beam}"
 
 
 def body_at_end(place: str) -> str:
@@ -104,10 +100,10 @@ class BodyGraph:
                         body.weights.append(link)
                     if self.is_rigid(link):
                         body.places.append(link)
-        for name, span in self.spans.items():
-            for end, body in enumerate(self._ends(span)):
-                place = place_of_end(name, end)
-                body.places += [place, body_at_end(place)] if span.spanned else [place]
+        for span in self.spans.values():
+            for place, body in zip(span.places, self._ends(span), strict=True):
+                if place not in body.places:
+                    body.places += [place, body_at_end(place)] if span.spanned else [place]
 
     def links_of(self, bodies: list[RigidBody], edges: list[BodyEdge]) -> tuple[str, ...]:
         links = {link for body in bodies for link in body.links}
@@ -127,8 +123,8 @@ class BodyGraph:
     def _bodies_of(self, link: str) -> list[tuple[Array | None, RigidBody]]:
         """Return (point, body) for each end point (3,) of the beams of a link; (None, body) for a link without beams."""
         points: list[Array] = []
-        for beam in self.beams_of.get(link, []):
-            span = self.spans[beam.name]
+        beams = [beam.name for beam in self.beams_of.get(link, [])]
+        for span in (span for span in self.spans.values() if span.beam.name in beams):
             for owner, point in ((span.start_link, span.start), (span.end_link, span.end)):
                 if owner == link and not any(_are_one_point(point, other) for other in points):
                     points.append(point)
@@ -229,20 +225,31 @@ def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) 
     The search starts at the base (or platform). An edge comes after the edges by which the search reached the edge's inner body.
     ``edges``: all edges of the limb or attached body, or one edge between base and platform.
     """
+    touched = {end for edge in edges for end in edge.ends}
+    root = base if base in touched else platform
+    inner: dict[BodyEdge, RigidBody] = {}
+    both_ways: set[BodyEdge] = set()
+    stars = stars_of(edges)
+    order: dict[RigidBody | str, int] = {}
+    directions: dict[BodyEdge | tuple[str, RigidBody], set[bool]] = {}
+    if base in touched and platform in touched:
+        ends: dict[BodyEdge | tuple[str, RigidBody], tuple[RigidBody | str, RigidBody | str]] = {}
+        ends |= {edge: edge.ends for edge in edges if edge.beam is None or edge.beam.beam.name not in stars}
+        ends |= {(name, port): (name, port) for name, star in stars.items() for port in _ports(star)}
+        order, directions = st_order(ends.values(), base, platform), path_directions(ends, base, platform)
+    if stars:
+        _put_inner_ports_first(stars.values(), edges, root, order)
+    for edge in edges:
+        name = "" if edge.beam is None else edge.beam.beam.name
+        passed = directions.get((name, edge.ends[1]) if name in stars else edge)
+        if passed:
+            inner[edge] = min(edge.ends, key=order.__getitem__)
+            if len(passed) == 2 and name not in stars:
+                both_ways.add(edge)
     at: _Edges = {}
     for edge in edges:
         for end in edge.ends:
             at.setdefault(end, []).append(edge)
-    root = base if base in at else platform
-    inner: dict[BodyEdge, RigidBody] = {}
-    both_ways: set[BodyEdge] = set()
-    if base in at and platform in at:
-        order = st_order([edge.ends for edge in edges], base, platform)
-        for edge, directions in path_directions({edge: edge.ends for edge in edges}, base, platform).items():
-            if directions:
-                inner[edge] = min(edge.ends, key=order.__getitem__)
-                if len(directions) == 2:
-                    both_ways.add(edge)
     reached_by: dict[RigidBody, BodyEdge] = {}
     for edge in sorted(inner, key=lambda edge: edge.beam is None):  # beams first, so that they are in the tree
         outer = edge.other(inner[edge])
@@ -262,6 +269,42 @@ def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) 
                 seen.add(other)
                 reached_by[other] = edge
     return list(_depth_first(root, edges, inner, reached_by, both_ways))
+
+
+def stars_of(edges: Iterable[BodyEdge]) -> dict[str, list[BodyEdge]]:
+    """Return the edges of each elastic link with three or more interfaces, from one of its ports (interfaces) to the others."""
+    stars: dict[str, list[BodyEdge]] = {}
+    for edge in edges:
+        if edge.beam is not None:
+            stars.setdefault(edge.beam.beam.name, []).append(edge)
+    return {name: star for name, star in stars.items() if len(star) > 1}
+
+
+def _ports(star: Sequence[BodyEdge]) -> list[RigidBody]:
+    return [star[0].ends[0], *(edge.ends[1] for edge in star)]
+
+
+def _put_inner_ports_first(
+    stars: Iterable[list[BodyEdge]], edges: Iterable[BodyEdge], root: RigidBody, order: Mapping[RigidBody | str, int]
+) -> None:
+    """Let the edges of each elastic link begin at its port that is first on paths, or on a dead end first from the root.
+
+    With the link as a node of its own in ``order``, this port has an earlier neighbour outside of the link.
+    """
+    at: _Edges = {}
+    for edge in edges:
+        for end in edge.ends:
+            at.setdefault(end, []).append(edge)
+    from_root = {body: number for number, body in enumerate(reachable([root], lambda body: [e.other(body) for e in at[body]]))}
+    for star in stars:
+        spans = [edge.beam for edge in star if edge.beam is not None]
+        ports = list(zip(_ports(star), (spans[0].start, *(span.end for span in spans)), strict=True))
+        places = [spans[0].places[0], *(span.places[1] for span in spans)]
+        first = min(range(len(ports)), key=lambda k: (order.get(ports[k][0], math.inf), from_root[ports[k][0]]))
+        others = [k for k in range(len(ports)) if k != first]
+        for edge, span, other in zip(star, spans, others, strict=True):
+            edge.ends = ports[first][0], ports[other][0]
+            edge.beam = replace(span, start=ports[first][1], end=ports[other][1], places=(places[first], places[other]))
 
 
 def _in_ring(edge: BodyEdge, at: _Edges, on_paths: Iterable[RigidBody]) -> bool:

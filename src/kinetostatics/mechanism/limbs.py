@@ -158,6 +158,10 @@ class Topology(ShortRepr):
         inner, outer = self.beam_ends[beam]
         return (body_at_end(inner), body_at_end(outer)) if self.beams[beam].spanned else (inner, outer)
 
+    def part_of(self, edge: Edge) -> str:
+        """Return the name of an edge's joint, beam or other elastic link."""
+        return edge.joint if edge.joint is not None else self.beams[str(edge.beam)].beam.name
+
     def link_of(self, place: str) -> str:
         kind, _, beam = place.removeprefix(body_at_end("")).partition(":")
         return self.beams[beam].beam.link if kind in ("start", "end") and beam in self.beams else place

@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from kinetostatics.math.graphs import blocks, joined, reachable
-from kinetostatics.mechanism.body_graph import BodyEdge, BodyGraph, DirectedEdge, RigidBody, directed_edges, place_of_end
+from kinetostatics.mechanism.beam_geometry import beam_error
+from kinetostatics.mechanism.body_graph import BodyEdge, BodyGraph, DirectedEdge, RigidBody, directed_edges, stars_of
 from kinetostatics.mechanism.joints import drives_of
 from kinetostatics.mechanism.limbs import AttachedBodies, Edge, Limb, LimbSegment, Topology
 from kinetostatics.mechanism.mechanism import Mechanism
@@ -36,7 +37,7 @@ class _TopologyBuilder:
         self.spans = dict(self.graph.spans)
         self.warnings: list[str] = []
         self.carried_by: dict[str, str] = {}
-        self.beam_ends = {name: (place_of_end(name, 0), place_of_end(name, 1)) for name in self.spans}
+        self.beam_ends = {name: span.places for name, span in self.spans.items()}
 
     def build(self) -> Topology:
         graph = self.graph
@@ -134,6 +135,7 @@ class _TopologyBuilder:
         carries = _cut_joints_carried(steps, reached_by)
         cut_joints = [step for step in steps if not step.in_tree]
         leading = _edges_towards_cut_joints(steps, reached_by, carries)
+        beside = _edges_beside(edges, leading)
         degree: dict[RigidBody, int] = {}
         for edge in edges:
             for end in edge.ends:
@@ -155,10 +157,13 @@ class _TopologyBuilder:
             if step.edge in leading:
                 limb_edges.extend(chain)
                 ends.extend([False] * (len(chain) - 1) + [not passes])
+            elif step.edge in beside:  # before the edges beyond it, so that those towards the platform remain last
+                first = next((k for k, edge in enumerate(limb_edges) if edge.key in beside[step.edge]), len(limb_edges))
+                limb_edges[first:first], ends[first:first] = chain, [not passes]
             else:
                 branches.extend(chain)
         weights = [name for body in bodies for name in body.weights]
-        weights += [f"beam:{edge.beam.beam.name}" for edge in edges if edge.beam is not None]
+        weights += [edge.key for edge in edges if edge.beam is not None and edge.beam.name == edge.beam.beam.name]
         places = [name for body in bodies for name in body.places]
         places += [end for step in steps for ends in self._ends_in_span(step) for end in ends]
         return Limb(
@@ -181,18 +186,17 @@ class _TopologyBuilder:
         """
         if step.edge.beam is None:
             return [], []
-        roots, name = (self.graph.base, self.graph.platform), step.edge.beam.beam.name
-        forward = step.edge.ends[0] is step.inner
-        span, ends = (step.edge.beam, (0, 1)) if forward else (step.edge.beam.reversed, (1, 0))
-        sides = zip((step.inner, step.outer), (span.inward, span.outward), ends, strict=True)
-        inner, outer = ([place_of_end(name, end)] if joints and body in roots else [] for body, joints, end in sides)
+        roots = self.graph.base, self.graph.platform
+        span = step.edge.beam if step.edge.ends[0] is step.inner else step.edge.beam.reversed
+        sides = zip((step.inner, step.outer), (span.inward, span.outward), span.places, strict=True)
+        inner, outer = ([place] if joints and body in roots else [] for body, joints, place in sides)
         return inner, outer
 
     def _carry_ends(self, step: DirectedEdge, chain: list[Edge]) -> None:
         """Let the beam, not the joints within its span, carry the places at its ends."""
         if step.edge.beam is None:
             return
-        name = step.edge.beam.beam.name
+        name = step.edge.beam.name
         number, (start, end) = [edge.beam for edge in chain].index(name), self.beam_ends[name]
         if number > 0:
             self.carried_by[start] = chain[number - 1].key
@@ -202,6 +206,9 @@ class _TopologyBuilder:
     def _parts(self, steps: list[DirectedEdge], keys: dict[BodyEdge, tuple[str, ...]]) -> tuple[LimbSegment, ...]:
         """Divide a limb at the bodies that all paths from base to platform pass; join consecutive serial parts."""
         graph = self.graph
+        if stars_of(step.edge for step in steps):  # paths meet within an elastic link
+            every = tuple(key for step in steps for key in keys[step.edge])
+            return (LimbSegment(every, graph.description.base, graph.description.platform, False),)
         groups: list[tuple[list[DirectedEdge], RigidBody, RigidBody]] = []
         for inner, outer, block in blocks(steps, lambda step: (step.inner, step.outer), graph.base, graph.platform):
             if groups and len(block) == 1 and len(groups[-1][0]) == self._chain_length(groups[-1][0]):
@@ -242,7 +249,8 @@ class _TopologyBuilder:
             if step.in_tree:
                 names = step.outer.places + hanging.get(step.outer, [])
             outboard[step.edge] = names
-            beam_weight = [f"beam:{step.edge.beam.beam.name}"] if step.edge.beam is not None else []
+            beam = step.edge.beam
+            beam_weight = [step.edge.key] if beam is not None and beam.name == beam.beam.name else []
             hanging[step.inner] = names + beam_weight + hanging.get(step.inner, [])
         return outboard
 
@@ -256,17 +264,15 @@ class _TopologyBuilder:
             sign = 1 if forward else -1
             return [Edge(edge.connection.name, None, sign, tuple(outboard), parent, (), cut_joints, step.both_ways)]
         assert edge.beam is not None
-        name = edge.beam.beam.name
-        if not forward and not step.both_ways and (edge.beam.beam.start or edge.beam.beam.end):
+        name = edge.beam.name
+        if not forward and not step.both_ways and edge.beam.beam.KIND == "beam" and (edge.beam.beam.start or edge.beam.beam.end):
             place = edge.beam.beam.place
             self.warnings.append(
                 f"{place}: beam {name!r} runs from its end towards the platform to the one towards the base; "
                 "from= should name the joint towards the base"
             )
         span = edge.beam if forward else edge.beam.reversed
-        if not forward:
-            self.beam_ends[name] = self.beam_ends[name][::-1]
-        self.spans[name] = span
+        self.spans[name], self.beam_ends[name] = span, span.places
         joints, before_carrier = [*span.inward[::-1], *span.outward], len(span.inward)
         links = [span.start_link]
         for joint in joints:
@@ -367,6 +373,23 @@ def _cut_joints_carried(steps: list[DirectedEdge], reached_by: dict[RigidBody, D
                 if signs[number] == 0:
                     del signs[number]
     return carries
+
+
+def _edges_beside(edges: list[BodyEdge], leading: set[BodyEdge]) -> dict[BodyEdge, list[str]]:
+    """Return the edges of elastic links to further interfaces, which carry no cut-joint wrench, with the keys of the others.
+
+    Raises:
+        RobotFileError: an elastic link with three or more interfaces is on an open branch.
+    """
+    beside: dict[BodyEdge, list[str]] = {}
+    for star in stars_of(edges).values():
+        others = [edge.key for edge in star if edge in leading]
+        part = star[0].beam.beam if star[0].beam is not None else None
+        if not others and part is not None:
+            reason = "it has three or more interfaces, and is on an open branch, where an elastic link can have two"
+            raise beam_error(part, reason)
+        beside |= {edge: others for edge in star if edge not in leading}
+    return beside
 
 
 def _edges_towards_cut_joints(

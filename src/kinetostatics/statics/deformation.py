@@ -183,7 +183,7 @@ def _add_assembly_errors(
             for edge in (limb.edges[index] for index in element.edges):
                 if assembly_errors.concerns(edge):
                     motion = assembly_errors.of_edge(edge, solution.frames, solution.o)[:, None]
-                    name = str(edge.joint or edge.beam)
+                    name = group.model.topology.part_of(edge)
                     out.elastic.append(
                         ElasticDeformation("assembly_errors", (name,), group, number, (position,), signs[k], motion)
                     )

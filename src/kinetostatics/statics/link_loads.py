@@ -263,7 +263,7 @@ def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: 
     Raises:
         ArgumentError: the point of an elastic link is no end of a beam, or the link has no support; ``what`` begins the message.
     """
-    description, topology = robot.description, robot.topology
+    topology = robot.topology
     if joints := _joint_around(robot, link):
         raise ArgumentError(
             f"{what}: {link!r} has no mass and lies between the joints {', '.join(joints)}, which form one joint; load a link "
@@ -274,7 +274,7 @@ def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: 
             f"{what}: {link!r} hangs by {topology.without_support[link]!r} on a beam elsewhere than at its ends; split "
             "the beam there with a fixed joint, or load one of its ends"
         )
-    beams = [name for name, beam in description.elastic_links.items() if beam.link == link]
+    beams = [name for name, span in topology.beams.items() if span.beam.link == link]
     if not beams:
         return {link: np.ones(point.shape[1], dtype=bool)}
     found: dict[str, Mask] = {}

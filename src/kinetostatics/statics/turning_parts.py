@@ -244,7 +244,7 @@ class _Finder:
 
     def _nearest(self, link: str, at: Array) -> str:
         """Return the link, or for an elastic link the end of its beam that is nearest to a point (3, 1)."""
-        beams = [name for name, beam in self.model.description.elastic_links.items() if beam.link == link]
+        beams = [name for name, span in self.topology.beams.items() if span.beam.link == link]
         if not beams:
             return link
         zero, ends = self.model.zero_frames, []

@@ -19,7 +19,7 @@ from kinetostatics.elements.link import VibratingLink
 from kinetostatics.elements.rods import Numbers
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.mechanism.body_graph import RigidBody
-from kinetostatics.statics.small_motions import PlacedMotions
+from kinetostatics.statics.small_motions import BeamEnds, PlacedMotions
 from kinetostatics.statics.springs import placed_springs
 
 #: Singular value of the closure equations, relative to the largest, below which an equation is dependent.
@@ -254,7 +254,10 @@ def vibration_model(motions: PlacedMotions) -> VibrationModel:
     structure, placed = motions.structure, _Placement(motions)
     N, n = motions.o.shape[1], len(structure.freedoms)
     closure = [np.zeros((N, 0, n)), *placed.closure()]
-    beams = {item.name: placed.rod(item.name, (item.inner, item.outer)) for item in structure.elastic_links}
+    ends: dict[str, list[BeamEnds]] = {}
+    for item in structure.elastic_links:
+        ends.setdefault(structure.model.topology.beams[item.name].beam.name, []).append(item)
+    beams = {name: placed.rod(links) for name, links in ends.items()}
     springs = dict(placed.springs())
     for name, slides in placed.free_slides():
         beams[name], springs[f"beam {name}"] = _stretching(beams[name], slides)
@@ -345,14 +348,17 @@ class _Placement:
             if slides := [column for joint in at for column in joint.columns if column in free]:
                 yield name, slides
 
-    def rod(self, name: str, bodies: tuple[RigidBody, RigidBody]) -> PlacedRod:
+    def rod(self, ends: Sequence[BeamEnds]) -> PlacedRod:
+        """Return a beam, or an elastic link by its spans from one interface to the others."""
         structure, frames = self.motions.structure, self.motions.frames
-        link, columns = structure.model.elastic_links[name], structure.columns_of(*bodies)
-        axes = link.world_axes(frames).transpose(2, 1, 0)
-        turned = np.zeros((len(axes), 12, 12))
-        for k in range(0, 12, 3):
+        links = [structure.model.elastic_links[item.name] for item in ends]
+        link, bodies = links[0], [ends[0].inner, *(item.outer for item in ends)]
+        points, columns = [link.ends(frames)[0], *(item.ends(frames)[1] for item in links)], structure.columns_of(*bodies)
+        axes, size = link.world_axes(frames).transpose(2, 1, 0), 6 * len(bodies)
+        turned = np.zeros((len(axes), size, size))
+        for k in range(0, size, 3):
             turned[:, k : k + 3, k : k + 3] = axes
-        placed = list(zip(bodies, link.ends(frames), strict=True))
+        placed = list(zip(bodies, points, strict=True))
         moved = np.concatenate([self.moved(columns, body, point) for body, point in placed], axis=1)
         carried = np.concatenate([self.motions.carried(point) for _, point in placed], axis=1)
         vibrating = link.vibrating(frames)
