@@ -274,10 +274,16 @@ class SpanFinder:
         """Yield the span of a beam, or those from the first interface of an elastic link to the others."""
         start, end = self._ends(beam)
         places = place_of_end(beam.name, 0), place_of_end(beam.name, 1)
-        yield self._span(beam, start, end, beam.name, places)
-        for number, joint in enumerate(() if isinstance(beam, Beam) else beam.interfaces[2:], 2):
+        spans = [self._span(beam, start, end, beam.name, places)]
+        joints = (start.joint, end.joint) if isinstance(beam, Beam) else beam.interfaces
+        for number, joint in enumerate(joints[2:], 2):
             name = f"{beam.name}/{number}"
-            yield self._span(beam, start, BeamEnd(joint), name, (places[0], place_of_end(name, 1)))
+            span = self._span(beam, start, BeamEnd(joint), name, (places[0], place_of_end(name, 1)))
+            for other, earlier in zip(joints[1:], spans, strict=False):
+                if float(np.linalg.norm(earlier.end - span.end)) < SAME_POINT:
+                    raise beam_error(beam, f"its interfaces {other!r} and {joint!r} are the same point")
+            spans.append(span)
+        yield from spans
 
     def _span(self, beam: Beam | ElasticPart, start: BeamEnd, end: BeamEnd, name: str, places: tuple[str, str]) -> BeamSpan:
         start_link, inward = self._locate(beam, start)

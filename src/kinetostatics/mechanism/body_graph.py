@@ -307,6 +307,23 @@ def _put_inner_ports_first(
             edge.beam = replace(span, start=ports[first][1], end=ports[other][1], places=(places[first], places[other]))
 
 
+def edges_beside(edges: list[BodyEdge], leading: set[BodyEdge]) -> dict[BodyEdge, list[str]]:
+    """Return the edges of elastic links to further interfaces, which carry no cut-joint wrench, with the keys of the others.
+
+    Raises:
+        RobotFileError: an elastic link with three or more interfaces is on an open branch.
+    """
+    beside: dict[BodyEdge, list[str]] = {}
+    for star in stars_of(edges).values():
+        others = [edge.key for edge in star if edge in leading]
+        part = star[0].beam.beam if star[0].beam is not None else None
+        if not others and part is not None:
+            reason = "it has three or more interfaces, and is on an open branch, where an elastic link can have two"
+            raise beam_error(part, reason)
+        beside |= {edge: others for edge in star if edge not in leading}
+    return beside
+
+
 def _in_ring(edge: BodyEdge, at: _Edges, on_paths: Iterable[RigidBody]) -> bool:
     """Whether an edge that no path from base to platform passes is part of a ring: both its ends are reached without it."""
     reached = reachable(on_paths, lambda body: [adjacent.other(body) for adjacent in at[body] if adjacent is not edge])

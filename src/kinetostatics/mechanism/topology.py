@@ -12,8 +12,15 @@ from dataclasses import replace
 import numpy as np
 
 from kinetostatics.math.graphs import blocks, joined, reachable
-from kinetostatics.mechanism.beam_geometry import beam_error
-from kinetostatics.mechanism.body_graph import BodyEdge, BodyGraph, DirectedEdge, RigidBody, directed_edges, stars_of
+from kinetostatics.mechanism.body_graph import (
+    BodyEdge,
+    BodyGraph,
+    DirectedEdge,
+    RigidBody,
+    directed_edges,
+    edges_beside,
+    stars_of,
+)
 from kinetostatics.mechanism.joints import drives_of
 from kinetostatics.mechanism.limbs import AttachedBodies, Edge, Limb, LimbSegment, Topology
 from kinetostatics.mechanism.mechanism import Mechanism
@@ -135,7 +142,7 @@ class _TopologyBuilder:
         carries = _cut_joints_carried(steps, reached_by)
         cut_joints = [step for step in steps if not step.in_tree]
         leading = _edges_towards_cut_joints(steps, reached_by, carries)
-        beside = _edges_beside(edges, leading)
+        beside = edges_beside(edges, leading)
         degree: dict[RigidBody, int] = {}
         for edge in edges:
             for end in edge.ends:
@@ -373,23 +380,6 @@ def _cut_joints_carried(steps: list[DirectedEdge], reached_by: dict[RigidBody, D
                 if signs[number] == 0:
                     del signs[number]
     return carries
-
-
-def _edges_beside(edges: list[BodyEdge], leading: set[BodyEdge]) -> dict[BodyEdge, list[str]]:
-    """Return the edges of elastic links to further interfaces, which carry no cut-joint wrench, with the keys of the others.
-
-    Raises:
-        RobotFileError: an elastic link with three or more interfaces is on an open branch.
-    """
-    beside: dict[BodyEdge, list[str]] = {}
-    for star in stars_of(edges).values():
-        others = [edge.key for edge in star if edge in leading]
-        part = star[0].beam.beam if star[0].beam is not None else None
-        if not others and part is not None:
-            reason = "it has three or more interfaces, and is on an open branch, where an elastic link can have two"
-            raise beam_error(part, reason)
-        beside |= {edge: others for edge in star if edge not in leading}
-    return beside
 
 
 def _edges_towards_cut_joints(

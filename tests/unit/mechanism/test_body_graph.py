@@ -1,5 +1,7 @@
 """Directions of a body graph's edges from base to platform, compared with all paths through small networks."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -14,9 +16,8 @@ class Network:
         names = sorted({letter for edge in edges for letter in edge} | {"0", "1"})
         self.named = {letter: RigidBody([letter]) for letter in names}
         self.base, self.platform = self.named["0"], self.named["1"]
-        self.edges = [
-            BodyEdge((self.named[a], self.named[b]), beam="a beam" if a + b in beams.split() else None) for a, b in edges
-        ]
+        spans = {pair: SimpleNamespace(beam=SimpleNamespace(name=pair)) for pair in beams.split()}
+        self.edges = [BodyEdge((self.named[a], self.named[b]), beam=spans.get(a + b)) for a, b in edges]
 
     def steps(self):
         return directed_edges(self.edges, self.base, self.platform)

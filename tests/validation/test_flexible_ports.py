@@ -1,0 +1,146 @@
+"""Links by their matrices with three or more interfaces: against beams, which other tests compare with finite elements."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from frame_links import Frame
+from hub_robots import hub_parts, hub_robot
+from matrix_link import with_flexible
+from simple_machines import joint, link, springs
+from simple_machines import robot as robot_of
+
+import kinetostatics as ks
+from kinetostatics.description import Flexible, LinkMatrices
+from kinetostatics.description.elements import Inertia
+from kinetostatics.math.rotations import skew
+
+LOAD, GRAVITY, ON_MASS = [10.0, -20.0, -300.0, 4.0, 5.0, 6.0], (0.5, 0.3, -9.81), [100.0, 50.0, 20.0, 1.0, 2.0, 3.0]
+
+
+def _alike(found, expected, tolerance=1e-9):
+    if hasattr(expected, "items"):
+        largest = max(np.abs(value).max(initial=0.0) for value in expected.values())
+        assert list(found) == list(expected)
+        assert max(np.abs(found[key] - expected[key]).max(initial=0.0) for key in expected) <= tolerance * largest
+    else:
+        assert np.abs(found - expected).max() <= tolerance * np.abs(expected).max()
+
+
+@pytest.mark.few(10)
+@pytest.mark.parametrize("seed", range(300))
+def test_random_robots(seed):
+    """Statics with weights, loads on free masses and an assembly error; all links, or the hub alone, are given by matrices."""
+    machine, targets = hub_robot(seed)
+    loads = {f"mass_{k}": ON_MASS for k, target in enumerate(targets) if target == "end"}
+    given = {"load": LOAD, "gravity": GRAVITY, "assembly_errors": {"head": [1e-4, 0, 2e-4, 1e-3, 0, 0]}, "loads": loads or None}
+    expected = ks.analyze(machine.assemble(), **given)
+    for names in (None, [name for name in machine.beams if name.startswith("hub")]):
+        robot = with_flexible(machine, names, seed)
+        assert len(robot.description.flexible["hub_0"].matrices.names) == len(targets)
+        found = ks.analyze(robot.assemble(), **given)
+        for name in ("twist", "compliance", "base_wrench", "actuator_forces", "joint_wrenches", "contributions"):
+            _alike(getattr(found, name), getattr(expected, name))
+        both = [name for name in expected.link_contributions if name.startswith("mass") or name == "platform"]
+        for name in both:
+            _alike(found.link_contributions[name], expected.link_contributions[name])
+
+
+@pytest.mark.few(4)
+@pytest.mark.parametrize("seed", range(40))
+def test_modes(seed):
+    """Under a heavy platform, whose modes are far below those of the links, their mass matrices are exact to 1e-9."""
+    machine = hub_robot(seed)[0]
+    heavy = machine.description.with_payload("weight", "platform", 1e6, inertia=Inertia((1e6, 0.0, 0.0, 1e6, 0.0, 1e6)))
+    found, expected = (ks.modes(robot.assemble(), 4).frequencies for robot in (with_flexible(ks.Robot(heavy)), ks.Robot(heavy)))
+    _alike(found, expected)
+
+
+def test_functions_and_sensitivities():
+    """Compiled results, and sensitivities to the factor of the stiffness, against differences."""
+    robot = with_flexible(hub_robot(1)[0])
+    pose = robot.assemble()
+    compiled = ks.analyze(pose, load=LOAD, gravity=GRAVITY, engine="compiled")
+    _alike(compiled.twist, ks.analyze(pose, load=LOAD, gravity=GRAVITY, engine="numpy").twist, 1e-11)
+    name, step = "hub_0.stiffness_factor", 1e-4
+    sensitivity = ks.sensitivities(pose, by=[name], outputs=["twist"], load=LOAD, gravity=GRAVITY)[name]
+    descriptions = [robot.description.changed("hub_0", stiffness_factor=1 + change) for change in (step, -step)]
+    twists = [ks.analyze(ks.Robot(changed).assemble(), load=LOAD, gravity=GRAVITY).twist for changed in descriptions]
+    _alike(sensitivity.derivatives["twist"], (twists[0] - twists[1]) / (2 * step), 1e-6)
+
+
+LINEAR, ANGULAR = (4e6, 3e6, 9e6), (8e3, 5e3, 2e4)
+
+
+def _soft(*, jointed):
+    """Return a robot with a hub that is rigid, with elastic joints at two of its ports, or has the matrices of both."""
+    parts, _, points, _ = hub_parts(3, ports=3, kinds=("platform",))
+    text = "".join(parts).replace('<link name="hub"/>', link("hub", 20.0, "0.2 0.05 0.1"))
+    values = {key: " ".join(map(str, value)) for key, value in (("linear", LINEAR), ("angular", ANGULAR))}
+    soft = []
+    for k in (1, 2):
+        text = text.replace(f'<parent link="hub"/><child link="leg_{k}"/>', f'<parent link="tip_{k}"/><child link="leg_{k}"/>')
+        xyz = " ".join(f"{number:.17g}" for number in points[k])
+        text = text.replace(f'xyz="{xyz}"', 'xyz="0 0 0"')
+        soft += [link(f"tip_{k}"), joint(f"soft_{k}", "fixed", "hub", f"tip_{k}", xyz)]
+        soft += [springs(f"soft_{k}", **values)] * jointed
+    stay = '<predecessor link="base"><origin xyz="0.1 0 1"/></predecessor><successor link="platform"/>'
+    machine = robot_of(text, *soft, f'<spring name="stay" stiffness="900" free_length="0.1">{stay}</spring>')
+    if jointed:
+        return machine
+    K, M = np.zeros((2, 18, 18))
+    for k in (1, 2):
+        relative = np.zeros((6, 18))
+        relative[:, :6], relative[:, 6 * k : 6 * k + 6] = -np.eye(6), np.eye(6)
+        relative[:3, 3:6] = skew(points[k])
+        K += relative.T @ np.diag([*LINEAR, *ANGULAR]) @ relative
+    hub = machine.description.links["hub"]
+    arm = skew(np.array(hub.center_of_mass))
+    M[:6, :6] = np.block([[hub.mass * np.eye(3), -hub.mass * arm], [hub.mass * arm, hub.inertia.matrix - hub.mass * arm @ arm]])
+    matrices = LinkMatrices(("head", "soft_1", "soft_2"), points, K, M)
+    return ks.Robot(replace(machine.description, flexible={"hub": Flexible("hub", matrices)}))
+
+
+def test_second_order_and_modes():
+    """A rigid link with elastic joints at two ports, as matrices, gives the same results, also those of second order."""
+    poses = [_soft(jointed=jointed).assemble() for jointed in (False, True)]
+    found, expected = (ks.analyze(pose, load=LOAD, gravity=GRAVITY) for pose in poses)
+    for name in ("twist", "compliance", "contributions"):
+        _alike(getattr(found, name), getattr(expected, name))
+    _alike(*(ks.modes(pose, 4).frequencies for pose in poses))
+    poses = [ks.Robot(replace(pose.robot.description, springs={})).assemble() for pose in poses]
+    found, expected = (ks.analyze(pose, load=LOAD, gravity=GRAVITY) for pose in poses)
+    assert np.abs(expected.second_order.twist / expected.twist - 1).max() > 1e-6
+    _alike(found.second_order.twist, expected.second_order.twist)
+    _alike(found.second_order.compliance, expected.second_order.compliance)
+
+
+def test_internal_coordinates_of_a_frame():
+    """A link with inner nodes, whose displacements or modes are internal coordinates, vibrates in the same way."""
+    frame = Frame(seed=8, ports=3, inner=2)
+    points, frequencies = frame.nodes[:3] - frame.nodes[0], []
+    parts, names, _, _ = hub_parts(5, ports=3, points=points)
+    for modal in (False, True):
+        part = Flexible("hub", LinkMatrices(names, points, **frame.link(modal)[2]))
+        description = replace(robot_of(*parts).description, flexible={"hub": part})
+        frequencies.append(ks.modes(ks.Robot(description).assemble(), 25).frequencies)
+    assert np.all(np.isfinite(frequencies))
+    _alike(*frequencies)
+
+
+def test_what_is_refused():
+    parts, names, points, _ = hub_parts(3, ports=3, kinds=("platform",))
+    frame = Frame(seed=1, ports=3, inner=0)
+    K = LinkMatrices(names, frame.nodes, frame.link()[2]["stiffness"], rotations=frame.rotations)
+    description = robot_of(*parts).description
+    part = Flexible("hub", K)
+    open_branch = [link("base"), link("platform", 1.0), link("hub"), link("a", 1.0), link("b", 1.0)]
+    open_branch += [joint("m", "revolute", "base", "platform", "0 0 1"), joint("head", "fixed", "platform", "hub")]
+    open_branch += [joint("port_1", "fixed", "hub", "a", "1 0 0"), joint("port_2", "fixed", "hub", "b", "0 1 0")]
+    with pytest.raises(ks.RobotFileError, match="'hub'>: it has three or more interfaces, and is on an open branch"):
+        _ = ks.Robot(replace(robot_of(*open_branch).description, flexible={"hub": part})).topology
+    for other, name in ((0, "its ends 'head' and 'port_2'"), (1, "its interfaces 'port_1' and 'port_2'")):
+        at_one_point = hub_parts(3, ports=3, kinds=("platform",), points=points[[0, 1, other]])[0]
+        with pytest.raises(ks.RobotFileError, match=f"{name} are the same point"):
+            _ = ks.Robot(replace(robot_of(*at_one_point).description, flexible={"hub": part})).topology
+    assert ks.Robot(replace(description, flexible={"hub": part})).topology.beams.keys() >= {"hub", "hub/2"}
