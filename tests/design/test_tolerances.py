@@ -10,7 +10,7 @@ import numpy as np
 import package_robots
 import parametric_machines
 import pytest
-from simple_machines import mount, springs, two_columns
+from simple_machines import bar, joint, link, loop, mount, robot, springs, two_columns
 
 import kinetostatics as ks
 from kinetostatics.design.monte_carlo import NODES, Constants
@@ -204,6 +204,15 @@ def test_constants_as_products_or_sums_are_interpolated_accurately():
         np.testing.assert_allclose([found[1][k], found[2][k], found[3][k]], made(a, b)[1:], rtol=1e-6)
 
 
+@pytest.mark.parametrize(("factor", "product"), [(4.9, True), (5.1, False), (5.9, False)])
+def test_constants_count_as_products_up_to_a_factor_of_five(factor, product):
+    """Products are exact for powers of the factor; sums for polynomials through the nodes."""
+    law = (lambda u: factor**u) if product else (lambda u: 1 + (factor - 1) * u**2)
+    nodes, parts = np.array([[law(u)] for u in NODES]), np.array([[0.3, -0.8]])
+    [found] = Constants(np.array([1.0]), [nodes]).at(parts, [0])
+    np.testing.assert_allclose(found, law(parts[0]), rtol=1e-12)
+
+
 def test_overconstrained_rigid_limbs_are_sampled_robot_by_robot():
     """The twist is affine in the platform's mass, and so are its tolerance and every sample."""
     description = package_robots.robot("2pru_upr").description.without_beam("rod_1").without_beam("rod_2")
@@ -292,6 +301,23 @@ def test_effects_of_assembly_errors_equal_single_analyses():
     assert "ranked by force" in text and "foot_a.error.rx" in text and "temperature" in text
     told = {(item.unit, item.tolerance) for item in usual.parameters.values()}
     assert told == {("m", 1e-4), ("rad", 1e-3), ("K", 1.0)}
+
+
+def test_errors_that_stress_without_moving_the_platform_are_listed():
+    """A rigid locked slide holds the platform; a column with a slide beside it is bent by a shift of its foot, 12 E I δ / L³."""
+    machine = robot(
+        link("base"), link("column"), link("platform", 5.0),
+        joint("slide", "prismatic", "base", "platform", "0 0 0.6", "0 0 1"),
+        joint("foot", "fixed", "base", "column", "0.4 0 0"),
+        loop("head", "prismatic", "column", "platform", "0 0 0.6", "0.4 0 0", "0 0 1"), bar("column", "foot", "head"),
+        '<transmission name="t"><joint name="slide"/></transmission>',
+    )  # fmt: skip
+    found = ks.tolerances(machine.assemble(), samples=2, gravity=STILL)
+    effect, delta = found.effects["foot.error.x"], found.parameters["foot.error.x"].tolerance
+    assert effect.displacement == 0 == effect.rotation
+    inertia = machine.description.beams["column"].section.I_y
+    assert effect.force == pytest.approx(12 * E_MODULUS * inertia * delta / 0.6**3, rel=1e-9)
+    assert "foot.error.z" not in found.effects  # along the slide
 
 
 def test_tool_tip_effects_follow_from_those_of_o():

@@ -1,6 +1,7 @@
 """Choice of a limb's canonical wrenches: common points of its axes, dependent joints, nearly reciprocal wrenches."""
 
 import copy
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,7 +9,7 @@ import package_robots
 import pytest
 
 from kinetostatics.limbs import basis_choice
-from kinetostatics.limbs.basis_choice import evaluate_bases
+from kinetostatics.limbs.basis_choice import choose_basis, evaluate_bases
 from kinetostatics.limbs.statics import _may_be_dependent
 from kinetostatics.limbs.wrench_candidates import common_point
 from kinetostatics.math.screws import unit_twist
@@ -90,6 +91,53 @@ def test_nearly_reciprocal_wrenches_are_corrected_others_replaced(off, closing_e
     if not bad:
         np.testing.assert_allclose(J_c, before, rtol=0, atol=5 * off)
         np.testing.assert_array_equal(J_g, attached)
+
+
+def reciprocal_power(wrenches, twists, scale):
+    """Return the largest power of unit wrenches (6, n, …) on unit twists (6, k, …), both about o."""
+    unit = [array / np.sqrt(np.sum(array**2, axis=0)) for array in (wrenches * scale, twists / scale)]
+    return np.abs(np.einsum("ij...,ik...->jk...", *unit)).max(axis=(0, 1))
+
+
+@pytest.mark.parametrize("off", [1e-9, 1e-3])
+def test_attached_wrenches_are_reciprocal_to_twists_of_the_platform_joint(off):
+    """At one of two poses a twist of the platform joint of one of three limbs is changed; the constraint wrenches stay."""
+    robot = package_robots.robot("3rps")
+    group = robot.statics.groups[0]
+    frames = robot.generic_frames.take(slice(0, 2))
+    geometry = group.geometry(frames, robot.mechanism.platform_pose(frames)[1])
+    scale = np.repeat([group.model.length, 1.0], 3).reshape(6, 1, 1, 1)
+    allowed = geometry.twists[:, group.passive]
+    constraint, before, _ = evaluate_bases(group, geometry, allowed)
+    twists = np.array(geometry.twists)
+    changed = int(np.flatnonzero(group.platform_joint)[0])
+    twists[:, changed, 1, 0] += off * before[:, 0, 1, 0] * scale[:, 0, 0, 0] ** 2
+    J_c, J_g, degenerate = evaluate_bases(group, replace(geometry, twists=twists), allowed)
+    own = twists[:, group.platform_joint]
+    assert reciprocal_power(before, own, scale)[1, 0] > 0.1 * off and not degenerate.any()
+    assert reciprocal_power(J_g, own, scale).max() < 1e-14
+    np.testing.assert_array_equal(J_c, constraint)
+
+
+@pytest.mark.parametrize(("off", "qualifies"), [(1e-9, True), (1e-7, False), (5e-6, False)])
+def test_wrenches_that_are_not_reciprocal_do_not_qualify(off, qualifies):
+    """A hinge of a limb is displaced so that the preferred constraint wrench has the power ``off`` on it; others are chosen."""
+    robot = package_robots.robot("3rps")
+    group = copy.copy(robot.statics.groups[0])
+    frames = robot.generic_frames
+    geometry = group.geometry(frames, robot.mechanism.platform_pose(frames)[1])
+    scale = np.repeat([group.model.length, 1.0], 3).reshape(6, 1, 1, 1)
+    first = evaluate_bases(group, geometry, geometry.twists[:, group.passive])[0][:, 0]
+    twists, hinge = np.array(geometry.twists), int(np.flatnonzero(group.passive)[0])
+    unit = first * scale[:, 0] / np.sqrt(np.sum((first * scale[:, 0]) ** 2, axis=0))
+    size = np.sqrt(np.sum((twists[:, hinge] / scale[:, 0]) ** 2, axis=0))
+    twists[:, hinge] += off * size * unit * scale[:, 0]
+    moved = replace(geometry, twists=twists)
+    preferred, count = group.basis.constraint[0].label, geometry.limb_axes.shape[-1]
+    group.basis = choose_basis(group, moved, count)
+    assert (preferred in [candidate.label for candidate in group.basis.constraint]) == qualifies
+    J_c, _, degenerate = evaluate_bases(group, moved, twists[:, group.passive])
+    assert not degenerate.any() and reciprocal_power(J_c, twists[:, group.passive], scale).max() < 1e-14
 
 
 @pytest.mark.parametrize(("angle", "bad"), [(1.3e-5, True), (1.5e-5, False)])
