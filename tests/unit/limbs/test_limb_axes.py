@@ -3,8 +3,9 @@
 import numpy as np
 import package_robots
 import pytest
-from simple_machines import joint, link, robot, springs
+from simple_machines import joint, link, loop, robot, springs
 
+from kinetostatics.limbs.basis_choice import evaluate_bases
 from kinetostatics.limbs.geometry import _nearest_centres, _orientations
 
 
@@ -89,3 +90,21 @@ def test_limb_y_is_along_a_passive_hinge_rather_than_a_universal_joint():
     [group] = machine.statics.groups
     axes = group.geometry(machine.zero_frames, np.array([[0.0], [0.0], [0.5]])).limb_axes[..., 0, 0]
     np.testing.assert_allclose(np.abs(axes.T @ [0.6, 0.8, 0]), [0, 1, 0], atol=1e-12)
+
+
+def test_force_through_the_inner_ball_of_a_limb_is_parallel_to_its_outer_hinge():
+    """Ball, driven slide, hinge: forces on the platform meet the ball and are normal to, or along, the hinge's axis."""
+    machine = robot(
+        link("base"), link("rod"), link("slider"), link("platform", 1.0),
+        joint("free", "floating", "base", "platform", "0 0 0.5"),
+        joint("head", "continuous", "platform", "slider", axis="0.6 0.8 0"),
+        joint("slide", "prismatic", "slider", "rod", axis="0 0 1"), loop("ball", "spherical", "base", "rod", there="0 0 -0.5"),
+        '<transmission name="t"><joint name="slide"/></transmission>',
+    )  # fmt: skip
+    [group] = machine.statics.groups
+    assert [candidate.label for candidate in group.basis.constraint] == ["force along limb axis at head", "force ∥ head at ball"]
+    geometry = group.geometry(machine.zero_frames, np.array([[0.0], [0.0], [0.5]]))
+    J_c, _, _ = evaluate_bases(group, geometry, geometry.twists[:, group.passive])
+    force, moment_about_o = np.split(J_c[:, 1, 0, 0], 2)
+    np.testing.assert_allclose(np.abs(force), [0.6, 0.8, 0], atol=1e-12)
+    np.testing.assert_allclose(moment_about_o + np.cross([0, 0, 0.5], force), 0, atol=1e-12)
