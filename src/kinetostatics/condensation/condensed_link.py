@@ -71,17 +71,19 @@ class CondensedLink(ShortRepr):
         from matplotlib.figure import Figure
         from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-        figure = Figure(figsize=(6, 6), layout="constrained")
+        figure = Figure(figsize=(6, 6))
         axes = figure.add_subplot(projection="3d", xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
         for number, name in enumerate(("", *self.link.names), -1):
-            colour, corners = f"C{number}" if name else "#c8c8c8", 1000 * self.points[self.triangles[self.owner == number]]
-            axes.add_collection3d(Poly3DCollection(corners, facecolors=colour, edgecolors="#404040", linewidth=0.15))
+            colour, corners = f"C{number}" if name else "#c8c8c840", 1000 * self.points[self.triangles[self.owner == number]]
+            edge = colour if name else "#40404060"
+            axes.add_collection3d(Poly3DCollection(corners, facecolors=colour, edgecolors=edge, linewidth=0.15))
             if name:
-                axes.text(*(1000 * self.link.origins[number]), name, fontweight="bold", zorder=9)
+                axes.text(*(1000 * self.link.origins[number]), f"   {name}", color=colour, fontweight="bold", zorder=9)
         low, high = 1000 * self.points.min(0), 1000 * self.points.max(0)
         axes.set(**{f"{axis}lim": (low[k], high[k]) for k, axis in enumerate("xyz")}, aspect="equal")
+        axes.locator_params(nbins=4)
         with replacing(path) as partial:
-            figure.savefig(partial, dpi=200, format=Path(path).suffix[1:])
+            figure.savefig(partial, dpi=200, bbox_inches="tight", format=Path(path).suffix[1:])
 
 
 def condense(

@@ -74,7 +74,7 @@ class ModeShapes:
         found = {name: _energy(self._local(part), part.matrix[:, None]) for name, part in self.pairs.model.springs.items()}
         for name, item in self.pairs.model.beams.items():
             K = item.piece.pencil(self._finite)[0]
-            found[f"beam {name}"] = found.get(f"beam {name}", 0.0) + self._energy_of(name, K)
+            found[self._label(name)] = found.get(self._label(name), 0.0) + self._energy_of(name, K)
         return _shares(found)
 
     @cached_property
@@ -82,8 +82,11 @@ class ModeShapes:
         """Shares (N, m) of the kinetic energy, by name of the beam, link or payload."""
         found = {name: _energy(self._local(part), part.matrix[:, None]) for name, part in self.pairs.model.masses.items()}
         for name, item in self.pairs.model.beams.items():
-            found[f"beam {name}"] = self._energy_of(name, item.piece.pencil(self._finite)[1])
+            found[self._label(name)] = self._energy_of(name, item.piece.pencil(self._finite)[1])
         return _shares(found)
+
+    def _label(self, name: str) -> str:
+        return f"beam {name}" if name in self.motions.structure.model.beams else f"flexible {name}"
 
     def _energy_of(self, name: str, matrix: Array) -> Array:
         """Return u · A u (N, m), summed over a beam's pieces, with the matrix A of a piece and the motions u of its ends."""
