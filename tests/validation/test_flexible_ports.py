@@ -11,7 +11,7 @@ from simple_machines import joint, link, springs
 from simple_machines import robot as robot_of
 
 import kinetostatics as ks
-from kinetostatics.description import Flexible, LinkMatrices
+from kinetostatics.description import Flexible, Joint, Link, LinkMatrices
 from kinetostatics.description.elements import Inertia
 from kinetostatics.math.rotations import skew
 
@@ -126,6 +126,48 @@ def test_internal_coordinates_of_a_frame():
         frequencies.append(ks.modes(ks.Robot(description).assemble(), 25).frequencies)
     assert np.all(np.isfinite(frequencies))
     _alike(*frequencies)
+
+
+def _with_plate(robot):
+    """Return a robot whose platform is a plate of springs below a rigid link at o, and the plate's matrices."""
+    description = robot.description
+    plate, body = description.platform, robot.mechanism.body_of[description.platform][1]
+    free = [name for name, part in description.joints.items() if part.type == "floating"]
+    names = [part.name for part in robot.mechanism.at_link[plate] if part.name not in free]
+    frame = Frame(seed=4, ports=len(names) + 1, inner=0)
+    at = [body[:3, :3].T @ (robot.mechanism.connections[name].centre_on(plate) - body[:3, 3]) for name in names]
+    stiffness = np.zeros((6 * len(names) + 6,) * 2)
+    for k, point in enumerate(at):  # springs between o and each joint, and from joint to joint
+        for first, second in ((k, len(at)), (k, (k + 1) % len(at))):
+            ends = np.zeros((6, len(stiffness)))
+            shift = point - (np.zeros(3) if second == len(at) else at[second])
+            ends[:, 6 * first : 6 * first + 6] = np.eye(6)
+            ends[:, 6 * second : 6 * second + 6] = -np.block([[np.eye(3), -skew(shift)], [np.zeros((3, 3)), np.eye(3)]])
+            stiffness += 1e-3 * ends.T @ frame.K[:6, :6] @ ends
+    matrices = LinkMatrices((*names, "tip"), [*at, np.zeros(3)], stiffness)
+    joints = {name: replace(part, child="o") if part.child == plate else part for name, part in description.joints.items()}
+    part = Flexible(plate, matrices)
+    links, joints = {**description.links, "o": Link("o")}, {**joints, "tip": Joint("tip", "fixed", "o", plate)}
+    return ks.Robot(replace(description, links=links, joints=joints, platform="o", flexible={plate: part})), matrices
+
+
+@pytest.mark.parametrize("name", ["3rps", "linear_delta"])
+def test_elastic_platform(name):
+    """C = C_rigid + Jᵀ F J: J are the wrenches at the plate's joints per unit load, F its flexibility with o held."""
+    rigid = ks.load_robot(name)
+    soft, matrices = _with_plate(rigid)
+    pose = rigid.assemble()
+    unit = ks.analyze(pose, load=np.eye(6), gravity=(0, 0, 0))
+    R, wrenches = pose.frame("platform")[:3, :3], []
+    for joint_name in matrices.names[:-1]:
+        wrench = unit.joint_wrenches[joint_name]
+        wrenches += [wrench[:, :3] @ R, wrench[:, 3:] @ R]
+    J = np.concatenate(wrenches, axis=1).T
+    expected = unit.compliance[0] + J.T @ matrices.flexibility("tip") @ J
+    found = ks.analyze(soft.assemble(), load=LOAD, gravity=(0, 0, 0)).compliance
+    assert np.abs(found - unit.compliance[0]).max() > 1e-3 * np.abs(found).max()
+    _alike(found, expected)
+    assert [limb.name for limb in soft.topology.limbs] == ["limb_1"]
 
 
 def test_what_is_refused():
