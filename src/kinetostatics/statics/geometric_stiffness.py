@@ -30,6 +30,9 @@ from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.turning_parts import PLATFORM, Block, Fixed, Passage, TurningParts, coordinates_of
 
+#: Length of a telescopic beam, relative to the robot's size, below which it counts as this long.
+_SHORT = 1e-6
+
 
 class GeometricStiffness:
     """The displacements u of a robot at N poses, the unit loads conjugate to u, and the geometric stiffness K_g.
@@ -173,6 +176,8 @@ class GeometricStiffness:
         name, S = str(item.edge.beam), len(solution.sources)
         model = self._robot.beams[name]
         length, lever = model.length(self._frames), model.lever(self._frames)
+        if model.telescopic:  # on open branches it may have no length
+            length = np.maximum(length, _SHORT * self._robot.length)
         weight = self._robot.weights.sum([f"beam:{name}"], solution.weights)[:3] * float(weighty)
         number, position = deformation.places[name]
         stack = deformation.beams[number]
