@@ -28,11 +28,9 @@ from kinetostatics.output_files import replacing
 #: Thermal expansion [1/K] of materials known by name.
 EXPANSIONS = {"steel": 12e-6, "aluminium": 23e-6, "titanium": 8.6e-6}
 #: Number of tetrahedra above which no finer mesh is made, and smallest growth of their number that counts as a refinement.
-MOST, GROWTH = 30_000, 1.5
-#: Bound of the change before the last one, relative to that of the last: coarse meshes may change little, and be wrong.
-EARLIER = 4.0
+MOST, GROWTH = 6_000, 1.5
 #: Number of the method: results of others are not taken from the cache.
-METHOD = 1
+METHOD = 2
 
 
 @dataclass(frozen=True, repr=False)
@@ -95,7 +93,7 @@ def condense(
     grip: Literal["rigid", "even"] = "rigid",
     unit: Literal["m", "mm"] | None = None,
 ) -> CondensedLink:
-    """Condense a part to its interfaces, by solid finite elements of second order (extra ``cad``).
+    """Condense a part to its interfaces, by solid finite elements (extra ``cad``).
 
     The result is stored, and used again for the same content of the file and the same arguments.
 
@@ -136,7 +134,7 @@ def condense(
 
 
 def _condensed(part: Part, places: Mapping[str, str], material: Material, within: float, modes: int, grip: str) -> CondensedLink:
-    before, changes, tetrahedra = None, [np.inf], 0.0
+    before, change, tetrahedra = None, np.inf, 0.0
     for level in range(12):
         solid = Solid(part, level, places, material)
         if solid.tetrahedra < GROWTH * tetrahedra:
@@ -144,10 +142,9 @@ def _condensed(part: Part, places: Mapping[str, str], material: Material, within
         tetrahedra = solid.tetrahedra
         stiffness, shapes, solve = solid.gripped(grip)
         compliance = np.linalg.inv(stiffness[6:, 6:])
-        if before is not None:
-            changes.append(_difference(compliance, before))
+        change = change if before is None else _difference(compliance, before)
         before = compliance
-        if tetrahedra > MOST or (changes[-1] <= within and (part.geometry is None or changes[-2] <= EARLIER * within)):
+        if change <= within or tetrahedra > MOST:
             break
     squares, modal = solid.modes(solve, modes) if modes else (np.zeros(0), shapes[:, :0])
     whole, outer = np.hstack([shapes, modal]), len(stiffness)
@@ -158,7 +155,7 @@ def _condensed(part: Part, places: Mapping[str, str], material: Material, within
     other, surface = "even" if grip == "rigid" else "rigid", solid.surface
     both = {grip: compliance, other: np.linalg.inv(solid.gripped(other)[0][6:, 6:])}
     between, shown = _difference(both["even"], both["rigid"]), map(frozen, (surface.points, surface.triangles, solid.owner))
-    return CondensedLink(link, grip, changes[-1], between, solid.tetrahedra, *shown)
+    return CondensedLink(link, grip, change, between, solid.tetrahedra, *shown)
 
 
 def _difference(compliance: NDArray[np.floating], other: NDArray[np.floating]) -> float:

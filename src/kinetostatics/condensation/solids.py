@@ -1,4 +1,4 @@
-"""Solid finite elements of a part, by Netgen and NGSolve: second-order tetrahedra with curved edges.
+"""Solid finite elements of a part, by Netgen and NGSolve: tetrahedra with curved edges.
 
 Displacements are in metres; a *unit* is the length [m] of 1 in the file. An interface has a *grip*: ``rigid``, its points move as
 a rigid body, or ``even``, its motion is the mean over the area, and forces are a traction that is linear over the area. The rigid
@@ -22,6 +22,8 @@ from kinetostatics.math.rotations import skew
 
 #: Objects of Netgen and NGSolve, which have no types.
 Foreign: TypeAlias = Any
+#: Polynomial order of the displacements. With 2, coarse meshes are up to 18 % too stiff in torsion, and refining shows it late.
+ORDER = 3
 #: Size of a part in a file without units above which its unit is the millimetre.
 MILLIMETRES_ABOVE = 5.0
 
@@ -89,7 +91,7 @@ class Solid:
         chosen, origins = zip(*(find_interface(self.surface, *pair) for pair in interfaces.items()), strict=True)
         self.origins, self.owner = np.array(origins), np.where(np.any(chosen, 0), np.argmax(chosen, 0), -1)
 
-        space = ng.VectorH1(mesh, order=2)
+        space = ng.VectorH1(mesh, order=ORDER)
         u, v = space.TnT()
         ratio = material.poisson_ratio or 0.0
         shear = material.youngs_modulus / (2 * (1 + ratio))
