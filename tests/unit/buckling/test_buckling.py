@@ -449,6 +449,40 @@ def test_ratios_above_a_bound_are_those_of_all_poses(name):
     assert not np.any([ratios[:8] for ratios in above.values()])
 
 
+def estimates(spec, load):
+    pose = sr.robot_of(spec).assemble()
+    [solution] = ks.analyze(pose, load, (0, 0, 0)).solutions
+    return estimate(pose.robot.members.structure, solution)
+
+
+def test_estimate_of_a_column_on_springs_has_closed_form():
+    """P L (L / GJ + Σ 1/c + Σ 1/k / L²) under an axial force P, torsion being softer than bending; in proportion to P."""
+    length, linear, angular = 1.5, (1e7, 2e7, 3e7), (4e5, 5e5, 6e5)
+    spec = sr.cantilever(length, (1, 0, 0), section=SECTION, y_axis=(0, 1, 0), density=0.0)
+    root, tip = spec.limbs[0].joints
+    root = replace(root, stiffness=Stiffness(linear=linear, angular=angular))
+    spec = replace(spec, limbs=(replace(spec.limbs[0], joints=(root, tip)),))
+    soft = length / (E / (2 * (1 + NU)) * SECTION.J) + sum(1 / c for c in angular) + sum(1 / k for k in linear) / length**2
+    loads = np.outer([1e3, 2e5], [-1, 0, 0, 0, 0, 0])
+    np.testing.assert_allclose(estimates(spec, loads), np.array([1e3, 2e5]) * length * soft, rtol=1e-9)
+
+
+def test_estimate_does_not_depend_on_the_order_of_limbs():
+    """A portal with most of the load on one column."""
+    spec = sr.with_beams(sr.portal(section=SECTION), density=0.0, y_axis=(0, 1, 0))
+    load = (0, 0, -1e3, 0, 300, 0)
+    swapped = estimates(replace(spec, limbs=spec.limbs[::-1]), load)
+    np.testing.assert_allclose(swapped, estimates(spec, load), rtol=1e-9)
+
+
+@pytest.mark.parametrize(("times", "expected"), [(0.1, 10.0), (1e-10, 1e10), (1e-13, np.inf)])
+def test_load_factors_of_small_loads(times, expected):
+    """In inverse proportion to the load; below a trillionth of the critical load forces count as rounding."""
+    spec = sr.cantilever(1.0, section=SECTION, y_axis=(0, 1, 0), density=0.0, kappa=np.inf)
+    found = pushed(spec, (-times * euler(1.0, 2), 0, 0, 0, 0, 0)).buckling()
+    assert found.load_factors[0] == pytest.approx(expected, rel=1e-5)
+
+
 def test_a_leg_of_a_hexapod_is_one_member():
     robot = package_robots.robot("gough_stewart")
     found = ks.analyze(robot.assemble(), load=(0, 0, -1e5, 0, 0, 0))
