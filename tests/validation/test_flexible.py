@@ -72,6 +72,23 @@ def test_uniform_beam_in_every_result():
         assert max(np.abs(found[key] - expected[key]).max() for key in expected) < 1e-10 * largest, name
 
 
+def test_inertial_loads():
+    """Accelerations load a link as they load the beam; velocities load the rest of the robot so, by the same resultants."""
+    robot = ks.load_robot("linear_delta")
+    poses = [each.assemble() for each in (with_flexible(robot), robot)]
+    accelerations = {"x": 3.0, "y": -2.0, "z": 5.0}
+    for velocities in ({}, {"x": 2.0, "y": 1.0, "z": -1.5}):
+        motion = ks.Motion(velocities=velocities, accelerations=accelerations)
+        found, expected = (ks.analyze(pose, load=LOAD, gravity=GRAVITY, motion=motion) for pose in poses)
+        largest = max(np.abs(force).max() for force in expected.actuator_forces.values())
+        assert all(
+            np.abs(found.actuator_forces[name] - expected.actuator_forces[name]) < 1e-9 * largest for name in poses[1].actuators
+        )
+        tolerance = 1e-3 if velocities else 1e-9
+        assert np.abs(found.twist - expected.twist).max() < tolerance * np.abs(expected.twist).max()
+        assert np.abs(found.contributions["inertia"]).max() > 1e-2 * np.abs(found.twist).max()
+
+
 @pytest.mark.parametrize("modes", [0, 6])
 def test_internal_coordinates_do_not_change_statics(modes):
     thermal = _craig_bampton(modes)

@@ -131,7 +131,8 @@ class _SelfStresses:
         for group in groups_of(loaded.T):
             which = [edge for edge, is_loaded in zip(limb.edges, np.any(loaded[:, group], axis=1), strict=True) if is_loaded]
             joints = tuple(edge.joint for edge in which if edge.joint)
-            constraints.append(Redundancy(len(group), (limb.name,), joints, tuple(edge.beam for edge in which if edge.beam)))
+            beams = dict.fromkeys(self.robot.topology.part_of(edge) for edge in which if edge.beam)
+            constraints.append(Redundancy(len(group), (limb.name,), joints, tuple(beams)))
         return constraints
 
     def between(self) -> list[tuple[int, list[int]]]:

@@ -18,7 +18,7 @@ from kinetostatics.elements.vectors import FixedVectors
 from kinetostatics.layout.mapping import ResultMapping, ShortRepr
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross, dot
-from kinetostatics.math.screws import rotate
+from kinetostatics.math.screws import move_wrench, rotate
 from kinetostatics.mechanism.beam_geometry import BeamSpan
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
@@ -119,7 +119,7 @@ class BeamModel(ShortRepr, ElasticLink):
         frames: Frames,
         acceleration: Callable[[int, Array], Array],
         couple: Callable[[int, Array, Array], Array],
-    ) -> Array:
+    ) -> tuple[Array, tuple[Array, Array]]:
         axes, lever, section = self.world_axes(frames), self.lever(frames), self.section
         density, bodies = self.line_density(self.length(frames)), (self.span.start_body, self.span.end_body)
         if self.telescopic:
@@ -129,7 +129,21 @@ class BeamModel(ShortRepr, ElasticLink):
         for body, point in zip(bodies, self.ends(frames), strict=True):
             force = -density * acceleration(body, point + lever)
             parts += [force, moment + cross(lever, force)]
-        return np.concatenate(parts)
+        load = np.concatenate(parts)
+        return load, self.line_resultants(frames, load)
+
+    def line_resultants(self, frames: Frames, load: Array) -> tuple[Array, Array]:
+        """Return wrenches (6, N) at start and end that replace a load (12, N) along the beam, world axes.
+
+        The load is as of :meth:`inertial_load`. Each wrench is about the end at which it acts. The wrenches are the opposites of
+        the reactions of the beam clamped at both ends.
+        """
+        axes, length = self.world_axes(frames), self.length(frames)
+        local = np.concatenate([rotate(axes, part, back=True) for part in np.split(load, 2)])
+        last = -beam_formulas.clamped_reaction(self.compliances[:, None], length, local)
+        whole = beam_formulas.outboard_wrench(length, local, np.zeros_like(length))
+        first = whole - move_wrench(last, np.outer([1.0, 0.0, 0.0], -length))
+        return rotate(axes, first), rotate(axes, last)
 
     def vibrating(self, frames: Frames) -> Rod:
         length, axes = self.length(frames), self.world_axes(frames).transpose(2, 1, 0)

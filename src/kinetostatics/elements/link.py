@@ -121,8 +121,11 @@ class ElasticLink(Protocol):
         frames: Frames,
         acceleration: Callable[[int, Array], Array],
         couple: Callable[[int, Array, Array], Array],
-    ) -> Array:
-        """Return the inertial load (12, N) along a moving link: force and moment per length at its start, then at its end.
+    ) -> tuple[Array | None, Sequence[Array]]:
+        """Return the inertial load of a moving link, world axes.
+
+        It consists of the load (12, N) along the link, force and moment per length at its start, then at its end (None for links
+        without an inside), and of wrenches (6, N) at start and ends that replace it, each about the end at which it acts.
 
         Args:
             acceleration: returns the acceleration (3, N) [m/s²] of a point (3, N) of a body.

@@ -34,7 +34,7 @@ class LoadedBeams:
             moves it to the contribution of the forces. Else the correction is 0.
         line: (12, S, g, N) linearly varying load, force and moment per length at the base end, then force and moment per length
             at the platform end [N/m, N]; None: zero. ``wrench`` contains its resultant at the platform end, see
-            :func:`kinetostatics.statics.inertia.line_resultants`.
+            :meth:`kinetostatics.elements.beam.BeamModel.line_resultants`.
     """
 
     names: tuple[str, ...]

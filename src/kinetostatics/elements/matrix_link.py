@@ -7,7 +7,7 @@ internal coordinates.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
@@ -22,6 +22,7 @@ from kinetostatics.elements.rods import Numbers
 from kinetostatics.elements.vectors import FixedVectors
 from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.math.arrays import Array, Index
+from kinetostatics.math.linalg import cross
 from kinetostatics.math.screws import move_twist, move_wrench, rotate
 from kinetostatics.mechanism.beam_geometry import BeamSpan
 from kinetostatics.mechanism.limbs import Edge
@@ -41,11 +42,12 @@ class MatrixLink(ShortRepr, ElasticLink):
         inertia: (3, 3) inertia about the centre [kg·m²], in the carrier body.
         flexibility, sag: F (6p, 6p) and S (6p, 3) of its p outer ends, see :mod:`kinetostatics.elements.link`.
         expansion: (6,) twist of the end due to 1 K [m/K, rad/K].
+        inertial: (6p + 6, 6) loads at the ends per unit of an acceleration [a; α] of the centre of mass.
         port: which of the outer ends is the end of ``span``.
         vibration: the link in vibrations.
     """
 
-    NOT_RECORDED: ClassVar = ("inertia", "expansion", "vibration")
+    NOT_RECORDED: ClassVar = ("inertia", "expansion", "inertial", "vibration")
 
     name: str
     span: BeamSpan
@@ -56,6 +58,7 @@ class MatrixLink(ShortRepr, ElasticLink):
     flexibility: Array
     sag: Array
     expansion: Array
+    inertial: Array
     port: int
     vibration: VibratingMatrices
 
@@ -69,6 +72,28 @@ class MatrixLink(ShortRepr, ElasticLink):
 
     def misfit(self, frames: Frames, kind: str) -> Array:
         return rotate(self.world_axes(frames), np.repeat(self.expansion[:, None], frames.position.shape[2], axis=1))
+
+    def inertial_load(
+        self,
+        frames: Frames,
+        acceleration: Callable[[int, Array], Array],
+        couple: Callable[[int, Array, Array], Array],
+    ) -> tuple[None, list[Array]]:
+        """Return None, and the loads at the ends due to the acceleration as a rigid body.
+
+        What depends on the angular velocity acts as on a body that rides on the mean motion of the ends.
+        """
+        body, axes = self.span.carrier, self.world_axes(frames)
+        centre = frames.point(body, self.centre)
+        a = acceleration(body, centre)
+        units = np.broadcast_to(np.eye(3)[:, :, None], (3, 3, centre.shape[1]))
+        alpha = sum(cross(units[k], acceleration(body, centre + units[k]) - a) for k in range(3)) / 2
+        moment = couple(body, frames.rotation[:, :, body], self.inertia)
+        J = np.einsum("ijn,jk,lkn->iln", frames.rotation[:, :, body], self.inertia, frames.rotation[:, :, body])
+        rate_moment = (moment + np.einsum("ijn,jn->in", J, alpha)) / (len(self.inertial) // 6)
+        local = rotate(axes, np.concatenate([a, alpha]), back=True)
+        wrenches = [rotate(axes, wrench) for wrench in np.split(self.inertial @ local, len(self.inertial) // 6)]
+        return None, [np.concatenate([wrench[:3], wrench[3:] + rate_moment]) for wrench in wrenches]
 
     def vibrating(self, frames: Frames) -> VibratingMatrices:
         return self.vibration
@@ -148,9 +173,13 @@ def matrix_links(part: Flexible, mechanism: Mechanism, spans: Mapping[str, BeamS
     S = back @ gravity.displacements_by_gravity(ports[0])[rows] / factor
     expansion = (back @ matrices.displacements_by_heat(ports[0])[rows]).reshape(p, 6)
     vibration = VibratingMatrices(factor * shapes.T @ matrices.stiffness @ shapes, shapes.T @ M @ shapes, matrices.internal)
-    moved_centre, J = R @ centre + origin, R @ inertia @ R.T
+    moved_centre, J, size = R @ centre + origin, R @ inertia @ R.T, 6 * p + 6
+    K = vibration.stiffness
+    static = np.vstack([np.eye(size), -np.linalg.solve(K[size:, size:], K[size:, :size])])
+    rigid = np.linalg.solve(shapes, matrices.motions_about(centre))
+    inertial = -static.T @ vibration.mass @ rigid
     return {
-        name: MatrixLink(name, span, R, moved_centre, mass, J, F, S, expansion[k], k, vibration)
+        name: MatrixLink(name, span, R, moved_centre, mass, J, F, S, expansion[k], inertial, k, vibration)
         for k, (name, span) in enumerate(spans.items())
     }
 

@@ -13,8 +13,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetostatics.elements.beam import BeamModel
-from kinetostatics.elements.beam_formulas import clamped_reaction, outboard_wrench
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross, least_squares
 from kinetostatics.math.screws import move_wrench
@@ -64,7 +62,7 @@ class _InertialLoads:
         self.by_body = np.zeros(twists.shape)  # about the world's origin
         for name in robot.weights.names:
             if name.startswith("beam:"):
-                self._add_beam(name.removeprefix("beam:"))
+                self._add_link(name.removeprefix("beam:"))
             else:
                 body, own = robot.mechanism.body_of[name][0], robot.weights.inertias[name]
                 self._add_mass(name, body, frames.rotation[:, :, body], frames.point(body, own.lever), own.mass, own.inertia)
@@ -88,30 +86,20 @@ class _InertialLoads:
         wrench = np.concatenate([-mass * self._acceleration(body, centre), self._couple(body, R, inertia)])
         self._put(place, body, wrench, centre)
 
-    def _add_beam(self, name: str) -> None:
-        link, frames = self.robot.elastic_links[name], self.frames
-        self.lines[name] = link.inertial_load(frames, self._acceleration, self._couple)
-        bodies, ends = (link.span.start_body, link.span.end_body), link.ends(frames)
-        resultants = line_resultants(self.robot.beams[name], frames, self.lines[name])
-        for place, moved, wrench, point in zip(self.robot.topology.line_ends(name), bodies, resultants, ends, strict=True):
-            self._put(place, moved, wrench, point)
+    def _add_link(self, name: str) -> None:
+        """Add the load of a beam or other elastic link, whose ends are the start of its spans, and the end of each."""
+        links, topology, frames = self.robot.elastic_links, self.robot.topology, self.frames
+        names = [key for key, span in topology.beams.items() if span.beam.name == name]
+        line, wrenches = links[name].inertial_load(frames, self._acceleration, self._couple)
+        if line is not None:
+            self.lines[name] = line
+        start = topology.line_ends(name)[0], links[name].span.start_body, links[name].ends(frames)[0]
+        ends = [start, *((topology.line_ends(key)[1], links[key].span.end_body, links[key].ends(frames)[1]) for key in names)]
+        for wrench, (place, body, point) in zip(wrenches, ends, strict=True):
+            self._put(place, body, wrench, point)
 
     def _put(self, place: str, body: int, wrench: Array, point: Array) -> None:
         """Add a wrench (6, N) about a point (3, N) [m] to the wrenches of a place and of a body."""
         self.by_body[:, body] += move_wrench(wrench, -point)
         self.wrenches[place] = self.wrenches.get(place, 0.0) + move_wrench(wrench, self.o - point)
         self.points.setdefault(place, point)
-
-
-def line_resultants(beam: BeamModel, frames: Frames, load: Array) -> tuple[Array, Array]:
-    """Return wrenches (6, N) at the start and at the end of a beam that replace a load (12, N) along it, world axes.
-
-    Each wrench is about the end at which it acts. The wrenches are the opposites of the reactions of the beam clamped at both
-    ends.
-    """
-    axes, length = beam.world_axes(frames), beam.length(frames)
-    local = np.concatenate([np.einsum("ijn,in->jn", axes, part) for part in np.split(load, 4)])
-    last = -clamped_reaction(beam.compliances[:, None], length, local)
-    first = outboard_wrench(length, local, np.zeros_like(length)) - move_wrench(last, np.outer([1.0, 0.0, 0.0], -length))
-    both = (np.concatenate([np.einsum("ijn,jn->in", axes, part) for part in np.split(item, 2)]) for item in (first, last))
-    return next(both), next(both)

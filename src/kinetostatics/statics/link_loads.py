@@ -40,7 +40,7 @@ class AppliedLoad:
         kind: "load"; "spring": the force of a spring at the pose; "change": geometric stiffness; "unit": a unit load.
         lines: by beam, (12, N) load along the beam: force and moment per length at the start, then force and moment per length at
             the end, world axes [N/m, N]. ``wrenches`` contains its resultants at the beam's ends, see
-            :func:`kinetostatics.statics.inertia.line_resultants`.
+            :meth:`kinetostatics.elements.beam.BeamModel.line_resultants`.
     """
 
     name: str
