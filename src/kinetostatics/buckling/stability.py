@@ -180,6 +180,9 @@ def estimate(structure: SmallMotions, solution: Solution) -> Array:
     hinges, slides = (sum(c for k, c in springs.items() if (k in turning) == turns) for turns in (True, False))
     loads = [item.load for item in solution.applied]
     transmitted = PassageWrenches(model, solution, loads, range(len(solution.sources)), True)
+    centres = model.weights.centres(frames)
+    heavy = [centres[:, w] for w in range(centres.shape[1]) if np.any(solution.weights[:3, w])]
+    acting = [o, *heavy, *(point for load in loads for point in load.points.values())]
     limbs: dict[int, list[Passage]] = {}
     for item in structure.parts.passages:
         limbs.setdefault(item.owner, []).append(item)
@@ -210,6 +213,8 @@ def estimate(structure: SmallMotions, solution: Solution) -> Array:
                 turned = C[3, 3] + C[4, 4] + C[5, 5]
                 outside = outside + 2 * moments * (turned + (C[0, 0] + C[1, 1] + C[2, 2]) / longest**2)
                 outside = outside + force * _size(arm) * turned
+            else:  # the last part carries forces that act at a distance
+                moments = moments + force * np.max([_size(point - o - arm) for point in acting], axis=0)
             inside = np.maximum(inside, (1 + loops) * moments * soft)
     found: Array = inside + outside
     return found

@@ -264,11 +264,13 @@ def test_elastic_actuators_buckle_with_their_followers(foot, times, from_the_top
         assert bool(found.buckles) == (part > 1)
 
 
+@pytest.mark.parametrize("above", [0.0, 0.7])
 @pytest.mark.parametrize("part", [0.99, 1.01])
-def test_rigid_links_on_an_elastic_actuator_buckle_without_beams(part):
-    """A column of 0.7 m on a spring, k = P l."""
+def test_rigid_links_on_an_elastic_actuator_buckle_without_beams(part, above):
+    """A column of 0.7 m on a spring, k = P l, under a force on its head or above it."""
     robot = ks.Robot(replace(column_on_an_actuator("continuous", 1e-9, False).description, beams={}))
-    found = ks.analyze(robot.assemble(), load=(0, 0, -part * 1e3 / 0.7, 0, 0, 0), gravity=(0, 0, 0))
+    load = ks.LinkLoad((0, 0, -part * 1e3 / (0.7 + above), 0, 0, 0), (0, 0, above))
+    found = ks.analyze(robot.assemble(), load=(0, 0, 0, 0, 0, 0), loads={"top": load}, gravity=(0, 0, 0))
     assert found.buckling().load_factors[0] == pytest.approx(1 / part, rel=1e-8)
     assert bool(found.buckles) == (part > 1)
     assert ("the forces exceed the buckling load of the robot: no result applies" in found.warnings) == (part > 1)
