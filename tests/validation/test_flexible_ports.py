@@ -69,6 +69,29 @@ def test_functions_and_sensitivities():
     _alike(sensitivity.derivatives["twist"], (twists[0] - twists[1]) / (2 * step), 1e-6)
 
 
+@pytest.mark.parametrize("seed", [1, 5, 8])
+def test_heat(seed):
+    """A link that expands evenly is loaded by its stiffness times the free expansion, as all beams of its frame are."""
+    machine, alpha = hub_robot(seed)[0], 1.2e-5
+    hubs = [name for name in machine.beams if name.startswith("hub")]
+    description = machine.description
+    for name in hubs:
+        description = description.changed(name, thermal_expansion=alpha)
+    robot = with_flexible(machine, hubs, seed)
+    part = robot.description.flexible["hub_0"]
+    free = np.zeros(len(part.matrices.stiffness))
+    for k, axes in enumerate(part.matrices.rotations):
+        joint_at = machine.mechanism.connections[part.matrices.names[k]].centre_on("hub")
+        free[6 * k : 6 * k + 3] = axes.T @ (alpha * (joint_at - machine.mechanism.body_of["hub"][1][:3, 3]))
+    heated = replace(part.matrices, thermal=part.matrices.stiffness @ free)
+    robot = ks.Robot(robot.description.changed("hub_0", matrices=heated))
+    found = ks.analyze(robot.assemble(), assembly_errors={"hub_0": {"temperature": 25.0}})
+    expected = ks.analyze(ks.Robot(description).assemble(), assembly_errors={name: {"temperature": 25.0} for name in hubs})
+    _alike(found.twist, expected.twist)
+    _alike(found.joint_wrenches, expected.joint_wrenches)
+    assert "hub_0.error.temperature" in str(ks.tolerances(robot.assemble(), {"hub_0.error.temperature": 5.0}).report())
+
+
 LINEAR, ANGULAR = (4e6, 3e6, 9e6), (8e3, 5e3, 2e4)
 
 
