@@ -42,7 +42,7 @@ def _result(robot, assembly_errors=None):
         return str(error)
 
 
-@pytest.mark.few(12)
+@pytest.mark.few(6)
 @pytest.mark.parametrize("which", ROBOTS)
 @pytest.mark.parametrize("with_links", [with_matrix_links, with_flexible])
 def test_statics(which, with_links):

@@ -172,7 +172,7 @@ WRONG = st.sampled_from(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.data())
 def test_what_is_accepted_is_read_back_equal(data: st.DataObject) -> None:
     """Robots with a random value in a random field: refused by one sentence, or written to a file that the reader accepts."""
