@@ -8,6 +8,7 @@ import pytest
 from kinetostatics.description import JointStiffness
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.verification.frame import joint_axes, joint_springs, releases
+from kinetostatics.verification.frame_model import _sizes
 
 FRAME = np.eye(4)
 FRAME[:3, :3] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
@@ -76,3 +77,13 @@ def test_springs_about_one_axis_of_a_universal_joint_leave_the_other_free():
         assert loose.tolist() == [False] * 3 + [True, False, False]
         np.testing.assert_allclose(axes[:, 0], left, atol=1e-15)
     assert not releases(joint, JointStiffness("j", None, (9.0, 9.0, 0.0)))[1].any()
+
+
+@pytest.mark.parametrize(("platform", "expected"), [(1, 0.3), (0, np.sqrt(25.04)), (2, np.sqrt(25.04))])
+def test_length_is_the_mean_distance_of_what_holds_the_platform(platform, expected):
+    """From o: 0.2 and 0.4; the size of the frame where nothing holds the platform, or only at o."""
+    o, beside, below = np.array([[0.0, 0.0, 4.0], [0.0, 0.2, 4.0], [0.0, 0.0, 3.6]])
+    beam = SimpleNamespace(pieces=(3, 1), points=(np.array([3.0, 0, 0]), beside))
+    joints = [SimpleNamespace(pieces=(3, 1), point=below), SimpleNamespace(pieces=(3, 0), point=o)]
+    size, length = _sizes(o, platform, np.zeros((1, 3)), [beam], joints)
+    assert (size, length) == pytest.approx((np.sqrt(3.0**2 + 0.2**2 + 4.0**2), expected))
