@@ -12,6 +12,7 @@ from places import ROBOTS, ROOT
 import kinetostatics as ks
 from kinetostatics.design.problem import Evaluation
 from kinetostatics.design.variables import read_variables
+from kinetostatics.load_case import LoadCase
 
 E, RHO = parametric_machines.E, parametric_machines.RHO
 STILL = {"gravity": (0, 0, 0)}
@@ -299,7 +300,7 @@ def test_lengths_in_millimetres_cause_a_warning(cantilever):
 
     def prepared(vary, subject_to=(), robot=cantilever):
         links = {"platform_link": None, "base_link": None}
-        return prepare(robot, vary, "mass", subject_to, (None, None), None, None, links, 1, None, 1e-10, STILL)
+        return prepare(robot, vary, "mass", subject_to, (None, None), None, None, links, 1, None, 1e-10, LoadCase(**STILL))
 
     with pytest.warns(UserWarning, match=r"diameter from 10 m is 250 times the file's own 0\.04 m: .* write 0\.01 for 10 mm"):
         prepared({"diameter": "10:40"})

@@ -23,6 +23,7 @@ from hypothesis import strategies as st
 from places import ROOT
 
 import kinetostatics as ks
+from kinetostatics.load_case import LoadCase
 from kinetostatics.verification.frame_model import build
 
 COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "2"))
@@ -88,7 +89,7 @@ def test_every_part_of_a_stiff_robot_is_in_equilibrium(name):
     """Forces of joints, beams, springs, weights and loads on each part add up to zero."""
     at = sprung_robots.bundled(name, 2, rigid=False, stiffer=1e8)
     result, gravity = ks.analyze(at, LOAD), np.array([0, 0, -9.81])
-    model = build(at, np.array(LOAD), gravity)
+    model = build(at, LoadCase(LOAD, gravity))
     left = model.loads.copy()
 
     def put(piece, wrench, point):

@@ -221,7 +221,7 @@ class Members:
 
     def _split(self, poses: Index) -> list[Index]:
         coordinates = sum(coordinates_of(self.structure.parts).sizes.values()) + INNER * len(self.structure.beams)
-        return np.array_split(poses, max(-(-len(poses) * coordinates**2 // _CHUNK), 1)) if len(poses) else []
+        return np.array_split(poses, min(-(-len(poses) * coordinates**2 // _CHUNK) or 1, len(poses))) if len(poses) else []
 
     def modes(self, solution: Solution, poses: Index, count: int) -> Iterator[BucklingModes]:
         """Yield the ``count`` modes with the largest ratios 1/λ at the given poses, in chunks of poses."""

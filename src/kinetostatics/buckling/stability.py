@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from kinetostatics.description.stiffness_matrix import is_coupled
 from kinetostatics.elements.beam import BeamModel
 from kinetostatics.elements.beam_formulas import end_displacement
 from kinetostatics.elements.turned_forces import INNER
@@ -171,12 +172,15 @@ def estimate(structure: SmallMotions, solution: Solution) -> Array:
     if len(model.elastic_links) > len(model.beams):  # how far other links turn is not known
         return np.full_like(C[0, 0], np.inf)
     turning = structure.turning
+    # a force and a moment deform a joint that couples them at most twice as much as if it did not
+    coupled = {k for joint in structure.joints if is_coupled(structure.stiffness_of(joint)) for k in joint.columns}
     springs = {
-        k: model.length ** (2 * (k in turning)) / item.stiffness
+        k: (1 + (k in coupled)) * model.length ** (2 * (k in turning)) / item.stiffness
         for k, item in enumerate(structure.freedoms)
         if item is not None and item.stiffness
     }
     springs.update({item.column: item.times**2 * springs[item.master] for item in structure.followers})
+    sheared = {k in turning for k in springs} == {True, False}  # a force does work on a turn and a shift across it
     hinges, slides = (sum(c for k, c in springs.items() if (k in turning) == turns) for turns in (True, False))
     loads = [item.load for item in solution.applied]
     transmitted = PassageWrenches(model, solution, loads, range(len(solution.sources)), True)
@@ -189,11 +193,12 @@ def estimate(structure: SmallMotions, solution: Solution) -> Array:
     inside, outside, none = np.zeros_like(C[0, 0]), np.zeros_like(C[0, 0]), np.zeros_like(C[0, 0])
     loops = len(limbs) > 1 or not all(model.topology.all_limbs[number].is_serial for number in limbs)
     for passages in limbs.values():
-        moments, soft, longest, before = none, none + hinges / model.length**2, none, None
+        moments, soft, longest, before, strongest = none, none + hinges / model.length**2, none, None, none
         for item in passages:
             arm = frames.point(item.centre.body, item.centre.vector) - o
             wrench = move_wrench(transmitted.on_outer_side(item), arm)
             force, start = _size(wrench[:3]), arm
+            strongest = np.maximum(strongest, force)
             if item.inner != item.outer:
                 moments = moments + _size(wrench[3:])
             if item.edge.beam is not None:
@@ -209,12 +214,17 @@ def estimate(structure: SmallMotions, solution: Solution) -> Array:
         longest = longest if any(item.edge.beam for item in passages) else none + model.length
         with np.errstate(divide="ignore", invalid="ignore"):  # the length of a telescopic beam may be zero
             soft = soft + slides / longest**2
+            if sheared:  # the work is at most the force times the root of both compliances, and that at most half their sum
+                moments = moments + strongest * longest / 2
             if loops:
                 turned = C[3, 3] + C[4, 4] + C[5, 5]
                 outside = outside + 2 * moments * (turned + (C[0, 0] + C[1, 1] + C[2, 2]) / longest**2)
                 outside = outside + force * _size(arm) * turned
             else:  # the last part carries forces that act at a distance
-                moments = moments + force * np.max([_size(point - o - arm) for point in acting], axis=0)
+                farthest = none
+                for point in acting:
+                    farthest = np.maximum(farthest, _size(point - o - arm))
+                moments = moments + force * farthest
             inside = np.maximum(inside, (1 + loops) * moments * soft)
     found: Array = inside + outside
     return found

@@ -12,6 +12,7 @@ from kinetostatics.checks.local_freedoms import LocalFreedom
 from kinetostatics.checks.redundancy import Redundancy
 from kinetostatics.description.elements import Spring
 from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.description.stiffness_matrix import is_coupled
 from kinetostatics.elements.beam import BeamModel
 from kinetostatics.elements.link import ElasticLink
 from kinetostatics.limbs.geometry import Basis
@@ -95,13 +96,14 @@ class FlexibleFacts:
 
 @dataclass
 class ElasticJointFacts:
-    """An elastic joint: stiffnesses along [N/m] and about [N·m/rad] the axes of its frame; infinite ones are rigid."""
+    """An elastic joint: stiffnesses along [N/m] and about [N·m/rad] the axes of its frame; inverse compliances if ``coupled``."""
 
     joint: str
     kind: str
     linear: tuple[float, ...]
     angular: tuple[float, ...]
     drive: float | None
+    coupled: bool = False
 
 
 @dataclass
@@ -282,7 +284,8 @@ def elastic_joints(robot: Robot) -> list[ElasticJointFacts]:
         if springs or drive is not None:
             compliance = springs[0].compliance if springs else np.zeros((6, 6))
             kind = robot.mechanism.connections[name].type.name
-            facts.append(ElasticJointFacts(name, kind, _stiffnesses(compliance[:3, :3]), _stiffnesses(compliance[3:, 3:]), drive))
+            linear, angular = (_stiffnesses(compliance[rows, rows]) for rows in (slice(3), slice(3, 6)))
+            facts.append(ElasticJointFacts(name, kind, linear, angular, drive, is_coupled(compliance)))
     return facts
 
 

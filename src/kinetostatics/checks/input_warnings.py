@@ -37,6 +37,8 @@ SIZES = (1e-3, 100.0)
 #: Largest plausible displacement of an elastic joint under the robot's weight [m, rad]; largest plausible stiffness [N/m,
 #: N·m/rad].
 GIVES, RIGID = (0.01, 0.2), 1e12
+#: Radius of a joint with a stiffness matrix, by the robot's length, above which the units of its entries are doubted.
+LEVER = 3
 
 
 def warnings_of_file(robot: Robot, facts: RobotFacts) -> list[str]:
@@ -328,6 +330,15 @@ def _elastic_joints(robot: Robot, facts: RobotFacts) -> Iterable[str]:
                 yield (
                     f"{words} is {value:.3g} {unit}: the robot's own weight of {weight:.4g} N{lever} would move it by {gives}; "
                     f"stiffnesses are in {unit}"
+                )
+        along, about = ([value for value in values if not isinf(value)] for values in (joint.linear, joint.angular))
+        if robot.description.joint_stiffness[joint.joint].matrix and along and about:
+            radius = float(np.sqrt(min(about) / max(along)))
+            if radius > LEVER * robot.length:
+                at = f"as at a radius of {quantity(radius, LENGTHS, digits=3)}"
+                yield (
+                    f"the matrix of {joint.joint} has {max(along):.3g} N/m in Fx Fy Fz and {min(about):.3g} N·m/rad in Mx My Mz, "
+                    f"{at}; in N/mm and N·mm/rad, each is wrong by a factor of 1e3"
                 )
 
 

@@ -78,7 +78,7 @@ IMPORT_LINK = Command(
     required=("path", "interfaces", "out"),
     usage="FILE --interface NAME=NODES … --out FILE [options]",
     examples="""
-import-link arm.mtx --interface shoulder=BORE o=FLANGE --unit mm --out arm.npz
+import-link arm.mtx --interface shoulder=BORE wrist=FLANGE --unit mm --out arm.npz
 import-link arm_mat_K.CSV --interface shoulder=697783 elbow=697784 --out arm.npz
 import-link arm.mat --interface shoulder=1 elbow=2 --out arm.npz
 """,
@@ -116,7 +116,7 @@ CONDENSE = Command(
     required=("path", "interfaces", "out"),
     usage="FILE --interface NAME=PLACE … --out FILE [options]",
     examples="""
-condense arm.step --interface shoulder="cylinder d=20mm near 0 0 0" o="face near 0 0 400mm" --material steel --out arm.npz
+condense arm.step --interface shoulder="cylinder d=20mm near 0 0 0" wrist="face near 0 0 400mm" --material steel --out arm.npz
 condense bracket.stl --interface a="sphere r=15mm at 0 0 0" b="face near 0.2 0 0" --within 3% --picture it.png --out it.npz
 """,
 )

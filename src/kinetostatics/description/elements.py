@@ -32,6 +32,7 @@ from kinetostatics.description.fields import (
     Stiffnesses,
     Text,
 )
+from kinetostatics.description.stiffness_matrix import StiffnessMatrix
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.sections.kinds import Section
@@ -137,6 +138,9 @@ class JointStiffness(CheckedPart):
             and infinity mean no spring. None: rigid, without springs.
         angular: rotational stiffness [N·m/rad] about these axes; infinity, zero and None mean the same as for ``linear``.
         drive: stiffness [N/m, N·m/rad] of a driven joint's actuator along the joint's coordinate; None or infinity: rigid.
+        matrix: instead of ``linear`` and ``angular``, a symmetric (6, 6) matrix about the origin of this frame, order Fx Fy Fz Mx
+            My Mz, whose diagonal has the same meaning; kept as the 21 numbers of its upper triangle, row by row.
+        file: the file from which the matrix is; empty for a matrix given directly.
         place: file and line of the element.
     """
 
@@ -144,6 +148,8 @@ class JointStiffness(CheckedPart):
     linear: Stiffnesses | None = None
     angular: Stiffnesses | None = None
     drive: PositiveOrInf | None = None
+    matrix: StiffnessMatrix | None = None
+    file: str = field(default="", compare=False, kw_only=True)
     place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
 
     @property

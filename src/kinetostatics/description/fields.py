@@ -218,7 +218,7 @@ def check_fields(part: object, place: Place, label: str, path: str = "") -> dict
             try:
                 new = kind.check(value)
             except ArgumentError as error:
-                raise place.error(f"{path}{name}={value!r} of {label} {error}") from None
+                raise place.error(f"{path}{name}={shown(value)} of {label} {error}") from None
         elif not isinstance(value, kind):
             raise place.error(f"{path}{name}={value!r} of {label} is not of the type {kind.__name__}")
         else:
@@ -227,6 +227,11 @@ def check_fields(part: object, place: Place, label: str, path: str = "") -> dict
         if new is not value:
             changed[name] = new
     return changed
+
+
+def shown(value: Keyword) -> str:
+    text = repr(value)
+    return text if len(text) <= 120 else f"{text[:60]}…{text[-1]}"
 
 
 class CheckedPart(ShortRepr):

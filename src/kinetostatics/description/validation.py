@@ -13,10 +13,11 @@ from dataclasses import replace
 from typing import Protocol
 
 from kinetostatics.description.elements import Beam, BeamEnd, ElasticPart, JointStiffness, Link, Spring, check_section
-from kinetostatics.description.fields import Place, Vector
+from kinetostatics.description.fields import Place
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.description.joints import NO_LIMITS, SINGLE, Joint, Loop
 from kinetostatics.description.robot_description import TABLES, RobotDescription, by_name
+from kinetostatics.description.stiffness_matrix import full_matrix
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tube
 
@@ -351,35 +352,36 @@ def _stiffness(stiffness: JointStiffness, connections: Mapping[str, Joint | Loop
     check_reference(stiffness.place, stiffness.label, "joint", stiffness.joint, connections)
     joint = connections[stiffness.joint]
     locked = stiffness.joint in driven or (isinstance(joint, Joint) and joint.mimic is not None)
-    for group in ("linear", "angular"):
-        values = getattr(stiffness, group)
+    groups: dict[str, Sequence[float] | None] = {"linear": stiffness.linear, "angular": stiffness.angular}
+    if stiffness.matrix is not None:
+        if any(groups.values()):
+            raise stiffness.place.error(f"{stiffness.label} has a matrix and also linear or angular; give either")
+        diagonal = full_matrix(stiffness.matrix).diagonal().tolist()
+        groups = {"linear": diagonal[:3], "angular": diagonal[3:]}
+    for group, values in groups.items():
         if values is not None and all(map(math.isinf, values)):
             stiffness = replace(stiffness, linear=None) if group == "linear" else replace(stiffness, angular=None)
         elif values is not None:
             _check_group(stiffness, group, values, joint, locked)
     if stiffness.drive is not None and stiffness.joint not in driven:
-        raise stiffness.place.error(
-            f"{stiffness.label} has the attribute drive, but {stiffness.joint!r} is not driven; name it in a "
-            "<transmission>, or drop drive"
-        )
+        reason = f"{stiffness.label} has the attribute drive, but {stiffness.joint!r} is not driven"
+        raise stiffness.place.error(f"{reason}; name it in a <transmission>, or drop drive")
     return stiffness
 
 
-def _check_group(stiffness: JointStiffness, group: str, values: Vector, joint: Joint | Loop, locked: bool) -> None:
+def _check_group(stiffness: JointStiffness, group: str, values: Sequence[float], joint: Joint | Loop, locked: bool) -> None:
     """Check the three linear or angular stiffnesses of a joint, which may be zero along the joint's freedoms only.
 
     If a direction of motion is not an axis of the joint's frame, all three values must be finite and positive.
     """
-    kind, label = joint.of_type, stiffness.label
+    kind, what = joint.of_type, f"{group}{' diagonal of the matrix' * (stiffness.matrix is not None)} of {stiffness.label}"
     axes = kind.slides if group == "linear" else kind.turns
     free = 0 if locked else axes.count
     if free == 3 or (free and all(0 < value < math.inf for value in values)):
         return
     if free and axes is Axes.BOTH:
-        raise stiffness.place.error(
-            f"angular of {label} must be three finite numbers greater than zero, or be left out, because a {joint.type} "
-            "joint's axes are not those of one frame"
-        )
+        right = "three finite numbers greater than zero" + ", or be left out" * (stiffness.matrix is None)
+        raise stiffness.place.error(f"{what} must be {right}, because a {joint.type} joint's axes are not those of one frame")
     constrained, where = {0, 1, 2}, {"linear": "along", "angular": "about"}
     if free:
         beside = [math.hypot(*(value for k, value in enumerate(joint.axis) if k != index)) for index in range(3)]
@@ -387,14 +389,12 @@ def _check_group(stiffness: JointStiffness, group: str, values: Vector, joint: J
         if along is None:
             motion = "slides along" if group == "linear" else "turns about"
             raise stiffness.place.error(
-                f"{joint.name!r} {motion} an axis that is none of its frame's axes, so that {group} of {label} mixes "
+                f"{joint.name!r} {motion} an axis that is none of its frame's axes, so that {what} mixes "
                 "free and constrained directions: turn the joint's frame (<origin rpy>) so that its axis is one of the frame's "
                 "axes, or give three finite numbers greater than zero"
             )
         constrained = {along} if free == 2 else constrained - {along}  # a planar joint constrains its normal direction
     for index in sorted(constrained):
         if values[index] == 0:
-            raise stiffness.place.error(
-                f"{group} of {label} is 0 {where[group]} {'xyz'[index]}, which {joint.name!r} constrains; give a number "
-                "greater than zero, or inf for rigid"
-            )
+            reason = f"{what} is 0 {where[group]} {'xyz'[index]}, which {joint.name!r} constrains"
+            raise stiffness.place.error(f"{reason}; give a number greater than zero, or inf for rigid")

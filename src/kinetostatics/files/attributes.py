@@ -14,7 +14,7 @@ from functools import cached_property
 
 from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import Material, Origin
-from kinetostatics.description.fields import IN_PYTHON, NAME, TEXT, Kind, kinds
+from kinetostatics.description.fields import IN_PYTHON, NAME, TEXT, Kind, kinds, shown
 from kinetostatics.description.joints import Cone, Mimic
 from kinetostatics.description.validation import check_reference
 from kinetostatics.exceptions import ArgumentError, near_names
@@ -53,13 +53,13 @@ def value_of(element: XmlElement, name: str, kind: Kind) -> Keyword:
         raise element.error(f"{element.label} lacks the attribute {name!r}")
     try:
         if kind.form == "numbers":
-            return kind.check(tuple(_number(word, is_part=True) for word in _SPACES.split(given.strip(_SPACE)) if word))
-        return kind.check(given if kind.form == "text" else _number(given.strip(_SPACE)))
+            return kind.check(tuple(number_of(word, is_part=True) for word in _SPACES.split(given.strip(_SPACE)) if word))
+        return kind.check(given if kind.form == "text" else number_of(given.strip(_SPACE)))
     except ArgumentError as error:
-        raise element.error(f"{name}={given!r} of {element.label} {error}") from None
+        raise element.error(f"{name}={shown(given)} of {element.label} {error}") from None
 
 
-def _number(word: str, is_part: bool = False) -> float:
+def number_of(word: str, is_part: bool = False) -> float:
     if _NUMBER.fullmatch(word) or word == "inf":
         return float(word)
     if _NOT_FINITE.fullmatch(word):

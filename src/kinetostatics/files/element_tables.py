@@ -233,11 +233,13 @@ COUNTERWEIGHT = ElementTable(
     },
 )
 JOINT_STIFFNESS = ElementTable(
-    "joint_stiffness", {"": tuple(row(JointStiffness, name) for name in ("joint", "linear", "angular", "drive"))}
+    "joint_stiffness",
+    {"": (*(row(JointStiffness, name) for name in ("joint", "linear", "angular", "drive", "matrix")), Row("file", TEXT, None))},
 )
 
 
 def write_stiffness(stiffness: JointStiffness) -> XmlElement:
-    """Return a ``<joint_stiffness>``; infinite linear stiffnesses are written if it has none at all."""
-    rigid = stiffness.linear is None and stiffness.angular is None and stiffness.drive is None
-    return JOINT_STIFFNESS.write(stiffness, given={"linear": (math.inf,) * 3} if rigid else None)
+    """Return a ``<joint_stiffness>`` with its matrix; infinite linear stiffnesses are written if it has none at all."""
+    kinds = (stiffness.linear, stiffness.angular, stiffness.drive, stiffness.matrix)
+    rigid = {} if any(kinds) else {"linear": (math.inf,) * 3}
+    return JOINT_STIFFNESS.write(stiffness, given={"file": None, **rigid})

@@ -158,7 +158,7 @@ def describe(
             base,
             loops,
             read_beams(root, {**joints, **loops}),
-            read_joint_stiffness(root),
+            read_joint_stiffness(root, os.path.dirname(path)),
             driven,
             tuple(root.attributes.items()),
             extra_of_robot(root, ("link", "joint", *ROBOT_LEVEL)),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Collection, Mapping
 
 from kinetostatics.arguments import Keyword
@@ -9,8 +11,10 @@ from kinetostatics.description.elements import Beam, BeamEnd, JointStiffness, Li
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.description.joints import Joint, Loop
 from kinetostatics.description.robot_description import by_name
+from kinetostatics.description.stiffness_matrix import MATRIX
 from kinetostatics.description.validation import check_pairs, valid_driven
-from kinetostatics.files.attributes import reference, text
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.files.attributes import number_of, reference, text
 from kinetostatics.files.element_tables import BEAM, COUNTERWEIGHT, JOINT_STIFFNESS, LOOP, SPRING, limits, read_section
 from kinetostatics.files.xml import XmlElement
 
@@ -100,14 +104,38 @@ def read_driven(root: XmlElement, joints: Mapping[str, Joint], loops: Mapping[st
     return valid_driven(transmissions, joints, loops, warnings)
 
 
-def read_joint_stiffness(root: XmlElement) -> dict[str, JointStiffness]:
+def read_joint_stiffness(root: XmlElement, folder: str) -> dict[str, JointStiffness]:
+    """Return the stiffnesses of joints, by joint; ``folder`` is that of the robot file."""
     result: dict[str, JointStiffness] = {}
     for element in root.named("joint_stiffness"):
-        stiffness = JointStiffness(**JOINT_STIFFNESS.read(element), place=element.place)
+        values = JOINT_STIFFNESS.read(element)
+        if values["file"] and values["matrix"]:
+            raise element.error(f"{element.label} has a matrix and a file; give either")
+        values["file"] = os.path.join(folder, values["file"]) if values["file"] else ""
+        if values["file"]:
+            values["matrix"] = _read_matrix(element, values["file"])
+        stiffness = JointStiffness(**values, place=element.place)
         joint = stiffness.joint
         if joint in result:
             raise element.error(f"the joint {joint!r} has a <joint_stiffness> already, in {result[joint].place}")
-        if stiffness.linear is None and stiffness.angular is None and stiffness.drive is None:
-            raise element.error(f"{element.label} has no stiffness: give linear, angular or drive")
+        if not any((stiffness.linear, stiffness.angular, stiffness.drive, stiffness.matrix)):
+            raise element.error(f"{element.label} has no stiffness: give linear, angular or drive, a matrix or a file")
         result[joint] = stiffness
     return result
+
+
+def _read_matrix(element: XmlElement, name: str) -> tuple[float, ...]:
+    """Return the matrix in a file of numbers, separated by commas, semicolons or spaces."""
+    numbers, place = list[float](), name
+    try:
+        with open(name, encoding="utf-8-sig") as file:
+            for line, row in enumerate(file, 1):
+                place = f"{name}:{line}"
+                numbers += [number_of(word, is_part=True) for word in re.split(r"[,;\s]+", row) if word]
+        place = f"the matrix in {name}"
+        return tuple(MATRIX.check(numbers))
+    except ArgumentError as error:
+        reason = f"{place} {error}"
+    except (OSError, ValueError) as error:
+        reason = f"{name} is not readable: {getattr(error, 'strerror', None) or error}"
+    raise element.error(f"{element.label}: {reason}")

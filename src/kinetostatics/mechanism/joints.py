@@ -17,6 +17,7 @@ import numpy as np
 from kinetostatics.description.elements import JointStiffness
 from kinetostatics.description.fields import Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
+from kinetostatics.description.stiffness_matrix import full_matrix, inverse_of_elastic
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import unit_twist
 from kinetostatics.mechanism.limbs import Edge, Limb
@@ -60,7 +61,7 @@ def springs_of(mechanism: Mechanism, joint: str) -> tuple[ElasticJoint, ...]:
     if stiffness is None:
         return ()
     connection = mechanism.connections[joint]
-    compliance = np.diag([*_compliances(stiffness.linear), *_compliances(stiffness.angular)])
+    compliance = compliance_of(stiffness)
     if not np.any(compliance):
         return ()
     return (ElasticJoint(joint, connection.predecessor_body, connection.predecessor_frame, compliance),)
@@ -86,16 +87,20 @@ def is_sprung(stiffness: JointStiffness | None, rotates: bool, axis: Array | Non
     """
     if stiffness is None:
         return False
-    group = stiffness.angular if rotates else stiffness.linear
-    if group is None:
-        return False
-    compliances = _compliances(group)
+    compliances = np.diag(compliance_of(stiffness))[3 if rotates else 0 :][:3]
     if np.all(compliances > 0):
         return True
     if axis is None:
         return False
     along = int(np.argmax(np.abs(axis)))
     return bool(abs(axis[along]) > 1 - 1e-9 and compliances[along] > 0)
+
+
+def compliance_of(stiffness: JointStiffness) -> Array:
+    """Return the compliance (6, 6) of a joint's bearings and springs in its frame, 0 along and about rigid or free directions."""
+    if stiffness.matrix is None:
+        return np.diag([*_compliances(stiffness.linear), *_compliances(stiffness.angular)])
+    return inverse_of_elastic(full_matrix(stiffness.matrix))
 
 
 def _compliances(stiffness: Vector | None) -> Array:
@@ -110,7 +115,7 @@ class Freedom:
     """One freedom of a joint: a rotation about an axis (3,) fixed in a body, or a translation along it.
 
     ``centre`` is a point (3,) of ``centre_body`` on the axis; ``sign`` is −1 if the joint's successor is its inboard side.
-    ``passive``: whether the freedom is neither driven nor elastic; ``stiffness``: stiffness of its spring, or 0 [N/m, N·m/rad].
+    ``passive``: whether the freedom is neither driven nor elastic; ``stiffness``: inverse of the compliance of its spring, or 0.
     """
 
     rotates: bool

@@ -45,7 +45,8 @@ UNITS = {
     "depth": "m, the section's larger side or diameter",
     "shear_areas": "m², null: no shear deformation",
     "thermal_expansion": "1/K",
-    "elastic_joints": "linear [N/m] along, angular [N·m/rad] about axes of the joint's frame; drive: its actuator; null: rigid",
+    "elastic_joints": "linear [N/m] along, angular [N·m/rad] about axes of the joint's frame; drive: its actuator; null: rigid; "
+    "coupled: inverse compliances of a matrix",
     "springs": "between links: stiffness N/m, free_length m, preload N: the tension at the free length",
     "followers": "multiplier times the leader's coordinate plus offset [m, rad]",
 }
@@ -362,7 +363,7 @@ def _elastic_joints(joints: Sequence[ElasticJointFacts]) -> list[Block]:
         slides = JOINT_TYPES[joint.kind].is_slide
         unit = "N/µm" if slides else "N·m/mrad"
         row.append("" if joint.drive is None else f"{_stiffness(joint.drive, 1e6 if slides else 1e3)} {unit}")
-        rows.setdefault(tuple(row), []).append(joint.joint)
+        rows.setdefault(tuple(row), []).append(joint.joint + " (coupled)" * joint.coupled)
     return [Table.of_rows(header, [(join_words(names, 4), *row) for row, names in rows.items()])]
 
 

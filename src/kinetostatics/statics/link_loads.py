@@ -155,10 +155,11 @@ def with_contributions(weights: Array, applied: Iterable[AppliedStatics], parts:
     total = weights
     for item, part in zip(applied, parts, strict=True):
         if part is not None:
-            share = item.share.reshape(item.share.shape[0], *(1,) * (part.ndim - 2), item.share.shape[1])
+            share = item.share
+            rows = np.arange(len(share)) if share.dtype == object else np.flatnonzero(np.any(share != 0, axis=1))
             if total is weights:
                 total = np.array(weights)
-            total[:, : len(item.share)] += part[:, None] * share
+            total[:, rows] += part[:, None] * share[rows].reshape(len(rows), *(1,) * (part.ndim - 2), share.shape[1])
     return total
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from kinetostatics.description.stiffness_matrix import elastic_rows, inverse_of_elastic, is_coupled
 from kinetostatics.elements.spring import PlacedSpring
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross
@@ -169,6 +170,16 @@ class SmallMotions:
                     Freedom(bool(k > 2), spring.body, R[:, k % 3], spring.body, centre, stiffness=1 / float(compliances[k]))
                 )
         return found
+
+    def stiffness_of(self, joint: MovedJoint) -> Array:
+        """Return the stiffness (k, k) [N/m, N·m/rad] with respect to the displacements and rotations of a joint's coordinates."""
+        freedoms = [self.freedoms[k] for k in joint.columns]
+        matrix = np.diag([0.0 if freedom is None else freedom.stiffness for freedom in freedoms])
+        for spring in springs_of(self.model.mechanism, joint.connection.name):
+            if is_coupled(spring.compliance):
+                rows = elastic_rows(spring.compliance)
+                matrix[-len(rows) :, -len(rows) :] = inverse_of_elastic(spring.compliance)[np.ix_(rows, rows)]
+        return matrix
 
     def columns_of(self, *bodies: RigidBody) -> tuple[int, ...]:
         return tuple(sorted({column for body in bodies for column in self.columns[body]}))

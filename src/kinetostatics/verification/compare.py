@@ -138,8 +138,10 @@ def verify(
     """
     case = LoadCase(load, gravity, point, frame, assembly_errors, loads, payload)
     result = analyzed(configuration, case)
-    if unknown := configuration.robot.description.flexible:
-        raise ArgumentError(f"verify cannot check {join_words(list(unknown))}: OpenSees gets beams, joints and springs only")
+    there = configuration.robot.description
+    by_matrix = (joint for joint, stiffness in there.joint_stiffness.items() if stiffness.matrix is not None)
+    if unknown := [*there.flexible, *by_matrix]:
+        raise ArgumentError(f"verify cannot check {join_words(unknown)}: OpenSees gets beams, joints and springs only")
     if result.shape != ():
         raise ArgumentError(f"one pose and one load can be verified at a time; here they are a batch of the shape {result.shape}")
     if not positive("within", within) < 1:

@@ -328,12 +328,11 @@ class _Placement:
     def springs(self) -> Iterator[tuple[str, Part]]:
         structure, N = self.motions.structure, self.motions.o.shape[1]
         for joint in structure.joints:
-            freedoms = [structure.freedoms[k] for k in joint.columns]
-            values = [0.0 if freedom is None else freedom.stiffness for freedom in freedoms]
-            if any(values):
+            stiffness = structure.stiffness_of(joint)
+            if np.any(stiffness):
                 scale = [structure.model.length if k in structure.turning else 1.0 for k in joint.columns]
                 motions = np.broadcast_to(np.diag(1 / np.array(scale)), (N, len(scale), len(scale)))
-                matrix = np.broadcast_to(np.diag(values), motions.shape)
+                matrix = np.broadcast_to(stiffness, motions.shape)
                 yield joint.connection.name, Part(joint.columns, motions, matrix, np.zeros((N, len(scale), 6)))
         for spring in placed_springs(structure.model, self.motions.frames):
             columns, stretch = self.motions.stretched(spring)

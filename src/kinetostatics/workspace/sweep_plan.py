@@ -273,7 +273,8 @@ def files_of(description: RobotDescription) -> dict[str, str]:
     """Return the sha256 of a robot's file and of the files of its elements, by path."""
     tables = ("links", "joints", "loops", "beams", "joint_stiffness", "springs", "flexible")
     places = [element.place.file for table in tables for element in getattr(description, table).values()]
-    matrices = [path for part in description.flexible.values() if (path := getattr(part, "file", ""))]
+    with_matrices = (*description.flexible.values(), *description.joint_stiffness.values())
+    matrices = [path for part in with_matrices if (path := getattr(part, "file", ""))]
     names = dict.fromkeys([description.path, description.platform_place.file, *places, *matrices])
     return {name: digest for name in names if os.path.isfile(name) and (digest := sha256_of(name))}
 

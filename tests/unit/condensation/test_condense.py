@@ -59,6 +59,7 @@ def errors_of_a_cantilever(link, length, area, shear_area, I_y, I_z, torsion=Non
 # ---- closed forms --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_bar_with_even_grips_is_a_timoshenko_beam(tmp_path):
     part = ks.condense(bar(tmp_path), ENDS, within=0.03, modes=8, grip="even")
     b, h, L = 0.016, 0.024, 0.12
@@ -174,6 +175,7 @@ def test_interfaces_are_cylinders_faces_and_spheres(tmp_path):
     assert len(inside) and np.linalg.norm(inside - part.link.origins[2], axis=1).max() <= 0.009
 
 
+@pytest.mark.slow
 def test_halves_of_a_bore_are_one_cylinder_and_faces_have_names(tmp_path):
     half = occ.Box(occ.Pnt(-15, 0, 0), occ.Pnt(15, 30, 10)) - occ.Cylinder(occ.Pnt(0, 0, -1), occ.Z, r=8, h=12)
     other = occ.Box(occ.Pnt(-15, -15, 0), occ.Pnt(15, 0, 10)) - occ.Cylinder(occ.Pnt(0, 0, -1), occ.Z, r=8, h=12)
