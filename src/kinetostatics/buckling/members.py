@@ -192,13 +192,10 @@ class Members:
         """
         found = np.zeros((len(self.names), solution.o.shape[1]))
         for poses in self._chunks(solution, least if self.names else np.inf):
-            item = self._stability(solution, poses)
-            if least and not np.all(risky := ~(item.bound() < least)):
-                poses = poses[risky]
-                if not len(poses):
-                    continue
-                item = self._stability(solution, poses)
-            found[:, poses] = self._ratios(item)
+            robot = self._stability(solution, poses)
+            risky = np.flatnonzero(~(robot.bound() < least)) if least else np.arange(len(poses))
+            if len(risky):
+                found[:, poses[risky]] = self._ratios(robot, risky)
         return {name: ratio for member, ratio in zip(self.names, found, strict=True) for name in member}
 
     def buckles(self, solution: Solution) -> Mask:
@@ -233,8 +230,8 @@ class Members:
         structure, some = self.structure, slice(None) if poses is None else poses
         return second_order(structure.model, structure.parts, solution, some)
 
-    def _ratios(self, item: Stability) -> Array:
-        ratios, modes = item.modes()
-        energies = np.array([sum(item.beams[name].of(modes) for name in member) for member in self.names])
+    def _ratios(self, robot: Stability, poses: Index | slice = slice(None)) -> Array:
+        ratios, modes = robot.modes(poses)
+        energies = np.array([sum(robot.beams[name].of(modes, poses) for name in member) for member in self.names])
         mine = np.where(energies >= _TAKES_PART * energies.max(axis=0), ratios, 0.0)
         return np.asarray(mine.max(axis=2))

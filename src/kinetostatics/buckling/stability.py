@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -48,10 +49,10 @@ class BeamEnergy:
     stiffness: Array
     inner: Index
 
-    def of(self, modes: Array) -> Array:
-        """Return twice the strain energies (N, M) in modes (N, n + b, M)."""
-        moved = self.motions @ modes[:, : self.motions.shape[2]]
-        return np.asarray(np.sum(moved * (self.stiffness @ moved), axis=1) + np.sum(modes[:, self.inner] ** 2, axis=1))
+    def of(self, modes: Array, poses: Index | slice = slice(None)) -> Array:
+        """Return twice the strain energies (P, M) in modes (P, n + b, M) at P of the poses."""
+        moved = self.motions[poses] @ modes[:, : self.motions.shape[2]]
+        return np.asarray(np.sum(moved * (self.stiffness[poses] @ moved), axis=1) + np.sum(modes[:, self.inner] ** 2, axis=1))
 
 
 @dataclass(frozen=True)
@@ -75,12 +76,12 @@ class Stability:
     stiffening: Array
     beams: Mapping[str, BeamEnergy]
 
-    def modes(self) -> tuple[Array, Array]:
-        """Return the ratios 1/λ (N, n + b) of forces to critical forces, and the buckling modes (N, n + b, n + b) as columns.
+    def modes(self, poses: Index | slice = slice(None)) -> tuple[Array, Array]:
+        """Return the ratios 1/λ (P, n + b) of forces to critical forces at P of the poses, and the modes (P, n + b, n + b).
 
-        The ratios are NaN where F or K_g is not finite.
+        Modes are columns. The ratios are NaN where F or K_g is not finite.
         """
-        A, basis, fine = self._operator()
+        A, basis, fine = (array[poses] for array in self._operator)
         ratios, modes = np.linalg.eigh(A)
         modes[:, : basis.shape[1]] = basis @ modes[:, : basis.shape[1]]
         ratios = np.where(np.abs(ratios) > _ROUNDING * np.abs(ratios).max(axis=1, keepdims=True, initial=0.0), ratios, 0.0)
@@ -88,9 +89,10 @@ class Stability:
 
     def bound(self) -> Array:
         """Return an upper bound (N,) of the ratios, the root of the sum of their squares; NaN where F or K_g is not finite."""
-        A, _, fine = self._operator()
+        A, _, fine = self._operator
         return np.where(fine, np.sqrt(np.sum(A * A, axis=(1, 2))), np.nan)
 
+    @cached_property
     def _operator(self) -> tuple[Array, Array, Array]:
         """Return −Lᵀ K_g L, the matrix L (N, n, n) with F = L Lᵀ, and where both are finite (N,)."""
         n = self.flexible.shape[1]

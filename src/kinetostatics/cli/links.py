@@ -64,7 +64,7 @@ IMPORT_LINK = Command(
         "path": Argument("text", "the file with the stiffness matrix", "FILE", option="path"),
         "interfaces": Argument(
             "items",
-            "joints of the link, or o, with their nodes, which move rigidly: a set or numbers; of Simscape the row of P",
+            "joints of the link, with their nodes, which move rigidly: a set or numbers; of Simscape the row of P",
             "NAME=NODES",
             option="--interface",
         ),
@@ -97,7 +97,7 @@ CONDENSE = Command(
         "path": Argument("text", "the part, in the link's axes: .step, .stl, .vol or .msh", "FILE", option="path"),
         "interfaces": Argument(
             "items",
-            'joints of the link, or o, with their surfaces: "cylinder d=20mm near X Y Z", "face near X Y Z", "face FACE", '
+            'joints of the link, with their surfaces: "cylinder d=20mm near X Y Z", "face near X Y Z", "face FACE", '
             '"sphere r=10mm at X Y Z"',
             "NAME=PLACE",
             option="--interface",

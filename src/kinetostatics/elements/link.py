@@ -201,16 +201,18 @@ class ElasticLinks(ElasticJoints):
         return PlacedLinks(at.signs, at.element, at.axes, at.arm, self, self, along)
 
 
-@dataclass(frozen=True, eq=False)
-class PlacedLinks(PlacedJoints):
-    """Corresponding links at N poses; ``along`` (3, g, N) are the directions from their starts to their ends."""
+class StackedMatrices(Protocol):
+    """Matrices of g links: S (6p, 3, g), and the stiffness (6p, 6p, g) of their outer ends."""
 
-    links: ElasticLinks
-    along: Array
+    sag: Array
+    stiffness: Array
 
-    @property
-    def line(self) -> tuple[Array, Array]:
-        return self.along, self.arm
+
+class UnderOwnWeight:
+    """What links with constant F and S have in common at N poses; ``axes`` (3, 3, g, N): their axes, world axes."""
+
+    links: StackedMatrices
+    axes: Array
 
     def own_load(self, gravity: Array) -> Array:
         return np.einsum("ijgn,in->jgn", self.axes, gravity)
@@ -220,6 +222,18 @@ class PlacedLinks(PlacedJoints):
 
     def strain_energy(self, forces: Array, displacements: Array) -> Array:
         return np.einsum("ign,ijg,jgn->gn", displacements, self.links.stiffness, displacements) / 2
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedLinks(UnderOwnWeight, PlacedJoints):
+    """Corresponding links at N poses; ``along`` (3, g, N) are the directions from their starts to their ends."""
+
+    links: ElasticLinks
+    along: Array
+
+    @property
+    def line(self) -> tuple[Array, Array]:
+        return self.along, self.arm
 
 
 def no_length_text(beams: Iterable[ElasticLink], frames: Frames, pose: int) -> str | None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.description.flexible import Flexible
 from kinetostatics.elements.element import ElasticElement, carried_wrench, outboard_masks
-from kinetostatics.elements.link import ElasticLink, ElasticLinks
+from kinetostatics.elements.link import ElasticLink, ElasticLinks, UnderOwnWeight
 from kinetostatics.elements.loaded_beams import LoadedBeams
 from kinetostatics.elements.rods import Numbers
 from kinetostatics.elements.vectors import FixedVectors
@@ -206,13 +206,13 @@ class CoupledLinks:
             signs: (p, M) signs of the cut-joint wrenches at each end.
         """
         self.names, self.edges = tuple(ends[0].span.beam.name for ends in links), list(zip(*edges, strict=True))
-        self.elements, self.signs, self._first = tuple(elements), signs, [ends[0] for ends in links]
+        self.elements, self.signs, first = tuple(elements), signs, [ends[0] for ends in links]
         orders = [[6 * link.port + row for link in ends for row in range(6)] for ends in links]
-        pairs = list(zip(self._first, orders, strict=True))
+        pairs = list(zip(first, orders, strict=True))
         self.compliance = np.stack([link.flexibility[np.ix_(order, order)] for link, order in pairs], axis=-1)
         self.sag = np.stack([link.sag[order] for link, order in pairs], axis=-1)
         self.stiffness = np.stack([np.linalg.inv(F) for F in np.moveaxis(self.compliance, -1, 0)], axis=-1)
-        self._axes = FixedVectors([[(link.span.carrier, link.axes)] for link in self._first], (3, 3))
+        self._axes = FixedVectors([[(link.span.carrier, link.axes)] for link in first], (3, 3))
         self._ends = FixedVectors([[(link.span.end_body, link.span.end) for link in ends] for ends in links])
 
     @property
@@ -222,15 +222,12 @@ class CoupledLinks:
     def outboard(self, names: Sequence[str]) -> list[Array]:
         return [outboard_masks(edges, names) for edges in self.edges]
 
-    def masses(self, frames: Frames) -> tuple[Array, NDArray[np.int8]]:
-        return np.stack([link.mass_at(frames) for link in self._first]), self.signs[0]
-
     def placed(self, frames: Frames, o: Array, twists: Array) -> PlacedCoupledLinks:
         return PlacedCoupledLinks(self, self._axes.at(frames)[:, :, 0], self._ends.points(frames) - o[:, None, None])
 
 
 @dataclass(frozen=True, eq=False)
-class PlacedCoupledLinks:
+class PlacedCoupledLinks(UnderOwnWeight):
     """Corresponding links at N poses.
 
     Attributes:
@@ -252,9 +249,6 @@ class PlacedCoupledLinks:
     def carried_loads(self, outboard: Sequence[Array], wrenches: Array) -> Array:
         return np.concatenate([np.einsum("gw,iwn->ign", masks, wrenches) for masks in outboard])
 
-    def own_load(self, gravity: Array) -> Array:
-        return np.einsum("ijgn,in->jgn", self.axes, gravity)
-
     def forces(self, carried: Array) -> Array:
         ends = np.split(carried, self.arms.shape[1])
         local = [rotate(self.axes, move_wrench(end, self.arms[:, k]), back=True) for k, end in enumerate(ends)]
@@ -262,9 +256,6 @@ class PlacedCoupledLinks:
 
     def displacements(self, forces: Array) -> Array:
         return np.einsum("ijg,j...gn->i...gn", self.links.compliance, forces)
-
-    def own_displacement(self, load: Array) -> Array:
-        return np.einsum("ijg,j...gn->i...gn", self.links.sag, load)
 
     def motions(self, displacements: Array) -> Iterator[tuple[int, Array]]:
         for k, (element, end) in enumerate(zip(self.links.elements, np.split(displacements, self.arms.shape[1]), strict=True)):
@@ -277,9 +268,6 @@ class PlacedCoupledLinks:
         unit = np.tile([1.0] * 3 + [length] * 3, self.arms.shape[1])
         total = np.einsum("k,kkg,k->g", unit, self.links.compliance, unit)
         return np.broadcast_to(total[:, None], self.arms.shape[2:])
-
-    def strain_energy(self, forces: Array, displacements: Array) -> Array:
-        return np.einsum("ign,ijg,jgn->gn", displacements, self.links.stiffness, displacements) / 2
 
     def inside(self, carried: Array, load: Array) -> LoadedBeams:
         raise TypeError("links by matrices have no inside")
