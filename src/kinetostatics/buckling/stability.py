@@ -29,8 +29,8 @@ from kinetostatics.statics.solution import Balanced, Solution
 from kinetostatics.statics.springs import flexibility
 from kinetostatics.statics.turning_parts import Passage, TurningParts
 
-#: Flexibility of scaled displacements below which they count as rigid.
-_RIGID = 1e-14
+#: Flexibility of scaled displacements, relative to the largest, below which they count as rigid, and their values as rounding.
+_RIGID = 1e-13
 #: Ratio 1/λ, relative to the largest, below which it counts as rounding.
 _ROUNDING = 1e-12
 
@@ -62,6 +62,7 @@ class Stability:
     Attributes:
         before, geometric: the equilibrium, and the displacements u.
         pull: (6, n, N) resultant wrenches on the platform of the unit loads conjugate to u.
+        units: (n,) 1 for rotations, 1/L for displacements, with the robot's length L [m]: factors that make u comparable.
         springs: (N, n, n) stiffness of springs, which F contains.
         flexible: F (N, n, n); b inner coordinates of beams have the flexibility 1.
         stiffening: K_g (N, n + b, n + b) of u and the inner coordinates.
@@ -71,6 +72,7 @@ class Stability:
     before: Balanced
     geometric: GeometricStiffness
     pull: Array
+    units: Array
     springs: Array
     flexible: Array
     stiffening: Array
@@ -98,9 +100,11 @@ class Stability:
         n = self.flexible.shape[1]
         fine = np.all(np.isfinite(self.flexible), axis=(1, 2)) & np.all(np.isfinite(self.stiffening), axis=(1, 2))
         F, A = (np.where(fine[:, None, None], matrix, 0.0) for matrix in (self.flexible, -self.stiffening))
-        size = np.sqrt(np.abs(np.einsum("nii->ni", F)))
-        size = np.where(size > 0, size, 1.0)
-        values, axes = np.linalg.eigh(F / (size[:, :, None] * size[:, None]))
+        size = np.maximum(np.einsum("nii->ni", F), 0.0)
+        comparable = size * self.units**2
+        size = np.where(comparable > _RIGID * comparable.max(axis=1, keepdims=True, initial=0.0), np.sqrt(size), 0.0)
+        scale = 1 / np.where(size > 0, size, np.inf)
+        values, axes = np.linalg.eigh(F * (scale[:, :, None] * scale[:, None]))
         basis = size[:, :, None] * axes * np.sqrt(np.where(values > _RIGID, values, 0.0))[:, None]
         A[:, :n] = np.swapaxes(basis, 1, 2) @ A[:, :n]
         A[:, :, :n] = A[:, :, :n] @ basis
@@ -139,7 +143,9 @@ def stability(robot: RobotStatics, parts: TurningParts, solution: Solution, pose
         stiffness = _stiffness(model, model.length(before.solution.frames))
         energies[model.name] = BeamEnergy(motions[:, 3:].transpose(2, 1, 0), stiffness, inside)
     F, K, G = (np.moveaxis(matrix + np.swapaxes(matrix, 0, 1), 2, 0) / 2 for matrix in (F, K, G))
-    return Stability(before, geometric, pull, K, F, G, energies)
+    sizes = geometric.coordinates.sizes
+    units = np.concatenate([np.full(sizes[block], 1.0 if block[0] == "part" else 1 / robot.length) for block in blocks])
+    return Stability(before, geometric, pull, units, K, F, G, energies)
 
 
 def _of_springs(geometric: GeometricStiffness, sign: int) -> Array:

