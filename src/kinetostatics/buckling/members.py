@@ -201,7 +201,7 @@ class Members:
     def buckles(self, solution: Solution) -> Mask:
         """Return where (N,) the tangent stiffness under all forces has an eigenvalue ≤ 0."""
         found = np.zeros(solution.o.shape[1], dtype=bool)
-        for poses in self._chunks(solution, 1.0):
+        for poses in self._chunks(solution, 1.0, inner=False):
             tangents = tangent_of(self.structure.model, self.structure.parts, solution, poses).tangents
             found[poses] = unstable_motions(tangents, len(poses)) > 0
         return found
@@ -209,16 +209,17 @@ class Members:
     def _stability(self, solution: Solution, poses: Index) -> Stability:
         return stability(self.structure.model, self.structure.parts, solution, poses)
 
-    def _chunks(self, solution: Solution, least: float) -> list[Index]:
-        """Return the poses where a ratio may be ``least`` or above, in chunks."""
+    def _chunks(self, solution: Solution, least: float, inner: bool = True) -> list[Index]:
+        """Return the poses where a ratio may be ``least`` or above, in chunks, see :meth:`_split`."""
         doubtful = np.ones(solution.o.shape[1], dtype=bool)
         if least:
             doubtful = ~(estimate(self.structure, solution) < least)
-        return self._split(np.flatnonzero(doubtful))
+        return self._split(np.flatnonzero(doubtful), inner)
 
-    def _split(self, poses: Index) -> list[Index]:
-        coordinates = sum(coordinates_of(self.structure.parts).sizes.values()) + INNER * len(self.structure.beams)
-        return np.array_split(poses, min(-(-len(poses) * coordinates**2 // _CHUNK) or 1, len(poses))) if len(poses) else []
+    def _split(self, poses: Index, inner: bool = True) -> list[Index]:
+        """Divide poses into chunks for matrices of u and, if ``inner``, of the inner coordinates of all beams."""
+        size = sum(coordinates_of(self.structure.parts).sizes.values()) + inner * INNER * len(self.structure.beams)
+        return np.array_split(poses, min(-(-len(poses) * size**2 // _CHUNK) or 1, len(poses))) if len(poses) else []
 
     def modes(self, solution: Solution, poses: Index, count: int) -> Iterator[BucklingModes]:
         """Yield the ``count`` modes with the largest ratios 1/λ at the given poses, in chunks of poses."""
