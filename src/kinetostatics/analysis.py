@@ -31,7 +31,7 @@ from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.singularity import UNBALANCED, parts_of_batch
 from kinetostatics.statics.solution import Solution
-from kinetostatics.statics.springs import placed_springs, solve_with_springs, sources_of
+from kinetostatics.statics.springs import contribution_names, placed_springs, solve_with_springs
 
 
 def analyze(
@@ -128,7 +128,7 @@ def analyzed(configuration: Configuration, case: LoadCase, on_failure: str | Non
             return Chunk(robot, solve(slice(None)))
         stability = partial(pose_code, robot, robot.statics, engine, loads.count, given.applied, stability=True)
         inputs = [configuration.poses.x[:, loads.poses(part)], given.load, given.gravity, *wrenches_of(given.applied)]
-        return CompiledChunk(robot, sources_of(robot.statics, given.applied), code, stability, inputs, solve)
+        return CompiledChunk(robot, contribution_names(robot.statics, given.applied), code, stability, inputs, solve)
 
     parts = chunks(loads.count) or [slice(0, 0)]  # one chunk even of an empty batch
     found = tuple(in_threads(solved, parts, engine_for(engine, loads.count) == "compiled"))

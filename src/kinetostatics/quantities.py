@@ -17,7 +17,7 @@ from kinetostatics.statics.joint_wrenches import actuator_forces
 from kinetostatics.statics.link_loads import sum_of
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
-from kinetostatics.statics.springs import placed_springs, sources_of
+from kinetostatics.statics.springs import contribution_names, placed_springs
 from kinetostatics.status import FACTS, REPORTED
 
 #: Kinds of axes of a grid along which a quantity varies: all, those that change the pose, or those that change the robot.
@@ -77,7 +77,7 @@ class Entry:
 
 def _platform_wrench(robot: RobotStatics, solution: Solution) -> Array:
     wrench = solution.load + solution.platform_weight
-    return wrench + sum_of(solution.applied, robot.topology.platform.places) if solution.applied else wrench
+    return wrench + sum_of(solution.applied, robot.topology.platform.attachments) if solution.applied else wrench
 
 
 def _spring_forces(robot: RobotStatics, solution: Solution) -> Array:
@@ -248,7 +248,7 @@ def axes_of(robot: RobotStatics) -> dict[str, tuple[str, ...]]:
     """Return the labels along each axis whose labels are the same in all results of a robot, by name of the axis."""
     components = {"component": COMPONENTS, "component_2": COMPONENTS, "axis": COMPONENTS[:3]}
     robots = {"actuator": robot.description.driven, "spring": tuple(robot.description.springs)}
-    return {**components, "source": sources_of(robot), **robots}
+    return {**components, "source": contribution_names(robot), **robots}
 
 
 def units_along(robot: RobotStatics) -> dict[str, list[str] | list[list[str]]]:

@@ -89,7 +89,9 @@ def test_spring_force_is_an_arrow_at_each_end(result, scene):
     toward = (arm - ground) / length[:, None]
     for (name, arrow), sign, at in zip(arrows.items(), (1, -1), (ground, arm), strict=True):
         np.testing.assert_allclose(arrow.vector.sum(axis=1), sign * tension[:, None] * toward, atol=1e-12)
-        np.testing.assert_array_equal(arrow.vector[:, scene.stations.sources.index("spring gas")], arrow.vector.sum(axis=1))
+        np.testing.assert_array_equal(
+            arrow.vector[:, scene.stations.contribution_names.index("spring gas")], arrow.vector.sum(axis=1)
+        )
         np.testing.assert_allclose(scene.stations.rest[arrow.station][:, :3, 3], at, atol=1e-15)
         np.testing.assert_allclose(arrow.anchor, -sign * toward, atol=1e-15), name
     assert {arrow.name for arrow in scene.arrows if arrow.group == "external load"} == {

@@ -56,7 +56,7 @@ def parts_of(scene, group):
 
 
 def test_platform_and_beam_stations_have_the_twists_of_the_result(result, scene):
-    assert scene.stations.sources == tuple(result.contributions)
+    assert scene.stations.contribution_names == tuple(result.contributions)
     twists = np.stack(list(result.contributions.values()))
     np.testing.assert_array_equal(scene.stations.twists[scene.readout][0], twists)
     for name, beam in result.beams.items():
@@ -163,7 +163,7 @@ def test_arrow_contributions_equal_separate_analyses(result, scene):
         "load": describe_scene(ks.analyze(result.configuration, load=LOAD, gravity=[0, 0, 0])),
         "gravity": describe_scene(ks.analyze(result.configuration)),
     }
-    k = scene.stations.sources.index("load")
+    k = scene.stations.contribution_names.index("load")
     for arrow in scene.arrows:
         for which, other in alone.items():
             same = [item for item in other.arrows if (item.group, item.name, item.kind) == (arrow.group, arrow.name, arrow.kind)]
@@ -179,7 +179,9 @@ def test_limb_weights_by_mechanism_add_up_to_their_contribution(name):
     result = ks.analyze(package_robots.robot(name).assemble(platform=POSES.get(name)), load=LOAD)
     whole, split = describe_scene(result), describe_scene(result.by_mechanism)
     limbs = len(result.limbs)
-    assert split.stations.sources[2:] == tuple(f"{limb}: {way}" for way in ("attached", "deformation") for limb in result.limbs)
+    assert split.stations.contribution_names[2:] == tuple(
+        f"{limb}: {way}" for way in ("attached", "deformation") for limb in result.limbs
+    )
 
     def together(parts):
         """Return parts (…, S, …) with both mechanisms of each limb's weight added; S is the second axis from the back."""

@@ -111,7 +111,7 @@ def some_poses(robot, seed):
 
 def loads_on(robot, rng, N):
     """Return a load at each of two places of limbs, and one that is carried by the platform."""
-    places = [place for group in robot.statics.groups for limb in group.limbs for place in limb.places]
+    places = [place for group in robot.statics.groups for limb in group.limbs for place in limb.attachments]
     some = [*rng.choice(places, min(2, len(places)), replace=False), robot.description.platform]
     return tuple(AppliedLoad(f"load on {place}", {str(place): 50 * rng.standard_normal((6, N))}) for place in some)
 

@@ -207,7 +207,7 @@ def test_only_spins_of_delta_rods_are_loose_coordinates():
         robot = package_robots.robot(name)
         plan, _ = read_plan(robot, {"actuators": dict.fromkeys(robot.description.driven, 0.0)})
         labels = labels_of(plan, robot)
-        loose[name] = {label for label, one in zip(labels.axes["joint_coordinate"], labels.loose, strict=True) if one}
+        loose[name] = {label for label, one in zip(labels.axes["joint_coordinate"], labels.undetermined, strict=True) if one}
     assert loose["five_bar"] == loose["gough_stewart"] == set()
     kept = {f"{part}_{i}" for part in ("motor", "elbow") for i in (1, 2, 3)}
     spins = {

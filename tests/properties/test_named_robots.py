@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import kinetostatics as ks
 from kinetostatics.authoring.by_name import robot_text
 from kinetostatics.authoring.notation import parse_architecture
-from kinetostatics.checks.check import robot_facts
+from kinetostatics.checks.check import diagnose
 from kinetostatics.files.reader import parse_robot_text
 
 #: Architectures with the freedoms of their platforms: by Grübler's formula, less spins of rods; of overconstrained ones as the
@@ -70,7 +70,7 @@ def test_named_robot_of_any_size_closes_with_known_mobility(key, sizes):
     assert robot.closing_error < 1e-12
     assert robot.mobility.platform == MOBILITIES[key]
     assert len(robot.description.driven) == parse_architecture(key.partition(" ")[0]).actuators >= MOBILITIES[key]
-    assert not robot_facts(robot).problems
+    assert not diagnose(robot).problems
     assert ks.analyze(robot.assemble()).status == ks.Status.OK
 
 

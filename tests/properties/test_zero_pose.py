@@ -10,7 +10,7 @@ from package_robots import robot
 from places import TESTS
 
 import kinetostatics as ks
-from kinetostatics.checks.check import robot_facts
+from kinetostatics.checks.check import diagnose
 from kinetostatics.cli.main import main
 from kinetostatics.description import Origin
 from kinetostatics.kinematics.loop_gaps import are_within, frame_corrections, gaps_text, other_links
@@ -135,7 +135,7 @@ def test_a_wrong_axis_of_a_loop_is_named(axis):
     assert not ks.Robot(turned).has_wrong_zero and largest_gap(ks.Robot(turned)) < 1e-12
     wrong = ks.Robot(turned.changed("wrist", axis=axis))
     words = "All loops would be closed at zero with the <axis> (0, 0, 1) of 'wrist'"
-    assert any(words in text for text in robot_facts(wrong).warnings + robot_facts(wrong).problems)
+    assert any(words in text for text in diagnose(wrong).warnings + diagnose(wrong).problems)
 
 
 # ---- a joint on a wrong link ---------------------------------------------------------------------------------------------
@@ -158,7 +158,7 @@ def test_a_wrong_parent_is_named(name, joint, wrong, also):
     found = [str(item) for item in other_links(robot.mechanism, robot.size)]
     assert found[0] == f"joint {joint!r} on link {parent!r} instead of {wrong!r}"
     assert [item.partition(" instead")[0] for item in found[1:]] == also
-    [hint] = [text for text in robot_facts(robot).warnings if "a frame in the file is wrong" in text]
+    [hint] = [text for text in diagnose(robot).warnings if "a frame in the file is wrong" in text]
     assert f"Or a link is wrong: all loops would close with {', or '.join(found)}, with unchanged numbers" in hint
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from places import ROOT
 
 import kinetostatics as ks
-from kinetostatics.checks.check import robot_facts
+from kinetostatics.checks.check import diagnose
 from kinetostatics.files.bundled import shipped_robots
 
 GALLERY = ROOT / "docs" / "gallery"
@@ -61,7 +61,7 @@ def title_of(name: str) -> str:
 def facts(name: str) -> dict[str, str]:
     """Return what is computed of a robot, each in words."""
     robot = ks.load_robot(shipped_robots()[name])
-    words = [limb.word.replace(" ", "").replace("|", "‖") for limb in robot_facts(robot).limbs]
+    words = [limb.word.replace(" ", "").replace("|", "‖") for limb in diagnose(robot).limbs]
     limbs = groupby(re.sub(r"(\w)\(driven\)", r"[\1]", word) for word in words)
     alike = " + ".join(f"{count}-{word}" if count > 1 else word for word, count in ((w, len(list(g))) for w, g in limbs))
     result = ks.analyze(robot.assemble())

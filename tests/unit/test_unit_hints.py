@@ -8,7 +8,7 @@ import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.checks.check import robot_facts
+from kinetostatics.checks.check import diagnose
 from kinetostatics.cli.main import main
 from kinetostatics.files.bundled import shipped_robots
 from kinetostatics.files.reader import parse_robot_text
@@ -24,7 +24,7 @@ def robot():
 def said_of(robot):
     """Return the warnings of check, and those of an analysis."""
     pose = robot.assemble(closure_tolerance=10)
-    return "\n".join(robot_facts(robot).warnings), "\n".join(ks.analyze(pose, on_failure="nan").warnings)
+    return "\n".join(diagnose(robot).warnings), "\n".join(ks.analyze(pose, on_failure="nan").warnings)
 
 
 # ---- coordinates -------------------------------------------------------------------------------------------------------
@@ -52,7 +52,7 @@ def test_ordinary_coordinates_cause_no_unit_warnings(name):
         warnings.simplefilter("error")
         pose = robot.assemble()
         robot.assemble(actuators=dict(pose.actuators))
-        assert not re.search(r"look like|are in (m|rad|Pa|kg)|m large", "\n".join(robot_facts(robot).warnings))
+        assert not re.search(r"look like|are in (m|rad|Pa|kg)|m large", "\n".join(diagnose(robot).warnings))
         if robot.mobility.platform == 6:
             robot.assemble(platform=pose.platform_coordinates("XYZ"), orientation="XYZ", on_failure="nan")
 

@@ -8,7 +8,7 @@ import pytest
 from simple_machines import AREA, RHO, STEM, E, bar, joint, link, loop, parallelogram, parallelogram_parts, robot, truss
 
 import kinetostatics as ks
-from kinetostatics.checks.check import robot_facts
+from kinetostatics.checks.check import diagnose
 
 G = 10.0
 
@@ -166,7 +166,7 @@ def test_inner_forces_of_rigid_rings_are_indeterminate():
     assert found.status == ks.Status.INDETERMINATE
     words = [text for text in found.warnings if "the rigid rings in limb_1 (" in text]
     assert len(words) == 1 and "overconstrain one another" not in words[0] and "foot_1" in words[0]
-    assert words[0] in robot_facts(machine).warnings
+    assert words[0] in diagnose(machine).warnings
     assert np.all(np.isnan(found.joint_wrenches["head_0"])) and np.all(np.isnan(found.joint_wrenches["foot_1"]))
     assert np.all(np.isfinite(found.joint_wrenches["flange"]))
     assert found.twist[2] == pytest.approx(-(20 + 40) / (E * np.pi * 0.1**2 / 4), rel=1e-10)

@@ -9,7 +9,7 @@ from simple_machines import CIRCLE, E, arm, bar, joint, link, loop, mount, robot
 
 import kinetostatics as ks
 from kinetostatics.buckling.stability import estimate
-from kinetostatics.checks.check import robot_facts
+from kinetostatics.checks.check import diagnose
 from kinetostatics.description.elements import Origin
 from kinetostatics.reports.robot import robot_report
 
@@ -82,7 +82,7 @@ def test_a_diagonal_matrix_is_the_short_form(linear, angular, upper):
         alike(found.second_order.twist, expected.second_order.twist, 1e-13)
         alike(found.buckling(2).load_factors, expected.buckling(2).load_factors, 1e-13)
         assert str(ks.analyze(full.assemble(), LOAD)) == str(ks.analyze(short.assemble(), LOAD))
-        assert robot_facts(full).elastic_joints == robot_facts(short).elastic_joints
+        assert diagnose(full).elastic_joints == diagnose(short).elastic_joints
 
 
 def test_zero_rows_are_passive_and_others_springs():
@@ -194,13 +194,13 @@ def test_files_and_checks(tmp_path):
     assert given.file == str(tmp_path / "bearing.csv")
     ks.save_robot(machine, tmp_path / "copy.urdf")
     assert ks.load_robot(tmp_path / "copy.urdf").description.joint_stiffness["mount"].matrix == given.matrix
-    assert robot_facts(machine).elastic_joints[0].coupled and "mount (coupled)" in str(robot_report(machine))
-    assert not any("factor of 1e3" in warning for warning in robot_facts(machine).warnings)
+    assert diagnose(machine).elastic_joints[0].coupled and "mount (coupled)" in str(robot_report(machine))
+    assert not any("factor of 1e3" in warning for warning in diagnose(machine).warnings)
     with pytest.raises(ks.ArgumentError, match="verify cannot check mount"):
         ks.verify(machine.assemble())
     units = np.repeat([1e-3, 1e3], 3) ** 0.5  # N/mm and N·mm/rad
     machine = ks.Robot(machine.description.changed("mount", matrix=tuple((K * np.outer(units, units)).ravel())))
-    assert any("factor of 1e3" in warning and "the matrix of mount has" in warning for warning in robot_facts(machine).warnings)
+    assert any("factor of 1e3" in warning and "the matrix of mount has" in warning for warning in diagnose(machine).warnings)
     lines = [
         (4, "1, 2, x", ":4", "'x' is not a number"),
         (0, "1, 2", "bearing.csv", "not 32"),

@@ -21,11 +21,11 @@ from kinetostatics.mechanism.body_graph import RigidBody
 from kinetostatics.statics.deformation import Deformation, deform
 from kinetostatics.statics.link_loads import AppliedLoad
 from kinetostatics.statics.robot_statics import RobotStatics
+from kinetostatics.statics.rotation_groups import coordinates_of
 from kinetostatics.statics.second_order import Changes, second_order, tangent_of
 from kinetostatics.statics.small_motions import BeamEnds, PlacedMotions, SmallMotions, signs_of_modes
 from kinetostatics.statics.solution import Solution, unit_responses
 from kinetostatics.statics.springs import motion_of, unstable_motions
-from kinetostatics.statics.turning_parts import coordinates_of
 
 #: Relative size below which motions, and components of them, count as zero.
 _MOVES = 1e-3
@@ -77,24 +77,24 @@ class BucklingModes:
         names, units = [f"mode {k}" for k in range(forces.shape[1])], robot.geometric.unit_loads()
         wrenches: list[dict[str, Array]] = [{} for _ in names]
         for size, unit in zip(forces, units, strict=True):
-            for place, wrench in unit.wrenches.items():
+            for attachment, wrench in unit.wrenches.items():
                 for k, own in enumerate(wrenches):
-                    own[place] = own.get(place, 0.0) + size[k] * wrench
+                    own[attachment] = own.get(attachment, 0.0) + size[k] * wrench
         loads = [AppliedLoad(name, own, {}, "change") for name, own in zip(names, wrenches, strict=True)]
-        twists = np.einsum("ijn,jan,amn->imn", robot.before.solution.compliance, robot.pull, forces)
+        twists = np.einsum("ijn,jan,amn->imn", robot.before.solution.compliance, robot.generalized_forces, forces)
         model = self.motions.structure.model
         _, solution = unit_responses(model, robot.before, loads, twists)
         return solution, deform(model, solution)
 
     def _of_modes(self, array: Array) -> Array:
         """Return the modes (…, m, …) of all contributions (k, S, …), NaN without a mode."""
-        first = len(self.robot.before.solution.sources)
+        first = len(self.robot.before.solution.contributions)
         return array[:, first : first + self.ratios.shape[1]]
 
     def of_body(self, body: RigidBody, point: Array) -> Array:
         """Return displacement of a point (3, N) of a body, and rotation of the body: (N, m, 6), world axes [m, rad]."""
         solution, deformation = self._moved
-        twists = motion_of(self.motions.structure.model, solution, deformation, next(iter(body.places)))
+        twists = motion_of(self.motions.structure.model, solution, deformation, next(iter(body.attachments)))
         found = move_twist(self._of_modes(twists), point - solution.o).transpose(2, 1, 0)
         return np.where(self.ratios[..., None] > 0, found, np.nan)
 
@@ -202,12 +202,12 @@ class Members:
         """Return where (N,) the tangent stiffness under all forces has an eigenvalue ≤ 0."""
         found = np.zeros(solution.o.shape[1], dtype=bool)
         for poses in self._chunks(solution, 1.0, inner=False):
-            tangents = tangent_of(self.structure.model, self.structure.parts, solution, poses).tangents
+            tangents = tangent_of(self.structure.model, self.structure.rotation_groups, solution, poses).tangents
             found[poses] = unstable_motions(tangents, len(poses)) > 0
         return found
 
     def _stability(self, solution: Solution, poses: Index) -> Stability:
-        return stability(self.structure.model, self.structure.parts, solution, poses)
+        return stability(self.structure.model, self.structure.rotation_groups, solution, poses)
 
     def _chunks(self, solution: Solution, least: float, inner: bool = True) -> list[Index]:
         """Return the poses where a ratio may be ``least`` or above, in chunks, see :meth:`_split`."""
@@ -218,7 +218,7 @@ class Members:
 
     def _split(self, poses: Index, inner: bool = True) -> list[Index]:
         """Divide poses into chunks for matrices of u and, if ``inner``, of the inner coordinates of all beams."""
-        size = sum(coordinates_of(self.structure.parts).sizes.values()) + inner * INNER * len(self.structure.beams)
+        size = sum(coordinates_of(self.structure.rotation_groups).sizes.values()) + inner * INNER * len(self.structure.beams)
         return np.array_split(poses, min(-(-len(poses) * size**2 // _CHUNK) or 1, len(poses))) if len(poses) else []
 
     def modes(self, solution: Solution, poses: Index, count: int) -> Iterator[BucklingModes]:
@@ -229,7 +229,7 @@ class Members:
     def second_order(self, solution: Solution, poses: Index | None = None) -> Changes:
         """Return the results of second order at the given poses (None: all)."""
         structure, some = self.structure, slice(None) if poses is None else poses
-        return second_order(structure.model, structure.parts, solution, some)
+        return second_order(structure.model, structure.rotation_groups, solution, some)
 
     def _ratios(self, robot: Stability, poses: Index | slice = slice(None)) -> Array:
         ratios, modes = robot.modes(poses)

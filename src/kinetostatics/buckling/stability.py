@@ -1,6 +1,6 @@
 """Critical load factors λ of a robot: 1 + λ F K_g is singular, with the flexibility F and the geometric stiffness K_g.
 
-F and K_g are those of the displacements u of :mod:`kinetostatics.statics.turning_parts` and of the inner coordinates of beams
+F and K_g are those of the displacements u of :mod:`kinetostatics.statics.rotation_groups` and of the inner coordinates of beams
 (:mod:`kinetostatics.elements.turned_forces`), whose flexibility is 1. K_g is due to all forces and moments of linear theory, at
 the unloaded geometry. The stiffness of springs belongs to F; where it is negative, as across a compressed spring, to K_g.
 """
@@ -20,14 +20,14 @@ from kinetostatics.elements.turned_forces import INNER
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import solve_by_elimination
 from kinetostatics.math.screws import move_wrench
-from kinetostatics.statics.geometric_stiffness import GeometricStiffness, PassageWrenches
+from kinetostatics.statics.geometric_stiffness import GeometricStiffness, JunctionWrenches
 from kinetostatics.statics.geometric_terms import GeometricTerms
 from kinetostatics.statics.robot_statics import RobotStatics
+from kinetostatics.statics.rotation_groups import Junction, RotationGroups
 from kinetostatics.statics.second_order import at_unloaded_geometry
 from kinetostatics.statics.small_motions import SmallMotions
 from kinetostatics.statics.solution import Balanced, Solution
 from kinetostatics.statics.springs import flexibility
-from kinetostatics.statics.turning_parts import Passage, TurningParts
 
 #: Flexibility of scaled displacements, relative to the largest, below which they count as rigid, and their values as rounding.
 _RIGID = 1e-13
@@ -61,7 +61,7 @@ class Stability:
 
     Attributes:
         before, geometric: the equilibrium, and the displacements u.
-        pull: (6, n, N) resultant wrenches on the platform of the unit loads conjugate to u.
+        generalized_forces: (6, n, N) resultant wrenches on the platform of the unit loads conjugate to u.
         units: (n,) 1 for rotations, 1/L for displacements, with the robot's length L [m]: factors that make u comparable.
         springs: (N, n, n) stiffness of springs, which F contains.
         flexible: F (N, n, n); b inner coordinates of beams have the flexibility 1.
@@ -71,7 +71,7 @@ class Stability:
 
     before: Balanced
     geometric: GeometricStiffness
-    pull: Array
+    generalized_forces: Array
     units: Array
     springs: Array
     flexible: Array
@@ -111,12 +111,12 @@ class Stability:
         return A, basis, fine
 
 
-def stability(robot: RobotStatics, parts: TurningParts, solution: Solution, poses: Index) -> Stability:
+def stability(robot: RobotStatics, rotation_groups: RotationGroups, solution: Solution, poses: Index) -> Stability:
     """Return F and K_g at some poses of an equilibrium."""
-    before, deformation, geometric = at_unloaded_geometry(robot, parts, solution, poses)
+    before, deformation, geometric = at_unloaded_geometry(robot, rotation_groups, solution, poses)
     blocks, N = geometric.coordinates.blocks, len(poses)
-    pull, groups = flexibility(robot, before, geometric)
-    F = np.einsum("ian,ijn,jbn->abn", pull, before.solution.compliance, pull)
+    generalized_forces, groups = flexibility(robot, before, geometric)
+    F = np.einsum("ian,ijn,jbn->abn", generalized_forces, before.solution.compliance, generalized_forces)
     first = len(F) - sum(map(len, groups))
     for own in groups:
         F[first : first + len(own), first : first + len(own)] += own
@@ -124,8 +124,8 @@ def stability(robot: RobotStatics, parts: TurningParts, solution: Solution, pose
     K, negative = (_of_springs(geometric, sign) for sign in (1, -1))
     if geometric.springs:
         F = solve_by_elimination(np.eye(len(F))[:, :, None] + np.einsum("abn,bcn->acn", F, K), F)
-    terms = geometric.under(before.solution, deformation, before.solution.sources, own=False, eliminated=False)
-    beams, n = [item for item in terms.passages if item.whole is not None], len(F)
+    terms = geometric.under(before.solution, deformation, before.solution.contributions, own=False, eliminated=False)
+    beams, n = [item for item in terms.junctions if item.whole is not None], len(F)
     G = np.zeros((n + INNER * len(beams), n + INNER * len(beams), N))
     G[:n, :n] = terms.matrix(blocks, blocks) + negative
     energies = {}
@@ -144,8 +144,8 @@ def stability(robot: RobotStatics, parts: TurningParts, solution: Solution, pose
         energies[model.name] = BeamEnergy(motions[:, 3:].transpose(2, 1, 0), stiffness, inside)
     F, K, G = (np.moveaxis(matrix + np.swapaxes(matrix, 0, 1), 2, 0) / 2 for matrix in (F, K, G))
     sizes = geometric.coordinates.sizes
-    units = np.concatenate([np.full(sizes[block], 1.0 if block[0] == "part" else 1 / robot.length) for block in blocks])
-    return Stability(before, geometric, pull, units, K, F, G, energies)
+    units = np.concatenate([np.full(sizes[block], 1.0 if block[0] == "group" else 1 / robot.length) for block in blocks])
+    return Stability(before, geometric, generalized_forces, units, K, F, G, energies)
 
 
 def _of_springs(geometric: GeometricStiffness, sign: int) -> Array:
@@ -155,8 +155,8 @@ def _of_springs(geometric: GeometricStiffness, sign: int) -> Array:
         values, axes = np.linalg.eigh(np.nan_to_num(np.moveaxis(spring.tangent, 2, 0)))
         part = sign * np.maximum(sign * values, 0.0)
         springs.append(replace(spring, tangent=np.einsum("nia,na,nja->ijn", axes, part, axes)))
-    where, parts = geometric.coordinates, geometric.parts
-    terms = GeometricTerms(where, parts, geometric.o, springs, geometric.without_spin, (), (), ())
+    where, rotation_groups = geometric.coordinates, geometric.rotation_groups
+    terms = GeometricTerms(where, rotation_groups, geometric.o, springs, geometric.without_spin, (), (), ())
     return terms.matrix(where.blocks, where.blocks)
 
 
@@ -179,7 +179,7 @@ def estimate(structure: SmallMotions, solution: Solution) -> Array:
     model, frames, o, C = structure.model, solution.frames, solution.o, solution.compliance
     if len(model.elastic_links) > len(model.beams):  # how far other links turn is not known
         return np.full_like(C[0, 0], np.inf)
-    turning = structure.turning
+    turning = structure.rotations
     # a force and a moment deform a joint that couples them at most twice as much as if it did not
     coupled = {k for joint in structure.joints if is_coupled(structure.stiffness_of(joint)) for k in joint.columns}
     springs = {
@@ -191,18 +191,18 @@ def estimate(structure: SmallMotions, solution: Solution) -> Array:
     sheared = {k in turning for k in springs} == {True, False}  # a force does work on a turn and a shift across it
     hinges, slides = (sum(c for k, c in springs.items() if (k in turning) == turns) for turns in (True, False))
     loads = [item.load for item in solution.applied]
-    transmitted = PassageWrenches(model, solution, loads, range(len(solution.sources)), True)
+    transmitted = JunctionWrenches(model, solution, loads, range(len(solution.contributions)), True)
     centres = model.weights.centres(frames)
     heavy = [centres[:, w] for w in range(centres.shape[1]) if np.any(solution.weights[:3, w])]
     acting = [o, *heavy, *(point for load in loads for point in load.points.values())]
-    limbs: dict[int, list[Passage]] = {}
-    for item in structure.parts.passages:
+    limbs: dict[int, list[Junction]] = {}
+    for item in structure.rotation_groups.junctions:
         limbs.setdefault(item.owner, []).append(item)
     inside, outside, none = np.zeros_like(C[0, 0]), np.zeros_like(C[0, 0]), np.zeros_like(C[0, 0])
     loops = len(limbs) > 1 or not all(model.topology.all_limbs[number].is_serial for number in limbs)
-    for passages in limbs.values():
+    for junctions in limbs.values():
         moments, soft, longest, before, strongest = none, none + hinges / model.length**2, none, None, none
-        for item in passages:
+        for item in junctions:
             arm = frames.point(item.centre.body, item.centre.vector) - o
             wrench = move_wrench(transmitted.on_outer_side(item), arm)
             force, start = _size(wrench[:3]), arm
@@ -219,7 +219,7 @@ def estimate(structure: SmallMotions, solution: Solution) -> Array:
             if before is not None:
                 moments = moments + force * _size(start - before)
             before = arm
-        longest = longest if any(item.edge.beam for item in passages) else none + model.length
+        longest = longest if any(item.edge.beam for item in junctions) else none + model.length
         with np.errstate(divide="ignore", invalid="ignore"):  # the length of a telescopic beam may be zero
             soft = soft + slides / longest**2
             if sheared:  # the work is at most the force times the root of both compliances, and that at most half their sum

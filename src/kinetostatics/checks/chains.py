@@ -19,7 +19,7 @@ from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.layout.renderings import WIDTH
 from kinetostatics.math.graphs import blocks, joined, reachable
 from kinetostatics.mechanism.body_graph import BodyEdge, BodyGraph, RigidBody
-from kinetostatics.mechanism.joints import CompoundJoint, compound_joints, drives_of, springs_of
+from kinetostatics.mechanism.joints import CompoundJoint, compound_joints, elastic_actuators, springs_of
 from kinetostatics.mechanism.limbs import Edge, Limb, Topology
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
 
@@ -203,7 +203,7 @@ class GraphReader:
         names = compound.joints if isinstance(compound, CompoundJoint) else (compound.name,)
         label = compound.label if isinstance(compound, CompoundJoint) else compound.name
         first = self.mechanism.connections[names[0]]
-        elastic = any(springs_of(self.mechanism, name) or name in drives_of(self.mechanism) for name in names)
+        elastic = any(springs_of(self.mechanism, name) or name in elastic_actuators(self.mechanism) for name in names)
         driven = first.driven and first.mimic is None
         return JointStep(label, names, compound.type.name, driven, elastic, first.mimic.joint if first.mimic else None)
 

@@ -9,17 +9,17 @@ import numpy as np
 
 from kinetostatics.analysis import analyze
 from kinetostatics.checks.chains import Graph, GraphReader
-from kinetostatics.checks.facts import (
-    AttachedBodiesFacts,
-    MobilityFacts,
-    RobotFacts,
-    ZeroFacts,
-    beam_facts,
+from kinetostatics.checks.diagnosis import (
+    AttachedBodiesDiagnosis,
+    Diagnosis,
+    MobilityDiagnosis,
+    ZeroDiagnosis,
+    beam_diagnosis,
     elastic_joints,
     first_like,
-    flexible_facts,
+    flexible_diagnosis,
     followers,
-    limb_facts,
+    limb_diagnosis,
     massless_links,
 )
 from kinetostatics.checks.input_warnings import warnings_of_file, warnings_of_zero
@@ -39,11 +39,11 @@ from kinetostatics.robot import Robot
 T = TypeVar("T")
 
 
-def robot_facts(robot: Robot) -> RobotFacts:
+def diagnose(robot: Robot) -> Diagnosis:
     """Return the properties of a robot; a property that cannot be computed is None, and ``problems`` lists the errors."""
     description = robot.description
-    facts = RobotFacts(robot.name, description.path, description.base, description.platform, drives=description.driven)
-    facts.warnings += [*description.warnings, *kept_warnings(description), *robot.topology.warnings]
+    diagnosis = Diagnosis(robot.name, description.path, description.base, description.platform, drives=description.driven)
+    diagnosis.warnings += [*description.warnings, *kept_warnings(description), *robot.topology.warnings]
 
     open_loops = False
 
@@ -55,77 +55,77 @@ def robot_facts(robot: Robot) -> RobotFacts:
             return compute()
         except KinetostaticsError as error:
             open_loops = isinstance(error, AssemblyError)
-            if str(error) not in facts.problems:
-                facts.problems.append(str(error))
+            if str(error) not in diagnosis.problems:
+                diagnosis.problems.append(str(error))
             return None
 
-    facts.zero = ZeroFacts({name: {"m": metres, "rad": radians} for name, (metres, radians) in robot.zero_loop_gaps.items()})
+    diagnosis.zero = ZeroDiagnosis({name: {"m": gap, "rad": angle} for name, (gap, angle) in robot.zero_loop_gaps.items()})
     if robot.wrong_zero is not None:
-        facts.problems.append(str(robot.wrong_zero))
+        diagnosis.problems.append(str(robot.wrong_zero))
         open_loops = True
-    facts.zero.closing_error = attempt(lambda: robot.closing_error)
+    diagnosis.zero.closing_error = attempt(lambda: robot.closing_error)
     groups = attempt(lambda: robot.statics.groups)
     if groups is not None:
-        facts.mobility = attempt(lambda: _mobility(robot, facts.zero))
+        diagnosis.mobility = attempt(lambda: _mobility(robot, diagnosis.zero))
     masses = attempt(lambda: robot.weights.masses(robot.zero_frames)[:, 0])
-    facts.inertia_warnings += description.inertia_warnings
+    diagnosis.inertia_warnings += description.inertia_warnings
     if masses is not None:
-        facts.mass = float(masses.sum())
-        facts.inertia_warnings += [f"{error}; modes and motions are refused" for error in robot.weights.impossible_inertias]
+        diagnosis.mass = float(masses.sum())
+        diagnosis.inertia_warnings += [f"{error}; modes and motions are refused" for error in robot.weights.impossible_inertias]
 
     def mass_of(owner: str) -> float | None:
         return None if masses is None else float(masses[robot.weights.of(owner)].sum())
 
     reader = GraphReader(robot.mechanism)
-    facts.limbs = [limb_facts(robot, reader, limb, mass_of(limb.name)) for limb in robot.topology.limbs]
-    labels = {joint: step.name for limb in facts.limbs for step in limb.joints for joint in step.joints}
-    facts.beams = beam_facts(robot, labels, attempt(lambda: robot.beams), attempt(lambda: robot.zero_frames))
-    facts.flexible = flexible_facts(robot, attempt(lambda: robot.elastic_links), attempt(lambda: robot.zero_frames))
-    facts.mass_follows_pose = any(beam.telescopic and beam.density for beam in facts.beams)
+    diagnosis.limbs = [limb_diagnosis(robot, reader, limb, mass_of(limb.name)) for limb in robot.topology.limbs]
+    labels = {joint: step.name for limb in diagnosis.limbs for step in limb.joints for joint in step.joints}
+    diagnosis.beams = beam_diagnosis(robot, labels, attempt(lambda: robot.beams), attempt(lambda: robot.zero_frames))
+    diagnosis.flexible = flexible_diagnosis(robot, attempt(lambda: robot.elastic_links), attempt(lambda: robot.zero_frames))
+    diagnosis.mass_follows_pose = any(beam.telescopic and beam.density for beam in diagnosis.beams)
     bases: dict[str, Basis] = {}
     for group in groups or ():
         for position, which in enumerate(group.numbers):
-            if which < len(facts.limbs):
-                facts.limbs[which].constraint_wrenches = group.labels[position]
-                facts.limbs[which].attached_wrenches = group.attached_labels[position]
-                bases[facts.limbs[which].name] = group.basis
+            if which < len(diagnosis.limbs):
+                diagnosis.limbs[which].constraint_wrenches = group.labels[position]
+                diagnosis.limbs[which].attached_wrenches = group.attached_labels[position]
+                bases[diagnosis.limbs[which].name] = group.basis
     alike: dict[tuple[object, ...], str] = {}
-    for limb in facts.limbs if groups is not None else ():
-        limb.like = first_like(limb, bases[limb.name], facts.beams, alike)
-    facts.massless = massless_links(robot, facts.limbs)
-    facts.elastic_joints = elastic_joints(robot)
-    facts.springs = list(description.springs.values())
-    facts.followers = followers(robot)
-    facts.on_base = _attached_bodies(robot.topology.base, mass_of("base"), reader.attached(robot.topology, "base"))
+    for limb in diagnosis.limbs if groups is not None else ():
+        limb.like = first_like(limb, bases[limb.name], diagnosis.beams, alike)
+    diagnosis.massless = massless_links(robot, diagnosis.limbs)
+    diagnosis.elastic_joints = elastic_joints(robot)
+    diagnosis.springs = list(description.springs.values())
+    diagnosis.followers = followers(robot)
+    diagnosis.on_base = _attached_bodies(robot.topology.base, mass_of("base"), reader.attached(robot.topology, "base"))
     held = reader.attached(robot.topology, "platform")
-    facts.on_platform = _attached_bodies(robot.topology.platform, mass_of("platform"), held)
-    facts.zero.warnings += warnings_of_zero(robot, facts)
-    facts.warnings += warnings_of_file(robot, facts)
-    if groups is not None and facts.mobility is not None:
-        warnings, at_zero, problems = warnings_of_statics(robot, facts)
-        facts.warnings += warnings
-        facts.zero.warnings += at_zero
-        facts.problems += problems
-    facts.warnings += facts.zero.warnings + facts.inertia_warnings
-    return facts
+    diagnosis.on_platform = _attached_bodies(robot.topology.platform, mass_of("platform"), held)
+    diagnosis.zero.warnings += warnings_of_zero(robot, diagnosis)
+    diagnosis.warnings += warnings_of_file(robot, diagnosis)
+    if groups is not None and diagnosis.mobility is not None:
+        warnings, at_zero, problems = warnings_of_statics(robot, diagnosis)
+        diagnosis.warnings += warnings
+        diagnosis.zero.warnings += at_zero
+        diagnosis.problems += problems
+    diagnosis.warnings += diagnosis.zero.warnings + diagnosis.inertia_warnings
+    return diagnosis
 
 
 def robot_warnings(robot: Robot) -> tuple[str, ...]:
     """Return the problems and warnings of a robot, without warnings that concern only the zero pose, or modes and motions."""
-    facts = robot_facts(robot)
-    others = {*facts.zero.warnings, *facts.inertia_warnings}
-    return (*facts.problems, *(text for text in facts.warnings if text not in others))
+    diagnosis = diagnose(robot)
+    others = {*diagnosis.zero.warnings, *diagnosis.inertia_warnings}
+    return (*diagnosis.problems, *(text for text in diagnosis.warnings if text not in others))
 
 
 # ---- parts -----------------------------------------------------------------------------------------------------------
 
 
-def _mobility(robot: Robot, zero: ZeroFacts) -> MobilityFacts:
+def _mobility(robot: Robot, zero: ZeroDiagnosis) -> MobilityDiagnosis:
     mobility, motions = robot.mobility, Motions(robot)
     values = robot.solver.values(robot.actuator_coordinates, robot.zero_poses)[:, 0]
     zero.drives = {name: float(value) for name, value in zip(motions.actuator_names, values, strict=True)}
     redundant_actuators, uncontrolled = actuators_of(motions)
-    return MobilityFacts(
+    return MobilityDiagnosis(
         mobility.platform,
         mobility.local,
         mobility.redundant_constraints,
@@ -138,8 +138,8 @@ def _mobility(robot: Robot, zero: ZeroFacts) -> MobilityFacts:
     )
 
 
-def _attached_bodies(weight: AttachedBodies, mass: float | None, graph: Graph) -> AttachedBodiesFacts:
-    return AttachedBodiesFacts(weight.links, tuple(edge.joint for edge in weight.edges if edge.joint), mass, graph)
+def _attached_bodies(weight: AttachedBodies, mass: float | None, graph: Graph) -> AttachedBodiesDiagnosis:
+    return AttachedBodiesDiagnosis(weight.links, tuple(edge.joint for edge in weight.edges if edge.joint), mass, graph)
 
 
 #: Ratio of the smallest nonzero to the largest zero singular value below which a count is doubtful.
@@ -148,7 +148,7 @@ SMALL_GAP = 1e4
 AT_ZERO = "at the zero pose"
 
 
-def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], list[str], list[str]]:
+def warnings_of_statics(robot: Robot, diagnosis: Diagnosis) -> tuple[list[str], list[str], list[str]]:
     """Return (warnings, warnings of the zero pose, errors that prevent an analysis).
 
     The warnings concern doubtful ranks, redundant actuation, driven joints outside limbs, and missing results.
@@ -167,11 +167,11 @@ def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], lis
                 f"the number of constraint wrenches of {group.limbs[0].name} is doubtful: the smallest singular value taken as "
                 f"nonzero is only {group.basis.gap:.2g} times the largest taken as zero"
             )
-    mobility = facts.mobility
+    mobility = diagnosis.mobility
     if mobility is not None and mobility.redundant_actuators:
-        held = len(facts.drives) - mobility.redundant_actuators
+        held = len(diagnosis.drives) - mobility.redundant_actuators
         warnings.append(
-            f"{len(facts.drives)} actuators for {held} freedom{'s' * (held != 1)}: the actuation is redundant; actuators are "
+            f"{len(diagnosis.drives)} actuators for {held} freedom{'s' * (held != 1)}: the actuation is redundant; actuators are "
             "locked in position and share the load according to the elasticity of their limbs (if the robot should have more "
             "freedoms, look for a wrong <axis>)"
         )
@@ -180,7 +180,7 @@ def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], lis
     generic = analyze(poses_of(robot, robot.generic_poses))
     zero = analyze(poses_of(robot, robot.zero_poses, first_only=True), on_failure="nan")
     problem = _statics_problem(robot, generic, zero)
-    if problem is None and not facts.drives and robot.mobility.platform:
+    if problem is None and not diagnosis.drives and robot.mobility.platform:
         warnings.append("the robot has no actuators: springs alone hold its platform; mark driven joints by <transmission>")
     if problem is not None:
         (at_zero if problem.startswith(AT_ZERO) else problems).append(problem)

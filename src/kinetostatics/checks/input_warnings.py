@@ -8,7 +8,7 @@ from math import isinf
 
 import numpy as np
 
-from kinetostatics.checks.facts import BeamFacts, ElasticJointFacts, RobotFacts
+from kinetostatics.checks.diagnosis import BeamDiagnosis, Diagnosis, ElasticJointDiagnosis
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.kinematics.loop_gaps import CLOSED
@@ -41,18 +41,19 @@ GIVES, RIGID = (0.01, 0.2), 1e12
 LEVER = 3
 
 
-def warnings_of_file(robot: Robot, facts: RobotFacts) -> list[str]:
+def warnings_of_file(robot: Robot, diagnosis: Diagnosis) -> list[str]:
     """Return warnings of a robot that do not require statics."""
-    warnings = [*_closing(robot, facts), *_sizes(robot, facts), *_stubby(robot, facts)]
-    warnings += [*_materials(facts), *_masses(robot, facts), *_without_mass(robot, facts), *_elastic_joints(robot, facts)]
+    warnings = [*_closing(robot, diagnosis), *_sizes(robot, diagnosis), *_stubby(robot, diagnosis)]
+    warnings += [*_materials(diagnosis), *_masses(robot, diagnosis)]
+    warnings += [*_without_mass(robot, diagnosis), *_elastic_joints(robot, diagnosis)]
     warnings += [
         f"link {link!r} ends nowhere: {joint!r} is its only joint and connects it to the base; if it is part of a limb, a "
         "<loop> is missing or a <parent> is wrong"
         for link, joint in ends_nowhere(robot.mechanism)
         if link in robot.topology.base.links
     ]
-    rigid = [limb for limb in facts.limbs if limb.rigid]
-    if len(rigid) < len(facts.limbs):
+    rigid = [limb for limb in diagnosis.limbs if limb.rigid]
+    if len(rigid) < len(diagnosis.limbs):
         for limb in rigid:
             joints, held = (join_words(names) for names in ([step.name for step in limb.joints], limb.constraint_wrenches or ()))
             why = (
@@ -62,14 +63,14 @@ def warnings_of_file(robot: Robot, facts: RobotFacts) -> list[str]:
     elif rigid:
         verb = "have no elastic parts and count" if rigid[1:] else "has no elastic parts and counts"
         warnings.append(f"{join_words([limb.name for limb in rigid])} {verb} as rigid")
-    if not facts.limbs:
+    if not diagnosis.limbs:
         warnings.append("no limb joins base and platform")
     return warnings
 
 
-def warnings_of_zero(robot: Robot, facts: RobotFacts) -> Iterable[str]:
+def warnings_of_zero(robot: Robot, diagnosis: Diagnosis) -> Iterable[str]:
     """Yield warnings of the zero pose that do not require statics."""
-    zero = facts.zero
+    zero = diagnosis.zero
     if zero.closing_error is None:
         return
     if zero.closing_error > CLOSED:
@@ -84,17 +85,17 @@ def warnings_of_zero(robot: Robot, facts: RobotFacts) -> Iterable[str]:
             "the loops do not close with the actuators at zero; the zero pose, the start of all searches, has "
             f"{join_words(moved)}"
         )
-    yield from _limits(robot, facts)
+    yield from _limits(robot, diagnosis)
 
 
-def _closing(robot: Robot, facts: RobotFacts) -> Iterable[str]:
-    zero = facts.zero
+def _closing(robot: Robot, diagnosis: Diagnosis) -> Iterable[str]:
+    zero = diagnosis.zero
     if zero.closing_error is None:
         return
     metres, radians = zero.widest("m"), zero.widest("rad")
     if metres[0] > FAR * robot.length or radians[0] > FAR:
         yield (
-            f"where all joints are at zero the loops are far from closed: {zero_loop_gaps(facts)}. "
+            f"where all joints are at zero the loops are far from closed: {zero_loop_gaps(diagnosis)}. "
             + (
                 "Angles in degrees would explain this: see the other warnings"
                 if robot.description.angle_hints()
@@ -113,10 +114,10 @@ def _coordinate(robot: Robot, joint: str, value: float) -> str:
     return f"{1e3 * value:.4g} mm" if slides else f"{np.degrees(value):.4g}°"
 
 
-def zero_loop_gaps(facts: RobotFacts) -> str:
+def zero_loop_gaps(diagnosis: Diagnosis) -> str:
     """Return the gaps of the loops, with all joints at zero, as text; loops with equal gaps are grouped."""
     alike: dict[str, list[str]] = {}
-    for name, gap in facts.zero.loop_gaps.items():
+    for name, gap in diagnosis.zero.loop_gaps.items():
         sizes = [quantity(float(f"{gap['m']:.6g}"), LENGTHS, digits=4)] if gap["m"] > 1e-9 else []
         sizes += [f"{np.degrees(gap['rad']):.4g}°"] if gap["rad"] > 1e-9 else []
         if sizes:
@@ -124,8 +125,8 @@ def zero_loop_gaps(facts: RobotFacts) -> str:
     return "open by " + ", ".join(f"{size} at {join_words(names, len(names))}" for size, names in alike.items())
 
 
-def _limits(robot: Robot, facts: RobotFacts) -> Iterable[str]:
-    if facts.zero.drives is None or not robot.mechanism.tree.nq:
+def _limits(robot: Robot, diagnosis: Diagnosis) -> Iterable[str]:
+    if diagnosis.zero.drives is None or not robot.mechanism.tree.nq:
         return
     try:
         pose = robot.configuration(robot.model_q(robot.zero_poses)[:, 0], closure_tolerance=1e-9 + 1e3 * robot.closing_error)
@@ -136,8 +137,8 @@ def _limits(robot: Robot, facts: RobotFacts) -> Iterable[str]:
         yield f"at the zero pose {join_words(beyond)} {'are beyond their' if beyond[1:] else 'is beyond its'} limits"
 
 
-def _sizes(robot: Robot, facts: RobotFacts) -> Iterable[str]:
-    if facts.zero.closing_error is None:
+def _sizes(robot: Robot, diagnosis: Diagnosis) -> Iterable[str]:
+    if diagnosis.zero.closing_error is None:
         return
     size = robot.zero_size
     if size and not SIZES[0] < size < SIZES[1]:
@@ -153,7 +154,7 @@ def _sizes(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 # ---- beams -----------------------------------------------------------------------------------------------------------
 
 
-def _warnings_of_beams(beams: Iterable[BeamFacts], text_of: Callable[[BeamFacts], str | None]) -> Iterable[str]:
+def _warnings_of_beams(beams: Iterable[BeamDiagnosis], text_of: Callable[[BeamDiagnosis], str | None]) -> Iterable[str]:
     """Yield warnings of beams; beams with equal texts share one warning."""
     same: dict[str, list[str]] = {}
     for beam in beams:
@@ -164,10 +165,10 @@ def _warnings_of_beams(beams: Iterable[BeamFacts], text_of: Callable[[BeamFacts]
         yield f"beam{'s' * (len(names) > 1)} {join_words(names, 8)}: {text}"
 
 
-def _stubby(robot: Robot, facts: RobotFacts) -> Iterable[str]:
-    members = _members(robot, facts)
+def _stubby(robot: Robot, diagnosis: Diagnosis) -> Iterable[str]:
+    members = _members(robot, diagnosis)
 
-    def text_of(beam: BeamFacts) -> str | None:
+    def text_of(beam: BeamDiagnosis) -> str | None:
         if beam.length is None:
             return None
         length, depth = members[beam.name]
@@ -181,16 +182,16 @@ def _stubby(robot: Robot, facts: RobotFacts) -> Iterable[str]:
             return f"{length / depth:.2g} times as long as thick ({thick}); sizes are in m"
         return None
 
-    return _warnings_of_beams(facts.beams, text_of)
+    return _warnings_of_beams(diagnosis.beams, text_of)
 
 
-def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
+def _members(robot: Robot, diagnosis: Diagnosis) -> dict[str, tuple[float, float]]:
     """Return for each beam the length and depth [m] of its member.
 
     A member is a row of beams of about the same direction, welded or connected by driven prismatic joints.
     """
-    graph, frames = BodyGraph(robot.mechanism), robot.zero_frames if facts.zero.closing_error is not None else None
-    beams = {beam.name: beam for beam in facts.beams}
+    graph, frames = BodyGraph(robot.mechanism), robot.zero_frames if diagnosis.zero.closing_error is not None else None
+    beams = {beam.name: beam for beam in diagnosis.beams}
     if frames is None:
         return {name: (beam.length or 0.0, beam.depth) for name, beam in beams.items()}
     locked = [edge.ends for edge in graph.edges if edge.connection is not None and _is_locked(edge.connection)]
@@ -216,32 +217,32 @@ def _is_locked(joint: Connection) -> bool:
     return joint.type.is_fixed or (joint.type.is_slide and joint.driven)
 
 
-def _materials(facts: RobotFacts) -> Iterable[str]:
-    def modulus(beam: BeamFacts) -> str | None:
+def _materials(diagnosis: Diagnosis) -> Iterable[str]:
+    def modulus(beam: BeamDiagnosis) -> str | None:
         young, shear = beam.youngs_modulus, beam.shear_modulus
         if 1 <= young / shear <= 1000:
             return None
         return f"the shear modulus of {shear:.4g} Pa and the Young's modulus of {young:.4g} Pa are inconsistent"
 
-    def expansion(beam: BeamFacts) -> str | None:
+    def expansion(beam: BeamDiagnosis) -> str | None:
         if not EXPANSIONS[0] <= beam.thermal_expansion <= EXPANSIONS[1]:
             return f"the thermal expansion of {beam.thermal_expansion:.4g} 1/K is improbable; steel has 1.2e-5 1/K"
         return None
 
     for text_of in (modulus, expansion):
-        yield from _warnings_of_beams(facts.beams, text_of)
+        yield from _warnings_of_beams(diagnosis.beams, text_of)
 
 
 # ---- masses and joints -----------------------------------------------------------------------------------------------
 
 
-def _masses(robot: Robot, facts: RobotFacts) -> Iterable[str]:
+def _masses(robot: Robot, diagnosis: Diagnosis) -> Iterable[str]:
     links = robot.description.links
-    by_link: dict[str, list[BeamFacts]] = {}
-    for beam in facts.beams:
+    by_link: dict[str, list[BeamDiagnosis]] = {}
+    for beam in diagnosis.beams:
         by_link.setdefault(beam.link, []).append(beam)
 
-    def text_of(beam: BeamFacts) -> str | None:
+    def text_of(beam: BeamDiagnosis) -> str | None:
         beams, given = by_link[beam.link], links[beam.link].mass
         if beam is not beams[0] or beam.density is None or beam.mass is None or not given:
             return None
@@ -255,22 +256,22 @@ def _masses(robot: Robot, facts: RobotFacts) -> Iterable[str]:
             "latter along the beam, leave the density out; give additional bodies a link of their own"
         )
 
-    yield from _warnings_of_beams(facts.beams, text_of)
-    if facts.mass == 0:
+    yield from _warnings_of_beams(diagnosis.beams, text_of)
+    if diagnosis.mass == 0:
         yield "nothing in the file has a mass"
 
 
-def _without_mass(robot: Robot, facts: RobotFacts) -> Iterable[str]:
+def _without_mass(robot: Robot, diagnosis: Diagnosis) -> Iterable[str]:
     """Yield warnings of limbs, platform and drawn bodies without mass, if other parts have mass.
 
     There is no warning for links without a shape (crosses of universal joints, frames, tools of arms, light sliders), for links
     with the mass 0 in ``<inertial>``, and for beams of density 0. Beams without data on their mass have a warning of their own.
     """
-    if not facts.mass:  # reported elsewhere, or unknown
+    if not diagnosis.mass:  # reported elsewhere, or unknown
         return
     links = robot.description.links
     named = []
-    platform = facts.on_platform
+    platform = diagnosis.on_platform
     is_tool = not robot.description.loops
     if (
         platform is not None
@@ -282,20 +283,20 @@ def _without_mass(robot: Robot, facts: RobotFacts) -> Iterable[str]:
         yield "the platform has no mass: give its link an <inertial>"
     light = [
         limb
-        for limb in facts.limbs
+        for limb in diagnosis.limbs
         if limb.mass == 0 and limb.links and not limb.beams and not any(links[name].has_inertial for name in limb.links)
     ]
     if light:
         weigh, have = ("weigh", "their links have") if light[1:] else ("weighs", "its links have")
         named += [name for limb in light for name in limb.links]
         yield f"{join_words([limb.name for limb in light])} {weigh} nothing: {have} no <inertial>"
-    drawn = [name for name in _drawn_without_mass(robot, facts) if name not in named]
+    drawn = [name for name in _drawn_without_mass(robot, diagnosis) if name not in named]
     if drawn:
         shape = "have shapes" if drawn[1:] else "has a shape"
         yield f"{join_words(drawn)} {shape} but no mass: add an <inertial>, with the mass 0 if it is massless"
 
 
-def _drawn_without_mass(robot: Robot, facts: RobotFacts) -> list[str]:
+def _drawn_without_mass(robot: Robot, diagnosis: Diagnosis) -> list[str]:
     """Return the moving links with <visual> or <collision> in rigid bodies (welded links) without any <inertial>."""
     description, connections = robot.description, robot.mechanism.connections
     fixed = [joint for joint in connections.values() if joint.type.is_fixed]
@@ -307,8 +308,8 @@ def _drawn_without_mass(robot: Robot, facts: RobotFacts) -> list[str]:
         for name in span.spanned
         for link in (connections[name].predecessor, connections[name].successor)
     }
-    in_limbs = {name for limb in facts.limbs for name in limb.links}
-    crosses = {name for name in in_limbs if not body[name] & set(facts.massless)}  # of compound joints; and what weighs
+    in_limbs = {name for limb in diagnosis.limbs for name in limb.links}
+    crosses = {name for name in in_limbs if not body[name] & set(diagnosis.massless)}  # of compound joints; and what weighs
     weighs = elastic | inside | {description.base} | {name for name, link in description.links.items() if link.has_inertial}
     return [
         name
@@ -317,9 +318,9 @@ def _drawn_without_mass(robot: Robot, facts: RobotFacts) -> list[str]:
     ]
 
 
-def _elastic_joints(robot: Robot, facts: RobotFacts) -> Iterable[str]:
-    weight = 9.81 * (facts.mass or 0.0)
-    for joint in facts.elastic_joints:
+def _elastic_joints(robot: Robot, diagnosis: Diagnosis) -> Iterable[str]:
+    weight = 9.81 * (diagnosis.mass or 0.0)
+    for joint in diagnosis.elastic_joints:
         for words, value, unit, turns in _constrained_stiffnesses(robot, joint):
             force = weight * robot.length if turns else weight
             if value > RIGID:
@@ -342,7 +343,7 @@ def _elastic_joints(robot: Robot, facts: RobotFacts) -> Iterable[str]:
                 )
 
 
-def _constrained_stiffnesses(robot: Robot, joint: ElasticJointFacts) -> Iterable[tuple[str, float, str, int]]:
+def _constrained_stiffnesses(robot: Robot, joint: ElasticJointDiagnosis) -> Iterable[tuple[str, float, str, int]]:
     """Yield a joint's stiffnesses in its constrained directions: name, value, unit, and whether the direction is a rotation."""
     passive = robot.mechanism.connections[joint.joint]
     free = _free_axes(passive)

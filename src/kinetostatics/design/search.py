@@ -50,8 +50,8 @@ def search(
             )
         near = every
     else:  # relaxed problem: lists as ranges
-        loose = [Range(choice.names[0], choice.rows[0][0], choice.rows[-1][0]) for choice in choices]
-        relaxed = [_minimize(problem, [*ranges, *loose], {}, place) for place in _places([*ranges, *loose], begin, starts)]
+        of_lists = [Range(choice.names[0], choice.rows[0][0], choice.rows[-1][0]) for choice in choices]
+        relaxed = [_minimize(problem, [*ranges, *of_lists], {}, place) for place in _places([*ranges, *of_lists], begin, starts)]
         best = min(relaxed, key=lambda end: rank(problem.at(end)))
         begin = {**begin, **best}
         near = [

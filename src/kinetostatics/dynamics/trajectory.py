@@ -263,8 +263,8 @@ def minimum_jerk(times: Array, points: Array, at: Array) -> Profile:
     own = parts[:-1, 3:, 3:] + parts[1:, :3, :3]  # (n − 2, 3, 3), of inner points
     states = np.zeros((n, 3, len(points)))
     states[:, 0] = points.T
-    pull = own @ states[1:-1] + parts[:-1, 3:, :3] @ states[:-2] + parts[1:, :3, 3:] @ states[2:]
-    states[1:-1, 1:] = -_solve_in_order(own[:, 1:, 1:], parts[1:-1, 1:3, 4:], pull[:, 1:])
+    right = own @ states[1:-1] + parts[:-1, 3:, :3] @ states[:-2] + parts[1:, :3, 3:] @ states[2:]
+    states[1:-1, 1:] = -_solve_in_order(own[:, 1:, 1:], parts[1:-1, 1:3, 4:], right[:, 1:])
     part = _part(times, at)
     ends = np.concatenate([states[part], states[part + 1]], axis=1).transpose(1, 0, 2) * sizes[part].T[..., None]
     tau, step = (at - times[part]) / steps[part], steps[part]

@@ -18,7 +18,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.load_case import LoadCase
 from kinetostatics.math.arrays import Array, Index, Mask, in_threads
-from kinetostatics.mechanism.joints import drive_of
+from kinetostatics.mechanism.joints import elastic_actuator
 from kinetostatics.results.dynamics import FrequencyResponse, Modes
 from kinetostatics.results.pose_arrays import tool_on_robot
 from kinetostatics.robot import robot_of
@@ -72,7 +72,7 @@ class Vibrations:
         check("drives", drives)
         robot, shape = robot_of(configuration), configuration.shape
         robot.weights.check_inertias()
-        free = {name: drive_of(robot.mechanism, name, np.inf) for name in robot.description.driven}
+        free = {name: elastic_actuator(robot.mechanism, name, np.inf) for name in robot.description.driven}
         structure = SmallMotions(robot.statics, free if drives == "free" else None)
         valid = np.array(configuration.reached)
         for beam in robot.beams.values():
@@ -99,10 +99,10 @@ class Vibrations:
             loads = self.loads.map(lambda array: array[:, poses])
             applied = loads.at(frames, gravity)
             model = replace(model, masses={**model.masses, **_carried(loads, motions, model.masses)})
-        if self.structure.model.parts is not None:
+        if self.structure.model.rotation_groups is not None:
             robot, columns = self.structure.model, tuple(range(motions.units.shape[1]))
             given = LoadedPoses(frames, np.zeros((6, len(poses))), gravity, applied=applied)
-            u, K, buckled = geometric_stiffness(robot, self.structure.parts, given, motions.at_place)
+            u, K, buckled = geometric_stiffness(robot, self.structure.rotation_groups, given, motions.at_attachment)
             springs = {**model.springs, GEOMETRIC: spring_part(columns, u, K)}
             model = replace(model, springs=springs, buckled=buckled)
         return motions, model
@@ -227,10 +227,10 @@ def frequency_response(
         twists, carried = motions.at(body, point)
         return responses(model, twists, carried, omega, losses)
 
-    parts = vibrations.in_chunks(solved, _POSES_OF_RESPONSES)
+    rotation_groups = vibrations.in_chunks(solved, _POSES_OF_RESPONSES)
     found = np.full((2, len(vibrations.valid), len(omega), 6, 6), complex(np.nan, np.nan))
-    if parts:
-        found[:, vibrations.valid] = np.concatenate(parts, axis=1)
+    if rotation_groups:
+        found[:, vibrations.valid] = np.concatenate(rotation_groups, axis=1)
     compliance, transmissibility = found.reshape(2, *configuration.shape, len(omega), 6, 6)
     valid, frequency = vibrations.valid, omega / (2 * np.pi)
     return FrequencyResponse(configuration, frequency, compliance, transmissibility, damping, drives, payload, place, valid)

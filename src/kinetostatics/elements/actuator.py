@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from kinetostatics.elements.element import carried_wrench, outboard_masks
 from kinetostatics.elements.loaded_beams import LoadedBeams
 from kinetostatics.math.arrays import Array, zeros_for
-from kinetostatics.mechanism.joints import Drive, Freedoms, freedoms_of
+from kinetostatics.mechanism.joints import ElasticActuator, Freedoms, freedoms_of
 from kinetostatics.mechanism.limbs import Edge, Topology
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
@@ -40,8 +40,8 @@ class BranchJoint:
         return self.freedoms.twists(frames, o)[:, 0] * self.ratio
 
 
-def branch_joints(mechanism: Mechanism, topology: Topology, drive: Drive) -> tuple[BranchJoint, ...]:
-    ratios = dict(drive.moves)
+def branch_joints(mechanism: Mechanism, topology: Topology, actuator: ElasticActuator) -> tuple[BranchJoint, ...]:
+    ratios = dict(actuator.moves)
     edges = [edge for edge in topology.branch_edges if edge.joint in ratios]
     freedoms = [Freedoms(freedoms_of(mechanism, mechanism.connections[str(edge.joint)], edge.sign)) for edge in edges]
     return tuple(BranchJoint(edge, ratios[str(edge.joint)], own) for edge, own in zip(edges, freedoms, strict=True))
@@ -75,15 +75,16 @@ class Actuators:
     in_every_direction = has_line = has_inside = False
 
     def __init__(
-        self, drives: Sequence[Drive], freedoms: Sequence[MovedFreedom], branches: Sequence[tuple[BranchJoint, ...]]
+        self, actuators: Sequence[ElasticActuator], freedoms: Sequence[MovedFreedom], branches: Sequence[tuple[BranchJoint, ...]]
     ) -> None:
         """Set the actuators; ``branches``: for each limb, the joints of open branches that the actuator moves."""
-        self.names, self.freedoms, self.branches = tuple(drive.joint for drive in drives), tuple(freedoms), tuple(branches)
-        self.compliance = np.array([drive.compliance for drive in drives])[:, None]  # (g, 1) [m/N, rad/(N·m)]
+        self.names = tuple(actuator.joint for actuator in actuators)
+        self.freedoms, self.branches = tuple(freedoms), tuple(branches)
+        self.compliance = np.array([actuator.compliance for actuator in actuators])[:, None]  # (g, 1) [m/N, rad/(N·m)]
 
     @property
-    def places(self) -> frozenset[str]:
-        return frozenset(place for row in self.branches for joint in row for place in joint.edge.outboard)
+    def attachments(self) -> frozenset[str]:
+        return frozenset(attachment for row in self.branches for joint in row for attachment in joint.edge.outboard)
 
     @property
     def signature(self) -> tuple[object, ...]:

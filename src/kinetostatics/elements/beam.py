@@ -167,7 +167,7 @@ class Beams:
 
     kind = "beams"
     in_every_direction = has_line = has_inside = True
-    places: frozenset[str] = frozenset()
+    attachments: frozenset[str] = frozenset()
 
     def __init__(
         self, models: Sequence[BeamModel], edges: Sequence[Edge], element: int = 0, signs: NDArray[np.int8] | None = None

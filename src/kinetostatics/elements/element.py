@@ -81,7 +81,7 @@ class ElasticElement(Protocol):
         in_every_direction: whether every force and moment deforms them.
         has_line: whether they have a line, see :attr:`PlacedElement.line`.
         has_inside: whether they have section forces and deflections, see :meth:`PlacedElement.inside`.
-        places: places outside the limb at which loads act on them.
+        attachments: attachments outside the limb at which loads act on them.
         signature: key that corresponding elements share.
     """
 
@@ -101,13 +101,13 @@ class ElasticElement(Protocol):
     def has_inside(self) -> bool: ...
 
     @property
-    def places(self) -> frozenset[str]: ...
+    def attachments(self) -> frozenset[str]: ...
 
     @property
     def signature(self) -> tuple[object, ...]: ...
 
     def outboard(self, names: Sequence[str]) -> list[Array]:
-        """Return masks (…, W): 1 where the load at a place, by ``names``, is outboard."""
+        """Return masks (…, W): 1 where the load at an attachment, by ``names``, is outboard."""
 
     def placed(self, frames: Frames, o: Array, twists: Array) -> PlacedElement:
         """Return the elements at poses, ``twists`` (6, k, g, N) being the unit twists of the limbs' freedoms about o (3, N)."""
@@ -166,6 +166,6 @@ def carried_wrench(signs: NDArray[np.int8], cut_wrenches: Array) -> Array:
 
 
 def outboard_masks(edges: Sequence[Edge], names: Sequence[str]) -> Array:
-    """Return (edges, W) 1 where the place of a name is outboard of an edge, else 0."""
+    """Return (edges, W) 1 where the attachment of a name is outboard of an edge, else 0."""
     table = [[carries(edge, name) for name in names] for edge in edges]
     return np.array(table, dtype=float).reshape(len(edges), len(names))

@@ -22,7 +22,7 @@ class ElasticJoints:
 
     kind = "joints"
     in_every_direction = has_line = has_inside = False
-    places: frozenset[str] = frozenset()
+    attachments: frozenset[str] = frozenset()
 
     def __init__(
         self, joints: Sequence[ElasticJoint], edges: Sequence[Edge], element: int = 0, signs: NDArray[np.int8] | None = None

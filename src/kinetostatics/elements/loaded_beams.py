@@ -86,11 +86,11 @@ class LoadedBeams:
         :class:`kinetostatics.statics.link_loads.AppliedLoad`.
         """
         found = np.zeros((12, *self.wrench.shape[1:]))
-        for source, lines in loads:
+        for contribution, lines in loads:
             for g, name in enumerate(self.names):
                 if name in lines:
                     parts = [np.einsum("ijn,in->jn", self.axes[:, :, g], part) for part in np.split(lines[name], 4)]
-                    found[:, source, g] = np.concatenate(parts)
+                    found[:, contribution, g] = np.concatenate(parts)
         return replace(self, line=found) if np.any(found) else self
 
     def lines(self, fractions: Array) -> Array:

@@ -189,7 +189,7 @@ class CoupledLinks:
 
     kind = "links"
     in_every_direction, has_line, has_inside = True, False, False
-    places: frozenset[str] = frozenset()
+    attachments: frozenset[str] = frozenset()
 
     def __init__(
         self,

@@ -21,7 +21,7 @@ class PlacedSpring:
 
     Attributes:
         points: positions (3, N) of its two ends [m].
-        places: the rigid links, or ends of beams, to which its two ends are attached.
+        attachments: the rigid links, or ends of beams, to which its two ends are attached.
         length, tension: (N,) [m], [N].
         force: (3, N) force on the first end, directed towards the second end [N].
         tangent: (3, 3, N) tangent stiffness K_t [N/m].
@@ -29,14 +29,14 @@ class PlacedSpring:
 
     name: str
     points: tuple[Array, Array]
-    places: tuple[str, str]
+    attachments: tuple[str, str]
     length: Array
     tension: Array
     force: Array
     tangent: Array
 
     @classmethod
-    def between(cls, spring: Spring, points: tuple[Array, Array], places: tuple[str, str], least: float) -> PlacedSpring:
+    def between(cls, spring: Spring, points: tuple[Array, Array], attachments: tuple[str, str], least: float) -> PlacedSpring:
         """Return a spring between two points (3, N) [m]; below the length ``least`` [m] its force has no direction and is NaN."""
         span = points[1] - points[0]
         length = np.sqrt(np.sum(span**2, axis=0))
@@ -47,17 +47,17 @@ class PlacedSpring:
             with np.errstate(divide="ignore", invalid="ignore"):
                 ratio, n = np.where(length > least, tension / length, np.nan), span / length
         tangent = ratio * np.eye(3)[:, :, None] + (spring.stiffness - ratio) * n[:, None] * n[None]
-        return cls(spring.name, points, places, length, tension, ratio * span, tangent)
+        return cls(spring.name, points, attachments, length, tension, ratio * span, tangent)
 
-    def pull(self, force: Array, o: Array) -> tuple[dict[str, Array], dict[str, Array]]:
+    def end_wrenches(self, force: Array, o: Array) -> tuple[dict[str, Array], dict[str, Array]]:
         """Apply a force (3, N) [N] to the first end, and its reaction to the second end.
 
         Returns:
-            (wrenches, points): by place, the wrench (6, N) about o [N, N·m] and the point of application (3, N) [m].
+            (wrenches, points): by attachment, the wrench (6, N) about o [N, N·m] and the point of application (3, N) [m].
         """
         wrenches: dict[str, Array] = {}
         points: dict[str, Array] = {}
-        for sign, point, place in zip((1, -1), self.points, self.places, strict=True):
-            wrenches[place] = wrenches.get(place, 0.0) + sign * wrench_of_force(force, point - o)
-            points.setdefault(place, point)
+        for sign, point, attachment in zip((1, -1), self.points, self.attachments, strict=True):
+            wrenches[attachment] = wrenches.get(attachment, 0.0) + sign * wrench_of_force(force, point - o)
+            points.setdefault(attachment, point)
         return wrenches, points

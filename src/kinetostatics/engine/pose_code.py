@@ -17,7 +17,7 @@ from kinetostatics.engine.scalars import NotRecordedError, Number, needed_by
 from kinetostatics.kinematics.robot_kinematics import JointCoordinates, RobotKinematics
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.quantities import OF_EQUILIBRIUM
-from kinetostatics.statics.link_loads import LoadedPlaces
+from kinetostatics.statics.link_loads import LoadedAttachments
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.small_motions import SmallMotions
 
@@ -44,19 +44,19 @@ class OutputPlace(NamedTuple):
 
 
 def pose_model(
-    robot: RobotKinematics, statics: RobotStatics, stages: Sequence[Sequence[str]], places: LoadedPlaces | None = None
+    robot: RobotKinematics, statics: RobotStatics, stages: Sequence[Sequence[str]], attachments: LoadedAttachments | None = None
 ) -> tuple[PoseModel, tuple[Array, ...]]:
     """Return the model for :class:`PoseCode`, and example inputs: coordinates, load, gravity, wrenches on links."""
     members = SmallMotions(statics) if stages == STABILITY else None
-    model = PoseModel(JointCoordinates(robot.solver), statics, None, places, members)
-    return model, (robot.generic_poses.x[:, :1], *example_of(statics, places)[1:])
+    model = PoseModel(JointCoordinates(robot.solver), statics, None, attachments, members)
+    return model, (robot.generic_poses.x[:, :1], *example_of(statics, attachments)[1:])
 
 
 class PoseCode:
     """Compiled code of some outputs of a robot.
 
     Attributes:
-        places: place of each output.
+        attachments: place of each output.
         operations: number of operations per pose.
         is_there: whether there is code.
     """
@@ -66,7 +66,7 @@ class PoseCode:
         robot: RobotKinematics,
         statics: RobotStatics,
         stages: Sequence[Sequence[str]],
-        places: LoadedPlaces | None = None,
+        attachments: LoadedAttachments | None = None,
         lanes: int = llvm.LANES,
         anew: bool = True,
     ) -> None:
@@ -80,7 +80,7 @@ class PoseCode:
         Raises:
             NotRecordedError: the analysis cannot be recorded.
         """
-        model, example = pose_model(robot, statics, stages, places)
+        model, example = pose_model(robot, statics, stages, attachments)
         structure = model.structure()
         self._parameters = structure.values
         self._sizes = [len(structure.values), *(len(array) for array in example)]

@@ -28,7 +28,7 @@ from kinetostatics.math.arrays import Array, Mask, zeros_for
 from kinetostatics.math.screws import move
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.quantities import OF_EQUILIBRIUM, QUANTITIES
-from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces
+from kinetostatics.statics.link_loads import AppliedLoad, LoadedAttachments
 from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.small_motions import SmallMotions
@@ -47,14 +47,14 @@ class PoseModel(NamedTuple):
         joints: the joint coordinates, with the solver of the loops.
         statics: the equilibrium.
         prescribed: prescribed coordinates, if residuals are requested.
-        places: places of loads on links.
+        attachments: places of loads on links.
         members: model of small motions, if the stability is requested.
     """
 
     joints: JointCoordinates
     statics: RobotStatics
     prescribed: PrescribedCoordinates | None = None
-    places: LoadedPlaces | None = None
+    attachments: LoadedAttachments | None = None
     members: SmallMotions | None = None
 
     @classmethod
@@ -102,9 +102,10 @@ class Pose:
         _, o = self.statics.mechanism.platform_pose(self.frames)
         weights = self.statics.weights.wrenches_of_many(self.frames, o, self.gravity)
         applied: tuple[AppliedLoad, ...] = ()
-        if self.model.places is not None:
+        if self.model.attachments is not None:
             rows = iter(self.given[0].reshape(-1, 6, self.x.shape[1]))
-            applied = tuple(AppliedLoad(name, {place: next(rows) for place in where}) for name, where in self.model.places.loads)
+            loads = self.model.attachments.loads
+            applied = tuple(AppliedLoad(name, {attachment: next(rows) for attachment in where}) for name, where in loads)
         return solve_with_springs(
             self.statics, LoadedPoses(self.frames, self.load, self.gravity, applied=applied, weights=weights)
         )
@@ -260,10 +261,10 @@ def _recording_equilibrium(robot: RobotStatics) -> Iterator[None]:
         raise NotRecordedError(reason) from error
 
 
-def example_of(robot: RobotStatics, places: LoadedPlaces | None = None) -> tuple[Number, ...]:
+def example_of(robot: RobotStatics, attachments: LoadedAttachments | None = None) -> tuple[Number, ...]:
     """Return example inputs: frames of one generic pose, load (6, 1), gravity (3, 1), and wrenches at ``places`` (6 P, 1)."""
     plain = robot.example, np.array([_EXAMPLE_LOAD]).T, np.array([_EXAMPLE_GRAVITY]).T
-    if places is None:
+    if attachments is None:
         return plain
-    count = 6 * sum(len(where) for _, where in places.loads)
+    count = 6 * sum(len(where) for _, where in attachments.loads)
     return *plain, (np.resize(_EXAMPLE_LOAD, count) * (1 + 0.1 * np.arange(count)))[:, None]

@@ -18,7 +18,7 @@ from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import Solver
 from kinetostatics.progress import waiting
-from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces
+from kinetostatics.statics.link_loads import AppliedLoad, LoadedAttachments
 from kinetostatics.statics.robot_statics import RobotStatics
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ class _Program(Generic[Made]):
 
 
 _Programs: TypeAlias = WeakKeyDictionary[RobotKinematics, defaultdict[Key, _Program[Made]]]
-_POSES: _Programs[tuple[LoadedPlaces | None, bool], PoseCode] = WeakKeyDictionary()
+_POSES: _Programs[tuple[LoadedAttachments | None, bool], PoseCode] = WeakKeyDictionary()
 _LOOPS: _Programs[PrescribedCoordinates, CompiledSolver] = WeakKeyDictionary()
 _LOCK = threading.Lock()
 
@@ -115,7 +115,7 @@ def pose_code(
     """
     if engine == "numpy" or poses == 0 or (stability and (applied or statics.description.springs)):
         return None
-    return _poses_of(robot, statics, engine, poses, LoadedPlaces.of(applied), stability).made
+    return _poses_of(robot, statics, engine, poses, LoadedAttachments.of(applied), stability).made
 
 
 def compiled_statics(robot: RobotKinematics, statics: RobotStatics) -> PoseCode | str:
@@ -129,16 +129,16 @@ def _poses_of(
     statics: RobotStatics,
     engine: str,
     poses: int,
-    places: LoadedPlaces | None = None,
+    attachments: LoadedAttachments | None = None,
     stability: bool = False,
 ) -> _Program[PoseCode]:
     def find(anew: bool) -> PoseCode | None:
         from kinetostatics.engine.pose_code import ANALYSIS, STABILITY, PoseCode
 
-        code = PoseCode(robot, statics, STABILITY if stability else ANALYSIS, places, anew=anew)
+        code = PoseCode(robot, statics, STABILITY if stability else ANALYSIS, attachments, anew=anew)
         return code if code.is_there else None
 
-    return _program_of(_POSES, robot, (places, stability), engine, poses, find)
+    return _program_of(_POSES, robot, (attachments, stability), engine, poses, find)
 
 
 def compiled_loops(engine: str) -> SolverChoice:

@@ -121,7 +121,7 @@ class LimbSkeleton:
         self._axes = FixedVectors([[(f.body, f.axis) for f in row] for row in rows])
         self._centres = FixedVectors([[(f.centre_body, f.centre) for f in row] for row in rows])
         self._outer_ends = FixedVectors([[_outer_point(model, limb)] for limb in limbs])
-        self._loose = _nearest_centres([compound.has_centre for compound in self._compounds], limbs[0].is_serial)
+        self._without_centre = _nearest_centres([compound.has_centre for compound in self._compounds], limbs[0].is_serial)
         last = self._compounds[-1] if self._compounds and self._compounds[-1].edge == len(limbs[0].edges) - 1 else None
         self._ends_at_joint = last is not None and (not last.has_centre or all(dof.rotates for dof in last.dofs))
         self._last_dofs = [int(np.flatnonzero(self.compound_of == u)[-1]) for u in range(len(self._compounds))]
@@ -163,7 +163,7 @@ class LimbSkeleton:
         """Return axes of the freedoms as in the file, arms to a point of each axis (3, k, g, N), and ``LimbGeometry.centres``."""
         axes, arms = self._axes.at(frames), self._centres.points(frames) - o[:, None, None]
         centres = np.concatenate([arms[:, self._last_dofs], self._outer_ends.points(frames) - o[:, None, None]], axis=1)
-        for compound, near in self._loose.items():
+        for compound, near in self._without_centre.items():
             along = axes[:, self._last_dofs[compound]]
             arm = centres[:, compound] if near is None else centres[:, compound] - centres[:, near]
             centres[:, compound] -= along * dot(along, arm)

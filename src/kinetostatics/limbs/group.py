@@ -18,7 +18,7 @@ from kinetostatics.limbs.force_method import EliminationOrder
 from kinetostatics.limbs.geometry import Basis, LimbGeometry, LimbSkeleton
 from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array, Mask, zeros_for
-from kinetostatics.mechanism.joints import compound_joints, drives_of, limb_elements, springs_of
+from kinetostatics.mechanism.joints import compound_joints, elastic_actuators, limb_elements, springs_of
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
 
@@ -165,16 +165,15 @@ class LimbGroup:
         return [limb.edges[row[element].edges[-1]] for limb, row in zip(self.limbs, self.elements, strict=True)]
 
     def _actuators(self) -> Iterator[Actuators]:
-        drives, model = list(drives_of(self.model.mechanism).values()), self.model
+        actuators, model = list(elastic_actuators(self.model.mechanism).values()), self.model
         element_of = {element.compound: number for number, element in enumerate(self.elements[0])}
         freedoms = [(c, dof.rotates) for c, compound in enumerate(self.compounds[0]) for dof in compound.dofs]
         rows = []
         for compounds in self.compounds:
             joints = [c.joints[0] for c in compounds for _ in c.dofs]
-            moves = [sorted((joints.index(name), ratio) for name, ratio in drive.moves if name in joints) for drive in drives]
-            rows.append(
-                sorted(((drive, own) for drive, own in zip(drives, moves, strict=True) if own), key=lambda row: row[1][0])
-            )
+            moves = [sorted((joints.index(name), ratio) for name, ratio in a.moves if name in joints) for a in actuators]
+            moving = [(actuator, own) for actuator, own in zip(actuators, moves, strict=True) if own]
+            rows.append(sorted(moving, key=lambda row: row[1][0]))
         for alike in zip(*rows, strict=True):
             ratios = np.array([[ratio for _, ratio in moves] for _, moves in alike]).T[..., None]
             moved_freedoms = [
@@ -188,8 +187,8 @@ class LimbGroup:
                 )
                 for (number, _), ratio in zip(alike[0][1], ratios, strict=True)
             ]
-            branches = [branch_joints(model.mechanism, model.topology, drive) for drive, _ in alike]
-            yield Actuators([drive for drive, _ in alike], moved_freedoms, branches)
+            branches = [branch_joints(model.mechanism, model.topology, actuator) for actuator, _ in alike]
+            yield Actuators([actuator for actuator, _ in alike], moved_freedoms, branches)
 
     def _platform_joint(self) -> Mask:
         """True for freedoms of the platform joint (k,): the outermost passive joints, with neither beam nor weight between them.
@@ -219,9 +218,9 @@ class LimbGroup:
     # ---- weights and loads ----------------------------------------------------------------------------------------------
 
     @property
-    def places(self) -> set[str]:
+    def attachments(self) -> set[str]:
         """Places at which loads affect the limbs: on the limbs, and on open branches that their actuators move."""
-        return set().union(*(element.places for element in self.elastic), *(limb.places for limb in self.limbs))
+        return set().union(*(element.attachments for element in self.elastic), *(limb.attachments for limb in self.limbs))
 
     def _outboard_of(self, names: Sequence[str]) -> tuple[Array, list[list[Array]]]:
         """Return masks of the weights that are outboard: of the freedoms (g, k, W), and of each elastic element."""
@@ -237,7 +236,7 @@ class LimbGroup:
 
         Args:
             wrenches: (6, W, N) weights or loads about o, world axes [N, N·m].
-            names: names of the loaded places; None: the wrenches are the robot's weights.
+            names: names of the loaded attachments; None: the wrenches are the robot's weights.
 
         Returns:
             The sums (6, passive freedoms, g, N) of the wrenches outboard of the passive freedoms, and for each element its

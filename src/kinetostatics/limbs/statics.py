@@ -166,7 +166,7 @@ class LimbStatics(ShortRepr):
         cut_wrenches: (M, 6, n_c, g, N) cut-joint wrenches per unit of each intensity; J_c for a serial limb.
         particular: (M, 6, g, N) cut-joint wrenches under the limb's own weight; R_g for a serial limb.
         assembly_error_cut_wrenches: (M, 6, g, N) self-stress: cut-joint wrenches due to assembly errors at zero intensities.
-        loose: (M, 6, s, g, N) self-stresses without compliance, of undetermined magnitude.
+        undetermined: (M, 6, s, g, N) self-stresses without compliance, of undetermined magnitude.
         loads: the weights on elastic elements.
         unbalanced: (passive freedoms, g, N) residual of Eq. (3) [N].
         degenerate: (g, N) True where a canonical basis is degenerate.
@@ -185,7 +185,7 @@ class LimbStatics(ShortRepr):
     cut_wrenches: Array
     particular: Array
     assembly_error_cut_wrenches: Array
-    loose: Array
+    undetermined: Array
     loads: LimbLoads
     unbalanced: Array
     degenerate: Mask
@@ -216,7 +216,7 @@ def limb_statics(
 
 
 def limb_statics_under(group: LimbGroup, frames: Frames, o: Array, wrenches: Mapping[str, Array]) -> LimbStatics:
-    """Compute the statics of equal limbs without weights, under loads: ``wrenches`` (6, N) about o, by place [N, N·m]."""
+    """Compute the statics of equal limbs without weights, under loads: ``wrenches`` (6, N) about o, by attachment [N, N·m]."""
     geometry = group.geometry(frames, o)
     loads = np.stack(list(wrenches.values()), axis=1)
     outboard, carried = group.carried(geometry, loads, list(wrenches))
@@ -261,13 +261,13 @@ def _statics(
         if group.partly_elastic:  # a beam is compliant in every direction
             C = np.where(_straining(group, geometry, cut_wrenches, C), C, 0.0)
         error = assembly_error_strains(group, cut_wrenches, assembly_error)
-        stress, loose = np.broadcast_to(0.0, particular.shape), self_stress
+        stress, undetermined = np.broadcast_to(0.0, particular.shape), self_stress
     else:
         n = cut_wrenches.shape[2]
         columns = np.concatenate([cut_wrenches, self_stress], axis=2)
         gram, drift = compliance_and_sag(group, geometry, columns, particular, loads)
         gram = np.where(_straining(group, geometry, columns, gram), gram, 0.0)
-        gain, loose = _relaxation(gram, self_stress)
+        gain, undetermined = _relaxation(gram, self_stress)
         mixed = np.einsum("ab...,bj...->aj...", gain, gram[n:, :n])
         cut_wrenches = cut_wrenches - np.einsum("mia...,aj...->mij...", self_stress, mixed)
         particular = particular - np.einsum("mia...,ab...,b...->mi...", self_stress, gain, drift[n:])
@@ -277,7 +277,7 @@ def _statics(
         C, gravity_displacement = compliance_and_sag(group, geometry, cut_wrenches, particular, loads)
         rounding = np.einsum("ii...->i...", C) <= 1e-20 * before
         C = np.where(rounding[:, None] | rounding[None], 0.0, C)
-        incompatible = _errors_are_incompatible(group, loose, assembly_error)
+        incompatible = _errors_are_incompatible(group, undetermined, assembly_error)
         error = np.where(incompatible, np.nan, assembly_error_strains(group, cut_wrenches, assembly_error))
         stress = np.where(incompatible, np.nan, stress)
     return LimbStatics(
@@ -292,7 +292,7 @@ def _statics(
         cut_wrenches=cut_wrenches,
         particular=particular,
         assembly_error_cut_wrenches=stress,
-        loose=loose,
+        undetermined=undetermined,
         loads=loads,
         unbalanced=found.unbalanced,
         degenerate=found.degenerate | group.at_one_pose,
@@ -330,12 +330,12 @@ def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
     size = np.moveaxis(unit, -1, 0)
     factor = Cholesky(np.moveaxis(scaled, (-2, -1), (0, 1)))
     gain = factor.inverse() * size[:, None] * size
-    loose = np.zeros_like(self_stress)
+    undetermined = np.zeros_like(self_stress)
     ill = ~(factor.smallest_eigenvalue() > _WELL_CONDITIONED)
     if np.any(ill):
         gain[:, :, ill], directions = _by_eigenvectors(scaled[ill], unit[ill])
-        loose[..., ill] = np.einsum("miap,pab->mibp", self_stress[..., ill], directions)
-    return gain, loose
+        undetermined[..., ill] = np.einsum("miap,pab->mibp", self_stress[..., ill], directions)
+    return gain, undetermined
 
 
 def _by_eigenvectors(scaled: Array, unit: Array) -> tuple[Array, Array]:
@@ -347,11 +347,12 @@ def _by_eigenvectors(scaled: Array, unit: Array) -> tuple[Array, Array]:
     return gain, np.where(soft[:, None], 0.0, vectors) * unit[:, :, None]
 
 
-def _errors_are_incompatible(group: LimbGroup, loose: Array, assembly_error: Array | None) -> Mask:
+def _errors_are_incompatible(group: LimbGroup, undetermined: Array, assembly_error: Array | None) -> Mask:
     """True where assembly errors are incompatible (g, N): self-stresses without compliance do work on them."""
     if assembly_error is None:
-        return np.zeros(loose.shape[3:], dtype=bool)
+        return np.zeros(undetermined.shape[3:], dtype=bool)
     length = group.model.length
-    forces = np.max(np.maximum(np.abs(loose[:, :3]), np.abs(loose[:, 3:]) / length), axis=(0, 1))
+    forces = np.max(np.maximum(np.abs(undetermined[:, :3]), np.abs(undetermined[:, 3:]) / length), axis=(0, 1))
     shifts = np.max(np.maximum(np.abs(assembly_error[:3]), np.abs(assembly_error[3:]) * length), axis=(0, 1))
-    return np.asarray(np.any(np.abs(assembly_error_strains(group, loose, assembly_error)) > 1e-7 * forces * shifts, axis=0))
+    works = np.abs(assembly_error_strains(group, undetermined, assembly_error))
+    return np.asarray(np.any(works > 1e-7 * forces * shifts, axis=0))

@@ -29,7 +29,7 @@ class BeamSpan:
 
     Attributes:
         name: its name; "LINK/2", … for the second and further outer interfaces of an elastic link.
-        places: the places of start and end, see :class:`kinetostatics.mechanism.limbs.Topology`.
+        attachments: the attachments of start and end, see :class:`kinetostatics.mechanism.limbs.Topology`.
         start_body, start: body of the start, and position (3,) [m] of the start in this body.
         end_body, end: body of the end, and position (3,) [m] of the end in this body.
         carrier: body of the link to which the file assigns the beam.
@@ -39,7 +39,7 @@ class BeamSpan:
     """
 
     name: str
-    places: tuple[str, str]
+    attachments: tuple[str, str]
     beam: Beam | ElasticPart
     start_body: int
     start: Array
@@ -59,7 +59,7 @@ class BeamSpan:
     @property
     def reversed(self) -> BeamSpan:
         span = replace(self, start_body=self.end_body, start=self.end, end_body=self.start_body, end=self.start)
-        span = replace(span, places=self.places[::-1])
+        span = replace(span, attachments=self.attachments[::-1])
         return replace(span, start_link=self.end_link, end_link=self.start_link, inward=self.outward, outward=self.inward)
 
 
@@ -97,8 +97,8 @@ def _point_on(link: str, path: Iterable[Connection], point: Array) -> Array:
     return np.asarray(placement[:3, :3] @ point + placement[:3, 3])
 
 
-def place_of_end(beam: str, end: int) -> str:
-    """Return the name, as in the file, of a beam's start (``end`` = 0) or end (1) as a place for loads."""
+def attachment_of_end(beam: str, end: int) -> str:
+    """Return the name, as in the file, of a beam's start (``end`` = 0) or end (1) as an attachment for loads."""
     return f"{('start', 'end')[end]}:{beam}"
 
 
@@ -273,24 +273,24 @@ class SpanFinder:
     def _spans_of(self, beam: Beam | ElasticPart) -> Iterator[BeamSpan]:
         """Yield the span of a beam, or those from the first interface of an elastic link to the others."""
         start, end = self._ends(beam)
-        places = place_of_end(beam.name, 0), place_of_end(beam.name, 1)
-        spans = [self._span(beam, start, end, beam.name, places)]
+        attachments = attachment_of_end(beam.name, 0), attachment_of_end(beam.name, 1)
+        spans = [self._span(beam, start, end, beam.name, attachments)]
         joints = (start.joint, end.joint) if isinstance(beam, Beam) else beam.interfaces
         for number, joint in enumerate(joints[2:], 2):
             name = f"{beam.name}/{number}"
-            span = self._span(beam, start, BeamEnd(joint), name, (places[0], place_of_end(name, 1)))
+            span = self._span(beam, start, BeamEnd(joint), name, (attachments[0], attachment_of_end(name, 1)))
             for other, earlier in zip(joints[1:], spans, strict=False):
                 if float(np.linalg.norm(earlier.end - span.end)) < SAME_POINT:
                     raise beam_error(beam, f"its interfaces {other!r} and {joint!r} are the same point")
             spans.append(span)
         yield from spans
 
-    def _span(self, beam: Beam | ElasticPart, start: BeamEnd, end: BeamEnd, name: str, places: tuple[str, str]) -> BeamSpan:
+    def _span(self, beam: Beam | ElasticPart, start: BeamEnd, end: BeamEnd, name: str, attachments: tuple[str, str]) -> BeamSpan:
         start_link, inward = self._locate(beam, start)
         end_link, outward = self._locate(beam, end)
         span = BeamSpan(
             name,
-            places,
+            attachments,
             beam,
             self.mechanism.body_of[start_link][0],
             self.mechanism.connections[start.joint].centre_on(start_link),

@@ -29,13 +29,13 @@ class RigidBody:
         links: links of the body; a link with beams belongs to every body at an end of its beams.
         rigid_links: links without beams.
         weights: links without beams that have mass.
-        places: places at which loads may act: links without beams, and ends of beams.
+        attachments: attachments at which loads may act: links without beams, and ends of beams.
     """
 
     links: list[str] = field(default_factory=list)
     rigid_links: list[str] = field(default_factory=list)
     weights: list[str] = field(default_factory=list)
-    places: list[str] = field(default_factory=list)
+    attachments: list[str] = field(default_factory=list)
 
 
 @dataclass(eq=False)
@@ -57,9 +57,9 @@ class BodyEdge:
         return self.ends[self.ends[0] is body]
 
 
-def body_at_end(place: str) -> str:
-    """Return the place of the body at the end of a telescopic beam, given the place at this end that moves with its link."""
-    return f"body at {place}"
+def body_at_end(attachment: str) -> str:
+    """Return the attachment that moves with the body at the end of a telescopic beam; ``attachment`` moves with its link."""
+    return f"body at {attachment}"
 
 
 class BodyGraph:
@@ -99,11 +99,11 @@ class BodyGraph:
                     if self.weighs(link):
                         body.weights.append(link)
                     if self.is_rigid(link):
-                        body.places.append(link)
+                        body.attachments.append(link)
         for span in self.spans.values():
-            for place, body in zip(span.places, self._ends(span), strict=True):
-                if place not in body.places:
-                    body.places += [place, body_at_end(place)] if span.spanned else [place]
+            for attachment, body in zip(span.attachments, self._ends(span), strict=True):
+                if attachment not in body.attachments:
+                    body.attachments += [attachment, body_at_end(attachment)] if span.spanned else [attachment]
 
     def links_of(self, bodies: list[RigidBody], edges: list[BodyEdge]) -> tuple[str, ...]:
         links = {link for body in bodies for link in body.links}
@@ -183,7 +183,7 @@ class BodyGraph:
         body = self._body_at(link, centre)
         if body is None:
             self.misplaced.append((connection, link))
-            body = min(self._at[link], key=lambda place: 0.0 if place[0] is None else float(np.linalg.norm(centre - place[0])))[1]
+            body = min(self._at[link], key=lambda at: 0.0 if at[0] is None else float(np.linalg.norm(centre - at[0])))[1]
         return body
 
     def _in_order(self, edges: list[BodyEdge]) -> list[BodyEdge]:
@@ -299,12 +299,13 @@ def _put_inner_ports_first(
     for star in stars:
         spans = [edge.beam for edge in star if edge.beam is not None]
         ports = list(zip(_ports(star), (spans[0].start, *(span.end for span in spans)), strict=True))
-        places = [spans[0].places[0], *(span.places[1] for span in spans)]
+        attachments = [spans[0].attachments[0], *(span.attachments[1] for span in spans)]
         first = min(range(len(ports)), key=lambda k: (order.get(ports[k][0], math.inf), from_root[ports[k][0]]))
         others = [k for k in range(len(ports)) if k != first]
         for edge, span, other in zip(star, spans, others, strict=True):
             edge.ends = ports[first][0], ports[other][0]
-            edge.beam = replace(span, start=ports[first][1], end=ports[other][1], places=(places[first], places[other]))
+            ends = attachments[first], attachments[other]
+            edge.beam = replace(span, start=ports[first][1], end=ports[other][1], attachments=ends)
 
 
 def edges_beside(edges: list[BodyEdge], leading: set[BodyEdge]) -> dict[BodyEdge, list[str]]:

@@ -42,7 +42,7 @@ class ElasticJoint:
 
 
 @dataclass(frozen=True)
-class Drive:
+class ElasticActuator:
     """An elastic actuator. Its force is the sum, over the joints in ``moves``, of the joint's force times the joint's motion.
 
     Attributes:
@@ -67,17 +67,17 @@ def springs_of(mechanism: Mechanism, joint: str) -> tuple[ElasticJoint, ...]:
     return (ElasticJoint(joint, connection.predecessor_body, connection.predecessor_frame, compliance),)
 
 
-def drives_of(mechanism: Mechanism) -> dict[str, Drive]:
+def elastic_actuators(mechanism: Mechanism) -> dict[str, ElasticActuator]:
     """Return all elastic actuators, by the name of the driven joint."""
     given = {name: stiffness.drive for name, stiffness in mechanism.description.joint_stiffness.items()}
-    return {name: drive_of(mechanism, name, 1 / k) for name, k in given.items() if k is not None and k < np.inf}
+    return {name: elastic_actuator(mechanism, name, 1 / k) for name, k in given.items() if k is not None and k < np.inf}
 
 
-def drive_of(mechanism: Mechanism, name: str, compliance: float) -> Drive:
+def elastic_actuator(mechanism: Mechanism, name: str, compliance: float) -> ElasticActuator:
     """Return a joint's actuator with the given compliance [m/N, rad/(N·m)]; infinite for an actuator without force."""
     followers = [(joint.name, joint.mimic) for joint in mechanism.connections.values() if joint.mimic is not None]
     moves = ((follower, mimic.multiplier) for follower, mimic in followers if mimic.joint == name)
-    return Drive(name, compliance, ((name, 1.0), *moves))
+    return ElasticActuator(name, compliance, ((name, 1.0), *moves))
 
 
 def is_sprung(stiffness: JointStiffness | None, rotates: bool, axis: Array | None) -> bool:

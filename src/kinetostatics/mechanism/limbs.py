@@ -5,9 +5,9 @@ them is an attached body (method page, section 2). A spanning tree, rooted at th
 outside the tree are the *cut joints* of the limb. By equilibrium, their wrenches determine those of all other edges. A serial
 limb has one cut joint, its joint to the platform. An *open branch* carries no cut-joint wrench: only weights and loads.
 
-A *weight* is a link without beams that has mass, or a beam. A *place* is a point at which loads may act: a link without beams, or
-an end of a beam; the end of a telescopic beam is two places, one that moves with the beam's link and one that moves with the body
-at this end. *Inboard* and *outboard* of an edge mean towards the root of the tree and away from it.
+A *weight* is a link without beams that has mass, or a beam. An *attachment* is a point at which loads may act: a link without
+beams, or an end of a beam; the end of a telescopic beam is two attachments, one that moves with the beam's link and one that
+moves with the body at this end. *Inboard* and *outboard* of an edge mean towards the root of the tree and away from it.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ class Edge:
         joint: name of the joint or loop, or None for a beam.
         beam: name of the beam, or None for a joint.
         sign: +1 if the joint's predecessor, or the beam's start, is the inboard side, else −1.
-        outboard: names of the weights and places outboard of the edge (for a beam, of its outer end): a link, ``beam:`` and a
-            beam, ``start:`` or ``end:`` and a beam.
+        outboard: names of the weights and attachments outboard of the edge (for a beam, of its outer end): a link, ``beam:`` and
+            a beam, ``start:`` or ``end:`` and a beam.
         excluded: names among ``outboard`` that a joint inside a telescopic beam does not carry: the beam's outer end, and
             links inboard of this joint that move with this end.
         parent: ``key`` of the next edge inboard; None if the next body inboard is the base (for bodies attached only to the
@@ -56,7 +56,7 @@ class Edge:
 
 
 def carries(edge: Edge, name: str) -> int:
-    """Return 1 if an edge carries the weight or place of this name, else 0."""
+    """Return 1 if an edge carries the weight or attachment of this name, else 0."""
     return (name in edge.outboard) - (name in edge.excluded)
 
 
@@ -85,7 +85,7 @@ class Limb(ShortRepr):
         links: its links, in the order of the file.
         edges: joints and beams that carry cut-joint wrenches, inboard ones first; joints inside a telescopic beam are next to it.
         branches: joints and beams of open branches on the limb.
-        weights, places: names of its weights and of its places.
+        weights, attachments: names of its weights and of its attachments.
         ends: for each edge, whether it is a cut joint, or its outboard body has a weight or a number of edges other than two.
         to_platform: for each cut joint, whether it ends at the platform.
         on_platform: whether the limb is attached only to the platform, which is then the root of its spanning tree.
@@ -102,7 +102,7 @@ class Limb(ShortRepr):
     to_platform: tuple[bool, ...]
     on_platform: bool = False
     parts: tuple[LimbSegment, ...] = ()
-    places: tuple[str, ...] = ()
+    attachments: tuple[str, ...] = ()
 
     @property
     def is_serial(self) -> bool:
@@ -126,7 +126,7 @@ class AttachedBodies:
     links: tuple[str, ...]
     edges: tuple[Edge, ...]
     weights: tuple[str, ...]
-    places: tuple[str, ...]
+    attachments: tuple[str, ...]
 
 
 @dataclass(frozen=True, repr=False)
@@ -135,10 +135,10 @@ class Topology(ShortRepr):
 
     Attributes:
         hanging: closed chains attached only to the base or only to the platform, as limbs.
-        carried_by: for every place on a limb or open branch, the ``key`` of the edge with this place on its outer side.
-        beam_ends: the places at inner and outer end of each beam of ``beams``.
-        without_support: places at which no load can act, since a joint attaches them to a beam between the beam's ends; each with
-            the name of this joint.
+        carried_by: for every attachment on a limb or open branch, the ``key`` of the edge with this attachment on its outer side.
+        beam_ends: the attachments at inner and outer end of each beam of ``beams``.
+        without_support: attachments at which no load can act, since a joint attaches them to a beam between the beam's ends; each
+            with the name of this joint.
     """
 
     NOT_RECORDED: ClassVar = ("warnings",)
@@ -154,7 +154,7 @@ class Topology(ShortRepr):
     without_support: dict[str, str]
 
     def line_ends(self, beam: str) -> tuple[str, str]:
-        """Return the places of the resultants of a load along a beam, which move with the bodies at its inner and outer end."""
+        """Return the attachments of the resultants of a load along a beam, which move with the bodies at its two ends."""
         inner, outer = self.beam_ends[beam]
         return (body_at_end(inner), body_at_end(outer)) if self.beams[beam].spanned else (inner, outer)
 
@@ -162,9 +162,9 @@ class Topology(ShortRepr):
         """Return the name of an edge's joint, beam or other elastic link."""
         return edge.joint if edge.joint is not None else self.beams[str(edge.beam)].beam.name
 
-    def link_of(self, place: str) -> str:
-        kind, _, beam = place.removeprefix(body_at_end("")).partition(":")
-        return self.beams[beam].beam.link if kind in ("start", "end") and beam in self.beams else place
+    def link_of(self, attachment: str) -> str:
+        kind, _, beam = attachment.removeprefix(body_at_end("")).partition(":")
+        return self.beams[beam].beam.link if kind in ("start", "end") and beam in self.beams else attachment
 
     @property
     def all_limbs(self) -> tuple[Limb, ...]:

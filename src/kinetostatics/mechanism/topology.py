@@ -21,7 +21,7 @@ from kinetostatics.mechanism.body_graph import (
     edges_beside,
     stars_of,
 )
-from kinetostatics.mechanism.joints import drives_of
+from kinetostatics.mechanism.joints import elastic_actuators
 from kinetostatics.mechanism.limbs import AttachedBodies, Edge, Limb, LimbSegment, Topology
 from kinetostatics.mechanism.mechanism import Mechanism
 
@@ -44,7 +44,7 @@ class _TopologyBuilder:
         self.spans = dict(self.graph.spans)
         self.warnings: list[str] = []
         self.carried_by: dict[str, str] = {}
-        self.beam_ends = {name: span.places for name, span in self.spans.items()}
+        self.beam_ends = {name: span.attachments for name, span in self.spans.items()}
 
     def build(self) -> Topology:
         graph = self.graph
@@ -84,7 +84,7 @@ class _TopologyBuilder:
         numbered = tuple(replace(limb, name=f"limb_{k}") for k, limb in enumerate(made, 1))
         self._check_actuators((*numbered, *hanging))
         self._check_springs()
-        on_limbs = {place for limb in numbered for place in limb.places}
+        on_limbs = {attachment for limb in numbered for attachment in limb.attachments}
         on_base, on_platform = (self._attached(root, attached[root], on_limbs) for root in (base, platform))
         unsupported = self._check_misplaced((*numbered, *hanging), (*on_base.edges, *on_platform.edges))
         return Topology(
@@ -125,7 +125,8 @@ class _TopologyBuilder:
     ) -> Iterator[tuple[list[RigidBody], list[BodyEdge]]]:
         """Yield the bodies and edges of each limb; limbs coupled by an elastic actuator with mimic joints become one limb."""
         owner = {joint: k for k, (_, edges) in enumerate(limbs) for edge in edges for joint in _joints_of(edge)}
-        rows = [[owner[name] for name, _ in drive.moves if name in owner] for drive in drives_of(self.mechanism).values()]
+        actuators = elastic_actuators(self.mechanism).values()
+        rows = [[owner[name] for name, _ in actuator.moves if name in owner] for actuator in actuators]
         together = joined(range(len(limbs)), (pair for row in rows for pair in itertools.pairwise(row)))
         for members in dict.fromkeys(together.values()):
             coupled = [limbs[k] for k in sorted(members)]
@@ -158,8 +159,8 @@ class _TopologyBuilder:
             keys[step.edge] = tuple(edge.key for edge in chain)
             if step.in_tree:
                 last_key[step.outer] = chain[-1].key
-                for place in dict.fromkeys((*step.outer.rigid_links, *step.outer.places)):
-                    self.carried_by[place] = chain[-1].key
+                for attachment in dict.fromkeys((*step.outer.rigid_links, *step.outer.attachments)):
+                    self.carried_by[attachment] = chain[-1].key
             self._carry_ends(step, chain)
             if step.edge in leading:
                 limb_edges.extend(chain)
@@ -171,8 +172,8 @@ class _TopologyBuilder:
                 branches.extend(chain)
         weights = [name for body in bodies for name in body.weights]
         weights += [edge.key for edge in edges if edge.beam is not None and edge.beam.name == edge.beam.beam.name]
-        places = [name for body in bodies for name in body.places]
-        places += [end for step in steps for ends in self._ends_in_span(step) for end in ends]
+        attachments = [name for body in bodies for name in body.attachments]
+        attachments += [end for step in steps for ends in self._ends_in_span(step) for end in ends]
         return Limb(
             "",
             graph.links_of(bodies, edges),
@@ -183,24 +184,24 @@ class _TopologyBuilder:
             tuple(step.outer is graph.platform and not on_platform for step in cut_joints),
             on_platform,
             self._parts([step for step in steps if step.edge in leading], keys),
-            tuple(places),
+            tuple(attachments),
         )
 
     def _ends_in_span(self, step: DirectedEdge) -> tuple[list[str], list[str]]:
-        """Return the places at a beam's inner end and at its outer end, each a list of one name or none.
+        """Return the attachments at a beam's inner end and at its outer end, each a list of one name or none.
 
-        A place is listed only if joints in the beam's span connect that end to base or platform.
+        An attachment is listed only if joints in the beam's span connect that end to base or platform.
         """
         if step.edge.beam is None:
             return [], []
         roots = self.graph.base, self.graph.platform
         span = step.edge.beam if step.edge.ends[0] is step.inner else step.edge.beam.reversed
-        sides = zip((step.inner, step.outer), (span.inward, span.outward), span.places, strict=True)
-        inner, outer = ([place] if joints and body in roots else [] for body, joints, place in sides)
+        sides = zip((step.inner, step.outer), (span.inward, span.outward), span.attachments, strict=True)
+        inner, outer = ([attachment] if joints and body in roots else [] for body, joints, attachment in sides)
         return inner, outer
 
     def _carry_ends(self, step: DirectedEdge, chain: list[Edge]) -> None:
-        """Let the beam, not the joints within its span, carry the places at its ends."""
+        """Let the beam, not the joints within its span, carry the attachments at its ends."""
         if step.edge.beam is None:
             return
         name = step.edge.beam.name
@@ -248,13 +249,13 @@ class _TopologyBuilder:
         return self.graph.links_of([body], [])[0]
 
     def _weights_outboard(self, steps: list[DirectedEdge]) -> dict[BodyEdge, list[str]]:
-        """Return, for each edge, the names of weights and places outboard of it."""
+        """Return, for each edge, the names of weights and attachments outboard of it."""
         hanging: dict[RigidBody, list[str]] = {}
         outboard: dict[BodyEdge, list[str]] = {}
         for step in reversed(steps):  # outer edges come after inner ones
             _, names = self._ends_in_span(step)
             if step.in_tree:
-                names = step.outer.places + hanging.get(step.outer, [])
+                names = step.outer.attachments + hanging.get(step.outer, [])
             outboard[step.edge] = names
             beam = step.edge.beam
             beam_weight = [step.edge.key] if beam is not None and beam.name == beam.beam.name else []
@@ -279,7 +280,7 @@ class _TopologyBuilder:
                 "from= should name the joint towards the base"
             )
         span = edge.beam if forward else edge.beam.reversed
-        self.spans[name], self.beam_ends[name] = span, span.places
+        self.spans[name], self.beam_ends[name] = span, span.attachments
         joints, before_carrier = [*span.inward[::-1], *span.outward], len(span.inward)
         links = [span.start_link]
         for joint in joints:
@@ -319,9 +320,9 @@ class _TopologyBuilder:
         outboard = {edge.joint: edge.outboard for edge in (*branches, *attached)}
         unsupported: dict[str, str] = {}
         for connection, link in self.graph.misplaced:
-            places = outboard.get(connection.name, ())
-            unsupported |= dict.fromkeys(places, connection.name)
-            if connection.name in carrying or any(map(self._is_weight, places)):
+            attachments = outboard.get(connection.name, ())
+            unsupported |= dict.fromkeys(attachments, connection.name)
+            if connection.name in carrying or any(map(self._is_weight, attachments)):
                 beams = ", ".join(repr(beam.name) for beam in self.graph.beams_of[link])
                 raise connection.place.error(
                     f"joint {connection.name!r} carries load at a point of link {link!r} that is not an end of its beam "
@@ -331,25 +332,25 @@ class _TopologyBuilder:
 
     def _check_actuators(self, limbs: tuple[Limb, ...]) -> None:
         """Raise an error if an elastic actuator couples a closed chain attached to base or platform with other joints."""
-        for drive in drives_of(self.mechanism).values():
-            joints = {name for name, _ in drive.moves}
+        for actuator in elastic_actuators(self.mechanism).values():
+            joints = {name for name, _ in actuator.moves}
             if sum(any(edge.joint in joints for edge in limb.edges) for limb in limbs) > 1:
-                raise self.mechanism.connections[drive.joint].place.error(
-                    f"the elastic actuator of {drive.joint!r} moves joints of a closed chain attached to base or platform, and "
-                    "others elsewhere; make it rigid"
+                raise self.mechanism.connections[actuator.joint].place.error(
+                    f"the elastic actuator of {actuator.joint!r} moves joints of a closed chain attached to base or platform, "
+                    "and others elsewhere; make it rigid"
                 )
 
     def _is_weight(self, name: str) -> bool:
-        """Whether the name is that of a weight, not of a massless place."""
+        """Whether the name is that of a weight, not of a massless attachment."""
         return name.startswith("beam:") or (name in self.graph.description.links and self.graph.weighs(name))
 
     def _attached(self, root: RigidBody, components: list[tuple[list[RigidBody], Limb]], on_limbs: set[str]) -> AttachedBodies:
-        """Return the bodies attached to base or platform; places ``on_limbs`` are left out."""
+        """Return the bodies attached to base or platform; attachments ``on_limbs`` are left out."""
         bodies = [root, *(body for component, _ in components for body in component)]
         weights = [*root.weights, *(name for _, limb in components for name in limb.weights)]
         edges = [edge for _, limb in components if not limb.to_platform for edge in limb.branches]
-        places = [name for body in bodies for name in body.places if name not in on_limbs]
-        return AttachedBodies(self.graph.links_of(bodies, []), tuple(edges), tuple(weights), tuple(places))
+        attachments = [name for body in bodies for name in body.attachments if name not in on_limbs]
+        return AttachedBodies(self.graph.links_of(bodies, []), tuple(edges), tuple(weights), tuple(attachments))
 
 
 def _joints_of(edge: BodyEdge) -> list[str]:

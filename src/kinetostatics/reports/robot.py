@@ -10,15 +10,15 @@ from functools import cache
 from math import degrees, isinf
 
 from kinetostatics.checks.chains import Body, Branches, Graph, JointStep, chain_lines
-from kinetostatics.checks.check import SMALL_GAP, robot_facts
-from kinetostatics.checks.facts import (
-    AttachedBodiesFacts,
-    ElasticJointFacts,
-    FlexibleFacts,
-    FollowerFacts,
-    LimbFacts,
-    MobilityFacts,
-    RobotFacts,
+from kinetostatics.checks.check import SMALL_GAP, diagnose
+from kinetostatics.checks.diagnosis import (
+    AttachedBodiesDiagnosis,
+    Diagnosis,
+    ElasticJointDiagnosis,
+    FlexibleDiagnosis,
+    FollowerDiagnosis,
+    LimbDiagnosis,
+    MobilityDiagnosis,
 )
 from kinetostatics.checks.input_warnings import zero_loop_gaps
 from kinetostatics.checks.local_freedoms import LocalFreedom
@@ -58,7 +58,7 @@ _TYPES = {Body: "body", JointStep: "joint", Branches: "branches"}
 
 def robot_report(robot: Robot) -> Report:
     """Return the report of a robot; its loops need not close."""
-    facts_of = cache(robot_facts)
+    facts_of = cache(diagnose)
     parts: dict[str, Sized] = {
         "limb": robot.topology.limbs,
         "actuator": robot.description.driven,
@@ -69,28 +69,28 @@ def robot_report(robot: Robot) -> Report:
     return Report(title, lambda: _sections(facts_of(robot)), lambda: _data(facts_of(robot)))
 
 
-def _sections(facts: RobotFacts) -> Iterator[ReportSection]:
-    yield ReportSection(None, [_summary(facts)])
-    yield ReportSection("Limbs, from base to platform", _limbs(facts), "limbs")
-    yield ReportSection("Beams, at the zero pose", _beams(facts) if facts.beams else [], "beams")
-    yield ReportSection("Links by matrices", _flexible(facts.flexible) if facts.flexible else [], "flexible")
+def _sections(diagnosis: Diagnosis) -> Iterator[ReportSection]:
+    yield ReportSection(None, [_summary(diagnosis)])
+    yield ReportSection("Limbs, from base to platform", _limbs(diagnosis), "limbs")
+    yield ReportSection("Beams, at the zero pose", _beams(diagnosis) if diagnosis.beams else [], "beams")
+    yield ReportSection("Links by matrices", _flexible(diagnosis.flexible) if diagnosis.flexible else [], "flexible")
     title = "Elastic joints, along and about the axes of their frames"
-    yield ReportSection(title, _elastic_joints(facts.elastic_joints) if facts.elastic_joints else [], "joints")
-    yield ReportSection("Springs between links", _springs(facts.springs) if facts.springs else [], "springs")
-    yield ReportSection("Joints that follow others", [Text(_follower(follower)) for follower in facts.followers], "followers")
-    for role, weight in (("base", facts.on_base), ("platform", facts.on_platform)):
+    yield ReportSection(title, _elastic_joints(diagnosis.elastic_joints) if diagnosis.elastic_joints else [], "joints")
+    yield ReportSection("Springs between links", _springs(diagnosis.springs) if diagnosis.springs else [], "springs")
+    yield ReportSection("Joints that follow others", [Text(_follower(follower)) for follower in diagnosis.followers], "followers")
+    for role, weight in (("base", diagnosis.on_base), ("platform", diagnosis.on_platform)):
         if weight is not None and (role == "platform" or weight.mass or weight.graph.hanging):
             yield ReportSection(f"On the {role}", _attached_bodies(weight), "attached")
-    yield ReportSection("Cannot be analysed", [Text(problem, "warning") for problem in facts.problems], "problems")
-    yield warning_section(facts.warnings)
+    yield ReportSection("Cannot be analysed", [Text(problem, "warning") for problem in diagnosis.problems], "problems")
+    yield warning_section(diagnosis.warnings)
 
 
-def _data(facts: RobotFacts) -> dict[str, object]:
+def _data(diagnosis: Diagnosis) -> dict[str, object]:
     """Return the facts as data; each element of a chain gets the entry ``type``: "body", "joint" or "branches"."""
-    data: dict[str, object] = as_json(facts)
-    data["springs"] = [attributes(spring, _SPRING) for spring in facts.springs]
-    data["limbs"] = [{**as_json(limb), "graph": _graph(limb.graph)} for limb in facts.limbs]
-    for role, weight in (("on_base", facts.on_base), ("on_platform", facts.on_platform)):
+    data: dict[str, object] = as_json(diagnosis)
+    data["springs"] = [attributes(spring, _SPRING) for spring in diagnosis.springs]
+    data["limbs"] = [{**as_json(limb), "graph": _graph(limb.graph)} for limb in diagnosis.limbs]
+    for role, weight in (("on_base", diagnosis.on_base), ("on_platform", diagnosis.on_platform)):
         if weight is not None:
             data[role] = {**as_json(weight), "graph": _graph(weight.graph)}
     return {**data, "units": UNITS}
@@ -123,31 +123,32 @@ def description_report(description: RobotDescription) -> Report:
 # ---- the summary -----------------------------------------------------------------------------------------------------
 
 
-def _summary(facts: RobotFacts) -> Facts:
+def _summary(diagnosis: Diagnosis) -> Facts:
     rows: list[tuple[str, list[str]]] = [
-        ("file", [shown_path(facts.file)]),
-        ("base", [facts.base]),
-        ("platform", [facts.platform]),
+        ("file", [shown_path(diagnosis.file)]),
+        ("base", [diagnosis.base]),
+        ("platform", [diagnosis.platform]),
     ]
-    mobility = facts.mobility
+    mobility = diagnosis.mobility
     if mobility is None:
         rows += [("mobility", [UNKNOWN]), ("redundant constraints", [UNKNOWN])]
     else:
         rows.append(("mobility", [_mobility(mobility)]))
         if mobility.local_freedoms:
             rows.append(("local freedoms", _local_freedoms(mobility.local_freedoms)))
-        rows.append(("redundant constraints", _redundancy(facts, mobility)))
-    rows.append(("actuators", [f"{len(facts.drives)}: {', '.join(facts.drives)}" if facts.drives else "none"]))
-    if not facts.elastic_joints and not all(JOINT_TYPES[step.kind].is_fixed for limb in facts.limbs for step in limb.joints):
+        rows.append(("redundant constraints", _redundancy(diagnosis, mobility)))
+    rows.append(("actuators", [f"{len(diagnosis.drives)}: {', '.join(diagnosis.drives)}" if diagnosis.drives else "none"]))
+    kinds = {step.kind for limb in diagnosis.limbs for step in limb.joints}
+    if not diagnosis.elastic_joints and not all(JOINT_TYPES[kind].is_fixed for kind in kinds):
         rows.append(("elastic joints", ["none: bearings and actuators count as rigid"]))
-    rows.append(("mass", [_mass(facts)]))
-    if facts.massless:
-        rows.append(("without mass", [join_words(facts.massless, 8)]))
-    rows.append(("zero pose", [_zero(facts)]))
+    rows.append(("mass", [_mass(diagnosis)]))
+    if diagnosis.massless:
+        rows.append(("without mass", [join_words(diagnosis.massless, 8)]))
+    rows.append(("zero pose", [_zero(diagnosis)]))
     return Facts(rows)
 
 
-def _mobility(mobility: MobilityFacts) -> str:
+def _mobility(mobility: MobilityDiagnosis) -> str:
     text = f"{mobility.platform}" + (f" (+{mobility.local} local)" if mobility.local else "")
     if mobility.coordinates:
         text += f"; {', '.join(mobility.coordinates)} place{'s' * (len(mobility.coordinates) == 1)} the platform"
@@ -178,14 +179,14 @@ def _local_freedoms(freedoms: list[LocalFreedom]) -> list[str]:
     return lines
 
 
-def _redundancy(facts: RobotFacts, mobility: MobilityFacts) -> list[str]:
+def _redundancy(diagnosis: Diagnosis, mobility: MobilityDiagnosis) -> list[str]:
     count = mobility.redundant_constraints
     text = f"{count}" + (" (overconstrained)" if count else " (not overconstrained)")
     if mobility.gap < SMALL_GAP:
         text += f", doubtful: gap of singular values only {mobility.gap:.2g}"
-    lines = [text, *_places(facts.limbs, mobility.redundancies)]
+    lines = [text, *_places(diagnosis.limbs, mobility.redundancies)]
     if mobility.redundant_actuators:
-        actuators, more = len(facts.drives), "more " * bool(count)
+        actuators, more = len(diagnosis.drives), "more " * bool(count)
         locked = actuators - mobility.redundant_actuators
         freedoms = f"{locked} freedom{'s' * (locked != 1)}"
         lines.append(f"{mobility.redundant_actuators} {more}with the actuators locked: {actuators} actuators hold {freedoms}")
@@ -194,7 +195,7 @@ def _redundancy(facts: RobotFacts, mobility: MobilityFacts) -> list[str]:
     return lines
 
 
-def _places(limbs: list[LimbFacts], redundancies: list[Redundancy]) -> list[str]:
+def _places(limbs: list[LimbDiagnosis], redundancies: list[Redundancy]) -> list[str]:
     """Return lines on the locations of redundant constraints; equal limbs share a line."""
     like = {limb.name: limb.like or limb.name for limb in limbs}
     inside: dict[tuple[int, str, int], list[Redundancy]] = {}
@@ -221,22 +222,22 @@ def _places(limbs: list[LimbFacts], redundancies: list[Redundancy]) -> list[str]
     return lines
 
 
-def _mass(facts: RobotFacts) -> str:
-    if facts.mass is None:
+def _mass(diagnosis: Diagnosis) -> str:
+    if diagnosis.mass is None:
         return UNKNOWN
-    text = f"{quantity(facts.mass, MASSES)} at the zero pose"
-    return text + (", telescopic beams' masses follow the pose" if facts.mass_follows_pose else "")
+    text = f"{quantity(diagnosis.mass, MASSES)} at the zero pose"
+    return text + (", telescopic beams' masses follow the pose" if diagnosis.mass_follows_pose else "")
 
 
-def _zero(facts: RobotFacts) -> str:
-    zero = facts.zero
+def _zero(diagnosis: Diagnosis) -> str:
+    zero = diagnosis.zero
     if zero.closing_error is None:
-        return f"the loops do not close; where all joints are at zero they are {zero_loop_gaps(facts)}"
+        return f"the loops do not close; where all joints are at zero they are {zero_loop_gaps(diagnosis)}"
     if not zero.loop_gaps:
         return "there are no loops"
     text = "the loops close" if zero.closing_error <= CLOSED else f"the loops stay open by {zero.closing_error:.2g} (m or rad)"
     if max(zero.widest("m")[0], zero.widest("rad")[0]) > 1e-9:
-        text += f"; where all joints are at zero they are {zero_loop_gaps(facts)}"
+        text += f"; where all joints are at zero they are {zero_loop_gaps(diagnosis)}"
     elif zero.closing_error <= CLOSED:
         text += " where all joints are at zero"
     return text
@@ -245,19 +246,19 @@ def _zero(facts: RobotFacts) -> str:
 # ---- limbs -----------------------------------------------------------------------------------------------------------
 
 
-def _limbs(facts: RobotFacts) -> list[Block]:
-    if not facts.limbs:
+def _limbs(diagnosis: Diagnosis) -> list[Block]:
+    if not diagnosis.limbs:
         return [Text("none")]
     blocks: list[Block] = []
-    for number, limb in enumerate(facts.limbs):
-        gap = [""] * bool(number and not (limb.like and facts.limbs[number - 1].like))
+    for number, limb in enumerate(diagnosis.limbs):
+        gap = [""] * bool(number and not (limb.like and diagnosis.limbs[number - 1].like))
         lines = [*gap, f"{limb.name}: {limb.word}" + (f", like {limb.like}" if limb.like else "")]
-        lines += chain_lines(facts.base, limb.graph.chain, facts.platform, "  ")
+        lines += chain_lines(diagnosis.base, limb.graph.chain, diagnosis.platform, "  ")
         blocks.append(Lines([*lines, *_hanging(limb.graph, "  ")]))
         if limb.like:
             continue
         rows: list[tuple[str, str | list[str]]] = []
-        rows.append(("beams", "; ".join(_spans(facts, limb)) or ("none: rigid" if limb.rigid else "none")))
+        rows.append(("beams", "; ".join(_spans(diagnosis, limb)) or ("none: rigid" if limb.rigid else "none")))
         if limb.flexible:
             rows.append(("by matrices", join_words(limb.flexible)))
         if limb.parts:
@@ -266,13 +267,13 @@ def _limbs(facts: RobotFacts) -> list[Block]:
         for kind, labels in (("constraint", limb.constraint_wrenches), ("attached", limb.attached_wrenches)):
             rows.append((kind, UNKNOWN if labels is None else list(labels) or "none"))
         blocks.append(Facts(rows, indent=2))
-    return [*blocks, *_legend(facts.limbs)]
+    return [*blocks, *_legend(diagnosis.limbs)]
 
 
-def _spans(facts: RobotFacts, limb: LimbFacts) -> list[str]:
+def _spans(diagnosis: Diagnosis, limb: LimbDiagnosis) -> list[str]:
     """Return "BEAM from END to END" for each beam of a limb; beams welded end to end are listed as one."""
     joints = {joint.name for joint in limb.joints}
-    spans = [([beam.name], beam.start, beam.end) for beam in facts.beams if beam.name in limb.beams]
+    spans = [([beam.name], beam.start, beam.end) for beam in diagnosis.beams if beam.name in limb.beams]
     ends = [end for _, *both in spans for end in both]
     welds = {end for end in ends if end not in joints and ends.count(end) == 2}
     for weld in welds:
@@ -295,7 +296,7 @@ _LEGEND = {
 }
 
 
-def _legend(limbs: list[LimbFacts]) -> list[Block]:
+def _legend(limbs: list[LimbDiagnosis]) -> list[Block]:
     labels = " ".join(label for limb in limbs for label in (*(limb.constraint_wrenches or ()), *(limb.attached_wrenches or ())))
     explanations = [Text(text) for word, text in _LEGEND.items() if labels and word in labels]
     return [Lines([""]), *explanations] if explanations else []
@@ -313,9 +314,9 @@ def _hanging(graph: Graph, indent: str) -> list[str]:
 # ---- tables ----------------------------------------------------------------------------------------------------------
 
 
-def _beams(facts: RobotFacts) -> list[Block]:
+def _beams(diagnosis: Diagnosis) -> list[Block]:
     """Return a table in which equal beams share a row."""
-    beams = facts.beams
+    beams = diagnosis.beams
     columns = [
         Column("section", [beam.section for beam in beams]),
         Column.of("length", [math.nan if beam.length is None else beam.length for beam in beams], MILLIMETRES, digits=5),
@@ -334,7 +335,7 @@ def _beams(facts: RobotFacts) -> list[Block]:
     return [Table([names, *(replace(column, cells=[column.cells[some[0]] for some in alike.values()]) for column in columns)])]
 
 
-def _flexible(links: Sequence[FlexibleFacts]) -> list[Block]:
+def _flexible(links: Sequence[FlexibleDiagnosis]) -> list[Block]:
     numbers = sorted({name for link in links for name in link.numbers})
     columns = [
         Column("link", [link.name for link in links]),
@@ -352,7 +353,7 @@ def _springs(springs: Sequence[Spring]) -> list[Block]:
     return [Table.of_rows(header, rows, "lllrrr")]
 
 
-def _elastic_joints(joints: Sequence[ElasticJointFacts]) -> list[Block]:
+def _elastic_joints(joints: Sequence[ElasticJointDiagnosis]) -> list[Block]:
     has_linear = not all(isinf(v) for joint in joints for v in joint.linear)
     has_angular = not all(isinf(v) for joint in joints for v in joint.angular)
     header = ["joint", *["x [N/µm]", "y", "z"] * has_linear, *["rx [N·m/mrad]", "ry", "rz"] * has_angular, "actuator"]
@@ -371,7 +372,7 @@ def _stiffness(value: float, unit: float) -> str:
     return "rigid" if isinf(value) else f"{value / unit:.4g}"
 
 
-def _follower(follower: FollowerFacts) -> str:
+def _follower(follower: FollowerDiagnosis) -> str:
     text = f"{follower.joint} = {follower.multiplier:.6g} · {follower.leader}"
     if follower.offset:
         slides = JOINT_TYPES[follower.kind].is_slide
@@ -380,7 +381,7 @@ def _follower(follower: FollowerFacts) -> str:
     return text
 
 
-def _attached_bodies(weight: AttachedBodiesFacts) -> list[Block]:
+def _attached_bodies(weight: AttachedBodiesDiagnosis) -> list[Block]:
     mass = UNKNOWN if weight.mass is None else quantity(weight.mass, MASSES)
     facts = Facts([("links", ", ".join(weight.links)), ("mass", mass)])
     return [facts, *([Lines(hanging)] if (hanging := _hanging(weight.graph, "")) else [])]

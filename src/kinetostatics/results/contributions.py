@@ -54,7 +54,7 @@ def _of_beams(
     for name in robot.description.beams:
         places = [d.places[name] for d in deformations]
         arrays = [stack[k][..., position, :] for stack, (k, position) in zip(stacks, places, strict=True)]
-        by_beam[name] = batch.by_source(solutions[0].sources, arrays)
+        by_beam[name] = batch.by_contribution(solutions[0].contributions, arrays)
     return ResultMapping(by_beam)
 
 
@@ -62,17 +62,17 @@ def link_contributions(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, Mapping[str, Array]]:
     """(…, 6) twist of each rigid link at the link's origin, world axes [m, rad], by link and contribution."""
-    topology, mechanism, sources = robot.topology, robot.mechanism, solutions[0].sources
+    topology, mechanism, contribution_names = robot.topology, robot.mechanism, solutions[0].contributions
     elastic = {beam.link for beam in robot.description.beams.values()}
     starts = {part.link: topology.beam_ends[name][0] for name, part in robot.description.flexible.items()}
     result: dict[str, Mapping[str, Array]] = {}
     for link in robot.description.links:
-        place = starts.get(link, link)  # other elastic links move with their inner ends
-        if place in topology.carried_by:
-            twists = [d.motions[topology.carried_by[place]][:, : len(sources)] for d in deformations]
+        attachment = starts.get(link, link)  # other elastic links move with their inner ends
+        if attachment in topology.carried_by:
+            twists = [d.motions[topology.carried_by[attachment]][:, : len(contribution_names)] for d in deformations]
         elif link in elastic:
             continue
-        elif link in topology.platform.links and place not in topology.base.places:
+        elif link in topology.platform.links and attachment not in topology.base.attachments:
             twists = [s.twists for s in solutions]
         elif link in topology.base.links:
             twists = [np.zeros_like(s.twists) for s in solutions]
@@ -80,7 +80,7 @@ def link_contributions(
             continue
         body, placement = mechanism.body_of[link]
         moved = [move_twist(t, s.frames.point(body, placement[:3, 3]) - s.o) for t, s in zip(twists, solutions, strict=True)]
-        result[link] = batch.by_source(sources, moved)
+        result[link] = batch.by_contribution(contribution_names, moved)
     return ResultMapping(result)
 
 
@@ -165,12 +165,12 @@ def payload_coefficients(
     """Return the coefficients of a payload that is carried by ``link`` (None: the platform)."""
     twists, forces, wrenches = [], [], []
     for solution in solutions:
-        units = _unit_payloads(robot, solution.frames, solution.gravity, link, _places(robot, solution))
+        units = _unit_payloads(robot, solution.frames, solution.gravity, link, _attachments(robot, solution))
         groups = tuple(statics.group for statics in solution.statics)
         none = np.zeros_like(solution.load)
         given = LoadedPoses(solution.frames, none, solution.gravity, applied=tuple(units), groups=groups)
         unit_solution = solve_with_springs(robot, given)
-        payload = slice(unit_solution.sources.index(units[0].name), unit_solution.sources.index(units[-1].name) + 1)
+        payload = slice(unit_solution.contributions.index(units[0].name), unit_solution.contributions.index(units[-1].name) + 1)
         twists.append(unit_solution.twists[:, payload])
         at_joints = joint_contributions(robot, unit_solution)[:, :, payload]
         wrenches.append(at_joints)
@@ -183,7 +183,7 @@ def payload_coefficients(
     )
 
 
-def _places(robot: RobotStatics, solution: Solution) -> Mapping[str, Mask]:
+def _attachments(robot: RobotStatics, solution: Solution) -> Mapping[str, Mask]:
     """Return the bodies that carry the payload at some pose, each with a mask (N,): True at poses where this body carries it."""
     everywhere = np.ones(solution.o.shape[1], dtype=bool)
     for applied in solution.applied:
@@ -194,16 +194,16 @@ def _places(robot: RobotStatics, solution: Solution) -> Mapping[str, Mask]:
 
 
 def _unit_payloads(
-    robot: RobotStatics, frames: Frames, gravity: Array, link: str | None, places: Mapping[str, Mask]
+    robot: RobotStatics, frames: Frames, gravity: Array, link: str | None, attachments: Mapping[str, Mask]
 ) -> tuple[AppliedLoad, ...]:
     """Return the weight of 1 kg at the origin of the frame of ``link`` (None: o-xyz), and of 1 kg·m along each of its axes.
 
-    ``places``: the bodies that carry the payload, from :func:`_places`.
+    ``places``: the bodies that carry the payload, from :func:`_attachments`.
     """
     _, o = robot.mechanism.platform_pose(frames)
     R, origin = link_frame(robot, link, frames)
     wrenches = [wrench_of_force(gravity, origin - o), *(wrench_of_couple(cross(R[:, k], gravity)) for k in range(3))]
     return tuple(
-        AppliedLoad(f"{PAYLOAD} {k}", {place: np.where(where, wrench, 0.0) for place, where in places.items()})
+        AppliedLoad(f"{PAYLOAD} {k}", {attachment: np.where(where, wrench, 0.0) for attachment, where in attachments.items()})
         for k, wrench in enumerate(wrenches)
     )

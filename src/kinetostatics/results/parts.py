@@ -56,10 +56,10 @@ class LimbResult(Reported):
     def _canonical(self, pick: Callable[[Solution, int], Array], *size: int) -> Array:
         return self._batch.public([self._where_canonical(s, pick, size) for s in self._arrays.solutions])
 
-    def _by_source(self, pick: Callable[[Solution, int], Array], size: int) -> Mapping[str, Array]:
-        sources = self._arrays.sources
-        parts = [self._where_canonical(s, pick, (size, len(sources))) for s in self._arrays.solutions]
-        return self._batch.by_source(sources, parts)
+    def _by_contribution(self, pick: Callable[[Solution, int], Array], size: int) -> Mapping[str, Array]:
+        contribution_names = self._arrays.contribution_names
+        parts = [self._where_canonical(s, pick, (size, len(contribution_names))) for s in self._arrays.solutions]
+        return self._batch.by_contribution(contribution_names, parts)
 
     def _where_canonical(self, solution: Solution, pick: Callable[[Solution, int], Array], size: tuple[int, ...]) -> Array:
         """(*size, N) quantity in the limb's wrench basis, NaN at poses where the labels do not describe this basis."""
@@ -87,7 +87,7 @@ class LimbResult(Reported):
     @cached_property
     def attached_contributions(self) -> Mapping[str, Array]:
         """(…, n_g) W_ig due to each contribution: the limb's own weight, and each load on the limb's links."""
-        return self._by_source(_attached_intensities, len(self.attached_labels))
+        return self._by_contribution(_attached_intensities, len(self.attached_labels))
 
     @cached_property
     def compliance(self) -> Array:
@@ -112,7 +112,7 @@ class LimbResult(Reported):
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
         """(…, n_c) part of the intensities W_ic due to each contribution to the twist."""
-        return self._by_source(_intensities, len(self.labels))
+        return self._by_contribution(_intensities, len(self.labels))
 
     @cached_property
     def wrench(self) -> Array:

@@ -52,10 +52,10 @@ class Batch:
             result[~self.valid] = np.nan
         return frozen(result.reshape(self.shape + inner))
 
-    def by_source(self, sources: Sequence[str], chunks: Sequence[Array]) -> Mapping[str, Array]:
+    def by_contribution(self, contribution_names: Sequence[str], chunks: Sequence[Array]) -> Mapping[str, Array]:
         """Join arrays (*dims, S, n) for S contributions to an array (…, *dims) for each contribution."""
         whole = self.public(chunks)
-        return ResultMapping({name: whole[..., k] for k, name in enumerate(sources)})
+        return ResultMapping({name: whole[..., k] for k, name in enumerate(contribution_names)})
 
 
 #: Up to this number of poses, compiled code computes all outputs in its first run; for more, the twist first.
@@ -68,11 +68,11 @@ class Chunk:
     Attributes:
         robot: the robot.
         solutions: the equilibria, in the order of the poses; a pose where a limb has an unusual rank is solved separately.
-        sources: names of the contributions to the twist.
+        contribution_names: names of the contributions to the twist.
     """
 
     def __init__(self, robot: Robot, solutions: Sequence[Solution]) -> None:
-        self.robot, self.solutions, self.sources = robot, tuple(solutions), solutions[0].sources
+        self.robot, self.solutions, self.contribution_names = robot, tuple(solutions), solutions[0].contributions
 
     def __getitem__(self, name: str) -> Array:
         """(*dims, N) output of this name."""
@@ -93,7 +93,7 @@ class CompiledChunk(Chunk):
     def __init__(
         self,
         robot: Robot,
-        sources: tuple[str, ...],
+        contribution_names: tuple[str, ...],
         code: PoseCode,
         stability: Callable[[], PoseCode | None],
         given: Sequence[Array],
@@ -102,13 +102,13 @@ class CompiledChunk(Chunk):
         """Run at least the first stage of the compiled code, and find the poses to be solved by NumPy.
 
         Args:
-            robot, sources: see :class:`Chunk`.
+            robot, contribution_names: see :class:`Chunk`.
             code: the compiled analysis.
             stability: function that returns the compiled sufficient condition for stability; None if there is none.
             given: inputs of the code (…, N): coordinates, load, gravity, loads on links.
             solve: function that solves some of the poses by NumPy.
         """
-        self.robot, self.sources, self._code, self._given, self._solve = robot, sources, code, given, solve
+        self.robot, self.contribution_names, self._code, self._given, self._solve = robot, contribution_names, code, given, solve
         self._stability = stability
         self._stage, self._found = -1, (np.empty((0, 0)), np.empty((0, 0), dtype=bool))
         by_numpy = self._computed("doubtful", int(given[0].shape[1] <= _FEW))
@@ -208,9 +208,9 @@ class PoseArrays:
         return tuple(itertools.chain.from_iterable(chunk.solutions for chunk in self.chunks))
 
     @property
-    def sources(self) -> tuple[str, ...]:
+    def contribution_names(self) -> tuple[str, ...]:
         """Names of the contributions to the twist."""
-        return self.chunks[0].sources
+        return self.chunks[0].contribution_names
 
     @cached_property
     def _valid(self) -> NDArray[np.bool_]:

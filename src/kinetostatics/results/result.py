@@ -111,7 +111,7 @@ class Result(Reported, PoseArrays):
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
         """(…, 6) parts of the twist [m, rad]: load, platform and limb weights, link loads, payload, inertia, assembly errors."""
-        return self._by("contributions", self.sources)
+        return self._by("contributions", self.contribution_names)
 
     def at_point(self, point: ArrayLike) -> Result:
         """Return the result with another reference point on the platform, such as a tool's tip.
@@ -282,8 +282,8 @@ class Result(Reported, PoseArrays):
     def joint_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """(…, 6) part of each joint's wrench due to each contribution to the twist, by joint and contribution."""
         chunks, order = self._joint_contributions, joints.joints_in_order(self.robot.statics)
-        sources = self.sources
-        return ResultMapping({name: self._batch.by_source(sources, [w[:, k] for w in chunks]) for name, k in order})
+        names = self.contribution_names
+        return ResultMapping({name: self._batch.by_contribution(names, [w[:, k] for w in chunks]) for name, k in order})
 
     @cached_property
     def actuator_forces(self) -> Mapping[str, Array]:
@@ -298,8 +298,8 @@ class Result(Reported, PoseArrays):
         """(…) part of each actuator's force due to each contribution to the twist, by actuator and contribution [N or N·m]."""
         pairs = zip(self.solutions, self._joint_contributions, strict=True)
         chunks = [joints.actuator_forces_from(self.robot.statics, solution, wrenches) for solution, wrenches in pairs]
-        sources = self.sources
-        return ResultMapping({name: self._batch.by_source(sources, [chunk[name] for chunk in chunks]) for name in chunks[0]})
+        names = self.contribution_names
+        return ResultMapping({name: self._batch.by_contribution(names, [chunk[name] for chunk in chunks]) for name in chunks[0]})
 
     @cached_property
     def actuator_mechanism_contributions(self) -> Mapping[str, Mapping[str, Mapping[str, Array]]]:

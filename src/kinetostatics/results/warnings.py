@@ -307,14 +307,14 @@ def indeterminate_parts(result: Result) -> str:
     rigid: dict[str, None] = {}
     rings: dict[str, dict[str, None]] = {}
     for solution in result.solutions:
-        for statics, undetermined in zip(solution.statics, solution.undetermined, strict=True):
+        for statics, unknown in zip(solution.statics, solution.undetermined, strict=True):
             for position, limb in enumerate(statics.group.limbs):
-                if np.any(undetermined[:, position]):
+                if np.any(unknown[:, position]):
                     rigid[limb.name] = None
-                loose = statics.loose[:, :, :, position]
-                for edge in limb.edges if np.any(loose) else ():
-                    carried = np.sum([sign * loose[cut] for cut, sign in edge.cut_joints], axis=0)
-                    if edge.joint and np.max(np.abs(carried)) > NOTHING * np.max(np.abs(loose)):
+                undetermined = statics.undetermined[:, :, :, position]
+                for edge in limb.edges if np.any(undetermined) else ():
+                    carried = np.sum([sign * undetermined[cut] for cut, sign in edge.cut_joints], axis=0)
+                    if edge.joint and np.max(np.abs(carried)) > NOTHING * np.max(np.abs(undetermined)):
                         rings.setdefault(limb.name, {})[edge.joint] = None
     what = [f"the rigid limbs {', '.join(rigid)} overconstrain one another"] if rigid else []
     what += [

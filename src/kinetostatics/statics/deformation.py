@@ -55,14 +55,14 @@ class Deformation:
     Attributes:
         motions: by key of each joint and beam, the twist (6, S, N) of its outboard side.
         elastic: deformations and assembly errors in the limbs.
-        drive_deformations: by joint, the deformation (S, N) of its elastic actuator along the joint's coordinate [m, rad].
+        actuator_deformations: by joint, the deformation (S, N) of its elastic actuator along the joint's coordinate [m, rad].
         spring_energy: (N,) strain energy of all elastic joints and actuators of the limbs [J].
     """
 
     motions: dict[str, Array]
     beams: list[LoadedBeams]
     elastic: list[ElasticDeformation]
-    drive_deformations: dict[str, Array]
+    actuator_deformations: dict[str, Array]
     spring_energy: Array
 
     @cached_property
@@ -75,17 +75,17 @@ def deform(robot: RobotStatics, solution: Solution) -> Deformation:
     out = Deformation({}, [], [], {}, zeros_for((solution.o.shape[1],), solution.o))
     for number in range(len(solution.statics)):
         _deform_limbs(solution, number, out)
-    S = len(solution.sources)
+    S = len(solution.contributions)
     branches: list[tuple[tuple[Edge, ...], int, int, Array | None]]
     branches = [(limb.branches, 2 + k, solution.place_of_strains(k), None) for k, limb in enumerate(robot.topology.limbs)]
     hanging = [(limb.branches, 1 if limb.on_platform else S) for limb in robot.topology.hanging]
     branches += [(edges, own, own, None) for edges, own in (*hanging, (robot.topology.base.edges, S))]
     branches.append((robot.topology.platform.edges, 1, 1, solution.twists))
-    moved = _deform_branch_drives(robot, solution, [(edges, strains) for edges, _, strains, _ in branches], out)
+    moved = _deform_branch_actuators(robot, solution, [(edges, strains) for edges, _, strains, _ in branches], out)
     for edges, forces, strains, root in branches:
         if edges:
             _deform_branches(robot, solution, edges, forces, strains, root, moved, out)
-    along = [(solution.sources.index(item.load.name), item.load.lines) for item in solution.applied if item.load.lines]
+    along = [(solution.contributions.index(item.load.name), item.load.lines) for item in solution.applied if item.load.lines]
     if along:
         out.beams[:] = [stack.with_lines(along) for stack in out.beams]
     return out
@@ -116,7 +116,7 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
             out.elastic.append(
                 ElasticDeformation(elastic.kind, elastic.names, group, number, everyone, signs[k], motion.sum(axis=1))
             )
-        out.drive_deformations.update(placed.travels(displacements))
+        out.actuator_deformations.update(placed.travels(displacements))
         if not elastic.has_inside:
             out.spring_energy[:] += placed.strain_energy(forces.sum(axis=1), displacements.sum(axis=1)).sum(axis=0)
         elif own is not None:
@@ -168,15 +168,15 @@ def _add_assembly_errors(
         return
     group = statics.group
     S = solution.contribution_mask(group).shape[0]
-    signs, source = group.element_cut_signs, solution.sources.index("assembly_errors")
+    signs, number_of_errors = group.element_cut_signs, solution.contributions.index("assembly_errors")
     for k in range(errors.shape[1]):
         if np.any(errors[:, k]):
             more = np.zeros((6, S, *errors.shape[2:]))
-            more[:, source] = errors[:, k]
+            more[:, number_of_errors] = errors[:, k]
             deformed[k] = deformed.get(k, 0.0) + more
             if k in beam_of:
                 stretch = np.zeros((S, *errors.shape[2:]))
-                stretch[source] = np.einsum("ign,ign->gn", beam_of[k].axes[:, 0], errors[:3, k])
+                stretch[number_of_errors] = np.einsum("ign,ign->gn", beam_of[k].axes[:, 0], errors[:3, k])
                 beam_of[k] = replace(beam_of[k], stretch=stretch)
     for position, limb in enumerate(group.limbs):
         for k, element in enumerate(group.elements[position]):
@@ -248,7 +248,7 @@ def _deform_branches(
         out: receives motions and beams.
     """
     frames, assembly_errors = solution.frames, solution.assembly_errors
-    share, axial_correction = np.zeros((2, max(len(solution.sources), forces + 1), 1, 1))
+    share, axial_correction = np.zeros((2, max(len(solution.contributions), forces + 1), 1, 1))
     share[strains] = 1
     axial_correction[forces] += 1
     axial_correction[strains] -= 1
@@ -260,7 +260,7 @@ def _deform_branches(
             motion = out.motions[edge.parent]
         off = np.zeros((6, len(share), solution.o.shape[1]))
         if assembly_errors is not None and assembly_errors.concerns(edge):
-            off[:, solution.sources.index("assembly_errors")] = assembly_errors.of_edge(edge, frames, solution.o)
+            off[:, solution.contributions.index("assembly_errors")] = assembly_errors.of_edge(edge, frames, solution.o)
         own = robot.weights.carried_by(edge, solution.weights)
         carried = _with_branch_loads(solution, edge, own[:, None] * share[:, 0])[:, :, None]
         for element in robot.branch_elements.get(edge.key, ()):
@@ -278,14 +278,14 @@ def _deform_branches(
                 motion = motion + deformed[:, :, 0]
         if edge.key in moved:
             actuator, joint = moved[edge.key]
-            known = out.drive_deformations[actuator][: len(share)]
+            known = out.actuator_deformations[actuator][: len(share)]
             missing = np.zeros((len(share) - len(known), *known.shape[1:]))  # the actuator may have fewer contributions
             travel = np.concatenate([known, missing])
             motion = motion + joint.twist(frames, solution.o)[:, None] * travel
         out.motions[edge.key] = motion + off
 
 
-def _deform_branch_drives(
+def _deform_branch_actuators(
     robot: RobotStatics, solution: Solution, branches: Sequence[tuple[tuple[Edge, ...], int]], out: Deformation
 ) -> dict[str, tuple[str, BranchJoint]]:
     """Compute the deformations of elastic actuators that move joints of open branches only, and add them to ``out``.
@@ -295,18 +295,18 @@ def _deform_branch_drives(
     """
     found: dict[str, tuple[str, BranchJoint]] = {}
     place_of = {edge.key: place for edges, place in branches for edge in edges}
-    for drive, joints in robot.branch_drives:
-        found |= {joint.edge.key: (drive.joint, joint) for joint in joints}
-        if drive.joint in out.drive_deformations:
+    for actuator, joints in robot.branch_actuators:
+        found |= {joint.edge.key: (actuator.joint, joint) for joint in joints}
+        if actuator.joint in out.actuator_deformations:
             continue
-        force = np.zeros((len(solution.sources) + 1, solution.o.shape[1]))
+        force = np.zeros((len(solution.contributions) + 1, solution.o.shape[1]))
         for joint in joints:
             share = np.zeros((len(force), 1))
             share[place_of[joint.edge.key]] = 1
             own = robot.weights.carried_by(joint.edge, solution.weights)[:, None] * share
             carried = _with_branch_loads(solution, joint.edge, own)
             force = force + np.einsum("in,isn->sn", joint.twist(solution.frames, solution.o), carried)
-        out.drive_deformations[drive.joint] = drive.compliance * force
+        out.actuator_deformations[actuator.joint] = actuator.compliance * force
     return found
 
 
@@ -314,6 +314,6 @@ def _with_branch_loads(solution: Solution, edge: Edge, weights: Array) -> Array:
     """Add loads on links to the ``weights`` (6, S, N) that a joint or beam of an open branch carries."""
     loads = []
     for item in solution.applied:
-        carried = [wrench for place, wrench in item.load.wrenches.items() if carries(edge, place)]
+        carried = [wrench for attachment, wrench in item.load.wrenches.items() if carries(edge, attachment)]
         loads.append(np.sum(carried, axis=0) if carried else None)
     return with_contributions(weights, solution.applied, loads)

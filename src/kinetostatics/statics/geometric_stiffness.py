@@ -1,12 +1,12 @@
 """Geometric stiffness: the change, due to displacements, of the forces at a pose (method page, section 12).
 
 The directions of weights are constant while their lever arms rotate; springs stretch and rotate; joint wrenches rotate with the
-connected parts. Under a rotation θ of a part, a point at p moves by θ × p + ½ θ × (θ × p), so that a force f there has the
+connected parts. Under a rotation θ of a group, a point at p moves by θ × p + ½ θ × (θ × p), so that a force f there has the
 second-order potential energy −½ f · (θ × (θ × p)). The sum is a quadratic form ½ uᵀ K_g u in a few displacements u: rotations of
-parts, transverse displacements across prismatic joints and beams, and relative displacements of the ends of springs.
+groups, transverse displacements across prismatic joints and beams, and relative displacements of the ends of springs.
 An elastic link without an inside is an elastic joint at its outer end, with its weight on the inner end.
-:mod:`kinetostatics.statics.turning_parts` defines parts, passages (joints and beams), and blocks of u. A place is a
-rigid link, or an end of a beam.
+:mod:`kinetostatics.statics.rotation_groups` defines rotation groups, junctions (joints and beams), and blocks of u. An attachment
+is a rigid link, or an end of a beam.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from kinetostatics.math.screws import move_twist, move_wrench, wrench_of_force
 from kinetostatics.mechanism.limbs import carries
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.deformation import Deformation
-from kinetostatics.statics.geometric_terms import GeometricTerms, PassageTerms
+from kinetostatics.statics.geometric_terms import GeometricTerms, JunctionTerms
 from kinetostatics.statics.link_loads import AppliedLoad
 from kinetostatics.statics.robot_statics import RobotStatics
+from kinetostatics.statics.rotation_groups import PLATFORM, Block, Fixed, Junction, RotationGroups, coordinates_of
 from kinetostatics.statics.solution import Solution
-from kinetostatics.statics.turning_parts import PLATFORM, Block, Fixed, Passage, TurningParts, coordinates_of
 
 #: Length of a telescopic beam, relative to the robot's size, below which it counts as this long.
 _SHORT = 1e-6
@@ -42,9 +42,9 @@ class GeometricStiffness:
         o: (3, N) position of o [m].
     """
 
-    def __init__(self, robot: RobotStatics, parts: TurningParts, frames: Frames, springs: Sequence[PlacedSpring]) -> None:
-        self._robot, self._frames, self.parts, self.springs = robot, frames, parts, springs
-        self.coordinates = coordinates_of(parts)
+    def __init__(self, robot: RobotStatics, groups: RotationGroups, frames: Frames, springs: Sequence[PlacedSpring]) -> None:
+        self._robot, self._frames, self.rotation_groups, self.springs = robot, frames, groups, springs
+        self.coordinates = coordinates_of(groups)
         _, self.o = robot.mechanism.platform_pose(frames)
 
     def unit_loads(self) -> list[AppliedLoad]:
@@ -54,37 +54,38 @@ class GeometricStiffness:
         acting: list[dict[str, Array]] = []
         for kind, number in where.blocks:
             if kind == "shift":
-                acting += [{self.parts.places[PLATFORM]: np.concatenate([unit, none])} for unit in units]
-            elif kind == "part":
-                place, without_spin = self.parts.places[number], self.without_spin(number)
+                acting += [{self.rotation_groups.attachments[PLATFORM]: np.concatenate([unit, none])} for unit in units]
+            elif kind == "group":
+                attachment, without_spin = self.rotation_groups.attachments[number], self.without_spin(number)
                 couples = units if without_spin is None else [without_spin[:, k] for k in range(3)]
-                acting += [{place: np.concatenate([none, couple])} for couple in couples]
+                acting += [{attachment: np.concatenate([none, couple])} for couple in couples]
             elif kind == "slide":
-                item = self.parts.passages[number]
+                item = self.rotation_groups.junctions[number]
                 for slide in item.slides:
                     wrench = wrench_of_force(self._direction(slide), self._arm(item))
-                    acting.append({item.places[0]: -wrench, item.places[1]: wrench})
+                    acting.append({item.attachments[0]: -wrench, item.attachments[1]: wrench})
             else:
-                acting += [self.springs[number].pull(-unit, o)[0] for unit in units]
+                acting += [self.springs[number].end_wrenches(-unit, o)[0] for unit in units]
         return [AppliedLoad(name, wrenches, {}, "change") for name, wrenches in zip(where.names, acting, strict=True)]
 
     def displacements(self, motion: Callable[[str], Array], blocks: Sequence[Block]) -> Array:
-        """Return the blocks (n, S, N) of u; ``motion(place)`` is the twist (6, S, N) of a place about o."""
+        """Return the blocks (n, S, N) of u; ``motion(attachment)`` is the twist (6, S, N) of an attachment about o."""
         rows = []
         for kind, number in blocks:
             if kind == "shift":
-                rows.append(motion(self.parts.places[PLATFORM])[:3])
-            elif kind == "part":
-                turned, without_spin = motion(self.parts.places[number])[3:], self.without_spin(number)
+                rows.append(motion(self.rotation_groups.attachments[PLATFORM])[:3])
+            elif kind == "group":
+                turned, without_spin = motion(self.rotation_groups.attachments[number])[3:], self.without_spin(number)
                 rows.append(turned if without_spin is None else np.einsum("ijn,jsn->isn", without_spin, turned))
             elif kind == "slide":
-                item = self.parts.passages[number]
-                inner, outer = (_at(motion(place), self._arm(item)) for place in item.places)
+                item = self.rotation_groups.junctions[number]
+                inner, outer = (_at(motion(attachment), self._arm(item)) for attachment in item.attachments)
                 axes = np.stack([self._direction(slide) for slide in item.slides])
                 rows.append(np.einsum("kin,isn->ksn", axes, outer - inner))
             else:
                 spring = self.springs[number]
-                start, end = (_at(motion(place), p - self.o) for p, place in zip(spring.points, spring.places, strict=True))
+                ends = zip(spring.points, spring.attachments, strict=True)
+                start, end = (_at(motion(attachment), point - self.o) for point, attachment in ends)
                 rows.append(end - start)
         return np.concatenate(rows)
 
@@ -92,7 +93,7 @@ class GeometricStiffness:
         self,
         solution: Solution,
         deformation: Deformation,
-        sources: Sequence[str] | None = None,
+        contributions: Sequence[str] | None = None,
         own: bool = True,
         eliminated: bool = True,
     ) -> GeometricTerms:
@@ -100,49 +101,49 @@ class GeometricStiffness:
 
         Args:
             deformation: the deformation in this equilibrium.
-            sources: contributions whose forces stiffen the robot; None: all but the load on the platform and those on links.
+            contributions: those whose forces stiffen the robot; None: all but the load on the platform and those on links.
             own: whether K_g includes the tangent stiffness of the springs themselves.
             eliminated: whether the inner coordinates of beams are eliminated, unless the forces are those of unit loads.
         """
-        acting_loads = [item.load for item in solution.applied if item.load.kind == "spring" or sources is not None]
-        if sources is None:
+        acting_loads = [item.load for item in solution.applied if item.load.kind == "spring" or contributions is not None]
+        if contributions is None:
             limbs = [limb.name for limb in self._robot.topology.limbs]
-            sources = ["platform_weight", *limbs, *(load.name for load in acting_loads)]
-        acting_loads = [load for load in acting_loads if load.name in sources]
-        weighty = "platform_weight" in sources
-        which = [solution.sources.index(name) for name in sources]
-        transmitted = PassageWrenches(self._robot, solution, acting_loads, which, weighty)
+            contributions = ["platform_weight", *limbs, *(load.name for load in acting_loads)]
+        acting_loads = [load for load in acting_loads if load.name in contributions]
+        weighty = "platform_weight" in contributions
+        which = [solution.contributions.index(name) for name in contributions]
+        transmitted = JunctionWrenches(self._robot, solution, acting_loads, which, weighty)
         acting: list[tuple[str, Array, Array]] = []
         centres = self._robot.weights.centres(self._frames) - self.o[:, None]
         for w, name in enumerate(self._robot.weights.names if weighty else ()):
             link = name.removeprefix("beam:")
             if link not in deformation.places:
-                place = name if link == name else self._robot.topology.beam_ends[link][0]
-                acting.append((place, centres[:, w], solution.weights[:3, w]))
+                attachment = name if link == name else self._robot.topology.beam_ends[link][0]
+                acting.append((attachment, centres[:, w], solution.weights[:3, w]))
         for load in acting_loads:
-            for place, wrench in load.wrenches.items():
-                if place in load.points:
-                    acting.append((place, load.points[place] - self.o, wrench[:3]))
-        passages, inner = [], []
-        for item in self.parts.passages:
+            for attachment, wrench in load.wrenches.items():
+                if attachment in load.points:
+                    acting.append((attachment, load.points[attachment] - self.o, wrench[:3]))
+        junctions, inner = [], []
+        for item in self.rotation_groups.junctions:
             arm = self._arm(item)
             wrench = move_wrench(transmitted.on_outer_side(item), arm)
             force, moment = wrench[:3], wrench[3:]
-            acting.append((item.places[1], arm, force))
+            acting.append((item.attachments[1], arm, force))
             axes = np.stack([self._direction(slide) for slide in item.slides], axis=1) if item.slides else None
             if item.edge.beam not in deformation.places:
-                acting.append((item.places[0], arm, -force))
-                passages.append(PassageTerms(item, arm, axes, self._of_joint(item, force, moment)))
+                acting.append((item.attachments[0], arm, -force))
+                junctions.append(JunctionTerms(item, arm, axes, self._of_joint(item, force, moment)))
             elif axes is not None:
                 terms, matrix, back = self._of_beam(solution, deformation, item, axes, which, weighty, eliminated)
                 length = self._robot.elastic_links[str(item.edge.beam)].length(self._frames)
-                acting.append((item.places[0], arm - axes[:, 0] * length, back - force))
-                passages.append(PassageTerms(item, arm, axes, *terms))
+                acting.append((item.attachments[0], arm - axes[:, 0] * length, back - force))
+                junctions.append(JunctionTerms(item, arm, axes, *terms))
                 inner.append(matrix)
-        where, parts, springs = self.coordinates, self.parts, self.springs
-        return GeometricTerms(where, parts, self.o, springs, self.without_spin, acting, passages, inner, own)
+        where, rotation_groups, springs = self.coordinates, self.rotation_groups, self.springs
+        return GeometricTerms(where, rotation_groups, self.o, springs, self.without_spin, acting, junctions, inner, own)
 
-    def _of_joint(self, item: Passage, force: Array, moment: Array) -> Array:
+    def _of_joint(self, item: Junction, force: Array, moment: Array) -> Array:
         """Return the matrix B (9, 9, N) of a joint's energy zᵀ B z = F · ((θ + ½ φ) × s) + ½ M · (θ × φ).
 
         The joint's force F and moment M (3, N) rotate with the mean rotation θ + ½ φ of its sides. The vector z consists of the
@@ -166,14 +167,14 @@ class GeometricStiffness:
         self,
         solution: Solution,
         deformation: Deformation,
-        item: Passage,
+        item: Junction,
         axes: Array,
         which: Sequence[int],
         weighty: bool,
         eliminated: bool,
     ) -> tuple[tuple[Array, Array | None, tuple[Array, Array] | None], Array, Array]:
-        """Return ``B``, ``constant`` and ``whole`` of :class:`PassageTerms`, the stiffness of inner coordinates, and weight."""
-        name, S = str(item.edge.beam), len(solution.sources)
+        """Return ``B``, ``constant`` and ``whole`` of :class:`JunctionTerms`, the stiffness of inner coordinates, and weight."""
+        name, S = str(item.edge.beam), len(solution.contributions)
         model = self._robot.beams[name]
         length, lever = model.length(self._frames), model.lever(self._frames)
         if model.telescopic:  # on open branches it may have no length
@@ -195,7 +196,7 @@ class GeometricStiffness:
                 B[:, k : k + 3] = np.einsum("ijn,kjn->ikn", B[:, k : k + 3], axes)
             return (B, None, (K, axes)), own, weight
         given = inner_deflections(model.compliances, length, sections)
-        first = next((k for k, name in enumerate(solution.sources) if name.startswith("spring ")), 0)
+        first = next((k for k, name in enumerate(solution.contributions) if name.startswith("spring ")), 0)
         given[:, first : first + 1] += given[:, S:].sum(axis=1, keepdims=True)  # of bodies attached only to the base
         given = given[:, :S]
         found = solve_by_elimination(own, np.concatenate([K[9:, :9], given], axis=1))
@@ -210,20 +211,20 @@ class GeometricStiffness:
     def _direction(self, axis: Fixed) -> Array:
         return self._frames.direction(axis.body, axis.vector)
 
-    def _arm(self, item: Passage) -> Array:
+    def _arm(self, item: Junction) -> Array:
         return self._frames.point(item.centre.body, item.centre.vector) - self.o
 
-    def without_spin(self, part: int) -> Array | None:
-        """Return the projection (3, 3, N) that removes the rotation about a part's free spin axis; None without such an axis."""
-        if part not in self.parts.spins:
+    def without_spin(self, group: int) -> Array | None:
+        """Return the projection (3, 3, N) that removes the rotation about a group's free spin axis; None without such an axis."""
+        if group not in self.rotation_groups.spins:
             return None
-        first, second = (self._arm(self.parts.passages[k]) for k in self.parts.spins[part])
+        first, second = (self._arm(self.rotation_groups.junctions[k]) for k in self.rotation_groups.spins[group])
         along = second - first
         return np.eye(3)[:, :, None] - along[:, None] * along[None] / np.sum(along * along, axis=0)
 
 
-class PassageWrenches:
-    """Wrenches that passages transmit under some contributions (indices ``which``), of loads and, if ``weighty``, weights."""
+class JunctionWrenches:
+    """Wrenches that junctions transmit under some contributions (indices ``which``), of loads and, if ``weighty``, weights."""
 
     def __init__(
         self, robot: RobotStatics, solution: Solution, loads: Sequence[AppliedLoad], which: Sequence[int], weighty: bool
@@ -232,16 +233,16 @@ class PassageWrenches:
         self._cuts: dict[int, Array] = {}  # (M, 6, N) by the limb's number
         for number, statics in enumerate(solution.statics):
             parts = solution.cut_wrenches(number)
-            every = [*which, *(range(len(solution.sources), parts.shape[2]) if weighty else ())]
+            every = [*which, *(range(len(solution.contributions), parts.shape[2]) if weighty else ())]
             total = parts[:, :, every].sum(axis=2)
             self._cuts |= {limb: total[:, :, position] for position, limb in enumerate(statics.group.numbers)}
 
-    def on_outer_side(self, item: Passage) -> Array:
-        """Return the wrench (6, N) of a passage's inner side on its outer side, about o [N, N·m]."""
+    def on_outer_side(self, item: Junction) -> Array:
+        """Return the wrench (6, N) of a junction's inner side on its outer side, about o [N, N·m]."""
         total = self._robot.weights.carried_by(item.edge, self._solution.weights) * float(self._weighty)
         for load in self._loads:
-            for place, wrench in load.wrenches.items():
-                if sign := carries(item.edge, place):
+            for attachment, wrench in load.wrenches.items():
+                if sign := carries(item.edge, attachment):
                     total = total + sign * wrench
         for cut, sign in item.edge.cut_joints:
             total = total + sign * self._cuts[item.owner][cut]

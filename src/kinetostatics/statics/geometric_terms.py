@@ -13,11 +13,11 @@ from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross
 from kinetostatics.math.rotations import skew
 from kinetostatics.math.screws import move_wrench
-from kinetostatics.statics.turning_parts import PLATFORM, Block, Coordinates, Passage, TurningParts
+from kinetostatics.statics.rotation_groups import PLATFORM, Block, Coordinates, Junction, RotationGroups
 
 
 @dataclass(frozen=True)
-class PassageTerms:
+class JunctionTerms:
     """Second-order energy zᵀ B z of the forces in a joint or beam.
 
     z consists of the rotation θ of the inner side, and of the shift s and the rotation φ of the outer side relative to the inner
@@ -32,7 +32,7 @@ class PassageTerms:
         whole: for a beam, its geometric stiffness with inner coordinates, see :func:`turned_forces`, and its axes (3, 3, N).
     """
 
-    item: Passage
+    item: Junction
     arm: Array
     axes: Array | None
     B: Array
@@ -46,34 +46,34 @@ class GeometricTerms:
     def __init__(
         self,
         where: Coordinates,
-        parts: TurningParts,
+        rotation_groups: RotationGroups,
         o: Array,
         springs: Sequence[PlacedSpring],
         without_spin: Callable[[int], Array | None],
         acting: Sequence[tuple[str, Array, Array]],
-        passages: Sequence[PassageTerms],
+        junctions: Sequence[JunctionTerms],
         inner: Sequence[Array],
         own: bool = True,
     ) -> None:
         """Add up the terms.
 
         Args:
-            acting: forces on parts: each with its place, arm from o (3, N) [m] and force (3, N) [N].
-            passages: the energies of joints and beams.
+            acting: forces on rotation groups: each with its attachment, arm from o (3, N) [m] and force (3, N) [N].
+            junctions: the energies of joints and beams.
             inner: for each beam the stiffness (INNER, INNER, N) of its inner coordinates.
             own: whether K_g includes the tangent stiffness K_t of the springs themselves.
         """
-        self._where, self._parts, self._o, self._without_spin = where, parts, o, without_spin
-        self._springs, self._acting, self.passages, self.inner = springs, acting, passages, inner
+        self._where, self._rotation_groups, self._o, self._without_spin = where, rotation_groups, o, without_spin
+        self._springs, self._acting, self.junctions, self.inner = springs, acting, junctions, inner
         self._found: dict[tuple[Block, Block], Array] = {}
         arms: dict[int, Array] = {}
-        for place, arm, force in acting:
-            part = self._parts.part_of[place]
-            arms[part] = arms.get(part, 0.0) + of_arm(force, arm) / 2
-        for part, block in arms.items():
-            self._add(("part", part), ("part", part), block)
-        for passage in passages:
-            self._add_passage(passage)
+        for attachment, arm, force in acting:
+            group = self._rotation_groups.group_of[attachment]
+            arms[group] = arms.get(group, 0.0) + of_arm(force, arm) / 2
+        for group, block in arms.items():
+            self._add(("group", group), ("group", group), block)
+        for junction in junctions:
+            self._add_junction(junction)
         for number, spring in enumerate(self._springs if own else ()):
             self._add_spring(number, spring)
 
@@ -83,25 +83,25 @@ class GeometricTerms:
             self._found[one, two] = self._found.get((one, two), 0.0) + block
             self._found[two, one] = self._found.get((two, one), 0.0) + np.swapaxes(block, 0, 1)
 
-    def _parts_of(self, passage: PassageTerms) -> list[tuple[slice, Block, float]]:
+    def _parts_of(self, junction: JunctionTerms) -> list[tuple[slice, Block, float]]:
         """Return the rows of z, each with the block of u on which they depend, and a sign."""
-        item = passage.item
-        inner, outer = ("part", item.inner), ("part", item.outer)
+        item = junction.item
+        inner, outer = ("group", item.inner), ("group", item.outer)
         found: list[tuple[slice, Block, float]] = [(slice(0, 3), inner, 1.0)]
-        if passage.axes is not None:
-            found.append((slice(3, 6), ("slide", self._parts.passages.index(item)), 1.0))
+        if junction.axes is not None:
+            found.append((slice(3, 6), ("slide", self._rotation_groups.junctions.index(item)), 1.0))
         if item.inner != item.outer:
             found += [(slice(6, 9), outer, 1.0), (slice(6, 9), inner, -1.0)]
         return found
 
-    def _add_passage(self, passage: PassageTerms) -> None:
-        item, axes = passage.item, passage.axes
+    def _add_junction(self, junction: JunctionTerms) -> None:
+        item, axes = junction.item, junction.axes
         if item.inner == item.outer and axes is None:
             return
-        parts = self._parts_of(passage)
-        for rows, one, a in parts:
-            for columns, two, b in parts:
-                block = passage.B[rows, columns]
+        rows_of_z = self._parts_of(junction)
+        for rows, one, a in rows_of_z:
+            for columns, two, b in rows_of_z:
+                block = junction.B[rows, columns]
                 if rows.start == 3 and axes is not None:
                     block = np.einsum("jin,jkn->ikn", axes, block)
                 if columns.start == 3 and axes is not None:
@@ -112,16 +112,16 @@ class GeometricTerms:
         """Add ½ dᵀ K_t d, with the displacement d of one end of a spring relative to the other end.
 
         For a spring between base and platform, d = s + θ × a, with the platform's displacement s and rotation θ, and the arm a
-        from o to the spring's end. For a spring between two points of one part with rotation θ, d = θ × a, with the vector a
+        from o to the spring's end. For a spring between two points of one group with rotation θ, d = θ × a, with the vector a
         between the points. In all other cases d is a block of u.
         """
         span = spring.points[1] - spring.points[0]
         if ("spring", number) in self._where.sizes:
             self._add(("spring", number), ("spring", number), spring.tangent / 2)
             return
-        ends = [self._parts.part_of[place] for place in spring.places]
+        ends = [self._rotation_groups.group_of[attachment] for attachment in spring.attachments]
         arm = spring.points[ends.index(PLATFORM)] - self._o if number in self._where.on_platform else span
-        shift, turn, by_turn = ("shift", 0), ("part", max(ends)), -skew(arm)
+        shift, turn, by_turn = ("shift", 0), ("group", max(ends)), -skew(arm)
         moved = np.einsum("ijn,jkn->ikn", spring.tangent, by_turn)
         self._add(turn, turn, np.einsum("jin,jkn->ikn", by_turn, moved) / 2)
         if number in self._where.on_platform:
@@ -141,23 +141,23 @@ class GeometricTerms:
 
     def constant(self, blocks: Sequence[Block], S: int) -> Array:
         """Return the forces (n, S, N) on given blocks of u due to inner deflections of beams under their loads."""
-        given = [(passage, passage.constant) for passage in self.passages if passage.constant is not None]
+        given = [(junction, junction.constant) for junction in self.junctions if junction.constant is not None]
         none = zeros_for((sum(self._where.sizes[block] for block in blocks), S, self._o.shape[1]), self._o)
-        return sum((self.conjugate(passage, force, blocks) for passage, force in given), none)
+        return sum((self.conjugate(junction, force, blocks) for junction, force in given), none)
 
-    def conjugate(self, passage: PassageTerms, force: Array, blocks: Sequence[Block]) -> Array:
-        """Return the forces (n, S, N) on given blocks of u that do the work of forces (9, S, N) on a passage's z."""
+    def conjugate(self, junction: JunctionTerms, force: Array, blocks: Sequence[Block]) -> Array:
+        """Return the forces (n, S, N) on given blocks of u that do the work of forces (9, S, N) on a junction's z."""
         found = {block: zeros_for((self._where.sizes[block], *force.shape[1:]), self._o, force) for block in blocks}
-        for rows, block, sign in self._parts_of(passage):
+        for rows, block, sign in self._parts_of(junction):
             if block in found:
                 mine = force[rows]
-                if rows.start == 3 and passage.axes is not None:
-                    mine = np.einsum("jin,jsn->isn", passage.axes, mine)
+                if rows.start == 3 and junction.axes is not None:
+                    mine = np.einsum("jin,jsn->isn", junction.axes, mine)
                 found[block] = found[block] + sign * mine
         return np.concatenate(list(found.values())) if found else zeros_for((0, *force.shape[1:]), force)
 
     def loads(self, u: Array) -> dict[str, Array]:
-        """Return the loads −K_g u, for u (n, S, N), as wrenches (6, S, N) about o, by place."""
+        """Return the loads −K_g u, for u (n, S, N), as wrenches (6, S, N) about o, by attachment."""
         first, at = 0, {}
         for block in self._where.blocks:
             at[block] = u[first : first + self._where.sizes[block]]
@@ -165,29 +165,31 @@ class GeometricTerms:
         none = np.zeros_like(u[:3]) if len(u) > 2 else zeros_for((3, *u.shape[1:]), u)
         found: dict[str, Array] = {}
 
-        def turn(part: int) -> Array:
-            return at.get(("part", part), none)
+        group_of = self._rotation_groups.group_of
 
-        def put(place: str, arm: Array, force: Array, couple: Array) -> None:
-            without_spin = self._without_spin(self._parts.part_of[place])  # moments along a free spin are rounding errors
+        def turn(group: int) -> Array:
+            return at.get(("group", group), none)
+
+        def put(attachment: str, arm: Array, force: Array, couple: Array) -> None:
+            without_spin = self._without_spin(group_of[attachment])  # moments along a free spin are rounding errors
             couple = couple if without_spin is None else np.einsum("ijn,jsn->isn", without_spin, couple)
             wrench = move_wrench(np.concatenate([force, couple]), -arm)
-            found[place] = found.get(place, 0.0) + wrench
+            found[attachment] = found.get(attachment, 0.0) + wrench
 
-        for place, arm, force in self._acting:
-            put(place, arm, none, -np.einsum("ijn,jsn->isn", of_arm(force, arm), turn(self._parts.part_of[place])))
-        for passage in self.passages:
-            item, arm, axes = passage.item, passage.arm, passage.axes
-            number = self._parts.passages.index(item)
+        for attachment, arm, force in self._acting:
+            put(attachment, arm, none, -np.einsum("ijn,jsn->isn", of_arm(force, arm), turn(group_of[attachment])))
+        for junction in self.junctions:
+            item, arm, axes = junction.item, junction.arm, junction.axes
+            number = self._rotation_groups.junctions.index(item)
             shift = none if axes is None else np.einsum("ikn,ksn->isn", axes, at["slide", number])
             inner, outer = turn(item.inner), turn(item.outer)
             z = np.concatenate([inner, shift, outer - inner])
-            back = np.einsum("abn,bsn->asn", passage.B + np.swapaxes(passage.B, 0, 1), z)
-            back = back if passage.constant is None else back + passage.constant
-            put(item.places[1], arm, -back[3:6], -back[6:])
-            put(item.places[0], arm, back[3:6], back[6:] - back[:3])
+            back = np.einsum("abn,bsn->asn", junction.B + np.swapaxes(junction.B, 0, 1), z)
+            back = back if junction.constant is None else back + junction.constant
+            put(item.attachments[1], arm, -back[3:6], -back[6:])
+            put(item.attachments[0], arm, back[3:6], back[6:] - back[:3])
         for number, spring in enumerate(self._springs):
-            ends = [self._parts.part_of[place] for place in spring.places]
+            ends = [self._rotation_groups.group_of[attachment] for attachment in spring.attachments]
             if ("spring", number) in at:
                 apart = at["spring", number]
             elif number in self._where.on_platform:
@@ -197,6 +199,6 @@ class GeometricTerms:
             else:
                 apart = cross(turn(ends[0]), (spring.points[1] - spring.points[0])[:, None])
             change = np.einsum("ijn,jsn->isn", spring.tangent, apart)
-            for sign, end, place in zip((1, -1), spring.points, spring.places, strict=True):
-                put(place, end - self._o, sign * change, none)
+            for sign, end, attachment in zip((1, -1), spring.points, spring.attachments, strict=True):
+                put(attachment, end - self._o, sign * change, none)
         return found

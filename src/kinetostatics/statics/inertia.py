@@ -66,8 +66,8 @@ class _InertialLoads:
             else:
                 body, own = robot.mechanism.body_of[name][0], robot.weights.inertias[name]
                 self._add_mass(name, body, frames.rotation[:, :, body], frames.point(body, own.lever), own.mass, own.inertia)
-        for place, body, point, mass, R, inertia in payload.masses(frames) if payload is not None else ():
-            self._add_mass(place, body, R, point, mass, inertia)
+        for attachment, body, point, mass, R, inertia in payload.masses(frames) if payload is not None else ():
+            self._add_mass(attachment, body, R, point, mass, inertia)
 
     def _acceleration(self, body: int, point: Array) -> Array:
         """Return the acceleration (3, N) [m/s²] of a point (3, N) of a body."""
@@ -82,9 +82,9 @@ class _InertialLoads:
         momentum = np.einsum("ijn,jn->in", world, w)
         return -np.einsum("ijn,jn->in", world, self.rates[3:, body]) - cross(w, momentum)
 
-    def _add_mass(self, place: str, body: int, R: Array, centre: Array, mass: Array | float, inertia: Array) -> None:
+    def _add_mass(self, attachment: str, body: int, R: Array, centre: Array, mass: Array | float, inertia: Array) -> None:
         wrench = np.concatenate([-mass * self._acceleration(body, centre), self._couple(body, R, inertia)])
-        self._put(place, body, wrench, centre)
+        self._put(attachment, body, wrench, centre)
 
     def _add_link(self, name: str) -> None:
         """Add the load of a beam or other elastic link, whose ends are the start of its spans, and the end of each."""
@@ -95,11 +95,11 @@ class _InertialLoads:
             self.lines[name] = line
         start = topology.line_ends(name)[0], links[name].span.start_body, links[name].ends(frames)[0]
         ends = [start, *((topology.line_ends(key)[1], links[key].span.end_body, links[key].ends(frames)[1]) for key in names)]
-        for wrench, (place, body, point) in zip(wrenches, ends, strict=True):
-            self._put(place, body, wrench, point)
+        for wrench, (attachment, body, point) in zip(wrenches, ends, strict=True):
+            self._put(attachment, body, wrench, point)
 
-    def _put(self, place: str, body: int, wrench: Array, point: Array) -> None:
-        """Add a wrench (6, N) about a point (3, N) [m] to the wrenches of a place and of a body."""
+    def _put(self, attachment: str, body: int, wrench: Array, point: Array) -> None:
+        """Add a wrench (6, N) about a point (3, N) [m] to the wrenches of an attachment and of a body."""
         self.by_body[:, body] += move_wrench(wrench, -point)
-        self.wrenches[place] = self.wrenches.get(place, 0.0) + move_wrench(wrench, self.o - point)
-        self.points.setdefault(place, point)
+        self.wrenches[attachment] = self.wrenches.get(attachment, 0.0) + move_wrench(wrench, self.o - point)
+        self.points.setdefault(attachment, point)

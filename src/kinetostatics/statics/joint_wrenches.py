@@ -13,7 +13,7 @@ import numpy as np
 
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.screws import move_wrench
-from kinetostatics.statics.link_loads import by_place, sum_of
+from kinetostatics.statics.link_loads import by_attachment, sum_of
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
 
@@ -61,8 +61,8 @@ def carried_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[i
             cut_signs[:, table.cuts_of(limb)] = total[:, :, position].swapaxes(0, 1)
     carried = np.einsum("jq,iqn->ijn", table.cut_signs[which], cut_signs)
     carried += np.einsum("jw,iwn->ijn", table.outboard[which], solution.weights)
-    for place, wrench in by_place(solution.applied).items():
-        carried += table.carrying(place)[which][:, None] * wrench[:, None]
+    for attachment, wrench in by_attachment(solution.applied).items():
+        carried += table.carrying(attachment)[which][:, None] * wrench[:, None]
     return table.reported[which][:, None] * move_wrench(carried, _arms(robot, solution, which))
 
 
@@ -71,14 +71,14 @@ def joint_contributions(robot: RobotStatics, solution: Solution) -> Array:
 
     Weights of bodies attached only to the base are no contribution.
     """
-    table, S = robot.joint_table, len(solution.sources)
+    table, S = robot.joint_table, len(solution.contributions)
     cut_signs = np.zeros((6, table.cut_signs.shape[1], S + 1, solution.o.shape[1]))
     for number, statics in enumerate(solution.statics):
         parts = solution.cut_wrenches(number)
         for position, limb in enumerate(statics.group.numbers):
             cut_signs[:, table.cuts_of(limb), : parts.shape[2]] = parts[:, :, :, position].swapaxes(0, 1)
     carried = np.einsum("jq,iqsn->ijsn", table.cut_signs, cut_signs)
-    place = {"base": S, "platform": 1} | {name: k for k, name in enumerate(solution.sources)}
+    place = {"base": S, "platform": 1} | {name: k for k, name in enumerate(solution.contributions)}
     own = np.array([place[owner] for owner in table.owners], dtype=np.intp)
     carried[:, np.arange(len(own)), own] += np.einsum("jw,iwn->ijn", table.outboard, solution.weights)
     for item in solution.applied:
@@ -139,12 +139,12 @@ def _self_stresses(robot: RobotStatics, solution: Solution, joints: Sequence[int
     states = [shared]
     for number, statics in enumerate(solution.statics):
         together = np.einsum("mkign,iagn->mkagn", statics.cut_wrenches, solution.self_stresses[number])
-        loose = np.zeros((6, table.cut_signs.shape[1], statics.loose.shape[2], N))
+        undetermined = np.zeros((6, table.cut_signs.shape[1], statics.undetermined.shape[2], N))
         for position, limb in enumerate(statics.group.numbers):
             which = table.cuts_of(limb)
             shared[:, which, : together.shape[2]] = together[:, :, :, position].swapaxes(0, 1)
-            loose[:, which] = statics.loose[:, :, :, position].swapaxes(0, 1)
-        states.append(loose)
+            undetermined[:, which] = statics.undetermined[:, :, :, position].swapaxes(0, 1)
+        states.append(undetermined)
     states = [state for state in states if np.any(state)]
     if not states:
         return None
@@ -169,8 +169,8 @@ def base_wrench(robot: RobotStatics, solution: Solution) -> Array:
     """
     weights, topology = solution.weights, robot.topology
     sum_at_o = weights[:, robot.weights.of("base")].sum(axis=1)
-    sum_at_o += sum_of(solution.applied, topology.base.places)
-    sum_at_o += sum_of(solution.applied, [place for limb in topology.limbs for place in limb.places])
+    sum_at_o += sum_of(solution.applied, topology.base.attachments)
+    sum_at_o += sum_of(solution.applied, [attachment for limb in topology.limbs for attachment in limb.attachments])
     for number, statics in enumerate(solution.statics):
         if not statics.group.is_attached:  # its weight counts as that of base or platform
             for position, limb in enumerate(statics.group.limbs):

@@ -1,6 +1,6 @@
 """Loads on links and at the ends of beams: their wrenches at N poses, and their effect on limbs.
 
-A place, at which a load acts, is a rigid link or an end of a beam. Loads on a limb are treated like its weight: they cause
+An attachment, at which a load acts, is a rigid link or an end of a beam. Loads on a limb are treated like its weight: they cause
 attached wrenches and a sag. Each load is a separate contribution to the platform's twist.
 """
 
@@ -35,8 +35,8 @@ class AppliedLoad:
 
     Attributes:
         name: name of the contribution.
-        wrenches: by place, (6, N) wrench about o, world axes [N, N·m].
-        points: by place, (3, N) point of application of the force [m], for drawings.
+        wrenches: by attachment, (6, N) wrench about o, world axes [N, N·m].
+        points: by attachment, (3, N) point of application of the force [m], for drawings.
         kind: "load"; "spring": the force of a spring at the pose; "change": geometric stiffness; "unit": a unit load.
         lines: by beam, (12, N) load along the beam: force and moment per length at the start, then force and moment per length at
             the end, world axes [N/m, N]. ``wrenches`` contains its resultants at the beam's ends, see
@@ -50,24 +50,24 @@ class AppliedLoad:
     lines: Mapping[str, Array] = field(default_factory=dict)
 
     def take(self, poses: Index | slice) -> AppliedLoad:
-        wrenches = {place: array[:, poses] for place, array in self.wrenches.items()}
-        points = {place: array[:, poses] for place, array in self.points.items()}
+        wrenches = {attachment: array[:, poses] for attachment, array in self.wrenches.items()}
+        points = {attachment: array[:, poses] for attachment, array in self.points.items()}
         lines = {beam: array[:, poses] for beam, array in self.lines.items()}
         return AppliedLoad(self.name, wrenches, points, self.kind, lines)
 
-    def at(self, places: Iterable[str]) -> dict[str, Array]:
-        mine = set(places)
-        return {place: wrench for place, wrench in self.wrenches.items() if place in mine}
+    def at(self, attachments: Iterable[str]) -> dict[str, Array]:
+        mine = set(attachments)
+        return {attachment: wrench for attachment, wrench in self.wrenches.items() if attachment in mine}
 
 
 @dataclass(frozen=True)
-class LoadedPlaces:
-    """Names of the loads on links, each with the places at which the load acts."""
+class LoadedAttachments:
+    """Names of the loads on links, each with the attachments at which the load acts."""
 
     loads: tuple[tuple[str, tuple[str, ...]], ...]
 
     @classmethod
-    def of(cls, applied: Iterable[AppliedLoad]) -> LoadedPlaces | None:
+    def of(cls, applied: Iterable[AppliedLoad]) -> LoadedAttachments | None:
         return cls(tuple((item.name, tuple(item.wrenches)) for item in applied)) if applied else None
 
 
@@ -92,7 +92,7 @@ class AppliedStatics:
 
 
 def applied_statics(
-    loads: Iterable[AppliedLoad], groups: Iterable[LimbGroup], frames: Frames, o: Array, first: int, sources: int
+    loads: Iterable[AppliedLoad], groups: Iterable[LimbGroup], frames: Frames, o: Array, first: int, contributions: int
 ) -> tuple[AppliedStatics, ...]:
     """Compute the effect of each load on the limbs as if it acted alone.
 
@@ -101,7 +101,7 @@ def applied_statics(
     found, loads = [], list(loads)
     parts = [_under(group, loads, frames, o) for group in groups]
     for number, load in enumerate(loads):
-        share = np.zeros((sources, o.shape[1]))
+        share = np.zeros((contributions, o.shape[1]))
         share[first + number] = 1.0
         found.append(AppliedStatics(load, tuple(part[number] for part in parts), share))
     return tuple(found)
@@ -113,7 +113,7 @@ def _under(group: LimbGroup, loads: Sequence[AppliedLoad], frames: Frames, o: Ar
     At few poses, several loads are computed at once.
     """
     found: list[LimbStatics | None] = [None] * len(loads)
-    mine = {k: load.at(group.places) for k, load in enumerate(loads)}
+    mine = {k: load.at(group.attachments) for k, load in enumerate(loads)}
     mine = {k: wrenches for k, wrenches in mine.items() if wrenches}
     N, recorded = o.shape[1], any(wrench.dtype == object for item in mine.values() for wrench in item.values())
     at_once = 1 if recorded or o.dtype == object else max(1, _AT_ONCE // max(N, 1))
@@ -122,8 +122,8 @@ def _under(group: LimbGroup, loads: Sequence[AppliedLoad], frames: Frames, o: Ar
         if len(some) == 1:
             found[some[0]] = limb_statics_under(group, frames, o, mine[some[0]])
             continue
-        none, places = np.zeros((6, N)), dict.fromkeys(place for k in some for place in mine[k])
-        wrenches = {place: np.concatenate([mine[k].get(place, none) for k in some], axis=1) for place in places}
+        none, names = np.zeros((6, N)), dict.fromkeys(name for k in some for name in mine[k])
+        wrenches = {name: np.concatenate([mine[k].get(name, none) for k in some], axis=1) for name in names}
         again = np.tile(np.arange(N), len(some))
         together = limb_statics_under(group, frames.take(again), o[:, again], wrenches)
         for number, k in enumerate(some):
@@ -137,12 +137,12 @@ def wrenches_of(applied: Iterable[AppliedLoad]) -> list[Array]:
     return [np.concatenate(rows)] if rows else []
 
 
-def by_place(applied: Iterable[AppliedStatics]) -> dict[str, Array]:
-    """Return the sum (6, N) of all loads at each place, about o [N, N·m]."""
+def by_attachment(applied: Iterable[AppliedStatics]) -> dict[str, Array]:
+    """Return the sum (6, N) of all loads at each attachment, about o [N, N·m]."""
     found: dict[str, Array] = {}
     for item in applied:
-        for place, wrench in item.load.wrenches.items():
-            found[place] = found.get(place, 0.0) + wrench * item.times
+        for attachment, wrench in item.load.wrenches.items():
+            found[attachment] = found.get(attachment, 0.0) + wrench * item.times
     return found
 
 
@@ -163,10 +163,10 @@ def with_contributions(weights: Array, applied: Iterable[AppliedStatics], parts:
     return total
 
 
-def sum_of(applied: Iterable[AppliedStatics], places: Iterable[str] | None = None) -> Array:
-    """Return the sum (6, N) of the loads at given places (None: all), about o; zeros (6, 1) if no load acts there."""
-    wrenches = by_place(applied)
-    mine = [wrenches[place] for place in (wrenches if places is None else dict.fromkeys(places)) if place in wrenches]
+def sum_of(applied: Iterable[AppliedStatics], attachments: Iterable[str] | None = None) -> Array:
+    """Return the sum (6, N) of the loads at given attachments (None: all), about o; zeros (6, 1) if no load acts there."""
+    wrenches = by_attachment(applied)
+    mine = [wrenches[name] for name in (wrenches if attachments is None else dict.fromkeys(attachments)) if name in wrenches]
     return np.sum(mine, axis=0) if mine else np.zeros((6, 1))
 
 
@@ -230,9 +230,9 @@ class LinkLoads:
                 own = rotate(R, item.wrench) if item.in_link_frame else item.wrench
             wrench = move_wrench(own, o - point)
             mine = found.setdefault(item.name, {})
-            for place, where in places_at(self.robot, item.name, link, frames, point).items():
-                mine[place] = mine.get(place, 0.0) + np.where(where, wrench, 0.0)
-                points.setdefault(item.name, {}).setdefault(place, point)
+            for attachment, where in attachments_at(self.robot, item.name, link, frames, point).items():
+                mine[attachment] = mine.get(attachment, 0.0) + np.where(where, wrench, 0.0)
+                points.setdefault(item.name, {}).setdefault(attachment, point)
         return tuple(AppliedLoad(name, wrenches, points[name]) for name, wrenches in found.items())
 
     def _placed(self, item: _Load, frames: Frames) -> tuple[str, Array, Array]:
@@ -241,11 +241,11 @@ class LinkLoads:
         return item.link or self.robot.description.platform, R, origin + np.einsum("ijn,jn->in", R, item.point)
 
     def masses(self, frames: Frames) -> Iterator[tuple[str, int, Array, Array, Array, Array]]:
-        """Yield the inertial data of every mass, for each place at which the mass acts at some of the N poses.
+        """Yield the inertial data of every mass, for each attachment at which the mass acts at some of the N poses.
 
-        The data are: the place; the body; the centre of mass (3, N) [m]; the mass (N,) [kg]; the axes (3, 3, N) of the link; the
-        inertia (3, 3, N) about the centre of mass in these axes [kg·m²]. Mass and inertia are 0 at poses at which the mass acts
-        at another place.
+        The data are: the attachment; the body; the centre of mass (3, N) [m]; the mass (N,) [kg]; the axes (3, 3, N) of the link;
+        the inertia (3, 3, N) about the centre of mass in these axes [kg·m²]. Mass and inertia are 0 at poses at which the mass
+        acts at another attachment.
 
         Raises:
             ArgumentError: as for :meth:`at`.
@@ -253,13 +253,13 @@ class LinkLoads:
         for item in self.loads:
             if item.mass is not None:
                 link, R, point = self._placed(item, frames)
-                for place, where in places_at(self.robot, item.name, link, frames, point).items():
+                for attachment, where in attachments_at(self.robot, item.name, link, frames, point).items():
                     mass, body = np.where(where, item.mass[0], 0.0), self.robot.mechanism.body_of[link][0]
-                    yield place, body, point, mass, R, np.where(mass > 0, semidefinite(item.inertia.matrix)[:, :, None], 0.0)
+                    yield attachment, body, point, mass, R, np.where(mass > 0, semidefinite(item.inertia.matrix)[:, :, None], 0.0)
 
 
-def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: Array) -> dict[str, Mask]:
-    """Return, by place, a mask (N,): True at the poses at which a load at ``point`` (3, N) of a link acts at this place.
+def attachments_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: Array) -> dict[str, Mask]:
+    """Return, by attachment, a mask (N,): True at the poses at which a load at ``point`` (3, N) of a link acts there.
 
     Raises:
         ArgumentError: the point of an elastic link is no end of a beam, or the link has no support; ``what`` begins the message.
@@ -284,11 +284,11 @@ def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: 
     for name in beams:
         span, reach = topology.beams[name], AT_END * np.abs(robot.elastic_links[name].length(frames))
         both = (span.start_body, span.start), (span.end_body, span.end)
-        for place, (body, local) in zip(topology.beam_ends[name], both, strict=True):
+        for attachment, (body, local) in zip(topology.beam_ends[name], both, strict=True):
             at = frames.point(body, local)
             here = nowhere & (np.sqrt(np.sum((at - point) ** 2, axis=0)) <= reach)
             if np.any(here):
-                found[place] = here
+                found[attachment] = here
                 nowhere &= ~here
             ends.append(at)
     if np.any(nowhere):
@@ -311,7 +311,7 @@ def _joint_around(robot: RobotStatics, link: str) -> tuple[str, ...]:
     key = robot.topology.carried_by.get(link)
     for group in robot.groups:
         for limb, compounds in zip(group.limbs, group.compounds, strict=True):
-            if link not in limb.places:
+            if link not in limb.attachments:
                 continue
             branches = {edge.key: edge for edge in limb.branches}
             while key in branches:

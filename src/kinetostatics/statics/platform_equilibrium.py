@@ -41,9 +41,9 @@ class _Split:
     give: Array  # (g, N, n, n)
     J: Array  # (g, N, 6, n)
 
-    def resisted(self, pull: Array) -> Array:
-        """Return the intensities (n, S, g, N) due to displacements ``pull`` (n, S, g, N) of the limbs' ends, for μ = 0."""
-        return np.einsum("gnij,jsgn->isgn", self.give, pull)
+    def resisted(self, displacements: Array) -> Array:
+        """Return the intensities (n, S, g, N) due to ``displacements`` (n, S, g, N) of the limbs' ends, for μ = 0."""
+        return np.einsum("gnij,jsgn->isgn", self.give, displacements)
 
 
 class PlatformEquilibrium:
@@ -87,7 +87,8 @@ class PlatformEquilibrium:
         self.undetermined = [np.zeros((*item.J_c.shape[1:],), dtype=bool) for item in statics]
         self.self_stresses = [np.zeros((item.J_c.shape[1], 0, *item.J_c.shape[2:])) for item in statics]
         if self._rigid is not None:
-            self.compliance, self.singular, self.indeterminate = self._rigid.compliance, self._rigid.singular, self._rigid.loose
+            self.compliance, self.singular = self._rigid.compliance, self._rigid.singular
+            self.indeterminate = self._rigid.undetermined
             self.stiffness = np.full(K.shape, np.nan)
             places = [k for k, factor in enumerate(self._factors) if isinstance(factor, _Split)]
             for k, directions, split in zip(places, self._rigid.self_stresses(splits), splits, strict=True):
@@ -110,7 +111,7 @@ class PlatformEquilibrium:
             strains: for each group, displacements (n_c, S, g, N) of the limbs' ends along their wrenches at zero intensities.
             errors: whether the last contribution is due to assembly errors, which also displace the ends of rigid limbs.
         """
-        total = self.pull(right, strains)
+        total = self.generalized_force(right, strains)
         if self._rigid is None:
             twists = np.einsum("ijn,jsn->isn", self.compliance, total)
             multipliers: list[Array] = []
@@ -122,7 +123,7 @@ class PlatformEquilibrium:
             self._refine(right, twists, intensities)
         return twists, intensities
 
-    def pull(self, right: Array, strains: Sequence[Array]) -> Array:
+    def generalized_force(self, right: Array, strains: Sequence[Array]) -> Array:
         """Return the wrenches (6, S, N) on the platform that, times the compliance, are the twists; see :meth:`solve`.
 
         By reciprocity, the product of this wrench and a twist of the platform is the work that all loads do when the robot moves
@@ -151,7 +152,9 @@ class PlatformEquilibrium:
 
     def intensities(self, twists: Array, right: Array, strains: Sequence[Array]) -> list[Array]:
         """Return for each group the intensities (n_c, S, g, N) at given twists (6, S, N) of the platform; see :meth:`solve`."""
-        multipliers = [] if self._rigid is None else self._rigid.multipliers(twists, self.pull(right, strains), self._splits)
+        multipliers: list[Array] = []
+        if self._rigid is not None:
+            multipliers = self._rigid.multipliers(twists, self.generalized_force(right, strains), self._splits)
         return self._intensities(twists, strains, multipliers)
 
     def _intensities(self, twists: Array, strains: Sequence[Array], multipliers: list[Array]) -> list[Array]:
@@ -162,11 +165,11 @@ class PlatformEquilibrium:
             if factor is None:
                 result.append(np.zeros_like(strain))
                 continue
-            pull = np.einsum("kign,ksn->isgn", item.J_c, twists) - strain
+            displacements = np.einsum("kign,ksn->isgn", item.J_c, twists) - strain
             if isinstance(factor, Cholesky):
-                result.append(factor.solve(pull))
+                result.append(factor.solve(displacements))
                 continue
-            result.append(factor.resisted(pull) + np.einsum("gnir,rsgn->isgn", factor.rigid, next(rest)))
+            result.append(factor.resisted(displacements) + np.einsum("gnir,rsgn->isgn", factor.rigid, next(rest)))
         return result
 
     def _refine(self, right: Array, twists: Array, intensities: list[Array]) -> None:
@@ -261,7 +264,7 @@ class _RigidPart:
         self.singular = ~finite
         if not settles(sure):
             self._by_singular_values(A[~sure], np.flatnonzero(~sure))
-        self.loose = np.any(np.abs(self.unknown) > _DEPENDENT, axis=(1, 2))
+        self.undetermined = np.any(np.abs(self.unknown) > _DEPENDENT, axis=(1, 2))
         self.compliance = np.moveaxis(self.inverse * np.outer(scale, scale), 0, 2)
 
     def _by_singular_values(self, A: Array, poses: Index) -> None:

@@ -17,10 +17,10 @@ from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.grouping import make_limb_groups
 from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array
-from kinetostatics.mechanism.joints import Drive, Freedoms, drives_of, freedoms_of, sides, springs_of
+from kinetostatics.mechanism.joints import ElasticActuator, Freedoms, elastic_actuators, freedoms_of, sides, springs_of
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.statics.turning_parts import TurningParts, turning_parts
+from kinetostatics.statics.rotation_groups import RotationGroups, find_rotation_groups
 
 
 class PassiveBranchJoint:
@@ -101,9 +101,9 @@ class JointTable:
         self.centre_body = np.array([body for body, _ in outer], dtype=np.intp)
         self.centre = np.array([frame[:3, 3] for _, frame in outer]).reshape(-1, 3).T
 
-    def carrying(self, place: str) -> Array:
-        """Return (J,) 1 for the joints that carry a load at a place, else 0."""
-        return np.array([carries(edge, place) for edge in self._edges], dtype=float)
+    def carrying(self, attachment: str) -> Array:
+        """Return (J,) 1 for the joints that carry a load at an attachment, else 0."""
+        return np.array([carries(edge, attachment) for edge in self._edges], dtype=float)
 
     def cuts_of(self, limb: int) -> slice:
         return slice(self._first[limb], self._first[limb + 1])
@@ -116,8 +116,8 @@ class RobotStatics(StaticModel):
     Attributes:
         groups: equal limbs, stacked, with their wrench bases, which are chosen once per robot.
         example: frames of one generic pose.
-        parts: parts that rotate relative to one another, for a robot with springs; else None.
-        branch_drives: elastic actuators that move joints of open branches, with these joints.
+        rotation_groups: they rotate relative to one another; for a robot with springs; else None.
+        branch_actuators: elastic actuators that move joints of open branches, with these joints.
         branch_elements: beams and elastic joints of open branches, by key of the edge.
     """
 
@@ -125,8 +125,8 @@ class RobotStatics(StaticModel):
     passive_branch_joints: tuple[PassiveBranchJoint, ...]
     joint_table: JointTable
     example: Frames
-    parts: TurningParts | None
-    branch_drives: tuple[tuple[Drive, tuple[BranchJoint, ...]], ...]
+    rotation_groups: RotationGroups | None
+    branch_actuators: tuple[tuple[ElasticActuator, tuple[BranchJoint, ...]], ...]
     branch_elements: Mapping[str, tuple[ElasticElement, ...]]
 
     def passive_joints(self, owner: str) -> list[str]:
@@ -157,8 +157,9 @@ def statics_on(statics: RobotStatics, model: StaticModel) -> RobotStatics:
 
 def _with_groups(model: StaticModel, groups: tuple[LimbGroup, ...], example: Frames) -> RobotStatics:
     branches, table = passive_branch_joints_of(model), JointTable(model)
-    parts = turning_parts(model) if model.description.springs else None
-    moved = [(drive, branch_joints(model.mechanism, model.topology, drive)) for drive in drives_of(model.mechanism).values()]
+    rotation_groups = find_rotation_groups(model) if model.description.springs else None
+    actuators = elastic_actuators(model.mechanism).values()
+    moved = [(actuator, branch_joints(model.mechanism, model.topology, actuator)) for actuator in actuators]
     elements = {edge.key: tuple(_elements_of(model, edge)) for edge in model.topology.branch_edges}
     return RobotStatics(
         **{item.name: getattr(model, item.name) for item in fields(StaticModel)},
@@ -166,8 +167,8 @@ def _with_groups(model: StaticModel, groups: tuple[LimbGroup, ...], example: Fra
         passive_branch_joints=branches,
         joint_table=table,
         example=example,
-        parts=parts,
-        branch_drives=tuple(item for item in moved if item[1]),
+        rotation_groups=rotation_groups,
+        branch_actuators=tuple(item for item in moved if item[1]),
         branch_elements={key: elastic for key, elastic in elements.items() if elastic},
     )
 

@@ -20,9 +20,9 @@ from kinetostatics.statics.geometric_stiffness import GeometricStiffness
 from kinetostatics.statics.link_loads import AppliedLoad
 from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.robot_statics import RobotStatics
+from kinetostatics.statics.rotation_groups import RotationGroups
 from kinetostatics.statics.solution import Balanced, Solution, balanced
 from kinetostatics.statics.springs import placed_springs, response, unstable_motions
-from kinetostatics.statics.turning_parts import TurningParts
 
 #: Compliance, relative to the largest, below which the platform is rigid.
 _RIGID = 1e-9
@@ -57,14 +57,14 @@ class Tangent:
 
     Attributes:
         geometric_stiffness: the matrix (n, n, N) of the forces of given contributions, see :meth:`GeometricStiffness.under`.
-        sources: contributions, with the :data:`UNITS`.
-        u: (n, S, N) displacements by contribution, see :mod:`kinetostatics.statics.turning_parts`; x (n, N): without units.
+        contributions: contributions, with the :data:`UNITS`.
+        u: (n, S, N) displacements by contribution, see :mod:`kinetostatics.statics.rotation_groups`; x (n, N): without units.
         twist, compliance: (6, N) and (6, 6, N), of the platform about o.
         tangents: see :attr:`Solution.tangents`.
     """
 
     geometric_stiffness: Callable[..., Array]
-    sources: tuple[str, ...]
+    contributions: tuple[str, ...]
     u: Array
     x: Array
     twist: Array
@@ -73,7 +73,7 @@ class Tangent:
 
 
 def at_unloaded_geometry(
-    robot: RobotStatics, parts: TurningParts, solution: Solution, poses: Index | slice, units: bool = False
+    robot: RobotStatics, rotation_groups: RotationGroups, solution: Solution, poses: Index | slice, units: bool = False
 ) -> tuple[Balanced, Deformation, GeometricStiffness]:
     """Return some poses of an equilibrium of linear theory, with its geometric stiffness; ``units``: with the :data:`UNITS`."""
     given = LoadedPoses(
@@ -85,33 +85,33 @@ def at_unloaded_geometry(
         tuple(item.group for item in solution.statics),
         solution.weights,
     ).take(poses)
-    place, rows = robot.description.platform, np.repeat(np.eye(6)[:, :, None], given.load.shape[1], axis=2)
-    more = (AppliedLoad(name, {place: row}, {}, "unit") for name, row in zip(UNITS, rows, strict=True))
+    attachment, rows = robot.description.platform, np.repeat(np.eye(6)[:, :, None], given.load.shape[1], axis=2)
+    more = (AppliedLoad(name, {attachment: row}, {}, "unit") for name, row in zip(UNITS, rows, strict=True))
     before = balanced(robot, replace(given, applied=(*given.applied, *more)) if units else given)
     springs = placed_springs(robot, given.frames)
-    return before, deform(robot, before.solution), GeometricStiffness(robot, parts, given.frames, springs)
+    return before, deform(robot, before.solution), GeometricStiffness(robot, rotation_groups, given.frames, springs)
 
 
-def tangent_of(robot: RobotStatics, parts: TurningParts, solution: Solution, poses: Index | slice = slice(None)) -> Tangent:
+def tangent_of(robot: RobotStatics, groups: RotationGroups, solution: Solution, poses: Index | slice = slice(None)) -> Tangent:
     """Return the tangent stiffness at some poses of an equilibrium of linear theory; see :func:`second_order`."""
-    before, deformation, geometric = at_unloaded_geometry(robot, parts, solution, poses, units=True)
-    sources, blocks = before.solution.sources, geometric.coordinates.blocks
-    real = [k for k, name in enumerate(sources) if name not in UNITS]
-    terms = geometric.under(before.solution, deformation, [sources[k] for k in real])
+    before, deformation, geometric = at_unloaded_geometry(robot, groups, solution, poses, units=True)
+    contributions, blocks = before.solution.contributions, geometric.coordinates.blocks
+    real = [k for k, name in enumerate(contributions) if name not in UNITS]
+    terms = geometric.under(before.solution, deformation, [contributions[k] for k in real])
     u, twists, tangents, compliance = response(robot, geometric, terms, before, deformation)
 
     def of(names: Sequence[str], own: bool = True) -> Array:
         return geometric.under(before.solution, deformation, names, own).matrix(blocks, blocks)
 
-    return Tangent(of, sources, u, u[:, real].sum(axis=1), twists[:, real].sum(axis=1), compliance, tangents)
+    return Tangent(of, contributions, u, u[:, real].sum(axis=1), twists[:, real].sum(axis=1), compliance, tangents)
 
 
-def second_order(robot: RobotStatics, parts: TurningParts, solution: Solution, poses: Index | slice = slice(None)) -> Changes:
-    """Return results of second order at some poses of an equilibrium of linear theory; ``parts``: with its elastic actuators."""
-    tangent = tangent_of(robot, parts, solution, poses)
-    sources, u, compliance, N = tangent.sources, tangent.u, tangent.compliance, tangent.twist.shape[1]
-    unit, x = [name for name in sources if name in UNITS], tangent.x
-    v = u[:, [sources.index(name) for name in unit]]
+def second_order(robot: RobotStatics, groups: RotationGroups, solution: Solution, poses: Index | slice = slice(None)) -> Changes:
+    """Return results of second order at some poses of an equilibrium of linear theory; ``groups``: with elastic actuators."""
+    tangent = tangent_of(robot, groups, solution, poses)
+    contributions, u, compliance, N = tangent.contributions, tangent.u, tangent.compliance, tangent.twist.shape[1]
+    unit, x = [name for name in contributions if name in UNITS], tangent.x
+    v = u[:, [contributions.index(name) for name in unit]]
     T = np.stack([np.einsum("abn,bn->an", tangent.geometric_stiffness([name], own=False), x) for name in unit])  # K_g(S(v_i)) x
     bent = np.einsum("ian,ajn->ijn", T, v)
     change = -(bent + np.swapaxes(bent, 0, 1))

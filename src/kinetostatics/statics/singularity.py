@@ -86,21 +86,21 @@ def unbalanced_parts(
 
     Open branches belong to the limb that carries them, or to ``base`` or ``platform``, which are further keys.
     """
-    sizes = {place: _size(wrench, robot.length) for place, wrench in loads.items()}
+    sizes = {attachment: _size(wrench, robot.length) for attachment, wrench in loads.items()}
     result: dict[str, Array] = {}
     for item in statics:
         for position, limb in enumerate(item.group.limbs):
             own = weights[:3, robot.weights.of(limb.name)]
             total = np.sqrt(np.sum(own**2, axis=0)).sum(axis=0)
-            total = sum((size for place, size in sizes.items() if place in limb.places), total)
+            total = sum((size for attachment, size in sizes.items() if attachment in limb.attachments), total)
             left = np.max(np.abs(item.unbalanced[:, position]), axis=0, initial=0.0)
             result[limb.name] = left / np.where(total > 0, total, 1.0)
     for branch in robot.passive_branch_joints:
         carried = np.einsum("w,iwn->in", branch.outboard, weights)
         total = np.sqrt(np.sum((weights[:3] * branch.outboard[:, None]) ** 2, axis=0)).sum(axis=0)
-        for place, wrench in loads.items():
-            if carries(branch.edge, place):
-                carried, total = carried + wrench, total + sizes[place]
+        for attachment, wrench in loads.items():
+            if carries(branch.edge, attachment):
+                carried, total = carried + wrench, total + sizes[attachment]
         power = np.abs(np.einsum("ikn,in->kn", branch.twists(frames, o), carried)) / branch.scale[:, None]
         part = np.max(power, axis=0, initial=0.0) / np.where(total > 0, total, 1.0)
         result[branch.owner] = np.maximum(result.get(branch.owner, 0.0), part)

@@ -18,11 +18,11 @@ from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross
 from kinetostatics.math.screws import move_twist
 from kinetostatics.mechanism.body_graph import BodyEdge, BodyGraph, RigidBody
-from kinetostatics.mechanism.joints import Drive, Freedom, Freedoms, drives_of, freedoms_of, springs_of
+from kinetostatics.mechanism.joints import ElasticActuator, Freedom, Freedoms, elastic_actuators, freedoms_of, springs_of
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.robot_statics import RobotStatics
-from kinetostatics.statics.turning_parts import turning_parts
+from kinetostatics.statics.rotation_groups import find_rotation_groups
 
 
 @dataclass(frozen=True)
@@ -70,21 +70,21 @@ class SmallMotions:
         joints: all joints that transmit a force or moment.
         freedoms: for each coordinate its freedom; None for the six coordinates of a body that no joint connects.
         columns: for each body, the indices of the coordinates that move it.
-        turning: indices of the coordinates that are rotations.
+        rotations: indices of the coordinates that are rotations.
         followers: the coordinates of joints that mimic elastic actuators.
-        parts: the parts that rotate relative to one another with these actuators.
+        rotation_groups: the groups that rotate relative to one another with these actuators.
     """
 
     NOT_RECORDED = ("graph",)
 
-    def __init__(self, model: RobotStatics, drives: Mapping[str, Drive] | None = None) -> None:
+    def __init__(self, model: RobotStatics, actuators: Mapping[str, ElasticActuator] | None = None) -> None:
         self.model, self.graph = model, BodyGraph(model.mechanism)
-        self.body_at = {place: body for body in self.graph.bodies for place in body.places}
+        self.body_at = {attachment: body for body in self.graph.bodies for attachment in body.attachments}
         self.platform, number = self.graph.platform, {name: k for k, name in enumerate(model.weights.names)}
         self.weights = [(body, number[name]) for body in self.graph.bodies for name in body.weights]
-        self._drives = drives_of(model.mechanism) if drives is None else drives
-        self.parts = turning_parts(model, self._drives)
-        self._moved = {name for drive in self._drives.values() for name, _ in drive.moves}
+        self._actuators = elastic_actuators(model.mechanism) if actuators is None else actuators
+        self.rotation_groups = find_rotation_groups(model, self._actuators)
+        self._moved = {name for actuator in self._actuators.values() for name, _ in actuator.moves}
         edges = [edge for edge in self.graph.edges if edge.connection is not None]
         own = {id(edge): self._freedoms(edge.connection) for edge in edges if edge.connection is not None}
         edges = [edge for edge in edges if sum(not item.stiffness for item in own[id(edge)]) < 6]
@@ -122,9 +122,10 @@ class SmallMotions:
         self.followers = tuple(self._followers())
         given = [(k, freedom) for k, freedom in enumerate(self.freedoms) if freedom is not None]
         self._given, self._twists = [k for k, _ in given], Freedoms([freedom for _, freedom in given])
-        self._loose = [k for k, freedom in enumerate(self.freedoms) if freedom is None]  # three rotations, three translations, …
-        self.turning = {k for k, freedom in enumerate(self.freedoms) if freedom is not None and freedom.rotates}
-        self.turning.update(column for k, column in enumerate(self._loose) if k % 6 < 3)
+        # of each free body three rotations, then three translations
+        self._of_free_bodies = [k for k, freedom in enumerate(self.freedoms) if freedom is None]
+        self.rotations = {k for k, freedom in enumerate(self.freedoms) if freedom is not None and freedom.rotates}
+        self.rotations.update(column for k, column in enumerate(self._of_free_bodies) if k % 6 < 3)
 
     def _beam(self, name: str) -> BeamEnds:
         """Return a beam; joints in its span, which make it telescopic, add bodies at its ends."""
@@ -149,8 +150,8 @@ class SmallMotions:
 
     def _followers(self) -> Iterator[Follower]:
         joints = {joint.connection.name: joint for joint in self.joints}
-        for name, drive in self._drives.items():
-            for follower, times in drive.moves[1:]:
+        for name, actuator in self._actuators.items():
+            for follower, times in actuator.moves[1:]:
                 mine, master = joints[follower], joints[name]
                 sizes = [self.model.length if item.connection.type.is_hinge else 1.0 for item in (mine, master)]
                 yield Follower(mine.columns[0], master.columns[0], times * mine.sign * master.sign * sizes[0] / sizes[1])
@@ -160,8 +161,8 @@ class SmallMotions:
         freedoms = freedoms_of(self.model.mechanism, joint)
         found = [freedom for freedom in freedoms if freedom.passive]
         if joint.name in self._moved:
-            drive = self._drives.get(joint.name)
-            found.append(replace(freedoms[0], stiffness=0.0 if drive is None else 1 / drive.compliance))
+            actuator = self._actuators.get(joint.name)
+            found.append(replace(freedoms[0], stiffness=0.0 if actuator is None else 1 / actuator.compliance))
         for spring in springs_of(self.model.mechanism, joint.name):
             R, centre = spring.frame[:3, :3], spring.frame[:3, 3]
             compliances = np.diag(spring.compliance)
@@ -191,7 +192,7 @@ class SmallMotions:
         """
         size = self.model.length
         found = zeros_for((6, len(self.freedoms), o.shape[1]), o)
-        for k, column in enumerate(self._loose):
+        for k, column in enumerate(self._of_free_bodies):
             found[(k + 3) % 6, column] = 1.0 if k % 6 > 2 else 1 / size
         if self._given:
             found[:, self._given] = self._twists.twists(frames, o) / np.where(self._twists.rotates, size, 1.0)[:, None]
@@ -215,7 +216,7 @@ class PlacedMotions:
 
     def stretched(self, spring: PlacedSpring) -> tuple[tuple[int, ...], Array]:
         """Return the k coordinates that move the ends of a spring, and the ends' relative displacement (3, k, N) per unit."""
-        bodies = [self.structure.body_at[place] for place in spring.places]
+        bodies = [self.structure.body_at[attachment] for attachment in spring.attachments]
         columns = self.structure.columns_of(*bodies)
         start, end = (self.moved(columns, body, point)[:3] for body, point in zip(bodies, spring.points, strict=True))
         return columns, end - start
@@ -242,9 +243,9 @@ class PlacedMotions:
         """Return the twists (N, 6, n) of a body at a point (3, N) per unit of a coordinate, and the twists of :meth:`carried`."""
         return self.moved(tuple(range(self.units.shape[1])), body, point).transpose(2, 0, 1), self.carried(point)
 
-    def at_place(self, place: str) -> Array:
-        """Return the twists (6, n, N) about o of the body at a place per unit of each coordinate."""
-        columns = list(self.structure.columns[self.structure.body_at[place]])
+    def at_attachment(self, attachment: str) -> Array:
+        """Return the twists (6, n, N) about o of the body at an attachment per unit of each coordinate."""
+        columns = list(self.structure.columns[self.structure.body_at[attachment]])
         found = np.zeros_like(self.units)
         found[:, columns] = self.units[:, columns]
         return found

@@ -19,7 +19,7 @@ from kinetostatics.limbs.statics import LimbStatics, limb_statics, with_loads
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.assembly_errors import AssemblyErrors
-from kinetostatics.statics.link_loads import AppliedLoad, AppliedStatics, applied_statics, by_place
+from kinetostatics.statics.link_loads import AppliedLoad, AppliedStatics, applied_statics, by_attachment
 from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.platform_equilibrium import PlatformEquilibrium
 from kinetostatics.statics.robot_statics import RobotStatics
@@ -35,7 +35,7 @@ class Solution(ShortRepr):
         weights: (6, W, N) the robot's weights [N, N·m].
         statics: for each group of equal limbs, their wrenches and compliance.
         errors: for each group, the twists (6, elements, g, N) due to assembly errors, or None.
-        sources: names of the contributions.
+        contributions: names of the contributions.
         twists: (6, S, N) contributions to the twist [m, rad], Eq. (12).
         compliance, stiffness: (6, 6, N) compliance and stiffness of the platform at o, world axes.
         intensities: for each group, W_ic (n_c, S, g, N) due to each contribution, Eq. (11).
@@ -60,7 +60,7 @@ class Solution(ShortRepr):
     statics: tuple[LimbStatics, ...]
     assembly_errors: AssemblyErrors | None
     errors: tuple[Array | None, ...]
-    sources: tuple[str, ...]
+    contributions: tuple[str, ...]
     twists: Array
     compliance: Array
     stiffness: Array
@@ -105,10 +105,10 @@ class Solution(ShortRepr):
                 forces due to it; the two differ after :func:`by_mechanism`.
         """
         hanging_on_base = group.is_attached and not group.limbs[0].on_platform
-        share = np.zeros((len(self.sources) + hanging_on_base, len(group.limbs), 1))
+        share = np.zeros((len(self.contributions) + hanging_on_base, len(group.limbs), 1))
         for position, number in enumerate(group.numbers):
             if group.is_attached:
-                place = len(self.sources) if hanging_on_base else 1
+                place = len(self.contributions) if hanging_on_base else 1
             else:
                 place = self.place_of_strains(number) if strains else 2 + number
             share[place, position] = 1
@@ -116,8 +116,8 @@ class Solution(ShortRepr):
 
     def place_of_strains(self, limb: int) -> int:
         """Return the index of the contribution of the strains due to a limb's own weight."""
-        deformation = of_deformation(self.sources[2 + limb])
-        return self.sources.index(deformation) if deformation in self.sources else 2 + limb
+        deformation = of_deformation(self.contributions[2 + limb])
+        return self.contributions.index(deformation) if deformation in self.contributions else 2 + limb
 
     def cut_wrenches(self, number: int, strains: bool = False) -> Array:
         """Return the cut-joint wrenches (M, 6, S, g, N) of a group due to each contribution; see :meth:`contribution_mask`."""
@@ -132,8 +132,8 @@ class Solution(ShortRepr):
             part = item.statics[number]
             if part is not None:
                 total[:, :, : len(item.share)] += part.particular[:, :, None] * item.share[:, None]
-        if "assembly_errors" in self.sources:
-            total[:, :, self.sources.index("assembly_errors")] += statics.assembly_error_cut_wrenches
+        if "assembly_errors" in self.contributions:
+            total[:, :, self.contributions.index("assembly_errors")] += statics.assembly_error_cut_wrenches
         return total
 
     def total_cut_wrenches(self, number: int) -> Array:
@@ -141,7 +141,7 @@ class Solution(ShortRepr):
         statics = self.statics[number]
         total = np.einsum("mkign,ign->mkgn", statics.cut_wrenches, self.intensities[number].sum(axis=1))
         total += statics.particular
-        if "assembly_errors" in self.sources:
+        if "assembly_errors" in self.contributions:
             total += statics.assembly_error_cut_wrenches
         return total
 
@@ -170,19 +170,19 @@ def balanced(robot: RobotStatics, given: LoadedPoses) -> Balanced:
     errors = tuple(None if assembly_errors is None else assembly_errors.of(group, frames, o) for group in groups)
     statics = tuple(limb_statics(group, frames, o, weights, gravity, error) for group, error in zip(groups, errors, strict=True))
     platform_weight = weights[:, robot.weights.of("platform")].sum(axis=1)
-    sources = ("load", "platform_weight", *(limb.name for limb in robot.topology.limbs))
-    first = len(sources)
-    sources += tuple(item.name for item in applied)
+    contributions = ("load", "platform_weight", *(limb.name for limb in robot.topology.limbs))
+    first = len(contributions)
+    contributions += tuple(item.name for item in applied)
     if assembly_errors is not None:
-        sources += ("assembly_errors",)
+        contributions += ("assembly_errors",)
     balance = PlatformEquilibrium(robot, statics, o.shape[1], given.support)
-    loads = applied_statics(applied, groups, frames, o, first, len(sources))
-    right, strains = _by_contribution(robot, sources, statics, given.load, platform_weight, loads)
+    loads = applied_statics(applied, groups, frames, o, first, len(contributions))
+    right, strains = _by_contribution(robot, contributions, statics, given.load, platform_weight, loads)
     twists, intensities = balance.solve(right, strains, assembly_errors is not None)
     weights_alone = statics if applied else None
     if applied:
         statics = tuple(_under_loads(item, number, loads) for number, item in enumerate(statics))
-    unbalanced = unbalanced_parts(robot, frames, o, weights, statics, by_place(loads))
+    unbalanced = unbalanced_parts(robot, frames, o, weights, statics, by_attachment(loads))
     found = Solution(
         frames=frames,
         o=o,
@@ -191,7 +191,7 @@ def balanced(robot: RobotStatics, given: LoadedPoses) -> Balanced:
         statics=statics,
         assembly_errors=assembly_errors,
         errors=errors,
-        sources=sources,
+        contributions=contributions,
         twists=twists,
         compliance=balance.compliance,
         stiffness=balance.stiffness,
@@ -199,7 +199,7 @@ def balanced(robot: RobotStatics, given: LoadedPoses) -> Balanced:
         load=given.load,
         platform_weight=platform_weight,
         singular=where_singular(statics, balance, unbalanced) | has_negative_length(robot, frames),
-        indeterminate=balance.indeterminate | any_limb([np.any(item.loose, axis=(0, 1, 2)) for item in statics], o.shape[1]),
+        indeterminate=balance.indeterminate | any_limb([np.any(s.undetermined, axis=(0, 1, 2)) for s in statics], o.shape[1]),
         basis_degenerate=any_limb([item.degenerate for item in statics], o.shape[1]),
         undetermined=tuple(balance.undetermined),
         self_stresses=tuple(balance.self_stresses),
@@ -219,11 +219,11 @@ def unit_responses(
         moved: (6, n, N) twists of the platform under each of these loads; None: the platform is fixed.
 
     Returns:
-        (pull, fixed): ``pull`` (6, n, N) is the resultant wrench of each unit load on the platform; by reciprocity, it is also
-        the displacement along the load per unit twist of the platform. ``fixed`` is the equilibrium under these twists; its last
-        contributions are the unit loads.
+        (generalized_forces, fixed): the resultant wrenches (6, n, N) of the unit loads on the platform; by reciprocity, each is
+        also the displacement along the load per unit twist of the platform. ``fixed`` is the equilibrium under these twists; its
+        last contributions are the unit loads.
     """
-    solution, n, S = before.solution, len(loads), len(before.solution.sources)
+    solution, n, S = before.solution, len(loads), len(before.solution.contributions)
     groups = tuple(item.group for item in solution.statics)
     applied = applied_statics(loads, groups, solution.frames, solution.o, 0, n)
     right = zeros_for((6, n, solution.o.shape[1]), solution.o)
@@ -239,7 +239,7 @@ def unit_responses(
     shares = [np.concatenate([np.zeros_like(twists[0, :S]), item.share]) for item in applied]
     fixed = replace(
         solution,
-        sources=(*solution.sources, *(item.name for item in loads)),
+        contributions=(*solution.contributions, *(item.name for item in loads)),
         twists=twists,
         intensities=tuple(intensities),
         assembly_errors=None,
@@ -247,7 +247,7 @@ def unit_responses(
         applied=tuple(replace(item, share=share) for item, share in zip(applied, shares, strict=True)),
         weights_alone=solution.weights_alone or solution.statics,
     )
-    return before.platform.pull(right, strains), fixed
+    return before.platform.generalized_force(right, strains), fixed
 
 
 def with_more(robot: RobotStatics, before: Balanced, more: Mapping[str, Array], names: Sequence[str], twists: Array) -> Solution:
@@ -255,20 +255,20 @@ def with_more(robot: RobotStatics, before: Balanced, more: Mapping[str, Array], 
 
     Args:
         before: the equilibrium without the further loads.
-        more: wrenches (6, S, N) about o for each contribution, by place.
+        more: wrenches (6, S, N) about o for each contribution, by attachment.
         names: names of the further loads.
         twists: (6, S, N) twists of the result; computing them here, as sums, would lose digits where the further loads stiffen an
             almost free motion.
     """
     solution, S = before.solution, len(names)
-    items = [AppliedLoad(name, {place: w[:, s] for place, w in more.items()}, {}, "change") for s, name in enumerate(names)]
+    items = [AppliedLoad(name, {at: w[:, s] for at, w in more.items()}, {}, "change") for s, name in enumerate(names)]
     loads = applied_statics(items, [item.group for item in solution.statics], solution.frames, solution.o, 0, S)
     right, strains = np.array(before.right, subok=True), [np.array(strain, subok=True) for strain in before.strains]
     _add_loads(robot, solution.statics, loads, right, strains)
     intensities = before.platform.intensities(twists, right, strains)
     applied = (*solution.applied, *loads)
     statics = tuple(_under_loads(item, number, loads) for number, item in enumerate(solution.statics))
-    unbalanced = unbalanced_parts(robot, solution.frames, solution.o, solution.weights, statics, by_place(applied))
+    unbalanced = unbalanced_parts(robot, solution.frames, solution.o, solution.weights, statics, by_attachment(applied))
     return replace(
         solution,
         twists=twists,
@@ -294,21 +294,23 @@ def by_mechanism(robot: RobotStatics, solution: Solution) -> Solution:
     limb's own weight belong to the first part, the strains that they cause in the limb to the second part.
     """
     limbs = [limb.name for limb in robot.topology.limbs]
-    if solution.sources[2 + len(limbs) : 2 + 2 * len(limbs)] == tuple(map(of_deformation, limbs)):
+    if solution.contributions[2 + len(limbs) : 2 + 2 * len(limbs)] == tuple(map(of_deformation, limbs)):
         return solution  # already divided
     balance = PlatformEquilibrium(robot, solution.statics, solution.o.shape[1])
-    sources = (*solution.sources[: 2 + len(limbs)], *map(of_deformation, limbs), *solution.sources[2 + len(limbs) :])
+    before, after = solution.contributions[: 2 + len(limbs)], solution.contributions[2 + len(limbs) :]
+    contributions = (*before, *map(of_deformation, limbs), *after)
     statics = solution.weights_alone or solution.statics
-    right, strains = _by_contribution(robot, solution.sources, statics, solution.load, solution.platform_weight, solution.applied)
+    given = solution.load, solution.platform_weight, solution.applied
+    right, strains = _by_contribution(robot, solution.contributions, statics, *given)
     first, last = slice(2, 2 + len(limbs)), 2 + len(limbs)
     right = np.concatenate([right[:, :last], np.zeros_like(right[:, first]), right[:, last:]], axis=1)
     moved = []
     for strain in strains:
         none = np.zeros_like(strain[:, first])
         moved.append(np.concatenate([strain[:, :2], none, strain[:, first], strain[:, last:]], axis=1))
-    twists, intensities = balance.solve(right, moved, sources[-1] == "assembly_errors")
+    twists, intensities = balance.solve(right, moved, contributions[-1] == "assembly_errors")
     applied = tuple(replace(item, share=np.insert(item.share, [last] * len(limbs), 0.0, axis=0)) for item in solution.applied)
-    return replace(solution, sources=sources, twists=twists, intensities=tuple(intensities), applied=applied)
+    return replace(solution, contributions=contributions, twists=twists, intensities=tuple(intensities), applied=applied)
 
 
 def of_deformation(limb: str) -> str:
@@ -326,7 +328,7 @@ def unit_cut_wrenches(robot: RobotStatics, solution: Solution) -> list[Array]:
 
 def _by_contribution(
     robot: RobotStatics,
-    sources: tuple[str, ...],
+    contributions: tuple[str, ...],
     statics: Iterable[LimbStatics],
     load: Array,
     platform_weight: Array,
@@ -341,18 +343,18 @@ def _by_contribution(
         ``strains`` are, for each group, the displacements (n_c, S, g, N) of the limbs' ends along their wrenches due to sag and
         assembly errors.
     """
-    right = zeros_for((6, len(sources), load.shape[1]), load, platform_weight)
+    right = zeros_for((6, len(contributions), load.shape[1]), load, platform_weight)
     statics = tuple(statics)
     right[:, 0], right[:, 1] = load, platform_weight
     strains = []
     for item in statics:
-        strain = zeros_for((item.J_c.shape[1], len(sources), *item.J_c.shape[2:]), item.J_c)
+        strain = zeros_for((item.J_c.shape[1], len(contributions), *item.J_c.shape[2:]), item.J_c)
         if not item.group.is_attached:
             for position, number in enumerate(item.group.numbers):
                 right[:, 2 + number] -= item.R_g[:, position]
                 if item.group.rigid_directions < len(strain):  # otherwise the sag is rounding
                     strain[:, 2 + number, position] = item.gravity_displacement[:, position]
-        if sources[-1] == "assembly_errors":
+        if contributions[-1] == "assembly_errors":
             strain[:, -1] += item.assembly_error
             # with an incompatible ring there is no solution, even if the ring is not loaded
             right[:, -1, np.any(np.isnan(item.assembly_error_cut_wrenches), axis=(0, 1, 2))] = np.nan
@@ -370,7 +372,7 @@ def _add_loads(
 ) -> None:
     """Add loads on links to the right-hand sides of :func:`_by_contribution`, in place."""
     for loaded in applied:
-        for wrench in loaded.load.at(robot.topology.platform.places).values():
+        for wrench in loaded.load.at(robot.topology.platform.attachments).values():
             right += wrench[:, None] * loaded.share
         for item, part, strain in zip(statics, loaded.statics, strains, strict=True):
             if part is not None and not item.group.is_attached:

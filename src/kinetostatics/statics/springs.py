@@ -2,7 +2,7 @@
 
 The change K_t u of a spring's force (:mod:`kinetostatics.elements.spring`), and the change of moments as the arms of weights and
 springs rotate, are the geometric stiffness K_g of the robot. The spring forces are applied as loads on links, and the effect of
-K_g as further loads −K_g u; the displacements u are defined in :mod:`kinetostatics.statics.turning_parts`.
+K_g as further loads −K_g u; the displacements u are defined in :mod:`kinetostatics.statics.rotation_groups`.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.deformation import Deformation, deform
 from kinetostatics.statics.geometric_stiffness import GeometricStiffness
 from kinetostatics.statics.geometric_terms import GeometricTerms
-from kinetostatics.statics.link_loads import AppliedLoad, places_at
+from kinetostatics.statics.link_loads import AppliedLoad, attachments_at
 from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.robot_statics import RobotStatics
+from kinetostatics.statics.rotation_groups import RotationGroups
 from kinetostatics.statics.singularity import parts_of_batch
 from kinetostatics.statics.solution import Balanced, Solution, balanced, unit_responses, with_more
-from kinetostatics.statics.turning_parts import TurningParts
 
 #: Eigenvalue of a tangent stiffness, relative to the elastic one, up to which a motion is unstable.
 _UNSTABLE = 1e-9
@@ -42,23 +42,24 @@ def placed_springs(robot: RobotStatics, frames: Frames) -> list[PlacedSpring]:
     Raises:
         ArgumentError: a spring is attached to an elastic link, but not at the end of a beam.
     """
-    if robot.parts is None:
+    if robot.rotation_groups is None:
         return []
     springs = robot.description.springs.values()
-    return [_placed(robot, spring, places, frames) for spring, places in zip(springs, robot.parts.spring_places, strict=True)]
+    ends = zip(springs, robot.rotation_groups.spring_attachments, strict=True)
+    return [_placed(robot, spring, attachments, frames) for spring, attachments in ends]
 
 
-def _placed(robot: RobotStatics, spring: Spring, places: tuple[str, str], frames: Frames) -> PlacedSpring:
+def _placed(robot: RobotStatics, spring: Spring, attachments: tuple[str, str], frames: Frames) -> PlacedSpring:
     points = []
     what = f"spring {spring.name!r}" if spring.place.line is None else f"{spring.place}: spring {spring.name!r}"
     for link, local in ((spring.predecessor, spring.predecessor_point), (spring.successor, spring.successor_point)):
         body, placement = robot.mechanism.body_of[link]
         points.append(frames.point(body, placement[:3, :3] @ np.array(local) + placement[:3, 3]))
-        places_at(robot, what, link, frames, points[-1])  # checks that an end of a beam is there
-    return PlacedSpring.between(spring, (points[0], points[1]), places, _NOTHING * robot.length)
+        attachments_at(robot, what, link, frames, points[-1])  # checks that an end of a beam is there
+    return PlacedSpring.between(spring, (points[0], points[1]), attachments, _NOTHING * robot.length)
 
 
-def sources_of(robot: RobotStatics, applied: Iterable[AppliedLoad] = ()) -> tuple[str, ...]:
+def contribution_names(robot: RobotStatics, applied: Iterable[AppliedLoad] = ()) -> tuple[str, ...]:
     """Return the names of the contributions to the twist: load, weights, loads on links, springs."""
     own = ("load", "platform_weight", *(limb.name for limb in robot.topology.limbs))
     return (*own, *(item.name for item in applied), *(f"spring {name}" for name in robot.description.springs))
@@ -66,16 +67,16 @@ def sources_of(robot: RobotStatics, applied: Iterable[AppliedLoad] = ()) -> tupl
 
 def solve_with_springs(robot: RobotStatics, given: LoadedPoses) -> Solution:
     """Solve Eq. (12) as :func:`kinetostatics.statics.solution.balanced` does, with the robot's springs."""
-    if robot.parts is None:
+    if robot.rotation_groups is None:
         return balanced(robot, given).solution
     frames = given.frames
     springs, o = placed_springs(robot, frames), robot.mechanism.platform_pose(frames)[1]
     before = under_springs(robot, given, springs)
-    solution, geometric = before.solution, GeometricStiffness(robot, robot.parts, frames, springs)
+    solution, geometric = before.solution, GeometricStiffness(robot, robot.rotation_groups, frames, springs)
     deformation = deform(robot, solution)
     terms = geometric.under(solution, deformation)
     u, twists, tangents, compliance = response(robot, geometric, terms, before, deformation)
-    found = with_more(robot, before, terms.loads(u), [f"change with {name}" for name in solution.sources], twists)
+    found = with_more(robot, before, terms.loads(u), [f"change with {name}" for name in solution.contributions], twists)
     rigid = np.where(solution.singular, np.nan, solution.stiffness)
     stiffness = inverse(compliance, rigid, robot.length)
     sound = compliance.sum(axis=(0, 1)) + sum((item.force.sum(axis=0) for item in springs), np.zeros_like(o[0]))
@@ -86,12 +87,12 @@ def solve_with_springs(robot: RobotStatics, given: LoadedPoses) -> Solution:
 def under_springs(robot: RobotStatics, given: LoadedPoses, springs: Iterable[PlacedSpring]) -> Balanced:
     """Solve Eq. (12) under the forces of springs, without geometric stiffness."""
     _, o = robot.mechanism.platform_pose(given.frames)
-    forces = (AppliedLoad(f"spring {item.name}", *item.pull(item.force, o), "spring") for item in springs)
+    forces = (AppliedLoad(f"spring {item.name}", *item.end_wrenches(item.force, o), "spring") for item in springs)
     return balanced(robot, replace(given, applied=(*given.applied, *forces)))
 
 
 def geometric_stiffness(
-    robot: RobotStatics, parts: TurningParts, given: LoadedPoses, motion: Callable[[str], Array]
+    robot: RobotStatics, rotation_groups: RotationGroups, given: LoadedPoses, motion: Callable[[str], Array]
 ) -> tuple[Array, Array, Mask]:
     """Return the displacements u (n, k, N) per unit of k coordinates, and the geometric stiffness K_g (n, n, N).
 
@@ -99,12 +100,12 @@ def geometric_stiffness(
     without the tangent stiffness of the springs themselves.
 
     Args:
-        parts: the parts that rotate relative to one another in the coordinates.
+        rotation_groups: the groups that rotate relative to one another in the coordinates.
         given: the poses with gravity and loads on links; springs are added.
-        motion: ``motion(place)`` (6, k, N) is the twist of a place about o per unit of each coordinate.
+        motion: ``motion(attachment)`` (6, k, N) is the twist of an attachment about o per unit of each coordinate.
     """
     springs = placed_springs(robot, given.frames)
-    geometric = GeometricStiffness(robot, parts, given.frames, springs)
+    geometric = GeometricStiffness(robot, rotation_groups, given.frames, springs)
     blocks = geometric.coordinates.blocks
     first = under_springs(robot, given, springs).solution
     terms = geometric.under(first, deform(robot, first), own=False)
@@ -117,7 +118,8 @@ def geometric_stiffness(
         here = replace(given.take(at), groups=special.get(pose), support=_SUPPORT * bool(first.singular[pose]))
         springs = placed_springs(robot, here.frames)
         solution = under_springs(robot, here, springs).solution
-        terms = GeometricStiffness(robot, parts, here.frames, springs).under(solution, deform(robot, solution), own=False)
+        geometric_here = GeometricStiffness(robot, rotation_groups, here.frames, springs)
+        terms = geometric_here.under(solution, deform(robot, solution), own=False)
         found[..., at], buckled[at] = terms.matrix(blocks, blocks), unstable_motions(terms.inner, 1) > 0
     return geometric.displacements(motion, blocks), found, buckled
 
@@ -143,24 +145,24 @@ def response(
     on the platform. Then t = −K_g u and Δ = Δ_0 + C (Uᵀ t + Pᵀ t_platform), with the twist Δ_0 and the compliance C of the
     platform without K_g, and the changes t_platform conjugate to P Δ. Loads along beams add constants to t.
     """
-    solution, where, S = before.solution, geometric.coordinates, len(before.solution.sources)
-    pull, flexibilities = flexibility(robot, before, geometric)
+    solution, where, S = before.solution, geometric.coordinates, len(before.solution.contributions)
+    generalized_forces, flexibilities = flexibility(robot, before, geometric)
     u_0 = _displacements(robot, solution, geometric, deformation)
     rows = [k for kind, _ in where.platform for k in ((0, 1, 2) if kind == "shift" else (3, 4, 5))]
     P = np.eye(6)[rows][:, :, None]
     K_p, none = K.matrix(where.platform, where.platform), np.zeros_like(solution.twists[rows])
     parts = [(none + K.constant(where.platform, S), np.einsum("abn,bin->ain", K_p, P))]
-    pulls = [np.broadcast_to(P, (*P.shape[:2], none.shape[2]))]
+    all_forces = [np.broadcast_to(P, (*P.shape[:2], none.shape[2]))]
     tangents, lefts, first = [*K.inner], [], len(rows)
     for blocks, F in zip(where.inside, flexibilities, strict=True):
         here = slice(first, first + len(F))
-        U = np.swapaxes(pull[:, here], 0, 1)
+        U = np.swapaxes(generalized_forces[:, here], 0, 1)
         both = np.concatenate([u_0[here] - np.einsum("ain,isn->asn", U, solution.twists), U], axis=1)
         own = K.matrix(blocks, blocks)
         to_platform = K.matrix(blocks, where.platform)
         tangent = np.eye(len(F))[:, :, None] + np.einsum("abn,bcn->acn", own, F)
         right = np.einsum("abn,bsn->asn", own, both)
-        right += np.einsum("abn,bsn->asn", to_platform, np.concatenate([none, pulls[0]], axis=1))
+        right += np.einsum("abn,bsn->asn", to_platform, np.concatenate([none, all_forces[0]], axis=1))
         right[:, :S] += K.constant(blocks, S)
         found = _solved(tangent, right)
         left = both - np.einsum("abn,bsn->asn", F, found)
@@ -168,12 +170,12 @@ def response(
         back = np.einsum("ban,bsn->asn", to_platform, left)
         parts[0] = parts[0][0] + back[:, :S], parts[0][1] + back[:, S:]
         parts.append((found[:, :S], found[:, S:]))
-        pulls.append(both[:, S:])
+        all_forces.append(both[:, S:])
         tangents.append(tangent)
         first = here.stop
     unit = np.repeat([1.0, robot.length], 3)[:, None, None]
     condensed = np.concatenate([np.concatenate(pair, axis=1) for pair in parts])
-    s = np.einsum("ain,asn->isn", np.concatenate(pulls), condensed) / unit
+    s = np.einsum("ain,asn->isn", np.concatenate(all_forces), condensed) / unit
     compliance = solution.compliance * unit * np.swapaxes(unit, 0, 1)
     tangent = np.eye(6)[:, :, None] + np.einsum("ijn,jkn->ikn", compliance, s[:, S:] / np.swapaxes(unit, 0, 1))
     right = np.concatenate([solution.twists * unit - np.einsum("ijn,jsn->isn", compliance, s[:, :S]), compliance], axis=1)
@@ -185,20 +187,20 @@ def response(
 
 
 def flexibility(robot: RobotStatics, before: Balanced, geometric: GeometricStiffness) -> tuple[Array, list[Array]]:
-    """Return the flexibility of u: of its blocks inside of limbs with a fixed platform, and the pull on the platform.
+    """Return the flexibility of u inside of limbs with a fixed platform, and the generalized forces on the platform.
 
     Returns:
-        (pull, F): resultant wrenches (6, n, N) on the platform of the unit loads conjugate to u; and for each group of blocks
+        (P, F): resultant wrenches (6, n, N) on the platform of the unit loads conjugate to u; and for each group of blocks
         their displacements F (m, m, N) under these loads.
     """
-    pull, fixed = unit_responses(robot, before, geometric.unit_loads())
+    generalized_forces, fixed = unit_responses(robot, before, geometric.unit_loads())
     motion, where = partial(motion_of, robot, fixed, deform(robot, fixed)), geometric.coordinates
-    found, first, S = [], sum(where.sizes[block] for block in where.platform), len(before.solution.sources)
+    found, first, S = [], sum(where.sizes[block] for block in where.platform), len(before.solution.contributions)
     for blocks in where.inside:
         size = sum(where.sizes[block] for block in blocks)
         found.append(geometric.displacements(motion, blocks)[:, S + first : S + first + size])
         first += size
-    return pull, found
+    return generalized_forces, found
 
 
 def _solved(matrix: Array, right: Array) -> Array:
@@ -215,21 +217,21 @@ def _displacements(robot: RobotStatics, solution: Solution, geometric: Geometric
     """
     motion = partial(motion_of, robot, solution, deformation)
     u = geometric.displacements(motion, geometric.coordinates.blocks)
-    first = [k for k, item in enumerate(solution.sources) if item.startswith("spring ")] or [0]
+    first = [k for k, item in enumerate(solution.contributions) if item.startswith("spring ")] or [0]
     u[:, first[:1]] += u[:, -1:]
     return u[:, :-1]
 
 
-def motion_of(robot: RobotStatics, solution: Solution, deformation: Deformation, place: str) -> Array:
-    """Return the twists (6, S + 1, N) of a place (a rigid link or end of a beam) about o, by contribution.
+def motion_of(robot: RobotStatics, solution: Solution, deformation: Deformation, attachment: str) -> Array:
+    """Return the twists (6, S + 1, N) of an attachment (a rigid link or end of a beam) about o, by contribution.
 
-    The last twist is due to the weight of bodies attached only to the base; it is 0 unless the place is on one of these bodies.
+    The last twist is due to the weight of bodies attached only to the base; it is 0 unless the attachment is on one of them.
     """
     topology, none = robot.topology, np.zeros_like(solution.twists[:, :1])
-    found = solution.twists if place in topology.platform.places else np.zeros_like(solution.twists)
-    if place in topology.carried_by:
-        found = deformation.motions[topology.carried_by[place]]
-    return found if found.shape[1] > len(solution.sources) else np.concatenate([found, none], axis=1)
+    found = solution.twists if attachment in topology.platform.attachments else np.zeros_like(solution.twists)
+    if attachment in topology.carried_by:
+        found = deformation.motions[topology.carried_by[attachment]]
+    return found if found.shape[1] > len(solution.contributions) else np.concatenate([found, none], axis=1)
 
 
 def inverse(compliance: Array, rigid: Array, length: float) -> Array:

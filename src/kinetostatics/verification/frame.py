@@ -257,10 +257,10 @@ def releases(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[Array,
         return bool(np.any(finite[group]) and np.linalg.norm(across.T @ direction) < ALONG)
 
     if joint.type.turns is Axes.BOTH:
-        loose = [axis for axis in (joint.axis, joint.axis2) if not held(1, axis)]
-        if len(loose) == 1:  # the two axes need not be perpendicular
-            axes = axes_along(loose[0], np.cross(joint.axis, joint.axis2))
-        free[{0: [], 1: [3], 2: [4, 5]}[len(loose)]] = True
+        free_axes = [axis for axis in (joint.axis, joint.axis2) if not held(1, axis)]
+        if len(free_axes) == 1:  # the two axes need not be perpendicular
+            axes = axes_along(free_axes[0], np.cross(joint.axis, joint.axis2))
+        free[{0: [], 1: [3], 2: [4, 5]}[len(free_axes)]] = True
         return axes, free
     for group, directions in enumerate((joint.type.slides, joint.type.turns)):
         for direction in NUMBERS[directions]:

@@ -330,7 +330,7 @@ class _Placement:
         for joint in structure.joints:
             stiffness = structure.stiffness_of(joint)
             if np.any(stiffness):
-                scale = [structure.model.length if k in structure.turning else 1.0 for k in joint.columns]
+                scale = [structure.model.length if k in structure.rotations else 1.0 for k in joint.columns]
                 motions = np.broadcast_to(np.diag(1 / np.array(scale)), (N, len(scale), len(scale)))
                 matrix = np.broadcast_to(stiffness, motions.shape)
                 yield joint.connection.name, Part(joint.columns, motions, matrix, np.zeros((N, len(scale), 6)))

@@ -180,7 +180,7 @@ def _page(
     drawn = _drawable(result, pose)
     if isinstance(drawn, SinglePose) and (compare is not None or by_mechanism):
         raise ArgumentError("compare= and by_mechanism= need a result, and this pose is drawn without loads: leave them out")
-    count = len(drawn.sources) if isinstance(drawn, ModePoses) else 1
+    count = len(drawn.contribution_names) if isinstance(drawn, ModePoses) else 1
     if mode not in range(1, count + 1):
         raise ArgumentError(f"mode is {mode!r}; it must be the number of a mode that is shown, 1 to {count}")
 

@@ -59,16 +59,16 @@ class Wrenches:
     def _springs(self) -> Iterator[Arrow]:
         """Yield the two forces of each spring on its links, drawn outside the spring."""
         for spring in self.springs:
-            pull = self._only(f"spring {spring.description.name}", spring.tension[:, None] * spring.direction)
+            force = self._only(f"spring {spring.description.name}", spring.tension[:, None] * spring.direction)
             for link, sign, end, twist in zip(spring.links, (1, -1), spring.ends, spring.twists, strict=True):
                 name, at = f"{spring.description.name} on {link}", self.stations.add(end, twist)
-                yield Arrow("spring forces", name, name, "force", at, sign * pull, anchor=-sign * spring.direction)
+                yield Arrow("spring forces", name, name, "force", at, sign * force, anchor=-sign * spring.direction)
 
-    def _only(self, source: str, wrench: Array) -> Array:
+    def _only(self, contribution: str, wrench: Array) -> Array:
         """Return parts (F, K + 1, …), zero but one: contribution ``source``, or else the remainder, is ``wrench`` (F, …)."""
-        sources = self.poses.sources
-        parts = np.zeros((len(wrench), len(sources) + 1, *wrench.shape[1:]))
-        parts[:, sources.index(source) if source in sources else -1] = wrench
+        contribution_names = self.poses.contribution_names
+        parts = np.zeros((len(wrench), len(contribution_names) + 1, *wrench.shape[1:]))
+        parts[:, contribution_names.index(contribution) if contribution in contribution_names else -1] = wrench
         return parts
 
     def _limb(self, limb: Limb) -> Iterator[Arrow]:
@@ -153,20 +153,20 @@ class Wrenches:
                 yield Arrow(group, title, title.replace("_", " "), kind, at, part, anchor=anchor)
 
     @cached_property
-    def _weights_by_source(self) -> list[tuple[str, str, Array, Array]]:
+    def _weights_by_contribution(self) -> list[tuple[str, str, Array, Array]]:
         """(name, contribution, centre of mass (F, 3) [m], weight (F, 3) [N]) of each link and beam."""
         weights, solutions, take = self.robot.weights, self.result.solutions, self.poses.take
         masses = np.concatenate([weights.masses(s.frames) for s in solutions], axis=-1)
         centres = np.concatenate([weights.centres(s.frames) for s in solutions], axis=-1)
-        shape, weights_by_source = self.result.shape, []
+        shape, weights_by_contribution = self.result.shape, []
         for k, (name, owner) in enumerate(zip(weights.names, weights.owner, strict=True)):
             force = take(masses[k].reshape(shape))[:, None] * self.gravity
-            source = "platform_weight" if owner == "platform" else owner
-            weights_by_source.append((name, source, take(centres[:, k].T.reshape(*shape, 3)), force))
-        return weights_by_source
+            contribution = "platform_weight" if owner == "platform" else owner
+            weights_by_contribution.append((name, contribution, take(centres[:, k].T.reshape(*shape, 3)), force))
+        return weights_by_contribution
 
     def _weights(self) -> Iterator[Arrow]:
-        for name, source, centre, force in self._weights_by_source:
+        for name, contribution, centre, force in self._weights_by_contribution:
             label = name.removeprefix("beam:")
             if name != label and label in self.robot.description.beams:
                 at = self.at[f"middle of {label}"]
@@ -174,15 +174,15 @@ class Wrenches:
                 link = name if name == label else self.robot.description.flexible[label].link
                 at = self.stations.add(centre, self.poses.twist_at(link, centre))
             if np.any(force != 0):
-                yield Arrow("weights", label, f"weight of {label}", "force", at, self._only(source, force))
+                yield Arrow("weights", label, f"weight of {label}", "force", at, self._only(contribution, force))
 
     def _base_reaction(self) -> Iterator[Arrow]:
         """Yield the wrench of the ground, about the base link's origin: minus the sum of loads, weights and spring forces."""
         base = self.poses.frame(self.robot.description.base)[:, :3, 3]
         total = np.nan_to_num(self.poses.take(self.result.base_wrench))
         parts = -self._only("load", moved_wrench(self.load, base - self.poses.o))
-        for _, source, centre, force in self._weights_by_source:
-            parts -= self._only(source, np.concatenate([force, crossed(centre - base, force)], axis=-1))
+        for _, contribution, centre, force in self._weights_by_contribution:
+            parts -= self._only(contribution, np.concatenate([force, crossed(centre - base, force)], axis=-1))
         for name, _, _, wrench in loads_on_links(self.poses, ("load", "spring")):
             parts -= self._only(name, moved_wrench(wrench, base - self.poses.o))
         parts[:, -1] = total - parts[:, :-1].sum(axis=1)

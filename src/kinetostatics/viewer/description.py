@@ -26,13 +26,13 @@ class Stations:
 
     Attributes:
         frames: number of poses of the path, F.
-        sources: labels of the contributions.
+        contribution_names: labels of the contributions.
         rest: for each station, (F, 4, 4) placements at rest.
         twists: for each station, (F, K, 6) twists at its origin, world axes [m, rad].
     """
 
-    def __init__(self, frames: int, sources: tuple[str, ...]) -> None:
-        self.frames, self.sources = frames, sources
+    def __init__(self, frames: int, contribution_names: tuple[str, ...]) -> None:
+        self.frames, self.contribution_names = frames, contribution_names
         self.rest: list[Array] = []
         self.twists: list[Array] = []
 
@@ -47,7 +47,7 @@ class Stations:
             points, placements = placements, np.tile(np.eye(4), (self.frames, 1, 1))
             placements[:, :3, 3] = points
         self.rest.append(placements)
-        self.twists.append(np.zeros((self.frames, len(self.sources), 6)) if twist is None else twist)
+        self.twists.append(np.zeros((self.frames, len(self.contribution_names), 6)) if twist is None else twist)
         return len(self.rest) - 1
 
     @property
@@ -197,7 +197,7 @@ class Scene:
     @property
     def shares(self) -> Array:
         """(K,) initial shares: of a result all are 1; of free motions or modes, number ``first`` is 1 and the others are 0."""
-        count = len(self.stations.sources)
+        count = len(self.stations.contribution_names)
         return np.eye(1, count, self.first)[0] if self.unloaded else np.ones(count)
 
     def plain(self, packing: Packing = EXACT) -> dict[str, object]:
@@ -236,11 +236,12 @@ class Scene:
         """Return the entries of :meth:`plain` that depend on pose and load, except notes and cards."""
         stations = self.stations
         return {
-            "contributions": stations.sources,
+            "contributions": stations.contribution_names,
             "readout": self.readout,
             "stations": {
                 "count": len(stations.rest), "frames": stations.frames,
-                "pose": packing.path(stations.poses, 7), "twist": packing.path(stations.all_twists, 6 * len(stations.sources)),
+                "pose": packing.path(stations.poses, 7),
+                "twist": packing.path(stations.all_twists, 6 * len(stations.contribution_names)),
             },
             "arrows": [arrow.plain(scale, r, colour, packing) for arrow, scale, r, colour in self.scaled_arrows()],
             "facts": self.facts.plain(),

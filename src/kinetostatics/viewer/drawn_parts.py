@@ -48,8 +48,8 @@ def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
     joints: list[DrawnJoint] = []
     size = 1e-7 * (1 + float(np.abs(poses.o).max()))
     for connection in robot.mechanism.connections.values():
-        loose = connection.type.is_free and connection.name not in robot.description.joint_stiffness
-        if connection.type.is_fixed or loose:
+        is_free = connection.type.is_free and connection.name not in robot.description.joint_stiffness
+        if connection.type.is_fixed or is_free:
             continue
         centre = _centre(poses, connection)
         links = frozenset((connection.predecessor, connection.successor))

@@ -33,7 +33,7 @@ class DrawnPoses(ABC):
         count: number of poses, F.
         step: every ``step``-th station of a beam is shown, among them both ends and the middle.
         rigid: names of the links that move as rigid bodies.
-        sources: names of the contributions.
+        contribution_names: names of the contributions.
         labels: labels of the contributions on the page.
     """
 
@@ -41,7 +41,7 @@ class DrawnPoses(ABC):
     count: int
     step: int
     rigid: Collection[str]
-    sources: tuple[str, ...]
+    contribution_names: tuple[str, ...]
     labels: tuple[str, ...]
 
     @abstractmethod
@@ -82,7 +82,7 @@ class DrawnPoses(ABC):
                 for end in (0, -1):
                     ends.append((float(np.linalg.norm(points[0, end] - point[0])), name, end, points[:, end]))
         if not ends:
-            return np.zeros((self.count, len(self.sources), 6))
+            return np.zeros((self.count, len(self.contribution_names), 6))
         _, name, end, at = min(ends, key=lambda end_point: end_point[0])
         return moved(self.beam_twists(name)[:, :, end], point - at)
 
@@ -134,12 +134,12 @@ class ShownPoses(DrawnPoses):
         self.indices = self.indices[::every]
         self.count = len(self.indices)
         self.step = next(step for most, step in STEPS if self.count <= most)
-        self.sources = tuple(result.contributions)
+        self.contribution_names = tuple(result.contributions)
         labels: dict[str, str] = {}
         for limb in result.limbs:
-            if of_deformation(limb) in self.sources:  # the limb's weight is divided in two contributions
+            if of_deformation(limb) in self.contribution_names:  # the limb's weight is divided in two contributions
                 labels |= {limb: f"{limb}: attached", of_deformation(limb): f"{limb}: deformation"}
-        self.labels = tuple(labels.get(name, name) for name in self.sources)
+        self.labels = tuple(labels.get(name, name) for name in self.contribution_names)
 
     def take(self, array: Array) -> Array:
         """Return the drawn poses (F, …) of an array (*batch, …) of the result."""
@@ -147,16 +147,17 @@ class ShownPoses(DrawnPoses):
         flat = np.reshape(array, (math.prod(shape), *np.shape(array)[len(shape) :]))
         return np.asarray(flat[self.indices])
 
-    def by_source(self, contributions: Mapping[str, Array]) -> Array:
+    def by_contribution(self, contributions: Mapping[str, Array]) -> Array:
         """Return arrays (*batch, …) by contribution as one array (F, K, …), which is zero for missing contributions."""
         none = np.zeros_like(next(iter(contributions.values())))
-        return self.take(np.stack([contributions.get(name, none) for name in self.sources], axis=len(self.result.shape)))
+        arrays = [contributions.get(name, none) for name in self.contribution_names]
+        return self.take(np.stack(arrays, axis=len(self.result.shape)))
 
     def parts(self, contributions: Mapping[str, Array]) -> Array:
-        """Return :meth:`by_source` with a last entry of zeros, (F, K + 1, …); NaN is replaced by zero."""
-        by_source = self.by_source(contributions)
-        parts = np.zeros((by_source.shape[0], by_source.shape[1] + 1, *by_source.shape[2:]))
-        parts[:, :-1] = np.where(np.isnan(by_source), 0.0, by_source)
+        """Return :meth:`by_contribution` with a last entry of zeros, (F, K + 1, …); NaN is replaced by zero."""
+        by_contribution = self.by_contribution(contributions)
+        parts = np.zeros((by_contribution.shape[0], by_contribution.shape[1] + 1, *by_contribution.shape[2:]))
+        parts[:, :-1] = np.where(np.isnan(by_contribution), 0.0, by_contribution)
         return parts
 
     def of_configuration(self, array: Array, components: int) -> Array:
@@ -176,17 +177,17 @@ class ShownPoses(DrawnPoses):
 
     @cached_property
     def platform_twist(self) -> Array:
-        return self.by_source(self.result.contributions)
+        return self.by_contribution(self.result.contributions)
 
     def link_twist(self, link: str) -> Array | None:
         contributions = self.result.link_contributions.get(link)
-        return None if contributions is None else self.by_source(contributions)
+        return None if contributions is None else self.by_contribution(contributions)
 
     def tension(self, name: str) -> Array:
         return self.take(self.result.spring_forces[name])
 
     def beam_twists(self, name: str) -> Array:
-        return self.by_source(self.result.beam_contributions[name])
+        return self.by_contribution(self.result.beam_contributions[name])
 
     def beam_line(self, name: str) -> tuple[Array, Array]:
         axes, points = self.result.centre_lines[name]

@@ -107,7 +107,7 @@ class LiveRobot:
             rim = {"rim": self._move(kind, question["values"])}
         details = kind == "details" or bool(question.get("details")) or isinstance(self.result, UnloadedPose)
         scene = self._scene(details)
-        if tuple(question.get("contributions", scene.stations.sources)) != scene.stations.sources:
+        if tuple(question.get("contributions", scene.stations.contribution_names)) != scene.stations.contribution_names:
             return {**self._scene().plain(), **rim}
         return {**scene.moving(), **(scene.details() if details else {}), **rim}
 

@@ -120,15 +120,15 @@ class _SceneBuilder:
         If the platform has no free motion, nothing moves, and the mesh is drawn only once: under ``Deformed``.
         """
         roots = mesh.roots
-        if not self.poses.sources:
+        if not self.poses.contribution_names:
             roots = tuple(dict.fromkeys(name.replace("Rest", "Deformed") for name in roots))
         return replace(mesh, roots=roots, colour=STANDING if mesh.by_deflection else mesh.colour)
 
     def _free_motions(self, poses: SinglePose) -> Iterator[Arrow]:
         """Yield two arrows at o for each free motion of the platform: its translation and its rotation."""
-        for k, name in enumerate(poses.sources):
+        for k, name in enumerate(poses.contribution_names):
             for kind, motion, part in (("force", "translation", slice(0, 3)), ("moment", "rotation", slice(3, 6))):
-                vector = np.zeros((1, len(poses.sources) + 1, 3))
+                vector = np.zeros((1, len(poses.contribution_names) + 1, 3))
                 vector[:, k] = poses.platform_twist[:, k, part]
                 yield Arrow(FREE_MOTION, f"{name}: {motion}", name, kind, self.at["o"], vector)
 

@@ -89,7 +89,7 @@ class UnloadedPose(SinglePose):
         self.configuration = shown if isinstance(shown, Configuration) else None
         self.frames, self.poses, reason = self._placed()
         self.message = message or reason
-        self.sources = self.labels = self._names()
+        self.contribution_names = self.labels = self._names()
 
     def _placed(self) -> tuple[Frames, SolverState | None, str | None]:
         """Return the frames of the bodies; the closed pose, or None; and the reason if the loops cannot be closed, or None."""
@@ -193,7 +193,7 @@ class ModePoses(SinglePose):
         self._found = np.isfinite(self._at_pose(modes.frequencies))
         if not np.any(self._found):
             raise ArgumentError("the robot has no modes at this pose, so there is nothing to show")
-        self.sources = self.labels = tuple(f"mode {k + 1}" for k in range(int(np.sum(self._found))))
+        self.contribution_names = self.labels = tuple(f"mode {k + 1}" for k in range(int(np.sum(self._found))))
 
     def _at_pose(self, array: Array) -> Array:
         """Return the entry (…) of an array (*batch, …) at the drawn pose."""
@@ -209,10 +209,10 @@ class ModePoses(SinglePose):
         form = NumberFormat.of(frequencies[:1], HERTZ, digits=4)
         return [
             DrawnMode(
-                f"{name} of {len(self.sources)}", form.with_unit(frequencies[k]), [per_cent(part) for part in masses[k]],
+                f"{name} of {len(self.labels)}", form.with_unit(frequencies[k]), [per_cent(part) for part in masses[k]],
                 self._largest(self.modes.strain_energy_shares, k), self._largest(self.modes.kinetic_energy_shares, k),
             )
-            for k, name in enumerate(self.sources)
+            for k, name in enumerate(self.contribution_names)
         ]  # fmt: skip
 
     def _largest(self, shares: Mapping[str, Array], mode: int) -> list[tuple[str, str]]:

@@ -194,12 +194,12 @@ class _RegionPoses:
     def __init__(self, plan: SweepPlan, labels: Labels, robot: Robot, region: Block, q: Array, o: Array, reached: Mask) -> None:
         self.plan, self.robot, self.region = plan, robot, region
         self.shape, size, self.nq = reached.shape, reached.size, q.shape[-1]
-        places = [o] if any(labels.loose) else []
+        places = [o] if any(labels.undetermined) else []
         self.q = np.concatenate([array.reshape(size, array.shape[-1]) for array in (q, *places)], axis=-1)
         self.reached = reached.flatten()
         self.retracted = np.zeros(size, dtype=bool)
         units = np.array([*labels.auxiliary["joint_coordinate_unit"][1], *("m",) * (3 * len(places))])
-        firm = np.array([*(not loose for loose in labels.loose), *(True,) * (3 * len(places))])
+        firm = np.array([*(not undetermined for undetermined in labels.undetermined), *(True,) * (3 * len(places))])
         self.scale = JointScale(firm * np.where(units == "m", 1 / robot.length, 1.0), (units == "rad") & firm)
         self._confirmed = np.zeros(0, dtype=np.intp)  # edges along which a path between both poses was followed
         self._source = np.full(size, -1, dtype=np.intp)  # neighbour from which a pose has been reached; −1: from the zero pose

@@ -38,13 +38,13 @@ class Labels:
     Attributes:
         axes: labels by dimension, including unused dimensions.
         auxiliary: dimensions and values, by name, of coordinates that are no dimensions (units, limbs, labels of wrenches).
-        loose: for each model coordinate, whether local freedoms change it; then it is ignored when assembly modes are compared.
+        undetermined: for each model coordinate, whether local freedoms change it; comparisons of assembly modes ignore it then.
     """
 
     robot: str
     axes: Mapping[str, tuple[str, ...]]
     auxiliary: Mapping[str, tuple[tuple[str, ...], Sequence[object]]]
-    loose: tuple[bool, ...]
+    undetermined: tuple[bool, ...]
     outputs: tuple[str, ...]
 
     @property
@@ -129,10 +129,10 @@ def labels_of(plan: SweepPlan, robot: Robot) -> Labels:
     auxiliary["joint_coordinate_unit"] = ("joint_coordinate",), [unit for _, unit in q]
     outputs = [name for name, variable in VARIABLES.items() if variable.group == "always" or name in plan.outputs]
     there = tuple(name for name in outputs if all(axes[dim] for dim in VARIABLES[name].dims))
-    return Labels(robot.name, axes, auxiliary, loose_coordinates(plan, robot), there)
+    return Labels(robot.name, axes, auxiliary, undetermined_coordinates(plan, robot), there)
 
 
-def loose_coordinates(plan: SweepPlan, robot: Robot) -> tuple[bool, ...]:
+def undetermined_coordinates(plan: SweepPlan, robot: Robot) -> tuple[bool, ...]:
     """Return for each model coordinate whether local freedoms change it, such as the spin of a rod between two spherical joints.
 
     A generic pose is disturbed at random, and its loops are closed again at constant prescribed coordinates.

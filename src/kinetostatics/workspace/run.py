@@ -259,7 +259,7 @@ def _regions(plan: SweepPlan, labels: Labels) -> list[Block]:
     if not shape:
         return [()]
     layer = math.prod(shape[1:])
-    thick = max(2, REGION // (layer * max(1, len(labels.loose))))
+    thick = max(2, REGION // (layer * max(1, len(labels.undetermined))))
     whole = tuple(slice(0, n) for n in shape[1:])
     return [(slice(max(0, start - 1), min(start + thick, shape[0])), *whole) for start in range(0, shape[0], thick)]
 

@@ -12,7 +12,7 @@ import kinetostatics as ks
 from kinetostatics.authoring.by_name import robot_text
 from kinetostatics.authoring.known_names import KNOWN_NAMES
 from kinetostatics.authoring.notation import parse_architecture
-from kinetostatics.checks.check import robot_facts
+from kinetostatics.checks.check import diagnose
 from kinetostatics.cli.main import main
 from kinetostatics.files.bundled import package_folder
 from kinetostatics.files.reader import parse_robot_text
@@ -106,7 +106,7 @@ def test_every_known_name_makes_a_robot_held_by_actuators(known):
     robot = ks.new_robot(known.name)
     assert parse_architecture(known.architecture).text == known.architecture
     assert robot.mobility.platform == len(robot.description.driven)
-    assert not robot_facts(robot).problems and not robot.description.warnings
+    assert not diagnose(robot).problems and not robot.description.warnings
     assert ks.analyze(robot.assemble(), load=[10, 20, -500, 1, 2, 3]).status == ks.Status.OK
 
 

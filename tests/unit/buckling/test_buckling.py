@@ -454,7 +454,7 @@ def test_modes_are_the_deformation_under_their_forces(name):
     [modes] = ks.analyze(case.pose, **case.arguments).buckling(2).chunks
     solution, deformation = modes._moved
     geometric, model = modes.robot.geometric, case.pose.robot.statics
-    first = len(modes.robot.before.solution.sources)
+    first = len(modes.robot.before.solution.contributions)
 
     def motion(place):
         return motion_of(model, solution, deformation, place)[:, first : first + 2]
@@ -598,7 +598,7 @@ def test_ratios_are_nan_where_stiffness_or_forces_are_not_finite(which):
     result = ks.analyze(
         robot.assemble(platform={"x": [0.0, 0.02, 0.01], "y": 0.0, "z": 0.0}), (10.0, 20.0, -300.0, 0.0, 0.0, 0.0)
     )
-    here = stability(robot.statics, robot.members.structure.parts, result.solutions[0], np.arange(3))
+    here = stability(robot.statics, robot.members.structure.rotation_groups, result.solutions[0], np.arange(3))
     lost = getattr(here, which).copy()
     lost[1, 2, 2] = np.nan
     ratios, wanted = robot.members._ratios(replace(here, **{which: lost})), robot.members._ratios(here)
@@ -614,7 +614,7 @@ def test_rigid_directions_are_no_modes():
     found = ks.analyze(pose, load)
     np.testing.assert_allclose(found.buckling(1).load_factors, expected, rtol=1e-7)
     modes = found.buckling(12).load_factors
-    exact = stability(robot.statics, robot.members.structure.parts, found.solutions[0], np.arange(1))
+    exact = stability(robot.statics, robot.members.structure.rotation_groups, found.solutions[0], np.arange(1))
     flexible = np.array(exact.flexible)
     first, second = np.flatnonzero(np.einsum("nii->i", flexible) < 1e-15)[:2]
     flexible[0, first, first], flexible[0, second, second] = 1e-58, 1e-20

@@ -6,7 +6,7 @@ import pytest
 from odd_robots import parsed, written
 
 import kinetostatics as ks
-from kinetostatics.checks.check import robot_facts
+from kinetostatics.checks.check import diagnose
 
 #: A closed chain that hangs on the ground alone.
 PENDULUM = (
@@ -28,7 +28,7 @@ def test_a_mobility_that_depends_on_rounding_is_doubtful(tilt, doubtful):
     ]
     robot = parsed(written(edges, [("rod", "three", "top", {}), ("post", "foot", "head", {})], {"head"}, o=(0.1, 0, 0.5)))
     assert (robot.mobility.gap < 1e4) == doubtful
-    assert any("the mobility is doubtful" in warning for warning in robot_facts(robot).warnings) == doubtful
+    assert any("the mobility is doubtful" in warning for warning in diagnose(robot).warnings) == doubtful
 
 
 @pytest.mark.parametrize(("shift", "rounded"), [(7e-11, False), (5e-10, True)])
@@ -39,7 +39,7 @@ def test_gaps_below_solver_tolerance_cause_no_rounding_warning(shift, rounded):
     x, y, z = loop.predecessor_origin.xyz
     robot = ks.Robot(description.changed(name, predecessor_origin=replace(loop.predecessor_origin, xyz=(x, y, z + shift))))
     assert robot.closing_error > 1e-10
-    assert any("angles or lengths are probably rounded" in warning for warning in robot_facts(robot).warnings) == rounded
+    assert any("angles or lengths are probably rounded" in warning for warning in diagnose(robot).warnings) == rounded
 
 
 @pytest.mark.parametrize("more", ["", PENDULUM])
@@ -49,4 +49,4 @@ def test_robots_without_limbs_are_warned_of(more, tmp_path):
         '<robot name="r"><link name="ground"/><link name="drone"/><joint name="fly" type="floating"><parent link="ground"/>'
         f'<child link="drone"/></joint><platform link="drone"/>{more}</robot>'
     )
-    assert any("no limb joins base and platform" in warning for warning in robot_facts(ks.load_robot(file)).warnings)
+    assert any("no limb joins base and platform" in warning for warning in diagnose(ks.load_robot(file)).warnings)

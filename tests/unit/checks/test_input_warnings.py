@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from simple_machines import joint, link, robot
 
-from kinetostatics.checks.check import robot_facts
+from kinetostatics.checks.check import diagnose
 
 E = 2e11
 
@@ -20,11 +20,11 @@ def mast(length=1.0, diameter=0.05, density=7850.0, shear=E / 2.6, alpha=1e-5, r
 
 
 def warned(words, **given):
-    return any(words in warning for warning in robot_facts(mast(**given)).warnings)
+    return any(words in warning for warning in diagnose(mast(**given)).warnings)
 
 
 def test_ordinary_values_cause_no_warnings():
-    assert not robot_facts(mast()).warnings
+    assert not diagnose(mast()).warnings
 
 
 @pytest.mark.parametrize(
@@ -35,7 +35,7 @@ def test_ordinary_values_cause_no_warnings():
     ],
 )  # fmt: skip
 def test_beams_stubby_or_thin_as_wires(ratio, words):
-    found = [text for text in robot_facts(mast(2.0, 2.0 / ratio)).warnings if "rod" in text]
+    found = [text for text in diagnose(mast(2.0, 2.0 / ratio)).warnings if "rod" in text]
     assert len(found) == (words is not None) and all(words in text for text in found)
 
 
@@ -72,12 +72,12 @@ def test_density_of_zero_beside_a_mass():
 def test_stiffnesses_under_which_a_robot_would_fall_or_that_no_joint_has(kind, turns, unit):
     """Its own weight moves it by 10 mm, or turns it by 0.2 rad with a lever of its characteristic length."""
     plain = mast()
-    weight = 9.81 * robot_facts(plain).mass
+    weight = 9.81 * diagnose(plain).mass
     soft = weight * (plain.length if turns else 1.0) / (0.01, 0.2)[turns]
 
     def texts(value):
         more = f'<joint_stiffness joint="foot" {kind}="{value!r} inf inf"/>'
-        return [text for text in robot_facts(mast(more=more)).warnings if "foot" in text]
+        return [text for text in diagnose(mast(more=more)).warnings if "foot" in text]
 
     assert texts(1.02 * soft) == texts(0.98e12) == []
     assert len(texts(0.98 * soft)) == 1 and f"stiffnesses are in {unit}" in texts(0.98 * soft)[0]
@@ -101,5 +101,5 @@ def test_drawn_links_without_a_mass(inside, warns):
     """On a hinge of its own; a mass of 0 is meant. Welded to a link with a mass, it is a part of that link."""
     for welded in (False, True):
         parts = f'<link name="cover">{inside}</link>', joint("lid", "fixed" if welded else "continuous", "platform", "cover")
-        found = [text for text in robot_facts(mast(more="".join(parts))).warnings if "has a shape but no mass" in text]
+        found = [text for text in diagnose(mast(more="".join(parts))).warnings if "has a shape but no mass" in text]
         assert len(found) == (warns and not welded)

@@ -15,8 +15,8 @@ from package_robots import robot
 
 import kinetostatics as ks
 from kinetostatics.checks.chains import bodies_of, joints_of
-from kinetostatics.checks.check import robot_facts
-from kinetostatics.checks.facts import section_words
+from kinetostatics.checks.check import diagnose
+from kinetostatics.checks.diagnosis import section_words
 from kinetostatics.quantities import reported_names
 from kinetostatics.reports.parts import BEAM_DATA
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
@@ -263,7 +263,7 @@ def test_singular_zero_pose_is_named_in_the_warning():
         limbs.append(small.Limb(joints, (small.Link(f"crank_{n}"),)))
         beams.append(small.Beam(f"crank_{n}", f"crank_{n}", f"foot_{n}", f"head_{n}", small.circle(0.03)))
     flat = small.Spec(tuple(limbs), tuple(beams), o=(0.5, 0, 0), mass=1.0, com=(0.5, 0, 0))
-    warnings = robot_facts(small.robot_of(flat)).warnings
+    warnings = diagnose(small.robot_of(flat)).warnings
     assert any(text.startswith("at the zero pose ") for text in warnings), warnings
 
 
@@ -302,7 +302,7 @@ def test_reports_of_random_robots_can_be_written(seed):
 def test_facts_of_hybrid_limbs_have_every_joint_once(seed):
     """Frames, rings, braces and hanging branches; redundancies and freedoms add up to those of the mobility."""
     one = write_randomly(random_hybrid(seed), seed)[1].robot()
-    facts = robot_facts(one)
+    facts = diagnose(one)
     assert str(one)
     assert sum(item.count for item in facts.mobility.redundancies) == one.mobility.redundant_constraints
     assert sum(item.count for item in facts.mobility.local_freedoms) == one.mobility.local

@@ -113,7 +113,7 @@ def test_limb_ends_move_with_the_platform_per_contribution(name):
     split = result(name).by_mechanism
     (solution,), (deformation,) = split.solutions, split._deformations
     ends = [
-        deformation.motions[edge.key][..., : len(solution.sources), :]
+        deformation.motions[edge.key][..., : len(solution.contributions), :]
         for limb in split.robot.topology.limbs
         for edge in limb.edges
         if edge.joint is not None and edge.joint in split.limbs[limb.name].platform_joints

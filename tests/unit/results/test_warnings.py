@@ -41,7 +41,7 @@ def in_root(monkeypatch, request):
 
 
 def warnings_of(description):
-    return check.robot_facts(ks.Robot(description)).warnings
+    return check.diagnose(ks.Robot(description)).warnings
 
 
 # ---- bearings --------------------------------------------------------------------------------------------------------
@@ -298,20 +298,20 @@ def test_buckling_warnings_begin_at_a_twentieth_of_the_load(ratio, words, monkey
 @pytest.mark.parametrize(("part", "joints"), [(0.9e-9, "a, c"), (1.1e-9, "a, b, c"), (-1.1e-9, "a, b, c")])
 def test_joints_loaded_only_by_rounding_have_no_self_stress(part, joints):
     """Two cut joints that carry opposite forces of 2 N but for ``part`` of them: b carries their sum, a and c one each."""
-    loose = np.zeros((2, 6, 1, 1, 1))
-    loose[0, 0], loose[1, 0] = 2.0, -2.0 * (1 + part)
+    self_stress = np.zeros((2, 6, 1, 1, 1))
+    self_stress[0, 0], self_stress[1, 0] = 2.0, -2.0 * (1 + part)
     edges = [
         SimpleNamespace(joint=name, cut_joints=signs)
         for name, signs in (("a", ((0, 1),)), ("b", ((0, 1), (1, 1))), (None, ((0, 1),)), ("c", ((1, -1),)), ("d", ((0, 0),)))
     ]
-    item = SimpleNamespace(group=SimpleNamespace(limbs=[SimpleNamespace(name="limb_1", edges=edges)]), loose=loose)
+    item = SimpleNamespace(group=SimpleNamespace(limbs=[SimpleNamespace(name="limb_1", edges=edges)]), undetermined=self_stress)
     undetermined = np.zeros((2, 1, 1), dtype=bool)
     found = SimpleNamespace(solutions=[SimpleNamespace(statics=[item], undetermined=[undetermined])])
     rest = "their forces are statically indeterminate, returned as NaN"
     assert indeterminate_parts(found) == f"the rigid rings in limb_1 ({joints}) are overconstrained in themselves: {rest}"
     undetermined[1] = True
     assert indeterminate_parts(found).startswith("the rigid limbs limb_1 overconstrain one another and the rigid rings in limb_1")
-    loose[:] = 0
+    self_stress[:] = 0
     undetermined[:] = False
     assert indeterminate_parts(found) == f"rigid parts are overconstrained: {rest}"
 
@@ -367,7 +367,7 @@ def test_warnings_of_check_are_in_every_result():
     result, batch = ks.analyze(robot.assemble()), ks.analyze(robot.configuration([robot.assemble().q] * 2))
     (warning,) = robot.warnings
     assert WORDS in warning
-    assert check.robot_facts(robot).warnings[0] == warning
+    assert check.diagnose(robot).warnings[0] == warning
     assert result.warnings[0] == result.to_dict()["warnings"][0] == batch.warnings[0] == warning
     assert warning in describe_scene(result).plain()["notes"]
     for text in (str(robot), str(result), str(batch)):  # a report page has the first two as chapters
@@ -384,14 +384,14 @@ def test_command_prints_warnings_once_in_the_result(capsys):
 
 
 def test_warnings_are_computed_only_when_read(monkeypatch):
-    monkeypatch.setattr(check, "robot_facts", lambda robot: pytest.fail("asked for before anybody reads it"))
+    monkeypatch.setattr(check, "diagnose", lambda robot: pytest.fail("asked for before anybody reads it"))
     result = ks.analyze(ks.load_robot("3rps").assemble())
     assert result.twist.shape == (6,) and result.beams and result.status == ks.Status.OK
 
 
 def test_zero_pose_warnings_are_not_repeated_at_other_poses():
     robot = beyond_limits()
-    (warning,) = check.robot_facts(robot).warnings
+    (warning,) = check.diagnose(robot).warnings
     assert warning == "at the zero pose foot (0°) is beyond its limits" and robot.warnings == ()
     assert ks.analyze(robot.assemble(actuators={"foot": 0.3})).warnings == ()
     (warning,) = ks.analyze(robot.assemble()).warnings

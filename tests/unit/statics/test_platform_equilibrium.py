@@ -36,7 +36,7 @@ def rigid_wrenches(tilt):
 @pytest.mark.parametrize(("tilt", "rank"), [(1e-8, 2), (4e-9, 2), (5e-10, 1), (0.0, 1)])
 def test_nearly_equal_rigid_wrenches_count_as_one(tilt, rank):
     part, split = rigid_wrenches(tilt)
-    assert part.loose == (rank == 1)
+    assert part.undetermined == (rank == 1)
     # a strain along one of them alone contradicts the other, or turns the platform far
     moved, _ = part.solve(np.zeros((6, 1, 1)), [split], [np.array([1.0, 0]).reshape(2, 1, 1, 1)], errors=True)
     assert np.isnan(moved).all() == (rank == 1)
@@ -62,7 +62,7 @@ def test_six_distinct_rigid_wrenches_hold_the_platform(tilt):
     turned = np.linalg.qr(np.random.default_rng(1).standard_normal((6, 6)))[0]  # so that nothing is exact by itself
     split = SimpleNamespace(rigid=np.eye(6)[None, None], J=(turned @ J)[None, None])
     part = _RigidPart(np.zeros((6, 6, 1)), [split], np.ones(6))
-    assert part.singular.tolist() == part.loose.tolist() == [tilt == 0]
+    assert part.singular.tolist() == part.undetermined.tolist() == [tilt == 0]
     if tilt:
         assert not part.compliance.any()
         _, (forces,) = part.solve(turned[:, 1].reshape(6, 1, 1), [split], [np.zeros((6, 1, 1, 1))])

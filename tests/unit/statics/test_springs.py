@@ -9,7 +9,7 @@ import simple_machines as sm
 from package_robots import generic_pose, rigid_links, robot
 
 import kinetostatics as ks
-from kinetostatics.checks.check import robot_facts
+from kinetostatics.checks.check import diagnose
 from kinetostatics.description import Spring
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.statics.springs import placed_springs
@@ -193,7 +193,7 @@ def test_implausible_springs_are_reported():
     """A free length in mm, and an end in the middle of a rod."""
     long = loaded(pendulum(SPRING.replace('free_length="0"', 'free_length="150"')))
     said = r"free length of spring 'balance' is 150 m, .* lengths are in m; write 0.15 for 150 mm"
-    for warned in (robot_facts(long).warnings, ks.analyze(long.assemble(), on_failure="nan").warnings):
+    for warned in (diagnose(long).warnings, ks.analyze(long.assemble(), on_failure="nan").warnings):
         assert any(re.search(said, item) for item in warned)
     assert not any("free length" in item for item in ks.analyze(loaded(pendulum()).assemble()).warnings)
     rod = '<beam link="arm" youngs_modulus="70e9" poisson_ratio="0.3" density="2700"><circle diameter="0.02"/></beam>'

@@ -9,7 +9,7 @@ from odd_robots import parsed, written
 
 import kinetostatics as ks
 from kinetostatics.checks.chains import joints_of
-from kinetostatics.checks.check import missing_results, robot_facts
+from kinetostatics.checks.check import diagnose, missing_results
 from kinetostatics.math import arrays
 
 
@@ -18,7 +18,7 @@ def test_equal_limbs_are_found_whatever_their_joint_names():
     text = sr.write(sr.rps3()).text
     for old, new in {"revolute_1": "a", "prismatic_1": "at", "revolute_2": "force", "prismatic_2": "x"}.items():
         text = re.sub(rf'"{old}"', f'"{new}"', text)
-    limbs = robot_facts(parsed(text)).limbs
+    limbs = diagnose(parsed(text)).limbs
     assert limbs[0].constraint_wrenches[1].startswith("force ∥ a at ")
     assert [limb.like for limb in limbs] == [None, "limb_1", "limb_1"]
 
@@ -45,6 +45,6 @@ def test_hinges_of_hanging_parts_form_one_joint():
         ("cross", "U", (0.3, 0, 0.5), "platform", "bob", {}),
         ("ball", "S", (0.3, 0.2, 0.6), "bob", "platform", {}),
     ]
-    facts = robot_facts(parsed(written(edges, [("rod", "root", "tip", {})], {"ball"}, o=(0, 0, 0.5))))
+    facts = diagnose(parsed(written(edges, [("rod", "root", "tip", {})], {"ball"}, o=(0, 0, 0.5))))
     (ring,) = facts.on_platform.graph.hanging
     assert ring.is_ring and sorted(step.kind for step in joints_of(ring.chain)) == ["spherical", "universal"]

@@ -18,7 +18,7 @@ from kinetostatics.elements.link import ElasticLink
 from kinetostatics.limbs.geometry import Basis
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import EQUAL
-from kinetostatics.mechanism.joints import drives_of, springs_of
+from kinetostatics.mechanism.joints import elastic_actuators, springs_of
 from kinetostatics.mechanism.limbs import Limb
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.robot import Robot
@@ -26,7 +26,7 @@ from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tu
 
 
 @dataclass
-class LimbFacts:
+class LimbDiagnosis:
     """A limb.
 
     Attributes:
@@ -57,7 +57,7 @@ class LimbFacts:
 
 
 @dataclass
-class BeamFacts:
+class BeamDiagnosis:
     """A beam; ``length`` [m] and ``mass`` [kg] at the zero pose, None if unknown.
 
     ``start`` and ``end`` name the joints at its ends, base to platform; ``depth`` [m] is the section's larger side or diameter.
@@ -84,7 +84,7 @@ class BeamFacts:
 
 
 @dataclass
-class FlexibleFacts:
+class FlexibleDiagnosis:
     """An elastic link that is no beam, with its interfaces, its mass [kg], None if unknown, and its numbers that may vary."""
 
     name: str
@@ -95,7 +95,7 @@ class FlexibleFacts:
 
 
 @dataclass
-class ElasticJointFacts:
+class ElasticJointDiagnosis:
     """An elastic joint: stiffnesses along [N/m] and about [N·m/rad] the axes of its frame; inverse compliances if ``coupled``."""
 
     joint: str
@@ -107,7 +107,7 @@ class ElasticJointFacts:
 
 
 @dataclass
-class FollowerFacts:
+class FollowerDiagnosis:
     """A joint whose coordinate is ``multiplier`` times the coordinate of ``leader``, plus ``offset`` [m, rad]."""
 
     joint: str
@@ -118,7 +118,7 @@ class FollowerFacts:
 
 
 @dataclass
-class MobilityFacts:
+class MobilityDiagnosis:
     """Mobility, local freedoms and redundant constraints.
 
     Attributes:
@@ -144,7 +144,7 @@ class MobilityFacts:
 
 
 @dataclass
-class ZeroFacts:
+class ZeroDiagnosis:
     """The zero pose.
 
     Attributes:
@@ -165,7 +165,7 @@ class ZeroFacts:
 
 
 @dataclass
-class AttachedBodiesFacts:
+class AttachedBodiesDiagnosis:
     """Links and joints of the base, or of the platform, and of the bodies attached to it; ``mass`` of all of them [kg]."""
 
     links: tuple[str, ...]
@@ -175,7 +175,7 @@ class AttachedBodiesFacts:
 
 
 @dataclass
-class RobotFacts:
+class Diagnosis:
     """Properties of a robot; a property that cannot be computed is None, and ``problems`` has the reason.
 
     Attributes:
@@ -191,36 +191,36 @@ class RobotFacts:
     file: str
     base: str
     platform: str
-    mobility: MobilityFacts | None = None
+    mobility: MobilityDiagnosis | None = None
     drives: tuple[str, ...] = ()
-    zero: ZeroFacts = field(default_factory=lambda: ZeroFacts({}))
+    zero: ZeroDiagnosis = field(default_factory=lambda: ZeroDiagnosis({}))
     mass: float | None = None
     mass_follows_pose: bool = False
     massless: tuple[str, ...] = ()
-    limbs: list[LimbFacts] = field(default_factory=list)
-    beams: list[BeamFacts] = field(default_factory=list)
-    flexible: list[FlexibleFacts] = field(default_factory=list)
-    elastic_joints: list[ElasticJointFacts] = field(default_factory=list)
+    limbs: list[LimbDiagnosis] = field(default_factory=list)
+    beams: list[BeamDiagnosis] = field(default_factory=list)
+    flexible: list[FlexibleDiagnosis] = field(default_factory=list)
+    elastic_joints: list[ElasticJointDiagnosis] = field(default_factory=list)
     springs: list[Spring] = field(default_factory=list)
-    followers: list[FollowerFacts] = field(default_factory=list)
-    on_base: AttachedBodiesFacts | None = None
-    on_platform: AttachedBodiesFacts | None = None
+    followers: list[FollowerDiagnosis] = field(default_factory=list)
+    on_base: AttachedBodiesDiagnosis | None = None
+    on_platform: AttachedBodiesDiagnosis | None = None
     problems: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     inertia_warnings: list[str] = field(default_factory=list)
 
 
-def limb_facts(robot: Robot, reader: GraphReader, limb: Limb, mass: float | None) -> LimbFacts:
+def limb_diagnosis(robot: Robot, reader: GraphReader, limb: Limb, mass: float | None) -> LimbDiagnosis:
     """Return the properties of a limb that do not depend on its pose."""
     graph = reader.limb(limb)
     links = [edge.beam for edge in limb.edges if edge.beam]
     tables = robot.description.beams, robot.description.flexible
     beams, flexible = (tuple(dict.fromkeys(name for name in links if name in table)) for table in tables)
-    moved = {joint for drive in drives_of(robot.mechanism).values() for joint, _ in drive.moves}
+    moved = {joint for actuator in elastic_actuators(robot.mechanism).values() for joint, _ in actuator.moves}
     sprung = any(springs_of(robot.mechanism, edge.joint) or edge.joint in moved for edge in limb.edges if edge.joint)
     parts = tuple((part.start, part.end) for part in limb.parts) if len(limb.parts) > 1 else ()
     word = _symbols(graph.chain) or "welded"
-    return LimbFacts(
+    return LimbDiagnosis(
         limb.name, word, None, graph, limb.links, joints_of(graph.chain), beams, flexible, parts, not links and not sprung, mass
     )
 
@@ -239,7 +239,7 @@ def _symbols(chain: Chain) -> str:
     return " ".join(words)
 
 
-def first_like(limb: LimbFacts, basis: Basis, beams: list[BeamFacts], alike: dict[tuple[object, ...], str]) -> str | None:
+def first_like(limb: LimbDiagnosis, basis: Basis, beams: list[BeamDiagnosis], alike: dict[tuple[object, ...], str]) -> str | None:
     """Return the name of an equal limb in ``alike``; if there is none, add this limb to ``alike`` and return None."""
 
     def rounded(value: float | None) -> str:
@@ -258,7 +258,7 @@ def first_like(limb: LimbFacts, basis: Basis, beams: list[BeamFacts], alike: dic
     return None if first == limb.name else first
 
 
-def massless_links(robot: Robot, limbs: list[LimbFacts]) -> tuple[str, ...]:
+def massless_links(robot: Robot, limbs: list[LimbDiagnosis]) -> tuple[str, ...]:
     """Return the massless links without beams between joints, except the crosses of universal and spherical joints."""
     description = robot.description
     elastic = {link.link for link in description.elastic_links.values()}
@@ -267,26 +267,27 @@ def massless_links(robot: Robot, limbs: list[LimbFacts]) -> tuple[str, ...]:
     return tuple(name for name in description.links if name in shown - elastic and description.links[name].mass == 0)
 
 
-def flexible_facts(robot: Robot, links: Mapping[str, ElasticLink] | None, frames: Frames | None) -> list[FlexibleFacts]:
+def flexible_diagnosis(robot: Robot, links: Mapping[str, ElasticLink] | None, frames: Frames | None) -> list[FlexibleDiagnosis]:
     """Return the properties of elastic links that are no beams; ``links`` and ``frames`` of the zero pose are None if unknown."""
-    facts = []
+    diagnoses = []
     for name, part in robot.description.flexible.items():
         mass = None if links is None or frames is None else float(f"{links[name].mass_at(frames)[0]:.12g}")
-        facts.append(FlexibleFacts(name, part.link, part.interfaces, mass, {key: getattr(part, key) for key in part.numbers}))
-    return facts
+        numbers = {key: getattr(part, key) for key in part.numbers}
+        diagnoses.append(FlexibleDiagnosis(name, part.link, part.interfaces, mass, numbers))
+    return diagnoses
 
 
-def elastic_joints(robot: Robot) -> list[ElasticJointFacts]:
-    facts = []
+def elastic_joints(robot: Robot) -> list[ElasticJointDiagnosis]:
+    diagnoses = []
     for name, stiffness in robot.description.joint_stiffness.items():
-        drive = stiffness.drive if name in drives_of(robot.mechanism) else None
+        drive = stiffness.drive if name in elastic_actuators(robot.mechanism) else None
         springs = springs_of(robot.mechanism, name)
         if springs or drive is not None:
             compliance = springs[0].compliance if springs else np.zeros((6, 6))
             kind = robot.mechanism.connections[name].type.name
             linear, angular = (_stiffnesses(compliance[rows, rows]) for rows in (slice(3), slice(3, 6)))
-            facts.append(ElasticJointFacts(name, kind, linear, angular, drive, is_coupled(compliance)))
-    return facts
+            diagnoses.append(ElasticJointDiagnosis(name, kind, linear, angular, drive, is_coupled(compliance)))
+    return diagnoses
 
 
 def _stiffnesses(compliances: Array) -> tuple[float, ...]:
@@ -294,23 +295,23 @@ def _stiffnesses(compliances: Array) -> tuple[float, ...]:
     return tuple(1 / float(c) if c > 0 else np.inf for c in np.diag(compliances))
 
 
-def followers(robot: Robot) -> list[FollowerFacts]:
+def followers(robot: Robot) -> list[FollowerDiagnosis]:
     return [
-        FollowerFacts(joint.name, joint.type.name, joint.mimic.joint, joint.mimic.multiplier, joint.mimic.offset)
+        FollowerDiagnosis(joint.name, joint.type.name, joint.mimic.joint, joint.mimic.multiplier, joint.mimic.offset)
         for joint in robot.mechanism.connections.values()
         if joint.mimic is not None
     ]
 
 
-def beam_facts(
+def beam_diagnosis(
     robot: Robot, labels: dict[str, str], models: Mapping[str, BeamModel] | None, frames: Frames | None
-) -> list[BeamFacts]:
+) -> list[BeamDiagnosis]:
     """Return the properties of all beams.
 
     ``labels``: for each revolute of a universal or spherical joint, the name of that joint. ``models`` and ``frames``: beam
     models, and frames of the zero pose; None if unknown.
     """
-    facts = []
+    diagnoses = []
     for name, beam in robot.description.beams.items():
         section, span = beam.section, robot.topology.beams[name]
         length = mass = None
@@ -318,8 +319,8 @@ def beam_facts(
             length = float(f"{models[name].length(frames)[0]:.12g}")
             mass = float(f"{models[name].mass_at(frames)[0]:.12g}")
         given = {end.joint for end in (beam.start, beam.end) if end is not None}
-        facts.append(
-            BeamFacts(
+        diagnoses.append(
+            BeamDiagnosis(
                 name=name,
                 link=beam.link,
                 start=_end_name(robot, labels, given, span.start_link, span.start),
@@ -340,7 +341,7 @@ def beam_facts(
                 shear_areas=beam.shear_areas,
             )
         )
-    return facts
+    return diagnoses
 
 
 def _end_name(robot: Robot, labels: dict[str, str], given: Collection[str], link: str, point: Array) -> str:

@@ -1,8 +1,8 @@
-"""Parts of a robot that rotate or slide relative to one another, and the displacements u of its geometric stiffness.
+"""Rotation groups of a robot, the junctions between them, and the displacements u of the robot's geometric stiffness.
 
-A *part* is a set of bodies with a common rotation: no joint, bearing, actuator or beam lets them rotate relative to one another.
-A *passage* is a joint or beam, between two parts or within one part. A *block* is a group of components of u, such as the
-rotation of one part. A *place*, at which a load acts, is a rigid link or an end of a beam.
+A *rotation group* is a set of bodies that only rotate together: no joint, bearing, actuator or beam lets them rotate relative to
+one another. A *junction* is a joint or beam, between two groups or within one. A *block* is several components of u, such as
+the rotation of one group. An *attachment*, at which a load acts, is a rigid link or an end of a beam.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.graphs import joined, reachable
 from kinetostatics.mechanism.joints import (
-    Drive,
+    ElasticActuator,
     ElasticJoint,
     Freedom,
     compound_joints,
-    drives_of,
+    elastic_actuators,
     freedoms_of,
     limb_elements,
     sides,
@@ -30,7 +30,7 @@ from kinetostatics.mechanism.joints import (
 )
 from kinetostatics.mechanism.limbs import Edge
 
-#: Indices of the parts of base and platform.
+#: Indices of the groups of base and platform.
 BASE, PLATFORM = 0, 1
 #: Sine of the angle below which a direction lies in the span of others.
 _SAME = 1e-9
@@ -45,15 +45,15 @@ class Fixed:
 
 
 @dataclass(frozen=True)
-class Passage:
-    """A joint or beam, from the part on its inner side to the part on its outer side; both may be the same part.
+class Junction:
+    """A joint or beam, from the rotation group on its inner side to the one on its outer side; both may be the same.
 
     Attributes:
         edge: the joint or beam; if several hinges form the joint, the outermost of them.
         owner: index of the limb that contains the joint or beam; for open branches on base or platform, the next two indices.
-        inner, outer: indices of the parts.
-        places: a place on the inner side, and a place on the outer side.
-        centre: point of application of the wrench on the outer part; for a beam, its outer end.
+        inner, outer: indices of the groups.
+        attachments: an attachment on the inner side, and an attachment on the outer side.
+        centre: point of application of the wrench on the outer group; for a beam, its outer end.
         turns: axes of the free rotations, inner ones first.
         slides: orthonormal directions of free displacements of the outer side at the centre, relative to the inner side.
         is_ball: whether the joint transmits no moment.
@@ -64,7 +64,7 @@ class Passage:
     owner: int
     inner: int
     outer: int
-    places: tuple[str, str]
+    attachments: tuple[str, str]
     centre: Fixed
     turns: tuple[Fixed, ...]
     slides: tuple[Fixed, ...]
@@ -73,33 +73,33 @@ class Passage:
 
 
 @dataclass(frozen=True)
-class TurningParts:
-    """The parts of a robot.
+class RotationGroups:
+    """The rotation groups of a robot, numbered.
 
     Attributes:
-        passages: all joints and beams; hinges that form one joint are one passage.
-        places: a place on each part; base and platform are the first parts.
-        owners: for each part :attr:`Passage.owner` of the passage to it; −1 for base and platform.
-        turning: indices of the parts whose rotations are in u; parts behind passive joints of open branches are not among them.
-        spins: by part, the indices of the two ball joints that let it rotate freely about their connecting line.
-        part_of: the part of each place.
-        owner_at: for each place :attr:`Passage.owner` of the passage that carries it; without places on base and platform.
-        spring_places: for each spring, the places of its two ends.
+        junctions: all joints and beams; hinges that form one joint are one junction.
+        attachments: an attachment on each group; base and platform are the first groups.
+        owners: for each group :attr:`Junction.owner` of the junction to it; −1 for base and platform.
+        rotating: indices of the groups whose rotations are in u, which are not behind passive joints of open branches.
+        spins: by group, the indices of the two ball joints that let it rotate freely about their connecting line.
+        group_of: the group of each attachment.
+        owner_at: for each attachment not on base or platform :attr:`Junction.owner` of the junction that carries it.
+        spring_attachments: for each spring, the attachments of its two ends.
     """
 
-    passages: tuple[Passage, ...]
-    places: tuple[str, ...]
+    junctions: tuple[Junction, ...]
+    attachments: tuple[str, ...]
     owners: tuple[int, ...]
-    turning: tuple[int, ...]
+    rotating: tuple[int, ...]
     spins: dict[int, tuple[int, int]]
-    part_of: dict[str, int]
+    group_of: dict[str, int]
     owner_at: dict[str, int]
-    spring_places: tuple[tuple[str, str], ...]
+    spring_attachments: tuple[tuple[str, str], ...]
 
 
-def turning_parts(model: StaticModel, drives: Mapping[str, Drive] | None = None) -> TurningParts:
-    """Return the parts of a robot with elastic or free actuators ``drives``; None: the elastic actuators of its file."""
-    return _Finder(model, drives_of(model.mechanism) if drives is None else drives).found()
+def find_rotation_groups(model: StaticModel, actuators: Mapping[str, ElasticActuator] | None = None) -> RotationGroups:
+    """Return the rotation groups of a robot with elastic or free ``actuators``; None: the elastic actuators of its file."""
+    return _Finder(model, elastic_actuators(model.mechanism) if actuators is None else actuators).found()
 
 
 @dataclass(frozen=True)
@@ -115,34 +115,34 @@ class _Step:
 
 
 class _Finder:
-    def __init__(self, model: StaticModel, drives: Mapping[str, Drive]) -> None:
+    def __init__(self, model: StaticModel, actuators: Mapping[str, ElasticActuator]) -> None:
         self.model = model
         self.topology, self.connections = model.topology, model.mechanism.connections
-        self.place_at: dict[str, str] = {}  # a place on the outer side of an edge, by its key
-        for place, key in self.topology.carried_by.items():
-            self.place_at.setdefault(key, place)
-        self.places, self.owners = [model.description.base, model.description.platform], [-1, -1]
-        self.part_at: dict[str, int] = {}  # by the edge's key
+        self.attachment_at: dict[str, str] = {}  # an attachment on the outer side of an edge, by its key
+        for attachment, key in self.topology.carried_by.items():
+            self.attachment_at.setdefault(key, attachment)
+        self.attachments, self.owners = [model.description.base, model.description.platform], [-1, -1]
+        self.group_at: dict[str, int] = {}  # by the edge's key
         self.hinged: set[int] = set()
-        self.on_elastic_drives = {joint for drive in drives.values() for joint, _ in drive.moves}
+        self.on_elastic_actuators = {joint for actuator in actuators.values() for joint, _ in actuator.moves}
 
-    def found(self) -> TurningParts:
+    def found(self) -> RotationGroups:
         steps = list(self._steps())
         for step in steps:
-            self.part_at[step.edge.key] = self._outer_part(step)
-        passages = tuple(map(self._passage, steps))
+            self.group_at[step.edge.key] = self._outer_group(step)
+        junctions = tuple(map(self._junction, steps))
         topology = self.topology
-        on_limbs = [place for limb in topology.all_limbs for place in limb.places]
-        known = (*on_limbs, *topology.base.places, *topology.platform.places, *topology.carried_by)
-        part_of = {place: self._part(place) for place in known}
+        on_limbs = [attachment for limb in topology.all_limbs for attachment in limb.attachments]
+        known = (*on_limbs, *topology.base.attachments, *topology.platform.attachments, *topology.carried_by)
+        group_of = {attachment: self._group(attachment) for attachment in known}
         springs = self.model.description.springs.values()
         ends = [((s.predecessor, s.predecessor_point), (s.successor, s.successor_point)) for s in springs]
-        spring_places = tuple((self._place_of(*first), self._place_of(*second)) for first, second in ends)
-        turning = tuple(k for k in range(1, len(self.places)) if k not in self.hinged)
+        spring_attachments = tuple((self._attachment_of(*first), self._attachment_of(*second)) for first, second in ends)
+        rotating = tuple(k for k in range(1, len(self.attachments)) if k not in self.hinged)
         owner_by_key = {edge.key: step.owner for step in steps for edge in (step.first, step.edge)}
-        owner_at = {place: owner_by_key[key] for place, key in topology.carried_by.items() if key in owner_by_key}
-        places, owners = tuple(self.places), tuple(self.owners)
-        return TurningParts(passages, places, owners, turning, self._spins(passages), part_of, owner_at, spring_places)
+        owner_at = {attachment: owner_by_key[key] for attachment, key in topology.carried_by.items() if key in owner_by_key}
+        groups = tuple(self.attachments), tuple(self.owners), rotating, self._spins(junctions), group_of
+        return RotationGroups(junctions, *groups, owner_at, spring_attachments)
 
     def _steps(self) -> Iterator[_Step]:
         topology, mechanism = self.topology, self.model.mechanism
@@ -170,24 +170,24 @@ class _Finder:
                 dofs = freedoms_of(mechanism, self.connections[edge.joint], edge.sign) if edge.joint else ()
                 yield _Step(edge, edge, owner, dofs, True, root)
 
-    def _part(self, place: str) -> int:
-        key = self.topology.carried_by.get(place)
+    def _group(self, attachment: str) -> int:
+        key = self.topology.carried_by.get(attachment)
         if key is not None:
-            return self.part_at.get(key, BASE)
-        return PLATFORM if place in self.topology.platform.places else BASE
+            return self.group_at.get(key, BASE)
+        return PLATFORM if attachment in self.topology.platform.attachments else BASE
 
-    def _inner_part(self, step: _Step) -> int:
-        return step.root if step.first.parent is None else self.part_at[step.first.parent]
+    def _inner_group(self, step: _Step) -> int:
+        return step.root if step.first.parent is None else self.group_at[step.first.parent]
 
-    def _outer_part(self, step: _Step) -> int:
-        inner = self._inner_part(step)
+    def _outer_group(self, step: _Step) -> int:
+        inner = self._inner_group(step)
         passive = any(dof.passive and dof.rotates for dof in step.dofs)
         elastic = step.edge.beam is not None or any(np.any(spring.compliance[3:, 3:]) for spring in self._springs(step))
-        elastic |= step.edge.joint in self.on_elastic_drives and any(dof.rotates for dof in step.dofs)
-        if not (passive or elastic) or step.edge.key not in self.place_at:
+        elastic |= step.edge.joint in self.on_elastic_actuators and any(dof.rotates for dof in step.dofs)
+        if not (passive or elastic) or step.edge.key not in self.attachment_at:
             return inner
-        number = len(self.places)
-        self.places.append(self.place_at[step.edge.key])
+        number = len(self.attachments)
+        self.attachments.append(self.attachment_at[step.edge.key])
         self.owners.append(step.owner)
         if (step.on_branch and passive) or inner in self.hinged:
             self.hinged.add(number)
@@ -196,25 +196,25 @@ class _Finder:
     def _springs(self, step: _Step) -> tuple[ElasticJoint, ...]:
         return springs_of(self.model.mechanism, step.edge.joint) if step.edge.joint else ()
 
-    def _passage(self, step: _Step) -> Passage:
-        edge, inner = step.edge, self._inner_part(step)
-        leads = edge.key in self.place_at
-        outer_place = self.place_at[edge.key] if leads else self._place_on(edge, 1)
-        outer = self.part_at[edge.key] if leads else self._part(outer_place)
+    def _junction(self, step: _Step) -> Junction:
+        edge, inner = step.edge, self._inner_group(step)
+        leads = edge.key in self.attachment_at
+        outside = self.attachment_at[edge.key] if leads else self._attachment_on(edge, 1)
+        outer = self.group_at[edge.key] if leads else self._group(outside)
         turns = tuple(Fixed(dof.body, dof.axis) for dof in step.dofs if dof.rotates and dof.passive)
         slides, centre = self._slides(step), self._centre(step)
         parent = step.first.parent
-        inner_place = self.places[step.root] if parent is None else self.place_at.get(parent, self._place_on(step.first, 0))
-        places = (inner_place, outer_place)
+        inside = self.attachments[step.root] if parent is None else self.attachment_at.get(parent)
+        attachments = (inside or self._attachment_on(step.first, 0), outside)
         is_universal = len(turns) == 2 == sum(dof.rotates for dof in step.dofs)
-        return Passage(edge, step.owner, inner, outer, places, centre, turns, slides, len(turns) == 3, is_universal)
+        return Junction(edge, step.owner, inner, outer, attachments, centre, turns, slides, len(turns) == 3, is_universal)
 
     def _slides(self, step: _Step) -> tuple[Fixed, ...]:
         if step.edge.beam is not None:
             model = self.model.elastic_links[step.edge.beam]
             return tuple(Fixed(model.span.carrier, axis) for axis in model.axes.T)
-        on_elastic_drives = step.edge.joint in self.on_elastic_drives
-        moving = [dof for dof in step.dofs if not dof.rotates and (on_elastic_drives or (dof.passive and not step.on_branch))]
+        on_elastic_actuators = step.edge.joint in self.on_elastic_actuators
+        moving = [dof for dof in step.dofs if not dof.rotates and (on_elastic_actuators or (dof.passive and not step.on_branch))]
         found = [(dof.body, dof.axis) for dof in moving]
         for spring in self._springs(step):
             found += [(spring.body, spring.frame[:3, k]) for k in range(3) if spring.compliance[k, k] > 0]
@@ -229,8 +229,8 @@ class _Finder:
             return Fixed(step.dofs[-1].centre_body, step.dofs[-1].centre)
         return Fixed(connection.predecessor_body, connection.predecessor_frame[:3, 3])
 
-    def _place_on(self, edge: Edge, side: int) -> str:
-        """Return a place on the inner side (0) or on the outer side (1) of a joint or beam."""
+    def _attachment_on(self, edge: Edge, side: int) -> str:
+        """Return an attachment on the inner side (0) or on the outer side (1) of a joint or beam."""
         if edge.beam is not None:
             return self.topology.beam_ends[edge.beam][side]
         connection = self.connections[str(edge.joint)]
@@ -238,7 +238,7 @@ class _Finder:
         body, frame = sides(edge, connection)[side]
         return self._nearest(link, self.model.zero_frames.point(body, frame[:3, 3]))
 
-    def _place_of(self, link: str, point: Vector) -> str:
+    def _attachment_of(self, link: str, point: Vector) -> str:
         body, placement = self.model.mechanism.body_of[link]
         return self._nearest(link, self.model.zero_frames.point(body, placement[:3, :3] @ np.array(point) + placement[:3, 3]))
 
@@ -254,17 +254,17 @@ class _Finder:
             ends += list(zip(self.topology.beam_ends[name], points, strict=True))
         return min(ends, key=lambda end: float(np.sum((end[1] - at) ** 2)))[0]
 
-    def _spins(self, passages: Sequence[Passage]) -> dict[int, tuple[int, int]]:
-        neighbours: dict[int, list[int]] = {k: [] for k in range(len(self.places))}
-        for item in passages:
+    def _spins(self, junctions: Sequence[Junction]) -> dict[int, tuple[int, int]]:
+        neighbours: dict[int, list[int]] = {k: [] for k in range(len(self.attachments))}
+        for item in junctions:
             if not item.is_ball:
                 neighbours[item.inner].append(item.outer)
                 neighbours[item.outer].append(item.inner)
         found: dict[int, tuple[int, int]] = {}
-        for number in range(2, len(self.places)):
-            together = reachable([number], lambda part: neighbours[part])
+        for number in range(2, len(self.attachments)):
+            together = reachable([number], lambda group: neighbours[group])
             balls = [
-                k for k, item in enumerate(passages) if item.is_ball and (item.inner in together) != (item.outer in together)
+                k for k, item in enumerate(junctions) if item.is_ball and (item.inner in together) != (item.outer in together)
             ]
             if len(balls) == 2 and not {BASE, PLATFORM} & set(together):
                 found[number] = (balls[0], balls[1])
@@ -285,8 +285,8 @@ def _orthonormal(axes: Sequence[Array]) -> list[Array]:
     return found
 
 
-#: A block of coordinates: ("shift", 0): displacement of o, for springs between base and platform; ("part", number): rotation of a
-#: part; ("slide", number): displacements across a passage; ("spring", number): relative displacement of the ends.
+#: A block of coordinates: ("shift", 0): displacement of o, for springs between base and platform; ("group", number): rotation of
+#: a group; ("slide", number): displacements across a junction; ("spring", number): relative displacement of the ends.
 Block: TypeAlias = tuple[str, int]
 
 
@@ -316,31 +316,31 @@ class Coordinates:
         return [f"change {k} of {kind} {number}" for kind, number in self.blocks for k in range(self.sizes[kind, number])]
 
 
-def coordinates_of(parts: TurningParts) -> Coordinates:
-    count = max((item.owner for item in parts.passages), default=0) + 1
-    sliding = {part for item in parts.passages if item.slides for part in (item.inner, item.outer)}
+def coordinates_of(rotation_groups: RotationGroups) -> Coordinates:
+    count = max((item.owner for item in rotation_groups.junctions), default=0) + 1
+    sliding = {group for item in rotation_groups.junctions if item.slides for group in (item.inner, item.outer)}
     owned: list[tuple[Block, int]] = []
     pairs, on_platform = [], []
-    for part in parts.turning:
-        if part != PLATFORM:
-            owned.append((("part", part), parts.owners[part]))
-    owned += [(("slide", k), item.owner) for k, item in enumerate(parts.passages) if item.slides]
-    for number, places in enumerate(parts.spring_places):
-        ends = [parts.part_of[place] for place in places]
-        if set(ends) == {BASE, PLATFORM} and not any(place in parts.owner_at for place in places):
+    for group in rotation_groups.rotating:
+        if group != PLATFORM:
+            owned.append((("group", group), rotation_groups.owners[group]))
+    owned += [(("slide", k), item.owner) for k, item in enumerate(rotation_groups.junctions) if item.slides]
+    for number, attachments in enumerate(rotation_groups.spring_attachments):
+        ends = [rotation_groups.group_of[attachment] for attachment in attachments]
+        if set(ends) == {BASE, PLATFORM} and not any(attachment in rotation_groups.owner_at for attachment in attachments):
             on_platform.append(number)
-        elif ends[0] != ends[1] or ends[0] in sliding:  # otherwise length and direction on the part are constant
-            owners = [parts.owner_at.get(place, -1) for place in places]
+        elif ends[0] != ends[1] or ends[0] in sliding:  # otherwise length and direction in the group are constant
+            owners = [rotation_groups.owner_at.get(attachment, -1) for attachment in attachments]
             mine = [owner for owner in owners if owner >= 0] or [count]
             owned.append((("spring", number), mine[0]))
             pairs.append((mine[0], mine[-1]))
-    together = joined(range(count + 1), pairs)
-    groups: dict[frozenset[int], list[Block]] = {}
+    owners_together = joined(range(count + 1), pairs)
+    blocks_by_owner: dict[frozenset[int], list[Block]] = {}
     for block, owner in owned:
-        groups.setdefault(together[owner], []).append(block)
+        blocks_by_owner.setdefault(owners_together[owner], []).append(block)
     platform: list[Block] = [("shift", 0)] if on_platform else []
-    platform += [("part", PLATFORM)] if PLATFORM in parts.turning else []
-    inside = tuple(tuple(group) for group in groups.values())
-    sizes = {block: 3 for block in (*platform, *(block for group in inside for block in group))}
-    sizes |= {("slide", k): len(item.slides) for k, item in enumerate(parts.passages) if item.slides}
+    platform += [("group", PLATFORM)] if PLATFORM in rotation_groups.rotating else []
+    inside = tuple(tuple(together) for together in blocks_by_owner.values())
+    sizes = {block: 3 for block in (*platform, *(block for together in inside for block in together))}
+    sizes |= {("slide", k): len(item.slides) for k, item in enumerate(rotation_groups.junctions) if item.slides}
     return Coordinates(tuple(platform), inside, sizes, tuple(on_platform))
