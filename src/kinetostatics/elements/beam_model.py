@@ -69,9 +69,8 @@ def make_beam_models(mechanism: Mechanism, spans: Mapping[str, BeamSpan], zero: 
         placement = mechanism.body_of[span.beam.link][1]
         given = beam.y_axis
         hint = placement[:3, :3] @ (np.array(given) if given is not None else axis_across(placement[:3, :3].T @ x))
+        beam.check_direction(placement[:3, :3].T @ x)
         y = hint - x * float(x @ hint)
-        if float(np.linalg.norm(y)) < 1e-6 * float(np.linalg.norm(hint)):
-            raise beam_error(span.beam, "its y_axis is parallel to the beam")
         y /= np.linalg.norm(y)
         axes = np.column_stack([x, y, np.cross(x, y)])
         coefficients = beam_compliance_coefficients(beam.section, beam.youngs_modulus, beam.shear_modulus, beam.shear_areas)
