@@ -167,3 +167,20 @@ def test_response_of_a_cantilever_equals_tangent_of_the_wave_number(hertz):
     for row, c, mass in ((0, COMPLIANCES[0], RHO * AREA), (3, COMPLIANCES[3], polar)):
         k = np.sqrt(square[0] * mass * c)
         assert flexibility[row, row] == pytest.approx(np.tan(k * LENGTH) / k * c, rel=1e-9)
+
+
+@pytest.mark.parametrize("fraction", [0.001, 0.02, 0.1, 0.5, 1.0])
+def test_inside_of_a_cantilever_equals_closed_forms(fraction):
+    """Under a force F across the end F (x² (3L − x) / 6EI + x / κGA); extension at a frequency u sin kx / sin kL."""
+    x, L, EI, end = fraction * LENGTH, LENGTH, 0.7 * E * INERTIA, np.array([1.0])
+    D, force = rod().dynamic_stiffness(np.zeros(1)), np.zeros(6)
+    force[1] = 1e9
+    ends = np.append(np.zeros(6), np.linalg.solve(D[0, 6:, 6:], force))
+    found = rod().inside(ends[None], (D[0] @ ends)[None], np.zeros(1), fraction)[0]
+    expected = [0, 1e9 * (x**2 * (3 * L - x) / (6 * EI) + x / SHEAR), 0, 0, 0, 1e9 * x * (2 * L - x) / (2 * EI)]
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-16)
+    square = (2 * np.pi * 50.0) ** 2 * end
+    k, ends = np.sqrt(square[0] * RHO / E), np.zeros(12)
+    ends[6] = 1e-3
+    found = rod().inside(ends[None], (rod().dynamic_stiffness(square)[0] @ ends)[None], square, fraction)[0]
+    np.testing.assert_allclose(found, [1e-3 * np.sin(k * x) / np.sin(k * L), 0, 0, 0, 0, 0], rtol=1e-9, atol=1e-16)
