@@ -234,8 +234,14 @@ def _changed(**entries):
         (np.eye(5), ["36 numbers", "21", "not 25"]),
         (_changed(FxMy_=5e4), ["not symmetric", "Fx My = 50000 and My Fx = 0"]),
         (_changed(FxMy=5e2, MyFx_=5e5), ["not symmetric", "Fx My = 500 and My Fx = 500000", "factor of 1000"]),
+        (_changed(FxMy=1e5, MyFx_=1e5 + 20), ["not symmetric", "Fx My = 100000 and My Fx = 100020"]),  # √(Fx Fx · My My) is 1e6
+        (_changed(FxMy=1e5, MyFx_=1e5 + 5), []),
+        (_changed(FxMy=5e-1, MyFx_=5e5), ["not symmetric", "a factor of 1e+06, as between units"]),
+        (_changed(FxMy=5e-4, MyFx_=5e5), ["not symmetric", "a factor of 1e+09, as between units"]),
         (_changed(FxFy_=5, FyFx_=5e-9), []),
         (_changed(FxMx=5e7), ["not positive", "Fx Mx = 5e+07", "less than 1e+06", "factor of 1000"]),
+        (_changed(FxFy=1e8 * (1 - 1e-9)), []),  # the least of its eigenvalues, 1 ± Fx Fy / 1e8, is 1e-9
+        (_changed(FxFy=1e8 * (1 - 1e-11)), ["no positive stiffness", "eigenvalue 1e-11"]),
         (_changed(FxFx=-1), ["Fx Fx = -1", "zero"]),
         (_changed(FxFx=0), ["linear diagonal of the matrix", "0 along x", "constrains"]),
         (_changed(FxFx=0, FxMy=3), ["Fx My = 3", "because Fx is free (zero)"]),

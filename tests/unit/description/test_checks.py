@@ -80,6 +80,25 @@ def test_values_are_stored_as_floats_and_unit_vectors() -> None:
     assert replace(beam, start=BeamEnd("j")).material is STEEL  # what is right already stays the same object
 
 
+@pytest.mark.parametrize(("tilt", "normal"), [(1e-11, True), (1e-7, False)])
+def test_axis_of_planar_joint_is_z_but_for_rounding(tilt: float, normal: bool) -> None:
+    """As of an axis that was computed from angles."""
+    axis = (math.sin(tilt) * math.cos(0.3), math.sin(tilt) * math.sin(0.3), math.cos(tilt))
+    if normal:
+        assert Joint("j", "planar", "a", "b", axis=axis).axis == pytest.approx((0, 0, 1), abs=1e-10)
+    else:
+        with pytest.raises(ks.RobotFileError, match="joint 'j' is planar and its axis is not z"):
+            Joint("j", "planar", "a", "b", axis=axis)
+
+
+def test_joint_that_mimics_without_numbers_turns_as_its_leader_does() -> None:
+    """The multiplier that is left out is 1 and the offset 0, as in URDF's specification: two turns add up to twice the angle."""
+    machine = ks.Robot(plate(loops=[], springs=[], joint_stiffness=[]).changed("hinge", mimic=Mimic("motor")))
+    pose = machine.assemble(actuators={"motor": 0.3})
+    R = machine.mechanism.platform_pose(pose.frames)[0][:, :, 0]
+    assert math.atan2(R[0, 2], R[2, 2]) == pytest.approx(0.6, abs=1e-12)
+
+
 def plate(**values: Any) -> RobotDescription:
     """A plate on a motor and a rod, with a spring."""
     given: dict[str, Any] = {

@@ -141,12 +141,46 @@ def test_rounded_entries_are_accepted_and_their_forces_in_rigid_motions_removed(
     assert beam(stiffness=link.stiffness) == link
 
 
+def test_forces_in_rigid_motions_are_removed_once_and_rounding_stays():
+    """A stiffness whose forces in rigid-body motions are rounding is kept, digit for digit, however often a link is made."""
+    frame = Frame(seed=3, ports=4, inner=2)
+    names, origins, matrices = frame.link()
+    given = (matrices["stiffness"] + matrices["stiffness"].T) / 2
+    made = LinkMatrices(names, origins, **{**matrices, "stiffness": given})
+    scales = np.sqrt(np.diag(given))
+    sums = np.outer(scales, np.abs(scales[:, None] * made.rigid_motions).max(0))
+    assert np.abs(given @ made.rigid_motions / sums).max() > 1e-17
+    np.testing.assert_array_equal(made.stiffness, given)
+    # larger ones are removed
+    noise = np.random.default_rng(0).normal(size=given.shape)
+    noisy = given + 1e-11 * np.outer(scales, scales) * (noise + noise.T)
+    made = LinkMatrices(names, origins, **{**matrices, "stiffness": noisy})
+    before, after = (np.abs(stiffness @ made.rigid_motions / sums).max() for stiffness in (noisy, made.stiffness))
+    assert before > 1e-12 and after < 1e-14
+    assert LinkMatrices(names, origins, **{**matrices, "stiffness": made.stiffness}) == made
+
+
+def test_coupling_whose_interfaces_coincide_is_the_inverse_of_its_stiffness():
+    """A bush without length: its forces are those of the difference of its ends, and it has no arm."""
+    own = np.diag([2e7, 3e7, 4e7, 5e3, 6e3, 7e3])
+    own[0, 4] = own[4, 0] = 1e5
+    link = LinkMatrices(("in", "out"), np.full((2, 3), 0.3), stiffness=np.block([[own, -own], [-own, own]]), thermal=np.zeros(12))
+    scale = np.sqrt(np.outer(np.diag(own), np.diag(own)))
+    assert np.abs(link.flexibility("in") * scale - np.linalg.inv(own / scale)).max() < 1e-12
+
+
+def test_link_without_mass_in_its_matrix_is_refused_without_warnings():
+    with np.errstate(all="raise"), pytest.raises(ks.ArgumentError, match="mass: the link has a mass of 0 kg; a positive one"):
+        beam(mass=np.zeros((12, 12)))
+
+
 K = beam_stiffness()
 HINGE = K - np.outer(K[:, 11], K[11]) / K[11, 11] + np.diag([*[0] * 11, 1e-9])
 TURNED = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
 TURNED *= np.linalg.det(TURNED)
 WITHOUT_TORSION = np.kron(np.eye(4), TURNED.T) @ element(L, EA, GA, GA, 1e-9, EI_Y, EI_Z) @ np.kron(np.eye(4), TURNED)
-MASS = beam().with_body(2, [0.3, 0, 0], np.eye(3)).mass
+#: Of two bodies at the ends, which have 2 kg at (0.3, 0, 0) together.
+MASS = np.diag([2 * (1 - 0.3 / L)] * 3 + [1.0] * 3 + [2 * 0.3 / L] * 3 + [1.0] * 3)
 
 
 @pytest.mark.parametrize(
