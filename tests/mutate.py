@@ -55,14 +55,21 @@ KINDS = ("arithmetic", "condition", "tolerance", "guard")
 TESTS = {
     "math": "unit/math unit/kinematics/test_joint_coordinates.py unit/buckling unit/description",
     "sections": "unit/sections validation/test_section_shear.py",
-    "description": "unit/description unit/files/test_joint_elements.py unit/files/test_robot_file.py unit/limbs",
+    "description": "unit/description unit/files/test_joint_elements.py unit/files/test_robot_file.py unit/limbs"
+    " validation/test_joint_matrices.py validation/test_flexible.py",
     "mechanism": "unit/mechanism",
     "kinematics": "unit/kinematics properties/test_zero_pose.py properties/test_loop_types.py",
+    "elements": "unit/elements unit/limbs unit/vibration unit/buckling validation/test_beam_formulas.py"
+    " validation/test_matrix_link.py validation/test_second_order.py validation/test_tangent.py validation/test_motion.py"
+    " validation/test_telescopes_in_motion.py validation/test_vibration.py validation/test_flexible.py"
+    " validation/test_flexible_ports.py",
+    "condensation": "unit/condensation unit/description/test_link_matrices.py validation/test_flexible.py"
+    " validation/test_flexible_ports.py",
     "limbs": "unit/limbs unit/statics validation/test_beam_formulas.py",
     "statics": "unit/statics validation/test_hybrid_limbs.py validation/test_motion.py validation/test_sprung_vibration.py"
     " validation/test_tangent.py properties/test_energy.py",
     "buckling": "unit/buckling validation/test_second_order.py",
-    "vibration": "unit/vibration validation/test_vibration.py",
+    "vibration": "unit/vibration validation/test_vibration.py validation/test_sprung_vibration.py",
     "engine": "engine functions/test_c_by_hand.py functions/test_c_export.py",
     "functions": "functions",
     "results": "unit/results unit/reports design/test_compensate.py design/test_trajectory.py design/test_optimize.py"
@@ -82,7 +89,7 @@ TESTS = {
 
 #: What all folders of mechanics are tested by, too.
 _GENERAL = "validation/test_closed_forms.py properties/test_loop_statics.py properties/test_properties.py"
-for _place in ("math", "mechanism", "kinematics", "limbs", "statics", "results"):
+for _place in ("math", "mechanism", "kinematics", "elements", "limbs", "statics", "results"):
     TESTS[_place] += f" {_GENERAL}"
 
 _SWAPPED = {"Add": "-", "Sub": "+", "Mult": "/", "Div": "*", "FloorDiv": "*", "Mod": "*"}
