@@ -29,7 +29,7 @@ def middle_of(name: str) -> tuple[ks.Robot, ks.Configuration]:
     robot, middle = ks.load_robot(name), MIDDLES.get(name)
     if isinstance(middle, dict):
         return robot, robot.assemble(platform=middle, orientation=ORIENTATION, engine="numpy")
-    actuators = None if middle is None else dict(zip(robot.description.driven, middle, strict=True))
+    actuators = None if middle is None else dict(zip(robot.description.actuated, middle, strict=True))
     return robot, robot.assemble(actuators=actuators, engine="numpy")
 
 

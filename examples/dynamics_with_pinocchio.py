@@ -47,7 +47,7 @@ def inverse_dynamics(pose: ks.Configuration, v: np.ndarray, a: np.ndarray) -> np
         its = constraint.createData()
         constraint.calc(model, data, its)
         rows.append(pin.getConstraintJacobian(model, data, constraint, its))
-    actuators = [model.joints[model.getJointId(name)].idx_v for name in robot.description.driven]
+    actuators = [model.joints[model.getJointId(name)].idx_v for name in robot.description.actuated]
     whole = pin.rnea(model, model.createData(), pose.q, v, a)
     unknowns = np.hstack([np.eye(model.nv)[:, actuators], np.concatenate(rows).T])
     return np.linalg.lstsq(unknowns, whole, rcond=1e-10)[0][: len(actuators)]
@@ -69,7 +69,7 @@ def circle(period: float = 1.0, tilt: float = np.radians(8), count: int = 60, na
     height = float(robot.assemble().platform["z"])
     path = robot.assemble(platform={"z": height, "rx": tilt * np.cos(angle), "ry": tilt * np.sin(angle)})
     holding = ks.analyze(path).actuator_forces
-    actuators = robot.description.driven
+    actuators = robot.description.actuated
     forces, power, energy = [], [], []
     for before, here, after in path.q:
         pose = robot.configuration(here)

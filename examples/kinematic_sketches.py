@@ -39,7 +39,7 @@ class Symbol:
     bodies: set[str]
     turns: int = 0
     slides: int = 0
-    driven: bool = False
+    actuated: bool = False
 
 
 def seen(points: Array) -> Array:
@@ -81,12 +81,12 @@ def symbols_of(robot: ks.Robot, pose: ks.Configuration) -> list[Symbol]:
         # a tree joint that slides stands where its child is
         point = pose.frame(far)[:3, 3] if name in robot.description.joints else frame[:3, 3]
         new = Symbol(
-            point, direction, {body[near], body[far]}, row.turns.count, row.slides.count, name in robot.description.driven
+            point, direction, {body[near], body[far]}, row.turns.count, row.slides.count, name in robot.description.actuated
         )
         for old in found:
             meets = np.linalg.norm(old.point - point) < 1e-6 * size and old.bodies & new.bodies
             if meets and not old.slides and not new.slides and old.turns + new.turns <= 3:
-                old.turns, old.bodies, old.driven = old.turns + new.turns, old.bodies ^ new.bodies, old.driven or new.driven
+                old.turns, old.bodies, old.actuated = old.turns + new.turns, old.bodies ^ new.bodies, old.actuated or new.actuated
                 break
         else:
             found.append(new)
@@ -145,7 +145,7 @@ def draw(robot: ks.Robot, ax: Axes) -> None:
 
 def _draw_symbol(ax: Axes, symbol: Symbol, size: float, on_base: Collection[str]) -> None:
     x, y = seen(symbol.point)
-    colour = ACTUATOR if symbol.driven else INK
+    colour = ACTUATOR if symbol.actuated else INK
     along = seen(symbol.axis)
     angle = float(np.arctan2(along[1], along[0]))
     if on_base:  # a hatched foot below

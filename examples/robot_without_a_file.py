@@ -2,7 +2,7 @@
 
     python examples/robot_without_a_file.py [tripod.urdf]
 
-Each leg has a hinge at the base, a driven telescope, and a ball joint at the table. All dimensions are invented. See
+Each leg has a hinge at the base, an actuated telescope, and a ball joint at the table. All dimensions are invented. See
 ``docs/how_to/robots_in_python.md`` for the classes.
 """
 
@@ -51,7 +51,7 @@ def tripod(diameter: float = 0.03, wall: float = 0.002) -> RobotDescription:
         loops=loops,
         beams=beams,
         platform="table",
-        driven=["slide_1", "slide_2", "slide_3"],
+        actuated=["slide_1", "slide_2", "slide_3"],
     )
 
 

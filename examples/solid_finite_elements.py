@@ -148,13 +148,13 @@ def rods_of(configuration: ks.Configuration) -> list[Rod]:
             raise NotSolidError(f"the section of beam {name!r} is not a circle or a round tube")
         span = robot.beams[name].span
         inside = {item.name for item in (*span.inward, *span.outward)}
-        driven = set(robot.description.driven)
-        if any(not item.type.is_fixed and item.name not in driven for item in (*span.inward, *span.outward)):
-            raise NotSolidError(f"rod {name!r} telescopes freely: a joint inside it is not driven, so it is not one piece")
+        actuated = set(robot.description.actuated)
+        if any(not item.type.is_fixed and item.name not in actuated for item in (*span.inward, *span.outward)):
+            raise NotSolidError(f"rod {name!r} telescopes freely: a joint inside it is not actuated, so it is not one piece")
         at = [edge.beam for edge in limb.edges].index(name)
         start, end = line.points[0], line.points[-1]
 
-        def freedoms(edges: Sequence[Any], point: Array, skip: set[str] = inside | driven) -> Array:
+        def freedoms(edges: Sequence[Any], point: Array, skip: set[str] = inside | actuated) -> Array:
             twists = [joint_twists(configuration, edge.joint, point) for edge in edges if edge.joint not in skip]
             return np.hstack([np.zeros((6, 0)), *twists])
 

@@ -131,7 +131,7 @@ def poses(out: Found, robot: ks.Robot, facts: dict, zero: ks.Configuration | Non
     size = np.linspace(0.02, 1.2, count)
     turning = ("revolute", "continuous")
     parts = {**robot.description.joints, **robot.description.loops}
-    reach = {joint: 1.0 if parts[joint].type in turning else robot.length for joint in robot.description.driven}
+    reach = {joint: 1.0 if parts[joint].type in turning else robot.length for joint in robot.description.actuated}
     ways: list[tuple[str, dict]] = [
         ("actuators", {"actuators": {name: reach[name] * size * rng.uniform(-1, 1, count) for name in reach}})
     ]

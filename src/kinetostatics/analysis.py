@@ -181,12 +181,12 @@ def _complain(robot: Robot, solution: Solution) -> None:
     for p in np.flatnonzero(solution.singular):
         free = free_twists(robot, solution, int(p))
         words = "; ".join(describe_twist(twist, robot.length) for twist in free.T) or "an unknown motion"
-        mobility, actuators = robot.mobility.platform, len(robot.description.driven)
+        mobility, actuators = robot.mobility.platform, len(robot.description.actuated)
         if not actuators:
             joint = next((item.name for item in robot.description.joints.values() if JOINT_TYPES[item.type].is_single), "…")
             what_to_write = f'<transmission name="drive_1"><joint name="{joint}"/></transmission>'
             raise SingularPoseError(
-                f"{robot.name!r} has no actuators, so that its platform can move: {words}; name the driven joints, {mobility} "
+                f"{robot.name!r} has no actuators, so that its platform can move: {words}; name the actuated joints, {mobility} "
                 f"for a mobility of {mobility}: {what_to_write}",
                 free,
             )

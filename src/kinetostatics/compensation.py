@@ -124,7 +124,7 @@ def compensated(
     if on_failure is not None:
         check("on_failure", on_failure)
     robot = robot_of(configuration)
-    if not robot.description.driven:
+    if not robot.description.actuated:
         raise ArgumentError(f"{robot.name!r} has no actuators, so that nothing can be corrected")
 
     uncorrected = analyzed(configuration, case, on_failure)
@@ -261,9 +261,9 @@ class _Problem:
             return which
         names, poses = pose.actuators, which.reshape(self.target.shape)
         given = {name: np.where(poses, value, self.target.actuators[name]) for name, value in names.items()}
-        driven = assemble(self.robot, given, None, None, self.target, self.closure_tolerance, "nan", self._loops)
-        off = np.max(np.abs(self._error(self._analyzed(driven))), axis=0, initial=0.0)
-        return driven.reached & (off <= arrival_tolerance(self.robot))
+        actuated = assemble(self.robot, given, None, None, self.target, self.closure_tolerance, "nan", self._loops)
+        off = np.max(np.abs(self._error(self._analyzed(actuated))), axis=0, initial=0.0)
+        return actuated.reached & (off <= arrival_tolerance(self.robot))
 
     def _analyzed(self, pose: Configuration) -> Result:
         return analyzed(pose, self.case, "nan")

@@ -87,7 +87,7 @@ def _spring_forces(robot: RobotStatics, solution: Solution) -> Array:
 
 def _actuator_forces(robot: RobotStatics, solution: Solution) -> Array:
     forces = actuator_forces(robot, solution)
-    return np.stack([forces[name] for name in robot.description.driven]) if forces else np.empty((0, solution.o.shape[1]))
+    return np.stack([forces[name] for name in robot.description.actuated]) if forces else np.empty((0, solution.o.shape[1]))
 
 
 def _is_usual(robot: RobotStatics, solution: Solution) -> Mask:
@@ -154,7 +154,7 @@ QUANTITIES: Mapping[str, Entry] = {
         lambda robot, solution: solution.stiffness, "stiffness", POSES, "stiffness", symbol="K", equation="(12)"),
     "compliance": Entry("compliance at o, actuators locked, world axes", _MATRIX, "compliance_unit",
         lambda robot, solution: solution.compliance, "compliance", POSES, "compliance", symbol="C", equation="(12)"),
-    "configuration.actuators": Entry("coordinate of the driven joint", _ACTUATOR, "actuator_position_unit",
+    "configuration.actuators": Entry("coordinate of the actuated joint", _ACTUATOR, "actuator_position_unit",
         varies=POSES, variable="actuator_position"),
     "sweep.corrections": Entry("correction of the actuator that brings the loaded platform to its target pose", _ACTUATOR,
         "actuator_position_unit", variable="actuator_correction", group="compensation"),
@@ -247,13 +247,13 @@ def reported_names(owner: str) -> list[str]:
 def axes_of(robot: RobotStatics) -> dict[str, tuple[str, ...]]:
     """Return the labels along each axis whose labels are the same in all results of a robot, by name of the axis."""
     components = {"component": COMPONENTS, "component_2": COMPONENTS, "axis": COMPONENTS[:3]}
-    robots = {"actuator": robot.description.driven, "spring": tuple(robot.description.springs)}
+    robots = {"actuator": robot.description.actuated, "spring": tuple(robot.description.springs)}
     return {**components, "source": contribution_names(robot), **robots}
 
 
 def units_along(robot: RobotStatics) -> dict[str, list[str] | list[list[str]]]:
     """Return the units along axes, by key of :data:`UNITS`, where they are the same in all results of a robot."""
-    actuators = [robot.mechanism.connections[name].type for name in robot.description.driven]
+    actuators = [robot.mechanism.connections[name].type for name in robot.description.actuated]
     return {
         "component_unit": list(TWIST_UNITS),
         "wrench_component_unit": list(WRENCH_UNITS),

@@ -55,7 +55,7 @@ def load_robot(
         parameters: values of the file's xacro arguments, SI units.
         platform_link: link that is the platform; its frame is o-xyz. Default: the link that the file names as platform, or the
             only end of the file's tree. If the file names no platform and has no loops, like the plain URDF of an arm, all
-            movable joints are driven.
+            movable joints are actuated.
         base_link: link fixed to the ground; default: the link that the file names as base, or the root of the file's tree.
 
     Raises:
@@ -121,7 +121,7 @@ class Robot(Reported, RobotKinematics):
 
         A fixed loop is one constraint with six rows, a spherical loop a point constraint with three. A revolute loop is two point
         constraints on its axis; their six rows have rank five, as Pinocchio's proximal solvers permit
-        (``pin.ProximalSettings``). Every constraint has the name of its loop. Pinocchio applies no force along a driven loop.
+        (``pin.ProximalSettings``). Every constraint has the name of its loop. Pinocchio applies no force along an actuated loop.
 
         Args:
             anchors: return ``pin.PointAnchorConstraintModel`` and ``pin.FrameAnchorConstraintModel`` (Pinocchio 4.0 and newer)
@@ -177,8 +177,8 @@ class Robot(Reported, RobotKinematics):
         decides the assembly mode.
 
         Args:
-            actuators: coordinates of all driven joints by name [m, rad] (forward kinematics). Driven joints outside the limbs,
-                such as those of a gripper, may be omitted; they are zero. Without ``actuators`` and ``platform``, all are zero.
+            actuators: coordinates of all actuated joints by name [m, rad] (forward kinematics). Actuated joints outside the
+                limbs, such as a gripper's, may be omitted; they are zero. Without ``actuators`` and ``platform``, all are zero.
             platform: coordinates of the platform by name, as many as the mobility (inverse kinematics): ``x y z`` of o [m] and
                 angles of orientation [rad], in world axes.
             orientation: meaning of ``rx ry rz``: None or "rotation_vector"; an Euler sequence such as "XYZ" (moving axes) or

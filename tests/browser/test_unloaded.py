@@ -13,7 +13,7 @@ from kinetostatics.viewer.single_poses import UnloadedPose
 CORNERS = [0.3 * np.array([np.cos(a), np.sin(a), 0]) for a in np.deg2rad([90, 210, 330])]
 
 
-def planar(tmp_path, driven=(1, 2, 3), corner=0.1, height=0.0):
+def planar(tmp_path, actuated=(1, 2, 3), corner=0.1, height=0.0):
     """A planar 3-RRR whose rods meet at the world's origin: with the motors locked the platform turns about it."""
     parts = ["<link name='base'/><link name='platform'/><platform link='platform'/>"]
     parts.append(
@@ -39,7 +39,7 @@ def planar(tmp_path, driven=(1, 2, 3), corner=0.1, height=0.0):
           <successor link='platform'><origin xyz='{tip[0]} {tip[1]} {height}'/></successor><axis xyz='0 0 1'/></loop>
         <beam link='rod_{n}' from='elbow_{n}' to='tip_{n}' youngs_modulus='70e9' poisson_ratio='0.3' density='2700'>
           <circle diameter='0.02'/></beam>""")
-        if n in driven:
+        if n in actuated:
             parts.append(f"<transmission name='t_{n}'><joint name='motor_{n}'/></transmission>")
     file = tmp_path / "planar.urdf"
     file.write_text(f"<robot name='planar'>{''.join(parts)}</robot>")
@@ -76,7 +76,7 @@ def test_drawn_free_motion_equals_that_of_the_statics(tmp_path):
     ],
 )
 def test_sweep_and_compare_of_singular_poses_are_errors(options, words, tmp_path, capsys):
-    assert cli.main(["view", str(planar(tmp_path, driven=(1, 2))), *options, "--html", str(tmp_path / "x.html")]) == 2
+    assert cli.main(["view", str(planar(tmp_path, actuated=(1, 2))), *options, "--html", str(tmp_path / "x.html")]) == 2
     assert words in capsys.readouterr().err and not (tmp_path / "x.html").exists()
 
 
@@ -106,7 +106,7 @@ def test_live_page_draws_singular_poses_and_analyses_regular_ones(tmp_path, visi
 
 @pytest.mark.parametrize(
     ("change", "motions", "words"),
-    [({}, 1, "singular"), ({"driven": ()}, 3, "no actuators"), ({"corner": 2.0, "height": 0.3}, 0, "cannot be closed")],
+    [({}, 1, "singular"), ({"actuated": ()}, 3, "no actuators"), ({"corner": 2.0, "height": 0.3}, 0, "cannot be closed")],
 )
 def test_view_command_draws_unanalysable_robots_with_a_note(change, motions, words, tmp_path, capsys):
     file = planar(tmp_path, **change)

@@ -227,7 +227,7 @@ def test_batch_is_drawn_as_a_path_of_its_poses():
 def test_facts_show_the_status_of_a_pose_beyond_limits():
     robot = package_robots.robot("3rps")
     lower = robot.mechanism.connections["prismatic_1"].upper
-    drives = {name: np.array([0.0, lower + 0.05]) for name in robot.description.driven}
+    drives = {name: np.array([0.0, lower + 0.05]) for name in robot.description.actuated}
     scene = describe_scene(ks.analyze(robot.assemble(actuators=drives)))
     assert scene.facts.status[0] == "OK" and scene.facts.status[1].startswith("LIMIT_EXCEEDED, a joint is outside its limit")
 
@@ -665,7 +665,7 @@ def test_show_in_a_notebook_returns_an_iframe(monkeypatch):
 
 
 def test_mimic_joint_has_no_actuator_arrow_of_its_own():
-    """A tip that turns with its arm's actuator: it is drawn as driven, and the actuator has the only arrow."""
+    """A tip that turns with its arm's actuator: it is drawn as actuated, and the actuator has the only arrow."""
     turned = '<child link="tip"/><origin xyz="0.3 0 0"/><axis xyz="0 1 0"/>'
     joints = (
         '<joint name="arm_turn" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/></joint>'

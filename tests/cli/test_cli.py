@@ -130,7 +130,7 @@ def test_version_is_printed(capsys):
 
 def test_check_prints_the_limbs(capsys):
     code, out, err = run(capsys, "check", "3rps")
-    assert code == 0 and err == "" and "limb_1: R P(driven) S" in out
+    assert code == 0 and err == "" and "limb_1: R P(actuated) S" in out
 
 
 def test_check_of_an_unanalysable_robot_exits_with_1(capsys, tmp_path):

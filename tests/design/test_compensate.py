@@ -45,9 +45,9 @@ def test_corrected_actuators_bring_the_loaded_platform_to_target(name):
     found = ks.compensate(pose, load)
     assert found.status in (ks.Status.OK, ks.Status.LIMIT_EXCEEDED)
     assert len(found.controlled) == robot.mobility.platform
-    driven = robot.assemble(actuators=found.actuators, near=pose)
-    result = ks.analyze(driven, load)
-    o, R = stands_at(driven, result.twist)
+    actuated = robot.assemble(actuators=found.actuators, near=pose)
+    result = ks.analyze(actuated, load)
+    o, R = stands_at(actuated, result.twist)
     wanted = pose.platform_frame
     turn = R.as_rotvec()
     wanted_turn = Rotation.from_matrix(wanted[:3, :3]).as_rotvec()
@@ -55,7 +55,7 @@ def test_corrected_actuators_bring_the_loaded_platform_to_target(name):
     assert max(abs(off[coordinate]) for coordinate in found.controlled) < 1e-12
     # the motion of the unloaded platform by the correction has no part in uncorrectable directions
     scale = np.repeat([robot.length, 1.0], 3)
-    moved = pose_error(target_frame(pose, None), target_frame(driven, None))[:, 0] / scale
+    moved = pose_error(target_frame(pose, None), target_frame(actuated, None))[:, 0] / scale
     parts = (found.uncorrectable_directions / scale[:, None]).T @ moved
     np.testing.assert_allclose(parts, 0, atol=10 * np.linalg.norm(moved) ** 2 + 1e-12)
     # the residual error is that of the corrected pose, and differs from the uncorrected one
@@ -67,7 +67,7 @@ def test_corrected_actuators_bring_the_loaded_platform_to_target(name):
     np.testing.assert_allclose(found.uncorrected_error, before.twist, rtol=1e-3, atol=1e-12)
     for drive, force in result.actuator_forces.items():
         assert found.actuator_forces[drive] == pytest.approx(float(force), rel=1e-7, abs=1e-7)
-        assert found.corrections[drive] == pytest.approx(float(driven.actuators[drive] - pose.actuators[drive]), abs=1e-11)
+        assert found.corrections[drive] == pytest.approx(float(actuated.actuators[drive] - pose.actuators[drive]), abs=1e-11)
 
 
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr"])
@@ -97,8 +97,8 @@ def test_corrected_actuators_bring_the_tool_tip_to_target(name, given):
     robot, tool, load = package_robots.robot(name), np.array([0.05, -0.04, 0.2]), LOAD * SOFT.get(name, 1.0)
     pose = tripod() if name == "3rps" else robot.configuration(robot.model_q(robot.generic_poses)[:, 0])
     found = ks.compensate(pose, load, controlled=given, tool=tool)
-    driven = robot.assemble(actuators=found.actuators, near=pose)
-    tip, R = tip_of(driven, ks.analyze(driven, load).twist, tool)
+    actuated = robot.assemble(actuators=found.actuators, near=pose)
+    tip, R = tip_of(actuated, ks.analyze(actuated, load).twist, tool)
     wanted, wanted_R = tip_of(pose, np.zeros(6), tool)
     turn = R.as_rotvec() - wanted_R.as_rotvec()
     off = dict(zip(("x", "y", "z", "rx", "ry", "rz"), [*(tip - wanted), *turn], strict=True))
@@ -161,7 +161,7 @@ def test_batch_corrections_equal_single_corrections():
     robot = package_robots.robot("five_bar")
     poses = robot.assemble(platform={"x": 0.01, "y": [0.28, 0.3, 3.0, 0.32]})
     loads = np.stack([LOAD, 2 * LOAD])[:, None] / 10
-    found, drive = ks.compensate(poses, loads), robot.description.driven[1]
+    found, drive = ks.compensate(poses, loads), robot.description.actuated[1]
     assert found.shape == (2, 4) and found.residual_error.shape == (2, 4, 6)
     one = ks.compensate(robot.assemble(platform={"x": 0.01, "y": 0.32}), 0.2 * LOAD)
     np.testing.assert_allclose(found.actuators[drive][1, 3], one.actuators[drive], atol=1e-14)
@@ -176,7 +176,7 @@ def test_batch_corrections_equal_single_corrections():
 def test_corrections_beyond_actuator_limits_set_the_status():
     robot = package_robots.robot("3rps", rod_diameter=0.002)
     upper = robot.mechanism.connections["prismatic_1"].upper
-    start = robot.assemble(actuators=dict.fromkeys(robot.description.driven, upper - 1e-6))
+    start = robot.assemble(actuators=dict.fromkeys(robot.description.actuated, upper - 1e-6))
     found = ks.compensate(start, [0, 0, -2000, 0, 0, 0])
     assert start.status == ks.Status.OK and found.status == ks.Status.LIMIT_EXCEEDED
     assert found.actuators["prismatic_1"] > upper and abs(found.residual_error[2]) < 1e-12
@@ -193,8 +193,8 @@ def test_stiff_robots_are_corrected_in_few_steps(monkeypatch):
 
 def off_by(found, load, gravity=(0, 0, -9.81)):
     """Return by how much (N,) the controlled coordinates are off where the actuators lead from the target poses."""
-    driven = found.target.robot.assemble(actuators=found.actuators, near=found.target)
-    result = ks.analyze(driven, load, gravity, on_failure="nan")
+    actuated = found.target.robot.assemble(actuators=found.actuators, near=found.target)
+    result = ks.analyze(actuated, load, gravity, on_failure="nan")
     orientation, angles = found.target.orientation, found.target.orientation.coordinates(target_frame(found.target, None)[0])
     rows = [*(loaded_frame(result, None)[1] - target_frame(found.target, None)[1])]
     rows += [*(orientation.coordinates(loaded_frame(result, None)[0], near=angles) - angles)]
@@ -299,7 +299,7 @@ def test_further_arguments_are_passed_to_analyze():
     expected = ks.analyze(at_tool.configuration, [50, 0, 0, 0, 0, 0], point=(0, 0, 0.2), frame="platform", gravity=(0, 0, 0))
     np.testing.assert_allclose(at_tool.result.twist, expected.twist, atol=1e-16)
     length = ks.compensate(pose, gravity=(0, 0, 0), assembly_errors={"rod_1": {"length": 1e-4}})
-    # a rod that is too long by 0.1 mm is driven back by that, nearly: it stands askew
+    # a rod that is too long by 0.1 mm is actuated back by that, nearly: it stands askew
     assert length.corrections["prismatic_1"] == pytest.approx(-1e-4, rel=2e-2)
     assert max(abs(length.corrections[f"prismatic_{k}"]) for k in (2, 3)) < 5e-6
 

@@ -184,8 +184,8 @@ def test_the_peak_of_a_fast_table_is_found(delta):
 
 def test_a_jump_of_an_angle_is_asked_about_and_both_pieces_of_advice_work():
     robot, times = package_robots.robot("ur10"), np.array([0.0, 0.5])
-    angle, rest = np.radians([170.0, -170.0]), dict.fromkeys(robot.description.driven[1:], 0.3)
-    joint = robot.description.driven[0]
+    angle, rest = np.radians([170.0, -170.0]), dict.fromkeys(robot.description.actuated[1:], 0.3)
+    joint = robot.description.actuated[0]
     words = "from 170° to -170° between the waypoints 1 and 2, at 0 and 0.5 s: if it turns the short way, write 190°"
     with pytest.raises(ks.ArgumentError, match=f"{joint} turns {words}"):
         ks.trajectory(robot, times, actuators={joint: angle, **rest})
@@ -200,7 +200,7 @@ def test_a_jump_of_an_angle_is_asked_about_and_both_pieces_of_advice_work():
 
 def test_half_a_turn_is_no_jump():
     robot = package_robots.robot("ur10")
-    first, *others = robot.description.driven
+    first, *others = robot.description.actuated
 
     def turned(beyond):
         way = {first: [-1.0, -1.0 + np.pi * (1 + beyond)], **dict.fromkeys(others, 0.3)}
@@ -226,7 +226,7 @@ def test_poses_of_a_path_close_as_those_of_the_robot(delta):
 def test_actuators_that_race_near_a_singular_pose_are_named():
     """The elbow of a UR10 is stretched to 3 degrees; the warning's speed is that of the velocities at its instant."""
     robot = package_robots.robot("ur10")
-    names = robot.description.driven
+    names = robot.description.actuated
     start, end = (
         robot.assemble(actuators=dict(zip(names, [0.3, -1.2, elbow, -0.4, 1.2, 0.2], strict=True))) for elbow in (1.5, 0.05)
     )
@@ -248,7 +248,7 @@ def test_actuators_that_race_near_a_singular_pose_are_named():
 
 
 def test_motions_of_robots_without_actuators_cause_no_warnings():
-    held = arm(*(springs(name, angular="50 50 50") for name in ("shoulder", "elbow")), driven=False)
+    held = arm(*(springs(name, angular="50 50 50") for name in ("shoulder", "elbow")), actuated=False)
     assert ks.trajectory(held, [0.0, 1.0], platform={"z": [0.05, 0.1], "ry": 0.1}, samples=5).warnings == ()
 
 

@@ -58,11 +58,11 @@ def test_facts_equal_known_values_of_the_robots():
     ],
 )
 def test_sketches_have_the_joints_of_the_robot(name, joints):
-    """Joints that meet in a point are one symbol: its numbers of rotations and translations, and whether it is driven."""
+    """Joints that meet in a point are one symbol: its numbers of rotations and translations, and whether it is actuated."""
     robot = package_robots.robot(name)
     pose = robot.assemble()
     symbols = kinematic_sketches.symbols_of(robot, pose)
-    assert Counter((symbol.turns, symbol.slides, symbol.driven) for symbol in symbols) == joints
+    assert Counter((symbol.turns, symbol.slides, symbol.actuated) for symbol in symbols) == joints
     if name == "3rps":  # legs at azimuths 120° apart, hinges on a circle of 300 mm
         feet = np.array([symbol.point for symbol in symbols if symbol.turns == 1])
         assert np.linalg.norm(feet[:, :2], axis=1) == pytest.approx(0.3, rel=1e-12)

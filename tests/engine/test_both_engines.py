@@ -76,7 +76,7 @@ def random_robot(seed):
             for name, beam in description.beams.items():
                 description = description.without_beam(name) if beam.link in links else description
         if kind == "drives":
-            for joint in description.driven:
+            for joint in description.actuated:
                 description = description.with_part(JointStiffness(joint, drive=float(10 ** rng.uniform(5, 7))))
         for number in range({"springs": 2, "rigid limb": 1}.get(kind, 0)):
             ends = tuple(rng.standard_normal(3)), tuple(0.1 * rng.standard_normal(3))
@@ -211,7 +211,7 @@ def targets(robot, rng, n=24):
     types = robot.mechanism.connections
     return {
         name: sizes * rng.standard_normal(n) * (robot.length if types[name].type.is_slide else 1.0)
-        for name in robot.description.driven
+        for name in robot.description.actuated
     }
 
 

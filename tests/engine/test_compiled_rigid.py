@@ -28,7 +28,7 @@ def stiffened(name, beams=0, drives=True):
     description = package_robots.robot(name).description
     for beam in list(description.beams)[beams:]:
         description = description.without_beam(beam)
-    for joint in description.driven if drives else ():
+    for joint in description.actuated if drives else ():
         description = description.with_part(JointStiffness(joint, drive=2e6))
     return ks.Robot(description)
 
@@ -129,7 +129,7 @@ def test_engines_agree_on_elastic_drives_of_rigid_limbs():
 def test_stretched_rigid_arm_falls_back_to_numpy():
     """An arm of rigid links on elastic actuators, bent and stretched: stretched, it is rigid in one more direction."""
     robot = stiffened("ur10")
-    drives = robot.description.driven
+    drives = robot.description.actuated
     q = np.repeat([[0.2], [-0.8], [0.9], [0.3], [0.5], [0.1]], 4, axis=1)
     q[2, 1], q[2, 2] = 0.0, 1e-7
     poses = robot.assemble(actuators=dict(zip(drives, q, strict=True)))

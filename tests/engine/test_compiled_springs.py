@@ -54,10 +54,10 @@ def test_record_of_robots_with_springs_equals_numpy(name):
 @pytest.mark.few(1)
 @pytest.mark.parametrize("stiffness", [JointStiffness("hook", drive=2e3), JointStiffness("hook", angular=(1e3, np.inf, 2e3))])
 def test_record_of_springs_and_elastic_open_branch_equals_numpy(stiffness):
-    """A hook on the crank of a five-bar with elastic actuators, driven too or elastic across its axis."""
+    """A hook on the crank of a five-bar with elastic actuators, actuated too or elastic across its axis."""
     description = package_robots.soft_five_bar().description.with_part(Link("hook", mass=2.0, center_of_mass=(0.1, 0, 0.05)))
     hook = Joint("hook", "revolute", "proximal_1", "hook", axis=(0, 1, 0), lower=-1, upper=1)
-    description = replace(description.with_part(hook), driven=(*description.driven, "hook")).with_part(stiffness)
+    description = replace(description.with_part(hook), actuated=(*description.actuated, "hook")).with_part(stiffness)
     for name, link in (("pull", "tool"), ("balance", "hook")):
         description = description.with_part(Spring(name, 300.0, "base", link, (0.1, 0.6, 0.0), (0.1, 0.0, 0.0), free_length=0.1))
     assert_recorded(ks.Robot(description))

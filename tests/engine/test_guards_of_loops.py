@@ -71,9 +71,9 @@ def test_side_of_a_singular_pose_equals_numpy():
     assert 5 < wanted.sum() < 55 and not np.all(solver._surely(solver._side, first, second)[wanted])
     np.testing.assert_array_equal(solver.on_one_side(solver._own, first, second, target), wanted)
     assert solver.on_one_side(solver._own, first.take(np.arange(0)), second.take(np.arange(0)), target[:, :0]).shape == (0,)
-    driven = robot.solver.on_one_side(robot.actuator_coordinates, first, second, target)
-    assert np.any(driven != wanted)
-    np.testing.assert_array_equal(solver.on_one_side(robot.actuator_coordinates, first, second, target), driven)
+    actuated = robot.solver.on_one_side(robot.actuator_coordinates, first, second, target)
+    assert np.any(actuated != wanted)
+    np.testing.assert_array_equal(solver.on_one_side(robot.actuator_coordinates, first, second, target), actuated)
 
 
 def test_hinge_turned_over_is_not_closed(monkeypatch, tmp_path):

@@ -15,7 +15,7 @@ from kinetostatics.math.arrays import TURN, in_threads, threads
 def test_numbers_depend_neither_on_threads_nor_on_chunks(monkeypatch):
     robot = package_robots.robot("five_bar")
     random = np.random.default_rng(0)
-    grid = {name: random.uniform(-1.5, 1.5, 3000) for name in robot.description.driven}  # some are out of reach
+    grid = {name: random.uniform(-1.5, 1.5, 3000) for name in robot.description.actuated}  # some are out of reach
     load = 100 * random.standard_normal((3000, 6))
 
     def found(number, at_once):

@@ -7,7 +7,7 @@ import c_programs
 import numpy as np
 import pytest
 from c_programs import SANITIZED, STRICT, compiled, rows, run
-from loop_robots import driven, frame, joint, robot
+from loop_robots import actuated, frame, joint, robot
 from simple_machines import springs
 
 import kinetostatics as ks
@@ -29,7 +29,7 @@ def turntable():
         joint(
             "lift", "prismatic", "table", "platform", frame(p=(REACH, 0, HEIGHT)), (0, 0, 1), f'lower="{LOWER}" upper="{UPPER}"'
         ),
-        driven("turn", "lift"),
+        actuated("turn", "lift"),
         springs("turn", drive=f"{TURN}"),
         springs("lift", drive=f"{LIFT}"),
         links={"base": "", "table": "", "platform": inertia},
@@ -152,7 +152,7 @@ def test_c_statics_with_mimic_joint_equals_hand_calculation(tmp_path):
         joint("back", "continuous", "sledge", "platform", np.eye(4), (0, 0, 1)).replace(
             "</joint>", '<mimic joint="turn" multiplier="-0.7" offset="0.2"/></joint>'
         ),
-        driven("turn", "lift"),
+        actuated("turn", "lift"),
         springs("turn", drive=f"{TURN}"),
         springs("lift", drive=f"{LIFT}"),
         links=("base", "table", "sledge", "platform"),

@@ -100,7 +100,7 @@ def test_c_status_of_a_degenerate_limb_is_not_covered(tmp_path):
     mechanism = DEPENDENT["a stretched leg between balls"]
     leg = write_mechanism(mechanism, cuts=cuts_of(mechanism)).robot()
     f = ks.compile(leg, outputs=("twist",))
-    still, weight = {name: np.zeros(1) for name in leg.description.driven}, np.array([[0, 0, -9.81]])
+    still, weight = {name: np.zeros(1) for name in leg.description.actuated}, np.array([[0, 0, -9.81]])
     status, found = run(c_programs.driver(f.export_c(tmp_path, name="leg")), rows(f, still, np.zeros((1, 6)), weight))
     assert status == NOT_COVERED and np.isnan(found).all()
     assert np.isfinite(f(**still)["twist"]).all()

@@ -60,7 +60,7 @@ def test_c_compensation_rejects_other_assembly_modes(tmp_path):
     """Actuator positions that lead to another assembly mode are no correction, in Python and C."""
     f = ks.compile(package_robots.soft_five_bar(), ("x", "y"), outputs=OUTPUTS, compensate=True)
     drives = np.array([[0.6, 0.4], [-0.8 + 1.6 * 12 / 15, -0.8 + 1.6 * 10 / 15], [0.1, 0.2]]).T
-    pose = f.robot.assemble(actuators=dict(zip(f.robot.description.driven, drives, strict=True)))
+    pose = f.robot.assemble(actuators=dict(zip(f.robot.description.actuated, drives, strict=True)))
     at, load, gravity = {name: pose.platform[name] for name in "xy"}, np.full((3, 6), [-100.0, 0, 0, 0, 0, 0]), np.zeros((3, 3))
     status, found = run(c_programs.driver(f.export_c(tmp_path)), rows(f, at, load, gravity))
     assert status.tolist() == f(**at, load=load, gravity=gravity)["status"].tolist() == [2, 2, 0]

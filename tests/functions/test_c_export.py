@@ -46,7 +46,7 @@ def test_c_state_is_kept_where_a_pose_is_unreachable(five_bar, driver):
 def test_c_state_may_start_at_a_given_pose(tmp_path):
     """An arm with a singular zero pose: from a bent pose C equals Python; from zero some poses are unreachable."""
     robot = package_robots.robot("ur10")
-    bent = robot.assemble(actuators=dict(zip(robot.description.driven, (0.3, -1.0, 1.2, -0.9, -1.2, 0.4), strict=True)))
+    bent = robot.assemble(actuators=dict(zip(robot.description.actuated, (0.3, -1.0, 1.2, -0.9, -1.2, 0.4), strict=True)))
     f = ks.compile(robot, ("x", "y", "z", "rx", "ry", "rz"), outputs=("twist", "actuators"), engine="numpy")
     N, rng = 24, np.random.default_rng(2)
     middle = bent.platform_coordinates("XYZ")
@@ -63,7 +63,7 @@ def test_c_state_may_start_at_a_given_pose(tmp_path):
         assert np.max(np.abs(found[here][:, part] - expected[here][:, part]) / size[:, None]) < 1e-9
     assert np.any(f(**at)["status"][here] == ks.Status.UNREACHABLE)
     with pytest.raises(ks.ArgumentError, match="near= needs one closed pose"):
-        f.export_c(tmp_path, near=robot.assemble(actuators={name: [0.1, 0.2] for name in robot.description.driven}))
+        f.export_c(tmp_path, near=robot.assemble(actuators={name: [0.1, 0.2] for name in robot.description.actuated}))
     with pytest.raises(ks.ArgumentError, match="near= needs one closed pose"):
         f.export_c(tmp_path, near={"x": 0.5})
     with pytest.raises(ks.ArgumentError, match="near= needs one closed pose"):

@@ -33,7 +33,7 @@ NASTY = {
 
 
 def arm(folder, name):
-    """Return an arm of two driven beams, all of whose names contain ``name``."""
+    """Return an arm of two actuated beams, all of whose names contain ``name``."""
     more = ("", "2", " upper", " fore", " tip", " wrist")
     first, second, upper, fore, tip, wrist = (quoteattr(name + end) for end in more)
     joints = [(first, '"base"', upper, 0), (second, upper, fore, 0.4), (wrist, fore, tip, 0.3)]
@@ -60,7 +60,7 @@ def exported(request, tmp_path_factory):
     robot = arm(folder, request.param)
     assert robot.name == request.param
     f = ks.compile(robot, outputs=("twist", "actuator_forces"), engine="numpy")
-    return f.jacobian("actuator_forces", robot.description.driven[0]).export_c(folder / "c"), request.param
+    return f.jacobian("actuator_forces", robot.description.actuated[0]).export_c(folder / "c"), request.param
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")

@@ -6,7 +6,7 @@ import numpy as np
 import package_robots
 import parametric_machines
 import pytest
-from loop_robots import driven, joint, loop, robot
+from loop_robots import actuated, joint, loop, robot
 from places import CASES
 from scipy.spatial.transform import Rotation
 from simple_machines import springs
@@ -37,7 +37,7 @@ def function_of(name):
     """Return a function of a robot of the package, and a pose."""
     if name not in _FUNCTIONS:
         robot = package_robots.robot(name)
-        at = POSES[name] or dict.fromkeys(robot.description.driven, 0.0)
+        at = POSES[name] or dict.fromkeys(robot.description.actuated, 0.0)
         if POSES[name] is None:
             at = {drive: 0.1 + 0.07 * k for k, drive in enumerate(at)}
         _FUNCTIONS[name] = ks.compile(robot, POSES[name], outputs=OUTPUTS), at
@@ -101,7 +101,7 @@ def by_other_robots(f, at, name, k):
     """Return the derivatives by a parameter from robots made anew with it a little smaller and larger, and the step."""
     number = numbers_of_parts(f.robot)[name][k]
     h = number.step / 10
-    by_drives = set(at) == set(f.robot.description.driven)
+    by_drives = set(at) == set(f.robot.description.actuated)
     found = []
     for sign in (-1, 1):
         g = ks.compile(ks.Robot(number.changed(sign * h)), None if by_drives else tuple(at), outputs=OUTPUTS)
@@ -148,11 +148,11 @@ def test_jacobian_by_shift_of_a_universal_joint_axis(k):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize(("links", "sign"), [(("base", "platform"), 1), (("platform", "base"), -1)])
-def test_jacobian_of_a_driven_loop_joint_by_its_placements(links, sign):
-    """A platform on a soft slide, with a driven slide beside it, whose coordinate changes with shifts of its own frames."""
+def test_jacobian_of_a_actuated_loop_joint_by_its_placements(links, sign):
+    """A platform on a soft slide, with an actuated slide beside it, whose coordinate changes with shifts of its own frames."""
     still, up = np.eye(4), (0, 0, 1)
     soft = springs("guide", linear="1e6 1e6 1e6", angular="1e5 1e5 1e5")
-    parts = [joint("guide", "prismatic", "base", "platform", still, up), soft, driven("drive")]
+    parts = [joint("guide", "prismatic", "base", "platform", still, up), soft, actuated("drive")]
     slide = robot(*parts, loop("prismatic", links[0], still, links[1], still, axis=up, name="drive"))
     f = ks.compile(slide, ("z",), outputs=("actuators",))
     places = ("drive.predecessor_placement", "drive.successor_placement")
@@ -273,7 +273,7 @@ def test_jacobian_is_nan_where_overconstrained_loops_cannot_close():
 def test_overconstrained_rigid_limbs_have_no_jacobian():
     robot = ks.load_robot(CASES / "two_rigid.urdf")
     f = ks.compile(robot)
-    at = dict.fromkeys(robot.description.driven, 0.0)
+    at = dict.fromkeys(robot.description.actuated, 0.0)
     assert f(**at)["status"] in (ks.Status.OK, ks.Status.INDETERMINATE)
     with pytest.raises(ks.ArgumentError, match="has no derivatives: rigid limbs or rings overconstrain one another"):
         f.jacobian("twist", "load")(**at)

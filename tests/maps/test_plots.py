@@ -628,11 +628,11 @@ def test_cut_workspace_lacks_the_octant_towards_the_viewer(ds):
 
 
 def test_workspace_over_actuators_is_drawn_in_platform_positions(ds):
-    driven = ds.rename(z="p_1", rx="p_2", ry="p_3")
-    ax = ks.plot.workspace(driven, "linear_sag", cut=False)
+    actuated = ds.rename(z="p_1", rx="p_2", ry="p_3")
+    ax = ks.plot.workspace(actuated, "linear_sag", cut=False)
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_zlabel()) == ("x [m]", "y [m]", "z [m]")
     reach = faces(ax).reshape(-1, 3)
-    good = np.isfinite(ks.indices.quantity(driven, "linear_sag"))
+    good = np.isfinite(ks.indices.quantity(actuated, "linear_sag"))
     np.testing.assert_allclose(reach[:, 2].max(), 0.6)
     assert reach[:, 0].max() <= RX[np.any(good, axis=(0, 2))].max() + 1e-12
     explicit = ks.plot.workspace(ds, "linear_sag", ["x", "y", "z"], cut=False)
@@ -774,8 +774,8 @@ def test_position_axes_have_equal_scales_unless_too_elongated(names, height, sam
 
 
 def test_workspace_in_positions_has_equal_axis_scales(ds):
-    driven = ds.rename(z="p_1", rx="p_2", ry="p_3")
-    ax = ks.plot.workspace(driven, "linear_sag", cut=False)
+    actuated = ds.rename(z="p_1", rx="p_2", ry="p_3")
+    ax = ks.plot.workspace(actuated, "linear_sag", cut=False)
     size = np.ptp(faces(ax).reshape(-1, 3), axis=0)
     np.testing.assert_allclose(ax._box_aspect / max(ax._box_aspect), size / size.max(), rtol=1e-9)
     body = ks.plot.workspace(ds, "linear_sag")  # z over rx and ry: as the page likes it

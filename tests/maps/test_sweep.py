@@ -466,7 +466,7 @@ def test_spring_forces_of_a_map_follow_the_spring_law():
 def test_both_engines_compute_equal_maps(tmp_path, monkeypatch):
     monkeypatch.setenv("KINETOSTATICS_CACHE", str(tmp_path / "code"))
     robot = robot_of(four_bar())
-    [drive] = robot.description.driven
+    [drive] = robot.description.actuated
     grid = {"actuators": {drive: np.linspace(-0.5, 9.0, 21)}, "gravity": [0.1, 0.2, -9.81], "progress": False, "workers": 1}
     numpy, compiled = (ks.sweep(robot, **grid, engine=engine) for engine in ("numpy", "compiled"))
     assert list((tmp_path / "code").iterdir())

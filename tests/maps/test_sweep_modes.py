@@ -205,7 +205,7 @@ def test_only_spins_of_delta_rods_are_loose_coordinates():
     loose = {}
     for name in ("delta", "five_bar", "gough_stewart"):
         robot = package_robots.robot(name)
-        plan, _ = read_plan(robot, {"actuators": dict.fromkeys(robot.description.driven, 0.0)})
+        plan, _ = read_plan(robot, {"actuators": dict.fromkeys(robot.description.actuated, 0.0)})
         labels = labels_of(plan, robot)
         loose[name] = {label for label, one in zip(labels.axes["joint_coordinate"], labels.undetermined, strict=True) if one}
     assert loose["five_bar"] == loose["gough_stewart"] == set()

@@ -47,7 +47,7 @@ def test_continuation_does_not_cross_singular_poses():
 
 def differences(robot, target, kind="actuators", names=None, **options):
     """Return in how many poses a batch differs from the same poses in batches of 700, whose poses follow their own lines."""
-    names = names or robot.description.driven
+    names = names or robot.description.actuated
     values = dict(zip(names, target, strict=True))
     batch = robot.assemble(**{kind: values}, on_failure="nan", **options)
     pieces = [
@@ -72,5 +72,5 @@ def differences(robot, target, kind="actuators", names=None, **options):
 def test_large_batch_equals_small_batches_along_their_lines(name, limit, poses):
     """Beside singular poses, lines that pass them on different sides end in different assembly modes."""
     robot = package_robots.robot(name)
-    target = np.random.default_rng(1).uniform(-limit, limit, (poses, len(robot.description.driven))).T
+    target = np.random.default_rng(1).uniform(-limit, limit, (poses, len(robot.description.actuated))).T
     assert differences(robot, target) == 0

@@ -120,7 +120,7 @@ def test_every_part_of_a_stiff_robot_is_in_equilibrium(name):
 
 
 def arm(drive):
-    """Return a massless arm on a driven hinge along y, held by a spring of zero free length."""
+    """Return a massless arm on an actuated hinge along y, held by a spring of zero free length."""
     return sm.robot(
         sm.link("ground"), sm.link("platform"), sm.joint("hinge", "continuous", "ground", "platform"),
         '<transmission name="drive"><joint name="hinge"/></transmission>', sm.springs("hinge", drive=drive),
@@ -140,7 +140,7 @@ def test_spring_holds_an_arm_on_a_weak_drive(drive):
 
 
 def leg(tension):
-    """Return a driven hinge with 1,000 N·m/rad, a driven slide of 0.5 m, and a spring between the leg's two parts."""
+    """Return an actuated hinge with 1,000 N·m/rad, an actuated slide of 0.5 m, and a spring between the leg's two parts."""
     spring = f'<spring name="inside" stiffness="0" free_length="0" preload="{tension}"><predecessor link="cylinder"/>'
     return sm.robot(
         sm.link("ground"), sm.link("cylinder"), sm.link("platform"), sm.joint("hinge", "revolute", "ground", "cylinder"),

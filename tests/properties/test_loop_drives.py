@@ -1,4 +1,4 @@
-"""Driven loops, and loops with limits and cones, against closed forms."""
+"""Actuated loops, and loops with limits and cones, against closed forms."""
 
 import numpy as np
 import pytest
@@ -10,8 +10,8 @@ from loop_robots import (
     FREEDOMS,
     ONE_FREEDOM,
     Held,
+    actuated,
     at,
-    driven,
     floating,
     frame,
     joint,
@@ -34,7 +34,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 
 class FourBar:
-    """A planar four-bar linkage about z, driven at the crank's foot; the coupler is the platform.
+    """A planar four-bar linkage about z, actuated at the crank's foot; the coupler is the platform.
 
     The loop is that actuator (``cut`` "drive", from either side: ``swap``) or the joint of coupler and rocker.
     """
@@ -85,7 +85,7 @@ class FourBar:
         self.robot = robot(
             *parts,
             f'<beam link="crank" from="drive" to="b" {beam}<beam link="rocker" from="d" to="c" {beam}',
-            driven("drive"),
+            actuated("drive"),
             links=links,
         )
 
@@ -129,7 +129,7 @@ class FourBar:
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize(("kind", "swap"), [("continuous", False), ("continuous", True), ("revolute", False)])
-def test_loop_driven_crank_rocker_matches_closed_form(kind, swap):
+def test_loop_actuated_crank_rocker_matches_closed_form(kind, swap):
     linkage = FourBar(0.3, 0.9, 0.8, 0.4, swap=swap, kind=kind)
     assert linkage.robot.mobility.platform == 1 and linkage.robot.mobility.redundant_constraints == 3
     angles = np.radians(np.arange(-360.0, 361, 15))
@@ -160,9 +160,9 @@ def test_drive_continues_from_pose_beyond_half_a_turn(cut, start):
 def test_a_drive_on_several_freedoms_is_refused(kind):
     P = shift([0.1, 0.2, 0.3])
     with pytest.raises(
-        ks.RobotFileError, match=f"'closing' is {kind} and cannot be driven; only joints with one freedom can: revolute, "
+        ks.RobotFileError, match=f"'closing' is {kind} and cannot be actuated; only joints with one freedom can: revolute, "
     ):
-        robot(joint("free", "floating", "base", "platform", P), loop(kind, "base", P, "platform", np.eye(4)), driven("closing"))
+        robot(joint("free", "floating", "base", "platform", P), loop(kind, "base", P, "platform", np.eye(4)), actuated("closing"))
 
 
 # ---- limits ----------------------------------------------------------------------------------------------------------------
@@ -173,7 +173,7 @@ def test_a_drive_on_several_freedoms_is_refused(kind):
 @pytest.mark.parametrize(("cut", "drive"), [("joint", "chain"), ("joint", "closing"), ("both", "closing"), ("both", "chain")])
 @pytest.mark.parametrize("swap", [False, True])
 def test_loop_limits_are_exact_to_2e_9(kind, cut, drive, swap):
-    """Passive and driven loops, either side first: a limit is exceeded by 2e-9, but not at the limit itself."""
+    """Passive and actuated loops, either side first: a limit is exceeded by 2e-9, but not at the limit itself."""
     lower, upper = -0.4, 0.7
     held = Held(kind, 12, cut, swap, drive, extra=f'<limit lower="{lower}" upper="{upper}"/>')
     one, plain = held.robot(), Held(kind, 12, cut, swap, drive).robot()

@@ -9,8 +9,8 @@ from loop_robots import (
     FREEDOMS,
     ONE_FREEDOM,
     Held,
+    actuated,
     cuts,
-    driven,
     floating,
     frame,
     joint,
@@ -133,7 +133,7 @@ TOOL = shift([0.3, -0.4, 0.5])
 
 
 def guided(kind, X, P):
-    """Return a platform guided by driven joints with the loop's own freedoms, and the loop's successor off by X (4, 4).
+    """Return a platform guided by actuated joints with the loop's own freedoms, and the loop's successor off by X (4, 4).
 
     At zero the platform's frame stands at ``P @ TOOL``.
     """
@@ -154,7 +154,7 @@ def guided(kind, X, P):
         for k, (name, (how, axis)) in enumerate(zip(names, chain, strict=True))
     ]
     parts += [joint("flange", "fixed", "body", "platform", TOOL), loop(kind, "base", P, "body", X)]
-    return robot(*parts, driven(*names), links=[*links, "platform"])
+    return robot(*parts, actuated(*names), links=[*links, "platform"])
 
 
 @pytest.mark.few(4)
@@ -307,7 +307,7 @@ def cardan(bend, swap):
     def expected(angle):
         return out @ turn(z, np.arctan2(np.sin(angle) * np.cos(bend), np.cos(angle)))
 
-    return robot(*shafts, text, driven("in"), links=("base", "input", "platform")), expected
+    return robot(*shafts, text, actuated("in"), links=("base", "input", "platform")), expected
 
 
 @pytest.mark.few(2)

@@ -91,7 +91,7 @@ def test_mismatched_mimic_coordinates_are_refused() -> None:
     with pytest.raises(ks.AssemblyError, match=r"coupled joints of 'belt' do not fit.*'belt' is 0\.02 m away from .*<mimic>"):
         robot.configuration(q)
     assert robot.configuration(q, on_failure="nan").status == ks.Status.UNREACHABLE
-    with pytest.raises(ks.exceptions.CoordinatesError, match="no driven joint 'belt'"):
+    with pytest.raises(ks.exceptions.CoordinatesError, match="no actuated joint 'belt'"):
         robot.assemble(actuators={"motor": 0.0, "belt": 0.0})
 
 
@@ -165,7 +165,8 @@ def test_drive_of_two_legs_matches_separate_actuators() -> None:
     description = ks.files.read_robot_file(ROOT / "robots" / "3rps.urdf.xacro")
     multiplier, offset = -0.4, 0.01
     description_2 = replace(
-        description.changed("prismatic_3", mimic=Mimic("prismatic_1", multiplier, offset)), driven=("prismatic_1", "prismatic_2")
+        description.changed("prismatic_3", mimic=Mimic("prismatic_1", multiplier, offset)),
+        actuated=("prismatic_1", "prismatic_2"),
     )
     three, two = ks.Robot(description), ks.Robot(description_2)
     assert (two.mobility.platform, two.mobility.local, two.mobility.redundant_constraints) == (2, 0, 0)
@@ -223,7 +224,7 @@ def test_random_mimics_agree_with_pinocchio(seed: int) -> None:
     model = pin.buildModelFromXML(text, own)
     assert model.nv == (2 if own else 8)
     data = model.createData()
-    values = {name: random.uniform(-3, 3, 5) for name in robot.description.driven}
+    values = {name: random.uniform(-3, 3, 5) for name in robot.description.actuated}
     poses = robot.assemble(actuators=values)
     for k in range(5):
         q = pin.neutral(model)
@@ -284,7 +285,7 @@ def test_an_elastic_actuator_couples_the_legs_that_it_moves() -> None:
     """A 3-RPS whose third leg follows the first: as with rigid actuators and both legs longer by the drive's deflection."""
     description = ks.files.read_robot_file(ROOT / "robots" / "3rps.urdf.xacro")
     rigid = ks.Robot(
-        replace(description.changed("prismatic_3", mimic=Mimic("prismatic_1", -0.4)), driven=("prismatic_1", "prismatic_2"))
+        replace(description.changed("prismatic_3", mimic=Mimic("prismatic_1", -0.4)), actuated=("prismatic_1", "prismatic_2"))
     )
     at = {"prismatic_1": 0.02, "prismatic_2": -0.01}
     pose, held = stiff(rigid, prismatic_1=3e6).assemble(actuators=at), rigid.assemble(actuators=at)

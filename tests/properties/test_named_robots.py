@@ -69,7 +69,7 @@ def test_named_robot_of_any_size_closes_with_known_mobility(key, sizes):
     robot = build(key, sizes)
     assert robot.closing_error < 1e-12
     assert robot.mobility.platform == MOBILITIES[key]
-    assert len(robot.description.driven) == parse_architecture(key.partition(" ")[0]).actuators >= MOBILITIES[key]
+    assert len(robot.description.actuated) == parse_architecture(key.partition(" ")[0]).actuators >= MOBILITIES[key]
     assert not diagnose(robot).problems
     assert ks.analyze(robot.assemble()).status == ks.Status.OK
 

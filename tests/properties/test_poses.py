@@ -125,7 +125,7 @@ def test_the_assembly_mode_is_that_of_fine_continuation(name, seed):
     one = robot(name) if name in WORKSPACE else small(name)
     rng = np.random.default_rng(seed)
     span = {"3rps": 0.12, "2pru_upr": 0.08, "four_bar": 0.9, "planar_3rrr": 0.5}[name]
-    target = {joint: rng.uniform(-span, span) for joint in one.description.driven}
+    target = {joint: rng.uniform(-span, span) for joint in one.description.actuated}
     direct = one.assemble(actuators=target, on_failure="nan")
     pose = one.assemble()
     for s in np.linspace(0, 1, 25)[1:]:
@@ -346,19 +346,19 @@ def without_drives(spec, count):
     for limb in spec.limbs:
         joints = []
         for joint in limb.joints:
-            off = joint.driven and count > 0
+            off = joint.actuated and count > 0
             count -= off
-            joints.append(replace(joint, driven=joint.driven and not off))
+            joints.append(replace(joint, actuated=joint.actuated and not off))
         limbs.append(replace(limb, joints=tuple(joints)))
     return replace(spec, limbs=tuple(limbs))
 
 
 def test_singular_pose_names_the_free_twist():
-    # four-bar with coupler and follower in one line: the driven crank leaves the coupler an infinitesimal freedom
+    # four-bar with coupler and follower in one line: the actuated crank leaves the coupler an infinitesimal freedom
     y = (0, 1, 0)
     points = {1: ((0, 0, 0), (0, 0, 0.5)), 2: ((0.8, 0, 0), (0.48, 0, 0.2))}
     limbs = tuple(
-        sr.Limb((sr.Joint(f"foot_{n}", "R", a, y, driven=n == 1), sr.Joint(f"head_{n}", "R", b, y)), (sr.Link(f"crank_{n}"),))
+        sr.Limb((sr.Joint(f"foot_{n}", "R", a, y, actuated=n == 1), sr.Joint(f"head_{n}", "R", b, y)), (sr.Link(f"crank_{n}"),))
         for n, (a, b) in points.items()
     )
     beams = tuple(sr.Beam(f"crank_{n}", f"crank_{n}", f"foot_{n}", f"head_{n}", sr.circle(0.03)) for n in points)
@@ -438,10 +438,10 @@ def walls(*limbs, mass=2.0, beams=()):
     return sr.Spec(limbs, beams, o=(0, 0, 1), mass=mass, com=(0, 0, 1))
 
 
-def wall(n, y, kind="R", driven=True):
+def wall(n, y, kind="R", actuated=True):
     """Return a column whose foot is an actuator, or a rail along x, and whose head is an actuator."""
-    foot = sr.Joint(f"foot_{n}", kind, (0, y, 0), (1, 0, 0), driven=driven)
-    joints = (foot, sr.Joint(f"head_{n}", "R", (0, y, 1), (0, 1, 0), driven=True))
+    foot = sr.Joint(f"foot_{n}", kind, (0, y, 0), (1, 0, 0), actuated=actuated)
+    joints = (foot, sr.Joint(f"head_{n}", "R", (0, y, 1), (0, 1, 0), actuated=True))
     return sr.Limb(joints, (sr.Link(f"column_{n}"),))
 
 
@@ -529,14 +529,14 @@ def test_branch_weight_counts_for_its_base_platform_or_limb():
     assert found.contributions["limb_1"][2] < plain.contributions["limb_1"][2]
 
 
-def test_swinging_branch_raises_an_error_unless_driven():
+def test_swinging_branch_raises_an_error_unless_actuated():
     extra = hang("bob", "platform", "0.4 0 0", 3.0, "revolute", com="0.3 0 0")
     one = robot_of_text(portal_text(extra))
     with pytest.raises(ks.exceptions.LimbEquilibriumError, match=r"platform.*bob_joint") as caught:
         ks.analyze(one.assemble())
     assert caught.value.joints == ("bob_joint",)
-    driven = extra + '<transmission name="d"><joint name="bob_joint"/></transmission>'
-    found = ks.analyze(robot_of_text(portal_text(driven)).assemble())
+    actuated = extra + '<transmission name="d"><joint name="bob_joint"/></transmission>'
+    found = ks.analyze(robot_of_text(portal_text(actuated)).assemble())
     assert abs(found.actuator_forces["bob_joint"]) == pytest.approx(3 * 9.81 * 0.3, rel=1e-9)
     sideways = robot_of_text(portal_text(hang("bob", "platform", "0.4 0 0", 3.0, "revolute")))
     with pytest.raises(ks.exceptions.LimbEquilibriumError):
@@ -585,8 +585,8 @@ def test_drives_of_a_telescope_carry_the_links_beyond_them(carrier):
     assert result.base_wrench[2] == pytest.approx(10 * (beam + link))
 
 
-def test_driven_local_freedom_follows_its_actuator():
-    """A passive pendulum hangs on a fixed rod, and a driven arm on the base: neither moves the platform."""
+def test_actuated_local_freedom_follows_its_actuator():
+    """A passive pendulum hangs on a fixed rod, and an actuated arm on the base: neither moves the platform."""
     one = sm.robot(
         sm.link("base"), sm.link("rod"), sm.link("platform"), sm.joint("foot", "fixed", "base", "rod"),
         sm.joint("head", "fixed", "rod", "platform", "0 0 0.5"), sm.bar("rod", "foot", "head", sm.RHO, sm.CIRCLE),

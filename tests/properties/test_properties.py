@@ -50,7 +50,7 @@ def robot(name):
 
 
 def drives(name, rng, shape=()):
-    return {joint: REACH[name] * rng.uniform(-1, 1, shape) for joint in robot(name).description.driven}
+    return {joint: REACH[name] * rng.uniform(-1, 1, shape) for joint in robot(name).description.actuated}
 
 
 class Case:
@@ -241,7 +241,7 @@ serial_limbs = st.lists(st.text("RPUSCrp", min_size=1, max_size=4), min_size=2, 
 @example(["pRP", "UCrR"], 1358)
 @example(["S", "S"], 142)  # free, held by rigid limbs alone
 @example(["C", "C", "CC"], 0)  # two equal rigid limbs
-@example(["rp", "pC"], 5248)  # a tree whose joints are all driven
+@example(["rp", "pC"], 5248)  # a tree whose joints are all actuated
 def test_any_serial_limbs_agree_with_finite_elements_in_any_cut(kinds, seed):
     rng = np.random.default_rng(seed)
     spec = sr.random_spec(kinds, seed)

@@ -72,7 +72,7 @@ def check_group(solution, number, item, fine):
 def displaced(robot, rng):
     """Return poses near the zero pose, or that alone if no other can be reached."""
     zero = robot.configuration(pin.neutral(robot.model))
-    actuators = {name: 0.05 * rng.standard_normal(4) for name in robot.description.driven}
+    actuators = {name: 0.05 * rng.standard_normal(4) for name in robot.description.actuated}
     try:
         return robot.assemble(actuators=actuators, on_failure="nan", closure_tolerance=1e-12)
     except ks.KinetostaticsError:

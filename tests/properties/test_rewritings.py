@@ -33,7 +33,7 @@ def original(name):
 def poses_of(robot, wanted=4):
     rng = np.random.default_rng(11)
     drives = {}
-    for name in robot.description.driven:
+    for name in robot.description.actuated:
         item = robot.mechanism.connections[name]
         reach = 0.3 * (robot.length if item.type.name == "prismatic" else 1.0)
         low, high = max(item.lower, -reach), min(item.upper, reach)
@@ -137,7 +137,7 @@ def test_package_robot_with_other_zeros_has_the_same_results(name):
 
 def assert_rewriting_agrees(robot, seed):
     """Compare a random robot with another description of it."""
-    assume(not robot.description.driven or robot.mobility_analysis.fixes_platform(robot.actuator_coordinates))
+    assume(not robot.description.actuated or robot.mobility_analysis.fixes_platform(robot.actuator_coordinates))
     drives, expected = poses_of(robot, wanted=2)
     assume(np.any(expected.status != ks.Status.SINGULAR))
     what = list(REWRITINGS)[seed % len(REWRITINGS)]

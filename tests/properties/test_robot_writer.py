@@ -113,7 +113,7 @@ def test_saved_file_keeps_every_element_and_attribute(tmp_path: Path) -> None:
     assert again.urdf == description.urdf
     for part in ("links", "joints", "loops", "beams", "joint_stiffness"):
         assert list(getattr(again, part)) == list(getattr(description, part))
-    assert again.driven == description.driven == ("motor", "elbow", "l prismatic", "l revolute")
+    assert again.actuated == description.actuated == ("motor", "elbow", "l prismatic", "l revolute")
     # every element, attribute and text of the source is there, also those that the reader ignores
     assert lines(ET.fromstring(EVERYTHING)) <= lines(ET.parse(tmp_path / "saved.urdf").getroot())
 

@@ -61,7 +61,7 @@ def test_check_reports_gaps_and_wrong_frame_and_fails(capsys):
 
 @pytest.mark.parametrize("tolerance", [1e-4, 0.2])
 def test_robot_with_a_wrong_frame_has_no_valid_pose(frame_off, tolerance):
-    zero = dict.fromkeys(frame_off.description.driven, 0.0)
+    zero = dict.fromkeys(frame_off.description.actuated, 0.0)
     with pytest.raises(ks.AssemblyError, match="moving the origin of joint 'rail_1'"):
         frame_off.assemble(closure_tolerance=tolerance)
     batch = frame_off.assemble(actuators={**zero, "rail_1": [0.0, 0.01]}, closure_tolerance=tolerance)

@@ -12,7 +12,7 @@ AXES = [Z, X, Y, X, Z, (0.3, 0.5, 0.8)]
 
 def held(edges, links, beams, o=(0, 0, 0.8)):
     """Return a robot of that arm and another limb, and its file; ``edges`` are joints with the links inside and outside."""
-    arm = [Joint(f"a{k}", "R", POINTS[k], AXES[k], driven=True) for k in range(6)] + [Joint("a6", "F", POINTS[6])]
+    arm = [Joint(f"a{k}", "R", POINTS[k], AXES[k], actuated=True) for k in range(6)] + [Joint("a6", "F", POINTS[6])]
     names = ["base", *(f"arm{k}" for k in range(6)), "platform"]
     own = [Edge(joint, *names[k : k + 2]) for k, joint in enumerate(arm)]
     bars = [Beam(f"arm{k}", f"arm{k}", f"a{k}", f"a{k + 1}", circle(0.05)) for k in range(6)]
@@ -39,21 +39,21 @@ def flat_parallelogram(height=0.4):
     return held(edges, [Link(name) for name in ("x0", "x1", "frame", "x2")], beams)
 
 
-def joints(letters, points, axes, axes2=None, driven=()):
+def joints(letters, points, axes, axes2=None, actuated=()):
     return [
-        Joint(f"j{k}", letter, point, axis, X if axes2 is None else axes2[k], driven=k in driven)
+        Joint(f"j{k}", letter, point, axis, X if axes2 is None else axes2[k], actuated=k in actuated)
         for k, (letter, point, axis) in enumerate(zip(letters, points, axes, strict=True))
     ]
 
 
 FOOT, KNEE, HEAD = (0.5, 0, 0), (0.5, 0, 0.4), (0.5, 0, 0.8)
 DEPENDENT = {
-    "a stretched leg with parallel hinges": serial(*joints("PRRR", (FOOT, FOOT, KNEE, HEAD), (X, Y, Y, Y), driven=[0])),
+    "a stretched leg with parallel hinges": serial(*joints("PRRR", (FOOT, FOOT, KNEE, HEAD), (X, Y, Y, Y), actuated=[0])),
     "a stretched leg between balls": serial(*joints("SRS", (FOOT, KNEE, HEAD), (Z, Y, Z))),
     "a leg folded onto a cross": serial(*joints("RRU", (FOOT, KNEE, FOOT), (Y, Y, Y))),
     "a leg folded onto a ball": serial(*joints("RRS", (FOOT, KNEE, FOOT), (Y, Y, Z))),
     "crosses on one line": serial(*joints("UUS", (FOOT, KNEE, HEAD), (X, Z, Z), (Z, X, X))),
-    "parallel slides": serial(*joints("PRPR", (FOOT, FOOT, FOOT, (0.5, 0.2, 0.2)), (Y, X, Y, X), driven=[1])),
+    "parallel slides": serial(*joints("PRPR", (FOOT, FOOT, FOOT, (0.5, 0.2, 0.2)), (Y, X, Y, X), actuated=[1])),
     "parallel slides in the platform joint": serial(*joints("RPRP", (FOOT, HEAD, HEAD, HEAD), (Z, Y, X, Y))),
     "a flat parallelogram": flat_parallelogram(),
 }

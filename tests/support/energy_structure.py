@@ -30,10 +30,10 @@ def _joint(joint, stiffness, shared_drive):
     slides, turns = _freedoms(joint)
     linear, angular = (None, None) if stiffness is None else (stiffness.linear, stiffness.angular)
     drive = None if stiffness is None or shared_drive else stiffness.drive
-    for directions, values, driven in ((slides, linear, joint.type.is_slide), (turns, angular, not joint.type.is_slide)):
+    for directions, values, actuated in ((slides, linear, joint.type.is_slide), (turns, angular, not joint.type.is_slide)):
         finite = np.zeros(3, bool) if values is None else np.isfinite(values) & (np.array(values) != 0)
         C = sum((np.outer(frame[:, k], frame[:, k]) / values[k] for k in np.flatnonzero(finite)), np.zeros((3, 3)))
-        if driven and drive is not None:
+        if actuated and drive is not None:
             C = C + np.outer(joint.axis, joint.axis) / drive
         free = np.zeros((3, 0)) if joint.locked else np.array(directions).reshape(-1, 3).T
         if free.size and finite.any():  # directions within those of springs are held

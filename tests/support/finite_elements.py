@@ -63,7 +63,7 @@ def freedoms(joint, axis, axis2):
         "R": [turn], "U": [turn, turn2], "P": [slide], "C": [slide, turn], "S": list(np.eye(6)[3:]), "F": [],
         "E": [*np.hstack([plane, np.zeros((2, 3))]), turn], "X": list(np.eye(6)),
     }  # fmt: skip
-    return np.array([] if joint.driven else found[joint.kind]).reshape(-1, 6).T
+    return np.array([] if joint.actuated else found[joint.kind]).reshape(-1, 6).T
 
 
 def elasticity(joint, S, frame, axis):

@@ -62,7 +62,7 @@ def facts(name: str) -> dict[str, str]:
     """Return what is computed of a robot, each in words."""
     robot = ks.load_robot(shipped_robots()[name])
     words = [limb.word.replace(" ", "").replace("|", "‖") for limb in diagnose(robot).limbs]
-    limbs = groupby(re.sub(r"(\w)\(driven\)", r"[\1]", word) for word in words)
+    limbs = groupby(re.sub(r"(\w)\(actuated\)", r"[\1]", word) for word in words)
     alike = " + ".join(f"{count}-{word}" if count > 1 else word for word, count in ((w, len(list(g))) for w, g in limbs))
     result = ks.analyze(robot.assemble())
     moved = re.search(r"; (o moves .*?)(, the platform turns by 0 \S+)?>", repr(result))

@@ -27,7 +27,7 @@ from mechanisms import (
     write_mechanism,
 )
 
-#: Joints of a serial piece, inner to outer; a small letter is driven.
+#: Joints of a serial piece, inner to outer; a small letter is actuated.
 CHAINS = ["SS", "US", "UU", "RR", "FF", "FS", "RF", "UF", "RS", "SU", "FFF", "FRF", "FCF", "FEF", "rRR", "rUS", "pSS", "RUR",
           "FUS", "UpS", "RpS", "FPF", "SFS", "rR"]  # fmt: skip
 SINGLE = ["R", "U", "S", "P", "C", "E", "F", "r", "p"]
@@ -70,8 +70,8 @@ class Grower:
             axis2 = self.direction()
             if self.rng.random() < 0.7:
                 axis2 = unit(np.cross(axis, axis2))
-        driven = letter.islower()
-        joint = Joint(self.name("j"), letter.upper(), tuple(centre), tuple(axis), tuple(axis2), driven=driven)
+        actuated = letter.islower()
+        joint = Joint(self.name("j"), letter.upper(), tuple(centre), tuple(axis), tuple(axis2), actuated=actuated)
         self.edges.append(Edge(joint, inner, outer))
         return joint.name
 
@@ -123,7 +123,7 @@ class Grower:
             self.joint("R", centre + 0.2 * k * axis, a, b, axis=axis if self.rng.random() < 0.8 else None)
 
     def telescope(self, a, b):
-        """One beam through a slide, driven or not; the cylinder or the rod carries it."""
+        """One beam through a slide, actuated or not; the cylinder or the rod carries it."""
         p, q = self.near(a), self.near(b)
         axis, middle = unit(q - p), p + 0.5 * (q - p)
         cylinder, rod = self.link("cylinder", p + 0.2 * (q - p)), self.link("rod", q - 0.2 * (q - p))
@@ -313,7 +313,7 @@ FREEDOMS = {"R": (0, 1), "P": (1, 0), "U": (0, 2), "S": (0, 3), "C": (1, 1), "F"
 
 def with_springs(joint, rng):
     """Return a joint with random stiffnesses: of its bearing, its actuator, and now and then along its freedoms."""
-    slides, turns = (0, 0) if joint.driven else FREEDOMS[joint.kind]
+    slides, turns = (0, 0) if joint.actuated else FREEDOMS[joint.kind]
     axis = unit(joint.axis)
     normal = joint.kind == "E"
     aligned = normal or rng.random() < 0.7
@@ -340,7 +340,7 @@ def with_springs(joint, rng):
                 k[i] = np.inf
         return None if np.all(np.isinf(k)) else tuple(k)
 
-    drive = float(10 ** (rng.uniform(5.5, 8) if joint.kind == "P" else rng.uniform(3.5, 6))) if joint.driven else None
+    drive = float(10 ** (rng.uniform(5.5, 8) if joint.kind == "P" else rng.uniform(3.5, 6))) if joint.actuated else None
     linear, angular = values(slides, 5.5, 8.5), values(turns, 3, 6)
     if linear is None and angular is None and drive is None:
         return joint

@@ -2,7 +2,7 @@
 
 The joint under test, ``closing``, holds the platform at the tip of the cantilever ``arm_1``. A second cantilever, ``arm_2``,
 is welded to the platform and stands on a chain of elementary joints, ``chain_1`` …, that has the very freedoms of the joint. So
-the platform's pose is known without solving anything, and with the chain driven both arms are clamped beams at every pose. The
+the platform's pose is known without solving anything, and with the chain actuated both arms are clamped beams at every pose. The
 loop is cut in four places; see :data:`CUTS`.
 """
 
@@ -90,7 +90,7 @@ def joint(name, kind, parent, child, F, axis=None, limit='lower="-1e3" upper="1e
     return f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>{origin(F)}{axes}{limits}</joint>'
 
 
-def driven(*names):
+def actuated(*names):
     return "".join(f'<transmission name="drive_{name}"><joint name="{name}"/></transmission>' for name in names)
 
 
@@ -167,7 +167,7 @@ class Held:
         kind: type of the joint under test.
         cut: where the loop is cut, one of :data:`CUTS`.
         swap: whether the platform is the loop's predecessor; with ``cut="root"`` the tree joint's parent is the platform.
-        drive: what is driven: the ``chain``, or the joint under test, ``closing``.
+        drive: what is actuated: the ``chain``, or the joint under test, ``closing``.
         extra: more XML inside the loop under test.
         right: whether a universal joint's axes are at right angles.
     """
@@ -348,7 +348,7 @@ class Held:
         inner = self.runs[0]
         parts.append(f'<beam link="arm_1" from="root" to="{inner}" {self.arm_1.xml}')
         parts.append(f'<beam link="arm_2" from="{last}" to="weld" {self.arm_2.xml}')
-        parts.append(driven(*(self.names if self.drive == "chain" else ["closing"])))
+        parts.append(actuated(*(self.names if self.drive == "chain" else ["closing"])))
         links = []
         for name in self._frames:
             inertial = ""

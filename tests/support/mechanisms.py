@@ -37,7 +37,7 @@ class Joint:
     centre: tuple
     axis: tuple = (0.0, 0.0, 1.0)
     axis2: tuple = (1.0, 0.0, 0.0)
-    driven: bool = False
+    actuated: bool = False
     stiffness: Stiffness | None = None
 
 
@@ -412,7 +412,7 @@ def write_mechanism(mechanism, *, cuts, whole=True, piece=0, twirl=None, right=F
         *(
             f'<transmission name="drive_{joint.name}"><joint name="{joint.name}"/></transmission>'
             for joint in mechanism.joints.values()
-            if joint.driven
+            if joint.actuated
         ),
         *writer.stiffnesses,
         mechanism.extra,

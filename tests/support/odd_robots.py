@@ -30,10 +30,10 @@ def written(edges, beams, cuts, links=(), name="odd", **more):
 
 
 def four_bar(**changes):
-    """A planar four-bar linkage: the coupler is the platform, its driven crank is ``left``."""
+    """A planar four-bar linkage: the coupler is the platform, its actuated crank is ``left``."""
     text = written(
         [
-            ("foot", "R", (0, 0, 0), "base", "left", {"axis": Y, "driven": True, **changes.pop("foot", {})}),
+            ("foot", "R", (0, 0, 0), "base", "left", {"axis": Y, "actuated": True, **changes.pop("foot", {})}),
             ("head", "R", (0, 0, 0.5), "left", "platform", {"axis": Y}),
             ("other_foot", "R", (0.4, 0, 0), "base", "right", {"axis": Y}),
             ("other_head", "R", (0.5, 0, 0.6), "right", "platform", {"axis": Y, **changes.pop("other_head", {})}),
@@ -78,9 +78,9 @@ def masses():
     """A link whose <inertial> says otherwise than its beam's density, one whose density is 0, and one with neither."""
     inertial = '<inertial><mass value="{}"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
     chain = [
-        ("one", "R", (0, 0, 0), "base", "heavy", {"axis": Y, "driven": True}),
-        ("two", "R", (0.5, 0, 0), "heavy", "light", {"axis": Y, "driven": True}),
-        ("three", "R", (1, 0, 0), "light", "bare", {"axis": Y, "driven": True}),
+        ("one", "R", (0, 0, 0), "base", "heavy", {"axis": Y, "actuated": True}),
+        ("two", "R", (0.5, 0, 0), "heavy", "light", {"axis": Y, "actuated": True}),
+        ("three", "R", (1, 0, 0), "light", "bare", {"axis": Y, "actuated": True}),
         ("four", "F", (1.5, 0, 0), "bare", "platform", {}),
     ]
     beams = [
@@ -107,7 +107,7 @@ def drive_out_of_reach():
     """A slider-crank whose actuator at zero is out of reach of the rod."""
     text = written(
         [
-            ("slide", "P", (1.2, 0, 0), "base", "slider", {"axis": (1, 0, 0), "driven": True}),
+            ("slide", "P", (1.2, 0, 0), "base", "slider", {"axis": (1, 0, 0), "actuated": True}),
             ("ankle", "R", (1.2, 0, 0), "slider", "rod", {"axis": Y}),
             ("knee", "R", (0.7, 0, 0.1), "rod", "platform", {"axis": Y}),
             ("pivot", "R", (0, 0, 0), "base", "platform", {"axis": Y}),
@@ -140,13 +140,13 @@ def soft_and_hard_joints():
 
 
 def no_drives():
-    """Nothing is driven."""
-    return parsed(four_bar(foot={"driven": False}))
+    """Nothing is actuated."""
+    return parsed(four_bar(foot={"actuated": False}))
 
 
 def two_drives():
     """Two actuators for one freedom."""
-    return parsed(four_bar(other_head={"driven": True}))
+    return parsed(four_bar(other_head={"actuated": True}))
 
 
 def rigid_limbs():
@@ -197,7 +197,7 @@ def braced_frame():
     """One limb with a brace across its frame, a ring and a pendulum that hang, a pendulum under the platform, and a joint that
     joins base and platform without a link."""
     edges = [
-        ("slide", "P", (0, 0, 0), "base", "slider", {"axis": (0, 0, 1), "driven": True}),
+        ("slide", "P", (0, 0, 0), "base", "slider", {"axis": (0, 0, 1), "actuated": True}),
         ("left_foot", "R", (-0.3, 0, 0), "slider", "left", {"axis": Y}),
         ("right_foot", "R", (0.3, 0, 0), "slider", "right", {"axis": Y}),
         ("left_head", "R", (-0.3, 0, 0.5), "left", "left_node", {"axis": Y}),
@@ -240,7 +240,7 @@ def loose_parts():
         edges += [
             (f"foot_{k}", "S", foot, "base", f"lower_{k}", {}),
             (f"stroke_{k}", "P", tuple((f + h) / 2 for f, h in zip(foot, head, strict=True)), f"lower_{k}", f"upper_{k}",
-             {"axis": along, "driven": True}),
+             {"axis": along, "actuated": True}),
             (f"head_{k}", "S", head, f"upper_{k}", "platform", {}),
         ]  # fmt: skip
         beams += [(f"lower_{k}", f"foot_{k}", f"stroke_{k}", {}), (f"upper_{k}", f"stroke_{k}", f"head_{k}", {})]

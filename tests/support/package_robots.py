@@ -46,6 +46,6 @@ def rigid_links(one):
 def soft_five_bar():
     """Return the five-bar with drives so soft that 100 N lead it beyond singular poses."""
     description = robot("five_bar").description
-    for drive in description.driven:
+    for drive in description.actuated:
         description = description.with_part(JointStiffness(drive, drive=1e3))
     return ks.Robot(description)

@@ -363,7 +363,7 @@ def renamed(description, seed):
             loops={names[k]: new(loop, "name", "predecessor", "successor") for k, loop in description.loops.items()},
             beams={names[k]: replace(new(beam, "name", "link"), **ends(beam)) for k, beam in description.beams.items()},
             joint_stiffness={names[k]: new(s, "joint") for k, s in description.joint_stiffness.items()},
-            driven=tuple(names[k] for k in description.driven),
+            actuated=tuple(names[k] for k in description.actuated),
             platform=names[description.platform],
             base=names[description.base],
             extra="",
@@ -382,6 +382,6 @@ def reordered(description, seed):
         return {key: table[key] for key in keys}
 
     tables = {name: mixed(getattr(description, name)) for name in ("links", "joints", "loops", "beams")}
-    driven = list(description.driven)
-    rng.shuffle(driven)
-    return Rewritten(replace(description, driven=tuple(driven), **tables))
+    actuated = list(description.actuated)
+    rng.shuffle(actuated)
+    return Rewritten(replace(description, actuated=tuple(actuated), **tables))

@@ -72,7 +72,7 @@ def truss():
 
 
 def parallelogram_parts(density=RHO, crank_joint="continuous"):
-    """A table on two equal vertical cranks of length 1, hinged at both ends, whose turning is driven at one foot."""
+    """A table on two equal vertical cranks of length 1, hinged at both ends, whose turning is actuated at one foot."""
     circle = '<circle diameter="0.05"/>'
     parts = [link("base"), link("platform", 4.0, "0.25 0 0")]
     for k, x in enumerate((0.0, 0.5)):
@@ -96,14 +96,14 @@ def mount(*more, kind="fixed", axis="0 1 0"):
     return robot(link("base"), link("platform", 3.0), joint("mount", kind, "base", "platform", "0 0 0.3", axis), *more)
 
 
-def arm(*more, driven=True, elastic=True, kind="revolute"):
+def arm(*more, actuated=True, elastic=True, kind="revolute"):
     """A two-jointed arm in the plane y = 0: links of 0.4 and 0.3 along x at zero, the platform at its tip."""
     parts = [link("base"), link("upper", 2.0, "0.2 0 0"), link("fore", 1.0, "0.15 0 0"), link("platform", 0.5)]
     parts += [joint("shoulder", kind, "base", "upper"), joint("elbow", kind, "upper", "fore", "0.4 0 0")]
     parts += [joint("wrist", "fixed", "fore", "platform", "0.3 0 0")]
     if elastic:
         parts += [bar("upper", "shoulder", "elbow", RHO, CIRCLE), bar("fore", "elbow", "wrist", RHO, CIRCLE)]
-    if driven:
+    if actuated:
         parts += [f'<transmission name="t_{name}"><joint name="{name}"/></transmission>' for name in ("shoulder", "elbow")]
     return robot(*parts, *more)
 

@@ -253,8 +253,8 @@ def cantilever(length=1.0, direction=(1, 0, 0), section=None, **beam):
 
 
 def locked_chain(points, axes, section=None, mass=0.0, **beam):
-    """Return beams between points, with driven (locked) revolute joints at all points but the last, where the platform is."""
-    joints = [Joint(f"turn_{k + 1}", "R", tuple(points[k]), tuple(axis), driven=True) for k, axis in enumerate(axes)]
+    """Return beams between points, with actuated (locked) revolute joints at all points but the last, where the platform is."""
+    joints = [Joint(f"turn_{k + 1}", "R", tuple(points[k]), tuple(axis), actuated=True) for k, axis in enumerate(axes)]
     joints.append(Joint("tip", "F", tuple(points[-1])))
     links = [Link(f"arm_{k}") for k in range(1, len(points))]
     beams = [
@@ -286,14 +286,14 @@ def gough_points(seed=3):
 
 
 def gough(inner="U", telescopic=True, section=None, mass=12.0, seed=3, **beam):
-    """6-UPS or 6-SPS (``inner``): struts telescopic, or of constant length on a driven slide at their foot."""
+    """6-UPS or 6-SPS (``inner``): struts telescopic, or of constant length on an actuated slide at their foot."""
     base, top, o = gough_points(seed)
     limbs, beams = [], []
     for k in range(6):
         n, along = k + 1, unit(top[k] - base[k])
         first, second = across(along)
         foot, head = tuple(base[k]), tuple(top[k])
-        slide = Joint(f"slide_{n}", "P", head if telescopic else foot, tuple(along), driven=True)
+        slide = Joint(f"slide_{n}", "P", head if telescopic else foot, tuple(along), actuated=True)
         joints = (Joint(f"foot_{n}", inner, foot, tuple(first), tuple(second)), slide, Joint(f"head_{n}", "S", head))
         limbs.append(Limb(joints, (Link(f"cylinder_{n}"), Link(f"rod_{n}"))))
         start = f"foot_{n}" if telescopic else f"slide_{n}"
@@ -302,7 +302,7 @@ def gough(inner="U", telescopic=True, section=None, mass=12.0, seed=3, **beam):
 
 
 def puu3(section=None, lean=0.3, height=0.8, radius=0.2, mass=5.0, **beam):
-    """Symmetric 3-PUU: vertical driven rails, rods between universal joints with parallel axes; a translating platform."""
+    """Symmetric 3-PUU: vertical actuated rails, rods between universal joints with parallel axes; a translating platform."""
     limbs, beams = [], []
     for k in range(3):
         n, a = k + 1, 2 * np.pi * k / 3
@@ -312,7 +312,7 @@ def puu3(section=None, lean=0.3, height=0.8, radius=0.2, mass=5.0, **beam):
         along = unit(head - foot)
         second = np.cross(side, along)  # both universal joints have it: the rod's cross axes are parallel
         joints = (
-            Joint(f"rail_{n}", "P", tuple(foot), (0, 0, 1), driven=True),
+            Joint(f"rail_{n}", "P", tuple(foot), (0, 0, 1), actuated=True),
             Joint(f"lower_{n}", "U", tuple(foot), tuple(side), tuple(second)),
             Joint(f"upper_{n}", "U", tuple(head), tuple(second), tuple(side)),
         )
@@ -334,18 +334,18 @@ def stepped_beam(lengths=(0.6, 0.4), sections=None, **beam):
 
 
 def four_bar(mass=3.0, **beam):
-    """A planar four-bar linkage (axes along y): the coupler is the platform; one crank is driven. Overconstrained."""
+    """A planar four-bar linkage (axes along y): the coupler is the platform; one crank is actuated. Overconstrained."""
     y = (0, 1, 0)
     limbs, beams = [], []
-    for n, foot, head, driven in ((1, (0, 0, 0), (0.1, 0, 0.5), True), (2, (0.8, 0, 0), (0.9, 0, 0.7), False)):
-        joints = (Joint(f"foot_{n}", "R", foot, y, driven=driven), Joint(f"head_{n}", "R", head, y))
+    for n, foot, head, actuated in ((1, (0, 0, 0), (0.1, 0, 0.5), True), (2, (0.8, 0, 0), (0.9, 0, 0.7), False)):
+        joints = (Joint(f"foot_{n}", "R", foot, y, actuated=actuated), Joint(f"head_{n}", "R", head, y))
         limbs.append(Limb(joints, (Link(f"crank_{n}"),)))
         beams.append(Beam(f"crank_{n}", f"crank_{n}", f"foot_{n}", f"head_{n}", circle(0.03), **beam))
     return Spec(tuple(limbs), tuple(beams), o=(0.5, 0, 0.62), mass=mass, com=(0.45, 0.0, 0.65))
 
 
 def planar_3rrr(mass=4.0, **beam):
-    """Planar 3-RRR in the horizontal plane (axes along z), driven at the base. Overconstrained."""
+    """Planar 3-RRR in the horizontal plane (axes along z), actuated at the base. Overconstrained."""
     limbs, beams = [], []
     for k in range(3):
         n, a = k + 1, 2 * np.pi * k / 3 + 0.1 * k
@@ -353,7 +353,7 @@ def planar_3rrr(mass=4.0, **beam):
         head = 0.2 * np.array([np.cos(a - 0.8), np.sin(a - 0.8), 0])
         elbow = foot + 0.45 * np.array([-np.sin(a), np.cos(a), 0])
         joints = tuple(
-            Joint(f"{name}_{n}", "R", tuple(p), (0, 0, 1), driven=name == "foot")
+            Joint(f"{name}_{n}", "R", tuple(p), (0, 0, 1), actuated=name == "foot")
             for name, p in (("foot", foot), ("elbow", elbow), ("head", head))
         )
         limbs.append(Limb(joints, (Link(f"upper_{n}"), Link(f"lower_{n}"))))
@@ -371,7 +371,7 @@ def rps3(**beam):
         foot, head = 0.3 * out, 0.2 * out + [0, 0, height]
         joints = (
             Joint(f"revolute_{n}", "R", tuple(foot), tuple(side)),
-            Joint(f"prismatic_{n}", "P", tuple(head), tuple(unit(head - foot)), driven=True),
+            Joint(f"prismatic_{n}", "P", tuple(head), tuple(unit(head - foot)), actuated=True),
             Joint(f"spherical_{n}", "S", tuple(head)),
         )
         limbs.append(Limb(joints, (Link(f"cylinder_{n}"), Link(f"rod_{n}"))))
@@ -390,7 +390,7 @@ def pru2_upr(**beam):
         head = np.array([0, 0.25 * side, 0.6])
         foot = np.array([0, side * (0.25 + np.sqrt(0.7**2 - 0.6**2)), 0])
         joints = (
-            Joint(f"prismatic_{n}", "P", tuple(foot), (0, side, 0), driven=True),
+            Joint(f"prismatic_{n}", "P", tuple(foot), (0, side, 0), actuated=True),
             Joint(f"revolute_{n}", "R", tuple(foot), x),
             Joint(f"universal_{n}", "U", tuple(head), x, y),
         )
@@ -399,7 +399,7 @@ def pru2_upr(**beam):
     foot, head = np.array([0.5, 0, 0]), np.array([0.25, 0, 0.6])
     joints = (
         Joint("universal_3", "U", tuple(foot), x, y),
-        Joint("prismatic_3", "P", tuple(head), tuple(unit(head - foot)), driven=True),
+        Joint("prismatic_3", "P", tuple(head), tuple(unit(head - foot)), actuated=True),
         Joint("revolute_3", "R", tuple(head), y),
     )
     limbs.append(Limb(joints, (Link("cylinder_3"), Link("rod_3"))))
@@ -429,8 +429,8 @@ def random_spec(kinds, seed):
             axis, axis2 = unit(rng.standard_normal(3)), unit(rng.standard_normal(3))
             if letter.upper() == "U" and rng.random() < 0.7:
                 axis2 = unit(np.cross(axis, axis2))
-            driven = letter.islower() and letter.upper() in "RP"
-            joints.append(Joint(f"j{n}_{k}", letter.upper(), tuple(centre), tuple(axis), tuple(axis2), driven=bool(driven)))
+            actuated = letter.islower() and letter.upper() in "RP"
+            joints.append(Joint(f"j{n}_{k}", letter.upper(), tuple(centre), tuple(axis), tuple(axis2), actuated=bool(actuated)))
         elastic = rng.random(count - 1) < 0.75
         if count > 1 and not elastic.any():
             elastic[rng.integers(count - 1)] = True
@@ -459,7 +459,7 @@ def random_spec(kinds, seed):
     return Spec(tuple(limbs), tuple(beams), o=tuple(o), mass=float(5 * rng.random()), com=tuple(com), name="random")
 
 
-#: Serial limbs as machines have them, base to platform; a small letter is a driven joint.
+#: Serial limbs as machines have them, base to platform; a small letter is an actuated joint.
 LIMBS = ["RpS", "UpS", "pUS", "rUS", "pRS", "rRS", "pUU", "rUU", "UpU", "SpU", "pRU", "UpR", "SpR", "pRRR", "rRRR", "CrS", "pCS",
          "RpU", "S", "CpU", "rCU", "RRpU", "p", "r", "rrp", "US", "SR"]  # fmt: skip
 FREEDOMS = {"R": 1, "P": 1, "U": 2, "C": 2, "S": 3}

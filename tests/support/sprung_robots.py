@@ -22,7 +22,7 @@ def may_be_loaded(configuration):
 
 def with_stiff_drives(description, rng, times=1.0):
     """Return a robot whose actuators have random stiffnesses, of 1e5 to 1e7 N/m or 1e4 to 1e6 N·m/rad."""
-    for name in description.driven:
+    for name in description.actuated:
         turns = (description.joints.get(name) or description.loops[name]).type != "prismatic"
         description = description.with_part(
             JointStiffness(name, drive=times * float(10 ** (rng.uniform(4, 6) if turns else rng.uniform(5, 7))))

@@ -8,7 +8,7 @@ Y = (0.0, 1.0, 0.0)
 
 
 def parallelogram(lean=0.0, plate=3.0):
-    """Two rods of 0.3 m, the left one driven, lean by an angle at zero and carry a level plate of 0.4 m."""
+    """Two rods of 0.3 m, the left one actuated, lean by an angle at zero and carry a level plate of 0.4 m."""
     down, up = Origin(rpy=(0.0, lean, 0.0)), Origin((0.0, 0.0, 0.3), (0.0, -lean, 0.0))
     return RobotDescription.of(
         "parallelogram",
@@ -22,5 +22,5 @@ def parallelogram(lean=0.0, plate=3.0):
         platform="plate",
         platform_origin=Origin((0.2, 0, 0)),
         beams=[Beam("left", Tube.of(0.02), STEEL), Beam("right", Tube.of(0.03, 0.02), STEEL)],
-        driven=["a"],
+        actuated=["a"],
     )

@@ -1,4 +1,4 @@
-"""A mast of two telescopes in series, both driven, by their lengths at zero."""
+"""A mast of two telescopes in series, both actuated, by their lengths at zero."""
 
 import kinetostatics as ks
 from kinetostatics.files.reader import parse_robot_text
@@ -38,10 +38,10 @@ def _link(name: str, mass: float = 0.0, center: str = "0 0 0") -> str:
 
 def _joint(name: str, kind: str, parent: str, child: str, axis: str = "0 0 1", xyz: str = "0 0 0") -> str:
     more = f'<axis xyz="{axis}"/><limit lower="-3" upper="3" effort="1" velocity="1"/>' if kind != "fixed" else ""
-    driven = f'<transmission name="drive_{name}"><joint name="{name}"/></transmission>' if kind != "fixed" else ""
+    actuated = f'<transmission name="drive_{name}"><joint name="{name}"/></transmission>' if kind != "fixed" else ""
     return (
         f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><origin xyz="{xyz}"/>{more}</joint>'
-        + driven
+        + actuated
     )
 
 

@@ -327,7 +327,7 @@ def test_elastic_links_keep_mass_and_centre_of_mass(file):
     model = pin.buildModelFromUrdf(str(file))
     model.gravity.linear = SIDEWAYS
     for one in elastic_robots(file):
-        drives, joints = one.description.driven, one.description.joints
+        drives, joints = one.description.actuated, one.description.joints
         pose = one.assemble(actuators=dict(zip(drives, np.random.default_rng(5).uniform(-0.5, 0.5, len(drives)), strict=True)))
         held = pin.computeGeneralizedGravity(model, model.createData(), pose.q)
         expected = {name: held[model.joints[model.getJointId(name)].idx_v] for name in joints if model.existJointName(name)}

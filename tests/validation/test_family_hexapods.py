@@ -117,7 +117,7 @@ def forces_of(result):
 def test_mobility_constraints_and_actuators(name):
     one = robot(name)
     mobility = one.mobility
-    assert (mobility.platform, mobility.redundant_constraints, len(one.description.driven)) == KINDS[name]
+    assert (mobility.platform, mobility.redundant_constraints, len(one.description.actuated)) == KINDS[name]
     assert mobility.local == 0 and mobility.gap > 1e3
 
 

@@ -198,7 +198,7 @@ def test_mobility_actuators_and_mass(name):
     found = one.mobility
     assert (found.platform, found.local, found.redundant_constraints) == (claim.mobility, claim.local, claim.redundant)
     assert found.gap > 1e6
-    assert one.description.driven == claim.drives
+    assert one.description.actuated == claim.drives
     assert not one.description.warnings and not one.topology.warnings
     assert len(one.topology.limbs) == 3
     assert one.closing_error < 1e-11

@@ -142,7 +142,7 @@ def thrust(h=0.3, b=0.3, d=0.02):
 
 
 def rigid_cranks(mass):
-    """Base, platform and two rigid cranks of 1 kg, of which the first is driven."""
+    """Base, platform and two rigid cranks of 1 kg, of which the first is actuated."""
     parts = [link("base"), link("platform", mass), '<transmission name="t"><joint name="foot_0"/></transmission>']
     for k, x in enumerate((0.0, 0.5)):
         parts += [link(f"crank_{k}", 1.0, "0 0 0.5"), joint(f"foot_{k}", "continuous", "base", f"crank_{k}", f"{x} 0 0")]

@@ -29,7 +29,7 @@ def rates(of, step):
 
 def by_inverse_dynamics(robot, at, step=4e-3):
     """Return actuator forces at t = 0 where actuators are at ``at(t)``: RNEA of the tree with loops cut, by virtual work."""
-    names = robot.description.driven
+    names = robot.description.actuated
     rest = robot.assemble(actuators=at(0.0))
     model = rest.model
     data = model.createData()
@@ -53,7 +53,7 @@ def by_inverse_dynamics(robot, at, step=4e-3):
 
 def random_motion(robot):
     """Return actuator coordinates as a function of time, and their velocities and accelerations at t = 0."""
-    rng, names = np.random.default_rng(3), robot.description.driven
+    rng, names = np.random.default_rng(3), robot.description.actuated
     size = {n: 0.3 if robot.mechanism.connections[n].type.is_hinge else 0.03 for n in names}
     start, v, a = ({n: size[n] * f * x for n, x in zip(names, rng.uniform(-1, 1, len(names)), strict=True)} for f in (0.3, 4, 60))
     zero = {n: float(value) for n, value in robot.assemble().actuators.items()}
@@ -154,7 +154,7 @@ def test_sag_in_motion_equals_finite_elements(name, rounding):
 
 def test_a_serial_arm_agrees_with_rnea_to_rounding():
     robot, rng = package_robots.robot("ur10"), np.random.default_rng(0)
-    names = robot.description.driven
+    names = robot.description.actuated
     q, v, a = (dict(zip(names, rng.uniform(-f, f, 6), strict=True)) for f in (1, 2, 5))
     pose = robot.assemble(actuators=q)
     rates = np.zeros((2, pose.model.nv))
@@ -227,10 +227,10 @@ def test_splitting_beams_does_not_change_results():
 
 @pytest.mark.parametrize("own_masses", [False, True])
 def test_uniform_acceleration_equals_opposite_gravity(own_masses):
-    """A frame of beams on a driven slide: an acceleration a is gravity −a, for every result."""
+    """A frame of beams on an actuated slide: an acceleration a is gravity −a, for every result."""
     points = [(0, 0, 0), (0.5, 0.1, 0), (0.6, 0.5, 0.2)]
     chain = sr.locked_chain(points, [(0, 0, 1), (0, 1, 0)], mass=3.0)
-    slide = Joint("slide", "P", (0, 0, 0), (1, 0, 0), driven=True)
+    slide = Joint("slide", "P", (0, 0, 0), (1, 0, 0), actuated=True)
     limb = chain.limbs[0]
     links = (Link("sled", 4.0, (0.1, 0, 0)), *limb.links)
     spec = replace(chain, limbs=(Limb((slide, *limb.joints), links),))
@@ -296,7 +296,7 @@ def test_invalid_motions_raise_argument_error(motion, words):
 def test_contradictory_rates_are_refused():
     robot = package_robots.robot("anymal_standing")
     with pytest.raises(ks.ArgumentError, match="redundant actuators contradict"):
-        ks.analyze(robot.assemble(), motion=ks.Motion(dict.fromkeys(robot.description.driven, 0.2)))
+        ks.analyze(robot.assemble(), motion=ks.Motion(dict.fromkeys(robot.description.actuated, 0.2)))
 
 
 def test_mass_beside_a_beam_feels_an_acceleration_as_opposite_gravity():

@@ -94,8 +94,8 @@ def test_extended_urdf_passes_check_and_sag_equals_pinocchio(file, tmp_path, cap
     """Δ = J k⁻¹ (−g): the platform's Jacobian and the gravity torques of the unedited file, the actuators' stiffnesses."""
     path, platform = tmp_path / "mine.urdf.xacro", platform_of(file)
     plain = ks.files.read_robot_file(FOLDER / file, platform_link=platform)
-    efforts = [plain.joints[name].effort for name in plain.driven]
-    stiffness = "suggested" if any(efforts) else dict.fromkeys(plain.driven, STIFFNESS)
+    efforts = [plain.joints[name].effort for name in plain.actuated]
+    stiffness = "suggested" if any(efforts) else dict.fromkeys(plain.actuated, STIFFNESS)
     made = ks.extend_robot(FOLDER / file, path, platform_link=platform, joint_stiffness=stiffness)
     assert main(["check", str(path)]) == 0
     mimics = any(joint.mimic for joint in made.description.joints.values())

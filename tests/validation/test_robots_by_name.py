@@ -117,7 +117,7 @@ def test_robot_from_architecture_equals_package_robot(name):
     shipped = package_robots.robot(name)
     found = []
     for one in (shipped, robot):
-        drives = {joint: step * (1 + 0.3 * k) * (-1) ** k for k, joint in enumerate(one.description.driven)}
+        drives = {joint: step * (1 + 0.3 * k) * (-1) ** k for k, joint in enumerate(one.description.actuated)}
         found.append(numbers(ks.analyze(one.assemble(actuators=drives), load=[10, -20, 30, 1, 2, -3])))
     for what, expected in found[0].items():
         scale = np.abs(expected).max()

@@ -70,7 +70,7 @@ def energy_along(robot, at, near, masses, t, step=4e-3):
 
 def path_of(robot, seed=5):
     """Return actuator coordinates as a function of time, and their velocities and accelerations at t = 0."""
-    rng, names = np.random.default_rng(seed), robot.description.driven
+    rng, names = np.random.default_rng(seed), robot.description.actuated
     size = {n: 0.3 if robot.mechanism.connections[n].type.is_hinge else 0.05 for n in names}
     start, v, a = ({n: f * size[n] * rng.uniform(-1, 1) for n in names} for f in (0.3, 4, 30))
     zero = {n: float(value) for n, value in robot.assemble().actuators.items()}
@@ -89,7 +89,7 @@ ARMS = {
 def test_actuator_forces_are_those_of_lagrange_equations(kind):
     """d/dt ∂T/∂q̇ − ∂T/∂q by differences of T(q, q̇), which is quadratic in q̇, with the masses at the pose."""
     robot = reaching_arm(**ARMS[kind])
-    names = robot.description.driven
+    names = robot.description.actuated
     q = np.array([0.3, -0.4, 0.35])
     v, a = np.array([1.3, -0.9, 0.8]), np.array([4.0, 6.0, -5.0])
     rest = robot.assemble(actuators=dict(zip(names, q, strict=True)))
@@ -171,7 +171,7 @@ def test_a_stretching_rod_equals_the_closed_form():
 def test_two_beams_equal_pinocchio():
     """A tube and a rod, the accurate model of a telescope, have the forces of the recursive Newton–Euler algorithm."""
     robot, rng = reaching_arm(two_beams=True), np.random.default_rng(1)
-    names = robot.description.driven
+    names = robot.description.actuated
     q, v, a = (dict(zip(names, rng.uniform(-f, f, 3), strict=True)) for f in (0.3, 2, 9))
     pose = robot.assemble(actuators=q)
     rates = np.zeros((2, pose.model.nv))

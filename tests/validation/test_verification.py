@@ -204,8 +204,8 @@ def beam(carrier, start, end, more='density="7850"', section='<circle diameter="
 
 
 def made_of(*parts, drives=()):
-    driven = [f'<transmission name="drive_{name}"><joint name="{name}"/></transmission>' for name in drives]
-    text = "".join(["<robot name='made'>", link("base"), *parts, '<platform link="platform"/>', *driven, "</robot>"])
+    actuated = [f'<transmission name="drive_{name}"><joint name="{name}"/></transmission>' for name in drives]
+    text = "".join(["<robot name='made'>", link("base"), *parts, '<platform link="platform"/>', *actuated, "</robot>"])
     return ks.Robot(parse_robot_text(text)).assemble()
 
 
@@ -231,7 +231,7 @@ def telescope(start, *, drives, mass=2.0):
 @pytest.mark.few(2)
 @pytest.mark.parametrize("start", ["fixed", "revolute"])
 @pytest.mark.parametrize("drives", [(), ("slide",)])
-def test_driven_and_passive_telescopes_agree_with_finite_elements(start, drives):
+def test_actuated_and_passive_telescopes_agree_with_finite_elements(start, drives):
     found = assert_agrees(telescope(start, drives=drives), load=LOAD, gravity=SIDEWAYS)
     if not drives:  # nothing holds a passive telescope along its axis, not even its own weight
         assert abs(found.finite_elements.joint_wrenches["slide"][2]) < 1e-9
@@ -269,7 +269,7 @@ def test_actuator_force_includes_mimic_joints(elastic):
 
 
 def test_hanging_links_agree_with_finite_elements():
-    """A pendulum at rest and a driven arm hang on the platform."""
+    """A pendulum at rest and an actuated arm hang on the platform."""
     pendulum = link("pendulum", 2.0, "0 0 -0.3") + joint("hinge", "continuous", "platform", "pendulum", axis="0 1 0")
     arm = link("arm") + link("hand", 1.0, "0.1 0 0") + joint("shoulder", "revolute", "platform", "arm", "0 0.1 0", "1 0 0")
     hand = joint("wrist", "fixed", "arm", "hand", "0.5 0 0") + beam("arm", "shoulder", "wrist")

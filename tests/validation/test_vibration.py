@@ -185,7 +185,7 @@ def test_free_drives_add_one_zero_frequency_per_freedom():
 def test_elastic_drives_are_softer_than_locked_ones():
     robot = package_robots.robot("3rps")
     description = robot.description
-    for drive in description.driven:
+    for drive in description.actuated:
         description = description.with_part(JointStiffness(drive, drive=1e12))
     stiff, locked = ks.modes(ks.Robot(description).assemble(), 3), ks.modes(robot.assemble(), 3)
     assert stiff.frequencies == pytest.approx(locked.frequencies, rel=1e-3)
@@ -358,7 +358,7 @@ def test_two_masses_on_a_shaft_equal_closed_form():
     """√(k (1/J₁ + 1/J₂)) of a rotor with open brakes, a shaft without mass and a disc; k if the brakes hold."""
     L, d = 0.5, 0.02
     joints = (
-        Joint("motor", "R", (0, 0, 0), (1, 0, 0), driven=True),
+        Joint("motor", "R", (0, 0, 0), (1, 0, 0), actuated=True),
         Joint("flange", "F", (0.1, 0, 0)),
         Joint("tip", "F", (0.1 + L, 0, 0)),
     )
@@ -385,7 +385,7 @@ def test_hexapod_on_springs_equals_closed_form():
         first, second = sr.across(axis)
         joints = (
             Joint(names[0], "U", tuple(foot), tuple(first), tuple(second)),
-            Joint(names[1], "P", tuple(top - axis / 2), tuple(axis), driven=True, stiffness=Stiffness(drive=k)),
+            Joint(names[1], "P", tuple(top - axis / 2), tuple(axis), actuated=True, stiffness=Stiffness(drive=k)),
             Joint(names[2], "S", tuple(top)),
         )
         limbs.append(Limb(joints, (Link(f"cylinder{number}"), Link(f"piston{number}"))))

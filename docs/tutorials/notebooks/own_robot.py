@@ -17,9 +17,9 @@ import kinetostatics as ks
 # %% [markdown]
 # ## A file to begin with
 #
-# `3-R[P]S` says: three limbs, each with a revolute, a driven prismatic and
-# a spherical joint. The legs are upright where base and platform have the
-# same radius.
+# `3-R[P]S` says: three limbs, each with a revolute, an actuated prismatic
+# and a spherical joint. The legs are upright where base and platform have
+# the same radius.
 
 # %%
 file = Path(tempfile.mkdtemp()) / "lifting_table.urdf.xacro"

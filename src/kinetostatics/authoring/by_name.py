@@ -44,8 +44,8 @@ def new_robot(
 
     Args:
         architecture: a common name, such as "Delta" (``kinetostatics new --list``), or limbs joined by +: ``"2-[P]RU+U[P]R"``,
-            ``"3-[R](4S)"``. A limb is a string of the joints R, P, U, S, C from base to platform. Driven joints are in brackets
-            or underlined; if none is marked, the first prismatic joint of each limb is driven, or else its first revolute or
+            ``"3-[R](4S)"``. A limb is a string of the joints R, P, U, S, C from base to platform. Actuated joints are in brackets
+            or underlined; if none is marked, the first prismatic joint of each limb is actuated, or else its first revolute or
             cylindrical joint.
         path: path of the new xacro file; None: no file. An existing file is not replaced.
         base_radius: distance of the base points from Z [m]; default: 0.3.
@@ -106,7 +106,7 @@ def robot_text(architecture: str, **options: Keyword) -> str:
 
 def _check_held(robot: Robot, architecture: str) -> None:
     """Raise an ArgumentError unless the locked actuators hold the platform at the zero pose."""
-    actuators, mobility = len(robot.description.driven), robot.mobility.platform
+    actuators, mobility = len(robot.description.actuated), robot.mobility.platform
     if actuators < mobility:
         raise ArgumentError(f"{architecture} has {mobility} freedoms in this placement and only {actuators} actuators")
     try:
@@ -208,7 +208,7 @@ def _about(design: Design) -> str:
         numbers = f"limb {number}" if group.count == 1 else f"limbs {number} to {number + group.count - 1}"
         names = ", ".join(
             JOINTS[joint.kind][0]
-            + (" (driven)" if joint.driven and joint.kind != "C" else " (slide driven)" if joint.driven else "")
+            + (" (actuated)" if joint.actuated and joint.kind != "C" else " (slide actuated)" if joint.actuated else "")
             for joint in group.joints
         )
         limbs.append(f"    {numbers}, {group.text}: {names}, from base to platform")

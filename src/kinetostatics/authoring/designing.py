@@ -192,8 +192,8 @@ def _geometry_arguments(
     if any(skeleton.guide or any(span.slide for span in skeleton.spans) for skeleton in skeletons):
         arguments.add("stroke", rounded(0.4 * longest.get("rod", 0.5)), "of prismatic joints, either way from zero")
     arguments.add("joint_angle_max", "${radians(60)}", "of passive joints, either way from zero")
-    if any(point.symbol and point.symbol.driven and point.kind == "R" for skeleton in skeletons for point in skeleton.points):
-        arguments.add("drive_angle_max", "${radians(90)}", "of driven revolute joints, either way from zero")
+    if any(point.symbol and point.symbol.actuated and point.kind == "R" for skeleton in skeletons for point in skeleton.points):
+        arguments.add("drive_angle_max", "${radians(90)}", "of actuated revolute joints, either way from zero")
     if "actuator_stiffness" in arguments.given:
         arguments.add("actuator_stiffness", "inf", "of every actuator, N/m or N m/rad; inf: rigid")
     return longest

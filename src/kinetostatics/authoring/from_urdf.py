@@ -63,10 +63,10 @@ def extend_robot(
         path: path of the new file; None: no file. An existing file is not replaced.
         platform_link: link that is the moving platform; None: the one named in the file.
         base_link: link fixed to the ground; None: the one named in the file, or the root of its tree.
-        actuators: joints that are driven besides those with a ``<transmission>``. In a robot without loops the default is all
+        actuators: joints that are actuated besides those with a ``<transmission>``. In a robot without loops the default is all
             moving joints, and joints outside the chain from base to platform, such as a gripper's, are locked in any case. With
-            loops of another tool: all driven joints and loops, those with a ``<transmission>`` included; an empty list for none;
-            default: the joints that the source declares as driven.
+            loops of another tool: all actuated joints and loops, those with a ``<transmission>`` included; an empty list for
+            none; default: the joints that the source declares as actuated.
         elastic: sections and materials of links that become beams, such as ``{"upper_arm": "tube 60mm 50mm steel"}``, or
             "suggested" for all suggested beams. A beam is straight between the two moving joints of its link. It has the mass of
             the link's ``<inertial>`` or, without one, of its material.
@@ -124,30 +124,30 @@ def extension(
             raise ArgumentError(f"{tag}_link={link!r}: {name} names its {tag} already; leave the argument out")
     foreign, loops, record, warnings = foreign_robot(name, root, yaml)
     if loops:
-        closed, driven, more = complete(foreign, loops, record, platform_link, types, axes, named)
+        closed, actuated, more = complete(foreign, loops, record, platform_link, types, axes, named)
         warnings += more
-        added = (*map(write_loop, closed), *(plain_transmission(joint, foreign.root.place) for joint in driven))
+        added = (*map(write_loop, closed), *(plain_transmission(joint, foreign.root.place) for joint in actuated))
         description = describe(replace(foreign.root, content=(*foreign.root.content, *added)), name, [], platform_link, base_link)
         holding: list[str] = []
     elif types or axes:
         raise ArgumentError(f"types= and axes= are for loops of another tool, and {name} has none")
     else:
         closed, description = (), describe(root, name, [], platform_link, base_link)
-        driven, holding = _actuators(root, description, named)
+        actuated, holding = _actuators(root, description, named)
     candidates = spans(description, foreign.zero_frames)
     tree = tree_root(description.links, description.joints)
     floats = description.base != tree and description.base == first_base(tree, description.joints)
-    driven_description = replace(description, driven=tuple(dict.fromkeys((*description.driven, *driven, *holding))))
+    actuated_description = replace(description, actuated=tuple(dict.fromkeys((*description.actuated, *actuated, *holding))))
     parts = [
         "  <!-- results refer to the origin and the axes of this link -->\n",
         _turned_axes(description) if loops else "",
         f"  <platform link={quoted(description.platform)}/>\n" if not root.named("platform") else "",
         f"  <base link={quoted(description.base)}/>\n" if base_link is not None or floats else "",
         *(textwrap.indent(to_text(write_loop(loop), header=False, indented=True), "  ") + "\n" for loop in closed),
-        _actuators_text(driven, "actuators: the moving joints without a transmission in the file, held by their brakes"),
+        _actuators_text(actuated, "actuators: the moving joints without a transmission in the file, held by their brakes"),
         _actuators_text(holding, "locked joints outside the chain from base to platform, such as those of a gripper"),
-        _beams_text(driven_description, candidates, elastic),
-        _stiffness_text(driven_description, joint_stiffness),
+        _beams_text(actuated_description, candidates, elastic),
+        _stiffness_text(actuated_description, joint_stiffness),
     ]
     additions = "".join(parts)
     include = include_path(name, root, uses_xacro, additions, out) if foreign.root is root else None
@@ -182,7 +182,7 @@ def _turned_axes(description: RobotDescription) -> str:
 def _actuators(
     root: XmlElement, description: RobotDescription, given: Collection[str] | None
 ) -> tuple[tuple[str, ...], list[str]]:
-    """Return (joints to be driven, joints outside the chain from base to platform to be locked); all get a transmission."""
+    """Return (joints to be actuated, joints outside the chain from base to platform to be locked); all get a transmission."""
     there = {entry.attributes.get("name", "") for element in root.named("transmission") for entry in element.named("joint")}
     free = [] if description.loops else [name for name in drivable(description.joints) if name not in there]
     if given is None:
@@ -305,7 +305,7 @@ def _beam_element(span: Span, material: str, section: str, more: str = "") -> st
 
 
 def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | str | None) -> str:
-    actuators = [description.joints[name] for name in description.driven if name in description.joints]
+    actuators = [description.joints[name] for name in description.actuated if name in description.joints]
     there = description.joint_stiffness
     suggested = {joint.name: _suggested_stiffness(joint) for joint in actuators if joint.effort > 0 and joint.name not in there}
     if given == SUGGESTED:
@@ -341,8 +341,8 @@ def _suggested_stiffness(joint: Joint) -> float:
 
 
 def _checked_stiffness(description: RobotDescription, name: str, value: object) -> float:
-    if name not in description.driven:
-        raise ArgumentError(f"joint_stiffness: no actuator {name!r}: {near_names(str(name), description.driven)}")
+    if name not in description.actuated:
+        raise ArgumentError(f"joint_stiffness: no actuator {name!r}: {near_names(str(name), description.actuated)}")
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < float("inf"):
         raise ArgumentError(f"joint_stiffness of {name!r} is {value!r}; it must be a number greater than zero, in N·m/rad or N/m")
     return float(value)

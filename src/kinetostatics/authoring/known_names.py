@@ -144,7 +144,7 @@ def options_of(text: str, architecture: str, given: Mapping[str, Keyword]) -> di
         count, _, limb = architecture.partition("-")
         of_three = [mechanism for mechanism in KNOWN_NAMES if mechanism.architecture == f"3-{limb}"]
         if not alike and count.isdigit() and int(count) > 3 and [mechanism.options for mechanism in of_three] == [_PLANAR]:
-            alike = of_three  # redundantly driven
+            alike = of_three  # redundantly actuated
         alike = [mechanism for mechanism in alike if given.get("arrangement", mechanism.arrangement) == mechanism.arrangement]
         mechanism = _single(text, alike)
     return {} if mechanism is None else dict(mechanism.options)

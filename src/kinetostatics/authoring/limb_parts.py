@@ -84,8 +84,10 @@ def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
     for before, after in zip((guide, *joints), joints, strict=False):
         if before is not None and before.kind == after.kind == "P":
             raise error_at(text, after.place, "two prismatic joints in a row: their directions do not follow from the notation")
-    if joints and joints[-1].kind == "C" and joints[-1].driven:
-        reason = "the slide of a cylindrical joint at the platform cannot be driven; drive another joint, or write P and R for it"
+    if joints and joints[-1].kind == "C" and joints[-1].actuated:
+        reason = (
+            "the slide of a cylindrical joint at the platform cannot be actuated; mark another joint, or write P and R for it"
+        )
         raise error_at(text, joints[-1].place, reason)
     points: list[LimbPoint] = [LimbPoint("C", guide)] if guide_turns else []
     spans: list[LimbSpan] = []

@@ -52,7 +52,7 @@ class _Walk:
         pitch, roll: expressions of the outermost link's angles; "0" if zero.
         last_joint: name of the joint at the outermost link's inner end.
         lines: the text so far.
-        actuators: names of the driven joints so far.
+        actuators: names of the actuated joints so far.
     """
 
     link: str = "foot_${i}"
@@ -152,7 +152,7 @@ def _guide(skeleton: Skeleton, options: LimbOptions, walk: _Walk) -> None:
             f'<xacro:guide i="${{i}}" name="prismatic_${{i}}" direction="${{{options.guide_direction}}}"',
             '             mass="${carriage_mass}" stroke="${stroke}"/>',
         )
-    if skeleton.guide.driven:
+    if skeleton.guide.actuated:
         walk.actuators.append("prismatic_${i}")
     walk.link, walk.last_joint = "carriage_${i}", "prismatic_${i}"
 
@@ -201,15 +201,15 @@ def _tree_joint(skeleton: Skeleton, point: LimbPoint, child: str, pitch: str, ro
     at = f'parent="{walk.link}" child="{child}"' + ("" if walk.end == "0 0 0" else f' xyz="{walk.end}"')
     turn, tilt = _turn(pitch, walk.pitch), _turn(roll)
     name = {"R": "revolute", "C": "turn", "U": "universal", "S": "spherical", "": "mount"}[point.kind] + f"_${{i}}{point.letter}"
-    driven = point.symbol is not None and point.symbol.driven and point.kind == "R"
+    actuated = point.symbol is not None and point.symbol.actuated and point.kind == "R"
     if point.kind in ("R", "C"):
-        limit = "drive_angle_max" if driven else "joint_angle_max"
+        limit = "drive_angle_max" if actuated else "joint_angle_max"
         walk.write(
             f'<xacro:revolute name="{name}" {at} rpy="0 {turn} 0"',
-            f'                lower="${{-{limit}}}" upper="${{{limit}}}"' + (' effort="200"/>' if driven else "/>"),
+            f'                lower="${{-{limit}}}" upper="${{{limit}}}"' + (' effort="200"/>' if actuated else "/>"),
         )
         walk.last_joint = name
-        if driven:
+        if actuated:
             walk.actuators.append(name)
     elif point.kind == "U":
         cross = f'cross="cross_${{i}}{point.letter}"'
@@ -310,8 +310,8 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
         where, rod_length, middle = length, f"0.75 * {length}", f"-0.375 * {length}"
         walk.end = "0 0 0"
     rod = f"{role}_${{i}}"
-    is_driven = span.slide is not None and span.slide.driven
-    effort = ' effort="2000"' if is_driven else ""
+    is_actuated = span.slide is not None and span.slide.actuated
+    effort = ' effort="2000"' if is_actuated else ""
     walk.write(
         f'<xacro:prismatic name="{slide}" parent="{walk.link}" child="{rod}" xyz="0 0 ${{{where}}}" lower="${{-stroke}}" '
         f'upper="${{stroke}}"{effort}/>',
@@ -326,7 +326,7 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
         )
     else:
         walk.write(f'<xacro:{beam}_beam link="{rod}" start="{start}" end="{end}"/>')
-    if is_driven:
+    if is_actuated:
         walk.actuators.append(slide)
     walk.link, walk.last_joint = rod, slide
 
@@ -363,7 +363,7 @@ def _to_platform(skeleton: Skeleton, point: LimbPoint, walk: _Walk) -> None:
     name, limit = _inner_name(point, in_tree=False), 'angle_max="${joint_angle_max}"'
     if point.kind == "R":
         walk.write(f'<xacro:revolute_loop name="{name}" {at} rpy="{back}" {limit}/>')
-        if point.symbol is not None and point.symbol.driven:
+        if point.symbol is not None and point.symbol.actuated:
             walk.actuators.append(name)
     elif point.kind == "C":
         walk.write(f'<xacro:cylindrical_loop name="{name}" {at} rpy="{back}"/>')

@@ -14,7 +14,7 @@ S      spherical        3
 (4R)   parallelogram with four revolute joints in its corners, also written Pa
 ====== ================ ========
 
-Driven joints are in brackets or underlined (U+0332 after the letter). The notation is that of J.-P. Merlet, Parallel
+Actuated joints are in brackets or underlined (U+0332 after the letter). The notation is that of J.-P. Merlet, Parallel
 Robots, 2nd ed., Springer 2006, and of X. Kong, C. Gosselin, Type Synthesis of Parallel Mechanisms, Springer 2007.
 
 >>> architecture = parse_architecture("3-U[P]S+UP")
@@ -43,7 +43,7 @@ JOINTS: dict[str, tuple[str, int]] = {
     "4R": ("parallelogram", 1),
 }
 LETTERS = "R (revolute), P (prismatic), C (cylindrical), U (universal), S (spherical), (4S) and (4R) (parallelograms)"
-#: Joints that can be driven.
+#: Joints that can be actuated.
 DRIVABLE = ("R", "P", "C")
 #: Combining characters after an underlined letter.
 UNDERLINES = "\u0332\u0331"
@@ -61,19 +61,19 @@ class JointSymbol:
 
     Attributes:
         kind: a key of ``JOINTS``.
-        driven: whether it is driven; for a cylindrical joint, whether its translation is.
+        actuated: whether it is actuated; for a cylindrical joint, whether its translation is.
         place: position in the notation, from 1.
     """
 
     kind: str
-    driven: bool
+    actuated: bool
     place: int
 
     @property
     def text(self) -> str:
-        """The joint in the notation: "P", or "[P]" if driven."""
+        """The joint in the notation: "P", or "[P]" if actuated."""
         letter = self.kind if len(self.kind) == 1 else f"({self.kind})"
-        return f"[{letter}]" if self.driven else letter
+        return f"[{letter}]" if self.actuated else letter
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class AlikeLimbs:
 
     @property
     def text(self) -> str:
-        """One limb in the notation, with driven joints in brackets."""
+        """One limb in the notation, with actuated joints in brackets."""
         return "".join(joint.text for joint in self.joints)
 
     @property
@@ -106,7 +106,7 @@ class Architecture:
     Attributes:
         source: the given notation.
         groups: groups of equal limbs.
-        actuators_chosen: whether :func:`parse_architecture` has chosen the driven joints, because the notation marks none.
+        actuators_chosen: whether :func:`parse_architecture` has chosen the actuated joints, because the notation marks none.
     """
 
     source: str
@@ -115,7 +115,7 @@ class Architecture:
 
     @property
     def text(self) -> str:
-        """The mechanism in the notation, with driven joints in brackets."""
+        """The mechanism in the notation, with actuated joints in brackets."""
         return "+".join(f"{group.count}-{group.text}" if group.count > 1 else group.text for group in self.groups)
 
     @property
@@ -125,8 +125,8 @@ class Architecture:
 
     @property
     def actuators(self) -> int:
-        """Number of driven joints."""
-        return sum(group.count * sum(joint.driven for joint in group.joints) for group in self.groups)
+        """Number of actuated joints."""
+        return sum(group.count * sum(joint.actuated for joint in group.joints) for group in self.groups)
 
     @property
     def formula_freedoms(self) -> int:
@@ -137,9 +137,9 @@ class Architecture:
 def parse_architecture(text: str) -> Architecture:
     """Return a mechanism from its notation or its common name.
 
-    If no joint is marked as driven, the first prismatic joint of each limb is driven, or else its first revolute or cylindrical
-    joint. Limbs with fewer than six freedoms are then passive if the number of limbs with six freedoms equals the mobility by
-    Grübler's formula, such as UP in 3-UPS+UP.
+    If no joint is marked as actuated, the first prismatic joint of each limb is actuated, or else its first revolute or
+    cylindrical joint. Limbs with fewer than six freedoms are then passive if the number of limbs with six freedoms equals the
+    mobility by Grübler's formula, such as UP in 3-UPS+UP.
 
     Raises:
         ArgumentError: the notation is invalid.
@@ -211,20 +211,20 @@ def _group(text: str, at: int) -> tuple[AlikeLimbs, int]:
 
 
 def _joint(text: str, at: int) -> tuple[list[JointSymbol], int]:
-    """Read a joint, or the driven joints in brackets, at the index ``at``. Return the joints and the next index."""
+    """Read a joint, or the actuated joints in brackets, at the index ``at``. Return the joints and the next index."""
     place = at + 1
     if text[at] == "[":
         end = text.find("]", at)
         if end < 0:
-            raise error_at(text, place, "this bracket is not closed; a driven joint is written [P]")
+            raise error_at(text, place, "this bracket is not closed; an actuated joint is written [P]")
         inside: list[JointSymbol] = []
         position = at + 1
         while position < end:
             symbols, position = _joint(text, position)
             inside += symbols
         if not inside:
-            raise error_at(text, place, "the bracket is empty; a driven joint is written [P]")
-        return [_driven(text, joint) for joint in inside], end + 1
+            raise error_at(text, place, "the bracket is empty; an actuated joint is written [P]")
+        return [_actuated(text, joint) for joint in inside], end + 1
     group = _GROUP.match(text, at)
     if group is not None:
         inner = (group[1] if group[1] is not None else group[2]).replace(" ", "").replace("-", "")
@@ -239,37 +239,37 @@ def _joint(text: str, at: int) -> tuple[list[JointSymbol], int]:
         return [JointSymbol("4R", False, place)], at + 2
     letter = text[at]
     if letter == "]":
-        raise error_at(text, place, "no bracket was opened before it; a driven joint is written [P]")
+        raise error_at(text, place, "no bracket was opened before it; an actuated joint is written [P]")
     if letter.upper() not in JOINTS:
         raise error_at(
             text, place, f"no joint has this sign; joints are {LETTERS}, actuators stand in brackets, limbs are joined by +"
         )
     joint = JointSymbol(letter.upper(), False, place)
     if text[at + 1 : at + 2] and text[at + 1] in UNDERLINES:
-        return [_driven(text, joint)], at + 2
+        return [_actuated(text, joint)], at + 2
     return [joint], at + 1
 
 
-def _driven(text: str, joint: JointSymbol) -> JointSymbol:
+def _actuated(text: str, joint: JointSymbol) -> JointSymbol:
     if joint.kind not in DRIVABLE:
         name = JOINTS[joint.kind][0]
-        raise error_at(text, joint.place, f"a {name} joint cannot be driven; mark a revolute, prismatic or cylindrical joint")
-    return replace(joint, driven=True)
+        raise error_at(text, joint.place, f"a {name} joint cannot be actuated; mark a revolute, prismatic or cylindrical joint")
+    return replace(joint, actuated=True)
 
 
 def _with_usual_actuators(architecture: Architecture) -> Architecture:
     full = sum(group.count for group in architecture.groups if group.freedoms >= 6)
     only_full = 0 < full == architecture.formula_freedoms
 
-    def driven(group: AlikeLimbs) -> AlikeLimbs:
+    def actuated(group: AlikeLimbs) -> AlikeLimbs:
         number = next((k for kinds in ("P", DRIVABLE) for k, kind in enumerate(group.kinds) if kind in kinds), -1)
-        joints = tuple(replace(joint, driven=k == number) for k, joint in enumerate(group.joints))
+        joints = tuple(replace(joint, actuated=k == number) for k, joint in enumerate(group.joints))
         return group if only_full and group.freedoms < 6 else replace(group, joints=joints)
 
-    groups = tuple(map(driven, architecture.groups))
+    groups = tuple(map(actuated, architecture.groups))
     chosen = replace(architecture, groups=groups, actuators_chosen=True)
     if not chosen.actuators:
         raise ArgumentError(
-            f"architecture {architecture.source!r}: no limb has a joint that can be driven, R, P or C; add one: '3-[P]US'"
+            f"architecture {architecture.source!r}: no limb has a joint that can be actuated, R, P or C; add one: '3-[P]US'"
         )
     return chosen

@@ -52,7 +52,7 @@ def add_spherical_arguments(
     arguments.add("rod_arc", "${radians(90)}", "between its second and third axis")
     arguments.add("elbow", 1, "side of the bend: 1 or -1")
     arguments.add("joint_angle_max", "${radians(60)}", "of passive joints, either way from zero")
-    arguments.add("drive_angle_max", "${radians(60)}", "of driven joints, either way from zero")
+    arguments.add("drive_angle_max", "${radians(60)}", "of actuated joints, either way from zero")
     if "actuator_stiffness" in arguments.given:
         arguments.add("actuator_stiffness", "inf", "of every actuator, N m/rad; inf: rigid")
     return {
@@ -80,13 +80,13 @@ def _check_arcs(
 
 
 def spherical_limb(skeleton: Skeleton, prefixes: Mapping[str, str], flat: Mapping[str, bool]) -> tuple[list[str], list[str]]:
-    """Return (lines of a limb's macro, names of its driven joints); ``flat``: by role, whether the section needs a y axis."""
+    """Return (lines of a limb's macro, names of its actuated joints); ``flat``: by role, whether the section needs a y axis."""
     names = [f"revolute_${{i}}{point.letter}" for point in skeleton.points]
-    driven = [point.symbol is not None and point.symbol.driven for point in skeleton.points]
-    limit = ["drive_angle_max" if is_driven else "joint_angle_max" for is_driven in driven]
+    actuated = [point.symbol is not None and point.symbol.actuated for point in skeleton.points]
+    limit = ["drive_angle_max" if is_actuated else "joint_angle_max" for is_actuated in actuated]
 
     def joint(k: int, parent: str, child: str, place: str, axis: str) -> list[str]:
-        effort = ' effort="200"' if driven[k] else ""
+        effort = ' effort="200"' if actuated[k] else ""
         return [
             f'<xacro:revolute name="{names[k]}" parent="{parent}" child="{child}" xyz="{place}" axis="{axis}"',
             f'                lower="${{-{limit[k]}}}" upper="${{{limit[k]}}}"{effort}/>',
@@ -115,7 +115,7 @@ def spherical_limb(skeleton: Skeleton, prefixes: Mapping[str, str], flat: Mappin
         beam("crank", 0, "u", "w"),
         beam("rod", 1, "w", "v"),
     ]
-    return lines, [name for name, is_driven in zip(names, driven, strict=True) if is_driven]
+    return lines, [name for name, is_actuated in zip(names, actuated, strict=True) if is_actuated]
 
 
 def _vector(name: str, form: str = "{}") -> str:

@@ -99,7 +99,7 @@ def plan_measurements(
             raise ArgumentError(f"readings: there is no gauge {name!r}: {near_names(name, described)}")
     if not names:
         raise ArgumentError('readings are empty; name at least one: ["dz"]')
-    coordinates, wrenches = _candidates(platform, actuators, load, robot.description.driven)
+    coordinates, wrenches = _candidates(platform, actuators, load, robot.description.actuated)
     every, each = len(wrenches), len(names)
     which = Readings(
         np.repeat(np.arange(every), each), np.tile(np.arange(each), every), {name: described[name] for name in names}
@@ -167,7 +167,7 @@ def plan_measurements(
 
 
 def _candidates(
-    platform: Mapping[str, ArrayLike] | None, actuators: Mapping[str, ArrayLike] | None, load: ArrayLike, driven: Sequence[str]
+    platform: Mapping[str, ArrayLike] | None, actuators: Mapping[str, ArrayLike] | None, load: ArrayLike, actuated: Sequence[str]
 ) -> tuple[dict[str, Array], Array]:
     """Return (coordinates (N,) by name, loads (N, 6)) of all N candidates."""
     wrenches = finite_numbers("load", load)
@@ -178,7 +178,7 @@ def _candidates(
     poses = math.prod(finite_numbers(name, values).size for name, values in given.items()) if isinstance(given, Mapping) else 1
     if not 0 < poses * len(wrenches) <= MOST:
         raise ArgumentError(f"{poses * len(wrenches):,} combinations of pose and load are given; there must be 1 to {MOST:,}")
-    coordinates, _ = grid_of(platform, actuators, driven)
+    coordinates, _ = grid_of(platform, actuators, actuated)
     return {name: np.repeat(array, len(wrenches)) for name, array in coordinates.items()}, np.tile(wrenches, (poses, 1))
 
 

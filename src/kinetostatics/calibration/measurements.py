@@ -164,7 +164,7 @@ def read_measurements(robot: Robot, given: object, gauges: Mapping[str, Gauge]) 
     where, titles, rows = _table(given)
     kinds = {
         **PLATFORM_KINDS,
-        **{name: robot.mechanism.connections[name].type.kind for name in robot.description.driven},
+        **{name: robot.mechanism.connections[name].type.kind for name in robot.description.actuated},
         **{name: "force" if name[0] == "F" else "moment" for name in WRENCH_COMPONENTS},
     }
     kinds |= {name: gauge.kind for name, gauge in gauges.items()}

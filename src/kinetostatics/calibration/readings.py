@@ -80,9 +80,9 @@ class Model:
         #: Loads on the platform are added about o, world axes.
         self.case = replace(case, point=None, frame="world")
         count = len(load)
-        driven = unknowns.robot.description.driven
-        given = dict(coordinates) or {name: np.zeros(count) for name in driven}
-        self._of_actuators = set(given) <= set(driven)
+        actuated = unknowns.robot.description.actuated
+        given = dict(coordinates) or {name: np.zeros(count) for name in actuated}
+        self._of_actuators = set(given) <= set(actuated)
         extra, self._referred = 0, np.full(count, -1)
         if isinstance(reference, Mapping):
             extra, self._referred = 1, np.full(count, count)

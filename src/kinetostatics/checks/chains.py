@@ -46,7 +46,7 @@ class JointStep:
     name: str
     joints: tuple[str, ...]
     kind: str
-    driven: bool = False
+    actuated: bool = False
     elastic: bool = False
     follows: str | None = None
 
@@ -113,13 +113,13 @@ def bodies_of(chain: Chain) -> list[str]:
 
 
 def joint_text(joint: JointStep) -> str:
-    """Return a joint's name with remarks, such as ``universal_1_{x,y}`` or ``rail (driven, elastic)``."""
+    """Return a joint's name with remarks, such as ``universal_1_{x,y}`` or ``rail (actuated, elastic)``."""
     name = joint.name
     if len(joint.joints) > 1:
         shared = os.path.commonprefix(joint.joints)  # noqa: RUF071 names are no paths
         endings = [part.removeprefix(shared) for part in joint.joints]
         name = f"{shared}{{{','.join(endings)}}}" if shared and all(endings) else "+".join(joint.joints)
-    notes = ["driven"] * joint.driven + ["elastic"] * joint.elastic + ["fixed"] * JOINT_TYPES[joint.kind].is_fixed
+    notes = ["actuated"] * joint.actuated + ["elastic"] * joint.elastic + ["fixed"] * JOINT_TYPES[joint.kind].is_fixed
     if joint.follows is not None:
         notes.append(f"follows {joint.follows}")
     return name + (f" ({', '.join(notes)})" if notes else "")
@@ -204,8 +204,8 @@ class GraphReader:
         label = compound.label if isinstance(compound, CompoundJoint) else compound.name
         first = self.mechanism.connections[names[0]]
         elastic = any(springs_of(self.mechanism, name) or name in elastic_actuators(self.mechanism) for name in names)
-        driven = first.driven and first.mimic is None
-        return JointStep(label, names, compound.type.name, driven, elastic, first.mimic.joint if first.mimic else None)
+        actuated = first.actuated and first.mimic is None
+        return JointStep(label, names, compound.type.name, actuated, elastic, first.mimic.joint if first.mimic else None)
 
 
 @dataclass(eq=False)

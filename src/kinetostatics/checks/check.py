@@ -42,7 +42,7 @@ T = TypeVar("T")
 def diagnose(robot: Robot) -> Diagnosis:
     """Return the properties of a robot; a property that cannot be computed is None, and ``problems`` lists the errors."""
     description = robot.description
-    diagnosis = Diagnosis(robot.name, description.path, description.base, description.platform, drives=description.driven)
+    diagnosis = Diagnosis(robot.name, description.path, description.base, description.platform, actuators=description.actuated)
     diagnosis.warnings += [*description.warnings, *kept_warnings(description), *robot.topology.warnings]
 
     open_loops = False
@@ -123,7 +123,7 @@ def robot_warnings(robot: Robot) -> tuple[str, ...]:
 def _mobility(robot: Robot, zero: ZeroDiagnosis) -> MobilityDiagnosis:
     mobility, motions = robot.mobility, Motions(robot)
     values = robot.solver.values(robot.actuator_coordinates, robot.zero_poses)[:, 0]
-    zero.drives = {name: float(value) for name, value in zip(motions.actuator_names, values, strict=True)}
+    zero.actuators = {name: float(value) for name, value in zip(motions.actuator_names, values, strict=True)}
     redundant_actuators, uncontrolled = actuators_of(motions)
     return MobilityDiagnosis(
         mobility.platform,
@@ -151,7 +151,7 @@ AT_ZERO = "at the zero pose"
 def warnings_of_statics(robot: Robot, diagnosis: Diagnosis) -> tuple[list[str], list[str], list[str]]:
     """Return (warnings, warnings of the zero pose, errors that prevent an analysis).
 
-    The warnings concern doubtful ranks, redundant actuation, driven joints outside limbs, and missing results.
+    The warnings concern doubtful ranks, redundant actuation, actuated joints outside limbs, and missing results.
     """
     warnings: list[str] = []
     at_zero: list[str] = []
@@ -169,19 +169,20 @@ def warnings_of_statics(robot: Robot, diagnosis: Diagnosis) -> tuple[list[str], 
             )
     mobility = diagnosis.mobility
     if mobility is not None and mobility.redundant_actuators:
-        held = len(diagnosis.drives) - mobility.redundant_actuators
+        count = len(diagnosis.actuators)
+        held = count - mobility.redundant_actuators
         warnings.append(
-            f"{len(diagnosis.drives)} actuators for {held} freedom{'s' * (held != 1)}: the actuation is redundant; actuators are "
+            f"{count} actuators for {held} freedom{'s' * (held != 1)}: the actuation is redundant; actuators are "
             "locked in position and share the load according to the elasticity of their limbs (if the robot should have more "
             "freedoms, look for a wrong <axis>)"
         )
     for name in robot.actuators_outside_limbs:
-        warnings.append(f"the driven joint {name} is in no limb: it carries only bodies attached to {_owner(robot, name)}")
+        warnings.append(f"the actuated joint {name} is in no limb: it carries only bodies attached to {_owner(robot, name)}")
     generic = analyze(poses_of(robot, robot.generic_poses))
     zero = analyze(poses_of(robot, robot.zero_poses, first_only=True), on_failure="nan")
     problem = _statics_problem(robot, generic, zero)
-    if problem is None and not diagnosis.drives and robot.mobility.platform:
-        warnings.append("the robot has no actuators: springs alone hold its platform; mark driven joints by <transmission>")
+    if problem is None and not diagnosis.actuators and robot.mobility.platform:
+        warnings.append("the robot has no actuators: springs alone hold its platform; mark actuated joints by <transmission>")
     if problem is not None:
         (at_zero if problem.startswith(AT_ZERO) else problems).append(problem)
     else:

@@ -31,7 +31,7 @@ class LimbDiagnosis:
 
     Attributes:
         name: ``limb_1``, …
-        word: symbols of its joints from base to platform, such as ``R P(driven) S`` or ``R(driven) (S S | S S)``.
+        word: symbols of its joints from base to platform, such as ``R P(actuated) S`` or ``R(actuated) (S S | S S)``.
         like: name of the first equal limb, or None.
         graph: chain of bodies and joints.
         joints: joints in the order of the graph.
@@ -149,13 +149,13 @@ class ZeroDiagnosis:
 
     Attributes:
         loop_gaps: gap of each loop with all joints at zero, ``{name: {"m": …, "rad": …}}``.
-        drives: actuator coordinates at the closed zero pose [m, rad]; None if the loops do not close.
+        actuators: actuator coordinates at the closed zero pose [m, rad]; None if the loops do not close.
         closing_error: residual of the closed loops [scaled m or rad]; None if they do not close.
         warnings: warnings that concern this pose only.
     """
 
     loop_gaps: dict[str, dict[str, float]]
-    drives: dict[str, float] | None = None
+    actuators: dict[str, float] | None = None
     closing_error: float | None = None
     warnings: list[str] = field(default_factory=list)
 
@@ -192,7 +192,7 @@ class Diagnosis:
     base: str
     platform: str
     mobility: MobilityDiagnosis | None = None
-    drives: tuple[str, ...] = ()
+    actuators: tuple[str, ...] = ()
     zero: ZeroDiagnosis = field(default_factory=lambda: ZeroDiagnosis({}))
     mass: float | None = None
     mass_follows_pose: bool = False
@@ -226,12 +226,12 @@ def limb_diagnosis(robot: Robot, reader: GraphReader, limb: Limb, mass: float | 
 
 
 def _symbols(chain: Chain) -> str:
-    """Return the symbols of a chain's joints, such as ``R(driven) (S S | S S)``; networks are in square brackets."""
+    """Return the symbols of a chain's joints, such as ``R(actuated) (S S | S S)``; networks are in square brackets."""
     words = []
     for part in chain:
         if isinstance(part, JointStep):
             if part.elastic or not JOINT_TYPES[part.kind].is_fixed:
-                words.append(JOINT_TYPES[part.kind].symbol + ("(driven)" if part.driven else ""))
+                words.append(JOINT_TYPES[part.kind].symbol + ("(actuated)" if part.actuated else ""))
         elif isinstance(part, Branches):
             branches = [_symbols(run.chain) for run in part.runs]
             network = f"[{' '.join(filter(None, branches)) or '–'}]"

@@ -79,7 +79,7 @@ def warnings_of_zero(robot: Robot, diagnosis: Diagnosis) -> Iterable[str]:
             "probably rounded; write them with full precision, as ${pi/2} in xacro"
             + (", or assemble with a larger closure_tolerance" if robot.zero_is_near else "")
         )
-    moved = [f"{name} at {_coordinate(robot, name, v)}" for name, v in (zero.drives or {}).items() if abs(v) > 1e-9]
+    moved = [f"{name} at {_coordinate(robot, name, v)}" for name, v in (zero.actuators or {}).items() if abs(v) > 1e-9]
     if moved:
         yield (
             "the loops do not close with the actuators at zero; the zero pose, the start of all searches, has "
@@ -126,7 +126,7 @@ def zero_loop_gaps(diagnosis: Diagnosis) -> str:
 
 
 def _limits(robot: Robot, diagnosis: Diagnosis) -> Iterable[str]:
-    if diagnosis.zero.drives is None or not robot.mechanism.tree.nq:
+    if diagnosis.zero.actuators is None or not robot.mechanism.tree.nq:
         return
     try:
         pose = robot.configuration(robot.model_q(robot.zero_poses)[:, 0], closure_tolerance=1e-9 + 1e3 * robot.closing_error)
@@ -188,7 +188,7 @@ def _stubby(robot: Robot, diagnosis: Diagnosis) -> Iterable[str]:
 def _members(robot: Robot, diagnosis: Diagnosis) -> dict[str, tuple[float, float]]:
     """Return for each beam the length and depth [m] of its member.
 
-    A member is a row of beams of about the same direction, welded or connected by driven prismatic joints.
+    A member is a row of beams of about the same direction, welded or connected by actuated prismatic joints.
     """
     graph, frames = BodyGraph(robot.mechanism), robot.zero_frames if diagnosis.zero.closing_error is not None else None
     beams = {beam.name: beam for beam in diagnosis.beams}
@@ -213,8 +213,8 @@ def _members(robot: Robot, diagnosis: Diagnosis) -> dict[str, tuple[float, float
 
 
 def _is_locked(joint: Connection) -> bool:
-    """Whether a joint is fixed, or prismatic and driven, and so transmits bending."""
-    return joint.type.is_fixed or (joint.type.is_slide and joint.driven)
+    """Whether a joint is fixed, or prismatic and actuated, and so transmits bending."""
+    return joint.type.is_fixed or (joint.type.is_slide and joint.actuated)
 
 
 def _materials(diagnosis: Diagnosis) -> Iterable[str]:

@@ -33,14 +33,14 @@ class LocalFreedom:
         links: moving links, except the massless crosses of universal and spherical joints.
         kind: ``spin`` about the line through their joints, ``turn`` about an axis, ``slide`` or ``move``.
         joint: joint along or about whose axis the links move, if any.
-        drives: driven joints that move with the links.
+        actuators: actuated joints that move with the links.
     """
 
     links: tuple[str, ...]
     count: int
     kind: str
     joint: str | None
-    drives: tuple[str, ...]
+    actuators: tuple[str, ...]
 
 
 class Motions:
@@ -73,7 +73,7 @@ class Motions:
 
     @property
     def actuators(self) -> Array:
-        """(n, nv) map from scaled velocities to rates of the driven joints: joints of the tree, then loops."""
+        """(n, nv) map from scaled velocities to rates of the actuated joints: joints of the tree, then loops."""
         prescribed = self.robot.actuator_coordinates
         rows = np.eye(self.twists.shape[1])[np.array(prescribed.columns, dtype=np.intp)]
         loops = PrescribedCoordinates(loops=prescribed.loops)
@@ -84,7 +84,7 @@ class Motions:
     def actuator_names(self) -> list[str]:
         """Names of the rows of ``actuators``."""
         loops = {loop.name for loop in self.robot.equations.loops}
-        return sorted(self.robot.description.driven, key=lambda name: name in loops)
+        return sorted(self.robot.description.actuated, key=lambda name: name in loops)
 
     def rank(self, matrix: Array) -> int:
         if not matrix.size:

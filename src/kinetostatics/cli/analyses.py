@@ -247,8 +247,8 @@ def _read_table(robot: Robot, args: argparse.Namespace, timed: bool = False) -> 
     time = ("time",) if timed else ()
     names = "time [s],z [mm],rx [deg]" if timed else "z [mm],rx [deg]"
     example = f"a table has a line of names, such as {names}, and below it a line for each pose"
-    table = read_csv(args.table, example, (*time, *robot.description.driven, *PLATFORM_KINDS), time)
-    option = "--actuators" if any(name in robot.description.driven for name in table.names) else "--platform"
+    table = read_csv(args.table, example, (*time, *robot.description.actuated, *PLATFORM_KINDS), time)
+    option = "--actuators" if any(name in robot.description.actuated for name in table.names) else "--platform"
     columns: dict[str, list[float]] = {name: [] for name in table.names}
     for line, row in table.rows:
         for name, cell in zip(table.names, row, strict=True):

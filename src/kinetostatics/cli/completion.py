@@ -99,7 +99,7 @@ def _coordinates(args: argparse.Namespace) -> list[str]:
 def _actuators(args: argparse.Namespace) -> list[str]:
     from kinetostatics.files.reader import read_robot_file
 
-    return _assignments(read_robot_file(_path(args)).driven)
+    return _assignments(read_robot_file(_path(args)).actuated)
 
 
 def _unknowns(args: argparse.Namespace) -> list[str]:

@@ -241,7 +241,7 @@ def _reference(robot: Robot, words: list[str]) -> str | dict[str, float]:
     if len(words) == 1 and "=" not in words[0]:
         return words[0]
     names = set(parse_items("--reference", words))
-    option = "--actuators" if names <= set(robot.description.driven) else "--platform"
+    option = "--actuators" if names <= set(robot.description.actuated) else "--platform"
     return single_values(robot, option, words, "--reference")
 
 

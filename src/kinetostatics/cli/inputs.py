@@ -258,7 +258,7 @@ def near_pose(robot: Robot, near: Iterable[str], options: Mapping[str, Keyword])
     items = parse_items("--near", near)
     of = "platform" if all(name in PLATFORM_KINDS for name in items) else "actuators"
     start = single_values(robot, f"--{of}", near, "--near")
-    if any(name in robot.description.joints and name not in robot.description.driven for name in items):
+    if any(name in robot.description.joints and name not in robot.description.actuated for name in items):
         from kinetostatics.kinematics.alternatives import closed_near
 
         return robot.configuration(robot.model_q(closed_near(robot, start))[:, 0])
@@ -293,7 +293,7 @@ def swept_coordinates(robot: Robot, args: argparse.Namespace) -> tuple[str, dict
     ``--sweep``, by name. ``constant``: values of the coordinates in ``option``, by name [m, rad].
     """
     swept = parse_items("--sweep", args.sweep)
-    actuators = [name for name in swept if name in robot.description.driven]
+    actuators = [name for name in swept if name in robot.description.actuated]
     if actuators and len(actuators) < len(swept):
         raise ArgumentError("--sweep: coordinates of actuators and of the platform cannot vary together")
     option, other = ("--actuators", "platform") if actuators else ("--platform", "actuators")

@@ -48,11 +48,11 @@ def _by_name(args: argparse.Namespace) -> int:
         if args.out is None:
             sys.stdout.write(robot_text(args.architecture, **options))
             return 0
-    driven, mobility = ", ".join(robot.description.driven), robot.mobility.platform
+    actuated, mobility = ", ".join(robot.description.actuated), robot.mobility.platform
     chosen = " (the usual ones, as none was marked)" if architecture.actuators_chosen else ""
-    print(f"{args.out}: {architecture.text}, mobility {mobility}, driven: {driven}{chosen}")
+    print(f"{args.out}: {architecture.text}, mobility {mobility}, actuated: {actuated}{chosen}")
     print_warnings(robot.description.warnings)
-    actuators = len(robot.description.driven)
+    actuators = len(robot.description.actuated)
     if actuators > mobility:
         remedy = "another --arrangement, --axis or --guide may give more freedoms, or mark fewer joints in brackets"
         print_warnings([f"{actuators} actuators for mobility {mobility} brace one another: {remedy}."])
@@ -86,9 +86,10 @@ def _from_file(args: argparse.Namespace) -> int:
             return 0
         description = extend_robot(args.source, args.out, **options).description
     elastic = ", ".join((*description.elastic_links, *description.joint_stiffness)) or "nothing yet, see its comments"
-    driven = ", ".join(description.driven) or "none"
+    actuated = ", ".join(description.actuated) or "none"
     loops = f"{len(description.loops)} loop{'s' * (len(description.loops) > 1)}, " if description.loops else ""
-    print(f"{args.out}: {loops}platform {description.platform}, base {description.base}, driven: {driven}; elastic: {elastic}")
+    ends = f"platform {description.platform}, base {description.base}"
+    print(f"{args.out}: {loops}{ends}, actuated: {actuated}; elastic: {elastic}")
     print_warnings(description.warnings)
     return 0
 

@@ -208,7 +208,7 @@ def _map(configuration: Configuration, args: argparse.Namespace, loads: dict[str
     robot = robot_of(configuration)
     option, swept, values = swept_coordinates(robot, args)
     if option == "--actuators":
-        values = {**dict.fromkeys(robot.description.driven, 0.0), **values}
+        values = {**dict.fromkeys(robot.description.actuated, 0.0), **values}
     elif not values:  # constant coordinates that, with the varying ones, determine the pose
         together = next(iter(choices(robot, configuration.orientation, tuple(swept), robot.zero_poses)), ())
         values = {name: float(configuration.platform[name]) for name in together if set(swept) <= set(together)}

@@ -223,7 +223,7 @@ def _animation_poses(robot: Robot, args: argparse.Namespace) -> Configuration:
             raise ArgumentError(f"--sweep: {name} is given by {option} too")
         values[name] = value
     if option == "--actuators":
-        values = {**dict.fromkeys(robot.description.driven, 0.0), **values}
+        values = {**dict.fromkeys(robot.description.actuated, 0.0), **values}
     return assembled(robot, option, values, args)
 
 

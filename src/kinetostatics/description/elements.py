@@ -137,7 +137,7 @@ class JointStiffness(CheckedPart):
             infinity means rigid. Along a passive freedom, a finite value is a spring that is relaxed at the analysed pose; zero
             and infinity mean no spring. None: rigid, without springs.
         angular: rotational stiffness [N·m/rad] about these axes; infinity, zero and None mean the same as for ``linear``.
-        drive: stiffness [N/m, N·m/rad] of a driven joint's actuator along the joint's coordinate; None or infinity: rigid.
+        drive: stiffness [N/m, N·m/rad] of an actuated joint's actuator along the joint's coordinate; None or infinity: rigid.
         matrix: instead of ``linear`` and ``angular``, a symmetric (6, 6) matrix about the origin of this frame, order Fx Fy Fz Mx
             My Mz, whose diagonal has the same meaning; kept as the 21 numbers of its upper triangle, row by row.
         file: the file from which the matrix is; empty for a matrix given directly.

@@ -75,7 +75,7 @@ class JointType:
 
     @cached_property
     def is_single(self) -> bool:
-        """Whether it has one freedom, so that it may be driven, have a limit, or follow another joint."""
+        """Whether it has one freedom, so that it may be actuated, have a limit, or follow another joint."""
         return self.freedoms == 1
 
     @cached_property

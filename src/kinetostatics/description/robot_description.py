@@ -67,7 +67,7 @@ class RobotDescription(Reported):
         platform_origin: the frame o-xyz, relative to the platform link.
         base: name of the base link; empty for the root of the tree, until the description is validated.
         joint_stiffness: elastic joints, bearings and actuators, by name of the joint.
-        driven: names of the driven joints and loops.
+        actuated: names of the actuated joints and loops.
         attributes: names and values of further attributes of ``<robot>``.
         extra: XML of materials, other transmissions and further elements of ``<robot>``, which is preserved.
         path: path of the file; paths of meshes are relative to it.
@@ -91,7 +91,7 @@ class RobotDescription(Reported):
     loops: Mapping[str, Loop] = field(default_factory=dict)
     beams: Mapping[str, Beam] = field(default_factory=dict)
     joint_stiffness: Mapping[str, JointStiffness] = field(default_factory=dict)
-    driven: tuple[str, ...] = ()
+    actuated: tuple[str, ...] = ()
     attributes: tuple[tuple[str, str], ...] = ()
     extra: str = ""
     path: str = field(default="<python>", compare=False)
@@ -110,7 +110,7 @@ class RobotDescription(Reported):
             object.__setattr__(self, name, value)
         for table in _ALL_TABLES:
             object.__setattr__(self, table, ResultMapping(getattr(self, table)))
-        object.__setattr__(self, "driven", tuple(self.driven))
+        object.__setattr__(self, "actuated", tuple(self.actuated))
 
     @classmethod
     def of(
@@ -127,7 +127,7 @@ class RobotDescription(Reported):
         flexible: Iterable[Flexible] = (),
         **more: Keyword,
     ) -> RobotDescription:
-        """Create a description from lists instead of dicts; ``more`` are further attributes, such as ``driven``.
+        """Create a description from lists instead of dicts; ``more`` are further attributes, such as ``actuated``.
 
         Raises:
             RobotFileError: two links, joints, loops, beams or springs have the same name, or two stiffnesses the same joint.

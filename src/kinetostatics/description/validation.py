@@ -1,4 +1,4 @@
-"""Rules that concern several parts of a description: references by name, the tree, driven and mimicking joints, beams.
+"""Rules that concern several parts of a description: references by name, the tree, actuated and mimicking joints, beams.
 
 Files and descriptions made in Python are checked by the same functions; errors have the line of parts that are from a file.
 """
@@ -66,14 +66,14 @@ def validate(description: RobotDescription) -> RobotDescription:
     base = description.base or tree
     check_reference(place, "<base>", "link", base, links)
     joints = with_valid_mimics(joints, loops, warnings)
-    transmissions = [(place, "", [(name, place)]) for name in description.driven]
-    driven = valid_driven(transmissions, joints, loops, warnings)
+    transmissions = [(place, "", [(name, place)]) for name in description.actuated]
+    actuated = valid_actuated(transmissions, joints, loops, warnings)
     if base == platform:
         raise platform_place.error(f"the link {base!r} is both base and platform")
     for joint in joints.values():
-        if joint.mimic is not None and joint.mimic.joint not in driven:
+        if joint.mimic is not None and joint.mimic.joint not in actuated:
             raise joint.place.of("mimic").error(
-                f"{joint.label} mimics {joint.mimic.joint!r}, which is not driven by a <transmission>; {_LEADERS}"
+                f"{joint.label} mimics {joint.mimic.joint!r}, which is not actuated by a <transmission>; {_LEADERS}"
             )
     connections: dict[str, Joint | Loop] = {**joints, **loops}
     _check_beams(description.beams.values(), links, connections, {base: "base", platform: "platform"})
@@ -86,7 +86,7 @@ def validate(description: RobotDescription) -> RobotDescription:
         part.check_place(at_link, others, {base: "base", platform: "platform"}.get(part.link, ""))
         if part.name in description.beams:
             raise part.place.error(f"<{part.KIND} {part.name!r}> has the name of a beam, in {description.beams[part.name].place}")
-    stiffnesses = {name: _stiffness(stiffness, connections, driven) for name, stiffness in description.joint_stiffness.items()}
+    stiffnesses = {name: _stiffness(stiffness, connections, actuated) for name, stiffness in description.joint_stiffness.items()}
     for spring in description.springs.values():
         _check_sides(spring, links)
     file_texts = {warning.partition(": ")[2] for warning in description.file_warnings}
@@ -95,7 +95,7 @@ def validate(description: RobotDescription) -> RobotDescription:
         description,
         joints=joints,
         base=base,
-        driven=driven,
+        actuated=actuated,
         joint_stiffness=stiffnesses,
         attributes=tuple((name, text) for name, text in description.attributes if name != "name"),
         file_warnings=(*description.file_warnings, *new),
@@ -192,7 +192,7 @@ def check_loops(loops: Mapping[str, Loop], links: Collection[str], joints: Mappi
         _check_sides(loop, links)
 
 
-_LEADERS = "a joint can mimic a driven revolute, continuous or prismatic <joint>"
+_LEADERS = "a joint can mimic an actuated revolute, continuous or prismatic <joint>"
 
 
 def with_valid_mimics(joints: Mapping[str, Joint], loops: Collection[str], warnings: list[str]) -> dict[str, Joint]:
@@ -225,16 +225,16 @@ def _check_mimic(joint: Joint, joints: Mapping[str, Joint], loops: Collection[st
         raise place.error(f"{joint.label} mimics {name!r}, which is {leader.type}; {_LEADERS}")
 
 
-def valid_driven(
+def valid_actuated(
     transmissions: Iterable[tuple[Where, str, Iterable[tuple[str, Place]]]],
     joints: Mapping[str, Joint],
     loops: Mapping[str, Loop],
     warnings: list[str],
 ) -> tuple[str, ...]:
-    """Return the names of the driven joints and loops.
+    """Return the names of the actuated joints and loops.
 
-    An invalid transmission is an error if the robot has loops, because the statics depends on the driven joints; without loops it
-    is a warning.
+    An invalid transmission is an error if the robot has loops, because the statics depends on the actuated joints; without loops
+    it is a warning.
 
     Args:
         transmissions: of each transmission what makes its errors, its label, and the names of its joints with their places.
@@ -242,7 +242,7 @@ def valid_driven(
         warnings: list to which warnings are added.
     """
     connections: dict[str, Joint | Loop] = {**joints, **loops}
-    driven: list[str] = []
+    actuated: list[str] = []
     for where, label, entries in transmissions:
         try:
             if not entries:
@@ -254,19 +254,19 @@ def valid_driven(
                 if isinstance(joint, Joint) and joint.of_type.is_fixed:
                     warnings.append(f"{place}: the <transmission> of {name!r} is ignored, because this joint is fixed.")
                 elif not joint.of_type.is_single:
-                    reason = f"is {joint.type} and cannot be driven; only joints with one freedom can: {SINGLE}"
+                    reason = f"is {joint.type} and cannot be actuated; only joints with one freedom can: {SINGLE}"
                     raise place.error(f"{name!r} {reason}")
-                elif name in driven:
-                    raise place.error(f"{name!r} is driven by two <transmission>; name it once")
+                elif name in actuated:
+                    raise place.error(f"{name!r} is actuated by two <transmission>; name it once")
                 elif mimic is not None:
-                    raise place.error(f"{name!r} mimics {mimic.joint!r} and cannot be driven as well; drop one of the two")
+                    raise place.error(f"{name!r} mimics {mimic.joint!r} and cannot be actuated as well; drop one of the two")
                 else:
-                    driven.append(name)
+                    actuated.append(name)
         except RobotFileError as error:
             if loops:
                 raise
             warnings.append(f"{error}; this <transmission> is ignored.")
-    return tuple(driven)
+    return tuple(actuated)
 
 
 # ---- beams ---------------------------------------------------------------------------------------------------------------
@@ -347,11 +347,11 @@ def check_pairs(beams: Sequence[Beam]) -> None:
 # ---- elastic joints ------------------------------------------------------------------------------------------------------
 
 
-def _stiffness(stiffness: JointStiffness, connections: Mapping[str, Joint | Loop], driven: Collection[str]) -> JointStiffness:
+def _stiffness(stiffness: JointStiffness, connections: Mapping[str, Joint | Loop], actuated: Collection[str]) -> JointStiffness:
     """Return a stiffness after its checks; three infinite values count as missing."""
     check_reference(stiffness.place, stiffness.label, "joint", stiffness.joint, connections)
     joint = connections[stiffness.joint]
-    locked = stiffness.joint in driven or (isinstance(joint, Joint) and joint.mimic is not None)
+    locked = stiffness.joint in actuated or (isinstance(joint, Joint) and joint.mimic is not None)
     groups: dict[str, Sequence[float] | None] = {"linear": stiffness.linear, "angular": stiffness.angular}
     if stiffness.matrix is not None:
         if any(groups.values()):
@@ -363,8 +363,8 @@ def _stiffness(stiffness: JointStiffness, connections: Mapping[str, Joint | Loop
             stiffness = replace(stiffness, linear=None) if group == "linear" else replace(stiffness, angular=None)
         elif values is not None:
             _check_group(stiffness, group, values, joint, locked)
-    if stiffness.drive is not None and stiffness.joint not in driven:
-        reason = f"{stiffness.label} has the attribute drive, but {stiffness.joint!r} is not driven"
+    if stiffness.drive is not None and stiffness.joint not in actuated:
+        reason = f"{stiffness.label} has the attribute drive, but {stiffness.joint!r} is not actuated"
         raise stiffness.place.error(f"{reason}; name it in a <transmission>, or drop drive")
     return stiffness
 

@@ -229,7 +229,7 @@ def prepare(
     first = Robot(read_robot_file(path, parameters, **links))
     names = [variable.name for variable in ranges] + [name for choice in choices for name in choice.names]
     sizes = varied_numbers(ParametricRobot(first, links), names, typed_units(ranges, choices))
-    grid, is_platform = grid_of(*workspace, first.description.driven)
+    grid, is_platform = grid_of(*workspace, first.description.actuated)
     lengths = [demand for demand in requirements if demand.below and REQUIRABLE[demand.name].kind == "length"]
     limits = [(demand.text, demand.limit) for demand in lengths]
     hints = [hint for text, x in limits for hint in length_hint(f"{text} allows {x:.6g} m,", x, first.zero_size, most=1.0)]

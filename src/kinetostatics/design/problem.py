@@ -253,18 +253,18 @@ class Problem:
 
 
 def grid_of(
-    platform: Mapping[str, ArrayLike] | None, actuators: Mapping[str, ArrayLike] | None, driven: Sequence[str]
+    platform: Mapping[str, ArrayLike] | None, actuators: Mapping[str, ArrayLike] | None, actuated: Sequence[str]
 ) -> tuple[dict[str, Array], bool]:
     """Return the coordinates (P,) of a grid of poses, and whether they belong to the platform.
 
-    Without ``platform`` and ``actuators``, the coordinates of the ``driven`` joints are zero.
+    Without ``platform`` and ``actuators``, the coordinates of the ``actuated`` joints are zero.
     """
     if platform is not None and actuators is not None:
         raise ArgumentError("give either platform or actuators, not both")
     what = "actuators" if platform is None else "platform"
     given = actuators if platform is None else platform
     if given is None:
-        return {name: np.zeros(1) for name in driven}, False
+        return {name: np.zeros(1) for name in actuated}, False
     check_mapping(what, given, '{"z": [0.4, 0.5]}' if platform is not None else '{"slide": [0.0, 0.1]}')
     axes = []
     for name, value in given.items():

@@ -222,8 +222,8 @@ def _sensitivity(
     derivatives: dict[str, Array | Mapping[str, Array]] = {}
     for name in asked:
         if name.startswith("actuator"):
-            driven = nominal.robot.description.driven
-            derivatives[name] = ResultMapping({actuator: frozen(slopes[name][..., k]) for k, actuator in enumerate(driven)})
+            actuated = nominal.robot.description.actuated
+            derivatives[name] = ResultMapping({actuator: frozen(slopes[name][..., k]) for k, actuator in enumerate(actuated)})
         else:
             shape = nominal.shape if name == "mass" else slopes[name].shape
             derivatives[name] = frozen(np.array(np.broadcast_to(slopes[name], shape)))

@@ -241,11 +241,13 @@ def _by_number(
     slopes, _ = slopes_by(number, nominal, derivatives, case, tool, WANTED)
     if not np.all(np.isfinite(slopes["twist"])):
         raise opens_loops(number.name)
-    return _effect({name: amount * slope for name, slope in slopes.items()}, nominal.robot.description.driven)
+    return _effect({name: amount * slope for name, slope in slopes.items()}, nominal.robot.description.actuated)
 
 
-def _effect(arrays: Mapping[str, Array], driven: Sequence[str], force: float = 0.0, at: str = "", moment: float = 0.0) -> Effect:
-    forces = ResultMapping({name: frozen(arrays["actuator_forces"][k]) for k, name in enumerate(driven)})
+def _effect(
+    arrays: Mapping[str, Array], actuated: Sequence[str], force: float = 0.0, at: str = "", moment: float = 0.0
+) -> Effect:
+    forces = ResultMapping({name: frozen(arrays["actuator_forces"][k]) for k, name in enumerate(actuated)})
     effect = quantities(frozen(arrays["twist"]), frozen(arrays["stiffness"]), forces, np.zeros(6))
     return Effect(effect.twist, effect.displacement, effect.rotation, effect.stiffness, forces, force, at, moment)
 
@@ -289,15 +291,15 @@ def _by_errors(
     # scale of rounding errors: the largest stiffness times the displacement
     stiff = float(np.max(np.abs(np.nan_to_num(nominal.stiffness)), initial=0.0))
     stresses = stress > max(_NO_EFFECT * float(np.max(stress)), _NO_EFFECT * stiff * float(np.max(size)))
-    joints, driven, effects = list(result.joint_contributions), robot.description.driven, {}
+    joints, actuated, effects = list(result.joint_contributions), robot.description.actuated, {}
     listed = stresses | (size > _NO_EFFECT * float(np.max(size))) if only_effective else np.ones(len(errors), dtype=bool)
     for k in np.flatnonzero(listed).tolist():
         worst = first_largest(forces[k])
-        on_actuators = [result.actuator_contributions[name]["assembly_errors"][k] if stresses[k] else 0.0 for name in driven]
+        on_actuators = [result.actuator_contributions[name]["assembly_errors"][k] if stresses[k] else 0.0 for name in actuated]
         arrays = {"twist": twists[k], "stiffness": np.zeros((6, 6)), "actuator_forces": np.array(on_actuators)}
         at = joints[worst] if stresses[k] and forces[k, worst] else ""
         moment = float(moments[k].max()) if stresses[k] else 0.0
-        effects[errors[k].name] = _effect(arrays, driven, float(forces[k, worst]) if at else 0.0, at, moment)
+        effects[errors[k].name] = _effect(arrays, actuated, float(forces[k, worst]) if at else 0.0, at, moment)
     return effects
 
 
@@ -316,8 +318,8 @@ def _array(effect: PoseQuantities, name: str) -> Array:
 
 
 def _sampled(made: Mapping[str, Array], nominal: Result, tool: Array | None) -> PoseQuantities:
-    driven = nominal.robot.description.driven
-    forces = ResultMapping({name: frozen(made["actuator_forces"][..., k]) for k, name in enumerate(driven)})
+    actuated = nominal.robot.description.actuated
+    forces = ResultMapping({name: frozen(made["actuator_forces"][..., k]) for k, name in enumerate(actuated)})
     return quantities(frozen(made["twist"]), frozen(made["stiffness"]), forces, np.asarray(nominal.seen_from(tool).twist))
 
 

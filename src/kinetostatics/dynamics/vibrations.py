@@ -72,7 +72,7 @@ class Vibrations:
         check("drives", drives)
         robot, shape = robot_of(configuration), configuration.shape
         robot.weights.check_inertias()
-        free = {name: elastic_actuator(robot.mechanism, name, np.inf) for name in robot.description.driven}
+        free = {name: elastic_actuator(robot.mechanism, name, np.inf) for name in robot.description.actuated}
         structure = SmallMotions(robot.statics, free if drives == "free" else None)
         valid = np.array(configuration.reached)
         for beam in robot.beams.values():

@@ -132,7 +132,7 @@ class Pose:
     def actuators(self) -> Array:
         """Return the coordinates (n, N) of the actuators, in the order of the file."""
         coordinates = self.model.joints.at(self.placed.q, self.frames)
-        rows = [coordinates[name] for name in self.statics.description.driven]
+        rows = [coordinates[name] for name in self.statics.description.actuated]
         return np.stack(rows) if rows else zeros_for((0, self.x.shape[1]), self.x)
 
     def within(self) -> Mask:

@@ -52,11 +52,11 @@ def foreign_robot(
     loops = [*record.loops, *read_closing_frames(source, record.frames), *read_loop_joints(source)]
     if not loops:
         raise RobotFileError("there is no closed_loop, and the URDF has no loops either", os.fsdecode(yaml))
-    named = None if record.driven is None else gepetto.driven_after(record.driven, record.retyped)
+    named = None if record.actuated is None else gepetto.actuated_after(record.actuated, record.retyped)
     if record.retyped:
         retyped = _source(path, gepetto.retype(source, record.retyped))
         source = replace(retyped, made=frozenset(retyped.links) - frozenset(source.links))
-    return source, loops, Actuators(named, transmissions, record.driven_note), [*warnings, *record.warnings]
+    return source, loops, Actuators(named, transmissions, record.actuated_note), [*warnings, *record.warnings]
 
 
 def _source(path: str, root: XmlElement) -> SourceRobot:
@@ -76,7 +76,7 @@ def complete(
     axes: Mapping[str, object] | None,
     actuators: tuple[str, ...] | None,
 ) -> tuple[tuple[Loop, ...], tuple[str, ...], list[str]]:
-    """Return the loops, the driven joints without a ``<transmission>``, and warnings.
+    """Return the loops, the actuated joints without a ``<transmission>``, and warnings.
 
     Raises:
         ArgumentError: information is missing both in the source and in the arguments of :func:`kinetostatics.extend_robot`; or an
@@ -102,10 +102,11 @@ def complete(
     closed = [loop for loop in loops if loop is not None]
     movable = [joint.name for joint in source.joints.values() if JOINT_TYPES[joint.type].is_single]
     untyped = {loop.name for loop in closed if not JOINT_TYPES[loop.type].is_single}
-    driven = _driven(source, [*movable, *(name for name in names if name not in untyped)], declared, actuators, missing, warnings)
+    drivable = [*movable, *(name for name in names if name not in untyped)]
+    actuated = _actuated(source, drivable, declared, actuators, missing, warnings)
     if missing:
         raise ArgumentError(f"{source.path} lacks information; give also {'; '.join(missing)}")
-    return tuple(closed), driven, [*warnings, *filter(None, (_rotation_warning(source, loop) for loop in closed))]
+    return tuple(closed), actuated, [*warnings, *filter(None, (_rotation_warning(source, loop) for loop in closed))]
 
 
 def unread_loops(path: str, root: XmlElement, links: Iterable[str]) -> str:
@@ -174,7 +175,7 @@ def _unit_vectors(name: str, value: object, count: int, kind: str) -> tuple[Vect
     return tuple((x, y, z) for x, y, z in (rows / lengths).tolist())
 
 
-def _driven(
+def _actuated(
     source: SourceRobot,
     movable: Sequence[str],
     declared: Actuators,
@@ -182,7 +183,7 @@ def _driven(
     missing: list[str],
     warnings: list[str],
 ) -> tuple[str, ...]:
-    """Return the driven joints without a ``<transmission>``."""
+    """Return the actuated joints without a ``<transmission>``."""
     if given is not None:
         chosen = given
         for name in chosen:
@@ -190,7 +191,7 @@ def _driven(
                 raise ArgumentError(f"actuators: there is no joint {name!r} with one freedom; {near_names(name, movable)}")
         if declared.named is not None and set(chosen) != set(declared.named):
             listed = ", ".join(declared.named) or "none"
-            warnings.append(f"{source.path}: the driven joints are the given ones; the source lists {listed}.")
+            warnings.append(f"{source.path}: the actuated joints are the given ones; the source lists {listed}.")
     elif declared.named is not None or declared.transmissions:
         chosen = declared.transmissions if declared.named is None else declared.named
     else:

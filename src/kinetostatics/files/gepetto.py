@@ -15,7 +15,7 @@ https://github.com/Gepetto/toolbox-parallel-robots:
 - ``closed_loop``: pairs of Pinocchio's frames (links or joints) that coincide when the loops are closed.
 - ``type``, one for each pair: ``3d`` constrains the origins of the frames (``CONTACT_3D``: a spherical joint), ``6d`` the whole
   frames (``CONTACT_6D``: a fixed joint).
-- ``name_mot``: joints whose names contain one of these texts are driven.
+- ``name_mot``: joints whose names contain one of these texts are actuated.
 - ``joint_name``, ``joint_type``: joints of the URDF that are replaced by other types: ``SPHERICAL``; ``UJOINT_XY``, ``UJOINT_YZ``
   and ``UJOINT_ZX``, two turns about these axes of the joint's frame, the first named first; ``FIXED``.
 """
@@ -55,16 +55,16 @@ class GepettoFile:
 
     Attributes:
         frames: names of the frames that the loops join.
-        driven: names of the driven joints of the URDF, or None if unknown.
-        driven_note: why the driven joints are unknown, if ``name_mot`` is ambiguous.
+        actuated: names of the actuated joints of the URDF, or None if unknown.
+        actuated_note: why the actuated joints are unknown, if ``name_mot`` is ambiguous.
         retyped: joints with another type than in the URDF.
         warnings: warnings, in full sentences.
     """
 
     loops: tuple[ForeignLoop, ...]
     frames: frozenset[str]
-    driven: tuple[str, ...] | None
-    driven_note: str
+    actuated: tuple[str, ...] | None
+    actuated_note: str
     retyped: tuple[Retyped, ...]
     warnings: tuple[str, ...]
 
@@ -146,8 +146,8 @@ def read(source: SourceRobot, path: str | os.PathLike[str]) -> GepettoFile:
     keys = _read_yaml(path)
     warnings = [_unknown(key, node) for key, node in keys.items() if key not in KEYS]
     frames, loops = _loops(source, keys)
-    driven, note = _driven(source, keys)
-    return GepettoFile(tuple(loops), frames, driven, note, _retyped(source, keys), tuple(warnings))
+    actuated, note = _actuated(source, keys)
+    return GepettoFile(tuple(loops), frames, actuated, note, _retyped(source, keys), tuple(warnings))
 
 
 def _unknown(key: str, node: Node) -> str:
@@ -203,8 +203,8 @@ def _name(first: str, second: str, taken: set[str]) -> str:
     return shared if shared and shared not in taken else f"{first}_{second}"
 
 
-def _driven(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[tuple[str, ...] | None, str]:
-    """Return the names of the driven joints and an empty text, or None and the reason if the names are ambiguous.
+def _actuated(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[tuple[str, ...] | None, str]:
+    """Return the names of the actuated joints and an empty text, or None and the reason if the names are ambiguous.
 
     They are ambiguous if a text of ``name_mot`` is the name of a joint, and also a part of the names of other joints.
     """
@@ -216,10 +216,10 @@ def _driven(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[tuple[str, .
     for node, text in zip(nodes, texts, strict=True):
         if not any(text in name for name in movable):
             raise node.error(f"name_mot has {text!r}, which is in no movable joint's name; {near_names(text, movable)}")
-    driven = tuple(name for name in movable if any(text in name for text in texts))
-    more = [name for name in driven if name not in texts and any(text in name for text in texts if text in movable)]
+    actuated = tuple(name for name in movable if any(text in name for text in texts))
+    more = [name for name in actuated if name not in texts and any(text in name for text in texts if text in movable)]
     if not more:
-        return driven, ""
+        return actuated, ""
     return None, f"name_mot ({keys['name_mot'].place}) has names of joints that are also parts of the names {', '.join(more)}"
 
 
@@ -267,16 +267,16 @@ def retype(source: SourceRobot, retyped: Sequence[Retyped]) -> XmlElement:
     return replace(source.root, content=tuple(content))
 
 
-def driven_after(driven: Sequence[str], retyped: Sequence[Retyped]) -> tuple[str, ...]:
-    """Return the names of the driven joints after :func:`retype`, which may have made some of them fixed."""
+def actuated_after(actuated: Sequence[str], retyped: Sequence[Retyped]) -> tuple[str, ...]:
+    """Return the names of the actuated joints after :func:`retype`, which may have made some of them fixed."""
     changes = {change.joint: change for change in retyped}
     names: list[str] = []
-    for name in driven:
+    for name in actuated:
         change = changes.get(name)
         if change is None:
             names.append(name)
         elif len(change.axes) == 3:
-            reason = f"the joint {name!r} is spherical, but is driven by name_mot; only joints with one freedom can be driven"
+            reason = f"the joint {name!r} is spherical, but is actuated by name_mot; only joints with one freedom can be actuated"
             raise change.place.error(reason)
         else:
             names.extend(_new_names(change))

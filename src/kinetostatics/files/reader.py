@@ -26,8 +26,8 @@ from kinetostatics.files.foreign_robot import unread_loops
 from kinetostatics.files.link_files import read_link
 from kinetostatics.files.rules import (
     lacks_axis,
+    read_actuated,
     read_beams,
-    read_driven,
     read_joint_stiffness,
     read_loops,
     read_springs,
@@ -35,7 +35,7 @@ from kinetostatics.files.rules import (
 )
 from kinetostatics.files.urdf import (
     ROBOT_LEVEL,
-    all_driven,
+    all_actuated,
     check_in_robot,
     chosen_platform,
     extra_of_robot,
@@ -64,7 +64,7 @@ def read_robot_file(
             :func:`kinetostatics.robots`.
         parameters: values of the file's ``<xacro:arg>``, numbers or strings.
         platform_link: link that is the platform, with its frame as o-xyz; default: the one named in the file. All moving joints
-            are driven if the file has neither a platform nor loops.
+            are actuated if the file has neither a platform nor loops.
         base_link: link fixed to the ground; default: the one named in the file, or the root of its tree. In a file without
             platform, a floating or planar joint at the root is skipped.
 
@@ -123,7 +123,7 @@ def describe(
     check_loops(loops, links, joints)
     platform_element, base_element = _only(root, PLATFORM, links), _only(root, BASE, links)
     joints = with_valid_mimics(joints, loops, warnings)
-    driven = read_driven(root, joints, loops, warnings)
+    actuated = read_actuated(root, joints, loops, warnings)
     if platform_element is None and not loops and (where := unread_loops(path, root, links)):
         raise root.error(
             f"the robot has loops of another tool ({where}); make a robot file with them: kinetostatics new --from {path}"
@@ -133,7 +133,7 @@ def describe(
     if platform is not None:
         platform, place, frame = known_link("platform_link", platform, links, path), Place(path), Origin()
         if platform_element is None and not loops:
-            driven = all_driven(joints, driven, path, warnings)
+            actuated = all_actuated(joints, actuated, path, warnings)
     elif platform_element is None:
         raise root.error('the robot has no platform; name the moving platform with <platform link="…"/>, or by platform_link')
     else:
@@ -159,7 +159,7 @@ def describe(
             loops,
             read_beams(root, {**joints, **loops}),
             read_joint_stiffness(root, os.path.dirname(path)),
-            driven,
+            actuated,
             tuple(root.attributes.items()),
             extra_of_robot(root, ("link", "joint", *ROBOT_LEVEL)),
             path,

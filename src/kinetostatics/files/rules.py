@@ -1,4 +1,4 @@
-"""Reading of loops, springs, counterweights, beams, driven joints and joint stiffnesses."""
+"""Reading of loops, springs, counterweights, beams, actuated joints and joint stiffnesses."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.description.joints import Joint, Loop
 from kinetostatics.description.robot_description import by_name
 from kinetostatics.description.stiffness_matrix import MATRIX
-from kinetostatics.description.validation import check_pairs, valid_driven
+from kinetostatics.description.validation import check_pairs, valid_actuated
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.attributes import number_of, reference, text
 from kinetostatics.files.element_tables import BEAM, COUNTERWEIGHT, JOINT_STIFFNESS, LOOP, SPRING, limits, read_section
@@ -95,13 +95,15 @@ def _end(value: str, connections: Collection[str]) -> BeamEnd:
     return BeamEnd(joint, side) if colon and value not in connections else BeamEnd(value)  # names may have colons themselves
 
 
-def read_driven(root: XmlElement, joints: Mapping[str, Joint], loops: Mapping[str, Loop], warnings: list[str]) -> tuple[str, ...]:
+def read_actuated(
+    root: XmlElement, joints: Mapping[str, Joint], loops: Mapping[str, Loop], warnings: list[str]
+) -> tuple[str, ...]:
     """Return the names of the joints and loops with a ``<transmission>``."""
     transmissions = [
         (element, element.label, [(entry.attributes.get("name", ""), entry.place) for entry in element.named("joint")])
         for element in root.named("transmission")
     ]
-    return valid_driven(transmissions, joints, loops, warnings)
+    return valid_actuated(transmissions, joints, loops, warnings)
 
 
 def read_joint_stiffness(root: XmlElement, folder: str) -> dict[str, JointStiffness]:

@@ -54,7 +54,7 @@ def other_children(element: XmlElement, *children: str) -> str:
 
 
 def plain_transmission(joint: str, place: Place) -> XmlElement:
-    """Return a transmission without further elements, which only marks a joint as driven."""
+    """Return a transmission without further elements, which only marks a joint as actuated."""
     entry = XmlElement("joint", {"name": joint}, (), place)
     return XmlElement("transmission", {"name": f"drive_{joint}"}, (entry,), place)
 
@@ -248,13 +248,13 @@ def drivable(joints: Mapping[str, Joint]) -> list[str]:
     return [joint.name for joint in joints.values() if JOINT_TYPES[joint.type].is_single and joint.mimic is None]
 
 
-def all_driven(joints: Mapping[str, Joint], driven: tuple[str, ...], path: str, warnings: list[str]) -> tuple[str, ...]:
-    """Return the names of all joints that can be driven, for a robot without loops: passive joints could carry no load."""
-    others = [name for name in drivable(joints) if name not in driven]
-    if others and not driven:
+def all_actuated(joints: Mapping[str, Joint], actuated: tuple[str, ...], path: str, warnings: list[str]) -> tuple[str, ...]:
+    """Return the names of all joints that can be actuated, for a robot without loops: passive joints could carry no load."""
+    others = [name for name in drivable(joints) if name not in actuated]
+    if others and not actuated:
         moving = f"all {len(others)} joints that move count" if others[1:] else f"the joint that moves, {others[0]!r}, counts"
-        warnings.append(f"{path}: the file has no <transmission>; {moving} as driven.")
+        warnings.append(f"{path}: the file has no <transmission>; {moving} as actuated.")
     elif others:
         listed = ", ".join(map(repr, others[:LISTED])) + (", …" if len(others) > LISTED else "")
-        warnings.append(f"{path}: joints without a <transmission> count as driven like the others: {listed}.")
-    return (*driven, *others)
+        warnings.append(f"{path}: joints without a <transmission> count as actuated like the others: {listed}.")
+    return (*actuated, *others)

@@ -173,7 +173,7 @@ def robot_text(description: RobotDescription, comment: str = "") -> str:
             *map(write_stiffness, description.joint_stiffness.values()),
             *map(SPRING.write, description.springs.values()),
             *(element for element in extra if element.tag != "transmission"),
-            *_transmissions(description.driven, [element for element in extra if element.tag == "transmission"], place),
+            *_transmissions(description.actuated, [element for element in extra if element.tag == "transmission"], place),
         ),
         place,
     )
@@ -205,19 +205,19 @@ def _kept(tag: str, name: str, extra: str, place: Place) -> tuple[tuple[XmlEleme
     return root.children, tuple(warnings)
 
 
-def _transmissions(driven: tuple[str, ...], originals: list[XmlElement], place: Place) -> list[XmlElement]:
-    """Return the transmissions of the ``driven`` joints in their order: ``originals`` where they fit, otherwise plain ones."""
+def _transmissions(actuated: tuple[str, ...], originals: list[XmlElement], place: Place) -> list[XmlElement]:
+    """Return the transmissions of the ``actuated`` joints in their order: ``originals`` where they fit, otherwise plain ones."""
     joints = [[entry.attributes.get("name", "") for entry in transmission.named("joint")] for transmission in originals]
     of_joint = {name: number for number, names in enumerate(joints) for name in names}
     result: list[XmlElement] = []
     position = 0
-    while position < len(driven):
-        number = of_joint.get(driven[position])
+    while position < len(actuated):
+        number = of_joint.get(actuated[position])
         names = joints[number] if number is not None else []
-        if number is not None and tuple(names) == tuple(driven[position : position + len(names)]):
+        if number is not None and tuple(names) == tuple(actuated[position : position + len(names)]):
             result.append(originals[number])
             position += len(names)
         else:
-            result.append(plain_transmission(driven[position], place))
+            result.append(plain_transmission(actuated[position], place))
             position += 1
     return result

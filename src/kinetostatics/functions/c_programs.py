@@ -220,7 +220,7 @@ class SearchPrograms:
 
 def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation) -> SearchPrograms:
     controlled, least = ScaledCoordinates(names, orientation, robot.length), error_tolerance(robot.length)
-    driven = robot.description.driven
+    actuated = robot.description.actuated
     R, o = robot.mechanism.platform_pose(robot.statics.example)
     platform, twist, n = np.concatenate([R.reshape(9, 1), o]), np.array([_TWIST]).T, len(names)
 
@@ -239,11 +239,11 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
         return [pose_error(_pose(target), loaded(*_pose(frame), twist))]
 
     def corrected(before: Array, reached: Array) -> list[Array]:
-        slides = [robot.mechanism.connections[name].type.is_slide for name in driven]
+        slides = [robot.mechanism.connections[name].type.is_slide for name in actuated]
         return [before[k] + shift_of(before[k], reached[k], slide) for k, slide in enumerate(slides)]
 
     first = np.concatenate([np.reshape(array, (-1, 1)) for array in begun(platform, twist)])
-    drives = np.zeros((len(driven), 1))
+    drives = np.zeros((len(actuated), 1))
     return SearchPrograms(
         _program("begin", {"frame": platform, "twist": twist}, begun),
         _program("update", {"state": first, "frame": platform, "twist": twist}, updated),
@@ -314,7 +314,7 @@ class Programs:
         self.outputs = [quantity for name, quantity in function.outputs.items() if name not in ALWAYS and 0 not in quantity.shape]
         self.coordinates = [quantity for name, quantity in function.inputs.items() if name not in LOADS]
         self.c_names = c_names(quantity.name for quantity in self.coordinates)
-        connections = ((name, robot.mechanism.connections[name]) for name in robot.description.driven)
+        connections = ((name, robot.mechanism.connections[name]) for name in robot.description.actuated)
         limits = {name: (connection.lower, connection.upper) for name, connection in connections}
         self.limits = {name: both for name, both in limits.items() if np.all(np.isfinite(both))}
         self.line = line_of(robot, function.prescribed)
@@ -337,11 +337,11 @@ class Programs:
         values = robot.solver.values(function.prescribed, begin)[:, 0].tolist()
         self.at_start = {name: round(value, 9) or 0.0 for name, value in zip(function.names, values, strict=True)}
         names = robot.actuator_names
-        self.order = [names.index(name) for name in robot.description.driven]
+        self.order = [names.index(name) for name in robot.description.actuated]
         self.search = self.drives = None
         if compensates:
             self.search = search_programs(robot, function.names, orientation_named(function.orientation))
-            self.drives = line_of(robot, robot.actuator_coordinates, "driven_")
+            self.drives = line_of(robot, robot.actuator_coordinates, "actuated_")
 
     @property
     def all(self) -> list[tuple[str, CProgram]]:

@@ -244,10 +244,10 @@ static int compensated(
     {name}_state *pose, const double *load, const double *gravity, double *w, double *result, double *residual_error,
     double *actuators)
 {{
-    double target_frame[12], search[{numbers + 1}], next[{numbers + 1}], left[7], driven_result[RESULTS];
+    double target_frame[12], search[{numbers + 1}], next[{numbers + 1}], left[7], actuated_result[RESULTS];
     double at_target[{n + 1}], before[{n + 1}], after[{n + 1}];
     const double *const frame = result + {at["platform"]}, *const twist = result + {at["twist"]};
-    {name}_state driven = *pose;
+    {name}_state actuated = *pose;
     int k;
     memcpy(at_target, result + {first}, {n} * sizeof(double));
     memcpy(target_frame, frame, sizeof target_frame);
@@ -269,12 +269,13 @@ static int compensated(
     correct(at_target, result + {first}, w, before);
     memcpy(actuators, before, {n} * sizeof(double));
 {order}
-    driven.corrections = pose->corrections;
-    k = driven_followed(&driven, before, after, w);
-    pose->corrections = driven.corrections;
+    actuated.corrections = pose->corrections;
+    k = actuated_followed(&actuated, before, after, w);
+    pose->corrections = actuated.corrections;
     if (!k) return {name.upper()}_UNREACHABLE;
-    if (driven_analysed(&driven, after, load, gravity, w, driven_result) != {name.upper()}_OK) return {name.upper()}_UNREACHABLE;
-    update(search, driven_result + {at["platform"]}, driven_result + {at["twist"]}, w, next);
+    if (actuated_analysed(&actuated, after, load, gravity, w, actuated_result) != {name.upper()}_OK)
+        return {name.upper()}_UNREACHABLE;
+    update(search, actuated_result + {at["platform"]}, actuated_result + {at["twist"]}, w, next);
     for (k = 0; k < {search.errors}; ++k)
         if (!(fabs(next[{search.first_error} + k]) <= {literal(search.arrival_tolerance)})) return {name.upper()}_UNREACHABLE;
     return {name.upper()}_OK;

@@ -322,8 +322,8 @@ def derivatives_at(
     load, gravity = result.load.reshape(N, 6).T, result.gravity.reshape(N, 3).T
     if not np.all(np.isfinite(load)):
         return None
-    driven = robot.description.driven
-    outputs = [name for name in OUTPUTS if name in names and (driven or not name.startswith("actuator"))]
+    actuated = robot.description.actuated
+    outputs = [name for name in OUTPUTS if name in names and (actuated or not name.startswith("actuator"))]
     derivatives = Derivatives(replace(configuration, shape=(N,)), prescribed, target, load, gravity, outputs, tool)
     with contextlib.suppress(ArgumentError):  # it has no record
         return derivatives if not N or derivatives.nominal else None

@@ -336,8 +336,8 @@ def compile(
     Args:
         robot: the robot.
         platform: names of the platform coordinates that the function takes, as many as the mobility (inverse kinematics).
-        actuators: names of all driven joints (forward kinematics), the default without ``platform``; driven joints outside the
-            limbs, such as a gripper's, may be omitted.
+        actuators: names of all actuated joints (forward kinematics), the default without ``platform``; actuated joints outside
+            the limbs, such as a gripper's, may be omitted.
         orientation: convention of the angles, see :meth:`Robot.assemble`.
         outputs: "twist", "contributions", "actuator_forces", "stiffness", "compliance", "spring_forces", "platform_weight",
             "platform_wrench" or "actuators"; with ``compensate``, also "residual_error".
@@ -378,7 +378,7 @@ def compile(
         names = _listed("platform", platform, '("z", "rx", "ry")')
         assembly.platform_coordinates(robot, dict.fromkeys(names), orientation)
     else:
-        names = _listed("actuators", robot.description.driven if actuators is None else actuators, '("motor_1", "motor_2")')
+        names = _listed("actuators", robot.description.actuated if actuators is None else actuators, '("motor_1", "motor_2")')
         assembly.all_actuators(robot, dict.fromkeys(names, 0.0))
         if taken := {*LOADS, "near"}.intersection(names):
             raise ArgumentError(f"the actuator {min(taken)!r} is named like another argument of the function: rename the joint")

@@ -147,7 +147,7 @@ def _starts(robot: RobotKinematics) -> Iterator[tuple[dict[str, float], SolverSt
         name
         for name, joint in robot.joint_coordinates.in_tree.items()
         if joint.type.is_hinge
-        and name not in description.driven
+        and name not in description.actuated
         and description.joints[name].mimic is None
         and joint.body != robot.mechanism.platform_frame[0]
     ]

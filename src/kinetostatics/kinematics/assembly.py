@@ -54,7 +54,7 @@ def assemble(
         prescribed, names = platform_coordinates(robot, platform, orientation)
         given: Mapping[str, ArrayLike] = platform
     else:
-        given = dict.fromkeys(robot.description.driven, 0.0) if actuators is None else actuators
+        given = dict.fromkeys(robot.description.actuated, 0.0) if actuators is None else actuators
         prescribed, names = robot.actuator_coordinates, robot.actuator_names
         given = all_actuators(robot, given)
     shape, target = _stack([given[name] for name in names], names)
@@ -181,15 +181,15 @@ def all_actuators(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> dic
     Raises:
         CoordinatesError: an actuator of a limb is missing, or a name is unknown.
     """
-    driven = robot.description.driven
-    check_mapping("actuators", given, f"{{{driven[0]!r}: 0.02}}" if driven else "{}")
+    actuated = robot.description.actuated
+    check_mapping("actuators", given, f"{{{actuated[0]!r}: 0.02}}" if actuated else "{}")
     for name in given:
-        if name not in driven:
-            raise CoordinatesError(f"no driven joint {name!r}: {near_names(name, driven)}", robot.mobility.platform)
+        if name not in actuated:
+            raise CoordinatesError(f"no actuated joint {name!r}: {near_names(name, actuated)}", robot.mobility.platform)
     every: dict[str, ArrayLike] = {**dict.fromkeys(robot.actuators_outside_limbs, 0.0), **given}
-    missing = [name for name in driven if name not in every]
+    missing = [name for name in actuated if name not in every]
     if missing:
-        text = f"actuator values are missing for {', '.join(missing)}; the robot has {len(driven)} driven joints"
+        text = f"actuator values are missing for {', '.join(missing)}; the robot has {len(actuated)} actuated joints"
         raise CoordinatesError(text, robot.mobility.platform)
     return every
 

@@ -185,10 +185,10 @@ class Configuration(Reported):
 
     @cached_property
     def actuators(self) -> Mapping[str, Array]:
-        """The coordinate (…) of every driven joint [m, rad]."""
+        """The coordinate (…) of every actuated joint [m, rad]."""
         coordinates = self.robot.joint_coordinates.at(self.model_q, self.frames)
-        driven = self.robot.description.driven
-        return ResultMapping({name: frozen(coordinates[name].reshape(self.shape)) for name in driven})
+        actuated = self.robot.description.actuated
+        return ResultMapping({name: frozen(coordinates[name].reshape(self.shape)) for name in actuated})
 
     @cached_property
     def jacobian(self) -> Array:

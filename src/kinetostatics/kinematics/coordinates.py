@@ -25,8 +25,8 @@ class PrescribedCoordinates:
     """Prescribed coordinates, in addition to the closure of loops.
 
     Attributes:
-        columns: prescribed freedoms of the tree (driven joints of the tree).
-        loops: prescribed driven loops, as indices in ``LoopEquations.loops``.
+        columns: prescribed freedoms of the tree (actuated joints of the tree).
+        loops: prescribed actuated loops, as indices in ``LoopEquations.loops``.
         positions: indices of prescribed coordinates among x, y, z.
         angles: indices of prescribed orientation coordinates.
         orientation: convention of the orientation coordinates.

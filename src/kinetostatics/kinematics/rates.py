@@ -35,7 +35,7 @@ def prescribed_motion(configuration: Configuration, motion: Motion) -> tuple[Pre
     """
     robot, rates = configuration.robot, (motion.velocities, motion.accelerations)
     given = dict.fromkeys(name for by_name in rates for name in by_name)
-    if set(given) <= set(robot.description.driven):
+    if set(given) <= set(robot.description.actuated):
         prescribed, names = robot.actuator_coordinates, robot.actuator_names
     else:
         chosen = configuration.prescribed if set(given) <= set(configuration.prescribed) else given
@@ -91,7 +91,7 @@ def actuator_rates(configuration: Configuration, motion: Motion) -> tuple[dict[s
     rates = velocities_of(robot.solver, prescribed, poses, target, velocity.reshape(len(velocity), 1, -1))
     twists = twists_of_bodies(robot.solver, poses, rates)[:, :, 0]
     speeds, frames = {}, robot.equations.forward(poses.x)
-    for name in robot.description.driven:
+    for name in robot.description.actuated:
         joint = robot.mechanism.connections[name]
         axis = frames.direction(joint.predecessor_body, joint.axis_on(True))
         point = frames.point(joint.successor_body, joint.successor_frame[:3, 3])

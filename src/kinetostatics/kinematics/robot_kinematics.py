@@ -178,9 +178,9 @@ class RobotKinematics:
 
     @cached_property
     def actuators_outside_limbs(self) -> tuple[str, ...]:
-        """Names of the driven joints outside the limbs; these joints move only open branches."""
+        """Names of the actuated joints outside the limbs; these joints move only open branches."""
         in_limbs = {edge.joint for limb in self.topology.limbs for edge in limb.edges}
-        return tuple(name for name in self.description.driven if name not in in_limbs)
+        return tuple(name for name in self.description.actuated if name not in in_limbs)
 
     @cached_property
     def zero_is_near(self) -> bool:
@@ -268,24 +268,24 @@ class RobotKinematics:
 
     @cached_property
     def actuator_names(self) -> list[str]:
-        """Names of the driven joints in the order of the solver: joints of the tree, then loops."""
+        """Names of the actuated joints in the order of the solver: joints of the tree, then loops."""
         loops = [loop.name for loop in self.equations.loops]
-        return sorted(self.description.driven, key=lambda name: name in loops)
+        return sorted(self.description.actuated, key=lambda name: name in loops)
 
     @cached_property
     def actuator_coordinates(self) -> PrescribedCoordinates:
-        """The positions of the driven joints, as prescribed coordinates of the solver."""
+        """The positions of the actuated joints, as prescribed coordinates of the solver."""
         loops = [loop.name for loop in self.equations.loops]
-        bodies = [self.mechanism.body_of_joint[name] for name in self.description.driven if name not in loops]
+        bodies = [self.mechanism.body_of_joint[name] for name in self.description.actuated if name not in loops]
         columns = tuple(self.equations.joint_of_body[body].first_v for body in bodies)
-        return PrescribedCoordinates(columns, tuple(loops.index(name) for name in self.description.driven if name in loops))
+        return PrescribedCoordinates(columns, tuple(loops.index(name) for name in self.description.actuated if name in loops))
 
     def unit_hints(self, given: Mapping[str, ArrayLike]) -> list[str]:
         """Return hints at coordinates of actuators or platform whose sizes suggest millimetres or degrees instead of [m, rad]."""
         hints: list[str] = []
         for name, values in given.items():
             amount = largest(values)
-            joint = self.mechanism.connections.get(name) if name in self.description.driven else None
+            joint = self.mechanism.connections.get(name) if name in self.description.actuated else None
             if name not in ("x", "y", "z") if joint is None else not joint.type.is_slide:
                 usual = joint is not None and (joint.type.endless or joint.lower <= amount <= joint.upper)
                 hints += turns_hint(name, amount, usual)

@@ -57,7 +57,7 @@ def twists_of_bodies(solver: Solver, poses: SolverState, v: Array) -> Array:
 
 
 def platform_jacobian(robot: RobotKinematics, poses: SolverState) -> Array:
-    """Return the twists (6, a, N) of the platform at o per unit speed of each driven joint, in the order of the file."""
+    """Return the twists (6, a, N) of the platform at o per unit speed of each actuated joint, in the order of the file."""
     prescribed = robot.mobility_analysis.with_dofs(robot.actuator_coordinates)
     unit = np.repeat(np.eye(len(robot.actuator_names))[:, :, None], poses.x.shape[1], axis=2)
     v = velocities_of(robot.solver, prescribed, poses, robot.solver.values(prescribed, poses), unit)
@@ -65,4 +65,4 @@ def platform_jacobian(robot: RobotKinematics, poses: SolverState) -> Array:
     twists = twists_of_bodies(robot.solver, poses, v)[:, body]
     o = robot.mechanism.platform_pose(robot.equations.forward(poses.x))[1]
     twists[:3] += np.cross(twists[3:], o[:, None], axis=0)
-    return twists[:, [robot.actuator_names.index(name) for name in robot.description.driven]]
+    return twists[:, [robot.actuator_names.index(name) for name in robot.description.actuated]]

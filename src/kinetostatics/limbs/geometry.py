@@ -183,7 +183,7 @@ class LimbSkeleton:
     def _choose_y(self, axes: Array, z: Array) -> tuple[str, int]:
         """Choose the reference of the y axis, not parallel to ``z`` (3,).
 
-        In order of preference: a passive single axis, an axis of a passive universal joint, a driven single axis, the world.
+        In order of preference: a passive single axis, an axis of a passive universal joint, an actuated single axis, the world.
         """
         for turns, passive in ((Axes.AXIS, True), (Axes.BOTH, True), (Axes.AXIS, False)):
             for f, k in enumerate(self.compound_of):

@@ -207,7 +207,7 @@ class LimbGroup:
             if edge.beam or (limb.ends[position] and position < outermost):
                 break
             connection = self.model.mechanism.connections[str(edge.joint)]
-            if connection.driven or connection.name in self.model.description.joint_stiffness:
+            if connection.actuated or connection.name in self.model.description.joint_stiffness:
                 break
             for k, compound in enumerate(self.compounds[0]):
                 if connection.name in compound.joints:

@@ -207,7 +207,7 @@ class SpanFinder:
         """Whether two joints of a massless link belong to one universal, spherical or cylindrical joint."""
         if self.mechanism.at_link[link] not in ([first, second], [second, first]):
             return False
-        if link in self.beams_of or self.description.links[link].mass or first.driven or second.driven:
+        if link in self.beams_of or self.description.links[link].mass or first.actuated or second.actuated:
             return False
         a, b = (connection.axis_on(link == connection.predecessor) for connection in (first, second))
         p, q = first.centre_on(link), second.centre_on(link)

@@ -47,7 +47,7 @@ class ElasticActuator:
 
     Attributes:
         compliance: compliance along the joint's coordinate [m/N, rad/(N·m)].
-        moves: names of the driven joint and of joints that mimic it, each with its motion per unit of the driven coordinate.
+        moves: names of the actuated joint and of joints that mimic it, each with its motion per unit of the actuated coordinate.
     """
 
     joint: str
@@ -68,7 +68,7 @@ def springs_of(mechanism: Mechanism, joint: str) -> tuple[ElasticJoint, ...]:
 
 
 def elastic_actuators(mechanism: Mechanism) -> dict[str, ElasticActuator]:
-    """Return all elastic actuators, by the name of the driven joint."""
+    """Return all elastic actuators, by the name of the actuated joint."""
     given = {name: stiffness.drive for name, stiffness in mechanism.description.joint_stiffness.items()}
     return {name: elastic_actuator(mechanism, name, 1 / k) for name, k in given.items() if k is not None and k < np.inf}
 
@@ -115,7 +115,7 @@ class Freedom:
     """One freedom of a joint: a rotation about an axis (3,) fixed in a body, or a translation along it.
 
     ``centre`` is a point (3,) of ``centre_body`` on the axis; ``sign`` is −1 if the joint's successor is its inboard side.
-    ``passive``: whether the freedom is neither driven nor elastic; ``stiffness``: inverse of the compliance of its spring, or 0.
+    ``passive``: whether the freedom is neither actuated nor elastic; ``stiffness``: 1 / (compliance of its spring), or 0.
     """
 
     rotates: bool
@@ -157,7 +157,7 @@ def freedoms_of(mechanism: Mechanism, connection: Connection, sign: int = 1) -> 
 
     def freedom(rotates: bool, body: int, axis: Array, centre: tuple[int, Array], which: str = "") -> Freedom:
         local_axis = frame[:3, :3].T @ axis if body == here else None  # None: the axis moves in the predecessor's frame
-        passive = not connection.driven and not is_sprung(stiffness, rotates, local_axis)
+        passive = not connection.actuated and not is_sprung(stiffness, rotates, local_axis)
         return Freedom(rotates, body, axis, *centre, sign, connection.name + which, passive)
 
     slides, turns = (frame[:3, :3] @ axes for axes in kind.axes(connection.axis))
@@ -176,7 +176,7 @@ class CompoundJoint:
         type: type of the joint; for two or three revolutes ``universal`` or ``spherical``.
         label: name in reports.
         joints: names of the joints that form it.
-        passive: whether at least one freedom is neither driven nor elastic.
+        passive: whether at least one freedom is neither actuated nor elastic.
         dofs: its freedoms, from base to platform.
         edge: index of its outermost joint among the limb's edges.
         has_centre: whether its centre is a geometric feature of the robot, not an arbitrary point of its axis; see
@@ -240,7 +240,7 @@ def compound_joints(
     for position, edge in enumerate(limb.edges):
         connection = mechanism.connections[edge.joint] if edge.joint else None
         elastic = connection is not None and connection.name in stiffness
-        if connection is not None and connection.type.is_hinge and not connection.driven and not elastic:
+        if connection is not None and connection.type.is_hinge and not connection.actuated and not elastic:
             steps.append((position, edge, connection))
         elif connection is None or not connection.type.is_fixed or elastic:
             flush()

@@ -44,10 +44,10 @@ class Connection:
         axis, axis2: (3,) unit vectors, in the joint frames of predecessor and successor.
         lower, upper: limits of a one-freedom joint [m, rad].
         cone: limit of a universal or spherical loop.
-        driven: whether the joint is locked in the statics: it is driven itself, or mimics another joint.
+        actuated: whether the joint is locked in the statics: it is actuated itself, or mimics another joint.
         is_loop: whether the connection closes a loop of the file's tree.
         place: file and line.
-        mimic: how the joint mimics a driven joint, without an actuator force of its own; None if it does not.
+        mimic: how the joint mimics an actuated joint, without an actuator force of its own; None if it does not.
     """
 
     name: str
@@ -63,7 +63,7 @@ class Connection:
     lower: float
     upper: float
     cone: Cone | None
-    driven: bool
+    actuated: bool
     is_loop: bool
     place: Place
     mimic: Mimic | None = None
@@ -139,7 +139,7 @@ def meeting_points(a: Array, p: Array, b: Array, q: Array) -> tuple[float, float
 
 def _connection(
     joint: Joint | Loop,
-    driven: bool,
+    actuated: bool,
     sides: tuple[str, str, int, int, Array, Array],
     axis2: Vector,
     cone: Cone | None = None,
@@ -147,7 +147,7 @@ def _connection(
 ) -> Connection:
     axes, limits = (np.array(joint.axis), np.array(axis2)), (joint.lower, joint.upper)
     return Connection(
-        joint.name, JOINT_TYPES[joint.type], *sides, *axes, *limits, cone, driven, isinstance(joint, Loop), joint.place, mimic
+        joint.name, JOINT_TYPES[joint.type], *sides, *axes, *limits, cone, actuated, isinstance(joint, Loop), joint.place, mimic
     )
 
 
@@ -186,13 +186,13 @@ class Mechanism:
         for joint in description.joints.values():
             (body, frame), (child_body, child_frame) = self.body_of[joint.parent], self.body_of[joint.child]
             sides = joint.parent, joint.child, body, child_body, frame @ joint.origin.matrix, child_frame
-            driven = joint.name in description.driven or joint.mimic is not None
-            self.connections[joint.name] = _connection(joint, driven, sides, (0.0, 1.0, 0.0), mimic=joint.mimic)
+            actuated = joint.name in description.actuated or joint.mimic is not None
+            self.connections[joint.name] = _connection(joint, actuated, sides, (0.0, 1.0, 0.0), mimic=joint.mimic)
         for loop in description.loops.values():
             (body, frame), (other_body, other_frame) = self.body_of[loop.predecessor], self.body_of[loop.successor]
             frames = frame @ loop.predecessor_origin.matrix, other_frame @ loop.successor_origin.matrix
             sides = loop.predecessor, loop.successor, body, other_body, *frames
-            self.connections[loop.name] = _connection(loop, loop.name in description.driven, sides, loop.axis2, loop.cone)
+            self.connections[loop.name] = _connection(loop, loop.name in description.actuated, sides, loop.axis2, loop.cone)
         joints = []
         for name, body in self.body_of_joint.items():
             joint, number = description.joints[name], model.joints[body]
@@ -248,7 +248,7 @@ class Mechanism:
         taken: set[str] = set()
 
         def turns_freely(connection: Connection) -> bool:
-            return connection.type.is_hinge and not connection.driven and not connection.is_loop
+            return connection.type.is_hinge and not connection.actuated and not connection.is_loop
 
         def following(connection: Connection) -> Connection | None:
             link = connection.successor

@@ -160,7 +160,7 @@ def _joints(result: Result, noise: NoiseFloor) -> list[Block]:
     kinds = [
         f"{whole[name].type.name}, {len(whole[name].joints)} revolutes"
         if name in whole
-        else mechanism.connections[name].type.name + ", driven" * mechanism.connections[name].driven
+        else mechanism.connections[name].type.name + ", actuated" * mechanism.connections[name].actuated
         for name in names
     ]
     return [

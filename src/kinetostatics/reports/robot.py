@@ -39,7 +39,7 @@ UNKNOWN = "not known"
 UNITS = {
     "general": "SI: m, rad, kg, Pa; null: infinite, not known or not given",
     "mobility": "numbers of freedoms and constraints at generic poses; redundancies: locations of the redundant constraints",
-    "zero": "loop_gaps where all joints are at zero; drives [m, rad] and closing_error [scaled m or rad] at the closed zero pose",
+    "zero": "loop_gaps with all joints at zero; actuators [m, rad] and closing_error [scaled m or rad] at the closed zero pose",
     "mass": "kg at the zero pose",
     "graph": "chain from base to platform: bodies, joints, branches (parallel runs, or a network); hanging: branches on a body",
     "depth": "m, the section's larger side or diameter",
@@ -61,7 +61,7 @@ def robot_report(robot: Robot) -> Report:
     facts_of = cache(diagnose)
     parts: dict[str, Sized] = {
         "limb": robot.topology.limbs,
-        "actuator": robot.description.driven,
+        "actuator": robot.description.actuated,
         "beam": robot.description.beams,
         **({"flexible link": robot.description.flexible} if robot.description.flexible else {}),
     }
@@ -106,7 +106,7 @@ def _graph(part: object) -> object:
 
 
 def description_report(description: RobotDescription) -> Report:
-    names = ("links", "joints", "loops", "beams", "flexible", "joint_stiffness", "driven")
+    names = ("links", "joints", "loops", "beams", "flexible", "joint_stiffness", "actuated")
     nouns = ("link", "joint", "loop", "beam", "flexible link", "elastic joint", "actuator")
     elements = [(list(getattr(description, name)), noun) for name, noun in zip(names, nouns, strict=True)]
     counts = ", ".join(count(len(some), noun) for some, noun in elements if some or noun in ("link", "joint"))
@@ -137,7 +137,9 @@ def _summary(diagnosis: Diagnosis) -> Facts:
         if mobility.local_freedoms:
             rows.append(("local freedoms", _local_freedoms(mobility.local_freedoms)))
         rows.append(("redundant constraints", _redundancy(diagnosis, mobility)))
-    rows.append(("actuators", [f"{len(diagnosis.drives)}: {', '.join(diagnosis.drives)}" if diagnosis.drives else "none"]))
+    rows.append(
+        ("actuators", [f"{len(diagnosis.actuators)}: {', '.join(diagnosis.actuators)}" if diagnosis.actuators else "none"])
+    )
     kinds = {step.kind for limb in diagnosis.limbs for step in limb.joints}
     if not diagnosis.elastic_joints and not all(JOINT_TYPES[kind].is_fixed for kind in kinds):
         rows.append(("elastic joints", ["none: bearings and actuators count as rigid"]))
@@ -156,7 +158,7 @@ def _mobility(mobility: MobilityDiagnosis) -> str:
 
 
 def _local_freedoms(freedoms: list[LocalFreedom]) -> list[str]:
-    spinning = [freedom for freedom in freedoms if freedom.kind == "spin" and not freedom.drives]
+    spinning = [freedom for freedom in freedoms if freedom.kind == "spin" and not freedom.actuators]
     lines = []
     if spinning:
         names = join_words([" with ".join(freedom.links) for freedom in spinning], 12)
@@ -175,7 +177,7 @@ def _local_freedoms(freedoms: list[LocalFreedom]) -> list[str]:
         else:
             axis = freedom.joint or f"{'their' if several else 'its'} own axis"
             text += f" turn{'s' * (not several)} about {axis}"
-        lines.append(text + (f", with the actuators {join_words(freedom.drives)}" if freedom.drives else ""))
+        lines.append(text + (f", with the actuators {join_words(freedom.actuators)}" if freedom.actuators else ""))
     return lines
 
 
@@ -186,7 +188,7 @@ def _redundancy(diagnosis: Diagnosis, mobility: MobilityDiagnosis) -> list[str]:
         text += f", doubtful: gap of singular values only {mobility.gap:.2g}"
     lines = [text, *_places(diagnosis.limbs, mobility.redundancies)]
     if mobility.redundant_actuators:
-        actuators, more = len(diagnosis.drives), "more " * bool(count)
+        actuators, more = len(diagnosis.actuators), "more " * bool(count)
         locked = actuators - mobility.redundant_actuators
         freedoms = f"{locked} freedom{'s' * (locked != 1)}"
         lines.append(f"{mobility.redundant_actuators} {more}with the actuators locked: {actuators} actuators hold {freedoms}")

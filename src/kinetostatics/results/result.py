@@ -291,7 +291,7 @@ class Result(Reported, PoseArrays):
 
         If other joints mimic the actuator, their forces, times their multipliers, are included.
         """
-        return self._by("actuator_forces", self.robot.description.driven)
+        return self._by("actuator_forces", self.robot.description.actuated)
 
     @cached_property
     def actuator_contributions(self) -> Mapping[str, Mapping[str, Array]]:

@@ -36,7 +36,7 @@ def actuator_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]
     """Return the force or torque (N,) of each actuator, positive along its coordinate; NaN if statically indeterminate."""
     table = robot.joint_table
     followers = [joint.name for joint in robot.mechanism.connections.values() if joint.mimic is not None]
-    names = [name for name in (*robot.description.driven, *followers) if name in table.names]
+    names = [name for name in (*robot.description.actuated, *followers) if name in table.names]
     which = [table.names.index(name) for name in names]
     forces = actuator_forces_from(robot, solution, carried_wrenches(robot, solution, which), names)
     undetermined = _self_stresses(robot, solution, which)
@@ -108,7 +108,7 @@ def actuator_forces_from(
         part = mine[:3] if connection.type.is_slide else mine[3:]
         return np.asarray(table.signs[joint] * np.einsum("in,i...n->...n", axis, part))
 
-    forces = {name: along(name) for name in robot.description.driven}
+    forces = {name: along(name) for name in robot.description.actuated}
     for joint in robot.mechanism.connections.values():
         if joint.mimic is not None:
             forces[joint.mimic.joint] = forces[joint.mimic.joint] + joint.mimic.multiplier * along(joint.name)

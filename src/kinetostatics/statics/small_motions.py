@@ -1,6 +1,6 @@
 """Small motions of a robot as a graph of rigid bodies, joints and beams, and the coordinates of these motions.
 
-Passive freedoms of joints are free, driven joints are locked, elastic joints are springs. Coordinates are the passive and the
+Passive freedoms of joints are free, actuated joints are locked, elastic joints are springs. Coordinates are the passive and the
 elastic freedoms along a spanning tree of joints. A body that only beams connect to the base has six coordinates. A joint outside
 the tree closes a loop: its freedoms are coordinates too, and stiff springs along its constrained directions keep the loop closed.
 """

@@ -118,10 +118,10 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Actuator:
-    """A driven joint, with the joints that follow it.
+    """An actuated joint, with the joints that follow it.
 
     Attributes:
-        moves: transmission ratio and coordinate of each joint that the actuator moves, the driven joint first.
+        moves: transmission ratio and coordinate of each joint that the actuator moves, the actuated joint first.
         stiffness: stiffness [N/m, N·m/rad] of an elastic actuator that moves several joints; infinite otherwise. An actuator that
             moves one joint has its stiffness in a spring of that joint.
     """

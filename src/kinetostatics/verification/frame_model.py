@@ -151,7 +151,7 @@ class _FrameBuilder:
         return self.number(min(ends, key=lambda end: float(np.linalg.norm(end[0] - point)))[1])
 
     def _actuators(self, coordinates: Mapping[str, Coordinate]) -> Iterator[Actuator]:
-        for name in self.description.driven:
+        for name in self.description.actuated:
             if name in coordinates:
                 followers = [
                     (joint.mimic.multiplier, coordinates[joint.name])

@@ -59,8 +59,8 @@ class FrameSolution(ShortRepr):
         joint_wrenches: (6,) wrench of each joint's inner side on its outer side, about the joint's centre [N, N·m].
         beam_wrenches: (2, 6) section wrenches at the inner and at the outer end of each beam, about the section's centroid:
             the part towards the platform acts on the part towards the base [N, N·m].
-        actuator_forces: force or torque of each driven joint [N or N·m].
-        rotating_actuators: names of the driven joints that rotate.
+        actuator_forces: force or torque of each actuated joint [N or N·m].
+        rotating_actuators: names of the actuated joints that rotate.
     """
 
     twist: Array

@@ -67,7 +67,7 @@ class PlacedJoint:
         frames: (4, 4) joint frames fixed to predecessor and successor.
         axis: (3,) axis; of a universal joint, the axis fixed to the predecessor.
         axis2: (3,) axis of a universal joint fixed to the successor.
-        locked: whether it is driven, or follows a driven joint.
+        locked: whether it is actuated, or follows an actuated joint.
     """
 
     name: str
@@ -88,12 +88,12 @@ class PlacedJoint:
 
 def placed_joints(configuration: Configuration) -> dict[str, PlacedJoint]:
     description = configuration.robot.description
-    driven = set(description.driven)
+    actuated = set(description.actuated)
     placed = {}
     for joint in description.joints.values():
         inner, outer = configuration.frame(joint.parent) @ joint.origin.matrix, configuration.frame(joint.child)
         axis = inner[:3, :3] @ np.array(joint.axis)
-        locked = joint.name in driven or joint.mimic is not None
+        locked = joint.name in actuated or joint.mimic is not None
         placed[joint.name] = PlacedJoint(joint.name, joint.type, (joint.parent, joint.child), (inner, outer), axis, axis, locked)
     for loop in description.loops.values():
         inner = configuration.frame(loop.predecessor) @ loop.predecessor_origin.matrix
@@ -105,7 +105,7 @@ def placed_joints(configuration: Configuration) -> dict[str, PlacedJoint]:
             (inner, outer),
             inner[:3, :3] @ np.array(loop.axis),
             outer[:3, :3] @ np.array(loop.axis2),
-            loop.name in driven,
+            loop.name in actuated,
         )
     return placed
 

@@ -343,7 +343,7 @@ class _Placement:
         structure = self.motions.structure
         free = {k for k, item in enumerate(structure.freedoms) if item and not item.rotates and not item.stiffness}
         for name, span in structure.model.topology.beams.items():
-            at = [joint for joint in structure.joints if joint.connection.driven and joint.connection.name in span.spanned]
+            at = [joint for joint in structure.joints if joint.connection.actuated and joint.connection.name in span.spanned]
             if slides := [column for joint in at for column in joint.columns if column in free]:
                 yield name, slides
 

@@ -322,7 +322,7 @@ class Cards:
                 rows += self._actuator(name)
         kind = " + ".join(dict.fromkeys(connections[name].type.name for name in joint.joints)) + " joint"
         note = "Wrench of the base side acting on the platform side, about the joint's centre, world axes."
-        return Card(f"{kind}, driven" if joint.driven else kind, rows, note if rows else "")
+        return Card(f"{kind}, actuated" if joint.actuated else kind, rows, note if rows else "")
 
     def _actuator(self, name: str) -> list[CardRow]:
         values, units, noise = self.actuators[name]

@@ -27,7 +27,7 @@ class DrawnJoint:
         centre: (F, 3) position at rest [m].
         axis: (F, 3) axis of a joint drawn as a pin; None for a ball.
         twist: (F, K, 6) twists of the centre [m, rad].
-        driven: whether the joint is an actuator.
+        actuated: whether the joint is an actuator.
         beam: name of the telescopic beam that contains the joint, or None.
     """
 
@@ -37,7 +37,7 @@ class DrawnJoint:
     centre: Array
     axis: Array | None
     twist: Array
-    driven: bool
+    actuated: bool
     beam: str | None
 
 
@@ -53,10 +53,10 @@ def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
             continue
         centre = _centre(poses, connection)
         links = frozenset((connection.predecessor, connection.successor))
-        turning = connection.type.is_hinge and not connection.driven
+        turning = connection.type.is_hinge and not connection.actuated
         before = joints[-1] if joints else None
         if (
-            turning and before is not None and before.links & links and not before.driven and before.beam is None
+            turning and before is not None and before.links & links and not before.actuated and before.beam is None
             and all(robot.mechanism.connections[name].type.is_hinge for name in before.joints)
             and float(np.abs(before.centre - centre).max()) < size
         ):  # fmt: skip
@@ -69,7 +69,7 @@ def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
         joints.append(
             DrawnJoint(
                 connection.name, (connection.name,), links, centre, single, _twist(poses, connection, centre),
-                connection.driven, inside.get(connection.name),
+                connection.actuated, inside.get(connection.name),
             )
         )  # fmt: skip
     return joints

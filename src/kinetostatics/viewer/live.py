@@ -115,7 +115,7 @@ class LiveRobot:
         """Compile the functions for requests, until ``go_on()`` is false; NumPy is used for functions not yet compiled."""
         if check_engine("auto") == "numpy" or self.configuration is None:
             return
-        asked: list[dict[str, object]] = [{"actuators": self.configuration.actuators}] if self.robot.description.driven else []
+        asked: list[dict[str, object]] = [{"actuators": self.configuration.actuators}] if self.robot.description.actuated else []
         if self.sliders is not None and self.sliders.coordinates:
             present = self.sliders.present(self.configuration, "platform")
             asked.insert(0, {"platform": {name: present[name] for name in self.sliders.coordinates}})

@@ -245,7 +245,7 @@ class _SceneBuilder:
             self.at[joint.name] = self.stations.add(placement, joint.twist)
             r = marker_radius(self.poses, joint, self.size)
             shape = ball(1.3 * r) if joint.axis is None else pin(0.6 * r, 3.2 * r)
-            colour = ACTUATOR_COLOUR if joint.driven else JOINT_COLOUR
+            colour = ACTUATOR_COLOUR if joint.actuated else JOINT_COLOUR
             self.meshes.append(Mesh(f"joints/{joint.name}", shape, self.at[joint.name], ("Deformed",), colour))
 
     def _springs(self) -> None:

@@ -48,7 +48,7 @@ class Sliders:
         """Create the sliders at a pose; without ``coordinates``, :func:`determining_coordinates` chooses platform coordinates."""
         self.robot, self.orientation, self.size = robot_of(pose), orientation, size
         self.coordinates = tuple(coordinates) or determining_coordinates(pose, orientation)
-        kinds = {"platform": self.coordinates, "actuators": tuple(self.robot.description.driven)}
+        kinds = {"platform": self.coordinates, "actuators": tuple(self.robot.description.actuated)}
         self.factors = {(kind, name): self._factor(kind, name) for kind, names in kinds.items() for name in names}
         ends = self.reach(pose)
         self._controls = [self._slider(kind, name, ends, pose) for kind, name in self.factors]

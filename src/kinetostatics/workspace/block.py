@@ -97,7 +97,7 @@ def _analysis_arrays(
 ) -> dict[str, Values]:
     """Return the requested variables that follow from an analysis; ``shape``: (cases…, N)."""
     configuration, robot = result.configuration, result.robot
-    if result.contribution_names != labels.axes["source"] or robot.description.driven != labels.axes["actuator"]:
+    if result.contribution_names != labels.axes["source"] or robot.description.actuated != labels.axes["actuator"]:
         values = ", ".join(f"{name} = {value}" for name, value in plan.parameters(combination).items()) or "these values"
         raise ArgumentError(
             f"with {values} the robot has other limbs or actuators than with the first values of the parameters; sweep these "

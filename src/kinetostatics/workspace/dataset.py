@@ -67,7 +67,7 @@ _AXES = {
     "component_2": "component of twists and wrenches about o, world axes",
     "source": "contribution to the twist",
     "mechanism": "mechanism by which gravity acts",
-    "actuator": "driven joint",
+    "actuator": "actuated joint",
     "wrench": "constraint wrench of a limb",
     "attached_wrench": "gravity-attached constraint wrench of a limb",
     "platform_coordinate": "coordinate of the platform",
@@ -154,7 +154,7 @@ def undetermined_coordinates(plan: SweepPlan, robot: Robot) -> tuple[bool, ...]:
     if len(ends) < 2:
         model = robot.mechanism.model
         return tuple(
-            n not in robot.description.driven for n, count in zip(model.names, model.nqs, strict=True) for _ in range(count)
+            n not in robot.description.actuated for n, count in zip(model.names, model.nqs, strict=True) for _ in range(count)
         )
     return tuple((np.ptp(ends, axis=0) > CHANGED).tolist())
 

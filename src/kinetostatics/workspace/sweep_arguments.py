@@ -84,7 +84,7 @@ def read_plan(
         first, source = _source(robot, start, bool(varying), links or {})
     varying = _with_units(varying, first, source.links, start, parameter_units)
     if not kinds:
-        kinds = {"actuators": dict.fromkeys(first.description.driven, 0.0)}
+        kinds = {"actuators": dict.fromkeys(first.description.actuated, 0.0)}
     ((kind, given),) = kinds.items()
     if case.assembly_errors is not None:
         parse_assembly_errors(first.statics, case.assembly_errors)

@@ -111,8 +111,8 @@ def test_original_is_included_unchanged_and_nothing_overwritten(arm, tmp_path) -
     assert made.description == ks.load_robot(path).description
     with pytest.raises(ks.ArgumentError, match="exists and is not overwritten"):
         ks.extend_robot(arm, path, **EXAMPLE)
-    assert made.description.driven == ("one", "two", "three")
-    assert ks.extend_robot(arm, platform_link="tool", actuators=["two"]).description.driven == ("two",)
+    assert made.description.actuated == ("one", "two", "three")
+    assert ks.extend_robot(arm, platform_link="tool", actuators=["two"]).description.actuated == ("two",)
 
 
 def test_uncommented_suggestions_equal_the_suggested_options(arm, tmp_path, monkeypatch) -> None:
@@ -175,7 +175,7 @@ def test_new_from_command_equals_extend_robot(arm, tmp_path, capsys) -> None:
     out = tmp_path / "mine.urdf.xacro"
     command = ["new", "--from", str(arm), "--platform-link", "tool", "--elastic", "upper=tube 60mm 50mm steel"]
     assert main([*command, "--joint-stiffness", "two=30kNm/rad", "--out", str(out)]) == 0
-    assert f"{out}: platform tool, base foot, driven: one, two, three; elastic: upper, two" in capsys.readouterr().out
+    assert f"{out}: platform tool, base foot, actuated: one, two, three; elastic: upper, two" in capsys.readouterr().out
     assert ks.load_robot(out).description == ks.extend_robot(arm, **EXAMPLE).description
     assert main(["new", "--from", str(arm), "--platform-link", "tool", "--joint-stiffness", "suggested"]) == 0
     assert 'drive="10000"' in capsys.readouterr().out
@@ -212,7 +212,9 @@ def test_joints_outside_the_chain_are_locked_actuators(arm, tmp_path, capsys) ->
     head, tail = text.split("locked joints outside the chain")
     assert "left_slide" not in head and '<joint name="left_slide"/>' in tail and "right_slide" not in text
     robot = ks.load_robot(out)
-    assert robot.description.driven == ("one", "two", "three", "left_slide") and robot.actuators_outside_limbs == ("left_slide",)
+    assert robot.description.actuated == ("one", "two", "three", "left_slide") and robot.actuators_outside_limbs == (
+        "left_slide",
+    )
     drives = {"one": 0.1, "two": [0.2, 0.3], "three": 0.0}
     result = ks.analyze(robot.assemble(actuators=drives))
     whole = ks.analyze(robot.assemble(actuators={**drives, "left_slide": 0.0}))
@@ -225,13 +227,13 @@ def test_joints_outside_the_chain_are_locked_actuators(arm, tmp_path, capsys) ->
         robot.assemble(actuators={"one": 0.0, "three": 0.0, "left_slide": 0.0})
 
 
-def test_undriven_joint_of_the_chain_stays_passive(arm) -> None:
+def test_unactuated_joint_of_the_chain_stays_passive(arm) -> None:
     passive = GRIPPER.replace('<mimic joint="left_slide"/>', "")
     arm.write_text(ARM.replace("</robot>", f"{passive}</robot>"))
     made = ks.extend_robot(arm, platform_link="tool", actuators=["two"])
-    assert made.description.driven == ("two", "left_slide", "right_slide")
+    assert made.description.actuated == ("two", "left_slide", "right_slide")
     both = ks.extend_robot(arm, platform_link="left", actuators=["two", "three", "one"])  # left_slide is in the chain
-    assert both.description.driven == ("two", "three", "one", "right_slide")
+    assert both.description.actuated == ("two", "three", "one", "right_slide")
 
 
 def test_rigid_robot_warning_suggests_working_commands(arm, tmp_path, monkeypatch, capsys) -> None:

@@ -85,7 +85,7 @@ def test_new_command_writes_the_file_and_prints_chosen_actuators(tmp_path, monke
     assert main([*command, "--out", "mine.urdf.xacro"]) == 0
     said = capsys.readouterr()
     assert said.out == (
-        "mine.urdf.xacro: 3-R[P]S, mobility 3, driven: prismatic_1, prismatic_2, prismatic_3 "
+        "mine.urdf.xacro: 3-R[P]S, mobility 3, actuated: prismatic_1, prismatic_2, prismatic_3 "
         "(the usual ones, as none was marked)\n"
     )
     assert main([*command, "--name", "mine"]) == 0
@@ -105,7 +105,7 @@ def test_new_list_prints_all_known_names(capsys):
 def test_every_known_name_makes_a_robot_held_by_actuators(known):
     robot = ks.new_robot(known.name)
     assert parse_architecture(known.architecture).text == known.architecture
-    assert robot.mobility.platform == len(robot.description.driven)
+    assert robot.mobility.platform == len(robot.description.actuated)
     assert not diagnose(robot).problems and not robot.description.warnings
     assert ks.analyze(robot.assemble(), load=[10, 20, -500, 1, 2, 3]).status == ks.Status.OK
 
@@ -284,7 +284,7 @@ def test_wrong_values_are_errors(architecture, options, words):
 def test_more_planar_limbs_are_planar(limbs):
     """Arranged around Z with other axes, four such limbs leave one freedom."""
     robot = ks.new_robot(limbs)
-    assert robot.mobility.platform == 3 and len(robot.description.driven) == int(limbs[0])
+    assert robot.mobility.platform == 3 and len(robot.description.actuated) == int(limbs[0])
     moved = robot.mobility_analysis.platform_motions(robot.zero_poses)
     assert np.abs(moved[2:5]).max() < 1e-9  # no z, rx, ry
     assert ks.new_robot(limbs, arrangement="symmetric").mobility.platform == 1

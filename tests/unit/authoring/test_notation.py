@@ -50,7 +50,7 @@ def test_freedoms_and_actuators_follow_gruebler(architecture, freedoms, drives):
         ("3-UPS+U(PP", 8, "no joint has this sign"),
         ("3-UPS+RRRRR", 10, "more than 3 rotational joints"),
         ("3-UPS+PPS", 8, "two prismatic joints in a row"),
-        ("3-R[S]P", 5, "cannot be driven"),
+        ("3-R[S]P", 5, "cannot be actuated"),
         ("3-R[]S", 4, "the bracket is empty"),
         ("13-R[P]S", 1, "13 limbs"),
         ("3-UPS+", 6, "a limb is missing behind it"),

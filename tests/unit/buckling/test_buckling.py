@@ -210,7 +210,7 @@ def test_critical_load_of_strut_with_rigid_cylinder(turned):
     length, rigid, axes = 1.1, 0.4, ((1, 0, 0), (0, 1, 0))
     rod = length - rigid
     z, names = (rod if turned else rigid), (("rod", "cylinder") if turned else ("cylinder", "rod"))
-    joints = (Joint("foot", "U", (0, 0, 0), *axes), Joint("lock", "P", (0, 0, z), (0, 0, 1), driven=True))
+    joints = (Joint("foot", "U", (0, 0, 0), *axes), Joint("lock", "P", (0, 0, z), (0, 0, 1), actuated=True))
     joints = (*joints, Joint("head", "S", (0, 0, length)))
     beam = sr.Beam(
         "rod", "rod", *(("foot", "lock") if turned else ("lock", "head")), SECTION, y_axis=(0, 1, 0), density=0.0, kappa=np.inf
@@ -249,7 +249,9 @@ def column_on_an_actuator(foot, times, from_the_top):
         for name, start, end in (("lower", "seat", "knee"), ("upper", "knee", "head"))
     ]
     links = [description.Link(name) for name in names]
-    found = RobotDescription.of("column", links=links, joints=joints, platform="top", base="ground", beams=beams, driven=["foot"])
+    found = RobotDescription.of(
+        "column", links=links, joints=joints, platform="top", base="ground", beams=beams, actuated=["foot"]
+    )
     return ks.Robot(found.with_part(JointStiffness("foot", drive=1e3)))
 
 
@@ -294,7 +296,7 @@ def test_platform_on_a_soft_mount_buckles_under_a_force_through_it(times):
 def test_critical_load_of_hexapod_on_soft_actuators():
     """Six springs between ball joints: K = Σ k t tᵀ of their unit motions t, K_G by N/l and by how forces turn the platform."""
     description, k = package_robots.robot("gough_stewart").description, 1e5
-    for name in description.driven:
+    for name in description.actuated:
         description = description.with_part(JointStiffness(name, drive=k))
     found = ks.analyze(ks.Robot(description).assemble(), load=(200, 100, -1e4, 50, -30, 20), gravity=(0, 0, 0))
     K, G, forces, arms = np.zeros((6, 6)), np.zeros((6, 6)), [], []
@@ -343,13 +345,13 @@ def test_columns_of_a_portal_sway_together():
 
 
 @pytest.mark.parametrize("share", [0.5, 0.2])
-def test_driven_crank_supports_the_leaning_crank(share):
-    """A parallelogram whose driven side is clamped and carries P_1, the other P_2: tan kl = kl (P_1 + P_2) / P_2."""
+def test_actuated_crank_supports_the_leaning_crank(share):
+    """A parallelogram whose actuated side is clamped and carries P_1, the other P_2: tan kl = kl (P_1 + P_2) / P_2."""
     length, width = 1.1, 0.7
     limbs, beams = [], []
     for k, x in ((1, 0.0), (2, width)):
         joints = (
-            Joint(f"foot_{k}", "R", (x, 0, 0), (0, 1, 0), driven=k == 1),
+            Joint(f"foot_{k}", "R", (x, 0, 0), (0, 1, 0), actuated=k == 1),
             Joint(f"head_{k}", "R", (x, 0, length), (0, 1, 0)),
         )
         limbs.append(sr.Limb(joints, (Link(f"side_{k}"),)))
@@ -524,7 +526,7 @@ def test_a_leg_of_a_hexapod_is_one_member():
 
 
 def test_arms_that_a_hinge_joins_are_two_members():
-    """Arms in one line with a locked, driven hinge: two members with one ratio, that of a column of both."""
+    """Arms in one line with a locked, actuated hinge: two members with one ratio, that of a column of both."""
     points = [(0, 0, 0), (0, 0, 0.8), (0, 0, 1.5)]
     spec = sr.locked_chain(points, [(0, 1, 0)] * 2, section=SECTION, y_axis=(0, 1, 0), density=0.0, kappa=np.inf)
     for beam in pushed(spec, (0, 0, -0.3 * euler(1.5, 2), 0, 0, 0)).beams.values():
@@ -536,7 +538,7 @@ def test_arms_at_an_angle_are_two_members():
     """Two arms that are welded at an obtuse angle."""
     spec = sr.locked_chain([(0, 0, 0), (0, 0, 0.8), (0.5, 0, 1.5)], [(0, 1, 0)] * 2, section=SECTION, y_axis=(0, 1, 0))
     limb = spec.limbs[0]
-    welded = tuple(replace(joint, kind="F", driven=False) for joint in limb.joints)
+    welded = tuple(replace(joint, kind="F", actuated=False) for joint in limb.joints)
     found = pushed(replace(spec, limbs=(replace(limb, joints=welded),)), (0, 0, -1e3, 0, 0, 0))
     assert [beam.member for beam in found.beams.values()] == [("arm_1",), ("arm_2",)]
 
@@ -574,7 +576,7 @@ def test_buckling_is_reported_first():
 
 
 def test_a_rigid_robot_does_not_buckle():
-    limb = sr.Limb((Joint("a", "P", (0, 0, 0), (0, 0, 1), driven=True), Joint("b", "F", (0, 0, 1))), (Link("rod", 1.0),))
+    limb = sr.Limb((Joint("a", "P", (0, 0, 0), (0, 0, 1), actuated=True), Joint("b", "F", (0, 0, 1))), (Link("rod", 1.0),))
     found = pushed(sr.Spec((limb,), (), o=(0, 0, 1)), (0, 0, -1e9, 0, 0, 0))
     assert found.buckles.dtype == bool and not found.buckles
 

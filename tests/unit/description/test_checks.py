@@ -112,7 +112,7 @@ def plate(**values: Any) -> RobotDescription:
         "joint_stiffness": [JointStiffness("motor", drive=1e4), JointStiffness("slide", (0, 0, 1e6))],
         "springs": [Spring("coil", 100, "ground", "plate", free_length=0.3)],
         "platform": "plate",
-        "driven": ("motor",),
+        "actuated": ("motor",),
         **values,
     }
     return RobotDescription.of("r", **given)
@@ -127,8 +127,11 @@ def plate(**values: Any) -> RobotDescription:
         ),
         (lambda d: replace(d, base=["ground"]), "<base> refers to the link ['ground'], which does not exist"),
         (lambda d: replace(d, base="plate"), "the link 'plate' is both base and platform"),
-        (lambda d: replace(d, driven=("hing",)), "<transmission> refers to the joint 'hing', which does not exist; did you mean"),
-        (lambda d: replace(d, driven=("slide",)), "'slide' is planar and cannot be driven"),
+        (
+            lambda d: replace(d, actuated=("hing",)),
+            "<transmission> refers to the joint 'hing', which does not exist; did you mean",
+        ),
+        (lambda d: replace(d, actuated=("slide",)), "'slide' is planar and cannot be actuated"),
         (lambda d: d.changed("coil", successor="ground"), "spring 'coil' joins the link 'ground' to itself"),
         (lambda d: d.changed("slide", predecessor="g"), "<predecessor> of loop 'slide' refers to the link 'g'"),
         (lambda d: d.changed("hinge", mimic=Mimic("hinge")), "joint 'hinge' mimics itself"),
@@ -210,6 +213,6 @@ def test_what_is_accepted_is_read_back_equal(data: st.DataObject) -> None:
         assert "\n" not in str(error)
     else:
         read = replace(parse_robot_text(valid.urdf), parameters={})
-        if valid.driven != description.driven:  # the ignored transmission of a joint that is now fixed is not written
+        if valid.actuated != description.actuated:  # the ignored transmission of a joint that is now fixed is not written
             valid = replace(valid, extra=read.extra)
         assert read == valid

@@ -47,7 +47,7 @@ def parallelogram() -> RobotDescription:
             Beam("left", Tube.of(0.02), STEEL, BeamEnd("a"), BeamEnd("b")),
             Beam("right", Tube.of(0.03, 0.02), STEEL, BeamEnd("d"), BeamEnd("c")),
         ],
-        driven=["a"],
+        actuated=["a"],
     )
 
 
@@ -78,7 +78,7 @@ def test_numpy_numbers_and_unnormalized_axes_are_accepted() -> None:
         )  # type: ignore[arg-type]
         for name, joint in description.joints.items()
     }
-    assert ks.description.validate(replace(description, joints=joints, driven=("a",))) == from_docs()
+    assert ks.description.validate(replace(description, joints=joints, actuated=("a",))) == from_docs()
 
 
 def test_links_with_given_inertial_values_have_an_inertial() -> None:
@@ -248,7 +248,7 @@ def whole(**values: Any) -> Callable[[RobotDescription], RobotDescription]:
         (joint(parent="grund"), ["'grund'", "did you mean 'ground'"]),
         (joint("d", child="left"), ["two parents"]),
         (beam(start=BeamEnd("x")), ["'x'", "does not exist"]),
-        (whole(driven=("a", "a")), ["two <transmission>"]),
+        (whole(actuated=("a", "a")), ["two <transmission>"]),
         (lambda d: d.with_part(replace(d.loops["c"], name="a")), ["joint or loop name 'a' is taken"]),
         (joint("c", lower=-1, upper=1), ["continuous", "unlimited"]),
         (joint(lower=2), ["lower=2", "upper=1"]),

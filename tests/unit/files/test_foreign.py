@@ -128,7 +128,7 @@ def close(found, expected, name):
 def test_closing_frames_and_frame_pairs_give_the_same_robot(files, kind):
     """One side of Gepetto's weld is a revolute's own frame, so the weld closes the same five-bar."""
     description = described(*files, **(HINGE if kind == "revolute" else {"platform_link": "tool"}))
-    assert [loop.type for loop in description.loops.values()] == [kind] and description.driven == ("motor_1", "motor_2")
+    assert [loop.type for loop in description.loops.values()] == [kind] and description.actuated == ("motor_1", "motor_2")
     assert_same(
         elastic(description, "crank_1", "crank_2", "rod_2"), five_bar(), {"motor_1": 0.3, "motor_2": 0.2}, {"motor_2": -1}
     )
@@ -153,7 +153,7 @@ def test_command_writes_a_file_that_includes_the_source(tmp_path, capsys):
     arguments = [*"--types closing_tool=revolute --platform-link tool --actuators motor_1 motor_2 --out".split(), str(out)]
     assert cli.main(["new", "--from", str(source), *arguments]) == 0
     printed = capsys.readouterr()
-    assert printed.out.startswith(f"{out}: 1 loop, platform tool, base base, driven: motor_1, motor_2; elastic: nothing yet")
+    assert printed.out.startswith(f"{out}: 1 loop, platform tool, base base, actuated: motor_1, motor_2; elastic: nothing yet")
     assert printed.err == ""
     text = out.read_text()
     turned = re.search(r"turned by 163\.8° with all joints at zero; (<origin [^>]*/>) makes", text)[1]
@@ -199,8 +199,8 @@ def test_yaml_beside_urdf_is_read_and_foreign_loops_are_errors(capsys, tmp_path)
             assert "loops of another tool" in said and name in said and f"kinetostatics new --from {file}" in said
     other = written(tmp_path, GEPETTO[0].read_bytes(), "five_bar.urdf")
     written(tmp_path, "gains: 3\n", "five_bar.yaml")
-    driven = ks.load_robot(other, platform_link="tool").description.driven
-    assert driven == ("motor_1", "passive_1", "motor_2", "passive_2", "closedloop1_A")
+    actuated = ks.load_robot(other, platform_link="tool").description.actuated
+    assert actuated == ("motor_1", "passive_1", "motor_2", "passive_2", "closedloop1_A")
 
 
 def test_command_writes_a_whole_file_if_joints_change(tmp_path, capsys):
@@ -215,7 +215,7 @@ def test_command_writes_a_whole_file_if_joints_change(tmp_path, capsys):
     assert {name: found.joints[name].axis for name in axes} == axes
     assert [found.joints[name].parent for name in axes] == ["rod_1", "to_rotule_1_X_link", "to_rotule_1_Y_link"]
     assert found.joints["to_rotule_1_Z"].child == "platform"
-    assert found.driven == ("mot1", "mot2", "mot3")
+    assert found.actuated == ("mot1", "mot2", "mot3")
     assert "to_rotule_1" not in found.joints and {loop.type for loop in found.loops.values()} == {"spherical"}
     assert ks.Robot(found).mobility.platform == 3
 
@@ -295,7 +295,7 @@ def test_missing_or_ambiguous_actuators_are_asked_for(tmp_path):
     assert missing == ["actuators"]
     assert "also parts of the names motor_1_bearing" in message
     both = written(tmp_path, GEPETTO[1].read_text().replace("'motor_2'", "'motor_2', 'motor_1_bearing'"))
-    assert described(source, both, platform_link="tool").driven == ("motor_1", "motor_1_bearing", "motor_2")
+    assert described(source, both, platform_link="tool").actuated == ("motor_1", "motor_1_bearing", "motor_2")
 
 
 def test_frames_of_revolute_mates_give_the_type(tmp_path):
@@ -320,7 +320,7 @@ def test_frames_of_revolute_mates_give_the_type(tmp_path):
 
 def test_arguments_against_the_source_are_used_with_a_warning():
     made = described(*GEPETTO, platform_link="tool", types={"closedloop1": "spherical"}, actuators=["motor_1"])
-    assert (made.loops["closedloop1"].type, made.driven) == ("spherical", ("motor_1",))
+    assert (made.loops["closedloop1"].type, made.actuated) == ("spherical", ("motor_1",))
     said = " ".join(made.warnings)
     assert f"{GEPETTO[1]}:{line_of(GEPETTO[1], 'closed_loop')}: the loop 'closedloop1' has the given type spherical" in said
     assert "the source lists motor_1, motor_2" in said
@@ -357,8 +357,8 @@ def test_elements_of_our_format_in_the_source_are_kept(tmp_path):
     ours = '<platform link="tool"/><base link="base"/><transmission name="t"><joint name="motor_1"/></transmission></robot>'
     source = written(tmp_path, FIVE_BAR.read_text().replace("</robot>", ours), "robot.urdf")
     made = described(source, types="revolute")
-    assert (made.platform, made.base, made.driven) == ("tool", "base", ("motor_1",))
-    assert described(source, types="revolute", actuators=["motor_2", "motor_1"]).driven == ("motor_1", "motor_2")
+    assert (made.platform, made.base, made.actuated) == ("tool", "base", ("motor_1",))
+    assert described(source, types="revolute", actuators=["motor_2", "motor_1"]).actuated == ("motor_1", "motor_2")
     with pytest.raises(ArgumentError, match=r"'motor_1' is not among them, but the source has a <transmission> for it"):
         described(source, types="revolute", actuators=["motor_2"])
     with pytest.raises(ArgumentError, match=f"platform_link='tool': {source} names its platform already; leave the argument out"):
@@ -376,10 +376,10 @@ def test_gepetto_universal_fixed_and_spherical_joints_are_converted(tmp_path):
     assert (first.axis, second.axis) == ((0, 0, 1), (1, 0, 0))
     assert first.origin == before["to_rotule_1"].origin and second.origin.xyz == second.origin.rpy == (0, 0, 0)
     assert (first.parent, first.child) == ("rod_1", "to_rotule_1_Z_link") == ("rod_1", second.parent)
-    assert made.driven == ("mot1", "to_rotule_1_Z", "to_rotule_1_X", "mot2", "mot3")
+    assert made.actuated == ("mot1", "to_rotule_1_Z", "to_rotule_1_X", "mot2", "mot3")
     assert (made.joints["free2"].type, made.joints["free2"].origin) == ("fixed", before["free2"].origin)
     spherical = written(tmp_path, f"{rest}{names}: [to_rotule_1]\njoint_type: [SPHERICAL]\n")
-    with pytest.raises(RobotFileError, match=r"robot\.yaml:4: the joint 'to_rotule_1' is spherical, but is driven by name_mot"):
+    with pytest.raises(RobotFileError, match=r"robot\.yaml:4: the joint 'to_rotule_1' is spherical, but is actuated by name_mot"):
         described(RRS[0], spherical, platform_link="platform")
 
 

@@ -53,7 +53,7 @@ def read(line: str, at: str = END) -> RobotDescription:
     ("attributes", "expected"),
     [
         ('joint="motor" drive="1e5"', JointStiffness("motor", drive=1e5)),
-        # a driven joint's own direction counts as blocked, and actuator and group act in series
+        # an actuated joint's own direction counts as blocked, and actuator and group act in series
         ('joint="motor" drive="1e5" angular="inf 2 3e4"', JointStiffness("motor", None, (INF, 2.0, 3e4), 1e5)),
         ('joint="motor" angular="inf inf inf"', JointStiffness("motor")),
         ('joint="bolt" linear="1 2 3" angular="4 5 inf"', JointStiffness("bolt", (1.0, 2.0, 3.0), (4.0, 5.0, INF))),
@@ -83,7 +83,7 @@ def test_joint_stiffness_is_read(attributes: str, expected: JointStiffness) -> N
         ('<joint_stiffness joint="moto" drive="1"/>', ["'moto'", "did you mean 'motor'"]),
         ('<joint_stiffness joint="motor" drive="-inf"/>', ["drive='-inf'", "finite"]),
         ('<joint_stiffness joint="motor" drive="1e-40"/>', ["too small"]),
-        ('<joint_stiffness joint="rail" drive="1"/>', ["'rail'", "not driven", "<transmission>"]),
+        ('<joint_stiffness joint="rail" drive="1"/>', ["'rail'", "not actuated", "<transmission>"]),
         ('<joint_stiffness joint="motor" linear="1 2 -3"/>', ["'1 2 -3'", "zero or greater", "inf"]),
         ('<joint_stiffness joint="motor" angular="1 1 0"/>', ["angular", "0 about z", "'motor' constrains", "inf"]),
         ('<joint_stiffness joint="bolt" angular="0 1 1"/>', ["0 about x", "'bolt' constrains"]),
@@ -105,7 +105,7 @@ def test_wrong_joint_stiffness_is_an_error(element: str, words: list[str]) -> No
 def test_mimic_is_read() -> None:
     robot = read('<mimic joint="motor" multiplier="-0.5" offset="0.1"/>', RAIL)
     assert robot.joints["rail"].mimic == Mimic("motor", -0.5, 0.1)
-    assert robot.driven == ("motor",)
+    assert robot.actuated == ("motor",)
     assert read('<mimic joint="motor"/>', PASSIVE).joints["passive"].mimic == Mimic("motor", 1.0, 0.0)
     # a joint that is locked with its master blocks its own direction too
     text = with_line('<mimic joint="motor"/>', RAIL)
@@ -117,8 +117,8 @@ def test_mimic_is_read() -> None:
 @pytest.mark.parametrize(
     ("mimic", "words"),
     [
-        ('<mimic joint="bolt"/>', ["'bolt'", "is fixed", "a driven revolute, continuous or prismatic"]),
-        ('<mimic joint="passive"/>', ["'passive'", "not driven", "<transmission>"]),
+        ('<mimic joint="bolt"/>', ["'bolt'", "is fixed", "an actuated revolute, continuous or prismatic"]),
+        ('<mimic joint="passive"/>', ["'passive'", "not actuated", "<transmission>"]),
         ('<mimic joint="sleeve"/>', ["the loop 'sleeve'", "of the tree"]),
         ('<mimic joint="rail"/>', ["itself"]),
         ('<mimic joint="motr"/>', ["'motr'", "did you mean 'motor'"]),
@@ -135,7 +135,7 @@ def test_wrong_mimic_is_an_error(mimic: str, words: list[str]) -> None:
         assert word in str(caught.value)
 
 
-def test_floating_driven_and_chained_joints_cannot_mimic() -> None:
+def test_floating_actuated_and_chained_joints_cannot_mimic() -> None:
     with pytest.raises(RobotFileError, match="'loose' is floating and cannot mimic"):
         parse_robot_text(
             ROBOT.replace('"bolt" type="fixed"', '"loose" type="floating"').replace(
@@ -143,7 +143,7 @@ def test_floating_driven_and_chained_joints_cannot_mimic() -> None:
             )
         )
     followers = with_line('<mimic joint="motor"/>', RAIL)
-    with pytest.raises(RobotFileError, match="'rail' mimics 'motor' and cannot be driven"):
+    with pytest.raises(RobotFileError, match="'rail' mimics 'motor' and cannot be actuated"):
         parse_robot_text(followers.replace('<joint name="motor"/>', '<joint name="motor"/><joint name="rail"/>'))
     with pytest.raises(RobotFileError, match=r"'passive'.*mimics 'rail', which mimics 'motor'"):
         parse_robot_text(followers.replace(PASSIVE, f'{PASSIVE}<mimic joint="rail"/>'))

@@ -102,7 +102,7 @@ def test_platform_and_base_arguments_override_the_file(write) -> None:
     ours = write(ARM.replace(END, '<base link="foot"/><platform link="tool"><origin xyz="1 2 3"/></platform>' + END), "ours.urdf")
     theirs = ks.load_robot(ours, platform_link="lower", base_link="upper").description
     assert (theirs.platform, theirs.base, theirs.platform_origin.xyz) == ("lower", "upper", (0.0, 0.0, 0.0))
-    assert theirs.driven == ()  # the file has a platform: without <transmission> nothing is driven
+    assert theirs.actuated == ()  # the file has a platform: without <transmission> nothing is actuated
     with pytest.raises(ks.RobotFileError, match="both base and platform"):
         ks.load_robot(ours, platform_link="foot")
     for argument in ("platform_link", "base_link"):
@@ -110,15 +110,15 @@ def test_platform_and_base_arguments_override_the_file(write) -> None:
             ks.load_robot(ours, **{argument: "uper"})
 
 
-def test_joints_without_transmission_are_driven_with_a_warning(write) -> None:
+def test_joints_without_transmission_are_actuated_with_a_warning(write) -> None:
     nothing = read(write())
-    assert nothing.driven == ("one", "two", "three")
+    assert nothing.actuated == ("one", "two", "three")
     assert [text.partition(": ")[2] for text in nothing.warnings] == [
-        "the file has no <transmission>; all 3 joints that move count as driven."
+        "the file has no <transmission>; all 3 joints that move count as actuated."
     ]
     some = read(write(ARM.replace(END, '<transmission name="t"><joint name="two"/></transmission>' + END)))
-    assert some.driven == ("two", "one", "three")
-    assert some.warnings[0].endswith("joints without a <transmission> count as driven like the others: 'one', 'three'.")
+    assert some.actuated == ("two", "one", "three")
+    assert some.warnings[0].endswith("joints without a <transmission> count as actuated like the others: 'one', 'three'.")
     every = "".join(f'<transmission name="{name}"><joint name="{name}"/></transmission>' for name in ("one", "two", "three"))
     assert read(write(ARM.replace(END, every + END))).warnings == ()
 
@@ -136,7 +136,7 @@ def test_joints_without_transmission_are_driven_with_a_warning(write) -> None:
 def test_harmless_mistakes_in_a_tree_are_warnings(old, new, said, write) -> None:
     """The forces equal those of the file without the mistake."""
     right, odd = (ks.load_robot(write(text), platform_link="tool") for text in (ARM, ARM.replace(old, new, 1)))
-    (warning,) = [text for text in odd.description.warnings if "as driven" not in text]
+    (warning,) = [text for text in odd.description.warnings if "as actuated" not in text]
     assert said in warning
     assert dict(ks.analyze(odd.assemble()).actuator_forces) == dict(ks.analyze(right.assemble()).actuator_forces)
 

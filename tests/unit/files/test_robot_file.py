@@ -161,7 +161,7 @@ BAD: list[tuple[str, str, list[str]]] = [
     # transmissions
     (DRIVE, '<transmission><joint name="hing"/><!--!--></transmission>', ["'hing'", "did you mean 'hinge'"]),
     (DRIVE, '<transmission name="t"/><!--!-->', ["names no joint"]),
-    (DRIVE, '<transmission><joint name="ball"/><!--!--></transmission>', ["'ball'", "floating", "driven"]),
+    (DRIVE, '<transmission><joint name="ball"/><!--!--></transmission>', ["'ball'", "floating", "actuated"]),
     (DRIVE, DRIVE + "\n" + DRIVE + "<!--!-->", ["'hinge'", "two", "once"]),
 ]
 
@@ -261,7 +261,7 @@ def test_everything_of_a_small_file_is_read(tmp_path: Path) -> None:
     assert beam.section.area == pytest.approx(area)
     assert beam.shear_areas == pytest.approx([6 * 1.3 / 8.8 * area] * 2)
     assert beam.place.line == 21
-    assert robot.driven == ("hinge",)
+    assert robot.actuated == ("hinge",)
 
 
 def test_the_urdf_text_loads_in_pinocchio_and_reads_again() -> None:
@@ -336,7 +336,7 @@ def test_beam_ends_are_read_with_sides_and_defaults() -> None:
     assert beam.end == BeamEnd("a:child")
 
 
-def test_driven_joints_have_the_order_of_ros_transmissions() -> None:
+def test_actuated_joints_have_the_order_of_ros_transmissions() -> None:
     transmissions = (
         '<transmission name="b"><type>t/Simple</type><joint name="strut"><hardwareInterface/></joint>'
         '<actuator name="m"><mechanicalReduction>1</mechanicalReduction></actuator></transmission>'
@@ -344,7 +344,7 @@ def test_driven_joints_have_the_order_of_ros_transmissions() -> None:
     )
     text = change(change(GOOD, DRIVE, transmissions), LOOP, '<loop name="strut" type="prismatic">')
     text = change(text, BALL, '<joint name="ball" type="continuous">')
-    assert parse_robot_text(text).driven == ("strut", "hinge", "ball")
+    assert parse_robot_text(text).actuated == ("strut", "hinge", "ball")
 
 
 def test_foreign_elements_are_ignored() -> None:
@@ -554,7 +554,7 @@ def test_the_example_of_the_documentation_is_read() -> None:
     page = (ROOT / "docs" / "reference" / "robot_format.md").read_text(encoding="utf-8")
     example = re.findall(r"```xml\n(.*?)```", page, re.DOTALL)[0]
     robot = parse_robot_text(example)
-    assert (list(robot.beams), list(robot.loops), robot.driven, robot.warnings) == (["left", "right"], ["c"], ("a",), ())
+    assert (list(robot.beams), list(robot.loops), robot.actuated, robot.warnings) == (["left", "right"], ["c"], ("a",), ())
     assert pin.buildModelFromXML(robot.urdf).nv == 3
 
 

@@ -22,7 +22,7 @@ def test_name_of_a_shipped_robot_stands_for_its_file(monkeypatch, tmp_path):
         assert Path(ks.files.read_robot_file(name).path).samefile(ROBOTS / "3rps.urdf.xacro")
     robot = ks.load_robot("3rps", {"rod_diameter": 0.08})
     assert robot.description.beams["rod_1"].section.outer_diameter == 0.08
-    assert ks.extend_robot("3rps").description.driven == robot.description.driven
+    assert ks.extend_robot("3rps").description.actuated == robot.description.actuated
 
 
 def test_local_file_precedes_the_shipped_robot(monkeypatch, tmp_path, capsys):

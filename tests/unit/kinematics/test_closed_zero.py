@@ -12,7 +12,7 @@ from kinetostatics.kinematics.loop_gaps import close
 
 
 def four_bar(gap=0.0, unit=1.0, slack=False, zero=0.0, bent=0.0, turned=0.0, kind="revolute", axis="0 1 0"):
-    """A linkage in the plane y = 0, its crank driven: at zero all in a line, which is too long by ``gap``.
+    """A linkage in the plane y = 0, its crank actuated: at zero all in a line, which is too long by ``gap``.
 
     Args:
         gap: [units].

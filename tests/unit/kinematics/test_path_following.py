@@ -67,7 +67,7 @@ def test_enormous_targets_are_unreachable_at_once(size, corrected):
 def test_serial_arm_reaches_any_angle_in_one_step(corrected):
     """Such lines have no unknowns."""
     arm = robot("ur10")
-    first, *others = arm.description.driven
+    first, *others = arm.description.actuated
     found = arm.assemble(actuators={first: 1e6, **dict.fromkeys(others, 0.2)}, engine="numpy")
     near = arm.assemble(actuators={first: 1e6 % (2 * np.pi), **dict.fromkeys(others, 0.2)}, engine="numpy")
     np.testing.assert_allclose(found.platform_frame, near.platform_frame, atol=1e-9)

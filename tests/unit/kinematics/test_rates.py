@@ -24,7 +24,7 @@ from kinetostatics.math.rotations import orientation_named
 def follower():
     description = ks.files.read_robot_file(ROOT / "robots" / "3rps.urdf.xacro")
     return ks.Robot(
-        replace(description.changed("prismatic_3", mimic=Mimic("prismatic_1", -0.4)), driven=("prismatic_1", "prismatic_2"))
+        replace(description.changed("prismatic_3", mimic=Mimic("prismatic_1", -0.4)), actuated=("prismatic_1", "prismatic_2"))
     )
 
 
@@ -41,9 +41,9 @@ ROBOTS = {
     "a follower": (follower, ("z", "rx"), (0.5, 0.03)),
     "hinges": (lambda: package_robots.robot("planar_3rrr"), ("x", "y", "rz"), (0.02, -0.03, 0.1)),
     "tilt and torsion": (lambda: package_robots.robot("3prs"), ("z", "azimuth", "tilt"), (0.55, 0.7, 0.3)),
-    "a driven sliding loop": (lambda: Held("prismatic", 3, drive="closing").robot(), None, (0.1,)),
-    "a driven turning loop": (lambda: Held("continuous", 4, drive="closing").robot(), None, (0.3,)),
-    "a crank driven by its slider": (slider_crank, None, (0.1,)),
+    "an actuated sliding loop": (lambda: Held("prismatic", 3, drive="closing").robot(), None, (0.1,)),
+    "an actuated turning loop": (lambda: Held("continuous", 4, drive="closing").robot(), None, (0.3,)),
+    "a crank actuated by its slider": (slider_crank, None, (0.1,)),
     "a base that is not the root": (lambda: Held("cylindrical", 5, "upside_down").robot(), None, (0.1, 0.2)),
 }
 
@@ -64,7 +64,7 @@ def close_to(found, wanted):
 def test_rates_equal_differences_of_assembled_poses(name):
     make, platform, values = ROBOTS[name]
     robot, h = make(), 1e-6
-    names = platform or robot.description.driven
+    names = platform or robot.description.actuated
     turned = {"orientation": "tilt_torsion"} if "tilt" in names else {}
     start = robot.assemble(**{"platform" if platform else "actuators": dict(zip(names, values, strict=True))}, **turned)
     ways = [("actuators", robot.actuator_coordinates, robot.actuator_names, start.actuators)]

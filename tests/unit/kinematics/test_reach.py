@@ -23,7 +23,7 @@ def scan(robot, pose, kind, values):
                 robot.assemble(platform={**values, name: values[name] + step}, near=found, on_failure="nan").actuators
                 for step in (-1e-5, 1e-5)
             )
-            columns.append([np.nan_to_num(after[drive] - before[drive]) for drive in robot.description.driven])
+            columns.append([np.nan_to_num(after[drive] - before[drive]) for drive in robot.description.actuated])
         determinant = np.linalg.det(np.moveaxis(np.array(columns), 2, 0))
         good &= determinant * determinant[0] > 0
     return np.logical_and.accumulate(good)
@@ -71,7 +71,7 @@ def test_ordinary_poses_lie_at_fractions_of_the_limits():
     machine = package_robots.robot("3rps")
     pose = machine.configuration(ordinary_poses(machine).T)
     connections = machine.mechanism.connections
-    drives = list(machine.description.driven)
+    drives = list(machine.description.actuated)
     moved = np.stack([pose.actuators[name] for name in drives], axis=1)
     wanted = [np.zeros(3)]
     far = 1.2 * machine.length

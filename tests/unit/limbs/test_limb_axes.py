@@ -93,7 +93,7 @@ def test_limb_y_is_along_a_passive_hinge_rather_than_a_universal_joint():
 
 
 def test_force_through_the_inner_ball_of_a_limb_is_parallel_to_its_outer_hinge():
-    """Ball, driven slide, hinge: forces on the platform meet the ball and are normal to, or along, the hinge's axis."""
+    """Ball, actuated slide, hinge: forces on the platform meet the ball and are normal to, or along, the hinge's axis."""
     machine = robot(
         link("base"), link("rod"), link("slider"), link("platform", 1.0),
         joint("free", "floating", "base", "platform", "0 0 0.5"),

@@ -24,7 +24,7 @@ def in_root(monkeypatch, request):
 @pytest.fixture(scope="module", params=NETWORKS)
 def result(request):
     robot = ks.load_robot(request.config.rootpath / request.param)
-    return ks.analyze(robot.assemble(actuators=dict.fromkeys(robot.description.driven, 0.01)), load=LOAD)
+    return ks.analyze(robot.assemble(actuators=dict.fromkeys(robot.description.actuated, 0.01)), load=LOAD)
 
 
 @pytest.mark.few(1)

@@ -70,7 +70,7 @@ def bent(kinds, axes):
             along = tuple(top[k] - base[k])
             edges += [
                 Edge(Joint(f"foot_{n}", "S", foot), "base", f"lower_{n}"),
-                Edge(Joint(f"slide_{n}", "P", head, along, driven=True), f"lower_{n}", f"upper_{n}"),
+                Edge(Joint(f"slide_{n}", "P", head, along, actuated=True), f"lower_{n}", f"upper_{n}"),
                 Edge(Joint(f"head_{n}", "S", head), f"upper_{n}", "platform"),
             ]
             beams.append(Beam(f"upper_{n}", f"upper_{n}", f"foot_{n}", f"head_{n}", circle(0.03)))

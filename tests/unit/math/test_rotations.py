@@ -134,7 +134,7 @@ def test_poses_are_assembled_from_their_reported_coordinates(rpy):
     turned = text.replace('<platform link="platform"/>', f'<platform link="platform"><origin rpy="{rpy}"/></platform>')
     assert turned != text
     robot = ks.Robot(parse_robot_text(turned, "gough_stewart.urdf.xacro"))
-    lengths = dict(zip(robot.description.driven, np.array([3.0, -4, 5, 2, -2, 7]) * 1e-3, strict=True))
+    lengths = dict(zip(robot.description.actuated, np.array([3.0, -4, 5, 2, -2, 7]) * 1e-3, strict=True))
     for pose in (robot.assemble(), robot.assemble(actuators=lengths)):
         for name in CONVENTIONS:
             for near in (None, pose):
@@ -147,7 +147,7 @@ def test_poses_are_assembled_from_their_reported_coordinates(rpy):
 def test_downward_tool_is_assembled_from_its_reported_coordinates(distance):
     arm = package_robots.robot("ur10")
     q = np.array([0, -np.pi / 2, np.pi / 2, -np.pi / 2, -np.pi / 2, 0.7]) + distance * np.array([1, -2, 1, 3, 2, 1])
-    pose = arm.assemble(actuators=dict(zip(arm.description.driven, q, strict=True)))
+    pose = arm.assemble(actuators=dict(zip(arm.description.actuated, q, strict=True)))
     for name in CONVENTIONS:
         again = arm.assemble(platform=pose.platform_coordinates(name), orientation=name, near=pose)
         np.testing.assert_allclose(again.platform_frame, pose.platform_frame, atol=1e-12)
@@ -157,7 +157,7 @@ def test_downward_tool_is_assembled_from_its_reported_coordinates(distance):
 @pytest.mark.filterwarnings("ignore:.* turns")
 def test_platform_turns_the_shorter_way_from_a_pose():
     arm = package_robots.robot("ur10")
-    drives = arm.description.driven
+    drives = arm.description.actuated
     pose = arm.assemble(actuators=dict(zip(drives, [0.3, -1.0, 1.5, -2.0, -1.5, 0.7], strict=True)))
     report = pose.platform_coordinates("tilt_torsion")
     for name in ("azimuth", "torsion"):

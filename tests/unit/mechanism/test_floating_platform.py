@@ -74,11 +74,11 @@ def test_results_equal_those_of_a_tree_through_limb_1(pair, coordinates):
         np.testing.assert_allclose(other.configuration.actuators[drive], one.configuration.actuators[drive], atol=1e-12)
 
 
-def test_floating_joint_is_no_limb_and_cannot_be_driven(pair):
+def test_floating_joint_is_no_limb_and_cannot_be_actuated(pair):
     robot = pair[1]
     assert list(ks.analyze(robot.assemble()).limbs) == ["limb_1", "limb_2", "limb_3"]
     assert [limb.is_serial for limb in robot.topology.limbs] == [True] * 3
-    with pytest.raises(ks.RobotFileError, match="'platform_pose' is floating and cannot be driven"):
+    with pytest.raises(ks.RobotFileError, match="'platform_pose' is floating and cannot be actuated"):
         parse_robot_text(
             TEXT.replace('<joint name="prismatic_1"/>', '<joint name="platform_pose"/>'), str(ROBOTS / "3rps.urdf.xacro")
         )

@@ -176,14 +176,14 @@ def _balanced(pose, closed, anchors):
         constraint.calc(model, data, its)
         its = constraint.jacobian(model, data, its) if anchors else pin.getConstraintJacobian(model, data, constraint, its)
         rows.append(its.reshape(-1, model.nv))
-    drives = [drive for drive in machine.description.driven if drive in machine.mechanism.body_of_joint]
+    drives = [drive for drive in machine.description.actuated if drive in machine.mechanism.body_of_joint]
     columns = np.eye(model.nv)[:, [model.joints[machine.mechanism.body_of_joint[drive]].idx_v for drive in drives]]
     gravity = pin.computeGeneralizedGravity(model, model.createData(), closed.q)
     unknowns = np.hstack([columns, np.concatenate(rows).T])
     found = np.linalg.lstsq(unknowns, gravity, rcond=1e-10)[0]
     scale = max(np.abs(gravity).max(), 1e-3)
     np.testing.assert_allclose(unknowns @ found, gravity, rtol=0, atol=1e-11 * scale)
-    if len(drives) == machine.mobility.platform == len(machine.description.driven):  # as many actuators as freedoms
+    if len(drives) == machine.mobility.platform == len(machine.description.actuated):  # as many actuators as freedoms
         ours = [float(ks.analyze(pose).actuator_forces[drive]) for drive in drives]
         np.testing.assert_allclose(found[: len(drives)], ours, rtol=0, atol=1e-9 * scale)
 

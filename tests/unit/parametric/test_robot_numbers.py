@@ -148,7 +148,7 @@ def test_limits_inertias_and_visuals_have_no_part_in_statics():
     assert one != idle and have_same_statics(one, idle)
     for part in (replace(hinge, axis=(0.0, 0.0, 1.0)), replace(upper, mass=3.0), replace(one.springs["rope"], preload=6.0)):
         assert not have_same_statics(one, one.with_part(part))
-    assert not have_same_statics(one, replace(one, driven=("hinge",)))
+    assert not have_same_statics(one, replace(one, actuated=("hinge",)))
 
 
 @pytest.mark.parametrize("make", [machine, lambda: package_robots.robot("ur10"), lambda: package_robots.robot("3rps")])

@@ -27,10 +27,10 @@ def test_invalid_controlled_is_an_error_missing_actuators_a_sentence(monkeypatch
     with pytest.raises(ks.KinetostaticsError, match="x, y"):
         page.compensation_html(result, {}, ("z", "rx"))
 
-    def undriven(*_more, **_options):
+    def unactuated(*_more, **_options):
         raise ks.ArgumentError("'five_bar' has no actuators, so that nothing can be corrected")
 
-    monkeypatch.setattr(page, "compensate", undriven)
+    monkeypatch.setattr(page, "compensate", unactuated)
     assert page.compensation_html(result, {}, None).startswith("<p>No correction: &#x27;five_bar&#x27; has no actuators")
 
 

@@ -37,10 +37,10 @@ def batch():
     return ks.analyze(pose)
 
 
-def driven(spec, wanted):
-    """Return a spec in which the joints whose names satisfy ``wanted`` are driven."""
+def actuated(spec, wanted):
+    """Return a spec in which the joints whose names satisfy ``wanted`` are actuated."""
     limbs = (
-        replace(limb, joints=tuple(replace(joint, driven=wanted(joint.name)) for joint in limb.joints)) for limb in spec.limbs
+        replace(limb, joints=tuple(replace(joint, actuated=wanted(joint.name)) for joint in limb.joints)) for limb in spec.limbs
     )
     return replace(spec, limbs=tuple(limbs))
 
@@ -165,7 +165,7 @@ def test_unreachable_and_singular_poses_print_no_numbers():
     text = whole(ks.analyze(pose, on_failure="nan"))
     assert "UNREACHABLE, the loops do not close" in text
     assert "Twist" not in text and "nan" not in text
-    loose = small.robot_of(driven(small.four_bar(), lambda name: False))
+    loose = small.robot_of(actuated(small.four_bar(), lambda name: False))
     text = whole(ks.analyze(loose.assemble(), on_failure="nan"))
     assert "SINGULAR" in text.splitlines()[0]
     assert part(text, "Free motions")[0].startswith("- the platform: a rotation about the axis (0, ")
@@ -259,7 +259,7 @@ def test_singular_zero_pose_is_named_in_the_warning():
     y = (0, 1, 0)
     limbs, beams = [], []
     for n, foot, head in ((1, (0, 0, 0), (0, 0, 0.3)), (2, (1.0, 0, 0), (0.4, 0, 0.18))):
-        joints = (small.Joint(f"foot_{n}", "R", foot, y, driven=n == 1), small.Joint(f"head_{n}", "R", head, y))
+        joints = (small.Joint(f"foot_{n}", "R", foot, y, actuated=n == 1), small.Joint(f"head_{n}", "R", head, y))
         limbs.append(small.Limb(joints, (small.Link(f"crank_{n}"),)))
         beams.append(small.Beam(f"crank_{n}", f"crank_{n}", f"foot_{n}", f"head_{n}", small.circle(0.03)))
     flat = small.Spec(tuple(limbs), tuple(beams), o=(0.5, 0, 0), mass=1.0, com=(0.5, 0, 0))
@@ -279,7 +279,7 @@ def test_plain_values_of_a_robot_have_mobility_and_graph():
     chain = found["limbs"][2]["graph"]["chain"]
     assert [item["type"] for item in chain] == ["joint", "body", "joint", "body", "joint"]
     assert chain[0]["joints"] == ["universal_3_x", "universal_3_y"] and chain[1]["names"] == ["cylinder_3"]
-    assert (chain[2]["name"], chain[2]["kind"], chain[2]["driven"]) == ("prismatic_3", "prismatic", True)
+    assert (chain[2]["name"], chain[2]["kind"], chain[2]["actuated"]) == ("prismatic_3", "prismatic", True)
     assert (found["beams"][2]["start"], found["beams"][2]["end"]) == ("universal_3", "revolute_3")
     assert found["limbs"][2]["constraint_wrenches"][2] == "couple ⟂ universal_3"
     assert found["beams"][2]["telescopic"] is True and found["beams"][0]["length"] == pytest.approx(0.7)

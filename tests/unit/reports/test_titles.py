@@ -38,7 +38,7 @@ def robot(request):
 
 def poses(robot):
     """One pose, a batch with poses out of reach, one out of reach alone, and an empty batch."""
-    first, *others = robot.description.driven
+    first, *others = robot.description.actuated
     rest = dict.fromkeys(others, 0.0)
     for value in (0.0, np.array([[0.0, 0.01], [0.02, 50.0]]), 50.0, np.zeros(0)):
         yield robot.assemble(actuators={first: value, **rest}, on_failure="nan")
@@ -141,7 +141,7 @@ def test_repr_names_all_status_flags():
     robot = package_robots.robot("2pru_upr")
     for name in robot.description.beams:
         robot = ks.Robot(robot.description.without_beam(name))
-    drives = dict.fromkeys(robot.description.driven, 0.0)
+    drives = dict.fromkeys(robot.description.actuated, 0.0)
     one = ks.analyze(robot.assemble(actuators=drives))
     assert Status(int(one.status)) == Status.INDETERMINATE
     assert repr(one).startswith("<Analysis of '2pru_upr': INDETERMINATE; o moves by 0 ")

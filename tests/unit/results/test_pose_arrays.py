@@ -67,7 +67,7 @@ def test_every_array_is_nan_at_unreached_poses(name):
 def test_every_array_of_a_single_unreached_pose_is_nan():
     robot = package_robots.robot("five_bar")
     values = np.linspace(-2.5, 2.5, 41)
-    drives = list(robot.description.driven)
+    drives = list(robot.description.actuated)
     poses = robot.assemble(actuators={drives[0]: values[:, None], drives[1]: -values[None]})
     status = ks.analyze(poses).status
     assert np.any(status == ks.Status.UNREACHABLE) and np.any(status == ks.Status.OK)

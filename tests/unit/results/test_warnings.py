@@ -81,11 +81,11 @@ def test_rigid_limbs_beside_elastic_ones_are_named():
 
 
 def test_check_warns_of_robots_held_by_springs_alone():
-    words = "the robot has no actuators: springs alone hold its platform; mark driven joints by <transmission>"
+    words = "the robot has no actuators: springs alone hold its platform; mark actuated joints by <transmission>"
     held = [springs(name, angular="50 50 50") for name in ("shoulder", "elbow")]
-    assert words in arm(*held, driven=False).warnings
+    assert words in arm(*held, actuated=False).warnings
     assert words not in arm(*held).warnings and words not in truss().warnings
-    assert any("'r' has no actuators, so that its platform can move" in text for text in arm(driven=False).warnings)
+    assert any("'r' has no actuators, so that its platform can move" in text for text in arm(actuated=False).warnings)
 
 
 def test_welded_frame_needs_no_bearing_assumption():
@@ -134,7 +134,7 @@ def test_drawn_links_without_mass_cause_a_warning():
     def slid(motor):
         """The left rod stands on a slider that is drawn."""
         moved = plain.with_part(motor).with_part(Joint("s", "prismatic", "ground", "motor", axis=(1.0, 0, 0), lower=-1, upper=1))
-        return replace(moved.with_part(replace(moved.joints["a"], parent="motor")), driven=("a", "s"))
+        return replace(moved.with_part(replace(moved.joints["a"], parent="motor")), actuated=("a", "s"))
 
     assert text in warnings_of(slid(Link("motor", extra=SHAPE)))
     assert text in warnings_of(slid(Link("motor", extra=SHAPE.replace("visual", "collision"))))
@@ -220,12 +220,12 @@ def test_rigid_robots_get_singularity_warnings_without_stiffness():
 
 
 def tilting(lean):
-    """The parallelogram carries a driven hinge with the platform: one limb, a network, which always holds all six motions."""
+    """The parallelogram carries an actuated hinge with the platform: one limb, a network, which always holds all six motions."""
     base = parallelogram(0.0)
     carried = base.with_part(Link("top", 1.0)).with_part(
         Joint("t", "revolute", "plate", "top", Origin((0.2, 0, 0)), axis=Y, lower=-1, upper=1)
     )
-    robot = ks.Robot(replace(carried, platform="top", platform_origin=Origin(), driven=("a", "t")))
+    robot = ks.Robot(replace(carried, platform="top", platform_origin=Origin(), actuated=("a", "t")))
     return ks.analyze(robot.assemble(actuators={"a": lean, "t": 0.0}))
 
 

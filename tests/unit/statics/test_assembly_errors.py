@@ -212,7 +212,7 @@ def test_rigid_limbs_follow_an_error_in_their_plane():
 def ring(stem=True):
     """A slide that carries a rigid parallelogram and, on it, an elastic or rigid stem; the platform stays in a plane."""
     edges = [
-        ("slide", "P", (0, 0, 0), "base", "slider", {"axis": (0, 0, 1), "driven": True}),
+        ("slide", "P", (0, 0, 0), "base", "slider", {"axis": (0, 0, 1), "actuated": True}),
         ("left_foot", "R", (-0.3, 0, 0), "slider", "left", {"axis": Y}),
         ("right_foot", "R", (0.3, 0, 0), "slider", "right", {"axis": Y}),
         ("left_head", "R", (-0.3, 0, 0.5), "left", "coupler", {"axis": Y}),
@@ -279,7 +279,7 @@ def test_twist_with_indeterminate_forces_is_that_of_stiff_parts(rigid):
     ends = {name: replace(description.beams[name], material=stiff[name]) for name in rigid}
     one = ks.Robot(replace(description, beams={name: beam for name, beam in description.beams.items() if name not in rigid}))
     other = ks.Robot(replace(description, beams={**description.beams, **ends}))
-    at = dict(zip(description.driven, [[0.0, 0.01, 0.013], [0.0, -0.01, -0.004], [0.0, 0.01, 0.02]], strict=True))
+    at = dict(zip(description.actuated, [[0.0, 0.01, 0.013], [0.0, -0.01, -0.004], [0.0, 0.01, 0.02]], strict=True))
     load = [10, -20, -30, 1, 2, 3]
     found, wanted = (ks.analyze(robot.assemble(actuators=at), load) for robot in (one, other))
     assert (found.status == ks.Status.INDETERMINATE).all()

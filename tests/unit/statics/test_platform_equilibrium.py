@@ -81,7 +81,7 @@ def test_platform_is_constrained_only_by_six_distinct_wrenches(sine, held, size)
 
 
 def test_load_sharing_of_collinear_rigid_hinges_is_indeterminate():
-    """A foot on two hinges, one of them driven, carries a rod and the platform."""
+    """A foot on two hinges, one of them actuated, carries a rod and the platform."""
     machine = robot(
         link("base"), link("foot"), link("rod"), link("platform", 2.0, "0.1 0 0"),
         joint("one", "continuous", "base", "foot"), loop("two", "revolute", "base", "foot", "0 0.3 0", "0 0.3 0", "0 1 0"),

@@ -97,7 +97,7 @@ def test_limb_with_dependent_joints_carries_one_more_wrench(name):
 def test_nearly_stretched_limb_is_not_degenerate(kinds):
     """The knee of a leg is 40 µm off its line: its joints are checked for dependence, and are independent."""
     points, axes = [FOOT] * (len(kinds) - 2) + [(KNEE[0] + 4e-5, *KNEE[1:]), HEAD], {"S": Z, "R": Y, "P": X}
-    mechanism = serial(*joints(kinds, points, [axes[kind] for kind in kinds], driven=[k for k in (0,) if kinds[k] == "P"]))
+    mechanism = serial(*joints(kinds, points, [axes[kind] for kind in kinds], actuated=[k for k in (0,) if kinds[k] == "P"]))
     robot = write_mechanism(mechanism, cuts=cuts_of(mechanism)).robot()
     found = ks.analyze(robot.configuration(pin.neutral(robot.model)))
     usual = next(item for item in found.solutions[0].statics if item.group.numbers == (1,))
@@ -126,7 +126,7 @@ def test_degenerate_pose_in_a_batch_equals_the_pose_alone(name):
 
 
 def test_level_stretched_leg_cannot_hold_its_weight():
-    level = serial(*joints("PRRR", ((0.9, 0, 0.8), (0.9, 0, 0.8), (0.5, 0, 0.8), (0.1, 0, 0.8)), (X, Y, Y, Y), driven=[0]))
+    level = serial(*joints("PRRR", ((0.9, 0, 0.8), (0.9, 0, 0.8), (0.5, 0, 0.8), (0.1, 0, 0.8)), (X, Y, Y, Y), actuated=[0]))
     robot = write_mechanism(level, cuts=cuts_of(level)).robot()
     with pytest.raises(ks.exceptions.LimbEquilibriumError, match="limb_2 cannot hold its own weight"):
         ks.analyze(robot.configuration(pin.neutral(robot.model)))
@@ -148,7 +148,7 @@ def arm():
     ]
     names = [joint.name for joint in joints]
     soft = [JointStiffness(name, drive=value) for name, value in zip(names, STIFFNESS, strict=True)]
-    return ks.Robot(RobotDescription.of("arm", links=links, joints=joints, platform="l6", joint_stiffness=soft, driven=names))
+    return ks.Robot(RobotDescription.of("arm", links=links, joints=joints, platform="l6", joint_stiffness=soft, actuated=names))
 
 
 def expected(arm, q, gravity):
@@ -171,7 +171,7 @@ def expected(arm, q, gravity):
     ],
 )
 def test_arm_at_singular_poses_sags_by_its_drives(arm, q, rank) -> None:
-    result = ks.analyze(arm.assemble(actuators=dict(zip(arm.description.driven, q, strict=True))), load=LOAD)
+    result = ks.analyze(arm.assemble(actuators=dict(zip(arm.description.actuated, q, strict=True))), load=LOAD)
     J, twist = expected(arm, np.array(q, dtype=float), (0, 0, -9.81))
     assert np.sum(np.linalg.svd(J)[1] > 1e-9) <= rank
     np.testing.assert_allclose(result.twist, twist, atol=1e-10 * np.abs(twist).max())
@@ -181,7 +181,7 @@ def test_arm_at_singular_poses_sags_by_its_drives(arm, q, rank) -> None:
 
 def test_batch_around_stretched_pose_matches_jacobian_formula(arm) -> None:
     elbow = np.array([-1e-2, -1e-4, 0.0, 1e-4, 1e-2])
-    zero = dict.fromkeys(arm.description.driven, 0.0)
+    zero = dict.fromkeys(arm.description.actuated, 0.0)
     batch = ks.analyze(arm.assemble(actuators={**zero, "j2": elbow}), load=LOAD)
     assert np.all(batch.status == ks.Status.OK)
     for twist, value in zip(batch.twist, elbow, strict=True):

@@ -22,7 +22,7 @@ SPRING = f"""<spring name="balance" stiffness="{BALANCE}" free_length="0">
 
 
 def pendulum(more=SPRING):
-    """Return an arm along x on a driven hinge about y, with a mass at its end."""
+    """Return an arm along x on an actuated hinge about y, with a mass at its end."""
     return f"""<robot name="pendulum"><link name="ground"/><link name="arm"/>
 <link name="tip"><inertial><mass value="{MASS}"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
 <joint name="hinge" type="revolute"><parent link="ground"/><child link="arm"/><axis xyz="0 1 0"/>
@@ -222,7 +222,7 @@ def test_sagging_jib_slackens_the_spring_on_its_tip():
 
 def test_contributions_by_mechanism_agree_for_errors_with_springs():
     at = pose("delta", replace(BESIDE, successor="elbow_1"))
-    found = ks.analyze(at, assembly_errors={at.robot.description.driven[0]: [1e-4, 0, 2e-4, 1e-4, 0, 0]})
+    found = ks.analyze(at, assembly_errors={at.robot.description.actuated[0]: [1e-4, 0, 2e-4, 1e-4, 0, 0]})
     parts = found.by_mechanism.contributions
     np.testing.assert_allclose(parts["assembly_errors"], found.contributions["assembly_errors"], rtol=1e-9, atol=1e-15)
     np.testing.assert_allclose(sum(parts.values()), found.twist, rtol=1e-9, atol=1e-15)
@@ -256,7 +256,7 @@ def test_stiffness_change_by_weights_is_warned_from_one_percent(angle, words):
 
 
 def test_spring_without_length_fails_only_its_own_pose():
-    """A spring along a driven slide: at zero length its force has no direction."""
+    """A spring along an actuated slide: at zero length its force has no direction."""
     one = sm.robot(
         sm.link("ground"), sm.link("platform"), sm.joint("slide", "prismatic", "ground", "platform", axis="1 0 0"),
         '<transmission name="d"><joint name="slide"/></transmission><spring name="s" stiffness="100" free_length="0.1">',
