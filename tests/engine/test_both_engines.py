@@ -26,7 +26,7 @@ from kinetostatics.description import JointStiffness, Spring
 from kinetostatics.engine.pose_code import ANALYSIS, PoseCode
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.quantities import OF_EQUILIBRIUM
-from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces, wrenches_of
+from kinetostatics.statics.link_loads import AppliedLoad, LoadedAttachments, wrenches_of
 from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.springs import solve_with_springs
 
@@ -198,7 +198,7 @@ def test_compiled_statics_equals_numpy_for_random_robots(seed):
     loaded = KINDS[seed % len(KINDS)] == "loads"
     applied = loads_on(robot, np.random.default_rng(seed), poses[1].shape[1]) if loaded else ()
     try:
-        assert_same(robot, PoseCode(robot, robot.statics, ANALYSIS, LoadedPlaces.of(applied)), poses, applied)
+        assert_same(robot, PoseCode(robot, robot.statics, ANALYSIS, LoadedAttachments.of(applied)), poses, applied)
     except NotRecordedError:
         pose = robot.assemble()
         found, wanted = (ks.analyze(pose, on_failure="nan", engine=engine) for engine in ("compiled", "numpy"))

@@ -12,7 +12,7 @@ from turned_limbs import with_first_limb_turned
 import kinetostatics as ks
 from kinetostatics.engine import programs
 from kinetostatics.engine.pose_code import ANALYSIS, PoseCode, pose_model
-from kinetostatics.statics.link_loads import LoadedPlaces
+from kinetostatics.statics.link_loads import LoadedAttachments
 
 close = partial(tapes.close, tolerance=1e-10)
 
@@ -46,20 +46,20 @@ def test_structure_key_depends_on_loaded_places(robot):
         pose_model(robot, robot.statics, ANALYSIS, places)[0].structure().key
         for places in (
             None,
-            LoadedPlaces((("payload", ("platform",)),)),
-            LoadedPlaces((("load on carriage_1", ("carriage_1",)),)),
-            LoadedPlaces((("load on carriage_1", ("carriage_1",)), ("payload", ("platform",)))),
+            LoadedAttachments((("payload", ("platform",)),)),
+            LoadedAttachments((("load on carriage_1", ("carriage_1",)),)),
+            LoadedAttachments((("load on carriage_1", ("carriage_1",)), ("payload", ("platform",)))),
         )
     }
     assert len(keys) == 4
-    assert LoadedPlaces.of(()) is None
+    assert LoadedAttachments.of(()) is None
 
 
 def test_degenerate_loaded_limb_falls_back_to_numpy(robot):
     q = np.repeat(robot.assemble().model_q, 3, axis=1)
     q[:, 1] = with_first_limb_turned(robot, q[:, 1])
     poses, wrench = robot.configuration(q.T, closure_tolerance=np.inf), np.random.default_rng(1).standard_normal((3, 6))
-    code = PoseCode(robot, robot.statics, ANALYSIS, LoadedPlaces((("load on carriage_1", ("carriage_1",)),)))
+    code = PoseCode(robot, robot.statics, ANALYSIS, LoadedAttachments((("load on carriage_1", ("carriage_1",)),)))
     _, holds = computed(code, poses.poses.x, np.ones((6, 3)), np.ones((3, 3)), wrench.T)
     assert holds.tolist() == [True, False, True]
     found, wanted = (ks.analyze(poses, loads={"carriage_1": wrench}, engine=engine) for engine in ("compiled", "numpy"))
