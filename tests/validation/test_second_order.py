@@ -112,7 +112,7 @@ def test_tangent_at_the_pose_is_the_second_derivative_of_energy(name, moments):
     load = np.array([300.0, -200.0, -400.0, *(moments * np.array([40.0, -60.0, 50.0]))])
     load *= min(1.0, 0.02 / np.abs(ks.analyze(pose, load, (0, 0, 0)).twist[3:]).max())
     result = ks.analyze(pose, load)
-    found = tangent_of(pose.robot.statics, pose.robot.members.structure.parts, result.solutions[0])
+    found = tangent_of(pose.robot.statics, pose.robot.members.structure.rotation_groups, result.solutions[0])
     expected = energy_model.at_the_pose(structure_of(pose, load))
     unit = np.repeat([1.0, pose.robot.length], 3)
     agree(found.compliance[..., 0], expected.compliance, np.outer(unit, unit), 1e-6)
@@ -226,7 +226,9 @@ def test_unstable_springs_have_no_second_order_and_mode_count_zero_is_refused():
 def stable_under(spec, load):
     pose = sr.robot_of(spec).assemble()
     solution = ks.analyze(pose, load, (0, 0, 0)).solutions[0]
-    return not unstable_motions(tangent_of(pose.robot.statics, pose.robot.members.structure.parts, solution).tangents, 1)[0]
+    return not unstable_motions(
+        tangent_of(pose.robot.statics, pose.robot.members.structure.rotation_groups, solution).tangents, 1
+    )[0]
 
 
 @pytest.mark.parametrize(
