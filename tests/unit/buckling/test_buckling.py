@@ -10,6 +10,7 @@ import hybrid_robots
 import numpy as np
 import package_robots
 import pytest
+import simple_machines
 import small_robots as sr
 from energy_structure import structure_of
 from mechanisms import NU, Edge, Joint, Link, Stiffness, write_mechanism
@@ -117,6 +118,27 @@ def test_split_cantilever_buckles_as_one_member(n, direction):
     assert not found.buckles and not any("no result applies" in text for text in found.warnings)
     assert sum("the forces are 96 % of the buckling load" in text for text in found.warnings) == 1
     assert pushed(spec, (*(1e5 * along), 0, 0, 0)).beams["arm"].euler_ratio == 0
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1e-9, 1e-12])
+def test_column_that_carries_a_soft_wire_has_its_own_critical_load(ratio):
+    """A part is not rigid because another one, without forces, is a trillion times as soft."""
+    length, thick = 1.2, 0.2
+    beams = [
+        f'<beam link="{name}" from="{start}" to="{end}" density="0" {simple_machines.BEAM}><circle diameter="{d!r}"/></beam>'
+        for name, start, end, d in (("column", "foot", "head", thick), ("wire", "start", "tip", thick * ratio**0.25))
+    ]
+    robot = simple_machines.robot(
+        *map(simple_machines.link, ("base", "column", "knee", "wire", "platform")),
+        simple_machines.joint("foot", "fixed", "base", "column"),
+        simple_machines.joint("head", "fixed", "column", "knee", f"0 0 {length}"),
+        simple_machines.joint("start", "fixed", "knee", "wire"),
+        simple_machines.joint("tip", "fixed", "wire", "platform", "0.4 0 0"),
+        *beams,
+    )
+    critical = euler(length, 2, simple_machines.E * np.pi * thick**4 / 64)
+    found = ks.analyze(robot.assemble(), gravity=(0, 0, 0), loads={"knee": (0, 0, -critical / 2, 0, 0, 0)})
+    np.testing.assert_allclose(found.buckling(3).load_factors, [2, 2, 18], rtol=1e-6)
 
 
 @pytest.mark.parametrize("backward", [False, True])
