@@ -50,7 +50,7 @@ class BeamEnergy:
     inner: Index
 
     def of(self, modes: Array, poses: Index | slice = slice(None)) -> Array:
-        """Return twice the strain energies (P, M) in modes (P, n + b, M) at P of the poses."""
+        """Return twice the strain energies dᵀ K d + Σ η² (P, M) in modes (P, n + b, M) at P of the poses."""
         moved = self.motions[poses] @ modes[:, : self.motions.shape[2]]
         return np.asarray(np.sum(moved * (self.stiffness[poses] @ moved), axis=1) + np.sum(modes[:, self.inner] ** 2, axis=1))
 
@@ -81,7 +81,7 @@ class Stability:
     def modes(self, poses: Index | slice = slice(None)) -> tuple[Array, Array]:
         """Return the ratios 1/λ (P, n + b) of forces to critical forces at P of the poses, and the modes (P, n + b, n + b).
 
-        Modes are columns. The ratios are NaN where F or K_g is not finite.
+        −Lᵀ K_g L y = y/λ with F = L Lᵀ and the mode L y. Modes are columns. The ratios are NaN where F or K_g is not finite.
         """
         A, basis, fine = (array[poses] for array in self._operator)
         ratios, modes = np.linalg.eigh(A)
@@ -90,7 +90,7 @@ class Stability:
         return np.where(fine[:, None], ratios, np.nan), modes
 
     def bound(self) -> Array:
-        """Return an upper bound (N,) of the ratios, the root of the sum of their squares; NaN where F or K_g is not finite."""
+        """Return the upper bound √Σ λ⁻² (N,) of the ratios 1/λ; NaN where F or K_g is not finite."""
         A, _, fine = self._operator
         return np.where(fine, np.sqrt(np.sum(A * A, axis=(1, 2))), np.nan)
 
@@ -112,7 +112,10 @@ class Stability:
 
 
 def stability(robot: RobotStatics, rotation_groups: RotationGroups, solution: Solution, poses: Index) -> Stability:
-    """Return F and K_g at some poses of an equilibrium."""
+    """Return F and K_g at some poses of an equilibrium.
+
+    F = Pᵀ C P + F_limbs, with the resultants P of the unit loads and the compliance C; with springs (1 + F K_t)⁻¹ F.
+    """
     before, deformation, geometric = at_unloaded_geometry(robot, rotation_groups, solution, poses)
     blocks, N = geometric.coordinates.blocks, len(poses)
     generalized_forces, groups = flexibility(robot, before, geometric)
@@ -161,7 +164,7 @@ def _of_springs(geometric: GeometricStiffness, sign: int) -> Array:
 
 
 def _stiffness(model: BeamModel, length: Array) -> Array:
-    """Return the stiffness (N, 6, 6) of the end of a beam relative to its start, beam axes."""
+    """Return the stiffness F⁻¹ (N, 6, 6) of the end of a beam relative to its start, beam axes."""
     units = np.broadcast_to(np.eye(6)[:, :, None], (6, 6, len(length)))
     bends = end_displacement(model.compliances[:, None, None], length, units)
     with np.errstate(divide="ignore", invalid="ignore"):  # a telescope without length

@@ -113,6 +113,7 @@ class PlacedActuators:
     branch_twists: list[list[Array]]
 
     def carried(self, cut_wrenches: Array) -> Array:
+        """Return f = Σ r_j s_jᵀ w_j."""
         total = np.zeros((1, *cut_wrenches.shape[2:]))
         for freedom, twist in zip(self.actuators.freedoms, self.twists, strict=True):
             total = total + np.einsum("i...,ij...->j...", twist, carried_wrench(freedom.signs, cut_wrenches)[:, None])
@@ -139,6 +140,7 @@ class PlacedActuators:
         return carried
 
     def displacements(self, forces: Array) -> Array:
+        """Return c f."""
         return self.actuators.compliance * forces
 
     def own_displacement(self, load: Array) -> Array:
@@ -152,6 +154,7 @@ class PlacedActuators:
         return {name: displacements[0, :, position] for position, name in enumerate(self.actuators.names)}
 
     def compliance_sum(self, length: float) -> Array:
+        """Return c Σ r_j², with the ratios of rotations times ``length``."""
         sizes = [freedom.ratios * (length if freedom.rotates else 1.0) for freedom in self.actuators.freedoms]
         batch = self.twists[0].shape[1:]
         return np.broadcast_to(self.actuators.compliance * sum(size**2 for size in sizes), batch)

@@ -59,7 +59,7 @@ class BeamModel(ShortRepr, ElasticLink):
     thermal_expansion: float = 0.0
 
     def length(self, frames: Frames) -> Array:
-        """Return the component (N,) [m] of the vector from start to end along the beam's x axis."""
+        """Return L = xᵀ (end − start) (N,) [m], along the beam's x axis."""
         start, end = self.ends(frames)
         return dot(frames.direction(self.span.carrier, self.axes[:, 0]), end - start)
 
@@ -110,6 +110,7 @@ class BeamModel(ShortRepr, ElasticLink):
         return span.carrier, pin.Inertia(mass, R.T @ (centre - p), own)
 
     def misfit(self, frames: Frames, kind: str) -> Array:
+        """See :meth:`ElasticLink.misfit`: x per unit of "length", α L x per unit of "temperature"."""
         axis = frames.direction(self.span.carrier, self.axes[:, 0])
         longer = axis if kind == "length" else axis * self.thermal_expansion * self.length(frames)
         return np.concatenate([longer, np.zeros_like(longer)])
@@ -120,6 +121,7 @@ class BeamModel(ShortRepr, ElasticLink):
         acceleration: Callable[[int, Array], Array],
         couple: Callable[[int, Array, Array], Array],
     ) -> tuple[Array, tuple[Array, Array]]:
+        """See :meth:`ElasticLink.inertial_load`: per length f = −μ a and −μ (i α + ω × i ω) + lever × f, with gyration i."""
         axes, lever, section = self.world_axes(frames), self.lever(frames), self.section
         density, bodies = self.line_density(self.length(frames)), (self.span.start_body, self.span.end_body)
         if self.telescopic:
@@ -234,7 +236,7 @@ class PlacedBeams(Section):
         return self.axes[:, 0], self.arm
 
     def own_load(self, gravity: Array) -> Array:
-        """Return the uniform loads (6, g, N) due to weight, in beam axes.
+        """Return the uniform loads μ [g; lever × g] (6, g, N) due to weight, in beam axes, with the mass μ per length.
 
         A mass whose centre is not the beam's middle is distributed along a parallel line; its weight also exerts a moment.
         """

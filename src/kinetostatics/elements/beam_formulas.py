@@ -32,7 +32,11 @@ def _six(*rows: Array | float) -> Array:
 
 
 def end_displacement(c: Array, length: Array, wrench: Array) -> Array:
-    """Return the twists (6, …) of the platform end under wrenches (6, …) [N, N·m] at this end."""
+    """Return the twists (6, …) of the platform end under wrenches (6, …) [N, N·m] at this end.
+
+    Across the axis, with the force f and the moment m in the sense of f: d = (L³/3EI + L/κGA) f + L²/2EI m and
+    r = L²/2EI f + L/EI m; along the axis d = L/EA f and r = L/GJ m.
+    """
     axial, shear_y, shear_z, twist, bend_y, bend_z = c
     fx, fy, fz, mx, my, mz = wrench
     L = length
@@ -47,7 +51,11 @@ def end_displacement(c: Array, length: Array, wrench: Array) -> Array:
 
 
 def sag(c: Array, length: Array, load: Array) -> Array:
-    """Return the twists (6, …) of the platform end under a uniform load."""
+    """Return the twists (6, …) of the platform end under a uniform load.
+
+    Across the axis, with the force q and the moment u per length: d = (L⁴/8EI + L²/2κGA) q + L³/3EI u and
+    r = L³/6EI q + L²/2EI u; along the axis d = L²/2EA q and r = L²/2GJ u.
+    """
     axial, shear_y, shear_z, twist, bend_y, bend_z = c
     L = length
     qx, qy, qz, ux, uy, uz = load
@@ -62,7 +70,10 @@ def sag(c: Array, length: Array, load: Array) -> Array:
 
 
 def bent_line(c: Array, length: Array, wrench: Array, load: Array, s: Array) -> Array:
-    """Return the twists (6, …) of the section at s, about its centre, under a wrench at the platform end and a uniform load."""
+    """Return the twists (6, …) of the section at s, about its centre, under a wrench at the platform end and a uniform load.
+
+    They are ∫₀ˢ [γ + κ × (s − σ) e_x; κ] dσ, with the strains [γ; κ] = c w(σ) of sections, see :func:`section_wrench`.
+    """
     axial, shear_y, shear_z, twist, bend_y, bend_z = c
     L = length
     fx, fy, fz, mx, my, mz = wrench
@@ -84,7 +95,7 @@ def bent_line(c: Array, length: Array, wrench: Array, load: Array, s: Array) -> 
 def section_wrench(length: Array, wrench: Array, load: Array, s: Array) -> Array:
     """Return the wrenches w (6, …) of the outboard on the inboard part in the section at s, about its centre.
 
-    The beam carries a wrench at the platform end and a uniform load.
+    The beam carries a wrench W at the platform end and a uniform load q: w(s) = X W + ∫_s^L X q dσ, X moving wrenches to s.
     """
     arm = length - s
     fx, fy, fz, mx, my, mz = wrench
@@ -111,7 +122,7 @@ def strain_energy(c: Array, length: Array, section: Callable[[Array], Array]) ->
 
 
 def of_arm(force: Array, arm: Array) -> Array:
-    """Return the matrix (3, 3, N) of the quadratic form −f · (θ × (θ × r)) of rotations θ, for a force f at an arm r."""
+    """Return the matrix (f·r) 1 − ½ (f rᵀ + r fᵀ) (3, 3, N) of the quadratic form −f · (θ × (θ × r)) of rotations θ."""
     product = arm[:, None] * force[None]
     return np.einsum("iin->n", product) * np.eye(3)[:, :, None] - (product + np.swapaxes(product, 0, 1)) / 2
 
@@ -128,7 +139,10 @@ def outboard_wrench(length: Array, load: Array, s: Array) -> Array:
 
 
 def clamped_reaction(c: Array, length: Array, load: Array) -> Array:
-    """Return the wrench (6, …) of the clamp on the platform end of a beam clamped at both ends, under a linearly varying load."""
+    """Return the wrench −F⁻¹ u (6, …) of the clamp on the platform end of a beam clamped at both ends.
+
+    u is the displacement of the free end under the linearly varying load, F the compliance of the end.
+    """
     free = _displacement(c, length, load, np.zeros_like(load[:6]), length)
     units = np.broadcast_to(np.eye(6).reshape(6, 6, *(1,) * (load.ndim - 1)), (6, *free.shape))
     compliance = end_displacement(c[:, None], length, units).reshape(6, 6, -1)
@@ -151,9 +165,10 @@ def _section(length: Array, load: Array, reaction: Array, s: Array) -> Array:
 
 
 def _displacement(c: Array, length: Array, load: Array, reaction: Array, s: Array) -> Array:
-    """Return the twists (6, …) of the section at s of a beam clamped at its base end, by quadrature (exact to degree 4).
+    """Return the twists ∫₀ˢ [γ + κ × (s − σ) e_x; κ] dσ (6, …) of the section at s, by quadrature (exact to degree 4).
 
-    The beam is under a linearly varying load and a wrench ``reaction`` at the platform end.
+    [γ; κ] = c w are the strains of the section at σ. The beam is clamped at its base end, under a linearly varying load and a
+    wrench ``reaction`` at the platform end.
     """
     found = np.zeros(np.broadcast_shapes(load[:6].shape, s.shape))
     for point, weight in zip(*_GAUSS, strict=True):

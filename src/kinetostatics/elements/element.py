@@ -63,10 +63,10 @@ class PlacedElement(Protocol):
         """Return the deformations (S, N) of elastic actuators along their coordinates, by joint [m, rad]."""
 
     def compliance_sum(self, length: float) -> Array:
-        """Return the sum (g, N) [m/N] of the compliances along forces of 1 N and moments of 1 N times a ``length`` [m]."""
+        """Return the sum Σ e_kᵀ F e_k (g, N) [m/N] along forces e_k of 1 N and moments of 1 N times a ``length`` [m]."""
 
     def strain_energy(self, forces: Array, displacements: Array) -> Array:
-        """Return the strain energies (g, N) [J] of elements without inside under forces and displacements (r, g, N)."""
+        """Return the strain energies ½ wᵀ u (g, N) [J] of elements without inside under forces and displacements (r, g, N)."""
 
     def inside(self, carried: Array, load: Array) -> LoadedBeams:
         """Return the shapes of elements with an inside under :meth:`carried` and weights per length (6, S, g, N)."""
@@ -136,6 +136,7 @@ class Section:
         return np.einsum("gw,iwn->ign", outboard[0], wrenches)
 
     def forces(self, carried: Array) -> Array:
+        """Return the wrench w = Rᵀ X (…), moved to the reference point and turned into the element's axes R."""
         return rotate(self.axes, move_wrench(carried, self.arm), back=True)
 
     def motions(self, displacements: Array) -> Iterator[tuple[int, Array]]:

@@ -66,6 +66,7 @@ class PlacedJoints(Section):
         return None
 
     def displacements(self, forces: Array) -> Array:
+        """Return u = F w, with the joints' compliance F."""
         return np.einsum("ijg,j...gn->i...gn", self.joints.compliance, forces)
 
     def own_displacement(self, load: Array) -> Array:

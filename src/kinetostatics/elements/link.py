@@ -218,9 +218,11 @@ class UnderOwnWeight:
         return np.einsum("ijgn,in->jgn", self.axes, gravity)
 
     def own_displacement(self, load: Array) -> Array:
+        """Return u_0 = S g."""
         return np.einsum("ijg,j...gn->i...gn", self.links.sag, load)
 
     def strain_energy(self, forces: Array, displacements: Array) -> Array:
+        """Return ½ uᵀ F⁻¹ u: under the own weight, u is not F w."""
         return np.einsum("ign,ijg,jgn->gn", displacements, self.links.stiffness, displacements) / 2
 
 

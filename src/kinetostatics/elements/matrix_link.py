@@ -79,7 +79,7 @@ class MatrixLink(ShortRepr, ElasticLink):
         acceleration: Callable[[int, Array], Array],
         couple: Callable[[int, Array, Array], Array],
     ) -> tuple[None, list[Array]]:
-        """Return None, and the loads at the ends due to the acceleration as a rigid body.
+        """Return None, and the loads at the ends due to the acceleration as a rigid body: ``inertial`` [a; α].
 
         What depends on the angular velocity acts as on a body that rides on the mean motion of the ends.
         """
@@ -129,6 +129,7 @@ class VibratingMatrices:
         return self
 
     def dynamic_stiffness(self, square: Numbers) -> Numbers:
+        """Return D(λ) = K − λ M."""
         return self.stiffness - square[..., None, None] * self.mass
 
     def pencil(self, square: Array) -> tuple[Array, Array]:

@@ -75,7 +75,7 @@ class Rod:
         return np.asarray((T[..., :6, :] @ start[..., None])[..., 0])
 
     def clamped_square(self) -> Array:
-        """Return a lower bound of the lowest λ [1/s²] of the rod with clamped ends, by Dunkerley's formula."""
+        """Return a lower bound of the lowest λ [1/s²] of the rod with clamped ends: 1/λ ≤ Σ 1/λ_k, Dunkerley's formula."""
         L, c, own = self.length, self.compliances, self.gyration
         arm = 0.0 if self.eccentricity is None else np.sum(self.eccentricity**2, axis=0)
         bending = L**4 / _CLAMPED**4 * max(c[4], c[5])
@@ -100,7 +100,10 @@ class Rod:
         return found
 
     def clamped_modes(self, square: Array) -> Index:
-        """Return the number (…) of modes below λ (…) of the rod with clamped ends."""
+        """Return the number J (…) of modes below λ (…) of the rod with clamped ends.
+
+        J = 2 J_half + s(D_ee + D_ss), with the number s of negative eigenvalues and the ends e and s of the two halves.
+        """
         far, found = self._far(square), np.zeros(np.shape(square), dtype=np.intp)
         if np.any(far):
             D = self.piece(2).dynamic_stiffness(square[..., far])
@@ -124,6 +127,7 @@ class Rod:
         return D.real + square[..., None, None] * M, M
 
     def _straight(self, square: Numbers) -> Numbers:
+        """Return D without eccentricity: k x cot x and −k x/sin x of extension, k = EA/L, and torsion, k = GJ/L; and bending."""
         c, L = self.compliances, self.length
         whole = square * self.density
         found = np.zeros((*np.broadcast_shapes(np.shape(L), np.shape(square)), 12, 12), dtype=np.result_type(square, L))
@@ -147,7 +151,10 @@ class Rod:
         return found
 
     def _eccentric(self, square: Numbers) -> Numbers:
-        """Return the dynamic stiffness of a rod with eccentric mass, which couples extension, torsion and bending."""
+        """Return the dynamic stiffness of a rod with eccentric mass, which couples extension, torsion and bending.
+
+        With the transfer matrix [[a, b], [c, d]] it is [[b⁻¹ a, −b⁻¹], [−b⁻ᵀ, d b⁻¹]].
+        """
         T = self.transfer(square, self.length)
         ahead = np.linalg.inv(T[..., :6, 6:])
         found = np.empty_like(T)
@@ -158,7 +165,10 @@ class Rod:
         return found
 
     def transfer(self, square: Numbers, length: Array) -> Numbers:
-        """Return the transfer matrix (…, 12, 12) at λ (…) over a length (…) [m].
+        """Return the transfer matrix exp(A L) (…, 12, 12) at λ (…) over a length L (…) [m].
+
+        A is the matrix of u′ = θ × e_x + c n, θ′ = c m, n′ = −λ μ (u + θ × e), m′ = −e_x × n − λ μ (i θ + e × (u + θ × e)), with
+        the squares i of the radii of gyration and the eccentricity e.
 
         Rows and columns: displacement, rotation, and force and moment of the outer part on the inner part, in beam axes.
         """
@@ -183,7 +193,10 @@ class Rod:
 
 
 def _in_series(D: Numbers) -> Numbers:
-    """Return the dynamic stiffness (…, 12, 12) of two equal rods, one after the other, from that of each."""
+    """Return the dynamic stiffness (…, 12, 12) of two equal rods, one after the other, from that of each.
+
+    The displacement v of the point between them is eliminated from (D_ee + D_ss) v + D_es u_start + D_se u_end = 0.
+    """
     start, across, end = D[..., :6, :6], D[..., :6, 6:], D[..., 6:, 6:]
     ahead = np.concatenate([np.swapaxes(across, -1, -2), across], axis=-1)  # forces on the point between them
     found = -np.swapaxes(ahead, -1, -2) @ np.linalg.solve(start + end, ahead)

@@ -72,8 +72,9 @@ _STRETCHED = _products(np.array(_LEGENDRE), np.ones((1, len(_POINTS))))[:, :, 0]
 def turned_forces(c: Array, length: Array, sections: Array, load: Array, lever: Array | None) -> Array:
     """Return the geometric stiffness (9 + INNER, 9 + INNER, N) of the section forces of beams, in beam axes.
 
-    Its coordinates are the rotation of the base end, displacement and rotation of the platform end relative to a rigid-body
-    motion with the base end, and the inner coordinates.
+    It is Qᵀ H Q, with the quadratic form H of the energy at the top of the module in the amplitudes of rotations and strains. Its
+    coordinates are the rotation of the base end, displacement and rotation of the platform end relative to a rigid-body motion
+    with the base end, and the inner coordinates.
 
     Args:
         c: (6, 1) section compliances.
@@ -145,7 +146,10 @@ def _opposite(bend: Array, shear: Array, length: Array) -> Array:
 
 
 def inner_deflections(c: Array, length: Array, sections: Array) -> Array:
-    """Return the inner coordinates (INNER, …) under section forces (6, 4, …), see :func:`turned_forces`; ``c`` (6, …)."""
+    """Return the inner coordinates η_k = ∫ [γ_k; κ_k] · w ds (INNER, …) under section forces w (6, 4, …); ``c`` (6, …).
+
+    [γ_k; κ_k] are the strains per unit of η_k, see :func:`turned_forces`; the stiffness of η_k is 1.
+    """
     found = []
     for axis, first in ((2, 3), (1, 3), (0, 2)):
         sizes = np.sqrt(c[3 + axis] * length)

@@ -100,7 +100,7 @@ class Weights:
         return result
 
     def wrenches(self, frames: Frames, o: Array, gravity: Array) -> Array:
-        """Wrenches (6, W, N) about ``o`` (3, N) under ``gravity`` (3, N) [m/s²]."""
+        """Wrenches [m g; (c − o) × m g] (6, W, N) about ``o`` (3, N) under ``gravity`` g (3, N) [m/s²], centres c."""
         if o.shape[1] == 1 and frames.are_finite()[0]:  # Pinocchio rejects NaN
             return self._wrenches_of_one(frames, o[:, 0], gravity[:, 0])
         return self.wrenches_of_many(frames, o, gravity)

@@ -103,7 +103,11 @@ class Closures:
         self._distance, self._alignment, self._right_angle, self._turn = self._tables[:4]
 
     def evaluate(self, frames: Frames) -> tuple[Array, Array]:
-        """Return the residuals (closures, N) [m, rad] and the constraint wrenches (6, closures, N) about the world's origin."""
+        """Return the residuals (closures, N) [m, rad] and the constraint wrenches (6, closures, N) about the world's origin.
+
+        With points p, q, directions n and axes a, b of both sides: n · (q − p); n · (rotation vector from a to b); the angle of a
+        and b minus its value; log(R_q R_pᵀ). Each wrench does the work that is the change of its residual.
+        """
         N = frames.position.shape[2]
         residual = empty_for((self.closures, N), frames.position)
         wrench = zeros_for((6, self.closures, N), frames.position)

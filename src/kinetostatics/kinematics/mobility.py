@@ -85,6 +85,7 @@ class MobilityAnalysis:
 
     @cached_property
     def mobility(self) -> Mobility:
+        """With the gradient A of the loops, of rank r, and its null space Z: nv − r freedoms, rank(J Z) of the platform."""
         candidates = []
         for pose in self.poses:
             _, gradient = self.solver.system(PrescribedCoordinates(), pose, np.zeros((0, 1)))

@@ -54,6 +54,8 @@ def moving_bodies(
 ) -> tuple[Array, Array, Array]:
     """Return the motion of all B bodies at N closed poses, with local freedoms at rest.
 
+    With twists t = J(q) q̇, their derivative is J q̈ + J̇ q̇, J̇ by central differences of eighth order along the motion.
+
     Args:
         velocity: (n, N) velocities of the coordinates [m/s, rad/s].
         acceleration: (n, N) accelerations of the coordinates [m/s², rad/s²].

@@ -185,7 +185,7 @@ class Solver:
         return residuals, gradient
 
     def predictors(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> Array:
-        """Return the scaled steps (f, n, N) of the unknowns per change of each prescribed coordinate, at solved poses."""
+        """Return the scaled steps −A⁺ B (f, n, N) of the unknowns per change of each prescribed coordinate, at solved poses."""
         gradient, rates = self.rates(prescribed, poses, target)
         return np.nan_to_num(-least_squares(gradient, rates, prescribed.local_dofs))
 
@@ -312,7 +312,7 @@ class Solver:
         shrunk: Array,
         passing: Mask | None,
     ) -> Correction:
-        """Correct poses with imposed coordinates once, see :meth:`newton`.
+        """Correct poses with imposed coordinates once by the step −A⁺ r of Newton and Gauss, see :meth:`newton`.
 
         ``before`` (N,) are the sizes of the previous steps, ``shrunk`` (N,) their ratios to the sizes one step earlier.
         """

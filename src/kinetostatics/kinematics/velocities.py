@@ -41,7 +41,7 @@ def with_given(solver: Solver, prescribed: PrescribedCoordinates, v: Array) -> A
 
 
 def velocities_of(solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, target: Array, rates: Array) -> Array:
-    """Return the velocities (nv, k, N) of all freedoms at rates (n, k, N) of the prescribed coordinates."""
+    """Return the velocities v (nv, k, N) of all freedoms at rates ċ (n, k, N) of the prescribed coordinates: A v = −B ċ."""
     gradient, changes = solver.rates(prescribed, poses, target)
     step = -least_squares(gradient, changes, prescribed.local_dofs)
     left = changes + np.einsum("mnN,nkN->mkN", gradient, step)
@@ -51,7 +51,7 @@ def velocities_of(solver: Solver, prescribed: PrescribedCoordinates, poses: Solv
 
 
 def twists_of_bodies(solver: Solver, poses: SolverState, v: Array) -> Array:
-    """Return the twists (6, B, k, N) of all bodies about the world's origin at velocities (nv, k, N) of the freedoms."""
+    """Return the twists Σ S_j v_j (6, B, k, N) of all bodies about the world's origin at velocities v (nv, k, N)."""
     unit, moves = solver.tree.twists(solver.equations.forward(poses.x)), solver.tree.moves.astype(float)
     return np.asarray(np.einsum("ivN,vkN,bv->ibkN", unit, v, moves))
 

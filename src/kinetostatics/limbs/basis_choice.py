@@ -74,7 +74,7 @@ def evaluate_bases(group: LimbGroup, geometry: LimbGeometry, allowed: Array) -> 
 
 
 def _power(twists: Array, unit: Array) -> Array:
-    """Return the largest power (g, N) of unit wrenches (6, n, g, N) on normalized twists (6, k, g, N)."""
+    """Return the largest power |wᵀ t| (g, N) of unit wrenches w (6, n, g, N) on normalized twists t (6, k, g, N)."""
     power = np.einsum("ki...,kj...->ij...", unit, twists) / np.sqrt(dot(twists, twists))
     largest: Array = np.max(np.abs(power), axis=(0, 1))
     return largest

@@ -73,7 +73,7 @@ def compliance_and_sag(
 
 
 def whole_compliance(group: LimbGroup, geometry: LimbGeometry) -> Array:
-    """Return the sum (g, N) [m/N] of all elastic compliances, along forces of 1 N and moments of 1 N times the robot's length."""
+    """Return Σ tr F (g, N) [m/N] of all elastic compliances, for forces of 1 N and moments of 1 N times the robot's length."""
     total: Array = np.zeros(geometry.centres.shape[-2:])
     for element in geometry.elements:
         total += element.compliance_sum(group.model.length)
@@ -125,7 +125,10 @@ def split_rigid(C: Array, soft: tuple[int, ...]) -> tuple[Array, Array, Mask]:
 
 
 def split_by_eigenvectors(C: Array, r: int) -> tuple[Array, Array]:
-    """Return ``rigid`` and ``give`` of :func:`split_rigid` as (…, n, r), (…, n, n), for any compliance of rank n − r."""
+    """Return ``rigid`` and ``give`` of :func:`split_rigid` as (…, n, r), (…, n, n), for any compliance of rank n − r.
+
+    With C = Σ c v vᵀ, scaled, ``rigid`` are the v of the r smallest c, and ``give`` is the pseudoinverse Σ v vᵀ/c of the others.
+    """
     scaled, unit = correlation(C)
     values, vectors = np.linalg.eigh(scaled)
     combined = unit[..., :, None] * vectors

@@ -176,7 +176,10 @@ def _pivots(M: Array, rows: range, count: int, used: list[int]) -> list[tuple[in
 def _by_singular_values(
     elimination: EliminationOrder, limb: int, pose: int, A: Array, P: Array, demand: Array, result: Distribution
 ) -> None:
-    """Write the solution by singular values, for one limb at a pose with failed pivots, into ``result``."""
+    """Write the solution by singular values, for one limb at a pose with failed pivots, into ``result``.
+
+    X_0 = −A⁺ d, N spans the null space of A, the spread is N (P N)⁺, and self-stress is N times the null space of P N.
+    """
     one = A[..., limb, pose]
     if not np.all(np.isfinite(one)):
         return

@@ -297,13 +297,13 @@ class CandidateWrenches:
 
 
 def foot(dof: int, geometry: LimbGeometry) -> Array:
-    """Return the arm (3, g, N) from o to the point of a rotation axis nearest to o."""
+    """Return the arm s × s_0 (3, g, N) from o to the point of a rotation axis nearest to o, for its twist [s_0; s]."""
     twist = geometry.twists[:, dof]
     return cross(twist[3:], twist[:3])
 
 
 def meeting_point(f: int, h: int, geometry: LimbGeometry, least: float = PARALLEL) -> Array:
-    """Return the point (3, g, N) of one rotation axis nearest to another; NaN if they are parallel."""
+    """Return the point p + a ((q − p) × b · n) / n² (3, g, N), n = a × b, of one axis nearest to another; NaN if parallel."""
     a, b = geometry.axes[:, f], geometry.axes[:, h]
     start, normal = foot(f, geometry), cross(a, b)
     square = dot(normal, normal)

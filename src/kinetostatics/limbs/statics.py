@@ -128,7 +128,10 @@ def _may_be_dependent(group: LimbGroup, geometry: LimbGeometry) -> Mask:
 
 
 def _of_rings(group: LimbGroup, geometry: LimbGeometry, demand: Array) -> LimbWrenches:
-    """Return the wrenches of limbs with several cut joints by the force method; ``demand`` as in :func:`_of_serial`."""
+    """Return the wrenches of limbs with several cut joints by the force method; ``demand`` d as in :func:`_of_serial`.
+
+    The cut-joint wrenches X obey A X = −d; the platform's wrench on the limb is P X (:mod:`kinetostatics.limbs.force_method`).
+    """
     assert group.elimination is not None
     A = group.joint_equations(geometry)
     M, batch = len(group.to_platform), demand.shape[1:]
@@ -224,7 +227,7 @@ def limb_statics_under(group: LimbGroup, frames: Frames, o: Array, wrenches: Map
 
 
 def with_loads(statics: LimbStatics, parts: Sequence[tuple[LimbStatics, Array]]) -> LimbStatics:
-    """Return the statics of limbs under their weights and several loads, by superposition.
+    """Return the statics of limbs under their weights and several loads, by superposition: S_0 + Σ factor · S_load.
 
     ``parts`` are the statics under each single load, with the factor (N,) of this load.
     """
@@ -252,7 +255,8 @@ def _statics(
     """Compute the statics of limbs under loads ``outboard`` of passive freedoms and ``loads`` on elastic elements.
 
     ``outboard`` and ``loaded`` are explained at :func:`limb_wrenches`. The self-stress y of limbs with rings minimizes the
-    complementary energy of beams and springs, ∂U/∂y = 0 (force method; method page, section 9).
+    complementary energy of beams and springs, ∂U/∂y = 0 (force method; method page, section 9): y = −G⁻¹ (B W + h + e), with the
+    compliance G along the self-stresses, their coupling B with the intensities W, the sag h and the assembly errors e.
     """
     found = limb_wrenches(group, geometry, outboard, loaded)
     cut_wrenches, particular, self_stress = found.cut_wrenches, found.particular, found.self_stress
@@ -319,7 +323,7 @@ def _may_stiffen(group: LimbGroup, C: Array) -> Mask:
 
 
 def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
-    """Return the amounts (s, s, g, N) of s self-stresses per unit strain along each, and rigid cut-joint wrenches.
+    """Return the amounts G⁻¹ (s, s, g, N) of s self-stresses per unit strain along each, and rigid cut-joint wrenches.
 
     ``gram`` (n + s, n + s, g, N) is the compliance along n intensities and s self-stresses together. The rigid cut-joint
     wrenches (M, 6, s, g, N) are self-stresses without compliance; zero where all self-stresses are compliant.
@@ -339,7 +343,7 @@ def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
 
 
 def _by_eigenvectors(scaled: Array, unit: Array) -> tuple[Array, Array]:
-    """Return the amounts (s, s, P) of self-stresses per unit strain, and the rigid combinations (P, s, s), by eigenvectors."""
+    """Return the amounts G⁺ (s, s, P) of self-stresses per unit strain, and the rigid combinations (P, s, s), by eigenvectors."""
     values, vectors = np.linalg.eigh(scaled)
     soft = values > RIGID
     inverse = np.where(soft, 1 / np.where(soft, values, 1.0), 0.0)

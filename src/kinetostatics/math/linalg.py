@@ -66,7 +66,7 @@ def normalize(a: Array) -> Array:
 
 
 def correlation(matrix: Array) -> tuple[Array, Array]:
-    """Return symmetric positive semidefinite matrices (…, n, n) scaled to a unit diagonal, and scale factors (…, n) of the rows.
+    """Return symmetric positive semidefinite matrices (…, n, n) scaled to a_ij / √(a_ii a_jj), and scale factors 1/√a_ii (…, n).
 
     A row whose diagonal entry is a rounding error relative to the largest one has the scale factor of the largest one.
     """
@@ -181,9 +181,11 @@ class Cholesky:
         return np.where(np.isfinite(bound), bound, 0.0)
 
     def solve(self, b: Array) -> Array:
+        """Return A⁻¹ b = L⁻ᵀ L⁻¹ b."""
         return self.backward(self.forward(b))
 
     def inverse(self) -> Array:
+        """Return A⁻¹ = L⁻ᵀ L⁻¹."""
         half = self._half_inverse()
         return np.einsum("ki...,kj...->ij...", half, half)
 

@@ -34,7 +34,7 @@ def identity(batch: tuple[int, ...]) -> Array:
 
 
 def exponential(v: Array) -> Array:
-    """Return the rotation matrices (3, 3, …) of rotation vectors ``v`` (3, …) [rad]."""
+    """Return the rotation matrices 1 + sin θ/θ v× + (1 − cos θ)/θ² v×² (3, 3, …) of rotation vectors v (3, …), θ = |v| [rad]."""
     angle = np.sqrt(dot(v, v))
     safe = np.where(angle < 1e-8, 1.0, angle)
     sine = np.where(angle < 1e-8, 1.0, np.sin(safe) / safe)
@@ -44,7 +44,7 @@ def exponential(v: Array) -> Array:
 
 
 def left_jacobian(v: Array) -> Array:
-    """Return the matrices (3, 3, …) that turn the rate of a rotation vector ``v`` into the angular velocity in world axes."""
+    """Return J (3, 3, …) of ω = J v̇, world axes: J = 1 + (1 − cos θ)/θ² v× + (θ − sin θ)/θ³ v×², θ = |v|."""
     angle = np.sqrt(dot(v, v))
     safe = np.where(angle < 1e-4, 1.0, angle)
     first = np.where(angle < 1e-4, 0.5 - angle**2 / 24, (1 - np.cos(safe)) / safe**2)
@@ -72,6 +72,8 @@ def quaternion_of_matrix(R: Array) -> Array:
 
 def logarithm(R: Array, at_half_turns: bool = False) -> Array:
     """Return the rotation vectors (3, …) [rad], of length at most π, of rotation matrices ``R`` (3, 3, …).
+
+    2 sin θ n = (R_32 − R_23, R_13 − R_31, R_21 − R_12), 2 cos θ = tr R − 1; near half a turn 2 atan2(|q|, q_w) q/|q|.
 
     In compiled code, they are accurate near half a turn only with ``at_half_turns``, which takes more operations.
     """
@@ -105,18 +107,20 @@ def matrix_of_quaternion(q: Array) -> Array:
 
 
 def quaternion_product(a: Array, b: Array) -> Array:
+    """Return [a_w b + b_w a + a × b; a_w b_w − a · b] (4, …), with the scalar part last."""
     vector = a[3] * b[:3] + b[3] * a[:3] + cross(a[:3], b[:3])
     return np.concatenate([vector, (a[3] * b[3] - dot(a[:3], b[:3]))[None]])
 
 
 def quaternion_exponential(v: Array) -> Array:
+    """Return the unit quaternions [sin(θ/2) v/θ; cos(θ/2)] (4, …) of rotation vectors v (3, …) [rad], θ = |v|."""
     half = np.sqrt(dot(v, v)) / 2
     factor = np.where(half < 1e-8, 0.5, np.sin(half) / np.where(half < 1e-8, 1.0, 2 * half))
     return np.concatenate([v * factor, np.cos(half)[None]])
 
 
 def rotation_between(a: Array, b: Array) -> Array:
-    """Return the shortest rotation vectors (3, …) that turn unit vectors ``a`` into ``b``; about any normal if opposite."""
+    """Return the shortest rotation vectors atan2(|a × b|, a · b) a × b/|a × b| (3, …) of unit vectors a to b; any if opposite."""
     normal = cross(a, b)
     sine, cosine = np.sqrt(dot(normal, normal)), dot(a, b)
     tiny = sine < 1e-12

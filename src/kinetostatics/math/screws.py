@@ -38,7 +38,7 @@ Kind: TypeAlias = Literal["twist", "wrench", "stiffness", "compliance"]
 
 
 def wrench_of_force(force: Array, arm: Array) -> Array:
-    """Return the wrench of a force [N] that acts at ``arm`` [m] from the reference point."""
+    """Return the wrench [f; arm × f] of a force f [N] that acts at ``arm`` [m] from the reference point."""
     force, arm = np.broadcast_arrays(force, arm)
     return np.concatenate([force, cross(arm, force)])
 
@@ -48,9 +48,9 @@ def wrench_of_couple(couple: Array) -> Array:
 
 
 def unit_twist(axis: Array, arm: Array, rotates: Mask | bool = True) -> Array:
-    """Return the unit twist of a rotation about ``axis`` through a point at ``arm`` [m] from the reference point.
+    """Return the unit twist [arm × s; s] of a rotation about ``axis`` s through a point at ``arm`` [m] from the reference point.
 
-    Where ``rotates`` (…) is false, return the unit twist of a translation along ``axis``.
+    Where ``rotates`` (…) is false, return the unit twist [s; 0] of a translation along ``axis``.
     """
     linear = cross(arm, axis)
     result = empty_for((6, *linear.shape[1:]), linear)
@@ -75,7 +75,7 @@ def move_twist(twist: Array, shift: Array) -> Array:
 
 
 def rotate(axes: Array, screws: Array, back: bool = False) -> Array:
-    """Return twists or wrenches (6, …) in world axes, given along ``axes`` (3, 3, …); with ``back`` the other way round."""
+    """Return twists or wrenches [R a; R b] (6, …) in world axes, given along ``axes`` R (3, 3, …); with ``back`` with Rᵀ."""
     result = empty_for(screws.shape, axes, screws)
     turn = transpose(axes) if back else axes
     result[:3], result[3:] = apply(turn, screws[:3]), apply(turn, screws[3:])
@@ -84,6 +84,8 @@ def rotate(axes: Array, screws: Array, back: bool = False) -> Array:
 
 def move(kind: Kind, array: Array, shift: Array, components_last: bool = False) -> Array:
     """Return a quantity about a reference point that lies ``shift`` (3, …) [m] from the present one.
+
+    With X of :func:`move_twist`, a twist becomes X t, a wrench X⁻ᵀ w, a compliance X C Xᵀ, a stiffness X⁻ᵀ K X⁻¹.
 
     Args:
         kind: kind of the quantity.

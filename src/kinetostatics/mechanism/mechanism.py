@@ -128,7 +128,10 @@ def _silence() -> Iterator[None]:
 
 
 def meeting_points(a: Array, p: Array, b: Array, q: Array) -> tuple[float, float] | None:
-    """Return (s, t) of the intersection of two lines p + s a and q + t b; None if there is none."""
+    """Return (s, t) of the intersection of two lines p + s a and q + t b; None if there is none.
+
+    s = (q − p) × b · n / n², t = (q − p) × a · n / n² with n = a × b.
+    """
     normal = np.cross(a, b)
     square = float(normal @ normal)
     size = 1.0 + float(np.linalg.norm(q - p))

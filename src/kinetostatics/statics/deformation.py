@@ -72,6 +72,7 @@ class Deformation:
 
 
 def deform(robot: RobotStatics, solution: Solution) -> Deformation:
+    """Return the displacements of all parts in an equilibrium, by contribution."""
     out = Deformation({}, [], [], {}, zeros_for((solution.o.shape[1],), solution.o))
     for number in range(len(solution.statics)):
         _deform_limbs(solution, number, out)
@@ -92,6 +93,12 @@ def deform(robot: RobotStatics, solution: Solution) -> Deformation:
 
 
 def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
+    """Compute the motions of a group of limbs and add them to ``out``.
+
+    Under the forces w of cut-joint wrenches, weights and loads an element deforms by u = F w + u_0, which moves all outboard
+    parts by a twist t_e. From base to platform the twists add up: t_outer = t_inner + t_e + e + S q, with assembly errors e and
+    the motions q of passive joints with unit twists S, see :func:`_joint_motions`.
+    """
     statics = solution.statics_of_weights(number)
     group = statics.group
     geometry = group.geometry(solution.frames, solution.o)
@@ -192,8 +199,9 @@ def _add_assembly_errors(
 def _joint_motions(
     solution: Solution, statics: LimbStatics, geometry: LimbGeometry, deformed: dict[int, Array], signs: NDArray[np.int8], S: int
 ) -> Array:
-    """Solve for the motions (k, S, g, N) of k freedoms of joints that keep the limbs connected; local freedoms do not move.
+    """Solve for the motions q (k, S, g, N) of k freedoms of joints that keep the limbs connected; local freedoms do not move.
 
+    Σ ± S_j q_j = gap − Σ ± t_e for each cut joint, in the sense of least squares, with the twist of the platform, or 0, as gap.
     The edges that transmit the wrench of a cut joint form either a path to the platform, along which the motions add up to the
     motion of the platform, or a ring, around which they add up to zero.
     """
@@ -236,7 +244,9 @@ def _deform_branches(
     moved: Mapping[str, tuple[str, BranchJoint]],
     out: Deformation,
 ) -> None:
-    """Compute the motions of open branches, which are chains of links with a free end.
+    """Compute the motions of open branches, which are chains of links with a free end: t_outer = t_inner + t_e + s c f + e.
+
+    t_e is due to u = F w + u_0, and s c f to elastic actuators, see :mod:`kinetostatics.elements.actuator`.
 
     Args:
         edges: joints and beams of the branches, inboard ones first.
@@ -288,7 +298,7 @@ def _deform_branches(
 def _deform_branch_actuators(
     robot: RobotStatics, solution: Solution, branches: Sequence[tuple[tuple[Edge, ...], int]], out: Deformation
 ) -> dict[str, tuple[str, BranchJoint]]:
-    """Compute the deformations of elastic actuators that move joints of open branches only, and add them to ``out``.
+    """Compute the deformations c Σ r_j s_jᵀ w_j of elastic actuators that move joints of open branches only, for ``out``.
 
     ``branches`` are the joints and beams, each tuple with its ``strains``; for this term and the result ``moved`` see
     :func:`_deform_branches`.

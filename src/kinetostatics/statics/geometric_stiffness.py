@@ -173,7 +173,11 @@ class GeometricStiffness:
         weighty: bool,
         eliminated: bool,
     ) -> tuple[tuple[Array, Array | None, tuple[Array, Array] | None], Array, Array]:
-        """Return ``B``, ``constant`` and ``whole`` of :class:`JunctionTerms`, the stiffness of inner coordinates, and weight."""
+        """Return ``B``, ``constant`` and ``whole`` of :class:`JunctionTerms`, the stiffness of inner coordinates, and weight.
+
+        Inner coordinates η of stiffness K_ηη = 1 + K_g,ηη, in which the forces deflect the beam by η_0, are eliminated:
+        2 B = K_zz − K_zη K_ηη⁻¹ K_ηz, and ``constant`` = K_zη K_ηη⁻¹ η_0.
+        """
         name, S = str(item.edge.beam), len(solution.contributions)
         model = self._robot.beams[name]
         length, lever = model.length(self._frames), model.lever(self._frames)
@@ -215,7 +219,7 @@ class GeometricStiffness:
         return self._frames.point(item.centre.body, item.centre.vector) - self.o
 
     def without_spin(self, group: int) -> Array | None:
-        """Return the projection (3, 3, N) that removes the rotation about a group's free spin axis; None without such an axis."""
+        """Return the projection 1 − n nᵀ (3, 3, N) that removes rotations about a group's free spin axis n; None without one."""
         if group not in self.rotation_groups.spins:
             return None
         first, second = (self._arm(self.rotation_groups.junctions[k]) for k in self.rotation_groups.spins[group])
@@ -238,7 +242,10 @@ class JunctionWrenches:
             self._cuts |= {limb: total[:, :, position] for position, limb in enumerate(statics.group.numbers)}
 
     def on_outer_side(self, item: Junction) -> Array:
-        """Return the wrench (6, N) of a junction's inner side on its outer side, about o [N, N·m]."""
+        """Return the wrench −(Σ ± X + Σ w) (6, N) of a junction's inner on its outer side, about o [N, N·m].
+
+        X are cut-joint wrenches, w the weights and loads outboard of the junction.
+        """
         total = self._robot.weights.carried_by(item.edge, self._solution.weights) * float(self._weighty)
         for load in self._loads:
             for attachment, wrench in load.wrenches.items():
@@ -250,5 +257,5 @@ class JunctionWrenches:
 
 
 def _at(twists: Array, arm: Array) -> Array:
-    """Return the displacements (3, S, N) of a point at ``arm`` (3, N) from o due to twists (6, S, N) about o."""
+    """Return the displacements d + r × arm (3, S, N) of a point at ``arm`` (3, N) from o due to twists [d; r] (6, S, N)."""
     return move_twist(twists, arm)[:3]

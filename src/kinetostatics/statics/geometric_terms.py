@@ -157,7 +157,10 @@ class GeometricTerms:
         return np.concatenate(list(found.values())) if found else zeros_for((0, *force.shape[1:]), force)
 
     def loads(self, u: Array) -> dict[str, Array]:
-        """Return the loads −K_g u, for u (n, S, N), as wrenches (6, S, N) about o, by attachment."""
+        """Return the loads −K_g u, for u (n, S, N), as wrenches (6, S, N) about o, by attachment.
+
+        They are −(B + Bᵀ) z in a junction, −K_t d in a spring, and −(f·r 1 − ½ (f rᵀ + r fᵀ)) θ under a force f at the arm r.
+        """
         first, at = 0, {}
         for block in self._where.blocks:
             at[block] = u[first : first + self._where.sizes[block]]

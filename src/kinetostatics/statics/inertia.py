@@ -29,7 +29,8 @@ def inertial_load(
 ) -> AppliedLoad:
     """Return the inertial loads of a moving robot at N poses.
 
-    Local freedoms accelerate so that no inertial force acts along them, since no actuator or spring acts there.
+    A mass m with the inertia J at c exerts −m c″ and −(J α + ω × J ω). Local freedoms accelerate so that no inertial force acts
+    along them, since no actuator or spring acts there.
 
     Args:
         twists: (6, B, N) twists of all bodies at the world's origin, world axes [m/s, rad/s].
@@ -70,7 +71,7 @@ class _InertialLoads:
             self._add_mass(attachment, body, R, point, mass, inertia)
 
     def _acceleration(self, body: int, point: Array) -> Array:
-        """Return the acceleration (3, N) [m/s²] of a point (3, N) of a body."""
+        """Return the acceleration v̇ + α × p + ω × (v + ω × p) (3, N) [m/s²] of a point p (3, N) of a body."""
         v, w = self.twists[:3, body], self.twists[3:, body]
         return self.rates[:3, body] + cross(self.rates[3:, body], point) + cross(w, v + cross(w, point))
 

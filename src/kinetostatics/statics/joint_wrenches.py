@@ -93,8 +93,8 @@ def actuator_forces_from(
 ) -> dict[str, Array]:
     """Return the force or torque f (…, N) of each actuator, positive along its coordinate, from joint wrenches (6, J, …, N).
 
-    f is the power of the joint's wrench on the actuator's unit twist, Eq. (17). Joints that mimic the actuator's joint add their
-    powers, times their multipliers. ``names`` are the joints of the wrenches (None: all of the joint table).
+    f = Sᵀ w, the power of the joint's wrench w on the actuator's unit twist S, Eq. (17). Joints that mimic the actuator's joint
+    add their powers, times their multipliers. ``names`` are the joints of the wrenches (None: all of the joint table).
     """
     table = robot.joint_table
     places = {name: k for k, name in enumerate(table.names if names is None else names)}
@@ -156,7 +156,7 @@ def _self_stresses(robot: RobotStatics, solution: Solution, joints: Sequence[int
 
 
 def limb_wrench(solution: Solution, number: int, position: int) -> Array:
-    """Return the platform's wrench (6, N) on a limb about o; if it is statically indeterminate, one of the solutions."""
+    """Return the platform's wrench J_ic W_ic + J_ig W_ig (6, N) on a limb about o; if indeterminate, one of the solutions."""
     statics = solution.statics[number]
     intensities = solution.intensities[number][:, :, position].sum(axis=1)
     return np.einsum("kin,in->kn", statics.J_c[:, :, position], intensities) + statics.R_g[:, position]
@@ -165,7 +165,7 @@ def limb_wrench(solution: Solution, number: int, position: int) -> Array:
 def base_wrench(robot: RobotStatics, solution: Solution) -> Array:
     """Return the ground's wrench (6, N) on the robot, about the base link's origin, world axes [N, N·m].
 
-    This wrench is the negative sum of all loads and weights.
+    This wrench is −Σ (loads + weights) of base and limbs − Σ (J_ic W_ic + J_ig W_ig).
     """
     weights, topology = solution.weights, robot.topology
     sum_at_o = weights[:, robot.weights.of("base")].sum(axis=1)

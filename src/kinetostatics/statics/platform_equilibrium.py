@@ -42,7 +42,7 @@ class _Split:
     J: Array  # (g, N, 6, n)
 
     def resisted(self, displacements: Array) -> Array:
-        """Return the intensities (n, S, g, N) due to ``displacements`` (n, S, g, N) of the limbs' ends, for μ = 0."""
+        """Return the intensities give · ``displacements`` (n, S, g, N) of the limbs' ends, for μ = 0."""
         return np.einsum("gnij,jsgn->isgn", self.give, displacements)
 
 
@@ -59,7 +59,7 @@ class PlatformEquilibrium:
     """
 
     def __init__(self, robot: RobotStatics, statics: tuple[LimbStatics, ...], N: int, support: float = 0.0) -> None:
-        """Factorize the stiffness; ``support`` is added to it, relative to its size, where the platform would be free."""
+        """Factorize K; ``support`` is added to it, relative to its size, where the platform would be free."""
         self._statics = statics
         self.scale = np.array([1.0] * 3 + [1 / robot.length] * 3)
         K = np.zeros((6, 6, N))
@@ -124,7 +124,7 @@ class PlatformEquilibrium:
         return twists, intensities
 
     def generalized_force(self, right: Array, strains: Sequence[Array]) -> Array:
-        """Return the wrenches (6, S, N) on the platform that, times the compliance, are the twists; see :meth:`solve`.
+        """Return W − Σ J_ig W_ig + Σ J_ic C_ic⁻¹ Δ_igc (6, S, N), which times the compliance is the twist; see :meth:`solve`.
 
         By reciprocity, the product of this wrench and a twist of the platform is the work that all loads do when the robot moves
         with this twist of its platform.
@@ -139,7 +139,7 @@ class PlatformEquilibrium:
         return total
 
     def with_fixed_platform(self, strains: Sequence[Array]) -> list[Array]:
-        """Return for each group the intensities (n_c, S, g, N) while the platform is fixed."""
+        """Return for each group the intensities −C_ic⁻¹ Δ_igc (n_c, S, g, N) while the platform is fixed, Eq. (11)."""
         found = []
         for factor, strain in zip(self._factors, strains, strict=True):
             resisted = np.zeros_like(strain) if factor is None else -strain
@@ -201,7 +201,7 @@ def _split(item: LimbStatics) -> _Split:
 
 
 def _invert(K: Array, scale: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the compliance (6, 6, N), and a mask (N,): True where the stiffness K (6, 6, N) is singular."""
+    """Return the compliance K⁻¹ (6, 6, N), and a mask (N,): True where the stiffness K (6, 6, N) is singular."""
     factor = Cholesky(K * scale[:, None, None] * scale[None, :, None])
     unit = np.broadcast_to(np.eye(6)[:, :, None], K.shape)
     compliance = factor.solve(unit) * scale[:, None, None] * scale[None, :, None]
@@ -268,7 +268,10 @@ class _RigidPart:
         self.compliance = np.moveaxis(self.inverse * np.outer(scale, scale), 0, 2)
 
     def _by_singular_values(self, A: Array, poses: Index) -> None:
-        """Compute ``inverse``, ``gain``, ``unknown`` and ``singular`` at P poses, for rigid wrenches A (P, 6, n) of any rank."""
+        """Compute ``inverse``, ``gain``, ``unknown`` and ``singular`` at P poses, for rigid wrenches A (P, 6, n) of any rank.
+
+        ``inverse`` is Z (Zᵀ K Z)⁻¹ Zᵀ, with the motions Z that A permits, ``gain`` A⁺, and ``unknown`` spans the null space of A.
+        """
         U, values, V = np.linalg.svd(A, full_matrices=True)
         ranks = np.sum(values > _DEPENDENT * values[:, :1], axis=1)
         for rank in np.unique(ranks):
@@ -297,7 +300,11 @@ class _RigidPart:
         return result
 
     def solve(self, right: Array, splits: list[_Split], strains: list[Array], errors: bool = False) -> tuple[Array, list[Array]]:
-        """Return the twists (6, S, N), and for each partly rigid group the intensities (r, S, g, N) of its r rigid directions."""
+        """Return the twists (6, S, N), and for each partly rigid group the intensities (r, S, g, N) of its r rigid directions.
+
+        [K A; Aᵀ 0] [Δ; μ] = [W; δ], with the displacements δ of the ends of rigid limbs: Δ = Δ_0 + C (W − K Δ_0), Δ_0 = A⁺ᵀ δ,
+        and μ = A⁺ (W − K Δ).
+        """
         force = np.moveaxis(right * self.scale[:, None, None], 2, 0)
         given = []
         moves = np.zeros(right.shape[1])

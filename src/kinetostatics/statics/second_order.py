@@ -107,7 +107,11 @@ def tangent_of(robot: RobotStatics, groups: RotationGroups, solution: Solution, 
 
 
 def second_order(robot: RobotStatics, groups: RotationGroups, solution: Solution, poses: Index | slice = slice(None)) -> Changes:
-    """Return results of second order at some poses of an equilibrium of linear theory; ``groups``: with elastic actuators."""
+    """Return results of second order at some poses of an equilibrium of linear theory; ``groups``: with elastic actuators.
+
+    With the forces S(v_i) of a unit load i, displacements v_i under it and x under all loads: T_i = K_g(S(v_i)) x, the twist
+    changes by −½ T_iᵀ x, and the compliance by −(T_iᵀ v_j + T_jᵀ v_i).
+    """
     tangent = tangent_of(robot, groups, solution, poses)
     contributions, u, compliance, N = tangent.contributions, tangent.u, tangent.compliance, tangent.twist.shape[1]
     unit, x = [name for name in contributions if name in UNITS], tangent.x

@@ -66,7 +66,7 @@ def any_limb(groups: Sequence[NDArray[np.bool_]], N: int) -> NDArray[np.bool_]:
 
 
 def is_constrained(statics: Iterable[LimbStatics], scale: Array, N: int) -> NDArray[np.bool_]:
-    """Return a mask (N,): True where no motion of the platform is free, as the unit wrenches' Gram matrix is definite."""
+    """Return a mask (N,): True where no motion of the platform is free, as Σ ŵ ŵᵀ of all unit wrenches ŵ is definite."""
     gram = np.zeros((6, 6, N))
     for item in statics:
         unit = normalize(item.J_c * scale[:, None, None, None])
@@ -82,7 +82,7 @@ def unbalanced_parts(
     statics: Iterable[LimbStatics],
     loads: Mapping[str, Array],
 ) -> dict[str, Array]:
-    """Return, by limb, the fraction (N,) of its weight and its ``loads`` (6, N) that its passive joints cannot carry.
+    """Return, by limb, the fraction |residual of Eq. (3)| / Σ |weights and ``loads``| (N,) that its passive joints cannot carry.
 
     Open branches belong to the limb that carries them, or to ``base`` or ``platform``, which are further keys.
     """

@@ -224,6 +224,8 @@ class PlacedMotions:
     def gaps(self) -> Iterator[tuple[tuple[int, ...], Array]]:
         """Yield, for each joint that closes a loop, k coordinates, and per unit of them the gap (6, k, N) of the loop [m].
 
+        The gap is t_outer − t_inner − S q, with the motions q of the joint itself.
+
         Its equations are those of the rotation times the characteristic length, then those of the displacement.
         """
         table = self.structure.model.joint_table

@@ -120,7 +120,7 @@ class Solution(ShortRepr):
         return self.contributions.index(deformation) if deformation in self.contributions else 2 + limb
 
     def cut_wrenches(self, number: int, strains: bool = False) -> Array:
-        """Return the cut-joint wrenches (M, 6, S, g, N) of a group due to each contribution; see :meth:`contribution_mask`."""
+        """Return the cut-joint wrenches X = N W_ic + X_0 + X_loads + X_errors (M, 6, S, g, N) of a group by contribution."""
         statics = self.statics[number]
         share = self.contribution_mask(statics.group, strains)
         intensities = self.intensities[number]
@@ -318,7 +318,7 @@ def of_deformation(limb: str) -> str:
 
 
 def unit_cut_wrenches(robot: RobotStatics, solution: Solution) -> list[Array]:
-    """Return for each group the cut-joint wrenches (M, 6, 6, g, N) under six unit loads on the platform at o, world axes."""
+    """Return for each group the cut-joint wrenches N C_ic⁻¹ J_icᵀ K⁻¹ (M, 6, 6, g, N) under six unit loads at o."""
     N = solution.o.shape[1]
     balance = PlatformEquilibrium(robot, solution.statics, N)
     none = [np.zeros((item.J_c.shape[1], 6, *item.J_c.shape[2:])) for item in solution.statics]
@@ -334,7 +334,7 @@ def _by_contribution(
     platform_weight: Array,
     applied: tuple[AppliedStatics, ...],
 ) -> tuple[Array, list[Array]]:
-    """Return the right-hand sides of Eqs. (12) and (11) for each contribution.
+    """Return the right-hand sides W − Σ J_ig W_ig of Eq. (12) and Δ_igc of Eq. (11) for each contribution.
 
     ``statics`` is the state of the limbs under their own weights, without loads on links or springs.
 

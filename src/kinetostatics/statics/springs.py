@@ -66,7 +66,10 @@ def contribution_names(robot: RobotStatics, applied: Iterable[AppliedLoad] = ())
 
 
 def solve_with_springs(robot: RobotStatics, given: LoadedPoses) -> Solution:
-    """Solve Eq. (12) as :func:`kinetostatics.statics.solution.balanced` does, with the robot's springs."""
+    """Solve Eq. (12) as :func:`kinetostatics.statics.solution.balanced` does, with the robot's springs: C_t = (1 + C S)⁻¹ C.
+
+    S is the stiffness that springs and rotating forces add to the platform, see :func:`response`.
+    """
     if robot.rotation_groups is None:
         return balanced(robot, given).solution
     frames = given.frames
@@ -125,7 +128,7 @@ def geometric_stiffness(
 
 
 def unstable_motions(tangents: Iterable[Array], N: int) -> Index:
-    """Return the number (N,) of unstable motions according to matrices (n, n, N), see :attr:`Solution.tangents`."""
+    """Return the number (N,) of eigenvalues ≤ 0 of matrices 1 + K_g F (n, n, N), see :attr:`Solution.tangents`."""
     found = np.zeros(N, dtype=np.intp)
     for tangent in tangents:
         matrix = np.nan_to_num(np.moveaxis(tangent, 2, 0))
@@ -143,7 +146,9 @@ def response(
 
     With the twist Δ of the platform and the changes t of the forces, the displacements are u = u_0 + U Δ + F t in limbs and P Δ
     on the platform. Then t = −K_g u and Δ = Δ_0 + C (Uᵀ t + Pᵀ t_platform), with the twist Δ_0 and the compliance C of the
-    platform without K_g, and the changes t_platform conjugate to P Δ. Loads along beams add constants to t.
+    platform without K_g, and the changes t_platform conjugate to P Δ. Loads along beams add constants to t. In each limb
+    (1 + K_g F) t = −K_g (u_0 + U Δ). The platform is left with the forces −(s_0 + S Δ): Δ = (1 + C S)⁻¹ (Δ_0 − C s_0), and its
+    compliance is C_t = (1 + C S)⁻¹ C.
     """
     solution, where, S = before.solution, geometric.coordinates, len(before.solution.contributions)
     generalized_forces, flexibilities = flexibility(robot, before, geometric)
@@ -235,7 +240,7 @@ def motion_of(robot: RobotStatics, solution: Solution, deformation: Deformation,
 
 
 def inverse(compliance: Array, rigid: Array, length: float) -> Array:
-    """Return the stiffness (6, 6, N) of a compliance; NaN where it is singular, or where ``rigid`` (6, 6, N) is NaN."""
+    """Return the stiffness C⁻¹ (6, 6, N) of a compliance C; NaN where it is singular, or where ``rigid`` (6, 6, N) is NaN."""
     unit = np.repeat([1.0, length], 3)
     scale = (unit[:, None] * unit)[:, :, None]
     scaled = compliance * scale

@@ -78,7 +78,8 @@ def eigenpairs(model: VibrationModel, count: int) -> Eigenpairs:
 def modes_below(model: VibrationModel, square: Array) -> Index:
     """Return the number (N, m) of modes below λ (N, m), including frequency zero.
 
-    It is the number of negative eigenvalues of D(λ) and of modes of the pieces of beams with clamped ends.
+    It is J(λ) = Σ J_clamped(λ) + s(D(λ)), the number s of negative eigenvalues of D(λ) and that of modes of the pieces of beams
+    with clamped ends (Wittrick and Williams).
     """
     found = sum(
         (item.pieces * item.piece.clamped_modes(square) for item in model.beams.values()), np.zeros(square.shape, dtype=np.intp)

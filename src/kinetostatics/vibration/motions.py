@@ -58,7 +58,7 @@ class ModeShapes:
 
     @cached_property
     def inertia(self) -> Array:
-        """Mass matrix (N, 6, 6) of all moving parts as one rigid body, about o [kg, kg·m, kg·m²]."""
+        """Mass matrix Σ Rᵀ M R (N, 6, 6) of all moving parts as one rigid body, about o [kg, kg·m, kg·m²]."""
         zero = np.zeros((len(self._finite), 1))
         found = np.zeros((len(zero), 6, 6))
         for part in self.pairs.model.masses.values():
@@ -133,12 +133,14 @@ class Damping:
     stiffness: float = 0.0
 
     def factors(self, omega: Array) -> tuple[Numbers, Numbers]:
-        """Return the complex factors s of the stiffness and c of the mass at angular frequencies [1/s]."""
+        """Return the complex factors s = 1 + i (η + ω β) of the stiffness and c = 1 − i α/ω of the mass at ω [1/s]."""
         return 1 + 1j * (self.loss + omega * self.stiffness), 1 - 1j * self.mass / omega
 
 
 def responses(model: VibrationModel, platform: Array, carried: Array, omega: Array, damping: Damping) -> tuple[Numbers, Numbers]:
     """Return compliance and transmissibility (N, F, 6, 6) at a point of the platform; NaN where a motion has negative stiffness.
+
+    With damping, s K − ω² c M = s D(λ) at λ = ω² c/s: H = P D⁻¹ Pᵀ/s and T = R − P D⁻¹ f_floor/c.
 
     Args:
         model: the robot at N poses.

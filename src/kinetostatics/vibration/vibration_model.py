@@ -49,7 +49,7 @@ class Part:
         return replace(self, motions=motions, matrix=matrix, carried=carried)
 
     def of_coordinates(self) -> Array:
-        """Return the mass or stiffness (N, k, k) with respect to the part's k coordinates."""
+        """Return the mass or stiffness Tᵀ A T (N, k, k) with respect to the part's k coordinates, with the motions T."""
         return np.asarray(np.swapaxes(self.motions, 1, 2) @ self.matrix @ self.motions)
 
 
@@ -196,7 +196,7 @@ class VibrationModel:
         return dict(zip(self.beams, (self.closure.shape[2] + more).tolist(), strict=False))
 
     def dynamic_stiffness(self, square: Numbers) -> Numbers:
-        """Return D (N, m, n, n) at λ (N, m) [1/s²] for all coordinates [N/m]."""
+        """Return D(λ) = K − λ M + Σ Tᵀ D_rod(λ) T (N, m, n, n) at λ (N, m) [1/s²] for all coordinates [N/m]."""
         K, M = self._constant
         rods = {name: item.piece.dynamic_stiffness(square) for name, item in self.beams.items()}
         return self._assembled(K[:, None] - square[..., None, None] * M[:, None], rods)
@@ -222,7 +222,10 @@ class VibrationModel:
         return found
 
     def forces_of_floor(self, square: Numbers) -> Numbers:
-        """Return the forces (N, m, n, 6) on all coordinates at λ (N, m) when the whole robot moves as one body with the floor."""
+        """Return the forces (N, m, n, 6) on all coordinates at λ (N, m) when the whole robot moves as one body with the floor.
+
+        They are Σ Tᵀ (−λ M) R + Σ Tᵀ D_rod(λ) R, with the motions T per coordinate and R of the rigid robot.
+        """
         found = np.zeros((*square.shape, self.coordinates, 6), dtype=square.dtype)
         for part in self.masses.values():
             own = np.swapaxes(part.motions, 1, 2) @ part.matrix @ part.carried
