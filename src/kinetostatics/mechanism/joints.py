@@ -9,8 +9,8 @@ universal or spherical joint. An *element* is a beam, a compound joint or a fixe
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -166,6 +166,25 @@ def freedoms_of(mechanism: Mechanism, connection: Connection, sign: int = 1) -> 
     if kind.turns is Axes.BOTH:
         freedoms.append(freedom(True, there, other[:3, :3] @ connection.axis2, centre, " (second axis)"))
     return tuple(freedoms if sign > 0 else freedoms[::-1])
+
+
+def small_freedoms(
+    mechanism: Mechanism, joint: str, freedoms: Sequence[Freedom], actuators: Mapping[str, ElasticActuator]
+) -> list[Freedom]:
+    """Return the freedoms of small motions of a joint with given ``freedoms`` under elastic or free ``actuators``.
+
+    They are its passive freedoms, that of an actuator or of a joint that mimics one, and its elastic directions.
+    """
+    moving = [freedom for freedom in freedoms if freedom.passive]
+    if any(joint == name for actuator in actuators.values() for name, _ in actuator.moves):
+        actuator = actuators.get(joint)
+        moving.append(replace(freedoms[0], stiffness=0.0 if actuator is None else 1 / actuator.compliance))
+    for spring in springs_of(mechanism, joint):
+        body, R, centre, compliances = spring.body, spring.frame[:3, :3], spring.frame[:3, 3], np.diag(spring.compliance)
+        for k in np.flatnonzero(compliances):
+            stiffness = 1 / float(compliances[k])
+            moving.append(Freedom(bool(k > 2), body, R[:, k % 3], body, centre, passive=False, stiffness=stiffness))
+    return moving
 
 
 @dataclass(frozen=True)

@@ -19,14 +19,13 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.graphs import joined, reachable
 from kinetostatics.mechanism.joints import (
     ElasticActuator,
-    ElasticJoint,
     Freedom,
     compound_joints,
     elastic_actuators,
     freedoms_of,
     limb_elements,
     sides,
-    springs_of,
+    small_freedoms,
 )
 from kinetostatics.mechanism.limbs import Edge
 
@@ -116,7 +115,7 @@ class _Step:
 
 class _Finder:
     def __init__(self, model: StaticModel, actuators: Mapping[str, ElasticActuator]) -> None:
-        self.model = model
+        self.model, self.actuators = model, actuators
         self.topology, self.connections = model.topology, model.mechanism.connections
         self.attachment_at: dict[str, str] = {}  # an attachment on the outer side of an edge, by its key
         for attachment, key in self.topology.carried_by.items():
@@ -124,7 +123,6 @@ class _Finder:
         self.attachments, self.owners = [model.description.base, model.description.platform], [-1, -1]
         self.group_at: dict[str, int] = {}  # by the edge's key
         self.hinged: set[int] = set()
-        self.on_elastic_actuators = {joint for actuator in actuators.values() for joint, _ in actuator.moves}
 
     def found(self) -> RotationGroups:
         steps = list(self._steps())
@@ -181,20 +179,18 @@ class _Finder:
 
     def _outer_group(self, step: _Step) -> int:
         inner = self._inner_group(step)
-        passive = any(dof.passive and dof.rotates for dof in step.dofs)
-        elastic = step.edge.beam is not None or any(np.any(spring.compliance[3:, 3:]) for spring in self._springs(step))
-        elastic |= step.edge.joint in self.on_elastic_actuators and any(dof.rotates for dof in step.dofs)
-        if not (passive or elastic) or step.edge.key not in self.attachment_at:
+        turns = step.edge.beam is not None or any(freedom.rotates for freedom in self._freedoms(step))
+        if not turns or step.edge.key not in self.attachment_at:
             return inner
         number = len(self.attachments)
         self.attachments.append(self.attachment_at[step.edge.key])
         self.owners.append(step.owner)
-        if (step.on_branch and passive) or inner in self.hinged:
+        if (step.on_branch and any(dof.passive and dof.rotates for dof in step.dofs)) or inner in self.hinged:
             self.hinged.add(number)
         return number
 
-    def _springs(self, step: _Step) -> tuple[ElasticJoint, ...]:
-        return springs_of(self.model.mechanism, step.edge.joint) if step.edge.joint else ()
+    def _freedoms(self, step: _Step) -> list[Freedom]:
+        return small_freedoms(self.model.mechanism, step.edge.joint, step.dofs, self.actuators) if step.edge.joint else []
 
     def _junction(self, step: _Step) -> Junction:
         edge, inner = step.edge, self._inner_group(step)
@@ -213,12 +209,8 @@ class _Finder:
         if step.edge.beam is not None:
             model = self.model.elastic_links[step.edge.beam]
             return tuple(Fixed(model.span.carrier, axis) for axis in model.axes.T)
-        on_elastic_actuators = step.edge.joint in self.on_elastic_actuators
-        moving = [dof for dof in step.dofs if not dof.rotates and (on_elastic_actuators or (dof.passive and not step.on_branch))]
-        found = [(dof.body, dof.axis) for dof in moving]
-        for spring in self._springs(step):
-            found += [(spring.body, spring.frame[:3, k]) for k in range(3) if spring.compliance[k, k] > 0]
-        return tuple(Fixed(found[0][0], axis) for axis in _orthonormal([axis for _, axis in found]))
+        moving = [freedom for freedom in self._freedoms(step) if not (freedom.rotates or (freedom.passive and step.on_branch))]
+        return tuple(Fixed(moving[0].body, axis) for axis in _orthonormal([freedom.axis for freedom in moving]))
 
     def _centre(self, step: _Step) -> Fixed:
         if step.edge.beam is not None:

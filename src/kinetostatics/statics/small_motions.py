@@ -8,7 +8,7 @@ the tree closes a loop: its freedoms are coordinates too, and stiff springs alon
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,7 +18,15 @@ from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross
 from kinetostatics.math.screws import move_twist
 from kinetostatics.mechanism.body_graph import BodyEdge, BodyGraph, RigidBody
-from kinetostatics.mechanism.joints import ElasticActuator, Freedom, Freedoms, elastic_actuators, freedoms_of, springs_of
+from kinetostatics.mechanism.joints import (
+    ElasticActuator,
+    Freedom,
+    Freedoms,
+    elastic_actuators,
+    freedoms_of,
+    small_freedoms,
+    springs_of,
+)
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.robot_statics import RobotStatics
@@ -62,7 +70,7 @@ class BeamEnds:
 class SmallMotions:
     """Bodies, joints and beams of a robot, and the coordinates of its small motions.
 
-    The file defines the elastic actuators, unless ``drives`` is given; an actuator of infinite compliance is free.
+    The file defines the elastic actuators, unless ``actuators`` is given; an actuator of infinite compliance is free.
 
     Attributes:
         platform: the body of the platform.
@@ -84,7 +92,6 @@ class SmallMotions:
         self.weights = [(body, number[name]) for body in self.graph.bodies for name in body.weights]
         self._actuators = elastic_actuators(model.mechanism) if actuators is None else actuators
         self.rotation_groups = find_rotation_groups(model, self._actuators)
-        self._moved = {name for actuator in self._actuators.values() for name, _ in actuator.moves}
         edges = [edge for edge in self.graph.edges if edge.connection is not None]
         own = {id(edge): self._freedoms(edge.connection) for edge in edges if edge.connection is not None}
         edges = [edge for edge in edges if sum(not item.stiffness for item in own[id(edge)]) < 6]
@@ -157,20 +164,8 @@ class SmallMotions:
                 yield Follower(mine.columns[0], master.columns[0], times * mine.sign * master.sign * sizes[0] / sizes[1])
 
     def _freedoms(self, joint: Connection) -> list[Freedom]:
-        """Return the freedoms of a joint that are coordinates: the passive freedoms, and the elastic directions."""
-        freedoms = freedoms_of(self.model.mechanism, joint)
-        found = [freedom for freedom in freedoms if freedom.passive]
-        if joint.name in self._moved:
-            actuator = self._actuators.get(joint.name)
-            found.append(replace(freedoms[0], stiffness=0.0 if actuator is None else 1 / actuator.compliance))
-        for spring in springs_of(self.model.mechanism, joint.name):
-            R, centre = spring.frame[:3, :3], spring.frame[:3, 3]
-            compliances = np.diag(spring.compliance)
-            for k in np.flatnonzero(compliances):
-                found.append(
-                    Freedom(bool(k > 2), spring.body, R[:, k % 3], spring.body, centre, stiffness=1 / float(compliances[k]))
-                )
-        return found
+        mechanism = self.model.mechanism
+        return small_freedoms(mechanism, joint.name, freedoms_of(mechanism, joint), self._actuators)
 
     def stiffness_of(self, joint: MovedJoint) -> Array:
         """Return the stiffness (k, k) [N/m, N·m/rad] with respect to the displacements and rotations of a joint's coordinates."""
