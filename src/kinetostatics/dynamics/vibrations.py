@@ -112,11 +112,8 @@ def _carried(loads: LinkLoads, motions: PlacedMotions, links: Mapping[str, Part]
     """Return the payload as masses, one for each place at which it is attached at some pose, by names that no link has."""
     found: dict[str, Part] = {}
     for number, (place, _, point, mass, R, inertia) in enumerate(loads.masses(motions.frames)):
-        axes, matrix = R.transpose(2, 0, 1), np.zeros((len(mass), 6, 6))
-        matrix[:, :3, :3] = mass[:, None, None] * np.eye(3)
-        matrix[:, 3:, 3:] = axes @ inertia.transpose(2, 0, 1) @ np.swapaxes(axes, 1, 2)
         name = f"{PAYLOAD} on {place}" if number or PAYLOAD in links else PAYLOAD
-        found[name] = mass_at(motions, motions.structure.body_at[place], point, matrix)
+        found[name] = mass_at(motions, motions.structure.body_at[place], point, mass, R, inertia)
     return found
 
 
@@ -224,7 +221,7 @@ def frequency_response(
         motions, model = vibrations.placed(poses)
         R, o = robot.mechanism.platform_pose(motions.frames)
         point = o if place is None else o + np.einsum("ijn,j->in", R, place)
-        twists, carried = motions.at(body, point)
+        twists, carried = (array.transpose(2, 0, 1) for array in (motions.moved(body, point), motions.carried(point)))
         return responses(model, twists, carried, omega, losses)
 
     rotation_groups = vibrations.in_chunks(solved, _POSES_OF_RESPONSES)

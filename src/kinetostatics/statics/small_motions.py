@@ -7,7 +7,7 @@ the tree closes a loop: its freedoms are coordinates too, and stiff springs alon
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,6 @@ import numpy as np
 from kinetostatics.description.stiffness_matrix import elastic_rows, inverse_of_elastic, is_coupled
 from kinetostatics.elements.spring import PlacedSpring
 from kinetostatics.math.arrays import Array, zeros_for
-from kinetostatics.math.linalg import cross
 from kinetostatics.math.screws import move_twist
 from kinetostatics.mechanism.body_graph import BodyEdge, BodyGraph, RigidBody
 from kinetostatics.mechanism.joints import (
@@ -202,62 +201,54 @@ class PlacedMotions:
         self.units = structure.unit_twists(frames, o)
         self._places = {name: k for k, name in enumerate(structure.model.joint_table.names)}
 
-    def moved(self, columns: tuple[int, ...], body: RigidBody, point: Array) -> Array:
-        """Return the twists (6, k, N) of a body at a point (3, N) per unit of each of k coordinates."""
-        mine = list(self.structure.columns[body])
-        found, where = zeros_for((6, len(columns), self.o.shape[1]), self.o), [columns.index(column) for column in mine]
-        found[:, where] = move_twist(self.units[:, mine], (point - self.o)[:, None])
+    def moved(self, body: RigidBody, point: Array, columns: Sequence[int] | None = None) -> Array:
+        """Return the twists (6, k, N) of a body at a point (3, N) per unit of each of k coordinates, by default of all n."""
+        own = list(self.structure.columns[body])
+        columns = range(self.units.shape[1]) if columns is None else columns
+        found, where = zeros_for((6, len(columns), self.o.shape[1]), self.o), [columns.index(column) for column in own]
+        found[:, where] = move_twist(self.units[:, own], (point - self.o)[:, None])
         return found
 
     def stretched(self, spring: PlacedSpring) -> tuple[tuple[int, ...], Array]:
         """Return the k coordinates that move the ends of a spring, and the ends' relative displacement (3, k, N) per unit."""
         bodies = [self.structure.body_at[attachment] for attachment in spring.attachments]
         columns = self.structure.columns_of(*bodies)
-        start, end = (self.moved(columns, body, point)[:3] for body, point in zip(bodies, spring.points, strict=True))
+        start, end = (self.moved(body, point, columns)[:3] for body, point in zip(bodies, spring.points, strict=True))
         return columns, end - start
 
-    def gaps(self) -> Iterator[tuple[tuple[int, ...], Array]]:
-        """Yield, for each joint that closes a loop, k coordinates, and per unit of them the gap (6, k, N) of the loop [m].
+    def closure(self) -> Array:
+        """Return the equations (c, n, N) [m] of closed loops, and of joints that mimic actuators, per unit of each coordinate.
 
-        The gap is t_outer − t_inner − S q, with the motions q of the joint itself.
-
-        Its equations are those of the rotation times the characteristic length, then those of the displacement.
+        Six equations of a loop are its gap t_outer − t_inner − S q at the joint that closes it, with the motions q of the joint:
+        rotation times the characteristic length, then displacement.
         """
-        table = self.structure.model.joint_table
-        for joint in self.structure.joints:
-            if not joint.closes:
-                continue
-            k = self._places.get(joint.connection.name)
-            point = self.o if k is None else self.frames.points(table.centre_body, table.centre)[:, k]
-            columns = tuple(sorted({*self.structure.columns_of(joint.inner, joint.outer), *joint.columns}))
-            ends = [self.moved(columns, body, point) for body in (joint.inner, joint.outer)]
-            rows = ends[1] - ends[0]
-            own = move_twist(self.units[:, list(joint.columns)], (point - self.o)[:, None])
-            rows[:, [columns.index(column) for column in joint.columns]] -= own
-            yield columns, np.concatenate([rows[3:] * self.structure.model.length, rows[:3]])
-
-    def at(self, body: RigidBody, point: Array) -> tuple[Array, Array]:
-        """Return the twists (N, 6, n) of a body at a point (3, N) per unit of a coordinate, and the twists of :meth:`carried`."""
-        return self.moved(tuple(range(self.units.shape[1])), body, point).transpose(2, 0, 1), self.carried(point)
+        structure, table, N = self.structure, self.structure.model.joint_table, self.o.shape[1]
+        equations = [np.zeros((0, len(structure.freedoms), N))]
+        for joint in structure.joints:
+            if joint.closes:
+                k, own = self._places.get(joint.connection.name), list(joint.columns)
+                point = self.o if k is None else self.frames.points(table.centre_body, table.centre)[:, k]
+                gap = self.moved(joint.outer, point) - self.moved(joint.inner, point)
+                gap[:, own] -= move_twist(self.units[:, own], (point - self.o)[:, None])
+                equations.append(np.concatenate([gap[3:] * structure.model.length, gap[:3]]))
+        for follower in structure.followers:
+            equation = np.zeros((1, len(structure.freedoms), N))
+            equation[0, follower.column], equation[0, follower.master] = 1.0, -follower.times
+            equations.append(equation)
+        return np.concatenate(equations)
 
     def at_attachment(self, attachment: str) -> Array:
         """Return the twists (6, n, N) about o of the body at an attachment per unit of each coordinate."""
-        columns = list(self.structure.columns[self.structure.body_at[attachment]])
-        found = np.zeros_like(self.units)
-        found[:, columns] = self.units[:, columns]
-        return found
+        return self.moved(self.structure.body_at[attachment], self.o)
 
     def of_body(self, shapes: Array, body: RigidBody, point: Array) -> Array:
         """Return the twist (N, m, 6) [m, rad] of a body at a point (3, N), world axes, in the modes ``shapes`` (N, m, n)."""
         columns = self.structure.columns[body]
-        return np.einsum("ikn,nmk->nmi", self.moved(columns, body, point), shapes[..., list(columns)])
+        return np.einsum("ikn,nmk->nmi", self.moved(body, point, columns), shapes[..., list(columns)])
 
     def carried(self, point: Array) -> Array:
-        """Return the twists (N, 6, 6) at a point (3, N) when the whole robot moves as one body, per unit of its twist about o."""
-        found = np.zeros((point.shape[1], 6, 6))
-        found[:] = np.eye(6)
-        found[:, :3, 3:] = cross(np.eye(3)[:, :, None], (point - self.o)[:, None]).transpose(2, 0, 1)
-        return found
+        """Return the twists (6, 6, N) at a point (3, N) when the whole robot moves as one body, per unit of its twist about o."""
+        return move_twist(np.eye(6)[:, :, None], (point - self.o)[:, None])
 
 
 def signs_of_modes(shapes: Array, twists: Array, tolerance: float) -> Array:

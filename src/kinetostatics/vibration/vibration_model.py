@@ -19,7 +19,7 @@ from kinetostatics.elements.link import VibratingLink
 from kinetostatics.elements.rods import Numbers
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.mechanism.body_graph import RigidBody
-from kinetostatics.statics.small_motions import BeamEnds, PlacedMotions
+from kinetostatics.statics.small_motions import BeamEnds, PlacedMotions, SmallMotions
 from kinetostatics.statics.springs import placed_springs
 
 #: Singular value of the closure equations, relative to the largest, below which an equation is dependent.
@@ -254,21 +254,17 @@ class VibrationModel:
 
 
 def vibration_model(motions: PlacedMotions) -> VibrationModel:
-    structure, placed = motions.structure, _Placement(motions)
-    N, n = motions.o.shape[1], len(structure.freedoms)
-    closure = [np.zeros((N, 0, n)), *placed.closure()]
+    structure, size = motions.structure, motions.structure.model.length
     ends: dict[str, list[BeamEnds]] = {}
     for item in structure.elastic_links:
         ends.setdefault(structure.model.topology.beams[item.name].beam.name, []).append(item)
-    beams = {name: placed.rod(links) for name, links in ends.items()}
-    springs = dict(placed.springs())
-    for name, slides in placed.free_slides():
+    beams = {name: _rod(motions, links) for name, links in ends.items()}
+    springs = dict(_springs(motions))
+    for name, slides in _free_slides(structure):
         beams[name], springs[f"beam {name}"] = _stretching(beams[name], slides)
-    size, body = structure.model.length, structure.platform
-    platform = np.zeros((N, 6, n))
-    platform[:, :, list(structure.columns[body])] = placed.moved(structure.columns[body], body, motions.o)
+    platform = _poses_first(motions.moved(structure.platform, motions.o))
     platform[:, 3:] *= size
-    return VibrationModel(dict(placed.masses()), springs, beams, np.concatenate(closure, axis=1), platform, size)
+    return VibrationModel(dict(_masses(motions)), springs, beams, _poses_first(motions.closure()), platform, size)
 
 
 def _stretching(item: PlacedRod, slides: Sequence[int]) -> tuple[PlacedRod, Part]:
@@ -288,10 +284,13 @@ def _stretching(item: PlacedRod, slides: Sequence[int]) -> tuple[PlacedRod, Part
     return replace(item, motions=motions), Part(item.columns, changes, stiffness, nothing, indefinite=True)
 
 
-def mass_at(motions: PlacedMotions, body: RigidBody, point: Array, matrix: Array) -> Part:
-    """Return the part that has the given mass matrix (N, 6, 6) about a point (3, N) of a body, world axes."""
-    columns, placed = motions.structure.columns[body], _Placement(motions)
-    return Part(columns, placed.moved(columns, body, point), matrix, motions.carried(point))
+def mass_at(motions: PlacedMotions, body: RigidBody, centre: Array, mass: Array | float, axes: Array, inertia: Array) -> Part:
+    """Return the part of a mass [kg] fixed to a body, with its centre (3, N) and its inertia (3, 3) or (3, 3, N) in ``axes``."""
+    columns, R = motions.structure.columns[body], axes.transpose(2, 0, 1)
+    matrix = np.zeros((len(R), 6, 6))
+    matrix[:, :3, :3] = np.eye(3) * np.reshape(mass, (-1, 1, 1))
+    matrix[:, 3:, 3:] = R @ np.moveaxis(inertia, (0, 1), (-2, -1)) @ np.swapaxes(R, 1, 2)
+    return Part(columns, _poses_first(motions.moved(body, centre, columns)), matrix, _poses_first(motions.carried(centre)))
 
 
 def spring_part(columns: tuple[int, ...], motions: Array, matrix: Array) -> Part:
@@ -300,72 +299,55 @@ def spring_part(columns: tuple[int, ...], motions: Array, matrix: Array) -> Part
     return Part(columns, motions.transpose(2, 0, 1), matrix.transpose(2, 0, 1), nothing, indefinite=True)
 
 
-@dataclass(frozen=True)
-class _Placement:
-    motions: PlacedMotions
+def _poses_first(array: Array) -> Array:
+    return np.ascontiguousarray(array.transpose(2, 0, 1))
 
-    def closure(self) -> Iterator[Array]:
-        """Yield closure equations (N, c, n) of loops of joints, and equations of joints that mimic others."""
-        structure, N = self.motions.structure, self.motions.o.shape[1]
-        for columns, rows in self.motions.gaps():
-            found = np.zeros((N, 6, len(structure.freedoms)))
-            found[:, :, list(columns)] = rows.transpose(2, 0, 1)
-            yield found
-        for item in structure.followers:
-            row = np.zeros((N, 1, len(structure.freedoms)))
-            row[:, 0, item.column], row[:, 0, item.master] = 1.0, -item.times
-            yield row
 
-    def masses(self) -> Iterator[tuple[str, Part]]:
-        structure, frames = self.motions.structure, self.motions.frames
-        mechanism, names = structure.model.mechanism, structure.model.weights.names
-        for body, number in structure.weights:
-            inertia, at = structure.model.weights.inertias[names[number]], mechanism.body_of[names[number]][0]
-            R = frames.rotation[:, :, at].transpose(2, 0, 1)
-            matrix = np.zeros((len(R), 6, 6))
-            matrix[:, :3, :3] = inertia.mass * np.eye(3)
-            matrix[:, 3:, 3:] = R @ inertia.inertia @ np.swapaxes(R, 1, 2)
-            if structure.columns[body]:
-                yield names[number], mass_at(self.motions, body, frames.point(at, inertia.lever), matrix)
+def _masses(motions: PlacedMotions) -> Iterator[tuple[str, Part]]:
+    weights, frames = motions.structure.model.weights, motions.frames
+    for body, number in motions.structure.weights:
+        if motions.structure.columns[body]:
+            name = weights.names[number]
+            at, inertia = motions.structure.model.mechanism.body_of[name][0], weights.inertias[name]
+            centre, axes = frames.point(at, inertia.lever), frames.rotation[:, :, at]
+            yield name, mass_at(motions, body, centre, inertia.mass, axes, inertia.inertia)
 
-    def springs(self) -> Iterator[tuple[str, Part]]:
-        structure, N = self.motions.structure, self.motions.o.shape[1]
-        for joint in structure.joints:
-            stiffness = structure.stiffness_of(joint)
-            if np.any(stiffness):
-                scale = [structure.model.length if k in structure.rotations else 1.0 for k in joint.columns]
-                motions = np.broadcast_to(np.diag(1 / np.array(scale)), (N, len(scale), len(scale)))
-                matrix = np.broadcast_to(stiffness, motions.shape)
-                yield joint.connection.name, Part(joint.columns, motions, matrix, np.zeros((N, len(scale), 6)))
-        for spring in placed_springs(structure.model, self.motions.frames):
-            columns, stretch = self.motions.stretched(spring)
-            yield f"spring {spring.name}", spring_part(columns, stretch, spring.tangent)
 
-    def free_slides(self) -> Iterator[tuple[str, list[int]]]:
-        """Yield the telescopic beams with free actuators in their span, and the coordinates of these actuators."""
-        structure = self.motions.structure
-        free = {k for k, item in enumerate(structure.freedoms) if item and not item.rotates and not item.stiffness}
-        for name, span in structure.model.topology.beams.items():
-            at = [joint for joint in structure.joints if joint.connection.actuated and joint.connection.name in span.spanned]
-            if slides := [column for joint in at for column in joint.columns if column in free]:
-                yield name, slides
+def _springs(motions: PlacedMotions) -> Iterator[tuple[str, Part]]:
+    structure, N = motions.structure, motions.o.shape[1]
+    for joint in structure.joints:
+        stiffness = structure.stiffness_of(joint)
+        if np.any(stiffness):
+            scale = [structure.model.length if k in structure.rotations else 1.0 for k in joint.columns]
+            moved = np.broadcast_to(np.diag(1 / np.array(scale)), (N, len(scale), len(scale)))
+            matrix = np.broadcast_to(stiffness, moved.shape)
+            yield joint.connection.name, Part(joint.columns, moved, matrix, np.zeros((N, len(scale), 6)))
+    for spring in placed_springs(structure.model, motions.frames):
+        columns, stretch = motions.stretched(spring)
+        yield f"spring {spring.name}", spring_part(columns, stretch, spring.tangent)
 
-    def rod(self, ends: Sequence[BeamEnds]) -> PlacedRod:
-        """Return a beam, or an elastic link by its spans from one interface to the others."""
-        structure, frames = self.motions.structure, self.motions.frames
-        links = [structure.model.elastic_links[item.name] for item in ends]
-        link, bodies = links[0], [ends[0].inner, *(item.outer for item in ends)]
-        points, columns = [link.ends(frames)[0], *(item.ends(frames)[1] for item in links)], structure.columns_of(*bodies)
-        axes, size = link.world_axes(frames).transpose(2, 1, 0), 6 * len(bodies)
-        turned = np.zeros((len(axes), size, size))
-        for k in range(0, size, 3):
-            turned[:, k : k + 3, k : k + 3] = axes
-        placed = list(zip(bodies, points, strict=True))
-        moved = np.concatenate([self.moved(columns, body, point) for body, point in placed], axis=1)
-        carried = np.concatenate([self.motions.carried(point) for _, point in placed], axis=1)
-        vibrating = link.vibrating(frames)
-        return PlacedRod(columns, turned @ moved, np.pad(turned @ carried, ((0, 0), (0, vibrating.inner), (0, 0))), vibrating)
 
-    def moved(self, columns: tuple[int, ...], body: RigidBody, point: Array) -> Array:
-        """Return the twists (N, 6, k) of a body at a point (3, N) per unit of each of k coordinates."""
-        return np.ascontiguousarray(self.motions.moved(columns, body, point).transpose(2, 0, 1))
+def _free_slides(structure: SmallMotions) -> Iterator[tuple[str, list[int]]]:
+    """Yield the telescopic beams with free actuators in their span, and the coordinates of these actuators."""
+    free = {k for k, item in enumerate(structure.freedoms) if item and not item.rotates and not item.stiffness}
+    for name, span in structure.model.topology.beams.items():
+        at = [joint for joint in structure.joints if joint.connection.actuated and joint.connection.name in span.spanned]
+        if slides := [column for joint in at for column in joint.columns if column in free]:
+            yield name, slides
+
+
+def _rod(motions: PlacedMotions, ends: Sequence[BeamEnds]) -> PlacedRod:
+    """Return a beam, or an elastic link by its spans from one interface to the others."""
+    structure, frames = motions.structure, motions.frames
+    links = [structure.model.elastic_links[item.name] for item in ends]
+    link, bodies = links[0], [ends[0].inner, *(item.outer for item in ends)]
+    points, columns = [link.ends(frames)[0], *(item.ends(frames)[1] for item in links)], structure.columns_of(*bodies)
+    axes, size = link.world_axes(frames).transpose(2, 1, 0), 6 * len(bodies)
+    turned = np.zeros((len(axes), size, size))
+    for k in range(0, size, 3):
+        turned[:, k : k + 3, k : k + 3] = axes
+    moved = [motions.moved(body, point, columns) for body, point in zip(bodies, points, strict=True)]
+    carried = turned @ _poses_first(np.concatenate([motions.carried(point) for point in points]))
+    vibrating = link.vibrating(frames)
+    carried = np.pad(carried, ((0, 0), (0, vibrating.inner), (0, 0)))
+    return PlacedRod(columns, turned @ _poses_first(np.concatenate(moved)), carried, vibrating)
