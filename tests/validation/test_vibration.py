@@ -136,6 +136,15 @@ def test_payload_beside_a_link_named_payload():
     assert shares["payload on platform"] == pytest.approx(shares["payload"], rel=1e-9, abs=1e-12)
 
 
+@pytest.mark.parametrize("seed", [2, 4, 18])
+def test_motions_without_stiffness_and_mass_are_not_counted(seed):
+    """As the spin of a link without moment of inertia between ball joints; their number changed with rounding."""
+    found = ks.modes(hybrid_robots.write_randomly(hybrid_robots.random_hybrid(seed), seed)[1].robot().assemble(), 12)
+    assert found.count_below(1e-3) == 0
+    for k, (below, above) in enumerate(zip(found.frequencies[:-1], found.frequencies[1:], strict=True)):
+        assert found.count_below(np.sqrt(below * above)) == k + 1
+
+
 @pytest.mark.few(3)
 @pytest.mark.parametrize("name", package_robots.NAMES)
 def test_modes_of_package_robots_are_complete_and_orthogonal(name):

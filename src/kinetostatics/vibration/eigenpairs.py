@@ -60,8 +60,8 @@ def eigenpairs(model: VibrationModel, count: int) -> Eigenpairs:
                 f"count is {count}: so many modes are too expensive, because they divide the beams until the robot has "
                 f"{model.coordinates} coordinates; count times the cube of coordinates may be at most {_LARGEST:.0e}"
             )
-        K, M = (matrix[:, 0] for matrix in model.pencil(np.zeros((model.poses, 1))))
-        spaces = list(_spaces(model, K, M))
+        K, M = model.static_pencil
+        spaces = list(_spaces(model))
         square, free = np.full((model.poses, count), np.nan), np.zeros(model.poses, dtype=np.intp)
         for space in spaces:
             square[space.poses], free[space.poses] = space.bounds(K, M, count), space.free
@@ -84,9 +84,10 @@ def modes_below(model: VibrationModel, square: Array) -> Index:
     found = sum(
         (item.pieces * item.piece.clamped_modes(square) for item in model.beams.values()), np.zeros(square.shape, dtype=np.intp)
     )
-    for poses, basis in model.closed_motions():
-        D = _Space(poses, basis, 0).restricted(model.take(poses).dynamic_stiffness(square[poses]))
-        found[poses] += np.sum(np.linalg.eigvalsh(_scaled(D)[0]) < 0, axis=-1)
+    for space in _spaces(model):
+        D = space.restricted(model.take(space.poses).dynamic_stiffness(square[space.poses]))
+        found[space.poses] += np.sum(np.linalg.eigvalsh(_scaled(D)[0]) < 0, axis=-1)
+        found[space.poses] = np.maximum(found[space.poses], space.free)  # of which rounding may hide some close to λ = 0
     return found
 
 
@@ -95,8 +96,7 @@ def independent_motions(model: VibrationModel) -> list[tuple[Index, Array | None
 
     None instead of a basis stands for all motions.
     """
-    K, M = (matrix[:, 0] for matrix in model.pencil(np.zeros((model.poses, 1))))
-    return [(space.poses, space.basis) for space in _spaces(model, K, M) if space.stable]
+    return [(space.poses, space.basis) for space in _spaces(model) if space.stable]
 
 
 @dataclass(frozen=True)
@@ -197,11 +197,12 @@ def _align(shapes: Array, vectors: Array, equal: Mask, free: int, platform: Arra
     shapes *= signs_of_modes(shapes, twists, _MOVES)
 
 
-def _spaces(model: VibrationModel, K: Array, M: Array) -> Iterator[_Space]:
+def _spaces(model: VibrationModel) -> Iterator[_Space]:
     """Yield groups of poses with equal numbers of independent motions, and of independent motions without stiffness.
 
     Poses at which a motion has negative stiffness are separate groups.
     """
+    K, M = model.static_pencil
     whole = np.array(K)  # without the cancellation of stiffnesses of opposite signs
     n = model.cancelling.shape[1]
     whole[:, :n, :n] += model.cancelling

@@ -210,6 +210,12 @@ class VibrationModel:
         )
         return K, M
 
+    @cached_property
+    def static_pencil(self) -> tuple[Array, Array]:
+        """K̃ and M̃ (N, n, n) at λ = 0: stiffness and mass."""
+        K, M = self.pencil(np.zeros((self.poses, 1)))
+        return K[:, 0], M[:, 0]
+
     def _assembled(self, constant: Numbers, rods: Mapping[str, Numbers]) -> Numbers:
         """Return the matrices (N, m, …) of all coordinates; ``rods`` is one piece per beam, ``constant`` all other parts."""
         n = constant.shape[-1]
