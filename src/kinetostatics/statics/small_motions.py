@@ -2,7 +2,11 @@
 
 Passive freedoms of joints are free, actuated joints are locked, elastic joints are springs. Coordinates are the passive and the
 elastic freedoms along a spanning tree of joints. A body that only beams connect to the base has six coordinates. A joint outside
-the tree closes a loop: its freedoms are coordinates too, and stiff springs along its constrained directions keep the loop closed.
+the tree closes a loop: its freedoms are coordinates too, with equations that keep the loop closed.
+
+Vibration uses these coordinates, because every mass moves. The displacements u of the geometric stiffness
+(:mod:`kinetostatics.statics.turning_parts`) are linear functions of them, see :meth:`PlacedMotions.at_place`. Second order and
+buckling use u without these coordinates: the force method knows the flexibility of u also where limbs or all parts are rigid.
 """
 
 from __future__ import annotations
