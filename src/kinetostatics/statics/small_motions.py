@@ -4,8 +4,8 @@ Passive freedoms of joints are free, actuated joints are locked, elastic joints 
 elastic freedoms along a spanning tree of joints. A body that only beams connect to the base has six coordinates. A joint outside
 the tree closes a loop: its freedoms are coordinates too, with equations that keep the loop closed.
 
-Vibration uses these coordinates, because every mass moves. The displacements u of the geometric stiffness
-(:mod:`kinetostatics.statics.turning_parts`) are linear functions of them, see :meth:`PlacedMotions.at_place`. Second order and
+Vibration uses these coordinates, because every mass moves. The displacements u of the geometric stiffness, see
+:mod:`kinetostatics.statics.rotation_groups`, are linear functions of them (:meth:`PlacedMotions.at_attachment`). Second order and
 buckling use u without these coordinates: the force method knows the flexibility of u also where limbs or all parts are rigid.
 """
 
