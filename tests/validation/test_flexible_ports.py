@@ -11,6 +11,7 @@ from simple_machines import joint, link, springs
 from simple_machines import robot as robot_of
 
 import kinetostatics as ks
+from kinetostatics.buckling.estimate import estimate
 from kinetostatics.description import Flexible, Joint, Link, LinkMatrices
 from kinetostatics.description.elements import Inertia
 from kinetostatics.math.rotations import skew
@@ -191,6 +192,19 @@ def test_elastic_platform(name):
     assert np.abs(found - unit.compliance[0]).max() > 1e-3 * np.abs(found).max()
     _alike(found, expected)
     assert [limb.name for limb in soft.topology.limbs] == ["limb_1"]
+
+
+@pytest.mark.few(6)
+@pytest.mark.parametrize("name", ["3rps", "linear_delta", *range(16)])
+def test_the_estimate_that_excludes_buckling_is_three_times_the_ratio(name):
+    """Robots with an elastic platform, and hubs of random links."""
+    robot = with_flexible(hub_robot(name)[0], None, name) if isinstance(name, int) else _with_plate(ks.load_robot(name))[0]
+    loads = np.random.default_rng(1).standard_normal((5, 6)) * [1, 1, 1, 0.3, 0.3, 0.3]
+    result = ks.analyze(robot.assemble(), 30 * loads, (0, 0, 0))
+    [solution] = result.solutions
+    estimates = estimate(robot.members.structure, solution)
+    assert np.all(np.isfinite(estimates))
+    assert np.all(estimates * result.buckling(1).load_factors[:, 0] > 3)
 
 
 def test_what_is_refused():

@@ -8,7 +8,7 @@ from matrix_link import with_flexible
 from simple_machines import CIRCLE, E, arm, bar, joint, link, loop, mount, robot, springs
 
 import kinetostatics as ks
-from kinetostatics.buckling.stability import estimate
+from kinetostatics.buckling.estimate import estimate
 from kinetostatics.checks.check import diagnose
 from kinetostatics.description.elements import Origin
 from kinetostatics.reports.robot import robot_report

@@ -11,7 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from kinetostatics.buckling.stability import Stability, estimate, stability
+from kinetostatics.buckling.estimate import estimate
+from kinetostatics.buckling.stability import Stability, stability
 from kinetostatics.elements.turned_forces import INNER, inner_lines
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.graphs import joined

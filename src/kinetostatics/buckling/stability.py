@@ -13,19 +13,16 @@ from functools import cached_property
 
 import numpy as np
 
-from kinetostatics.description.stiffness_matrix import is_coupled
 from kinetostatics.elements.beam import BeamModel
 from kinetostatics.elements.beam_formulas import end_displacement
 from kinetostatics.elements.turned_forces import INNER
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import solve_by_elimination
-from kinetostatics.math.screws import move_wrench
-from kinetostatics.statics.geometric_stiffness import GeometricStiffness, JunctionWrenches
+from kinetostatics.statics.geometric_stiffness import GeometricStiffness
 from kinetostatics.statics.geometric_terms import GeometricTerms
 from kinetostatics.statics.robot_statics import RobotStatics
-from kinetostatics.statics.rotation_groups import Junction, RotationGroups
+from kinetostatics.statics.rotation_groups import RotationGroups
 from kinetostatics.statics.second_order import at_unloaded_geometry
-from kinetostatics.statics.small_motions import SmallMotions
 from kinetostatics.statics.solution import Balanced, Solution
 from kinetostatics.statics.springs import flexibility
 
@@ -169,78 +166,3 @@ def _stiffness(model: BeamModel, length: Array) -> Array:
     bends = end_displacement(model.compliances[:, None, None], length, units)
     with np.errstate(divide="ignore", invalid="ignore"):  # a telescope without length
         return np.moveaxis(solve_by_elimination(bends, units), 2, 0)
-
-
-def estimate(structure: SmallMotions, solution: Solution) -> Array:
-    """Return an upper estimate (N,) of the largest ratio of the forces to the critical forces.
-
-    A force or moment in a limb does work of second order as far as the limb's parts turn. They turn by the deformation of the
-    limb, at most as if its beams and all elastic joints were in series; and, if there are loops, by the motion of the
-    platform, whose displacement is divided by the length of the limb's longest beam. Parts of loops may turn further, but all
-    moments and all compliances are added up: the estimate is four times the ratio of a cantilever, and more for other robots.
-    """
-    model, frames, o, C = structure.model, solution.frames, solution.o, solution.compliance
-    if len(model.elastic_links) > len(model.beams):  # how far other links turn is not known
-        return np.full_like(C[0, 0], np.inf)
-    turning = structure.rotations
-    # a force and a moment deform a joint that couples them at most twice as much as if it did not
-    coupled = {k for joint in structure.joints if is_coupled(structure.stiffness_of(joint)) for k in joint.columns}
-    springs = {
-        k: (1 + (k in coupled)) * model.length ** (2 * (k in turning)) / item.stiffness
-        for k, item in enumerate(structure.freedoms)
-        if item is not None and item.stiffness
-    }
-    springs.update({item.column: item.times**2 * springs[item.master] for item in structure.followers})
-    sheared = {k in turning for k in springs} == {True, False}  # a force does work on a turn and a shift across it
-    hinges, slides = (sum(c for k, c in springs.items() if (k in turning) == turns) for turns in (True, False))
-    loads = [item.load for item in solution.applied]
-    transmitted = JunctionWrenches(model, solution, loads, range(len(solution.contributions)), True)
-    centres = model.weights.centres(frames)
-    heavy = [centres[:, w] for w in range(centres.shape[1]) if np.any(solution.weights[:3, w])]
-    acting = [o, *heavy, *(point for load in loads for point in load.points.values())]
-    limbs: dict[int, list[Junction]] = {}
-    for item in structure.rotation_groups.junctions:
-        limbs.setdefault(item.owner, []).append(item)
-    inside, outside, none = np.zeros_like(C[0, 0]), np.zeros_like(C[0, 0]), np.zeros_like(C[0, 0])
-    loops = len(limbs) > 1 or not all(model.topology.all_limbs[number].is_serial for number in limbs)
-    for junctions in limbs.values():
-        moments, soft, longest, before, strongest = none, none + hinges / model.length**2, none, None, none
-        for item in junctions:
-            arm = frames.point(item.centre.body, item.centre.vector) - o
-            wrench = move_wrench(transmitted.on_outer_side(item), arm)
-            force, start = _size(wrench[:3]), arm
-            strongest = np.maximum(strongest, force)
-            if item.inner != item.outer:
-                moments = moments + _size(wrench[3:])
-            if item.edge.beam is not None:
-                beam = model.beams[item.edge.beam]
-                length, c = beam.length(frames), beam.compliances
-                weight = solution.weights[:3, model.weights.of(f"beam:{beam.name}")].sum(axis=1)
-                force, start = force + _size(weight), arm - beam.world_axes(frames)[:, 0] * length
-                moments, soft = moments + length * force, soft + length * np.maximum(np.maximum(c[3:4], c[4:5]), c[5:])
-                longest = np.maximum(longest, length)
-            if before is not None:
-                moments = moments + force * _size(start - before)
-            before = arm
-        longest = longest if any(item.edge.beam for item in junctions) else none + model.length
-        with np.errstate(divide="ignore", invalid="ignore"):  # the length of a telescopic beam may be zero
-            soft = soft + slides / longest**2
-            if sheared:  # the work is at most the force times the root of both compliances, and that at most half their sum
-                moments = moments + strongest * longest / 2
-            if loops:
-                turned = C[3, 3] + C[4, 4] + C[5, 5]
-                outside = outside + 2 * moments * (turned + (C[0, 0] + C[1, 1] + C[2, 2]) / longest**2)
-                outside = outside + force * _size(arm) * turned
-            else:  # the last part carries forces that act at a distance
-                farthest = none
-                for point in acting:
-                    farthest = np.maximum(farthest, _size(point - o - arm))
-                moments = moments + force * farthest
-            inside = np.maximum(inside, (1 + loops) * moments * soft)
-    found: Array = inside + outside
-    return found
-
-
-def _size(vector: Array) -> Array:
-    found: Array = np.sqrt(np.sum(vector * vector, axis=0))
-    return found

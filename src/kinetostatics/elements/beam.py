@@ -73,6 +73,10 @@ class BeamModel(ShortRepr, ElasticLink):
         rounding = ROUNDING * np.max(np.abs(np.stack(self.ends(frames))), axis=(0, 1))
         return np.where(np.abs(length) <= rounding, 0.0, length)
 
+    def turning_compliance(self, frames: Frames) -> Array:
+        c = self.compliances
+        return self.length(frames) * np.maximum(np.maximum(c[3:4], c[4:5]), c[5:])
+
     def mass_at(self, frames: Frames) -> Array:
         return self.mass_of(self.length(frames))
 

@@ -104,6 +104,10 @@ class ElasticLink(Protocol):
         """Return the length (N,) [m]; negative where a telescopic link is retracted too far."""
         return self.length(frames)
 
+    def turning_compliance(self, frames: Frames) -> Array:
+        """Return an upper bound (N,) [rad/(N·m)] of the rotation of end and chord relative to the start, per unit of moment."""
+        return np.full_like(self.length(frames), np.inf)  # unknown
+
     def mass_at(self, frames: Frames) -> Array:
         """Return the mass (N,) [kg]."""
         raise NotImplementedError

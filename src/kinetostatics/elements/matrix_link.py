@@ -62,6 +62,10 @@ class MatrixLink(ShortRepr, ElasticLink):
     port: int
     vibration: VibratingMatrices
 
+    def turning_compliance(self, frames: Frames) -> Array:
+        displaced, turned = np.diag(self.flexibility).reshape(-1, 2, 3).sum(axis=2)[self.port]
+        return np.asarray(turned + displaced / self.length(frames) ** 2)
+
     def mass_at(self, frames: Frames) -> Array:
         return np.full_like(frames.position[0, 0], self.mass)
 

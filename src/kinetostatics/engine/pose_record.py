@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinetostatics.buckling.stability import estimate
+from kinetostatics.buckling.estimate import estimate
 from kinetostatics.engine.recorder import Structure, recorded_input, recording
 from kinetostatics.engine.scalars import NotRecordedError, Number, Tape
 from kinetostatics.kinematics.coordinates import PrescribedCoordinates

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -90,6 +91,12 @@ class AppliedStatics:
         found: Array = self.share.sum(axis=0)
         return found
 
+    @cached_property
+    def contributions(self) -> Sequence[int]:
+        """Indices of the contributions that the load may belong to."""
+        share = self.share
+        return range(len(share)) if share.dtype == object else [int(k) for k in np.flatnonzero(np.any(share != 0, axis=1))]
+
 
 def applied_statics(
     loads: Iterable[AppliedLoad], groups: Iterable[LimbGroup], frames: Frames, o: Array, first: int, contributions: int
@@ -155,11 +162,10 @@ def with_contributions(weights: Array, applied: Iterable[AppliedStatics], parts:
     total = weights
     for item, part in zip(applied, parts, strict=True):
         if part is not None:
-            share = item.share
-            rows = np.arange(len(share)) if share.dtype == object else np.flatnonzero(np.any(share != 0, axis=1))
             if total is weights:
                 total = np.array(weights)
-            total[:, rows] += part[:, None] * share[rows].reshape(len(rows), *(1,) * (part.ndim - 2), share.shape[1])
+            for k in item.contributions:
+                total[:, k] += part * item.share[k]
     return total
 
 

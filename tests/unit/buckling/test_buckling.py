@@ -20,7 +20,8 @@ from tangent_cases import CASES, SPRUNG_CASES
 
 import kinetostatics as ks
 from kinetostatics import description
-from kinetostatics.buckling.stability import estimate, stability
+from kinetostatics.buckling.estimate import estimate
+from kinetostatics.buckling.stability import stability
 from kinetostatics.description import Beam, BeamEnd, JointStiffness, Material, Mimic, Origin, RobotDescription
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.sections import Section
