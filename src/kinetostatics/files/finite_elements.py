@@ -241,19 +241,21 @@ def _ansys(name: str, nodes: str | None) -> _Substructure:
     for line, text in _lines(listing):
         words = text.upper().split()
         if not words[0].isdecimal():
-            kind = words[1] if words[:4] == ["NODE", "X", "Y", "Z"] or words[:2] == ["NODE", "LABEL"] else ""
+            known = words[:4] == ["NODE", "X", "Y", "Z"] or words[:2] in (["NODE", "LABEL"], ["NODE", "DOF"])
+            kind = words[1] if known else ""
         elif kind == "X":
             values = _numbers(text.replace(",", " "), listing, line)
             if len(values) < 4:
                 raise RobotFileError(f"{text!r} is not a node's number with its x, y, z", listing, line)
             points[int(values[0])] = np.array(values[1:4])
-        elif kind == "LABEL":
+        elif kind:
             if not set(words[1:]) <= set(LABELS):
                 raise RobotFileError(f"{text!r} is not a node's number with {', '.join(LABELS)}", listing, line)
             freedoms += [(int(words[0]), LABELS.index(word)) for word in words[1:]]
     if not points or not freedoms:
         raise RobotFileError(
-            "a table NODE X Y Z and a list NODE LABEL of the freedoms, in the order of the matrix, would be right", listing
+            "a table NODE X Y Z and a list NODE LABEL or NODE DOF of the freedoms, in the order of the matrix, would be right",
+            listing,
         )
     if missing := [node for node, _ in freedoms if node not in points]:
         raise RobotFileError(f"the table NODE X Y Z has no coordinates of node {missing[0]}", listing)

@@ -165,6 +165,11 @@ def test_ansys_tables_with_modes(tmp_path):
     nodes = tmp_path / "nodes.txt"
     (tmp_path / "arm_out_nodes_3D.txt").rename(nodes)
     assert same(ks.files.import_link(path, {"joint_1": 4, "joint_2": 17, "joint_3": 9}, nodes=nodes), whole)
+    # masters as ANSYS 2019 lists them: over several pages, freedoms first
+    table, freedoms = nodes.read_text().replace("LABEL", "DOF").split("\n\n")
+    page = "\n\n *** ANSYS - ENGINEERING ANALYSIS SYSTEM  RELEASE 2019 R3   19.5  ***\n\n 00123456  VERSION=LINUX  CP= 1.8\n\n"
+    nodes.write_text(freedoms.replace("  17  UZ", f"{page}  NODE DOF\n  17  UZ") + page + table + "\n /OUTPUT FILE= TEMP\n")
+    assert same(ks.files.import_link(path, {"joint_1": 4, "joint_2": 17, "joint_3": 9}, nodes=nodes), whole)
 
 
 @pytest.mark.parametrize("as_structure", [False, True])
