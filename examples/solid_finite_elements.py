@@ -137,7 +137,7 @@ def rods_of(configuration: ks.Configuration) -> list[Rod]:
     lines = ks.analyze(configuration, gravity=(0, 0, 0)).beams
     rods = []
     for limb in robot.topology.limbs:
-        names = [edge.beam for edge in limb.edges if edge.beam is not None]
+        names = [edge.span for edge in limb.edges if edge.span is not None]
         if len(names) != 1:
             raise NotSolidError(f"{limb.name} has {len(names)} beams; each limb must be a single rod")
         name, line = names[0], lines[names[0]]
@@ -151,7 +151,7 @@ def rods_of(configuration: ks.Configuration) -> list[Rod]:
         actuated = set(robot.description.actuated)
         if any(not item.type.is_fixed and item.name not in actuated for item in (*span.inward, *span.outward)):
             raise NotSolidError(f"rod {name!r} telescopes freely: a joint inside it is not actuated, so it is not one piece")
-        at = [edge.beam for edge in limb.edges].index(name)
+        at = [edge.span for edge in limb.edges].index(name)
         start, end = line.points[0], line.points[-1]
 
         def freedoms(edges: Sequence[Any], point: Array, skip: set[str] = inside | actuated) -> Array:
@@ -657,7 +657,7 @@ def quantities(result: ks.Result, solid: SolidResult | None) -> dict[str, float]
     for number, limb in enumerate(result.robot.topology.limbs, 1):
         for k, (label, value) in enumerate(zip(result.limbs[limb.name].labels, forces[limb.name], strict=True), 1):
             found[f"f_{number}{k} {'[N·m]' if label.startswith('couple') else '[N]'}"] = abs(float(value))
-        (rod,) = [edge.beam for edge in limb.edges if edge.beam is not None]
+        (rod,) = [edge.span for edge in limb.edges if edge.span is not None]
         line = result.beams[rod]
         axial = line.section_wrenches[0, 0] if solid is None else line.axes[:, 0] @ solid.base_wrenches[rod][:3]
         found[f"f_{number}a [N]"] = abs(float(axial))

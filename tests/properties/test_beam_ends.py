@@ -29,6 +29,6 @@ def test_beam_ends_default_to_the_two_joints_of_a_link(name, ends):
     assert beams
     assert other.topology.warnings == robot.topology.warnings
     for beam in beams:
-        wanted, found = robot.topology.beams[beam], other.topology.beams[beam]
+        wanted, found = robot.topology.spans[beam], other.topology.spans[beam]
         np.testing.assert_array_equal(found.start, wanted.start)
         np.testing.assert_array_equal(found.end, wanted.end)

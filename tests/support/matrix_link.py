@@ -18,7 +18,7 @@ from kinetostatics.description.elements import BeamEnd, ElasticPart
 from kinetostatics.description.fields import IN_PYTHON, Place
 from kinetostatics.elements.link import ElasticLink, ElasticLinks
 from kinetostatics.math.rotations import skew
-from kinetostatics.mechanism.beam_geometry import BeamSpan, SpanFinder
+from kinetostatics.mechanism.beam_geometry import Span, SpanFinder
 
 _POINTS, _WEIGHTS = (np.polynomial.legendre.leggauss(8) + np.array([[1.0], [0.0]])) / 2
 
@@ -38,7 +38,7 @@ class MatrixLink(ElasticLink, ElasticPart):
     factor: float = 1.0
     name: str = ""
     place: Place = field(default=IN_PYTHON, compare=False)
-    span: BeamSpan | None = field(default=None, repr=False)
+    span: Span | None = field(default=None, repr=False)
     axes: np.ndarray | None = field(default=None, repr=False)
     centre: np.ndarray | None = field(default=None, repr=False)
 
@@ -172,7 +172,7 @@ def as_matrices(robot, name, zero):
         rigid[:3, 3:] = -skew(np.array([x, 0.0, 0.0]))
         shape = np.hstack([rigid, np.zeros((6, 6))]) + moved(x) @ stiff @ ends
         M += weight * shape.T @ section_mass @ shape
-    turn = np.kron(np.eye(4), robot.mechanism.body_of[beam.span.beam.link][1][:3, :3].T @ beam.axes)
+    turn = np.kron(np.eye(4), robot.mechanism.body_of[beam.span.part.link][1][:3, :3].T @ beam.axes)
     K, M = turn @ K @ turn.T, turn @ M @ turn.T
     at_start = robot.mechanism.connections[SpanFinder(robot.mechanism)._ends(robot.description.beams[name])[0].joint]
     at_start = at_start.centre_on(beam.span.start_link)

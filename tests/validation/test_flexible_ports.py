@@ -222,4 +222,4 @@ def test_what_is_refused():
         at_one_point = hub_parts(3, ports=3, kinds=("platform",), points=points[[0, 1, other]])[0]
         with pytest.raises(ks.RobotFileError, match=f"{name} are the same point"):
             _ = ks.Robot(replace(robot_of(*at_one_point).description, flexible={"hub": part})).topology
-    assert ks.Robot(replace(description, flexible={"hub": part})).topology.beams.keys() >= {"hub", "hub/2"}
+    assert ks.Robot(replace(description, flexible={"hub": part})).topology.spans.keys() >= {"hub", "hub/2"}

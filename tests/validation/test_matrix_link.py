@@ -49,7 +49,7 @@ def test_statics(which, with_links, request):
     if (which, with_links) == (22, with_flexible):
         request.applymarker(pytest.mark.xfail(strict=True, reason="the error names the passive joints in another order"))
     robot = _robot(which)
-    links = {name: beam.span.beam.link for name, beam in robot.beams.items() if not beam.telescopic}
+    links = {name: beam.span.part.link for name, beam in robot.beams.items() if not beam.telescopic}
     expected, half = _result(robot), list(dict.fromkeys(links.values()))[::2]  # beams of one link share its mass
     for some in (list(links), [name for name in links if links[name] in half]):
         found = _result(with_links(robot, some))

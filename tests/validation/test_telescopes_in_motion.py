@@ -46,13 +46,13 @@ def kinetic_energy(robot, masses, poses, step):
 
         off = np.zeros(3)
         if model.mass_per_length is None:  # the line of mass is parallel to the beam
-            here, axis = np.append(description.links[span.beam.link].center_of_mass, 1.0), at(poses[0], 1) - at(poses[0], 0)
-            off = (poses[0].frame(span.beam.link) @ here)[:3] - at(poses[0], 0)
+            here, axis = np.append(description.links[span.part.link].center_of_mass, 1.0), at(poses[0], 1) - at(poses[0], 0)
+            off = (poses[0].frame(span.part.link) @ here)[:3] - at(poses[0], 0)
             off -= axis * (off @ axis) / (axis @ axis)
-        w = spin(span.beam.link)
+        w = spin(span.part.link)
         first, last = (rate(lambda pose: at(pose, f)) + np.cross(w, off) for f in (0.0, 1.0))  # noqa: B023
         total += masses[name] * (first @ first + first @ last + last @ last) / 6
-        J = poses[0].frame(span.beam.link)[:3, :3] @ np.linalg.inv(mechanism.body_of[span.beam.link][1][:3, :3]) @ model.axes
+        J = poses[0].frame(span.part.link)[:3, :3] @ np.linalg.inv(mechanism.body_of[span.part.link][1][:3, :3]) @ model.axes
         own = np.diag([section.I_y + section.I_z, section.I_y, section.I_z]) / section.area
         total += masses[name] * w @ J @ own @ J.T @ w / 2
     return total

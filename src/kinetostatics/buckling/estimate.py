@@ -102,8 +102,8 @@ def _of_limb(
         if item.outer in on_platform:
             reach = np.maximum(reach, _size(arm))
         sides = {item.inner, item.outer}
-        if item.edge.beam is not None:
-            link = model.elastic_links[item.edge.beam]
+        if item.edge.span is not None:
+            link = model.elastic_links[item.edge.span]
             length, turning, start = link.length(frames), link.turning_compliance(frames), link.ends(frames)[0] - o
             which = [k for k, name in enumerate(model.weights.names) if name == f"beam:{link.name}"]
             force = force + _size(solution.weights[:3, which].sum(axis=1)) / 2  # in the middle
@@ -125,8 +125,8 @@ def _of_limb(
         else:
             moments, levers, chords = moments + moment, levers + lever, chords + chord
             with np.errstate(divide="ignore", invalid="ignore"):  # the length of a telescopic beam may be zero
-                slope = slope + (chord / length**2 if item.edge.beam else none)
-    longest = longest if any(item.edge.beam for item in junctions) else none + model.length
+                slope = slope + (chord / length**2 if item.edge.span else none)
+    longest = longest if any(item.edge.span for item in junctions) else none + model.length
     with np.errstate(divide="ignore", invalid="ignore"):
         joints = springs.hinges + springs.slides / longest**2
         shift = (C[0, 0] + C[1, 1] + C[2, 2]) / longest**2

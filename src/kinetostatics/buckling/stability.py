@@ -139,7 +139,7 @@ def stability(robot: RobotStatics, rotation_groups: RotationGroups, solution: So
         mixed = np.einsum("akn,kjn->ajn", motions, whole[:9, 9:])
         G[:n, inside], G[inside, :n] = mixed, np.swapaxes(mixed, 0, 1)
         G[np.ix_(inside, inside)] = whole[9:, 9:]
-        model = robot.beams[str(item.item.edge.beam)]
+        model = robot.beams[str(item.item.edge.span)]
         stiffness = _stiffness(model, model.length(before.solution.frames))
         energies[model.name] = BeamEnergy(motions[:, 3:].transpose(2, 1, 0), stiffness, inside)
     F, K, G = (np.moveaxis(matrix + np.swapaxes(matrix, 0, 1), 2, 0) / 2 for matrix in (F, K, G))

@@ -70,8 +70,8 @@ class Branches:
     parallel: bool
 
 
-Part: TypeAlias = Body | JointStep | Branches
-Chain: TypeAlias = tuple[Part, ...]
+ChainPart: TypeAlias = Body | JointStep | Branches
+Chain: TypeAlias = tuple[ChainPart, ...]
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Graph:
     hanging: tuple[Hanging, ...]
 
 
-def _parts(chain: Chain) -> Iterator[Part]:
+def _parts(chain: Chain) -> Iterator[ChainPart]:
     for part in chain:
         yield part
         for run in part.runs if isinstance(part, Branches) else ():
@@ -227,7 +227,7 @@ def _reversed(chain: Chain) -> Chain:
 
 def _joined(*chains: Chain) -> Chain:
     """Return the concatenation of chains; consecutive bodies are merged."""
-    parts: list[Part] = []
+    parts: list[ChainPart] = []
     for part in (part for chain in chains for part in chain):
         if isinstance(part, Body) and not part.names:
             continue
@@ -294,7 +294,7 @@ class _Reducer:
                     parts_of.setdefault(compound.joints, []).append(edge)
                 elif not self._is_weld(edge):
                     runs.append(_Run(start, end, (self.reader.joint(compound or edge.connection),)))
-            elif edge.beam is not None:
+            elif edge.span is not None:
                 runs.append(_Run(start, end, self._along_beam(edge)))
         for joints, parts in parts_of.items():
             ends = [self._node[body] for edge in parts for body in edge.ends]
@@ -305,10 +305,10 @@ class _Reducer:
 
     def _along_beam(self, edge: BodyEdge) -> Chain:
         """Return a beam as a body, or a telescopic beam as its links and the joints between them."""
-        span = edge.beam
+        span = edge.span
         assert span is not None
-        here, names = span.start_link, {span.beam.link: span.beam.name}
-        parts: list[Part] = [Body((names.get(here, here),))]
+        here, names = span.start_link, {span.part.link: span.part.name}
+        parts: list[ChainPart] = [Body((names.get(here, here),))]
         for connection in (*span.inward[::-1], *span.outward):
             here = connection.other(here)
             if not connection.type.is_fixed:

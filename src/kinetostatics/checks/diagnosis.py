@@ -213,7 +213,7 @@ class Diagnosis:
 def limb_diagnosis(robot: Robot, reader: GraphReader, limb: Limb, mass: float | None) -> LimbDiagnosis:
     """Return the properties of a limb that do not depend on its pose."""
     graph = reader.limb(limb)
-    links = [edge.beam for edge in limb.edges if edge.beam]
+    links = [edge.span for edge in limb.edges if edge.span]
     tables = robot.description.beams, robot.description.flexible
     beams, flexible = (tuple(dict.fromkeys(name for name in links if name in table)) for table in tables)
     moved = {joint for actuator in elastic_actuators(robot.mechanism).values() for joint, _ in actuator.moves}
@@ -313,7 +313,7 @@ def beam_diagnosis(
     """
     diagnoses = []
     for name, beam in robot.description.beams.items():
-        section, span = beam.section, robot.topology.beams[name]
+        section, span = beam.section, robot.topology.spans[name]
         length = mass = None
         if models is not None and frames is not None:  # rounded, so that equal beams have equal numbers
             length = float(f"{models[name].length(frames)[0]:.12g}")

@@ -198,8 +198,8 @@ def _members(robot: Robot, diagnosis: Diagnosis) -> dict[str, tuple[float, float
     together = joined(graph.bodies, locked)
     ends: dict[frozenset[RigidBody], list[tuple[str, np.ndarray]]] = {}
     for edge in graph.edges:
-        if edge.beam is not None and edge.beam.beam.name in beams:
-            name, span = edge.beam.beam.name, edge.beam
+        if edge.span is not None and edge.span.part.name in beams:
+            name, span = edge.span.part.name, edge.span
             along = (frames.point(span.end_body, span.end) - frames.point(span.start_body, span.start))[:, 0]
             along /= max(float(np.linalg.norm(along)), 1e-300)
             ends.setdefault(together[edge.ends[0]], []).append((name, along))
@@ -304,7 +304,7 @@ def _drawn_without_mass(robot: Robot, diagnosis: Diagnosis) -> list[str]:
     elastic = {link.link for link in description.elastic_links.values()}
     inside = {
         link
-        for span in robot.topology.beams.values()
+        for span in robot.topology.spans.values()
         for name in span.spanned
         for link in (connections[name].predecessor, connections[name].successor)
     }

@@ -131,7 +131,7 @@ class _SelfStresses:
         for group in groups_of(loaded.T):
             which = [edge for edge, is_loaded in zip(limb.edges, np.any(loaded[:, group], axis=1), strict=True) if is_loaded]
             joints = tuple(edge.joint for edge in which if edge.joint)
-            beams = dict.fromkeys(self.robot.topology.part_of(edge) for edge in which if edge.beam)
+            beams = dict.fromkeys(self.robot.topology.part_of(edge) for edge in which if edge.span)
             constraints.append(Redundancy(len(group), (limb.name,), joints, tuple(beams)))
         return constraints
 

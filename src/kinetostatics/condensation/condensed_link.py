@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.authoring.file_arguments import MATERIALS
-from kinetostatics.condensation.solids import Part, Solid
+from kinetostatics.condensation.solids import Solid, SolidPart
 from kinetostatics.description.elements import Material
 from kinetostatics.description.link_matrices import LinkMatrices
 from kinetostatics.engine.code import read_stored, store
@@ -122,7 +122,7 @@ def condense(
     key = "part-" + hashlib.sha256(content + json.dumps(settings).encode()).hexdigest()
     stored = read_stored(key)
     if stored is None:
-        result = _condensed(Part(path, unit), interfaces, chosen, within, modes, grip)
+        result = _condensed(SolidPart(path, unit), interfaces, chosen, within, modes, grip)
         file, arrays = io.BytesIO(), {name: getattr(result.link, name) for name in KEYS} | vars(result) | {"link": None}
         np.savez(file, allow_pickle=False, **{name: value for name, value in arrays.items() if value is not None})
         store(key, file.getvalue())
@@ -133,7 +133,9 @@ def condense(
     return CondensedLink(link, **{name: value if value.ndim else value.item() for name, value in values.items()})
 
 
-def _condensed(part: Part, places: Mapping[str, str], material: Material, within: float, modes: int, grip: str) -> CondensedLink:
+def _condensed(
+    part: SolidPart, places: Mapping[str, str], material: Material, within: float, modes: int, grip: str
+) -> CondensedLink:
     before, change, tetrahedra = None, np.inf, 0.0
     for level in range(12):
         solid = Solid(part, level, places, material)

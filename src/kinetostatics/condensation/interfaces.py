@@ -20,7 +20,7 @@ DIAMETER, ROUND = 0.01, 0.01
 
 
 @dataclass(frozen=True)
-class Surface:
+class MeshSurface:
     """A part's surface: ``points`` (S, 3) [m], ``triangles`` (T, 3), the ``face`` (T,) of each, and the names of all faces."""
 
     points: Array
@@ -37,7 +37,7 @@ class Surface:
         return float(np.linalg.norm(nearest - point, axis=1).min())
 
 
-def find_interface(surface: Surface, name: str, text: str) -> tuple[Mask, Array]:
+def find_interface(surface: MeshSurface, name: str, text: str) -> tuple[Mask, Array]:
     """Return which triangles (T,) are the interface that ``text`` describes, and its origin (3,) [m].
 
     The origin is the middle of a cylinder's axis, the centroid of a face, or the centre of a sphere.
@@ -68,7 +68,7 @@ def find_interface(surface: Surface, name: str, text: str) -> tuple[Mask, Array]
     return np.isin(surface.face, faces), areas @ corners.mean(1) / areas.sum()
 
 
-def _cylinder(surface: Surface, what: str, diameter: float, point: Array) -> tuple[Mask, Array]:
+def _cylinder(surface: MeshSurface, what: str, diameter: float, point: Array) -> tuple[Mask, Array]:
     cylinders = {face: fit for face in np.unique(surface.face).tolist() if (fit := _fit(surface.corners(face)))}
     right = [face for face, (*_, radius) in cylinders.items() if abs(2 * radius - diameter) <= DIAMETER * diameter]
     if not right:

@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import trimesh
 
-from kinetostatics.condensation.interfaces import Surface, find_interface
+from kinetostatics.condensation.interfaces import MeshSurface, find_interface
 from kinetostatics.description.elements import Material
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array, Index
@@ -28,7 +28,7 @@ ORDER = 3
 MILLIMETRES_ABOVE = 5.0
 
 
-class Part:
+class SolidPart:
     """A part's shape or volume mesh."""
 
     def __init__(self, path: Path, unit: str | None) -> None:
@@ -82,12 +82,12 @@ class Solid:
         thermal: (N,) loads due to 1 K.
     """
 
-    def __init__(self, part: Part, level: int, interfaces: Mapping[str, str], material: Material) -> None:
+    def __init__(self, part: SolidPart, level: int, interfaces: Mapping[str, str], material: Material) -> None:
         ng, unit, mesh = part.ng, part.unit, part.meshed(level)
         self._ng, self.tetrahedra = ng, int(mesh.ne)
         boundary = [(element.index, [vertex.nr for vertex in element.vertices]) for element in mesh.Elements(ng.BND)]
         faces, corners = (np.array(column) for column in zip(*boundary, strict=True))
-        self.surface = Surface(unit * np.array(mesh.ngmesh.Coordinates()), corners, faces, list(mesh.GetBoundaries()))
+        self.surface = MeshSurface(unit * np.array(mesh.ngmesh.Coordinates()), corners, faces, list(mesh.GetBoundaries()))
         chosen, origins = zip(*(find_interface(self.surface, *pair) for pair in interfaces.items()), strict=True)
         self.origins, self.owner = np.array(origins), np.where(np.any(chosen, 0), np.argmax(chosen, 0), -1)
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.elements import beam_formulas
-from kinetostatics.elements.element import NO_CUTS, ElasticElement, Section, outboard_masks
+from kinetostatics.elements.element import NO_CUTS, ElasticElement, PlacedSection, outboard_masks
 from kinetostatics.elements.link import ElasticLink
 from kinetostatics.elements.loaded_beams import LoadedBeams
 from kinetostatics.elements.rods import Rod
@@ -19,10 +19,10 @@ from kinetostatics.layout.mapping import ResultMapping, ShortRepr
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross, dot
 from kinetostatics.math.screws import move_wrench, rotate
-from kinetostatics.mechanism.beam_geometry import BeamSpan
+from kinetostatics.mechanism.beam_geometry import Span
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.sections.kinds import Section as CrossSection
+from kinetostatics.sections.kinds import Section
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -49,8 +49,8 @@ class BeamModel(ShortRepr, ElasticLink):
     NOT_RECORDED: ClassVar = ("section", "thermal_expansion")
 
     name: str
-    section: CrossSection
-    span: BeamSpan
+    section: Section
+    span: Span
     axes: Array
     compliances: Array
     mass_per_length: float | None
@@ -223,7 +223,7 @@ class Beams:
 
 
 @dataclass(frozen=True, eq=False)
-class PlacedBeams(Section):
+class PlacedBeams(PlacedSection):
     """Corresponding beams at N poses.
 
     Attributes:

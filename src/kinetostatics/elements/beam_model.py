@@ -14,13 +14,13 @@ from kinetostatics.elements.link import ElasticLink, PlacedLink
 from kinetostatics.elements.matrix_link import matrix_links
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import axis_across
-from kinetostatics.mechanism.beam_geometry import SAME_POINT, BeamSpan, beam_error
+from kinetostatics.mechanism.beam_geometry import SAME_POINT, Span, beam_error
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.sections.kinds import beam_compliance_coefficients
 
 
-def make_elastic_links(mechanism: Mechanism, spans: Mapping[str, BeamSpan], zero: Frames) -> dict[str, ElasticLink]:
+def make_elastic_links(mechanism: Mechanism, spans: Mapping[str, Span], zero: Frames) -> dict[str, ElasticLink]:
     """Return all elastic links; the closed pose ``zero`` determines the direction of telescopic beams.
 
     Raises:
@@ -31,13 +31,13 @@ def make_elastic_links(mechanism: Mechanism, spans: Mapping[str, BeamSpan], zero
     others: dict[str, ElasticLink] = {}
     for name, part in description.flexible.items():
         if isinstance(part, Flexible):
-            others |= matrix_links(part, mechanism, {key: span for key, span in spans.items() if span.beam.name == name})
+            others |= matrix_links(part, mechanism, {key: span for key, span in spans.items() if span.part.name == name})
         else:
             others[name] = cast(PlacedLink, part).model(mechanism, spans[name], zero)
     return {name: beams[name] if name in beams else others[name] for name in spans}
 
 
-def make_beam_models(mechanism: Mechanism, spans: Mapping[str, BeamSpan], zero: Frames) -> dict[str, BeamModel]:
+def make_beam_models(mechanism: Mechanism, spans: Mapping[str, Span], zero: Frames) -> dict[str, BeamModel]:
     """Return the data of all beams; the closed pose ``zero`` determines the direction of telescopic beams.
 
     Raises:
@@ -58,7 +58,7 @@ def make_beam_models(mechanism: Mechanism, spans: Mapping[str, BeamSpan], zero: 
                 direction = axis
             if float(np.linalg.norm(np.cross(axis, direction))) > 1e-5 * float(np.linalg.norm(direction)):
                 raise beam_error(
-                    span.beam,
+                    span.part,
                     f"the axis of the prismatic joint {joint!r} inside its span does not lie along the beam; "
                     f"it is ({', '.join(f'{value:.4g}' for value in connection.axis)}) in the joint's frame (1 0 0 where <axis> "
                     "is left out): is it, or the joint's <parent> or <origin>, wrong?",
@@ -66,7 +66,7 @@ def make_beam_models(mechanism: Mechanism, spans: Mapping[str, BeamSpan], zero: 
             direction = axis if float(axis @ direction) > 0 else -axis
         R = zero.rotation[:, :, span.carrier, 0]
         x = R.T @ (direction / np.linalg.norm(direction))
-        placement = mechanism.body_of[span.beam.link][1]
+        placement = mechanism.body_of[span.part.link][1]
         given = beam.y_axis
         hint = placement[:3, :3] @ (np.array(given) if given is not None else axis_across(placement[:3, :3].T @ x))
         beam.check_direction(placement[:3, :3].T @ x)
@@ -90,8 +90,8 @@ def _with_spread_mass(
     """
     if model.mass_per_length is not None:
         return model
-    link = model.span.beam.link
-    siblings = [middles[name] for name, item in models.items() if item.span.beam.link == link]
+    link = model.span.part.link
+    siblings = [middles[name] for name, item in models.items() if item.span.part.link == link]
     whole = max(sum(length for length, _ in siblings), 1e-300)
     length, middle = middles[model.name]
     placement, own = mechanism.body_of[link][1], mechanism.description.links[link]

@@ -114,7 +114,7 @@ class ElasticElement(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class PlacedSection:
     """Corresponding elements that transmit all six components of a wrench, at N poses.
 
     Attributes:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.elements.element import NO_CUTS, Section, outboard_masks
+from kinetostatics.elements.element import NO_CUTS, PlacedSection, outboard_masks
 from kinetostatics.elements.loaded_beams import LoadedBeams
 from kinetostatics.elements.vectors import FixedVectors
 from kinetostatics.math.arrays import Array
@@ -53,7 +53,7 @@ class ElasticJoints:
 
 
 @dataclass(frozen=True, eq=False)
-class PlacedJoints(Section):
+class PlacedJoints(PlacedSection):
     """Corresponding elastic joints at N poses."""
 
     joints: ElasticJoints

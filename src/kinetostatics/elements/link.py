@@ -21,7 +21,7 @@ from kinetostatics.elements.vectors import FixedVectors
 from kinetostatics.exceptions import StaticsError
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import normalize
-from kinetostatics.mechanism.beam_geometry import BeamSpan
+from kinetostatics.mechanism.beam_geometry import Span
 from kinetostatics.mechanism.joints import ElasticJoint
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.mechanism import Mechanism
@@ -81,7 +81,7 @@ class ElasticLink(Protocol):
     """
 
     name: str
-    span: BeamSpan
+    span: Span
     axes: Array
     centre: Array | None
     telescopic: bool = False
@@ -173,7 +173,7 @@ class ElasticLink(Protocol):
 class PlacedLink(Protocol):
     """The description of an elastic link that is no beam, see :class:`kinetostatics.description.elements.ElasticPart`."""
 
-    def model(self, mechanism: Mechanism, span: BeamSpan, zero: Frames) -> ElasticLink:
+    def model(self, mechanism: Mechanism, span: Span, zero: Frames) -> ElasticLink:
         """Return the link in its robot, with ``span`` from base to platform; ``zero`` is the closed zero pose."""
 
 

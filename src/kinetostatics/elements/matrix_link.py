@@ -24,7 +24,7 @@ from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import cross
 from kinetostatics.math.screws import move_twist, move_wrench, rotate
-from kinetostatics.mechanism.beam_geometry import BeamSpan
+from kinetostatics.mechanism.beam_geometry import Span
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
@@ -50,7 +50,7 @@ class MatrixLink(ShortRepr, ElasticLink):
     NOT_RECORDED: ClassVar = ("inertia", "expansion", "inertial", "vibration")
 
     name: str
-    span: BeamSpan
+    span: Span
     axes: Array
     centre: Array
     mass: float
@@ -153,7 +153,7 @@ class VibratingMatrices:
         raise TypeError("links by matrices have no inside")
 
 
-def matrix_links(part: Flexible, mechanism: Mechanism, spans: Mapping[str, BeamSpan]) -> dict[str, MatrixLink]:
+def matrix_links(part: Flexible, mechanism: Mechanism, spans: Mapping[str, Span]) -> dict[str, MatrixLink]:
     """Return a link by its matrices in its robot, by the names of its ``spans`` from the inner interface to the others."""
     matrices, link, (_, placement) = part.matrices, mechanism.description.links[part.link], mechanism.body_of[part.link]
     R, origin, p = placement[:3, :3], placement[:3, 3], len(spans)
@@ -210,7 +210,7 @@ class CoupledLinks:
             elements: indices of the p elements in the limb.
             signs: (p, M) signs of the cut-joint wrenches at each end.
         """
-        self.names, self.edges = tuple(ends[0].span.beam.name for ends in links), list(zip(*edges, strict=True))
+        self.names, self.edges = tuple(ends[0].span.part.name for ends in links), list(zip(*edges, strict=True))
         self.elements, self.signs, first = tuple(elements), signs, [ends[0] for ends in links]
         orders = [[6 * link.port + row for link in ends for row in range(6)] for ends in links]
         pairs = list(zip(first, orders, strict=True))

@@ -27,7 +27,7 @@ _X, _Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 
 @dataclass(frozen=True)
-class Actuators:
+class DeclaredActuators:
     """Actuators of a source: joints named by its YAML file (None without names), and joints with a ``<transmission>``."""
 
     named: tuple[str, ...] | None
@@ -37,7 +37,7 @@ class Actuators:
 
 def foreign_robot(
     path: str, root: XmlElement, yaml: str | os.PathLike[str] | None
-) -> tuple[SourceRobot, list[ForeignLoop], Actuators, list[str]]:
+) -> tuple[SourceRobot, list[ForeignLoop], DeclaredActuators, list[str]]:
     """Return the source with the joint types of a YAML file, the loops, the actuators, and warnings."""
     source = _source(path, root)
     entries = [entry for element in root.named("transmission") for entry in element.named("joint")]
@@ -46,7 +46,7 @@ def foreign_robot(
     if yaml is None:
         yaml = None if root.named("loop") else gepetto.yaml_beside(path)
         if yaml is None:
-            return source, [*read_closing_frames(source), *read_loop_joints(source)], Actuators(None, transmissions), []
+            return source, [*read_closing_frames(source), *read_loop_joints(source)], DeclaredActuators(None, transmissions), []
         warnings = [f"{yaml}: the loops are read from this file, which lies beside the URDF."]
     record = gepetto.read(source, yaml)
     loops = [*record.loops, *read_closing_frames(source, record.frames), *read_loop_joints(source)]
@@ -56,7 +56,7 @@ def foreign_robot(
     if record.retyped:
         retyped = _source(path, gepetto.retype(source, record.retyped))
         source = replace(retyped, made=frozenset(retyped.links) - frozenset(source.links))
-    return source, loops, Actuators(named, transmissions, record.actuated_note), [*warnings, *record.warnings]
+    return source, loops, DeclaredActuators(named, transmissions, record.actuated_note), [*warnings, *record.warnings]
 
 
 def _source(path: str, root: XmlElement) -> SourceRobot:
@@ -70,7 +70,7 @@ def _source(path: str, root: XmlElement) -> SourceRobot:
 def complete(
     source: SourceRobot,
     foreign_loops: Sequence[ForeignLoop],
-    declared: Actuators,
+    declared: DeclaredActuators,
     platform_link: str | None,
     types: Mapping[str, str] | str | None,
     axes: Mapping[str, object] | None,
@@ -178,7 +178,7 @@ def _unit_vectors(name: str, value: object, count: int, kind: str) -> tuple[Vect
 def _actuated(
     source: SourceRobot,
     movable: Sequence[str],
-    declared: Actuators,
+    declared: DeclaredActuators,
     given: tuple[str, ...] | None,
     missing: list[str],
     warnings: list[str],

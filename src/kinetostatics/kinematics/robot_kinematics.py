@@ -326,7 +326,7 @@ class RobotKinematics:
     @cached_property
     def elastic_links(self) -> Mapping[str, ElasticLink]:
         """Beams and other elastic links, by name."""
-        return ResultMapping(make_elastic_links(self.mechanism, self.topology.beams, self.zero_frames))
+        return ResultMapping(make_elastic_links(self.mechanism, self.topology.spans, self.zero_frames))
 
     @cached_property
     def weights(self) -> Weights:

@@ -229,8 +229,8 @@ def _orientations(axes: Array, moments: Array, named: Mask, length: float) -> Ar
 def _outer_point(model: StaticModel, limb: Limb) -> tuple[int, Array]:
     """Return body and point (3,) [m] of the platform end of a limb: its last joint or beam end."""
     edge = limb.edges[-1]
-    if edge.beam:
-        span = model.topology.beams[edge.beam]
+    if edge.span:
+        span = model.topology.spans[edge.span]
         return span.end_body, span.end
     body, frame = sides(edge, model.mechanism.connections[str(edge.joint)])[1]
     return body, frame[:3, 3]

@@ -141,12 +141,12 @@ class LimbGroup:
     def _links(self) -> Iterator[ElasticElement]:
         ends: dict[str, list[int]] = {}  # elements by elastic link
         for number, element in enumerate(self.elements[0]):
-            if element.is_beam:
-                span = self.model.topology.beams[str(self._edges_of(number)[0].beam)]
-                ends.setdefault(span.beam.name, []).append(number)
+            if element.is_link:
+                span = self.model.topology.spans[str(self._edges_of(number)[0].span)]
+                ends.setdefault(span.part.name, []).append(number)
         for numbers in ends.values():
             rows = [self._edges_of(number) for number in numbers]
-            links = [[self.model.elastic_links[str(edge.beam)] for edge in edges] for edges in rows]
+            links = [[self.model.elastic_links[str(edge.span)] for edge in edges] for edges in rows]
             signs = self.element_cut_signs[numbers]
             if len(numbers) == 1:
                 yield links[0][0].stacked(links[0], rows[0], numbers[0], signs[0])
@@ -204,7 +204,7 @@ class LimbGroup:
         outermost = position
         while position >= 0:
             edge = limb.edges[position]
-            if edge.beam or (limb.ends[position] and position < outermost):
+            if edge.span or (limb.ends[position] and position < outermost):
                 break
             connection = self.model.mechanism.connections[str(edge.joint)]
             if connection.actuated or connection.name in self.model.description.joint_stiffness:

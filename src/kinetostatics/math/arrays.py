@@ -25,7 +25,7 @@ Index: TypeAlias = NDArray[np.intp]
 #: Truth values.
 Mask: TypeAlias = NDArray[np.bool_]
 Kept = TypeVar("Kept", bound=Values)
-Part = TypeVar("Part")
+Given = TypeVar("Given")
 Found = TypeVar("Found")
 
 #: Largest number of poses in a chunk: more do not fit the processor's cache, and each chunk costs some milliseconds.
@@ -125,7 +125,7 @@ def threads() -> int:
 
 
 def in_threads(
-    function: Callable[[Part], Found], parts: Iterable[Part], enabled: bool = True, most: int | None = None
+    function: Callable[[Given], Found], parts: Iterable[Given], enabled: bool = True, most: int | None = None
 ) -> list[Found]:
     """Return the results of a function for all parts, in order.
 

@@ -24,7 +24,7 @@ SAME_POINT = 1e-6
 
 
 @dataclass(frozen=True)
-class BeamSpan:
+class Span:
     """A beam between two points of the robot, or an elastic link between its inner interface and another one.
 
     Attributes:
@@ -40,7 +40,7 @@ class BeamSpan:
 
     name: str
     attachments: tuple[str, str]
-    beam: Beam | ElasticPart
+    part: Beam | ElasticPart
     start_body: int
     start: Array
     end_body: int
@@ -57,7 +57,7 @@ class BeamSpan:
         return tuple(connection.name for connection in (*self.inward[::-1], *self.outward) if connection.type.is_slide)
 
     @property
-    def reversed(self) -> BeamSpan:
+    def reversed(self) -> Span:
         span = replace(self, start_body=self.end_body, start=self.end, end_body=self.start_body, end=self.start)
         span = replace(span, attachments=self.attachments[::-1])
         return replace(span, start_link=self.end_link, end_link=self.start_link, inward=self.outward, outward=self.inward)
@@ -123,7 +123,7 @@ class SpanFinder:
             reason = f"the platform {description.platform!r} is rigidly fixed to the base {description.base!r}"
             raise description.platform_place.error(reason)
 
-    def spans(self) -> dict[str, BeamSpan]:
+    def spans(self) -> dict[str, Span]:
         """Return the span of each beam, by the beam's name.
 
         Raises:
@@ -270,7 +270,7 @@ class SpanFinder:
             link = connection.other(link)
         return link, path
 
-    def _spans_of(self, beam: Beam | ElasticPart) -> Iterator[BeamSpan]:
+    def _spans_of(self, beam: Beam | ElasticPart) -> Iterator[Span]:
         """Yield the span of a beam, or those from the first interface of an elastic link to the others."""
         start, end = self._ends(beam)
         attachments = attachment_of_end(beam.name, 0), attachment_of_end(beam.name, 1)
@@ -285,10 +285,10 @@ class SpanFinder:
             spans.append(span)
         yield from spans
 
-    def _span(self, beam: Beam | ElasticPart, start: BeamEnd, end: BeamEnd, name: str, attachments: tuple[str, str]) -> BeamSpan:
+    def _span(self, beam: Beam | ElasticPart, start: BeamEnd, end: BeamEnd, name: str, attachments: tuple[str, str]) -> Span:
         start_link, inward = self._locate(beam, start)
         end_link, outward = self._locate(beam, end)
-        span = BeamSpan(
+        span = Span(
             name,
             attachments,
             beam,

@@ -17,7 +17,7 @@ import numpy as np
 
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.graphs import path_directions, reachable, st_order
-from kinetostatics.mechanism.beam_geometry import SAME_POINT, BeamSpan, SpanFinder, beam_error
+from kinetostatics.mechanism.beam_geometry import SAME_POINT, Span, SpanFinder, beam_error
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
 
 
@@ -40,18 +40,18 @@ class RigidBody:
 
 @dataclass(eq=False)
 class BodyEdge:
-    """A joint or a beam between two bodies; ``ends``: predecessor and successor of the joint, or start and end of the beam."""
+    """A joint or elastic link between two bodies; ``ends``: predecessor and successor, or start and end of the link."""
 
     ends: tuple[RigidBody, RigidBody]
     connection: Connection | None = None
-    beam: BeamSpan | None = None
+    span: Span | None = None
 
     @property
     def key(self) -> str:
         """The name of the joint, or ``beam:`` and the name of the beam, as in :class:`~kinetostatics.mechanism.limbs.Edge`."""
         if self.connection is not None:
             return self.connection.name
-        return f"beam:{self.beam.name}" if self.beam else ""
+        return f"beam:{self.span.name}" if self.span else ""
 
     def other(self, body: RigidBody) -> RigidBody:
         return self.ends[self.ends[0] is body]
@@ -107,7 +107,7 @@ class BodyGraph:
 
     def links_of(self, bodies: list[RigidBody], edges: list[BodyEdge]) -> tuple[str, ...]:
         links = {link for body in bodies for link in body.links}
-        links.update(edge.beam.beam.link for edge in edges if edge.beam is not None)
+        links.update(edge.span.part.link for edge in edges if edge.span is not None)
         return tuple(link for link in self.description.links if link in links)
 
     def weighs(self, link: str) -> bool:
@@ -124,7 +124,7 @@ class BodyGraph:
         """Return (point, body) for each end point (3,) of the beams of a link; (None, body) for a link without beams."""
         points: list[Array] = []
         beams = [beam.name for beam in self.beams_of.get(link, [])]
-        for span in (span for span in self.spans.values() if span.beam.name in beams):
+        for span in (span for span in self.spans.values() if span.part.name in beams):
             for owner, point in ((span.start_link, span.start), (span.end_link, span.end)):
                 if owner == link and not any(_are_one_point(point, other) for other in points):
                     points.append(point)
@@ -134,10 +134,10 @@ class BodyGraph:
         """Return the body of a link at a point (3,); None if the point is between the ends of a beam."""
         return next((body for other, body in self._at[link] if other is None or _are_one_point(point, other)), None)
 
-    def _ends(self, span: BeamSpan) -> tuple[RigidBody, RigidBody]:
+    def _ends(self, span: Span) -> tuple[RigidBody, RigidBody]:
         start, end = self._body_at(span.start_link, span.start), self._body_at(span.end_link, span.end)
         if start is None or end is None:
-            raise beam_error(span.beam, "it ends in the middle of another beam; split that beam with a fixed joint")
+            raise beam_error(span.part, "it ends in the middle of another beam; split that beam with a fixed joint")
         return start, end
 
     def _join(self, bodies: list[RigidBody]) -> RigidBody:
@@ -154,11 +154,11 @@ class BodyGraph:
         for span in self.spans.values():
             ends = self._ends(span)
             for path, body in zip((span.inward, span.outward), ends, strict=True):
-                link = span.beam.link
+                link = span.part.link
                 for connection in path[:-1]:
                     link = connection.other(link)
                     self._join([body, *(other for _, other in self._at[link])])
-            point, beam_body = self._at[span.beam.link][0]
+            point, beam_body = self._at[span.part.link][0]
             if point is None and beam_body not in ends:
                 self._join([ends[0], beam_body])
 
@@ -166,8 +166,8 @@ class BodyGraph:
         for span in self.spans.values():
             ends = self._ends(span)
             if ends[0] is ends[1]:
-                raise beam_error(span.beam, "its two ends are fixed to the same rigid piece")
-            yield BodyEdge(ends, beam=span)
+                raise beam_error(span.part, "its two ends are fixed to the same rigid piece")
+            yield BodyEdge(ends, span=span)
 
     def _joint_edges(self) -> Iterator[BodyEdge]:
         inside = {joint.name for span in self.spans.values() for joint in (*span.inward, *span.outward)}
@@ -192,7 +192,7 @@ class BodyGraph:
         for number, here in enumerate(self._at.values()):
             for _, body in here:
                 order.setdefault(body, number)
-        return sorted(edges, key=lambda edge: [] if edge.beam is not None else sorted(order[end] for end in edge.ends))
+        return sorted(edges, key=lambda edge: [] if edge.span is not None else sorted(order[end] for end in edge.ends))
 
 
 def _are_one_point(first: Array, second: Array) -> bool:
@@ -234,13 +234,13 @@ def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) 
     directions: dict[BodyEdge | tuple[str, RigidBody], set[bool]] = {}
     if base in touched and platform in touched:
         ends: dict[BodyEdge | tuple[str, RigidBody], tuple[RigidBody | str, RigidBody | str]] = {}
-        ends |= {edge: edge.ends for edge in edges if edge.beam is None or edge.beam.beam.name not in stars}
+        ends |= {edge: edge.ends for edge in edges if edge.span is None or edge.span.part.name not in stars}
         ends |= {(name, port): (name, port) for name, star in stars.items() for port in _ports(star)}
         order, directions = st_order(ends.values(), base, platform), path_directions(ends, base, platform)
     if stars:
         _put_inner_ports_first(stars.values(), edges, root, order)
     for edge in edges:
-        name = "" if edge.beam is None else edge.beam.beam.name
+        name = "" if edge.span is None else edge.span.part.name
         passed = directions.get((name, edge.ends[1]) if name in stars else edge)
         if passed:
             inner[edge] = min(edge.ends, key=order.__getitem__)
@@ -251,7 +251,7 @@ def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) 
         for end in edge.ends:
             at.setdefault(end, []).append(edge)
     reached_by: dict[RigidBody, BodyEdge] = {}
-    for edge in sorted(inner, key=lambda edge: edge.beam is None):  # beams first, so that they are in the tree
+    for edge in sorted(inner, key=lambda edge: edge.span is None):  # beams first, so that they are in the tree
         outer = edge.other(inner[edge])
         if outer is not platform:
             reached_by.setdefault(outer, edge)
@@ -275,8 +275,8 @@ def stars_of(edges: Iterable[BodyEdge]) -> dict[str, list[BodyEdge]]:
     """Return the edges of each elastic link with three or more interfaces, from one of its ports (interfaces) to the others."""
     stars: dict[str, list[BodyEdge]] = {}
     for edge in edges:
-        if edge.beam is not None:
-            stars.setdefault(edge.beam.beam.name, []).append(edge)
+        if edge.span is not None:
+            stars.setdefault(edge.span.part.name, []).append(edge)
     return {name: star for name, star in stars.items() if len(star) > 1}
 
 
@@ -297,7 +297,7 @@ def _put_inner_ports_first(
             at.setdefault(end, []).append(edge)
     from_root = {body: number for number, body in enumerate(reachable([root], lambda body: [e.other(body) for e in at[body]]))}
     for star in stars:
-        spans = [edge.beam for edge in star if edge.beam is not None]
+        spans = [edge.span for edge in star if edge.span is not None]
         ports = list(zip(_ports(star), (spans[0].start, *(span.end for span in spans)), strict=True))
         attachments = [spans[0].attachments[0], *(span.attachments[1] for span in spans)]
         first = min(range(len(ports)), key=lambda k: (order.get(ports[k][0], math.inf), from_root[ports[k][0]]))
@@ -305,7 +305,7 @@ def _put_inner_ports_first(
         for edge, span, other in zip(star, spans, others, strict=True):
             edge.ends = ports[first][0], ports[other][0]
             ends = attachments[first], attachments[other]
-            edge.beam = replace(span, start=ports[first][1], end=ports[other][1], attachments=ends)
+            edge.span = replace(span, start=ports[first][1], end=ports[other][1], attachments=ends)
 
 
 def edges_beside(edges: list[BodyEdge], leading: set[BodyEdge]) -> dict[BodyEdge, list[str]]:
@@ -317,7 +317,7 @@ def edges_beside(edges: list[BodyEdge], leading: set[BodyEdge]) -> dict[BodyEdge
     beside: dict[BodyEdge, list[str]] = {}
     for star in stars_of(edges).values():
         others = [edge.key for edge in star if edge in leading]
-        part = star[0].beam.beam if star[0].beam is not None else None
+        part = star[0].span.part if star[0].span is not None else None
         if not others and part is not None:
             reason = "it has three or more interfaces, and is on an open branch, where an elastic link can have two"
             raise beam_error(part, reason)

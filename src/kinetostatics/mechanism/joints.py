@@ -290,13 +290,13 @@ class Element:
     parent: int
     cut_joints: tuple[tuple[int, int], ...]
     compound: int | None
-    is_beam: bool
+    is_link: bool
     turned: bool
 
     @property
     def signature(self) -> tuple[object, ...]:
         """Key that is equal for corresponding elements of limbs of equal structure."""
-        return self.parent, self.cut_joints, self.compound, self.is_beam, self.turned and self.is_beam
+        return self.parent, self.cut_joints, self.compound, self.is_link, self.turned and self.is_link
 
 
 def limb_elements(limb: Limb, compounds: Sequence[CompoundJoint]) -> tuple[Element, ...]:
@@ -312,7 +312,7 @@ def limb_elements(limb: Limb, compounds: Sequence[CompoundJoint]) -> tuple[Eleme
         inner = limb.edges[pending[0]].parent
         parent = -1 if inner is None else ends[inner]
         turned = edge.both_ways and edge.sign < 0
-        elements.append(Element(tuple(pending), parent, edge.cut_joints, number, edge.beam is not None, turned))
+        elements.append(Element(tuple(pending), parent, edge.cut_joints, number, edge.span is not None, turned))
         ends.update((limb.edges[j].key, len(elements) - 1) for j in pending)
         pending = []
     return tuple(elements)

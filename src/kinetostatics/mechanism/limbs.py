@@ -16,17 +16,17 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from kinetostatics.layout.mapping import ShortRepr
-from kinetostatics.mechanism.beam_geometry import BeamSpan
+from kinetostatics.mechanism.beam_geometry import Span
 from kinetostatics.mechanism.body_graph import body_at_end
 
 
 @dataclass(frozen=True)
 class Edge:
-    """A joint or a beam, directed from the base to the platform (on an open branch: away from its root).
+    """A joint, beam or other elastic link, directed from the base to the platform (on an open branch: away from its root).
 
     Attributes:
-        joint: name of the joint or loop, or None for a beam.
-        beam: name of the beam, or None for a joint.
+        joint: name of the joint or loop; None for a beam or elastic link.
+        span: name of the beam, or of the span of an elastic link; None for a joint.
         sign: +1 if the joint's predecessor, or the beam's start, is the inboard side, else −1.
         outboard: names of the weights and attachments outboard of the edge (for a beam, of its outer end): a link, ``beam:`` and
             a beam, ``start:`` or ``end:`` and a beam.
@@ -41,7 +41,7 @@ class Edge:
     """
 
     joint: str | None
-    beam: str | None
+    span: str | None
     sign: int
     outboard: tuple[str, ...]
     parent: str | None
@@ -52,7 +52,7 @@ class Edge:
     @property
     def key(self) -> str:
         """The name of the joint, or ``beam:`` and the name of the beam."""
-        return self.joint if self.joint is not None else f"beam:{self.beam}"
+        return self.joint if self.joint is not None else f"beam:{self.span}"
 
 
 def carries(edge: Edge, name: str) -> int:
@@ -136,7 +136,7 @@ class Topology(ShortRepr):
     Attributes:
         hanging: closed chains attached only to the base or only to the platform, as limbs.
         carried_by: for every attachment on a limb or open branch, the ``key`` of the edge with this attachment on its outer side.
-        beam_ends: the attachments at inner and outer end of each beam of ``beams``.
+        span_ends: the attachments at inner and outer end of each of the ``spans``.
         without_support: attachments at which no load can act, since a joint attaches them to a beam between the beam's ends; each
             with the name of this joint.
     """
@@ -147,24 +147,24 @@ class Topology(ShortRepr):
     hanging: tuple[Limb, ...]
     base: AttachedBodies
     platform: AttachedBodies
-    beams: dict[str, BeamSpan]
+    spans: dict[str, Span]
     carried_by: dict[str, str]
     warnings: tuple[str, ...]
-    beam_ends: dict[str, tuple[str, str]]
+    span_ends: dict[str, tuple[str, str]]
     without_support: dict[str, str]
 
     def line_ends(self, beam: str) -> tuple[str, str]:
         """Return the attachments of the resultants of a load along a beam, which move with the bodies at its two ends."""
-        inner, outer = self.beam_ends[beam]
-        return (body_at_end(inner), body_at_end(outer)) if self.beams[beam].spanned else (inner, outer)
+        inner, outer = self.span_ends[beam]
+        return (body_at_end(inner), body_at_end(outer)) if self.spans[beam].spanned else (inner, outer)
 
     def part_of(self, edge: Edge) -> str:
         """Return the name of an edge's joint, beam or other elastic link."""
-        return edge.joint if edge.joint is not None else self.beams[str(edge.beam)].beam.name
+        return edge.joint if edge.joint is not None else self.spans[str(edge.span)].part.name
 
     def link_of(self, attachment: str) -> str:
         kind, _, beam = attachment.removeprefix(body_at_end("")).partition(":")
-        return self.beams[beam].beam.link if kind in ("start", "end") and beam in self.beams else attachment
+        return self.spans[beam].part.link if kind in ("start", "end") and beam in self.spans else attachment
 
     @property
     def all_limbs(self) -> tuple[Limb, ...]:

@@ -44,7 +44,7 @@ class _TopologyBuilder:
         self.spans = dict(self.graph.spans)
         self.warnings: list[str] = []
         self.carried_by: dict[str, str] = {}
-        self.beam_ends = {name: span.attachments for name, span in self.spans.items()}
+        self.span_ends = {name: span.attachments for name, span in self.spans.items()}
 
     def build(self) -> Topology:
         graph = self.graph
@@ -92,10 +92,10 @@ class _TopologyBuilder:
             hanging=tuple(hanging),
             base=on_base,
             platform=on_platform,
-            beams=self.spans,
+            spans=self.spans,
             carried_by=self.carried_by,
             warnings=tuple(self.warnings),
-            beam_ends=self.beam_ends,
+            span_ends=self.span_ends,
             without_support=unsupported,
         )
 
@@ -105,7 +105,7 @@ class _TopologyBuilder:
             for link, point in ((spring.predecessor, spring.predecessor_point), (spring.successor, spring.successor_point)):
                 body, placement = self.mechanism.body_of[link]
                 at = placement[:3, :3] @ point + placement[:3, 3]
-                spans = [span for span in self.spans.values() if span.beam.link == link]
+                spans = [span for span in self.spans.values() if span.part.link == link]
                 ends = [end for span in spans for end in ((span.start_body, span.start), (span.end_body, span.end))]
                 reach = AT_END * max((float(np.linalg.norm(local)) for _, local in ends), default=0.0)
                 other = sorted(
@@ -171,7 +171,7 @@ class _TopologyBuilder:
             else:
                 branches.extend(chain)
         weights = [name for body in bodies for name in body.weights]
-        weights += [edge.key for edge in edges if edge.beam is not None and edge.beam.name == edge.beam.beam.name]
+        weights += [edge.key for edge in edges if edge.span is not None and edge.span.name == edge.span.part.name]
         attachments = [name for body in bodies for name in body.attachments]
         attachments += [end for step in steps for ends in self._ends_in_span(step) for end in ends]
         return Limb(
@@ -192,20 +192,20 @@ class _TopologyBuilder:
 
         An attachment is listed only if joints in the beam's span connect that end to base or platform.
         """
-        if step.edge.beam is None:
+        if step.edge.span is None:
             return [], []
         roots = self.graph.base, self.graph.platform
-        span = step.edge.beam if step.edge.ends[0] is step.inner else step.edge.beam.reversed
+        span = step.edge.span if step.edge.ends[0] is step.inner else step.edge.span.reversed
         sides = zip((step.inner, step.outer), (span.inward, span.outward), span.attachments, strict=True)
         inner, outer = ([attachment] if joints and body in roots else [] for body, joints, attachment in sides)
         return inner, outer
 
     def _carry_ends(self, step: DirectedEdge, chain: list[Edge]) -> None:
         """Let the beam, not the joints within its span, carry the attachments at its ends."""
-        if step.edge.beam is None:
+        if step.edge.span is None:
             return
-        name = step.edge.beam.name
-        number, (start, end) = [edge.beam for edge in chain].index(name), self.beam_ends[name]
+        name = step.edge.span.name
+        number, (start, end) = [edge.span for edge in chain].index(name), self.span_ends[name]
         if number > 0:
             self.carried_by[start] = chain[number - 1].key
         if number < len(chain) - 1:
@@ -257,8 +257,8 @@ class _TopologyBuilder:
             if step.in_tree:
                 names = step.outer.attachments + hanging.get(step.outer, [])
             outboard[step.edge] = names
-            beam = step.edge.beam
-            beam_weight = [step.edge.key] if beam is not None and beam.name == beam.beam.name else []
+            beam = step.edge.span
+            beam_weight = [step.edge.key] if beam is not None and beam.name == beam.part.name else []
             hanging[step.inner] = names + beam_weight + hanging.get(step.inner, [])
         return outboard
 
@@ -271,23 +271,23 @@ class _TopologyBuilder:
         if edge.connection is not None:
             sign = 1 if forward else -1
             return [Edge(edge.connection.name, None, sign, tuple(outboard), parent, (), cut_joints, step.both_ways)]
-        assert edge.beam is not None
-        name = edge.beam.name
-        if not forward and not step.both_ways and edge.beam.beam.KIND == "beam" and (edge.beam.beam.start or edge.beam.beam.end):
-            place = edge.beam.beam.place
+        assert edge.span is not None
+        name = edge.span.name
+        if not forward and not step.both_ways and edge.span.part.KIND == "beam" and (edge.span.part.start or edge.span.part.end):
+            place = edge.span.part.place
             self.warnings.append(
                 f"{place}: beam {name!r} runs from its end towards the platform to the one towards the base; "
                 "from= should name the joint towards the base"
             )
-        span = edge.beam if forward else edge.beam.reversed
-        self.spans[name], self.beam_ends[name] = span, span.attachments
+        span = edge.span if forward else edge.span.reversed
+        self.spans[name], self.span_ends[name] = span, span.attachments
         joints, before_carrier = [*span.inward[::-1], *span.outward], len(span.inward)
         links = [span.start_link]
         for joint in joints:
             links.append(joint.other(links[-1]))
         # Links within the span move with the beam's end on their side; a joint carries those links that are outboard of it.
         # The same applies to loads at the ends of the beam.
-        start, end = self.beam_ends[name]
+        start, end = self.span_ends[name]
         near = [link for link in links[1:before_carrier] if self.graph.is_rigid(link)]
         far = [link for link in links[before_carrier + 1 : -1] if self.graph.is_rigid(link)]
         result: list[Edge] = []
@@ -355,7 +355,7 @@ class _TopologyBuilder:
 
 def _joints_of(edge: BodyEdge) -> list[str]:
     """Return the name of the edge's joint, or of the joints inside the span of a beam."""
-    inside = () if edge.beam is None else (*edge.beam.inward, *edge.beam.outward)
+    inside = () if edge.span is None else (*edge.span.inward, *edge.span.outward)
     return [connection.name for connection in (edge.connection, *inside) if connection is not None]
 
 

@@ -263,7 +263,7 @@ def changed_model(robot: Robot, description: RobotDescription, original: PoseMod
         other = Robot(_with_beam_axes(robot, description))
         if (other.equations.tree.nq, other.equations.count) == (robot.equations.tree.nq, robot.equations.count):
             zero = other.frames_at(robot.model_q(robot.zero_poses))
-            links = make_elastic_links(other.mechanism, other.topology.beams, zero)
+            links = make_elastic_links(other.mechanism, other.topology.spans, zero)
             weights = Weights(other.mechanism, other.topology, links)
             model = StaticModel(
                 other.mechanism,

@@ -212,8 +212,8 @@ def errors_of(robot: Robot) -> dict[str, ErrorParameter]:
         for edge in limb.edges:
             if edge.joint is not None:
                 part_errors += [(edge.joint, kind, "rad" if k > 2 else "m") for k, kind in enumerate(COMPONENTS)]
-            elif edge.beam is not None:
-                link = robot.topology.beams[edge.beam].beam
+            elif edge.span is not None:
+                link = robot.topology.spans[edge.span].part
                 part_errors += [(link.name, kind, unit) for kind, unit in link.errors.items()]
     every = (ErrorParameter(f"{part}.error.{kind}", part, kind, unit) for part, kind, unit in part_errors)
     return {error.name: error for error in every}

@@ -64,7 +64,7 @@ def link_contributions(
     """(…, 6) twist of each rigid link at the link's origin, world axes [m, rad], by link and contribution."""
     topology, mechanism, contribution_names = robot.topology, robot.mechanism, solutions[0].contributions
     elastic = {beam.link for beam in robot.description.beams.values()}
-    starts = {part.link: topology.beam_ends[name][0] for name, part in robot.description.flexible.items()}
+    starts = {part.link: topology.span_ends[name][0] for name, part in robot.description.flexible.items()}
     result: dict[str, Mapping[str, Array]] = {}
     for link in robot.description.links:
         attachment = starts.get(link, link)  # other elastic links move with their inner ends

@@ -47,7 +47,7 @@ class LimbResult(Reported):
         limb = group.limbs[position]
         self.name: str = limb.name
         self.is_network: bool = not limb.is_serial
-        self.beams = tuple(edge.beam for edge in limb.edges if edge.beam and edge.beam in group.model.description.beams)
+        self.beams = tuple(edge.span for edge in limb.edges if edge.span and edge.span in group.model.description.beams)
         self.platform_joints = tuple(edge.joint for edge in limb.platform_edges if edge.joint is not None)
         self.labels: tuple[str, ...] = group.labels[position]
         self.attached_labels: tuple[str, ...] = group.attached_labels[position]

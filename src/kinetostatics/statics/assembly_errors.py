@@ -82,7 +82,7 @@ class AssemblyErrors:
         return edge.joint in self.joints or bool(self._of_link(edge))
 
     def _of_link(self, edge: Edge) -> Mapping[str, Array]:
-        return {} if edge.beam is None else self.links.get(self.robot.topology.part_of(edge), {})
+        return {} if edge.span is None else self.links.get(self.robot.topology.part_of(edge), {})
 
     def of_edge(self, edge: Edge, frames: Frames, o: Array) -> Array:
         """Return the error of a joint or beam: the twist (6, N) of its outboard side relative to its inboard side, about o."""
@@ -90,7 +90,7 @@ class AssemblyErrors:
             return self._of_joint(edge, self.joints[str(edge.joint)], frames, o)
         result = np.zeros((6, o.shape[1]))
         for kind, amount in self._of_link(edge).items():
-            link = self.robot.elastic_links[str(edge.beam)]
+            link = self.robot.elastic_links[str(edge.span)]
             result += move_twist(link.misfit(frames, kind) * amount[0], o - link.ends(frames)[1])
         return result
 

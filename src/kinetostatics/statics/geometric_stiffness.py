@@ -118,7 +118,7 @@ class GeometricStiffness:
         for w, name in enumerate(self._robot.weights.names if weighty else ()):
             link = name.removeprefix("beam:")
             if link not in deformation.places:
-                attachment = name if link == name else self._robot.topology.beam_ends[link][0]
+                attachment = name if link == name else self._robot.topology.span_ends[link][0]
                 acting.append((attachment, centres[:, w], solution.weights[:3, w]))
         for load in acting_loads:
             for attachment, wrench in load.wrenches.items():
@@ -131,12 +131,12 @@ class GeometricStiffness:
             force, moment = wrench[:3], wrench[3:]
             acting.append((item.attachments[1], arm, force))
             axes = np.stack([self._direction(slide) for slide in item.slides], axis=1) if item.slides else None
-            if item.edge.beam not in deformation.places:
+            if item.edge.span not in deformation.places:
                 acting.append((item.attachments[0], arm, -force))
                 junctions.append(JunctionTerms(item, arm, axes, self._of_joint(item, force, moment)))
             elif axes is not None:
                 terms, matrix, back = self._of_beam(solution, deformation, item, axes, which, weighty, eliminated)
-                length = self._robot.elastic_links[str(item.edge.beam)].length(self._frames)
+                length = self._robot.elastic_links[str(item.edge.span)].length(self._frames)
                 acting.append((item.attachments[0], arm - axes[:, 0] * length, back - force))
                 junctions.append(JunctionTerms(item, arm, axes, *terms))
                 inner.append(matrix)
@@ -178,7 +178,7 @@ class GeometricStiffness:
         Inner coordinates η of stiffness K_ηη = 1 + K_g,ηη, in which the forces deflect the beam by η_0, are eliminated:
         2 B = K_zz − K_zη K_ηη⁻¹ K_ηz, and ``constant`` = K_zη K_ηη⁻¹ η_0.
         """
-        name, S = str(item.edge.beam), len(solution.contributions)
+        name, S = str(item.edge.span), len(solution.contributions)
         model = self._robot.beams[name]
         length, lever = model.length(self._frames), model.lever(self._frames)
         if model.telescopic:  # on open branches it may have no length

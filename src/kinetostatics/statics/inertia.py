@@ -90,7 +90,7 @@ class _InertialLoads:
     def _add_link(self, name: str) -> None:
         """Add the load of a beam or other elastic link, whose ends are the start of its spans, and the end of each."""
         links, topology, frames = self.robot.elastic_links, self.robot.topology, self.frames
-        names = [key for key, span in topology.beams.items() if span.beam.name == name]
+        names = [key for key, span in topology.spans.items() if span.part.name == name]
         line, wrenches = links[name].inertial_load(frames, self._acceleration, self._couple)
         if line is not None:
             self.lines[name] = line

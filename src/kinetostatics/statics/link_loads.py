@@ -281,16 +281,16 @@ def attachments_at(robot: RobotStatics, what: str, link: str, frames: Frames, po
             f"{what}: {link!r} hangs by {topology.without_support[link]!r} on a beam elsewhere than at its ends; split "
             "the beam there with a fixed joint, or load one of its ends"
         )
-    beams = [name for name, span in topology.beams.items() if span.beam.link == link]
+    beams = [name for name, span in topology.spans.items() if span.part.link == link]
     if not beams:
         return {link: np.ones(point.shape[1], dtype=bool)}
     found: dict[str, Mask] = {}
     nowhere = np.all(np.isfinite(point), axis=0)
     ends = []
     for name in beams:
-        span, reach = topology.beams[name], AT_END * np.abs(robot.elastic_links[name].length(frames))
+        span, reach = topology.spans[name], AT_END * np.abs(robot.elastic_links[name].length(frames))
         both = (span.start_body, span.start), (span.end_body, span.end)
-        for attachment, (body, local) in zip(topology.beam_ends[name], both, strict=True):
+        for attachment, (body, local) in zip(topology.span_ends[name], both, strict=True):
             at = frames.point(body, local)
             here = nowhere & (np.sqrt(np.sum((at - point) ** 2, axis=0)) <= reach)
             if np.any(here):

@@ -174,8 +174,8 @@ def _with_groups(model: StaticModel, groups: tuple[LimbGroup, ...], example: Fra
 
 
 def _elements_of(model: StaticModel, edge: Edge) -> Iterator[ElasticElement]:
-    if edge.beam is not None:
-        link = model.elastic_links[edge.beam]
+    if edge.span is not None:
+        link = model.elastic_links[edge.span]
         yield link.stacked([link], [edge])
     elif edge.joint is not None:
         for joint in springs_of(model.mechanism, edge.joint):

@@ -179,7 +179,7 @@ class _Finder:
 
     def _outer_group(self, step: _Step) -> int:
         inner = self._inner_group(step)
-        turns = step.edge.beam is not None or any(freedom.rotates for freedom in self._freedoms(step))
+        turns = step.edge.span is not None or any(freedom.rotates for freedom in self._freedoms(step))
         if not turns or step.edge.key not in self.attachment_at:
             return inner
         number = len(self.attachments)
@@ -206,15 +206,15 @@ class _Finder:
         return Junction(edge, step.owner, inner, outer, attachments, centre, turns, slides, len(turns) == 3, is_universal)
 
     def _slides(self, step: _Step) -> tuple[Fixed, ...]:
-        if step.edge.beam is not None:
-            model = self.model.elastic_links[step.edge.beam]
+        if step.edge.span is not None:
+            model = self.model.elastic_links[step.edge.span]
             return tuple(Fixed(model.span.carrier, axis) for axis in model.axes.T)
         moving = [freedom for freedom in self._freedoms(step) if not (freedom.rotates or (freedom.passive and step.on_branch))]
         return tuple(Fixed(moving[0].body, axis) for axis in _orthonormal([freedom.axis for freedom in moving]))
 
     def _centre(self, step: _Step) -> Fixed:
-        if step.edge.beam is not None:
-            span = self.topology.beams[step.edge.beam]
+        if step.edge.span is not None:
+            span = self.topology.spans[step.edge.span]
             return Fixed(span.end_body, span.end)
         connection = self.connections[str(step.edge.joint)]
         if step.edge != step.first:
@@ -223,8 +223,8 @@ class _Finder:
 
     def _attachment_on(self, edge: Edge, side: int) -> str:
         """Return an attachment on the inner side (0) or on the outer side (1) of a joint or beam."""
-        if edge.beam is not None:
-            return self.topology.beam_ends[edge.beam][side]
+        if edge.span is not None:
+            return self.topology.span_ends[edge.span][side]
         connection = self.connections[str(edge.joint)]
         link = connection.successor if (edge.sign > 0) == (side == 1) else connection.predecessor
         body, frame = sides(edge, connection)[side]
@@ -236,14 +236,14 @@ class _Finder:
 
     def _nearest(self, link: str, at: Array) -> str:
         """Return the link, or for an elastic link the end of its beam that is nearest to a point (3, 1)."""
-        beams = [name for name, span in self.topology.beams.items() if span.beam.link == link]
+        beams = [name for name, span in self.topology.spans.items() if span.part.link == link]
         if not beams:
             return link
         zero, ends = self.model.zero_frames, []
         for name in beams:
-            span = self.topology.beams[name]
+            span = self.topology.spans[name]
             points = zero.point(span.start_body, span.start), zero.point(span.end_body, span.end)
-            ends += list(zip(self.topology.beam_ends[name], points, strict=True))
+            ends += list(zip(self.topology.span_ends[name], points, strict=True))
         return min(ends, key=lambda end: float(np.sum((end[1] - at) ** 2)))[0]
 
     def _spins(self, junctions: Sequence[Junction]) -> dict[int, tuple[int, int]]:

@@ -128,7 +128,7 @@ class SmallMotions:
         self.elastic_links = [self._beam(name) for name in model.elastic_links]
         self.beams = [link for link in self.elastic_links if link.name in model.beams]
         for beam in self.elastic_links:
-            self.body_at.update(zip(model.topology.beam_ends[beam.name], (beam.inner, beam.outer), strict=True))
+            self.body_at.update(zip(model.topology.span_ends[beam.name], (beam.inner, beam.outer), strict=True))
         self.followers = tuple(self._followers())
         given = [(k, freedom) for k, freedom in enumerate(self.freedoms) if freedom is not None]
         self._given, self._twists = [k for k, _ in given], Freedoms([freedom for _, freedom in given])
@@ -139,7 +139,7 @@ class SmallMotions:
 
     def _beam(self, name: str) -> BeamEnds:
         """Return a beam; joints in its span, which make it telescopic, add bodies at its ends."""
-        span, (start, end) = self.model.topology.beams[name], (self.body_at[at] for at in self.model.topology.beam_ends[name])
+        span, (start, end) = self.model.topology.spans[name], (self.body_at[at] for at in self.model.topology.span_ends[name])
         inner = self._in_span(start, span.start_link, span.inward[::-1])
         return BeamEnds(name, inner, self._in_span(end, span.end_link, span.outward[::-1]))
 

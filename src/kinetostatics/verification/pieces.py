@@ -16,7 +16,7 @@ import numpy as np
 from kinetostatics.description.joint_types import JOINT_TYPES, JointType
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.graphs import joined, neighbours_of, path_directions, reachable
-from kinetostatics.mechanism.beam_geometry import BeamSpan, SpanFinder
+from kinetostatics.mechanism.beam_geometry import Span, SpanFinder
 
 if TYPE_CHECKING:
     from kinetostatics.kinematics.configuration import Configuration
@@ -158,7 +158,7 @@ class RigidPieces:
         #: for each intermediate piece of a telescopic beam, the piece at the nearer end of the beam
         self._whole: dict[int, int] = {}
         spans = SpanFinder(self.robot.mechanism).spans()
-        self._carriers = {span.beam.link for span in spans.values()}
+        self._carriers = {span.part.link for span in spans.values()}
         self._make(spans.values())
         self.beams = {name: self._place(span) for name, span in spans.items()}
         spanned = {jointed.joint.name for jointed in self._inside}
@@ -202,7 +202,7 @@ class RigidPieces:
         placement = self.robot.mechanism.body_of[link][1]
         return np.asarray((self._frame[link] @ np.linalg.solve(placement, np.append(body_point, 1.0)))[:3])
 
-    def _make(self, spans: Iterable[BeamSpan]) -> None:
+    def _make(self, spans: Iterable[Span]) -> None:
         for link in self.description.links:
             self._of[link] = [(None, self._new())] if self.is_rigid(link) else []
         for span in spans:
@@ -216,7 +216,7 @@ class RigidPieces:
             if not entries:  # the carrier of a telescopic beam, with joints on both sides
                 entries.append((None, self._new()))
 
-    def _place(self, span: BeamSpan) -> PlacedBeam:
+    def _place(self, span: Span) -> PlacedBeam:
         start, end = self._point(span.start_link, span.start), self._point(span.end_link, span.end)
         chain = [self.joints[connection.name] for connection in (*span.inward[::-1], *span.outward)]
         links = [span.start_link]
@@ -243,8 +243,8 @@ class RigidPieces:
             for joint, inner_piece, outer_piece, link in zip(joints, row, row[1:], outer, strict=False):
                 forward = joint.links[1] == link
                 pieces = (inner_piece, outer_piece) if forward else (outer_piece, inner_piece)
-                self._inside.append(JointedPieces(joint, pieces, (span.beam.name, forward)))
-        return PlacedBeam(span.beam.name, ends, np.array([start, end]))
+                self._inside.append(JointedPieces(joint, pieces, (span.part.name, forward)))
+        return PlacedBeam(span.part.name, ends, np.array([start, end]))
 
     # ---- inner and outer sides ---------------------------------------------------------------------------------------
 

@@ -263,7 +263,7 @@ def vibration_model(motions: PlacedMotions) -> VibrationModel:
     structure, size = motions.structure, motions.structure.model.length
     ends: dict[str, list[BeamEnds]] = {}
     for item in structure.elastic_links:
-        ends.setdefault(structure.model.topology.beams[item.name].beam.name, []).append(item)
+        ends.setdefault(structure.model.topology.spans[item.name].part.name, []).append(item)
     beams = {name: _rod(motions, links) for name, links in ends.items()}
     springs = dict(_springs(motions))
     for name, slides in _free_slides(structure):
@@ -336,7 +336,7 @@ def _springs(motions: PlacedMotions) -> Iterator[tuple[str, Part]]:
 def _free_slides(structure: SmallMotions) -> Iterator[tuple[str, list[int]]]:
     """Yield the telescopic beams with free actuators in their span, and the coordinates of these actuators."""
     free = {k for k, item in enumerate(structure.freedoms) if item and not item.rotates and not item.stiffness}
-    for name, span in structure.model.topology.beams.items():
+    for name, span in structure.model.topology.spans.items():
         at = [joint for joint in structure.joints if joint.connection.actuated and joint.connection.name in span.spanned]
         if slides := [column for joint in at for column in joint.columns if column in free]:
             yield name, slides

@@ -44,7 +44,7 @@ class DrawnJoint:
 def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
     """Return all joints with freedoms, except floating joints without stiffness."""
     robot = poses.robot
-    inside = {name: beam for beam, span in robot.topology.beams.items() for name in span.spanned}
+    inside = {name: beam for beam, span in robot.topology.spans.items() for name in span.spanned}
     joints: list[DrawnJoint] = []
     size = 1e-7 * (1 + float(np.abs(poses.o).max()))
     for connection in robot.mechanism.connections.values():

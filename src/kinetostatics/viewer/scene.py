@@ -160,7 +160,7 @@ class _SceneBuilder:
     def _links(self) -> None:
         topology, rigid, unloaded = self.robot.topology, self.poses.rigid, isinstance(self.poses, UnloadedPose)
         of_beams = {beam.link for beam in self.robot.description.beams.values()}
-        for span in topology.beams.values():
+        for span in topology.spans.values():
             for name in span.spanned:
                 connection = self.robot.mechanism.connections[name]
                 of_beams.update({connection.predecessor, connection.successor})
@@ -280,7 +280,7 @@ class _SceneBuilder:
     def _limb_labels(self) -> list[tuple[str, int, str]]:
         labels = []
         for limb in self.robot.topology.limbs:
-            beams = [edge.beam for edge in (*limb.edges, *limb.branches) if edge.beam in self.robot.description.beams]
+            beams = [edge.span for edge in (*limb.edges, *limb.branches) if edge.span in self.robot.description.beams]
             if beams:
                 labels.append((f"limbs/{limb.name}", self.at[f"label of {beams[0]}"], limb.name))
         return labels

@@ -55,7 +55,7 @@ class SinglePose(DrawnPoses):
 
     @cached_property
     def _beams(self) -> dict[str, tuple[Array, Array]]:
-        models = make_beam_models(self.robot.mechanism, self.robot.topology.beams, self.frames)
+        models = make_beam_models(self.robot.mechanism, self.robot.topology.spans, self.frames)
         lines = {}
         for name, model in models.items():
             start, end = (point.T for point in model.ends(self.frames))
@@ -149,7 +149,7 @@ class UnloadedPose(SinglePose):
 
     def beam_twists(self, name: str) -> Array:
         """Return twists (1, k, n, 6) of a beam's stations, interpolated linearly between its ends."""
-        span, (_, points) = self.robot.topology.beams[name], self.beam_line(name)
+        span, (_, points) = self.robot.topology.spans[name], self.beam_line(name)
         ends = []
         for body, point in ((span.start_body, points[:, 0]), (span.end_body, points[:, -1])):
             ends.append(moved(self._twist(body, np.eye(4)), point - self.frames.position[:, body].T))

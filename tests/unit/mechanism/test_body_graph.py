@@ -16,8 +16,8 @@ class Network:
         names = sorted({letter for edge in edges for letter in edge} | {"0", "1"})
         self.named = {letter: RigidBody([letter]) for letter in names}
         self.base, self.platform = self.named["0"], self.named["1"]
-        spans = {pair: SimpleNamespace(beam=SimpleNamespace(name=pair)) for pair in beams.split()}
-        self.edges = [BodyEdge((self.named[a], self.named[b]), beam=spans.get(a + b)) for a, b in edges]
+        spans = {pair: SimpleNamespace(part=SimpleNamespace(name=pair)) for pair in beams.split()}
+        self.edges = [BodyEdge((self.named[a], self.named[b]), span=spans.get(a + b)) for a, b in edges]
 
     def steps(self):
         return directed_edges(self.edges, self.base, self.platform)

@@ -51,7 +51,7 @@ def test_limb_edges_are_ordered_from_base_to_platform():
         bar("b", "second", "third"), bar("a", "first", "second"),
     )  # fmt: skip
     [limb] = machine.topology.limbs
-    assert [edge.joint or edge.beam for edge in limb.edges] == ["first", "a", "second", "b", "third"]
+    assert [edge.joint or edge.span for edge in limb.edges] == ["first", "a", "second", "b", "third"]
 
 
 @pytest.mark.parametrize("side", ["base", "platform"])

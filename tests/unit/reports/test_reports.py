@@ -312,7 +312,7 @@ def test_facts_of_hybrid_limbs_have_every_joint_once(seed):
         shown = [joint for chain in chains for step in joints_of(chain) for joint in step.joints]
         moving = {edge.joint for edge in (*limb.edges, *limb.branches) if edge.joint and _moves(one, edge.joint)}
         assert len(shown) == len(set(shown)) and moving <= set(shown)
-        assert {edge.beam for edge in limb.edges if edge.beam} <= {name for chain in chains for name in bodies_of(chain)}
+        assert {edge.span for edge in limb.edges if edge.span} <= {name for chain in chains for name in bodies_of(chain)}
         assert len(set(found.constraint_wrenches)) == len(found.constraint_wrenches)
     for item in facts.mobility.redundancies:
         inside = [limb for limb in one.topology.all_limbs if item.limbs == (limb.name,)]
