@@ -10,6 +10,7 @@ import pytest
 
 from kinetostatics.limbs import basis_choice
 from kinetostatics.limbs.basis_choice import choose_basis, evaluate_bases
+from kinetostatics.limbs.geometry import Candidate
 from kinetostatics.limbs.statics import _may_be_dependent
 from kinetostatics.limbs.wrench_candidates import common_point
 from kinetostatics.math.screws import unit_twist
@@ -54,6 +55,13 @@ def test_common_point_requires_all_axes_of_a_serial_limb():
 @pytest.mark.parametrize(("beside", "meets"), [(0.0, True), (1.9e-8, True), (2.1e-8, False), (1e-3, False)])
 def test_common_point_tolerates_rounding(beside, meets):
     assert (common_point(*wrist(("R", X, POINT + beside * Y), ("R", Y, POINT), ("R", Z, POINT))) is not None) == meets
+
+
+@pytest.mark.parametrize(("angle", "determined"), [(1.0, True), (1e-4, True), (3e-6, True), (3e-7, False), (0.0, False)])
+def test_couple_normal_to_two_axes_is_determined_unless_they_are_parallel(angle, determined):
+    group, geometry = wrist(("R", X, POINT), ("R", np.cos(angle) * X + np.sin(angle) * Y, POINT + Z))
+    (couple,) = basis_choice._columns(group, [Candidate(("cross", 0, 1), None, "couple")], [], [], geometry)
+    np.testing.assert_allclose(couple[:, 0, 0], [0, 0, 0, 0, 0, 1] if determined else [0, 0, 0, *[np.nan] * 3], atol=1e-9)
 
 
 @pytest.mark.parametrize("length", [0.1, 10.0])

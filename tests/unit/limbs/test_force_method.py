@@ -1,11 +1,13 @@
 """The force method on both sides of its thresholds: rigid directions, small pivots, ranks."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from kinetostatics.limbs.compliance import rigid_counts
 from kinetostatics.limbs.force_method import distribute, elimination_order, ranks, remainder, suits
-from kinetostatics.limbs.statics import _relaxation
+from kinetostatics.limbs.statics import _relaxation, _straining
 from kinetostatics.math.linalg import null_space
 
 
@@ -35,6 +37,18 @@ def test_relaxation_does_not_depend_on_sizes_of_self_stresses(difference, rigid)
     np.testing.assert_allclose(gram[..., 0, 0] @ combinations, 0, atol=1e-14)
     assert (np.linalg.norm(answer @ [1.0, -1.0]) < 1e-9) == rigid
     assert np.any(combinations) == rigid
+
+
+@pytest.mark.parametrize(("part", "strains"), [(1.0, True), (3e-10, True), (3e-11, False), (1e-16, False)])
+@pytest.mark.parametrize("force", [1.0, 1e5])
+def test_wrenches_that_reach_elastic_parts_by_rounding_strain_nothing(part, strains, force):
+    """Two spring-loaded directions of 2e-6 and 3e-6 m/N, of which a wrench reaches the second with a part of its force."""
+    elements = [SimpleNamespace(compliance_sum=lambda length, c=c: np.full((1, 1), c)) for c in (2e-6, 3e-6)]
+    group = SimpleNamespace(twist_scale=np.ones((6, 1, 1, 1)), model=SimpleNamespace(length=0.5))
+    columns = np.zeros((1, 6, 1, 1, 1))
+    columns[0, 2] = force
+    compliance = np.full((1, 1, 1, 1), 3e-6 * (part * force) ** 2)
+    assert _straining(group, SimpleNamespace(elements=elements, centres=np.zeros((3, 1, 1, 1))), columns, compliance) == strains
 
 
 @pytest.mark.parametrize(("pivot", "doubtful"), [(1e-5, False), (2e-6, False), (5e-7, True), (0.0, True)])

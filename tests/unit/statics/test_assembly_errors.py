@@ -225,15 +225,25 @@ def ring(stem=True):
     return parsed(written(edges, beams, {"right_head", "pin"}, o=(0, 0, 0.9), name="ring"))
 
 
+@pytest.mark.parametrize("size", [1e-3, 1e-9])
 @pytest.mark.parametrize("stem", [True, False])
-def test_rigid_rings_cannot_follow_errors_across_their_plane(stem):
+def test_rigid_rings_cannot_follow_errors_across_their_plane(stem, size):
     """On an elastic and on a rigid stem."""
-    pose, off = ring(stem).assemble(), np.array([0, 1e-3, 0, 0, 0, 0])
+    pose, off = ring(stem).assemble(), np.array([0, size, 0, 0, 0, 0])
     found = ks.analyze(pose, gravity=STILL, assembly_errors={"right_head": off}, on_failure="nan")
     assert np.isnan(found.contributions["assembly_errors"]).any() and np.isfinite(found.contributions["load"]).all()
     # equal errors at both hinges of one rod only displace it
     found = ks.analyze(pose, gravity=STILL, assembly_errors={"right_head": -off, "right_foot": off})
     assert np.isfinite(found.twist).all()
+
+
+@pytest.mark.parametrize(("across", "follows"), [(0.0, True), (1e-12, True), (1e-8, False)])
+@pytest.mark.parametrize("size", [1.0, 1e-3])
+def test_rigid_rings_follow_errors_in_their_plane_and_rounding_across_it(size, across, follows):
+    """A rod that is 1 mm too long, with its head across the plane by rounding of its direction or by more than that."""
+    pose, off = ring().assemble(), size * np.array([0, across, 1e-3, 0, 0, 0])
+    found = ks.analyze(pose, gravity=STILL, assembly_errors={"right_head": off}, on_failure="nan")
+    assert np.isfinite(found.contributions["assembly_errors"]).all() == follows
 
 
 def test_branch_on_platform_has_own_errors_and_platform_weight():
