@@ -303,6 +303,16 @@ def test_effects_of_assembly_errors_equal_single_analyses():
     assert told == {("m", 1e-4), ("rad", 1e-3), ("K", 1.0)}
 
 
+@pytest.mark.parametrize("part", [1e-2, 1e-5])
+def test_small_errors_have_effects_in_proportion(part):
+    """Of two equal columns, the foot of one is off by a small part of the other's error: so are force, moment and twist."""
+    found = ks.tolerances(two_columns().assemble(), {"foot_a.error.z": 1e-3, "foot_b.error.z": part * 1e-3}, gravity=STILL)
+    large, small = found.effects["foot_a.error.z"], found.effects["foot_b.error.z"]
+    assert large.force > 1 and small.force == pytest.approx(part * large.force, rel=1e-6)
+    assert small.moment == pytest.approx(part * large.moment, rel=1e-6)
+    np.testing.assert_allclose(small.twist[[2, 4]], part * large.twist[[2, 4]] * [1, -1], rtol=1e-6)
+
+
 def test_errors_that_stress_without_moving_the_platform_are_listed():
     """A rigid locked slide holds the platform; a column with a slide beside it is bent by a shift of its foot, 12 E I δ / L³."""
     machine = robot(

@@ -32,6 +32,14 @@ def test_search_ends_at_the_minimum_of_a_curved_valley(power):
     assert found == pytest.approx({"a": 0.4, "b": 0.16}, abs=2e-5)
 
 
+def test_search_leaves_a_start_whose_objective_is_infinite():
+    """As of a quantity that has no finite value in the file's robot alone; the search has no scale by it."""
+    found = end_of_search(
+        problem(lambda a, b: np.inf if np.hypot(a + 0.5, b - 0.5) < 1e-9 else 1 + (a - 0.4) ** 2 + 2 * (b - 0.1) ** 2)
+    )
+    assert found == pytest.approx({"a": 0.4, "b": 0.1}, abs=2e-5)
+
+
 def test_least_violation_is_found_in_all_parameters():
     """Two margins −0.5 − (a − 0.4)² ∓ (b + 0.3): the larger violation is least, 0.5, where both are equal."""
     found = end_of_search(
