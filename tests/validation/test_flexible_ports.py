@@ -1,4 +1,4 @@
-"""Links by their matrices with three or more interfaces: against beams, which other tests compare with finite elements."""
+"""Links by their matrices, with two to five interfaces: against an independent displacement method, and against beams."""
 
 from dataclasses import replace
 
@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from frame_links import Frame
 from hub_robots import hub_parts, hub_robot
+from linked_frames import LinkedFrame
 from matrix_link import with_flexible
 from simple_machines import joint, link, springs
 from simple_machines import robot as robot_of
@@ -26,6 +27,40 @@ def _alike(found, expected, tolerance=1e-9):
         assert max(np.abs(found[key] - expected[key]).max(initial=0.0) for key in expected) <= tolerance * largest
     else:
         assert np.abs(found - expected).max() <= tolerance * np.abs(expected).max()
+
+
+def _framed(seed, density=None):
+    """Return a random robot whose hub is a frame given by its matrices, the independent answer, and the free masses."""
+    rng = np.random.default_rng(seed)
+    ports = int(rng.integers(2, 6))
+    frame = Frame(seed, ports, inner=int(rng.integers(0, 3)))
+    origins = frame.nodes[:ports] - frame.nodes[0]
+    parts, names, _, targets = hub_parts(seed, ports, points=origins)
+    if density is not None:
+        parts = [part.replace('density="7850"', f'density="{density}"') for part in parts]
+    hub = Flexible("hub", LinkMatrices(names, origins, **frame.link(modal=bool(seed % 2))[2]))
+    robot = ks.Robot(replace(robot_of(*parts).description, flexible={"hub": hub}))
+    return robot, LinkedFrame(parts, frame, names), [f"mass_{k}" for k, target in enumerate(targets) if target == "end"]
+
+
+@pytest.mark.few(10)
+@pytest.mark.parametrize("seed", range(300))
+def test_random_robots_agree_with_an_independent_frame(seed):
+    """Statics under weights and loads on platform and free masses; modes with beams without mass, so that they are exact."""
+    robot, frame, masses = _framed(seed)
+    loads = dict.fromkeys(masses, ON_MASS)
+    found = ks.analyze(robot.assemble(), LOAD, GRAVITY, loads=loads or None)
+    moved, wrenches = frame.solve(np.array([LOAD]).T, np.array(GRAVITY), loads)
+    _alike(found.twist, frame.platform(moved)[:, 0])
+    _alike(found.compliance, frame.platform(frame.solve(np.eye(6), np.zeros(3))[0]))
+    axis = frame.foot_axis / np.linalg.norm(frame.foot_axis)
+    _alike(found.actuator_forces["foot"], frame.wrench("foot", wrenches)[3:, 0] @ axis)
+    for name, wrench in found.joint_wrenches.items():
+        expected = frame.wrench(name, wrenches)[:, 0]  # of the parent, which may be the outer side
+        _alike(wrench, expected * np.sign(expected @ wrench))
+    light, frame, _ = _framed(seed, density=0)
+    if frame.slenderness > 0.5:  # shorter beams are so stiff that rounding counts
+        _alike(ks.modes(light.assemble(), 3).frequencies, frame.frequencies(3))
 
 
 @pytest.mark.few(10)
