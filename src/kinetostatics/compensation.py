@@ -163,8 +163,7 @@ def _controlled(
         raise ArgumentError(
             f"no coordinates with the orientation {convention.name!r} determine the pose of {robot.name!r}; choose another one"
         )
-    pose_names = convention.pose_names
-    return tuple(sorted(choice, key=pose_names.index))
+    return tuple(sorted(choice, key=convention.pose_names.index))
 
 
 def _well_conditioned(target: Configuration, names: tuple[str, ...]) -> tuple[tuple[str, ...], Orientation]:

@@ -26,8 +26,8 @@ from kinetostatics.description import JointStiffness, Spring
 from kinetostatics.engine.pose_code import ANALYSIS, PoseCode
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.quantities import OF_EQUILIBRIUM
-from kinetostatics.statics.link_loads import AppliedLoad, LoadedAttachments, wrenches_of
-from kinetostatics.statics.loaded_poses import LoadedPoses
+from kinetostatics.statics.link_loads import AppliedLoad, wrenches_of
+from kinetostatics.statics.loaded_poses import LoadedAttachments, LoadedPoses
 from kinetostatics.statics.springs import solve_with_springs
 
 #: Files of tests that also pass with compiled code: loops, assembly modes of maps, degenerate poses.

@@ -12,7 +12,7 @@ from turned_limbs import with_first_limb_turned
 import kinetostatics as ks
 from kinetostatics.engine import programs
 from kinetostatics.engine.pose_code import ANALYSIS, PoseCode, pose_model
-from kinetostatics.statics.link_loads import LoadedAttachments
+from kinetostatics.statics.loaded_poses import LoadedAttachments
 
 close = partial(tapes.close, tolerance=1e-10)
 

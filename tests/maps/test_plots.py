@@ -25,9 +25,8 @@ from matplotlib.collections import PathCollection
 from matplotlib.colors import to_rgba
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from kinetostatics.plot.display_units import coordinate_unit, display_unit
 from kinetostatics.plot.masks import extrapolated, smooth_field
-from kinetostatics.plot.selection import main_range
+from kinetostatics.plot.selection import coordinate_unit, display_unit, main_range
 from kinetostatics.plot.style import figure_of
 from kinetostatics.plot.surfaces import cut_cells, skin
 

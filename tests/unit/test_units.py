@@ -9,7 +9,7 @@ import pytest
 import kinetostatics as ks
 from kinetostatics.cli.inputs import parse_parameters, parse_quantity
 from kinetostatics.cli.main import main
-from kinetostatics.plot.display_units import display_unit
+from kinetostatics.plot.selection import display_unit
 from kinetostatics.units import BASIC, IN_FIGURES, IN_REPORTS, KINDS, PREFIXES, find_unit, unit
 
 DEGREE = math.pi / 180

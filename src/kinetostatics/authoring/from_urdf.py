@@ -12,7 +12,7 @@ import numpy as np
 
 from kinetostatics.arguments import check_mapping, names_in, path_name
 from kinetostatics.authoring.file_arguments import MATERIALS, SHAPES, parse_section
-from kinetostatics.authoring.spans import MATERIAL, WALL, Span, chain_joints, spans
+from kinetostatics.authoring.spans import MATERIAL, WALL, LinkSpan, chain_joints, spans
 from kinetostatics.description.elements import Beam, BeamEnd, Material
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.joints import Joint
@@ -203,7 +203,9 @@ def _actuators_text(names: Iterable[str], comment: str) -> str:
 # ---- beams -------------------------------------------------------------------------------------------------------------
 
 
-def _beams_text(description: RobotDescription, candidates: Mapping[str, Span], elastic: Mapping[str, str] | str | None) -> str:
+def _beams_text(
+    description: RobotDescription, candidates: Mapping[str, LinkSpan], elastic: Mapping[str, str] | str | None
+) -> str:
     texts = {link: _suggested_beam(description, span) for link, span in candidates.items()}
     suggested = {link: text for link, text in texts.items() if text}
     if elastic == SUGGESTED:
@@ -241,7 +243,7 @@ def _comment_text(text: str) -> str:
     return text.replace("--", "- -")
 
 
-def _suggested_beam(description: RobotDescription, span: Span) -> str:
+def _suggested_beam(description: RobotDescription, span: LinkSpan) -> str:
     """Return the ``<beam>`` suggested for a link; empty if the link has a beam, or if no tube of its mass is a valid beam."""
     tube = span.tube
     if tube is None or span.link in description.beams:
@@ -257,7 +259,7 @@ def _suggested_beam(description: RobotDescription, span: Span) -> str:
     return _beam_element(span, MATERIAL, f"<tube {sizes}/>")
 
 
-def _beam_text(description: RobotDescription, candidates: Mapping[str, Span], link: str, text: str) -> str:
+def _beam_text(description: RobotDescription, candidates: Mapping[str, LinkSpan], link: str, text: str) -> str:
     if link not in description.links:
         raise ArgumentError(f"elastic: no link {link!r}: {near_names(link, description.links)}")
     if link == description.platform and (tip := _platform_advice(description)):
@@ -291,7 +293,7 @@ def _platform_advice(description: RobotDescription) -> str:
     )
 
 
-def _beam_element(span: Span, material: str, section: str, more: str = "") -> str:
+def _beam_element(span: LinkSpan, material: str, section: str, more: str = "") -> str:
     modulus, ratio, _ = MATERIALS[material]
     ends = f" from={quoted(span.start)} to={quoted(span.end)}" if span.start else ""
     return (

@@ -24,7 +24,7 @@ PARALLEL = 1e-3
 
 
 @dataclass(frozen=True)
-class Span:
+class LinkSpan:
     """A link between two consecutive moving joints of the chain from base to platform.
 
     The last link ends at the joint that holds the platform, even if this joint is fixed. In a robot with loops, each link with
@@ -92,7 +92,7 @@ def chain_joints(description: RobotDescription) -> list[tuple[Joint, bool]]:
     return [*((joint, False) for joint in up), *((joint, True) for joint in reversed(down))]
 
 
-def spans(description: RobotDescription, frames: Mapping[str, NDArray[np.float64]]) -> dict[str, Span]:
+def spans(description: RobotDescription, frames: Mapping[str, NDArray[np.float64]]) -> dict[str, LinkSpan]:
     """Return by name the links that can become beams, from the frames (4, 4) of all links with all joints at zero.
 
     Without loops, there is one link between any two consecutive moving joints of the chain from base to platform: the heaviest of
@@ -105,7 +105,7 @@ def spans(description: RobotDescription, frames: Mapping[str, NDArray[np.float64
     ends = [k for k, (joint, _) in enumerate(passed) if not JOINT_TYPES[joint.type].is_fixed]
     if ends and ends[-1] < len(passed) - 1:
         ends.append(len(passed) - 1)
-    candidates: dict[str, Span] = {}
+    candidates: dict[str, LinkSpan] = {}
     for first, last in itertools.pairwise(ends):
         links = [joint.child if down else joint.parent for joint, down in passed[first:last]]
         link = max(links, key=lambda name: description.links[name].mass)
@@ -116,11 +116,11 @@ def spans(description: RobotDescription, frames: Mapping[str, NDArray[np.float64
         length = float(np.linalg.norm(along))
         if length > 0:
             axis = into[:3, :3] @ frames[start.child][:3, :3] @ np.array(start.axis)
-            candidates[link] = Span(link, start.name, end.name, along / length, axis, length, description.links[link].mass)
+            candidates[link] = LinkSpan(link, start.name, end.name, along / length, axis, length, description.links[link].mass)
     return candidates
 
 
-def _spans_with_loops(description: RobotDescription) -> dict[str, Span]:
+def _spans_with_loops(description: RobotDescription) -> dict[str, LinkSpan]:
     """Return the links with exactly two moving joints or loops, except base and platform."""
     ends: dict[str, list[tuple[NDArray[np.float64], str, tuple[float, float, float]]]] = {}
     for joint in (joint for joint in description.joints.values() if not JOINT_TYPES[joint.type].is_fixed):
@@ -129,7 +129,7 @@ def _spans_with_loops(description: RobotDescription) -> dict[str, Span]:
     for loop in description.loops.values():
         ends.setdefault(loop.predecessor, []).append((loop.predecessor_origin.matrix, loop.type, loop.axis))
         ends.setdefault(loop.successor, []).append((loop.successor_origin.matrix, loop.type, loop.axis))
-    candidates: dict[str, Span] = {}
+    candidates: dict[str, LinkSpan] = {}
     for link, held in ends.items():
         if len(held) != 2 or link in (description.base, description.platform):
             continue
@@ -137,5 +137,5 @@ def _spans_with_loops(description: RobotDescription) -> dict[str, Span]:
         along = last[:3, 3] - first[:3, 3]
         length = float(np.linalg.norm(along))
         if length > 0:
-            candidates[link] = Span(link, "", "", along / length, first[:3, :3] @ axis, length, description.links[link].mass)
+            candidates[link] = LinkSpan(link, "", "", along / length, first[:3, :3] @ axis, length, description.links[link].mass)
     return candidates

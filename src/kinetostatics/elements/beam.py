@@ -14,14 +14,13 @@ from kinetostatics.elements.element import NO_CUTS, ElasticElement, PlacedSectio
 from kinetostatics.elements.link import ElasticLink
 from kinetostatics.elements.loaded_beams import LoadedBeams
 from kinetostatics.elements.rods import Rod
-from kinetostatics.elements.vectors import FixedVectors
 from kinetostatics.layout.mapping import ResultMapping, ShortRepr
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross, dot
 from kinetostatics.math.screws import move_wrench, rotate
 from kinetostatics.mechanism.beam_geometry import Span
 from kinetostatics.mechanism.limbs import Edge
-from kinetostatics.mechanism.tree import Frames
+from kinetostatics.mechanism.tree import FixedVectors, Frames
 from kinetostatics.sections.kinds import Section
 
 if TYPE_CHECKING:

@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from kinetostatics.elements.element import NO_CUTS, PlacedSection, outboard_masks
 from kinetostatics.elements.loaded_beams import LoadedBeams
-from kinetostatics.elements.vectors import FixedVectors
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.joints import ElasticJoint
 from kinetostatics.mechanism.limbs import Edge
-from kinetostatics.mechanism.tree import Frames
+from kinetostatics.mechanism.tree import FixedVectors, Frames
 
 
 class ElasticJoints:

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from kinetostatics.elements.element import ElasticElement
 from kinetostatics.elements.joint import ElasticJoints, PlacedJoints
 from kinetostatics.elements.rods import Numbers
-from kinetostatics.elements.vectors import FixedVectors
 from kinetostatics.exceptions import StaticsError
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import normalize
@@ -25,7 +24,7 @@ from kinetostatics.mechanism.beam_geometry import Span
 from kinetostatics.mechanism.joints import ElasticJoint
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.mechanism import Mechanism
-from kinetostatics.mechanism.tree import Frames
+from kinetostatics.mechanism.tree import FixedVectors, Frames
 
 if TYPE_CHECKING:
     import pinocchio as pin

@@ -19,7 +19,6 @@ from kinetostatics.elements.element import ElasticElement, carried_wrench, outbo
 from kinetostatics.elements.link import ElasticLink, ElasticLinks, UnderOwnWeight
 from kinetostatics.elements.loaded_beams import LoadedBeams
 from kinetostatics.elements.rods import Numbers
-from kinetostatics.elements.vectors import FixedVectors
 from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import cross
@@ -27,7 +26,7 @@ from kinetostatics.math.screws import move_twist, move_wrench, rotate
 from kinetostatics.mechanism.beam_geometry import Span
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.mechanism import Mechanism
-from kinetostatics.mechanism.tree import Frames
+from kinetostatics.mechanism.tree import FixedVectors, Frames
 
 if TYPE_CHECKING:
     import pinocchio as pin

@@ -17,7 +17,7 @@ from kinetostatics.engine.scalars import NotRecordedError, Number, needed_by
 from kinetostatics.kinematics.robot_kinematics import JointCoordinates, RobotKinematics
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.quantities import OF_EQUILIBRIUM
-from kinetostatics.statics.link_loads import LoadedAttachments
+from kinetostatics.statics.loaded_poses import LoadedAttachments
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.small_motions import SmallMotions
 

@@ -28,8 +28,8 @@ from kinetostatics.math.arrays import Array, Mask, zeros_for
 from kinetostatics.math.screws import move
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.quantities import OF_EQUILIBRIUM, QUANTITIES
-from kinetostatics.statics.link_loads import AppliedLoad, LoadedAttachments
-from kinetostatics.statics.loaded_poses import LoadedPoses
+from kinetostatics.statics.link_loads import AppliedLoad
+from kinetostatics.statics.loaded_poses import LoadedAttachments, LoadedPoses
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.small_motions import SmallMotions
 from kinetostatics.statics.solution import Solution

@@ -18,7 +18,8 @@ from kinetostatics.kinematics.coordinates import PrescribedCoordinates
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import Solver
 from kinetostatics.progress import waiting
-from kinetostatics.statics.link_loads import AppliedLoad, LoadedAttachments
+from kinetostatics.statics.link_loads import AppliedLoad
+from kinetostatics.statics.loaded_poses import LoadedAttachments
 from kinetostatics.statics.robot_statics import RobotStatics
 
 if TYPE_CHECKING:

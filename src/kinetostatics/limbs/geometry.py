@@ -14,14 +14,13 @@ import numpy as np
 
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.elements.element import ElasticElement, PlacedElement
-from kinetostatics.elements.vectors import FixedVectors
 from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import axis_across, cross, dot, normalize
 from kinetostatics.math.screws import unit_twist, wrench_of_couple, wrench_of_force
 from kinetostatics.mechanism.joints import CompoundJoint, sides
 from kinetostatics.mechanism.limbs import Limb
-from kinetostatics.mechanism.tree import Frames
+from kinetostatics.mechanism.tree import FixedVectors, Frames
 
 #: Cosine of the angle between axes that count as parallel.
 _ALIKE = 1 - 1e-6

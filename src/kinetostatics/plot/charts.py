@@ -12,7 +12,7 @@ from kinetostatics.arguments import check_choice
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS
-from kinetostatics.plot.display_units import display_unit, label
+from kinetostatics.plot.selection import display_unit, label
 from kinetostatics.plot.style import COLOURS, DASHES, ONE_COLUMN, figure_of, legend_below, new_axes, styled
 from kinetostatics.results.calibration import Calibration
 from kinetostatics.results.dynamics import FrequencyResponse

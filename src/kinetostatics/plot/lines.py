@@ -14,9 +14,8 @@ from matplotlib.ticker import MaxNLocator
 from kinetostatics.arguments import check_choice
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.layout.numbers import NOISE
-from kinetostatics.plot.display_units import display_unit, label, typeset
 from kinetostatics.plot.masks import check_numbers, common_masks, draw_ranges, edges, patches_of
-from kinetostatics.plot.selection import chosen_names, in_figure_units, select, select_each
+from kinetostatics.plot.selection import chosen_names, display_unit, in_figure_units, label, select, select_each, typeset
 from kinetostatics.plot.style import (
     COLOURS,
     DASHES,

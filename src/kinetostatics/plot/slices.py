@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
-from kinetostatics.plot.display_units import label
 from kinetostatics.plot.masks import (
     Mask,
     area,
@@ -32,7 +31,16 @@ from kinetostatics.plot.masks import (
     masks_of,
     smooth_field,
 )
-from kinetostatics.plot.selection import ShownAxis, axis_of, check_range, chosen_names, in_figure_units, range_of, select_each
+from kinetostatics.plot.selection import (
+    ShownAxis,
+    axis_of,
+    check_range,
+    chosen_names,
+    in_figure_units,
+    label,
+    range_of,
+    select_each,
+)
 from kinetostatics.plot.style import COLOURS, ONE_COLUMN, ROW, figure_of, name_ticks, new_panels, styled, title_of, wrapped
 
 #: Largest number of cells drawn as vectors in a PDF or SVG. More cells are pixels; text, lines and hatches remain vectors.

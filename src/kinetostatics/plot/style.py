@@ -21,8 +21,7 @@ from mpl_toolkits.mplot3d import Axes3D
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.output_files import replacing
-from kinetostatics.plot.display_units import typeset
-from kinetostatics.plot.selection import ShownAxis
+from kinetostatics.plot.selection import ShownAxis, typeset
 
 P = ParamSpec("P")
 R = TypeVar("R")

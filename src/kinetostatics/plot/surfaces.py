@@ -17,16 +17,18 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
-from kinetostatics.plot.display_units import coordinate_unit, label, typeset
 from kinetostatics.plot.masks import areas_of, check_numbers, common_masks, extrapolated, masks_of, smooth_field
 from kinetostatics.plot.selection import (
     check_range,
     chosen_names,
+    coordinate_unit,
     free_names,
     in_figure_units,
+    label,
     range_of,
     select,
     select_each,
+    typeset,
 )
 from kinetostatics.plot.slices import SLENDER
 from kinetostatics.plot.style import (

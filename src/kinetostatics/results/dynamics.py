@@ -20,8 +20,7 @@ from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS, WRENCH_COMPONENTS, WRENCH_UNITS
-from kinetostatics.results.mode_arrays import Shapes
-from kinetostatics.robot import Robot, robot_of
+from kinetostatics.results.mode_arrays import AtPoses, Shapes
 from kinetostatics.status import Status
 from kinetostatics.vibration.eigenpairs import modes_below
 from kinetostatics.vibration.motions import ModeShapes
@@ -159,7 +158,7 @@ class Modes(_Stable, Shapes[ModeShapes], Reported):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FrequencyResponse(_Stable, Reported):
+class FrequencyResponse(_Stable, AtPoses, Reported):
     """Response of the platform at o, or at a tool, world axes; see :func:`kinetostatics.frequency_response`.
 
     Arrays are read-only, batch axes first; NaN where a pose has no results or is unstable. The time factor is exp(iωt).
@@ -193,16 +192,6 @@ class FrequencyResponse(_Stable, Reported):
     def __post_init__(self) -> None:
         for array in (self.frequencies, self.compliance, self.transmissibility):
             array.setflags(write=False)
-
-    @property
-    def robot(self) -> Robot:
-        """The robot."""
-        return robot_of(self.configuration)
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Batch shape."""
-        return self.configuration.shape
 
     @cached_property
     def stiffness(self) -> NDArray[Any]:

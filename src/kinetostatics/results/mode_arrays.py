@@ -37,20 +37,10 @@ class ChunkOfModes(Protocol):
 Chunk = TypeVar("Chunk", bound=ChunkOfModes)
 
 
-class Shapes(Generic[Chunk]):
-    """Shapes of modes at N poses.
-
-    Attributes:
-        configuration: the pose or poses.
-        count: number of modes of each pose.
-        chunks: the modes of the poses with results, in the order of the poses.
-        valid: (N,) True at poses with results.
-    """
+class AtPoses:
+    """What is computed at the pose or poses ``configuration``."""
 
     configuration: Configuration
-    count: int
-    chunks: Sequence[Chunk]
-    valid: Mask
 
     @property
     def robot(self) -> Robot:
@@ -61,6 +51,20 @@ class Shapes(Generic[Chunk]):
     def shape(self) -> tuple[int, ...]:
         """Batch shape of all results."""
         return self.configuration.shape
+
+
+class Shapes(AtPoses, Generic[Chunk]):
+    """Shapes of modes at N poses.
+
+    Attributes:
+        count: number of modes of each pose.
+        chunks: the modes of the poses with results, in the order of the poses.
+        valid: (N,) True at poses with results.
+    """
+
+    count: int
+    chunks: Sequence[Chunk]
+    valid: Mask
 
     @cached_property
     def twists(self) -> Array:

@@ -62,17 +62,6 @@ class AppliedLoad:
 
 
 @dataclass(frozen=True)
-class LoadedAttachments:
-    """Names of the loads on links, each with the attachments at which the load acts."""
-
-    loads: tuple[tuple[str, tuple[str, ...]], ...]
-
-    @classmethod
-    def of(cls, applied: Iterable[AppliedLoad]) -> LoadedAttachments | None:
-        return cls(tuple((item.name, tuple(item.wrenches)) for item in applied)) if applied else None
-
-
-@dataclass(frozen=True)
 class AppliedStatics:
     """A load, and its effect on every group of limbs as if it acted alone.
 

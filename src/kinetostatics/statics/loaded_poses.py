@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from kinetostatics.limbs.group import LimbGroup
@@ -46,3 +47,14 @@ class LoadedPoses:
             applied=tuple(item.take(poses) for item in self.applied),
             weights=None if self.weights is None else self.weights[:, :, poses],
         )
+
+
+@dataclass(frozen=True)
+class LoadedAttachments:
+    """Names of the loads on links, each with the attachments at which the load acts."""
+
+    loads: tuple[tuple[str, tuple[str, ...]], ...]
+
+    @classmethod
+    def of(cls, applied: Iterable[AppliedLoad]) -> LoadedAttachments | None:
+        return cls(tuple((item.name, tuple(item.wrenches)) for item in applied)) if applied else None
