@@ -153,10 +153,14 @@ class Topology(ShortRepr):
     span_ends: dict[str, tuple[str, str]]
     without_support: dict[str, str]
 
-    def line_ends(self, beam: str) -> tuple[str, str]:
-        """Return the attachments of the resultants of a load along a beam, which move with the bodies at its two ends."""
-        inner, outer = self.span_ends[beam]
-        return (body_at_end(inner), body_at_end(outer)) if self.spans[beam].spanned else (inner, outer)
+    def interfaces(self, link: str) -> list[tuple[str, int, str]]:
+        """Return for each end of an elastic link, the inner end first, a name in ``spans``, 0 (start) or 1 (end), an attachment.
+
+        The attachment moves with the body at this end.
+        """
+        names = [name for name, span in self.spans.items() if span.part.name == link]
+        ends = [(name, end, self.span_ends[name][end]) for name, end in ((names[0], 0), *((name, 1) for name in names))]
+        return [(name, end, body_at_end(at) if self.spans[name].spanned else at) for name, end, at in ends]
 
     def part_of(self, edge: Edge) -> str:
         """Return the name of an edge's joint, beam or other elastic link."""

@@ -24,7 +24,7 @@ from kinetostatics.statics.link_loads import PAYLOAD, AppliedLoad, link_frame
 from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution, unit_cut_wrenches
-from kinetostatics.statics.springs import solve_with_springs
+from kinetostatics.statics.springs import motion_of, solve_with_springs
 
 
 def beam_contributions(
@@ -62,26 +62,41 @@ def link_contributions(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, Mapping[str, Array]]:
     """(…, 6) twist of each rigid link at the link's origin, world axes [m, rad], by link and contribution."""
-    topology, mechanism, contribution_names = robot.topology, robot.mechanism, solutions[0].contributions
+    topology, result = robot.topology, {}
     elastic = {beam.link for beam in robot.description.beams.values()}
     starts = {part.link: topology.span_ends[name][0] for name, part in robot.description.flexible.items()}
-    result: dict[str, Mapping[str, Array]] = {}
     for link in robot.description.links:
         attachment = starts.get(link, link)  # other elastic links move with their inner ends
-        if attachment in topology.carried_by:
-            twists = [d.motions[topology.carried_by[attachment]][:, : len(contribution_names)] for d in deformations]
-        elif link in elastic:
-            continue
-        elif link in topology.platform.links and attachment not in topology.base.attachments:
-            twists = [s.twists for s in solutions]
-        elif link in topology.base.links:
-            twists = [np.zeros_like(s.twists) for s in solutions]
-        else:
-            continue
-        body, placement = mechanism.body_of[link]
-        moved = [move_twist(t, s.frames.point(body, placement[:3, 3]) - s.o) for t, s in zip(twists, solutions, strict=True)]
-        result[link] = batch.by_contribution(contribution_names, moved)
+        if attachment in topology.carried_by or (
+            link not in elastic and link in (*topology.base.links, *topology.platform.links)
+        ):
+            body, placement = robot.mechanism.body_of[link]
+            points = [s.frames.point(body, placement[:3, 3]) for s in solutions]
+            twists = _twists_at(robot, solutions, deformations, attachment, points)
+            result[link] = batch.by_contribution(solutions[0].contributions, twists)
     return ResultMapping(result)
+
+
+def interface_contributions(
+    robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
+) -> Mapping[str, Mapping[str, Array]]:
+    """(…, n, 6) twist of the n interfaces of each elastic link that is no beam, world axes [m, rad], by link and contribution."""
+    result = {}
+    for link in robot.description.flexible:
+        by_end = []
+        for name, end, attachment in robot.topology.interfaces(link):
+            points = [robot.statics.elastic_links[name].ends(s.frames)[end] for s in solutions]
+            by_end.append(_twists_at(robot, solutions, deformations, attachment, points))
+        result[link] = batch.by_contribution(solutions[0].contributions, [np.stack(ends) for ends in zip(*by_end, strict=True)])
+    return ResultMapping(result)
+
+
+def _twists_at(
+    robot: Robot, solutions: Sequence[Solution], deformations: Sequence[Deformation], attachment: str, points: Sequence[Array]
+) -> list[Array]:
+    """Return the twists (6, S, N) of the body at an attachment at points (3, N), for S contributions."""
+    count, chunks = len(solutions[0].contributions), zip(solutions, deformations, points, strict=True)
+    return [move_twist(motion_of(robot.statics, s, d, attachment)[:, :count], (point - s.o)[:, None]) for s, d, point in chunks]
 
 
 def source_contributions(

@@ -91,6 +91,22 @@ class Shapes(AtPoses, Generic[Chunk]):
         )
 
     @cached_property
+    def interface_twists(self) -> Mapping[str, Array]:
+        """(…, count, n, 6) twist of the n interfaces of each elastic link that is no beam, world axes [m, rad]."""
+        links, topology = self.robot.statics.elastic_links, self.robot.topology
+
+        def twists(chunk: Chunk, link: str) -> Array:
+            bodies, frames, ends = chunk.motions.structure.body_at, chunk.motions.frames, topology.interfaces(link)
+            return np.stack([chunk.of_body(bodies[at], links[name].ends(frames)[end]) for name, end, at in ends], axis=2)
+
+        return ResultMapping(
+            {
+                link: self._array((self.count, len(topology.interfaces(link)), 6), lambda chunk, link=link: twists(chunk, link))  # type: ignore[misc]
+                for link in self.robot.description.flexible
+            }
+        )
+
+    @cached_property
     def beam_lines(self) -> Mapping[str, Array]:
         """(…, count, 21, 6) displacement and rotation along each beam's centre line, world axes [m, rad]."""
 

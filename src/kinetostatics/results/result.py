@@ -358,6 +358,11 @@ class Result(Reported, PoseArrays):
         return contributions.link_contributions(*self._motions)
 
     @cached_property
+    def interface_contributions(self) -> Mapping[str, Mapping[str, Array]]:
+        """(…, n, 6) twist of the n interfaces of each ``<flexible>`` link, by contribution, world axes [m, rad]."""
+        return contributions.interface_contributions(*self._motions)
+
+    @cached_property
     def source_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """Twists at o [m, rad] by part: ``{"beams": {name: (…, 6)}, "joints": …, "actuators": …, "assembly_errors": …}``.
 

@@ -90,14 +90,12 @@ class _InertialLoads:
     def _add_link(self, name: str) -> None:
         """Add the load of a beam or other elastic link, whose ends are the start of its spans, and the end of each."""
         links, topology, frames = self.robot.elastic_links, self.robot.topology, self.frames
-        names = [key for key, span in topology.spans.items() if span.part.name == name]
         line, wrenches = links[name].inertial_load(frames, self._acceleration, self._couple)
         if line is not None:
             self.lines[name] = line
-        start = topology.line_ends(name)[0], links[name].span.start_body, links[name].ends(frames)[0]
-        ends = [start, *((topology.line_ends(key)[1], links[key].span.end_body, links[key].ends(frames)[1]) for key in names)]
-        for wrench, (attachment, body, point) in zip(wrenches, ends, strict=True):
-            self._put(attachment, body, wrench, point)
+        for wrench, (key, end, attachment) in zip(wrenches, topology.interfaces(name), strict=True):
+            body = (links[key].span.start_body, links[key].span.end_body)[end]
+            self._put(attachment, body, wrench, links[key].ends(frames)[end])
 
     def _put(self, attachment: str, body: int, wrench: Array, point: Array) -> None:
         """Add a wrench (6, N) about a point (3, N) [m] to the wrenches of an attachment and of a body."""

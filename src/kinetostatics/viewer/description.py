@@ -50,6 +50,12 @@ class Stations:
         self.twists.append(np.zeros((self.frames, len(self.contribution_names), 6)) if twist is None else twist)
         return len(self.rest) - 1
 
+    def add_all(self, placements: Array, twists: Array) -> int:
+        """Add n stations with ``placements`` (F, n, 4, 4) and ``twists`` (F, K, n, 6); return the index of the first."""
+        self.rest.extend(np.swapaxes(placements, 0, 1))
+        self.twists.extend(np.moveaxis(twists, 2, 0))
+        return len(self.rest) - placements.shape[1]
+
     @property
     def poses(self) -> Array:
         """(F, n, 7) origins [m] and quaternions (x, y, z, w) of the n stations at rest."""

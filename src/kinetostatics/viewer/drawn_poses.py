@@ -72,6 +72,9 @@ class DrawnPoses(ABC):
 
         A point of a link with beams moves with the nearest end of these beams.
         """
+        for name, part in self.robot.description.flexible.items():
+            if part.link == link:
+                return blended(point[:, None], self.interfaces(name), self.interface_twists(name))[:, :, 0]
         link_twist = self.link_twist(link)
         if link_twist is not None:
             return moved(link_twist, point - self.frame(link)[:, :3, 3])
@@ -94,6 +97,21 @@ class DrawnPoses(ABC):
     def beam_twists(self, name: str) -> Array:
         """Return (F, K, n, 6) twists of a beam's stations [m, rad]."""
 
+    def interfaces(self, name: str) -> Array:
+        """Return (F, n, 3) interfaces of an elastic link that is no beam, at rest [m]."""
+        topology, link = self.robot.topology, self.robot.description.flexible[name].link
+        ends = [(topology.spans[key].start, topology.spans[key].end)[end] for key, end, _ in topology.interfaces(name)]
+        body_from_link = self.robot.mechanism.body_of[link][1]
+        points = np.linalg.solve(body_from_link, np.vstack([np.transpose(ends), np.ones(len(ends))]))
+        return np.asarray(np.swapaxes(self.frame(link) @ points, 1, 2))[..., :3]
+
+    def interface_twists(self, name: str) -> Array:
+        """Return (F, K, n, 6) twists of these interfaces [m, rad]; as of a rigid link, unless more is known."""
+        link = self.robot.description.flexible[name].link
+        arms, twist = np.moveaxis(self.interfaces(name) - self.frame(link)[:, None, :3, 3], 1, 0), self.link_twist(link)
+        assert twist is not None
+        return np.stack([moved(twist, arm) for arm in arms], axis=2)
+
     @abstractmethod
     def tension(self, name: str) -> Array:
         """Return the force (F,) of a spring, tension positive [N]."""
@@ -102,6 +120,36 @@ class DrawnPoses(ABC):
 def moved(twist: Array, arm: Array) -> Array:
     """Return the twists (F, K, 6) of a body at a point displaced by ``arm`` (F, 3) [m] from the point of ``twist`` (F, K, 6)."""
     return move("twist", twist, arm[:, None], components_last=True)
+
+
+#: Weight of rotations, times the distance of the interfaces, in the mean motion of a link.
+TURNING = 0.1
+
+
+def blended(points: Array, interfaces: Array, twists: Array) -> Array:
+    """Return twists (F, K, m, 6) at points (F, m, 3) of a link, smooth between the ``twists`` (F, K, n, 6) of its interfaces.
+
+    Beyond the interfaces' mean rigid motion, displacements have weights w by inverse squares of the distances to ``interfaces``
+    (F, n, 3), and rotations w², which gives the deflection of a bent beam in its middle. The rotation is half the curl.
+    """
+
+    def carried(twist: Array, arms: Array) -> Array:
+        return move("twist", twist[:, :, None], arms[:, None], components_last=True)
+
+    (F, K), centre = twists.shape[:2], interfaces.mean(axis=1, keepdims=True)
+    size = float(np.sqrt(np.mean((interfaces - centre) ** 2)))
+    unit = np.array([1.0] * 3 + [TURNING * size] * 3)
+    rigid = carried(np.eye(6)[None], interfaces - centre) * unit
+    mean = (twists * unit).reshape(F, K, -1) @ np.linalg.pinv(rigid.reshape(F, 6, -1))
+    d, r = np.split((twists - carried(mean, interfaces - centre))[:, :, None], 2, axis=-1)
+    arms = (points[:, :, None] - interfaces[:, None])[:, None]
+    inverse = 1 / (np.sum(arms**2, axis=-1, keepdims=True) + 1e-12 * size**2)
+    w = inverse / inverse.sum(axis=3, keepdims=True)
+    slopes = -2 * w * inverse * arms
+    slopes = slopes - w * slopes.sum(axis=3, keepdims=True)
+    turned = np.cross(r, arms)
+    linear, turns = np.sum(w * d + w**2 * turned, axis=3), np.sum(w**2 * r + np.cross(slopes, d / 2 + w * turned), axis=3)
+    return np.asarray(carried(mean, points - centre) + np.concatenate([linear, turns], axis=-1))
 
 
 #: Largest number of poses of a page.
@@ -188,6 +236,9 @@ class ShownPoses(DrawnPoses):
 
     def beam_twists(self, name: str) -> Array:
         return self.by_contribution(self.result.beam_contributions[name])
+
+    def interface_twists(self, name: str) -> Array:
+        return self.by_contribution(self.result.interface_contributions[name])
 
     def beam_line(self, name: str) -> tuple[Array, Array]:
         axes, points = self.result.centre_lines[name]

@@ -17,8 +17,8 @@ from kinetostatics.viewer.arrows import Wrenches
 from kinetostatics.viewer.cards import Cards, facts_without_loads, find_facts
 from kinetostatics.viewer.description import COLOURS, FREE_MOTION, Arrow, Mesh, Scene, Stations
 from kinetostatics.viewer.drawn_parts import find_joints, find_masses_at_points, find_springs, marker_radius, radius_of_ball
-from kinetostatics.viewer.drawn_poses import ShownPoses
-from kinetostatics.viewer.shapes import Surface, ball, coil, frames_along, joined, pin, places_along_coil, stick, swept
+from kinetostatics.viewer.drawn_poses import ShownPoses, blended
+from kinetostatics.viewer.shapes import Integers, Surface, ball, coil, frames_along, joined, pin, places_along_coil, stick, swept
 from kinetostatics.viewer.single_poses import ModePoses, SinglePose, UnloadedPose
 from kinetostatics.viewer.visuals import LinkVisual, link_visuals
 
@@ -34,6 +34,8 @@ JOINT_COLOUR, ACTUATOR_COLOUR, MASS_COLOUR = "#66717f", "#b8482a", "#4b5563"
 COIL, WIRE, SLENDER = 0.024, 0.0032, 0.1
 #: Turns of a coil and points per turn, by :attr:`DrawnPoses.step`: fewer on long paths, to keep pages small.
 TURNS = {1: (10, 7), 2: (8, 5), 5: (6, 4)}
+#: Parts of the longest side of a flexible link that move as rigid bodies; on paths of F poses fewer, by the fourth root of F.
+CELLS = 24
 
 
 def describe_scene(
@@ -73,6 +75,7 @@ class _SceneBuilder:
         self.masses = find_masses_at_points(self.poses, visuals)
         fixed = [joint for joint in self.robot.description.joints.values() if JOINT_TYPES[joint.type].is_fixed]
         self.holder = {joint.child: joint.parent for joint in fixed}
+        self.flexible = {part.link: name for name, part in self.robot.description.flexible.items()}
         self.size = self._size()
         self.meshes: list[Mesh] = []
         self.at: dict[str, int] = {}
@@ -166,8 +169,8 @@ class _SceneBuilder:
                 of_beams.update({connection.predecessor, connection.successor})
         # links attached to base or platform by a joint or beam move on their own
         bare = {
-            "base": set(topology.base.links) - set(topology.carried_by),
-            "platform": set(topology.platform.links) - set(topology.carried_by),
+            name: set(part.links) - set(topology.carried_by) - set(self.flexible)
+            for name, part in (("base", topology.base), ("platform", topology.platform))
         }
         of_beams -= bare["base"] | bare["platform"]
         for link in self.robot.description.links:
@@ -180,7 +183,7 @@ class _SceneBuilder:
             folder = link if any(link in links for links in bare.values()) else f"links/{link}"
             if visual is not None:
                 self._link(link, visual, folder, roots)
-            elif link in rigid and not any(link in links for links in bare.values()):
+            elif (link in rigid or link in self.flexible) and not any(link in links for links in bare.values()):
                 self._skeleton(link, {link}, folder, roots)
         if not any(link in self.visuals for link in bare["platform"]):
             name = self.robot.description.platform
@@ -196,7 +199,19 @@ class _SceneBuilder:
             colour = 0.54 + 0.27 * visual.colours  # pale, to set it off from the colours of deflection
         elif isinstance(self.poses, UnloadedPose):
             colour = visual.colours
-        self.meshes.append(Mesh(path, visual.surface, self._link_station(link, roots), roots, colour))
+        self.meshes.append(Mesh(path, *self._attached(link, visual.surface, roots), roots, colour))
+
+    def _attached(self, link: str, surface: Surface, roots: tuple[str, ...]) -> tuple[Surface, int | Integers]:
+        """Return the surface of a link in the axes of its station, or of its stations if it is flexible, and their indices."""
+        if link not in self.flexible:
+            return surface, self._link_station(link, roots)
+        cells = max(2, round(CELLS / self.poses.count**0.25)) / float(np.ptp(surface.vertices, axis=0).max())
+        _, some, cell = np.unique(np.round(surface.vertices * cells), axis=0, return_index=True, return_inverse=True)
+        cell, centres = cell.ravel(), surface.vertices[some]
+        placements, name = np.repeat(self.poses.frame(link)[:, None], len(centres), axis=1), self.flexible[link]
+        placements[..., :3, 3] += (placements[..., :3, :3] @ centres[..., None])[..., 0]
+        twists = blended(placements[..., :3, 3], self.poses.interfaces(name), self.poses.interface_twists(name))
+        return Surface(surface.vertices - centres[cell], surface.faces), self.stations.add_all(placements, twists) + cell
 
     def _skeleton(self, link: str, links: set[str], path: str, roots: tuple[str, ...]) -> None:
         """Draw a link without visuals as sticks from its centre to its joints, springs and point masses."""
@@ -207,15 +222,18 @@ class _SceneBuilder:
         points += [centre[0] for name, centre in self.masses.items() if links & {name, self.holder.get(name, name)}]
         if self.robot.description.platform in links:
             points.append(self.poses.o[0])
+        if link in self.flexible:
+            points = list(self.poses.interfaces(self.flexible[link])[0])
         local = np.array([inverse[:3, :3] @ point + inverse[:3, 3] for point in points]).reshape(-1, 3)
         if len(local) < 2:
             return
         middle = local.mean(axis=0)
         radius = 0.5 * float(np.mean([marker_radius(self.poses, joint, self.size) for joint in near or self.joints]))
-        sticks = [stick(middle, p, radius) for p in local if np.linalg.norm(p - middle) > 1e-6 * self.size]
+        pieces = CELLS // 2 if link in self.flexible else 1
+        sticks = [stick(middle, p, radius, pieces) for p in local if np.linalg.norm(p - middle) > 1e-6 * self.size]
         hub = ball(radius)  # also where all points coincide: stations of a live page are the same at all poses
         hub = Surface(hub.vertices + middle, hub.faces)
-        self.meshes.append(Mesh(path, joined([*sticks, hub]), self._link_station(link, roots), roots))
+        self.meshes.append(Mesh(path, *self._attached(link, joined([*sticks, hub]), roots), roots))
 
     def _beams(self) -> None:
         for name, beam in self.robot.description.beams.items():
@@ -226,9 +244,7 @@ class _SceneBuilder:
             count = points.shape[1]
             placements = np.zeros((self.poses.count, count, 4, 4))
             placements[..., :3, :3], placements[..., :3, 3], placements[..., 3, 3] = axes[:, None], points, 1
-            first = len(self.stations.rest)
-            self.stations.rest.extend(np.swapaxes(placements, 0, 1))
-            self.stations.twists.extend(np.moveaxis(twists, 2, 0))
+            first = self.stations.add_all(placements, twists)
             self.at[f"middle of {name}"] = first + count // 2
             self.at[f"label of {name}"] = first + count // 3  # off the middle, the place of an actuator's arrow
             roots = ("Deformed",) if beam.link in self.visuals else ("Rest", "Deformed")
@@ -253,15 +269,15 @@ class _SceneBuilder:
         turns, points = TURNS[self.poses.step]
         along = places_along_coil(turns, points)
         for spring in self.springs:
-            first, frames = len(self.stations.rest), spring.frames()
+            frames = spring.frames()
             length = float(spring.length[0]) or self.size
             radius = min(COIL * self.size, SLENDER * length)
             (start, end), shifts = spring.ends, spring.twists[1] - spring.twists[0]
-            for part in along:
-                placement, twist = frames.copy(), np.zeros_like(shifts)
-                placement[:, :3, 3] = (1 - part) * start + part * end
-                twist[..., :3] = spring.twists[0][..., :3] + part * shifts[..., :3]
-                self.stations.add(placement, twist)
+            placements = np.repeat(frames[:, None], len(along), axis=1)
+            placements[..., :3, 3] = (1 - along[:, None]) * start[:, None] + along[:, None] * end[:, None]
+            twists = np.zeros((*shifts.shape[:2], len(along), 6))
+            twists[..., :3] = spring.twists[0][:, :, None, :3] + along[:, None] * shifts[:, :, None, :3]
+            first = self.stations.add_all(placements, twists)
             surface, at = coil(length, radius, min(WIRE * self.size, 0.2 * radius), turns, points)
             path, colour = f"springs/{spring.description.name}", COLOURS["spring forces"]
             self.meshes.append(Mesh(path, surface, first + at, ("Rest", "Deformed"), colour))

@@ -103,18 +103,19 @@ def ball(radius: float) -> Surface:
 
 
 @lru_cache(maxsize=256)
-def pin(radius: float, length: float) -> Surface:
-    """Return a cylinder about the z axis, its middle at the origin."""
+def pin(radius: float, length: float, pieces: int = 1) -> Surface:
+    """Return a cylinder about the z axis, its middle at the origin; its side is divided along z into ``pieces``."""
     half = length / 2
-    return _turned(np.array([[0, half], [radius, half], [radius, -half], [0, -half]]), False)
+    side = [[radius, z] for z in np.linspace(half, -half, pieces + 1)]
+    return _turned(np.array([[0, half], *side, [0, -half]]), False)
 
 
-def stick(start: Array, end: Array, radius: float) -> Surface:
-    """Return a cylinder between two points (3,)."""
+def stick(start: Array, end: Array, radius: float, pieces: int = 1) -> Surface:
+    """Return a cylinder between two points (3,), see :func:`pin`."""
     axis = end - start
     frame = frames_along(axis[None])[0]
     frame[:3, 3] = (start + end) / 2
-    return pin(radius, float(np.linalg.norm(axis))).transformed(frame)
+    return pin(radius, float(np.linalg.norm(axis)), pieces).transformed(frame)
 
 
 #: Length without turns at each end of a spring, as a part of the spring's length.

@@ -234,3 +234,6 @@ class ModePoses(SinglePose):
 
     def beam_twists(self, name: str) -> Array:
         return self._of_modes(self.modes.beam_lines[name])
+
+    def interface_twists(self, name: str) -> Array:
+        return self._of_modes(self.modes.interface_twists[name])
