@@ -59,6 +59,8 @@ def test_interfaces_move_in_modes_and_free_motions():
     np.testing.assert_allclose(tip, loose.platform_twist, atol=1e-9)
     np.testing.assert_allclose(foot[..., :3], 0.0, atol=1e-9)
     assert np.linalg.norm(loose.twist_at("arm", np.array([[LENGTH / 2, 0, 0]]))[..., :3]) > 0.1 * np.linalg.norm(tip[..., :3])
+    held = describe_scene(UnloadedPose(with_flexible(cantilever()).assemble()))  # nothing moves
+    assert mesh_of(held, "arm").roots == ("Deformed",) and not held.stations.contribution_names
 
 
 def test_motion_between_interfaces():

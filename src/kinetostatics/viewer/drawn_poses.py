@@ -140,7 +140,7 @@ def blended(points: Array, interfaces: Array, twists: Array) -> Array:
     size = float(np.sqrt(np.mean((interfaces - centre) ** 2)))
     unit = np.array([1.0] * 3 + [TURNING * size] * 3)
     rigid = carried(np.eye(6)[None], interfaces - centre) * unit
-    mean = (twists * unit).reshape(F, K, -1) @ np.linalg.pinv(rigid.reshape(F, 6, -1))
+    mean = (twists * unit).reshape(F, K, 6 * twists.shape[2]) @ np.linalg.pinv(rigid.reshape(F, 6, -1))
     d, r = np.split((twists - carried(mean, interfaces - centre))[:, :, None], 2, axis=-1)
     arms = (points[:, :, None] - interfaces[:, None])[:, None]
     inverse = 1 / (np.sum(arms**2, axis=-1, keepdims=True) + 1e-12 * size**2)

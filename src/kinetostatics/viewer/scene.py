@@ -205,7 +205,7 @@ class _SceneBuilder:
         """Return the surface of a link in the axes of its station, or of its stations if it is flexible, and their indices."""
         if link not in self.flexible:
             return surface, self._link_station(link, roots)
-        cells = max(2, round(CELLS / self.poses.count**0.25)) / float(np.ptp(surface.vertices, axis=0).max())
+        cells = max(8, round(CELLS / self.poses.count**0.25)) / float(np.ptp(surface.vertices, axis=0).max())
         _, some, cell = np.unique(np.round(surface.vertices * cells), axis=0, return_index=True, return_inverse=True)
         cell, centres = cell.ravel(), surface.vertices[some]
         placements, name = np.repeat(self.poses.frame(link)[:, None], len(centres), axis=1), self.flexible[link]
