@@ -14,8 +14,8 @@ from __future__ import annotations
 import numpy as np
 
 from kinetostatics.elements.beam_formulas import end_displacement, of_arm
-from kinetostatics.math.arrays import Array, zeros_for
-from kinetostatics.math.linalg import solve_by_elimination
+from kinetostatics.math.arrays import Array, settles, zeros_for
+from kinetostatics.math.linalg import NO_PIVOT, solve_by_elimination
 
 #: Number of inner polynomials of each deflection and of torsion; relative error of Euler's loads below 2e-6.
 EACH = 5
@@ -24,6 +24,8 @@ EACH_STRAIN = 3
 #: Number of inner coordinates of a beam: deflection about z, deflection about y, torsion; strains along x, y and z; rotations
 #: about z and y with opposite shear strains.
 INNER = 3 * EACH + 3 * EACH_STRAIN + 2
+#: Order of their elimination: first the strains, which K couples with rotations only.
+_ORDER = 9 + np.array([*range(3 * EACH, INNER - 2), *range(3 * EACH), INNER - 2, INNER - 1])
 #: Fractions of the length at which section forces are given; between them, they are cubic polynomials.
 NODES = np.array([0.0, 1 / 3, 2 / 3, 1.0])
 
@@ -143,6 +145,35 @@ def _opposite(bend: Array, shear: Array, length: Array) -> Array:
     """Return the amplitude of a rotation 6 ξ (1 − ξ) and the opposite shear strain whose strain energy is ½."""
     size: Array = np.sqrt(shear * bend * length / (12 * shear + bend * length**2))
     return size
+
+
+def without_inner(K: Array, given: Array) -> Array:
+    """Eliminate the inner coordinates, whose stiffness is 1, from the geometric stiffness K of :func:`turned_forces`.
+
+    Args:
+        given: (INNER, S, N) inner coordinates under S loads, without K.
+
+    Returns:
+        (9, 9 + S, N) stiffness with respect to the other coordinates, and the forces on them by load; NaN where a beam buckles
+        between fixed ends.
+    """
+    order = np.concatenate([_ORDER, np.arange(9)])
+    loads = np.concatenate([-given[_ORDER - 9], zeros_for((9, *given.shape[1:]), K)])
+    a = np.concatenate([K[np.ix_(order, order)], loads], axis=1)
+    a[:INNER, :INNER] += np.eye(INNER)[:, :, None]
+    sizes, left, sure = np.sum(np.abs(a[:INNER, :INNER]), axis=1), np.array(a, order="C", subok=True), np.ones(K.shape[2], bool)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        for size in sizes:
+            sure = sure & (np.abs(left[0, 0]) > NO_PIVOT * size)
+            pivot, row, left = left[0, 0], left[0, 1:], left[1:, 1:]
+            left -= (row[: len(left)] / pivot)[:, None] * row
+    upper = np.triu_indices(9)
+    left[upper[::-1]] = left[upper]  # a record thus needs no lower triangle
+    if not settles(sure):
+        some = a[..., ~sure]
+        x = solve_by_elimination(some[:INNER, :INNER], some[:INNER, INNER:])
+        left[..., ~sure] = some[INNER:, INNER:] - np.einsum("abn,bcn->acn", some[INNER:, :INNER], x)
+    return left
 
 
 def inner_deflections(c: Array, length: Array, sections: Array) -> Array:

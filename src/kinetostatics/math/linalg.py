@@ -18,7 +18,7 @@ SINGULAR = 1e-14
 #: Pivot, relative to the column norms, above which the sign of a determinant is certain.
 _SURE = 1e-8
 #: Smallest pivot of an elimination without LAPACK, relative to the largest entry of its row.
-_NO_PIVOT = 1e-5
+NO_PIVOT = 1e-5
 #: Relative difference up to which values count as equal; it exceeds the rounding errors of files.
 EQUAL = 1e-6
 #: Fraction of the largest value up to which a value is a rounding error.
@@ -273,7 +273,7 @@ def solve_by_elimination(a: Array, b: Array) -> Array:
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for k in range(n):
             pivot, others = reduced[k, k], [row for row in range(n) if row != k]
-            sure = sure & (np.abs(pivot) > _NO_PIVOT * sizes[k])
+            sure = sure & (np.abs(pivot) > NO_PIVOT * sizes[k])
             right, x = reduced[k, k + 1 :] / pivot, solution[k] / pivot
             below = reduced[others, k]
             solution[others] -= below[:, None] * x

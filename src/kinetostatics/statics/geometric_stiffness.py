@@ -16,9 +16,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from kinetostatics.elements.spring import PlacedSpring
-from kinetostatics.elements.turned_forces import INNER, NODES, inner_deflections, turned_forces
+from kinetostatics.elements.turned_forces import INNER, NODES, inner_deflections, turned_forces, without_inner
 from kinetostatics.math.arrays import Array, zeros_for
-from kinetostatics.math.linalg import cross, solve_by_elimination
+from kinetostatics.math.linalg import cross
 from kinetostatics.math.rotations import skew
 from kinetostatics.math.screws import move_twist, move_wrench, wrench_of_force
 from kinetostatics.mechanism.limbs import carries
@@ -202,11 +202,7 @@ class GeometricStiffness:
         given = inner_deflections(model.compliances, length, sections)
         first = next((k for k, name in enumerate(solution.contributions) if name.startswith("spring ")), 0)
         given[:, first : first + 1] += given[:, S:].sum(axis=1, keepdims=True)  # of bodies attached only to the base
-        given = given[:, :S]
-        found = solve_by_elimination(own, np.concatenate([K[9:, :9], given], axis=1))
-        left = np.concatenate([K[:9, :9], zeros_for((9, S, len(length)), K)], axis=1)
-        sign = np.repeat([-1.0, 1.0], [9, S])[None, :, None]
-        left = left + sign * np.einsum("akn,kbn->abn", K[:9, 9:], found)
+        left = without_inner(K, given[:, :S])
         for k in (0, 3, 6):
             left[k : k + 3] = np.einsum("ijn,jkn->ikn", axes, left[k : k + 3])
             left[:, k : k + 3] = np.einsum("ijn,kjn->ikn", left[:, k : k + 3], axes)
