@@ -1,7 +1,7 @@
 """Compiled code against NumPy on every robot of the package and on random ones: numbers, statuses, poses out of reach.
 
-Each run takes some of them, ``-m slow`` all robots of the package and 300 random ones, thirty of each of :data:`KINDS`. Slow cases
-are compiled without optimization, which takes a tenth of the time and changes no number;
+Each run takes some of them, ``-m slow`` all robots of the package and 300 random ones, thirty of each of :data:`KINDS`. Slow
+cases are compiled without optimization, which takes a tenth of the time and changes no number;
 
     KINETOSTATICS_FIRST_ROBOT=1000 python -m pytest -m slow tests/engine/test_both_engines.py
 

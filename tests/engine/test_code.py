@@ -12,7 +12,8 @@ import pytest
 from kinetostatics.engine import code
 from kinetostatics.engine.code import read_stored, store
 from kinetostatics.engine.loop_record import newton_record
-from kinetostatics.engine.pose_record import PoseModel, example_of, pose_record
+from kinetostatics.engine.pose_code import ANALYSIS, STABILITY, pose_model
+from kinetostatics.engine.pose_record import pose_record
 
 KEY = "a" * 64
 
@@ -83,24 +84,26 @@ def test_processes_store_the_same_key_concurrently(folder):
     assert [path.name for path in folder.iterdir()] == [f"{KEY}.code"]
 
 
-@pytest.mark.slow
 def test_code_key_depends_on_all_recorded_source(monkeypatch):
-    robot, folders = package_robots.robot("five_bar"), set()
+    robot, files = package_robots.robot("five_bar"), set()
     root = Path(code.__file__).parent.parent
-    example, ready = robot.generic_poses.take(np.zeros(1, dtype=int)), robot.statics
+    example = robot.generic_poses.take(np.zeros(1, dtype=int))
 
     def note(frame, event, _):
-        path = Path(frame.f_code.co_filename)
-        if event == "call" and path.is_relative_to(root) and path.parent != root:
-            folders.add(path.relative_to(root).parts[0])
+        files.add(frame.f_code.co_filename)
 
+    asked = ANALYSIS, STABILITY, (("worst_equation", "opening", "within"),)
+    given = [(pose_model(robot, robot.statics, stages), stages) for stages in asked]
     sys.setprofile(note)
     try:
-        pose_record(PoseModel.of(robot.solver, ready, robot.actuator_coordinates), ["twist"], (example.x, *example_of(ready)[1:]))
+        for (model, inputs), stages in given:
+            pose_record(model, [name for stage in stages for name in stage], inputs)
         newton_record(robot.solver, robot.actuator_coordinates, example)
     finally:
         sys.setprofile(None)
-    assert {"statics", "kinematics", "limbs"} <= folders <= {*code._SOURCES, "layout"}
+    places = {Path(file).relative_to(root).parts[0] for file in files if Path(file).is_relative_to(root)}
+    assert {"statics", "kinematics", "limbs", "elements", "buckling", "quantities.py"} <= places
+    assert places <= {*code._SOURCES, "layout"}
     # data that are read without a call: the table of joint types
     before, read = code._versions.__wrapped__(), Path.read_bytes
     monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"#" * (path.name == "joint_types.py"))
