@@ -279,11 +279,11 @@ def solve_by_elimination(a: Array, b: Array) -> Array:
             solution[others] -= below[:, None] * x
             reduced[others, k + 1 :] -= below[:, None] * right
             reduced[k, k + 1 :], solution[k] = right, x
-    if not settles(sure):
-        matrix, right = np.moveaxis(a[..., ~sure], 2, 0), np.moveaxis(b[..., ~sure], 2, 0)
-        regular = (np.linalg.slogdet(matrix)[0] != 0)[:, None, None]
-        solved = np.linalg.solve(np.where(regular, matrix, np.eye(n)), right)
-        solution[..., ~sure] = np.moveaxis(np.where(regular, solved, np.nan), 0, 2)
+        if not settles(sure):
+            matrix, right = np.moveaxis(a[..., ~sure], 2, 0), np.moveaxis(b[..., ~sure], 2, 0)
+            regular = (np.linalg.slogdet(matrix)[0] != 0)[:, None, None]
+            solved = np.linalg.solve(np.where(regular, matrix, np.eye(n)), right)
+            solution[..., ~sure] = np.moveaxis(np.where(regular, solved, np.nan), 0, 2)
     return solution
 
 

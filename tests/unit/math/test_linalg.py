@@ -47,6 +47,13 @@ def test_elimination_uses_lapack_for_small_pivots(monkeypatch, pivot, by_lapack)
     assert asked == [1] * by_lapack
 
 
+@pytest.mark.filterwarnings("error")
+def test_elimination_of_poses_beyond_reach_is_silent():
+    a = np.stack([np.eye(3), np.full((3, 3), np.nan)], axis=2)
+    found = linalg.solve_by_elimination(a, np.ones((3, 2, 2)))
+    np.testing.assert_array_equal(np.isfinite(found).all(axis=(0, 1)), [True, False])
+
+
 @pytest.mark.parametrize("size", [1e-6, 1e-9, 0.0])
 def test_step_across_equals_projection_by_singular_values(size):
     """A direction of the other columns that is only rounding has no effect."""
