@@ -28,6 +28,8 @@ _SMALLEST, _GROWTH = 0.25, 8.0
 #: elements changes. This ratio avoids jumps at common ratios of side and wall, such as 8 and 50, as J and κ are differentiated by
 #: differences.
 _CUT = 1.53
+#: Half of a hole, relative to the section, that counts as zero.
+_THINNEST = 1e-8
 
 
 class _Axis:
@@ -42,7 +44,7 @@ class _Axis:
     """
 
     def __init__(self, half: float, wall: float, smallest: float) -> None:
-        inner = half - wall
+        inner = half - wall if half - wall > _THINNEST * half else 0.0  # a square but for rounding
         steps = smallest * _GROWTH ** np.arange(60)
         edges = [inner + s for s in steps if s < wall / _CUT] + [half]
         if inner > 0:

@@ -130,3 +130,12 @@ def test_largest_stress_on_a_ring_equals_that_of_many_angles(flat):
         forms[0, :, 0] = 3.0 + np.cos(eight - turn) - flat / 4 * np.cos(2 * (eight - turn))
         found = largest_on_rings(forms, np.eye(6)[:, :1])
         assert found[0] ** 2 == pytest.approx(square.max(), rel=2e-7)
+
+
+@pytest.mark.parametrize("difference", [2e-16, 1e-15, -1e-15, 1e-14, 1e-12])
+def test_rectangles_square_but_for_rounding(difference):
+    """The hole of a solid rectangle was not quite zero: stresses were wrong by up to 122 %."""
+    wrench = np.array([10.8, -19.5, -316.5, 8.7, 92.6, 0.7])
+    square = Rectangle.of(0.035, 0.035).stress(wrench)
+    assert Rectangle.of(0.035, 0.035 * (1 + difference)).stress(wrench) == pytest.approx(square, rel=1e-9)
+    assert Rectangle.of(0.035 * (1 + difference), 0.035).stress(wrench) == pytest.approx(square, rel=1e-9)
