@@ -340,23 +340,6 @@ def fronts(n: int, coupled: frozenset[tuple[int, ...]]) -> list[Front]:
     return order
 
 
-def definite_in_order(matrix: Array, order: list[Front]) -> Mask:
-    """True (N,) where a matrix (n, n, N) is positive definite; elimination in the order of :func:`fronts` overwrites it."""
-    positive: Mask = np.ones(matrix.shape[2], dtype=bool)
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        for columns, others in order:
-            front, p = matrix[np.ix_(columns + others, columns + others)], len(columns)
-            for k in range(p):
-                if k:
-                    front[k:, k] -= np.einsum("ikn,kn->in", front[k:, :k], front[k, :k])
-                positive &= front[k, k] > 0
-                front[k:, k] /= np.sqrt(front[k, k])
-            if others:
-                coupling = front[p:, :p]
-                matrix[np.ix_(others, others)] = front[p:, p:] - np.einsum("ikn,jkn->ijn", coupling, coupling)
-    return positive
-
-
 def first_largest(values: ArrayLike, margin: float = EQUAL) -> int:
     """Return the index of the largest of n ≥ 1 non-negative values, the first of those equal up to the relative ``margin``."""
     values = np.asarray(values, dtype=np.float64)
