@@ -13,7 +13,6 @@ import numpy as np
 
 from kinetostatics.buckling.estimate import estimate
 from kinetostatics.buckling.stability import Stability, stability
-from kinetostatics.elements.turned_forces import INNER, inner_lines
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.graphs import joined
 from kinetostatics.math.linalg import cross
@@ -109,7 +108,7 @@ class BucklingModes:
         axes, length = model.world_axes(solution.frames), model.length(solution.frames)
         local = np.concatenate([np.einsum("ijn,imsn->jmsn", axes, part) for part in np.split(lines, 2)])
         inner = self.shapes[..., self.robot.beams[name].inner].transpose(2, 1, 0)
-        local += np.swapaxes(inner_lines(model.compliances, length, fractions, inner), 1, 2)
+        local += np.swapaxes(model.inside.inner_lines(length, fractions, inner), 1, 2)
         return local.transpose(3, 1, 2, 0)
 
     def energies(self) -> Mapping[str, Array]:
@@ -219,7 +218,8 @@ class Members:
 
     def _split(self, poses: Index, inner: bool = True) -> list[Index]:
         """Divide poses into chunks for matrices of u and, if ``inner``, of the inner coordinates of all beams."""
-        size = sum(coordinates_of(self.structure.rotation_groups).sizes.values()) + inner * INNER * len(self.structure.beams)
+        size = sum(coordinates_of(self.structure.rotation_groups).sizes.values())
+        size += inner * sum(beam.inside.count for beam in self.structure.model.beams.values())
         return np.array_split(poses, min(-(-len(poses) * size**2 // _CHUNK) or 1, len(poses))) if len(poses) else []
 
     def modes(self, solution: Solution, poses: Index, count: int) -> Iterator[BucklingModes]:

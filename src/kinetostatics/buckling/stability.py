@@ -14,8 +14,6 @@ from functools import cached_property
 import numpy as np
 
 from kinetostatics.elements.beam import BeamModel
-from kinetostatics.elements.beam_formulas import end_displacement
-from kinetostatics.elements.turned_forces import INNER
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import solve_by_elimination
 from kinetostatics.statics.geometric_stiffness import GeometricStiffness
@@ -126,12 +124,13 @@ def stability(robot: RobotStatics, rotation_groups: RotationGroups, solution: So
         F = solve_by_elimination(np.eye(len(F))[:, :, None] + np.einsum("abn,bcn->acn", F, K), F)
     terms = geometric.under(before.solution, deformation, before.solution.contributions, own=False, eliminated=False)
     beams, n = [item for item in terms.junctions if item.whole is not None], len(F)
-    G = np.zeros((n + INNER * len(beams), n + INNER * len(beams), N))
+    borders = np.cumsum([n, *(robot.beams[str(item.item.edge.span)].inside.count for item in beams)])
+    G = np.zeros((borders[-1], borders[-1], N))
     G[:n, :n] = terms.matrix(blocks, blocks) + negative
     energies = {}
     for k, item in enumerate(beams):
         assert item.whole is not None
-        (whole, axes), inside = item.whole, np.arange(n + INNER * k, n + INNER * (k + 1))
+        (whole, axes), inside = item.whole, np.arange(borders[k], borders[k + 1])
         turned = np.zeros((9, 9, N))
         for row in (0, 3, 6):
             turned[row : row + 3, row : row + 3] = axes
@@ -163,6 +162,6 @@ def _of_springs(geometric: GeometricStiffness, sign: int) -> Array:
 def _stiffness(model: BeamModel, length: Array) -> Array:
     """Return the stiffness F⁻¹ (N, 6, 6) of the end of a beam relative to its start, beam axes."""
     units = np.broadcast_to(np.eye(6)[:, :, None], (6, 6, len(length)))
-    bends = end_displacement(model.compliances[:, None, None], length, units)
+    bends = model.end_displacement(length, units)
     with np.errstate(divide="ignore", invalid="ignore"):  # a telescope without length
         return np.moveaxis(solve_by_elimination(bends, units), 2, 0)

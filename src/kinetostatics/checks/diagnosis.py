@@ -23,6 +23,7 @@ from kinetostatics.mechanism.limbs import Limb
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.robot import Robot
 from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tube
+from kinetostatics.sections.tapered import Tapered
 
 
 @dataclass
@@ -359,6 +360,8 @@ def section_words(section: Section) -> str:
     def mm(value: float) -> str:
         return f"{1e3 * value:.5g}"
 
+    if isinstance(section, Tapered):
+        return ", ".join(f"{section_words(station.section)} at {station.at:g}" for station in section.stations)
     if isinstance(section, Tube):
         if section.inner_diameter == 0:
             return f"circle ⌀{mm(section.outer_diameter)} mm"

@@ -36,6 +36,7 @@ from kinetostatics.description.stiffness_matrix import StiffnessMatrix
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.sections.kinds import Section
+from kinetostatics.sections.tapered import Tapered
 
 
 @dataclass(frozen=True, repr=False)
@@ -358,7 +359,11 @@ class Beam(CheckedPart):
         Raises:
             ArgumentError: κ is unknown.
         """
-        section, ratio = self.section, self.material.poisson_ratio
+        return self.shear_areas_of(self.section)
+
+    def shear_areas_of(self, section: Section) -> tuple[float, float]:
+        """Return :attr:`shear_areas` with another section."""
+        ratio = self.material.poisson_ratio
         if section.shear_area_y is not None and section.shear_area_z is not None:
             return section.shear_area_y, section.shear_area_z
         if self.shear_coefficient is not None:
@@ -379,8 +384,10 @@ def check_section(section: Section) -> None:
     """
     sizes = {entry.name: getattr(section, entry.name) for entry in fields(section)}
     shear = sizes["shear_area_y"], sizes["shear_area_z"]
+    for station in section.stations if isinstance(section, Tapered) else ():
+        check_section(station.section)
     for name, size in sizes.items():
-        if (size is None and name.startswith("shear_area")) or (name == "inner_diameter" and size == 0):
+        if name == "stations" or (size is None and name.startswith("shear_area")) or (name == "inner_diameter" and size == 0):
             continue
         try:
             POSITIVE.check(size)

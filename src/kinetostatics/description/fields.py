@@ -163,6 +163,7 @@ def _name(value: Keyword) -> str:
 
 TEXT, NAME = Kind("text", _text), Kind("text", _name)
 NUMBER, POSITIVE, NOT_NEGATIVE = Kind("number", _number), Kind("number", _positive), Kind("number", _not_negative)
+PAIR = Kind("numbers", lambda value: _tuple(2, "two numbers", value, lambda number: _finite(number, LONGEST)))
 POINT, VECTOR = Kind("numbers", _point), Kind("numbers", _three)
 Text = Annotated[str, TEXT]
 Name = Annotated[str, NAME]

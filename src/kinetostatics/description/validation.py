@@ -19,7 +19,7 @@ from kinetostatics.description.joints import NO_LIMITS, SINGLE, Joint, Loop
 from kinetostatics.description.robot_description import TABLES, RobotDescription, by_name
 from kinetostatics.description.stiffness_matrix import full_matrix
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
-from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tube
+from kinetostatics.sections.tapered import UNIFORM, Tapered
 
 _ALIGNED = 1e-9  # sine of the largest angle between a joint's axis and an axis of its frame that counts as zero
 _ATTRIBUTE = re.compile(r"[A-Za-z_][\w:.-]*")
@@ -292,12 +292,14 @@ def _check_beam(beam: Beam, links: Collection[str], connections: Collection[str]
             _check_end(beam, name, end, connections)
     if beam.start is not None and beam.start == beam.end:
         raise place.error(f"{label} has zero length: it goes from {beam.start.joint!r} to {beam.start.joint!r}")
-    if type(beam.section) not in (Tube, Rectangle, RectangularTube, Section):
+    if type(beam.section) not in (*UNIFORM, Tapered):
         raise place.error(f"the section of {label} is {beam.section!r}; take one of kinetostatics.sections")
     try:
         check_section(beam.section)
     except ArgumentError as error:
         raise place.error(f"section of {label}: {error}") from None
+    if beam.section.places and beam.density is None:
+        raise place.error(f"{label} has stations, but no density; give one, so that its mass follows its sections")
     if (material.poisson_ratio is None) == (material.shear_modulus is None):
         state = "neither poisson_ratio nor" if material.poisson_ratio is None else "both poisson_ratio and"
         raise place.error(f"{label} has {state} shear_modulus; give one of them")

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from kinetostatics.elements import beam_formulas
 from kinetostatics.elements.element import NO_CUTS, ElasticElement, PlacedSection, outboard_masks
-from kinetostatics.elements.link import ElasticLink
+from kinetostatics.elements.link import ElasticLink, VibratingLink
 from kinetostatics.elements.loaded_beams import LoadedBeams
+from kinetostatics.elements.profile import Profile
 from kinetostatics.elements.rods import Rod
+from kinetostatics.elements.turned_forces import UniformInside
 from kinetostatics.layout.mapping import ResultMapping, ShortRepr
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross, dot
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
 
 #: Length, relative to the coordinates of the beam's ends, that counts as zero.
 ROUNDING = 1e-9
+_ACROSS = np.array([0.0, 1.0, 1.0])
 
 
 @dataclass(frozen=True, repr=False)
@@ -43,6 +46,7 @@ class BeamModel(ShortRepr, ElasticLink):
         centre: (3,) centre of ``mass`` in the carrier body [m]. The mass, rigidly connected to the sections, is distributed along
             the line through this centre parallel to the beam. None: the mass is distributed along the beam.
         thermal_expansion: α [1/K].
+        profile: stiffness and mass of a beam with stations, whose ``compliances`` are the largest of its sections, for estimates.
     """
 
     NOT_RECORDED: ClassVar = ("section", "thermal_expansion")
@@ -56,6 +60,7 @@ class BeamModel(ShortRepr, ElasticLink):
     mass: float
     centre: Array | None
     thermal_expansion: float = 0.0
+    profile: Profile | None = None
 
     def length(self, frames: Frames) -> Array:
         """Return L = xᵀ (end − start) (N,) [m], along the beam's x axis."""
@@ -107,9 +112,9 @@ class BeamModel(ShortRepr, ElasticLink):
         R, p = frames.rotation[:, :, span.carrier, 0], frames.position[:, span.carrier, 0]
         centre = ((start + end) / 2 + self.lever(frames))[:, 0]
         length, mass = float(self.length(frames)[0]), float(self.mass_at(frames)[0])
-        about = np.array([section.I_y + section.I_z, section.I_y, section.I_z]) / section.area
-        about[1:] += length**2 / 12
-        own = mass * self.axes @ np.diag(about) @ self.axes.T
+        about = np.diag(np.array([section.I_y + section.I_z, section.I_y, section.I_z]) / section.area + length**2 / 12 * _ACROSS)
+        about = about if self.profile is None else self.profile.gyration
+        own = mass * self.axes @ about @ self.axes.T
         return span.carrier, pin.Inertia(mass, R.T @ (centre - p), own)
 
     def misfit(self, frames: Frames, kind: str) -> Array:
@@ -127,6 +132,10 @@ class BeamModel(ShortRepr, ElasticLink):
         """See :meth:`ElasticLink.inertial_load`: per length f = −μ a and −μ (i α + ω × i ω) + lever × f, with gyration i."""
         axes, lever, section = self.world_axes(frames), self.lever(frames), self.section
         density, bodies = self.line_density(self.length(frames)), (self.span.start_body, self.span.end_body)
+        if self.profile is not None:
+            at_start = acceleration(bodies[0], start := self.ends(frames)[0])
+            field = [at_start, *(acceleration(bodies[0], start + axes[:, k]) - at_start for k in range(3))]
+            return (load := -density * np.concatenate(field)), self.line_resultants(frames, load)
         if self.telescopic:
             lever = lever - axes[:, 0] * dot(axes[:, 0], lever)
         gyration = np.diag([section.I_y + section.I_z, section.I_y, section.I_z]) / section.area
@@ -145,12 +154,28 @@ class BeamModel(ShortRepr, ElasticLink):
         """
         axes, length = self.world_axes(frames), self.length(frames)
         local = np.concatenate([rotate(axes, part, back=True) for part in np.split(load, 2)])
-        last = -beam_formulas.clamped_reaction(self.compliances[:, None], length, local)
-        whole = beam_formulas.outboard_wrench(length, local, np.zeros_like(length))
+        if self.profile is not None:
+            whole, last = (resultant @ local for resultant in self.profile.clamped_resultants)
+        else:
+            last = -beam_formulas.clamped_reaction(self.compliances[:, None], length, local)
+            whole = beam_formulas.outboard_wrench(length, local, np.zeros_like(length))
         first = whole - move_wrench(last, np.outer([1.0, 0.0, 0.0], -length))
         return rotate(axes, first), rotate(axes, last)
 
-    def vibrating(self, frames: Frames) -> Rod:
+    @property
+    def inside(self) -> UniformInside | Profile:
+        """Inner coordinates, see :mod:`kinetostatics.elements.turned_forces`."""
+        return UniformInside(self.compliances) if self.profile is None else self.profile
+
+    def end_displacement(self, length: Array, wrench: Array) -> Array:
+        """Return the twists (6, k, N) of the end under wrenches (6, k, N) there, beam axes, with the start clamped."""
+        if self.profile is not None:
+            return np.tensordot(self.profile.flexibility, wrench, 1)
+        return beam_formulas.end_displacement(self.compliances[:, None, None], length, wrench)
+
+    def vibrating(self, frames: Frames) -> VibratingLink:
+        if self.profile is not None:
+            return self.profile.vibrating(float(self.line_density(self.length(frames))[0]))
         length, axes = self.length(frames), self.world_axes(frames).transpose(2, 1, 0)
         gyration = np.array([self.section.I_y, self.section.I_z]) / self.section.area
         arm = None if self.centre is None else (axes @ self.lever(frames).T[..., None])[..., 0].T[..., None]
@@ -190,6 +215,9 @@ class Beams:
         self._compliances = np.array([model.compliances for model in models]).T[..., None]
         self._mass = np.array([model.mass for model in models])[:, None]
         per_length = [np.nan if model.mass_per_length is None else model.mass_per_length for model in models]
+        self.profiles = [model.profile for model in models if model.profile is not None]
+        responses = [np.hstack([profile.flexibility, profile.sag[:, :3]]) for profile in self.profiles]
+        self.responses = np.stack(responses, axis=-1) if responses else np.zeros(0)  # of the end to a wrench and weight
         self._mass_per_length = np.array(per_length)[:, None]
 
     @property
@@ -198,7 +226,7 @@ class Beams:
 
     @property
     def signature(self) -> tuple[object, ...]:
-        return self.kind, self.element, tuple(self.signs.tolist())
+        return self.kind, self.element, tuple(self.signs.tolist()), bool(self.profiles)
 
     def outboard(self, names: Sequence[str]) -> list[Array]:
         return [outboard_masks(self.edges, names)]
@@ -248,13 +276,18 @@ class PlacedBeams(PlacedSection):
         return rotate(self.axes, load, back=True) * self.beams.densities(self.length)
 
     def displacements(self, forces: Array) -> Array:
+        if self.beams.profiles:
+            return np.einsum("ijg,j...gn->i...gn", self.beams.responses[:, :6], forces)
         return beam_formulas.end_displacement(self.beams.compliances(forces.ndim), self.length, forces)
 
     def own_displacement(self, load: Array) -> Array:
+        if self.beams.profiles:
+            return np.einsum("ijg,j...gn->i...gn", self.beams.responses[:, 6:], load[:3])
         return beam_formulas.sag(self.beams.compliances(load.ndim), self.length, load)
 
     def inside(self, carried: Array, load: Array) -> LoadedBeams:
         mass = np.stack([model.mass_of(self.length[m]) for m, model in enumerate(self.beams.models)])
         end, wrench = self.arm, self.forces(carried)
         none, c = np.zeros(wrench.shape), self.beams.compliances(3)
-        return LoadedBeams(self.beams.names, c, self.axes, self.length, mass, end, wrench, load, none, none[0], none[0])
+        profiles = tuple(self.beams.profiles)
+        return LoadedBeams(self.beams.names, c, profiles, self.axes, self.length, mass, end, wrench, load, none, none[0], none[0])

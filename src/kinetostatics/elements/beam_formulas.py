@@ -113,10 +113,10 @@ def section_wrench(length: Array, wrench: Array, load: Array, s: Array) -> Array
 def strain_energy(c: Array, length: Array, section: Callable[[Array], Array]) -> Array:
     """Return the strain energy (…) [J], ∫ ½ wᵀ c w ds over the beam, by Gauss–Legendre quadrature (exact up to degree 7).
 
-    ``section`` returns the section wrenches w (6, k, …) [N, N·m] at distances (k, …) [m] from the base end.
+    ``section`` returns the section wrenches w (6, k, …) [N, N·m] at fractions (k,) of the length from the base end.
     """
     points, weights = _GAUSS
-    w = section(length * (1 + points.reshape((-1,) + (1,) * np.ndim(length))) / 2)
+    w = section((1 + points) / 2)
     density = np.einsum("i...,ik...->k...", c, w * w)
     return np.asarray(np.einsum("k,k...->...", weights, density) * length / 4)
 

@@ -12,12 +12,14 @@ from kinetostatics.description.flexible import Flexible
 from kinetostatics.elements.beam import BeamModel
 from kinetostatics.elements.link import ElasticLink, PlacedLink
 from kinetostatics.elements.matrix_link import matrix_links
+from kinetostatics.elements.profile import profile_of
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import axis_across
-from kinetostatics.mechanism.beam_geometry import SAME_POINT, Span, beam_error
+from kinetostatics.mechanism.beam_geometry import SAME_POINT, Span, attachment_of_end, beam_error
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.sections.kinds import beam_compliance_coefficients
+from kinetostatics.sections.tapered import Tapered
 
 
 def make_elastic_links(mechanism: Mechanism, spans: Mapping[str, Span], zero: Frames) -> dict[str, ElasticLink]:
@@ -44,7 +46,7 @@ def make_beam_models(mechanism: Mechanism, spans: Mapping[str, Span], zero: Fram
         RobotFileError: a prismatic joint of a telescopic beam is not parallel to the beam, or a beam's ``y_axis`` is parallel
             to the beam.
     """
-    models = {}
+    models: dict[str, BeamModel] = {}
     middles: dict[str, tuple[float, Array]] = {}
     for name, beam in mechanism.description.beams.items():
         span = spans[name]
@@ -73,10 +75,19 @@ def make_beam_models(mechanism: Mechanism, spans: Mapping[str, Span], zero: Fram
         y = hint - x * float(x @ hint)
         y /= np.linalg.norm(y)
         axes = np.column_stack([x, y, np.cross(x, y)])
-        coefficients = beam_compliance_coefficients(beam.section, beam.youngs_modulus, beam.shear_modulus, beam.shear_areas)
         middles[name] = float(np.linalg.norm(end - start)), R.T @ ((start + end) / 2 - zero.position[:, span.carrier, 0])
-        per_length = None if beam.density is None else beam.density * beam.section.area
-        models[name] = BeamModel(name, beam.section, span, axes, coefficients, per_length, 0.0, None, beam.thermal_expansion)
+        section, profile, centre = beam.section, None, None
+        if isinstance(section, Tapered):
+            if span.spanned:
+                raise beam_error(span.part, "its section varies; a telescopic beam has one section")
+            section = section if span.attachments[0] == attachment_of_end(name, 0) else section.reversed
+            profile = profile_of(beam, section, middles[name][0])
+            coefficients = profile.compliances.diagonal(axis1=1, axis2=2).max(axis=0)
+            centre = R.T @ (start - zero.position[:, span.carrier, 0]) + axes @ profile.centre
+        else:
+            coefficients = beam_compliance_coefficients(section, beam.youngs_modulus, beam.shear_modulus, beam.shear_areas)
+        per_length, expansion = None if beam.density is None else beam.density * section.area, beam.thermal_expansion
+        models[name] = BeamModel(name, section, span, axes, coefficients, per_length, 0.0, centre, expansion, profile)
     return {name: _with_spread_mass(mechanism, model, models, middles) for name, model in models.items()}
 
 

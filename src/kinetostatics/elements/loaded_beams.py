@@ -9,6 +9,8 @@ import numpy as np
 
 from kinetostatics.elements import beam_formulas
 from kinetostatics.elements.beam_formulas import clamped_line, clamped_section_wrench
+from kinetostatics.elements.profile import Profile
+from kinetostatics.exceptions import StaticsError
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import move_twist, rotate
 
@@ -20,6 +22,7 @@ class LoadedBeams:
     Attributes:
         names: names of the beams.
         compliances: (6, g, 1) section compliances.
+        profiles: (g,) profiles of beams with stations; else empty.
         axes: (3, 3, g, N) beam axes in the world.
         length: (g, N) [m].
         mass: (g, N) [kg].
@@ -39,6 +42,7 @@ class LoadedBeams:
 
     names: tuple[str, ...]
     compliances: Array
+    profiles: tuple[Profile, ...]
     axes: Array
     length: Array
     mass: Array
@@ -52,13 +56,22 @@ class LoadedBeams:
 
     def axial_force(self) -> Array:
         """Return the axial force (S, g, N) [N] at the platform end, tension positive."""
-        return np.asarray(self.sections(self.length[None])[0, 0] + self.axial_correction)
+        return np.asarray(self.sections(np.ones(1))[0, 0] + self.axial_correction)
+
+    def strain_energy(self) -> Array:
+        """Return the strain energy (S, g, N) [J]."""
+        if self.profiles:
+            return np.stack([p.strain_energy(self.sections(p.nodes)[:, :, :, g]) for g, p in enumerate(self.profiles)], axis=1)
+        return beam_formulas.strain_energy(self.compliances[:, None], self.length, self.sections)
 
     def turned(self, outer: Array) -> LoadedBeams:
         """Return the beams with base end and platform end exchanged.
 
         ``outer`` (6, S, g, N) is the rigid-body motion of the new base ends.
         """
+        if self.profiles:
+            reason = "paths from base to platform pass it both ways"
+            raise StaticsError(f"what is inside the beam {self.names[0]!r} with stations is unknown: {reason}")
         back = np.array([-1.0, 1.0, -1.0]).reshape(3, 1, 1)
         start = beam_formulas.section_wrench(self.length, self.wrench, self.load, np.zeros_like(self.length))
         signs = np.tile(back, (2, 1, 1))[:, None]
@@ -71,13 +84,21 @@ class LoadedBeams:
             inner=outer,
         )
 
-    def sections(self, s: Array) -> Array:
-        """Return the section wrenches (6, n, S, g, N) at distances s (n, g, N) [m] from the base end, beam axes."""
-        s = s[:, None]
+    def sections(self, fractions: Array) -> Array:
+        """Return the section wrenches (6, n, S, g, N) at n given fractions of the length from the base end, beam axes."""
+        if self.profiles:
+            return self._responses(0, fractions)
+        s = fractions[:, None, None, None] * self.length
         found = beam_formulas.section_wrench(self.length, self.wrench[:, None], self.load[:, None], s)
         if self.line is not None:
             found = found + clamped_section_wrench(self.compliances[:, None, None], self.length, self.line[:, None], s)
         return found
+
+    def _responses(self, which: int, fractions: Array) -> Array:
+        """Return the section wrenches (0) or the bent lines (1) (6, n, S, g, N) of beams with stations, beam axes."""
+        loads = np.concatenate([self.wrench, self.load[:3], *(() if self.line is None else (self.line,))])
+        every = [profile.at(profile.responses[which], fractions)[:, :, : len(loads)] for profile in self.profiles]
+        return np.einsum("gqij,jsgn->iqsgn", np.array(every), loads)
 
     def with_lines(self, loads: Sequence[tuple[int, Mapping[str, Array]]]) -> LoadedBeams:
         """Return the beams with linearly varying loads.
@@ -97,9 +118,12 @@ class LoadedBeams:
         """Return displacement and rotation (6, n, S, g, N) at n given fractions of the length, world axes [m, rad]."""
         s = fractions[:, None, None, None] * self.length
         c = self.compliances[:, None, None]
-        local = beam_formulas.bent_line(c, self.length, self.wrench[:, None], self.load[:, None], s)
+        if self.profiles:
+            local = self._responses(1, fractions)
+        else:
+            local = beam_formulas.bent_line(c, self.length, self.wrench[:, None], self.load[:, None], s)
         arm = self.end[:, None, None] - self.axes[:, 0, None, None] * (self.length - s)
-        if self.line is not None:
+        if self.line is not None and not self.profiles:
             local = local + clamped_line(c, self.length, self.line[:, None], s)
         moved = rotate(self.axes, local) + move_twist(self.inner[:, None], arm)
         moved[:3] += self.axes[:, 0, None, None] * (fractions[:, None, None, None] * self.stretch)

@@ -18,9 +18,9 @@ from kinetostatics.description.flexible import Flexible
 from kinetostatics.elements.element import ElasticElement, carried_wrench, outboard_masks
 from kinetostatics.elements.link import ElasticLink, ElasticLinks, UnderOwnWeight
 from kinetostatics.elements.loaded_beams import LoadedBeams
-from kinetostatics.elements.rods import Numbers
+from kinetostatics.elements.rods import VibratingMatrices
 from kinetostatics.layout.mapping import ShortRepr
-from kinetostatics.math.arrays import Array, Index
+from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross
 from kinetostatics.math.screws import move_twist, move_wrench, rotate
 from kinetostatics.mechanism.beam_geometry import Span
@@ -115,41 +115,6 @@ class MatrixLink(ShortRepr, ElasticLink):
         signs: NDArray[np.int8],
     ) -> ElasticElement:
         return CoupledLinks([[link for link in ends if isinstance(link, MatrixLink)] for ends in links], edges, elements, signs)
-
-
-@dataclass(frozen=True, eq=False)
-class VibratingMatrices:
-    """Stiffness and mass (6n + m, 6n + m) of a link in vibrations; its m = ``inner`` internal coordinates remain coordinates."""
-
-    stiffness: Array
-    mass: Array
-    inner: int
-
-    def take(self, poses: Index) -> VibratingMatrices:
-        return self
-
-    def piece(self, count: int) -> VibratingMatrices:
-        return self
-
-    def dynamic_stiffness(self, square: Numbers) -> Numbers:
-        """Return D(λ) = K − λ M."""
-        return self.stiffness - square[..., None, None] * self.mass
-
-    def pencil(self, square: Array) -> tuple[Array, Array]:
-        shape = (*square.shape, *self.stiffness.shape)
-        return np.broadcast_to(self.stiffness, shape), np.broadcast_to(self.mass, shape)
-
-    def clamped_square(self) -> Array:
-        return np.full((1, 1), np.inf)
-
-    def clamped_modes(self, square: Array) -> Index:
-        return np.zeros(square.shape, dtype=np.intp)
-
-    def axial_stiffness(self) -> Array:
-        raise TypeError("links by matrices are not telescopic")
-
-    def inside(self, ends: Array, forces: Array, square: Array, fraction: float) -> Array:
-        raise TypeError("links by matrices have no inside")
 
 
 def matrix_links(part: Flexible, mechanism: Mechanism, spans: Mapping[str, Span]) -> dict[str, MatrixLink]:

@@ -192,6 +192,41 @@ class Rod:
         return T * units[..., :, None] / units[..., None, :]
 
 
+@dataclass(frozen=True, eq=False)
+class VibratingMatrices:
+    """Stiffness and mass (6n + m, 6n + m) of a link in vibrations; its m = ``inner`` internal coordinates remain coordinates."""
+
+    stiffness: Array
+    mass: Array
+    inner: int
+
+    def take(self, poses: Index) -> VibratingMatrices:
+        return self
+
+    def piece(self, count: int) -> VibratingMatrices:
+        return self
+
+    def dynamic_stiffness(self, square: Numbers) -> Numbers:
+        """Return D(λ) = K − λ M."""
+        return self.stiffness - square[..., None, None] * self.mass
+
+    def pencil(self, square: Array) -> tuple[Array, Array]:
+        shape = (*square.shape, *self.stiffness.shape)
+        return np.broadcast_to(self.stiffness, shape), np.broadcast_to(self.mass, shape)
+
+    def clamped_square(self) -> Array:
+        return np.full((1, 1), np.inf)
+
+    def clamped_modes(self, square: Array) -> Index:
+        return np.zeros(square.shape, dtype=np.intp)
+
+    def axial_stiffness(self) -> Array:
+        raise TypeError("links by matrices are not telescopic")
+
+    def inside(self, ends: Array, forces: Array, square: Array, fraction: float) -> Array:
+        raise TypeError("links by matrices have no inside")
+
+
 def _in_series(D: Numbers) -> Numbers:
     """Return the dynamic stiffness (…, 12, 12) of two equal rods, one after the other, from that of each.
 

@@ -11,6 +11,9 @@ that opposite shear strains compensate. They are orthogonal to the former in the
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import ClassVar
+
 import numpy as np
 
 from kinetostatics.elements.beam_formulas import end_displacement, of_arm
@@ -71,51 +74,12 @@ _CURVED = [_products(slopes, np.ones((1, len(_POINTS))))[:, :, 0] for slopes in 
 _STRETCHED = _products(np.array(_LEGENDRE), np.ones((1, len(_POINTS))))[:, :, 0]
 
 
-def turned_forces(c: Array, length: Array, sections: Array, load: Array, lever: Array | None) -> Array:
-    """Return the geometric stiffness (9 + INNER, 9 + INNER, N) of the section forces of beams, in beam axes.
-
-    It is Qᵀ H Q, with the quadratic form H of the energy at the top of the module in the amplitudes of rotations and strains. Its
-    coordinates are the rotation of the base end, displacement and rotation of the platform end relative to a rigid-body motion
-    with the base end, and the inner coordinates.
-
-    Args:
-        c: (6, 1) section compliances.
-        sections: (6, 4, N) forces and moments of the outboard on the inboard part at the :data:`NODES`, about the axis [N, N·m].
-        load: (3, N) weight per length [N/m].
-        lever: (3, N) vector from the beam's axis to the line of its mass [m]; None: zero.
-    """
-    N = length.shape[0]
-    H = zeros_for((_EVERY, _EVERY, N), sections, length)
-
-    def add(rows: slice, columns: slice, block: Array) -> None:
-        H[rows, columns] += block
-        H[columns, rows] += np.swapaxes(block, 0, 1)
-
-    force, moment = sections[:3] * length, sections[3:]
-    for a in (1, 2):
-        add(_ABOUT[a], _ABOUT[a], np.einsum("kij,kn->ijn", _TURNS[a, a], force[0]) / 2)
-        add(_ABOUT[0], _ABOUT[a], np.einsum("kij,kn->ijn", _TURNS[0, a], force[a]) / -2)
-    for a, b, k in ((1, 2, 0), (2, 0, 1), (0, 1, 2)):  # M_k (θ_a κ_b − θ_b κ_a), F_k (θ_a γ_b − θ_b γ_a)
-        change = _BENDS[a, b] - np.swapaxes(_BENDS[b, a], 1, 2)
-        add(_ABOUT[a], _ABOUT[b], np.einsum("kij,kn->ijn", change, moment[k]) / -2)
-        for turn, strain, sign in ((a, b, -1), (b, a, 1)):
-            add(_ABOUT[turn], _of_strain(strain), sign * np.einsum("kij,kn->ijn", _STRAINS[turn], force[k]))
-    if lever is not None:
-        arms = of_arm(load, lever) * length
-        for a in range(3):
-            for b in range(3):
-                H[_ABOUT[a], _ABOUT[b]] += _TURNS[a, b].sum(axis=0)[:, :, None] * arms[a, b]
-    Q, H = (np.array(np.moveaxis(matrix, 2, 0), order="C", subok=True) for matrix in (_amplitudes(c, length, H), H))
-    found: Array = np.moveaxis(np.swapaxes(Q, 1, 2) @ (H @ Q), 0, 2)
-    return found
-
-
 def _of_strain(axis: int) -> slice:
     return slice(_STRAIN + axis * (1 + EACH_STRAIN), _STRAIN + (axis + 1) * (1 + EACH_STRAIN))
 
 
 def _amplitudes(c: Array, length: Array, like: Array) -> Array:
-    """Return the amplitudes of all rotations, and the strains γ, per unit of each coordinate of :func:`turned_forces`."""
+    """Return the amplitudes of all rotations, and the strains γ, per unit of each coordinate of :class:`UniformInside`."""
     N, L = length.shape[0], length
     found = zeros_for((_EVERY, 9 + INNER, N), like, length)
     x, y, z = (about.start for about in _ABOUT)
@@ -148,20 +112,22 @@ def _opposite(bend: Array, shear: Array, length: Array) -> Array:
 
 
 def without_inner(K: Array, given: Array) -> Array:
-    """Eliminate the inner coordinates, whose stiffness is 1, from the geometric stiffness K of :func:`turned_forces`.
+    """Eliminate the inner coordinates, whose stiffness is 1, from the geometric stiffness K of :class:`UniformInside`.
 
     Args:
-        given: (INNER, S, N) inner coordinates under S loads, without K.
+        given: (b, S, N) inner coordinates under S loads, without K.
 
     Returns:
         (9, 9 + S, N) stiffness with respect to the other coordinates, and the forces on them by load; NaN where a beam buckles
         between fixed ends.
     """
-    order = np.concatenate([_ORDER, np.arange(9)])
-    loads = np.concatenate([-given[_ORDER - 9], zeros_for((9, *given.shape[1:]), K)])
+    b = len(given)
+    first = _ORDER if b == INNER else np.arange(9, 9 + b)
+    order = np.concatenate([first, np.arange(9)])
+    loads = np.concatenate([-given[first - 9], zeros_for((9, *given.shape[1:]), K)])
     a = np.concatenate([K[np.ix_(order, order)], loads], axis=1)
-    a[:INNER, :INNER] += np.eye(INNER)[:, :, None]
-    sizes, left, sure = np.sum(np.abs(a[:INNER, :INNER]), axis=1), np.array(a, order="C", subok=True), np.ones(K.shape[2], bool)
+    a[:b, :b] += np.eye(b)[:, :, None]
+    sizes, left, sure = np.sum(np.abs(a[:b, :b]), axis=1), np.array(a, order="C", subok=True), np.ones(K.shape[2], bool)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for size in sizes:
             sure = sure & (np.abs(left[0, 0]) > NO_PIVOT * size)
@@ -171,54 +137,98 @@ def without_inner(K: Array, given: Array) -> Array:
     left[upper[::-1]] = left[upper]  # a record thus needs no lower triangle
     if not settles(sure):
         some = a[..., ~sure]
-        x = solve_by_elimination(some[:INNER, :INNER], some[:INNER, INNER:])
-        left[..., ~sure] = some[INNER:, INNER:] - np.einsum("abn,bcn->acn", some[INNER:, :INNER], x)
+        x = solve_by_elimination(some[:b, :b], some[:b, b:])
+        left[..., ~sure] = some[b:, b:] - np.einsum("abn,bcn->acn", some[b:, :b], x)
     return left
 
 
-def inner_deflections(c: Array, length: Array, sections: Array) -> Array:
-    """Return the inner coordinates η_k = ∫ [γ_k; κ_k] · w ds (INNER, …) under section forces w (6, 4, …); ``c`` (6, …).
+@dataclass(frozen=True)
+class UniformInside:
+    """The inside of a uniform beam with ``compliances`` (6,) of its sections.
 
-    [γ_k; κ_k] are the strains per unit of η_k, see :func:`turned_forces`; the stiffness of η_k is 1.
+    Attributes:
+        nodes: fractions of the length at which section forces are given.
+        count: number of inner coordinates.
     """
-    found = []
-    for axis, first in ((2, 3), (1, 3), (0, 2)):
-        sizes = np.sqrt(c[3 + axis] * length)
-        found.append(np.einsum("ki,k...->i...", _CURVED[axis][:, first:], sections[3 + axis]) * sizes)
-    for axis in range(3):
-        found.append(np.einsum("ki,k...->i...", _STRETCHED[:, 1:], sections[axis]) * np.sqrt(c[axis] * length))
-    for axis, bend, shear, sign in ((2, 5, 1, -1.0), (1, 4, 2, 1.0)):
-        turned = np.tensordot(6 * (_CURVED[axis][:, 1] - _CURVED[axis][:, 2]), sections[3 + axis], 1)
-        strained = np.tensordot(_STRETCHED[:, 0], sections[shear], 1) * (sign * length)
-        found.append((_opposite(c[bend], c[shear], length) * (turned + strained))[None])
-    return np.concatenate(found)
 
+    compliances: Array
+    nodes: ClassVar[Array] = NODES
+    count: ClassVar[int] = INNER
 
-def inner_lines(c: Array, length: Array, fractions: Array, inner: Array) -> Array:
-    """Return displacements and rotations (6, S, …) [m, rad] at fractions (S,) of beams under inner coordinates (INNER, …).
+    def turned_forces(self, length: Array, sections: Array, load: Array, lever: Array | None) -> Array:
+        """Return the geometric stiffness (9 + INNER, 9 + INNER, N) of the section forces of beams, in beam axes.
 
-    Args:
-        c: (6,) section compliances.
-        length: (…) [m].
-    """
-    found = np.zeros((6, len(fractions), *inner.shape[1:]))
+        It is Qᵀ H Q, with the quadratic form H of the energy at the top of the module in the amplitudes of rotations and
+        strains. Its coordinates are the rotation of the base end, displacement and rotation of the platform end relative to a
+        rigid-body motion with the base end, and the inner coordinates.
 
-    def add(row: int, size: Array, shape: _Polynomial, amplitude: Array) -> None:
-        found[row] += np.multiply.outer(shape(fractions), size * amplitude)
+        Args:
+            sections: (6, 4, N) forces and moments of the outboard on the inboard part at the nodes, about the axis [N, N·m].
+            load: (3, N) weight per length [N/m].
+            lever: (3, N) vector from the beam's axis to the line of its mass [m]; None: zero.
+        """
+        N, c = length.shape[0], self.compliances[:, None]
+        H = zeros_for((_EVERY, _EVERY, N), sections, length)
 
-    for k in range(EACH):
-        for first, row, sign, turn in ((0, 1, 1.0, 5), (EACH, 2, -1.0, 4)):
-            size = np.sqrt(c[turn] * length)
-            add(row, sign * size * length, DEFLECTIONS[k], inner[first + k])
-            add(turn, size, DEFLECTIONS[k].deriv(), inner[first + k])
-        add(3, np.sqrt(c[3] * length), _TORSION[2 + k], inner[2 * EACH + k])
-    for axis in range(3):
-        for j in range(EACH_STRAIN):
-            shape = np.polynomial.Legendre.basis(j + 1, domain=[0, 1]).convert(kind=_Polynomial).integ() * np.sqrt(2 * j + 3)
-            add(axis, np.sqrt(c[axis] * length), shape, inner[3 * EACH + axis * EACH_STRAIN + j])
-    shape = _Polynomial([0, 0, 3, -2])
-    for number, row, sign, bend, shear in ((-2, 1, 1.0, 5, 1), (-1, 2, -1.0, 4, 2)):
-        size = _opposite(c[bend], c[shear], length)
-        add(row, sign * size * length, shape - _Polynomial([0, 1]), inner[number])
-        add(bend, size, shape.deriv(), inner[number])
-    return found
+        def add(rows: slice, columns: slice, block: Array) -> None:
+            H[rows, columns] += block
+            H[columns, rows] += np.swapaxes(block, 0, 1)
+
+        force, moment = sections[:3] * length, sections[3:]
+        for a in (1, 2):
+            add(_ABOUT[a], _ABOUT[a], np.einsum("kij,kn->ijn", _TURNS[a, a], force[0]) / 2)
+            add(_ABOUT[0], _ABOUT[a], np.einsum("kij,kn->ijn", _TURNS[0, a], force[a]) / -2)
+        for a, b, k in ((1, 2, 0), (2, 0, 1), (0, 1, 2)):  # M_k (θ_a κ_b − θ_b κ_a), F_k (θ_a γ_b − θ_b γ_a)
+            change = _BENDS[a, b] - np.swapaxes(_BENDS[b, a], 1, 2)
+            add(_ABOUT[a], _ABOUT[b], np.einsum("kij,kn->ijn", change, moment[k]) / -2)
+            for turn, strain, sign in ((a, b, -1), (b, a, 1)):
+                add(_ABOUT[turn], _of_strain(strain), sign * np.einsum("kij,kn->ijn", _STRAINS[turn], force[k]))
+        if lever is not None:
+            arms = of_arm(load, lever) * length
+            for a in range(3):
+                for b in range(3):
+                    H[_ABOUT[a], _ABOUT[b]] += _TURNS[a, b].sum(axis=0)[:, :, None] * arms[a, b]
+        Q, H = (np.array(np.moveaxis(matrix, 2, 0), order="C", subok=True) for matrix in (_amplitudes(c, length, H), H))
+        found: Array = np.moveaxis(np.swapaxes(Q, 1, 2) @ (H @ Q), 0, 2)
+        return found
+
+    def inner_deflections(self, length: Array, sections: Array) -> Array:
+        """Return the inner coordinates η_k = ∫ [γ_k; κ_k] · w ds (INNER, …) under section forces w (6, 4, …).
+
+        [γ_k; κ_k] are the strains per unit of η_k, see :meth:`turned_forces`; the stiffness of η_k is 1.
+        """
+        c, found = self.compliances, []
+        for axis, first in ((2, 3), (1, 3), (0, 2)):
+            sizes = np.sqrt(c[3 + axis] * length)
+            found.append(np.einsum("ki,k...->i...", _CURVED[axis][:, first:], sections[3 + axis]) * sizes)
+        for axis in range(3):
+            found.append(np.einsum("ki,k...->i...", _STRETCHED[:, 1:], sections[axis]) * np.sqrt(c[axis] * length))
+        for axis, bend, shear, sign in ((2, 5, 1, -1.0), (1, 4, 2, 1.0)):
+            turned = np.tensordot(6 * (_CURVED[axis][:, 1] - _CURVED[axis][:, 2]), sections[3 + axis], 1)
+            strained = np.tensordot(_STRETCHED[:, 0], sections[shear], 1) * (sign * length)
+            found.append((_opposite(c[bend], c[shear], length) * (turned + strained))[None])
+        return np.concatenate(found)
+
+    def inner_lines(self, length: Array, fractions: Array, inner: Array) -> Array:
+        """Return displacements and rotations (6, S, …) [m, rad] at fractions (S,) of beams under inner coordinates (INNER, …)."""
+        c, found = self.compliances, np.zeros((6, len(fractions), *inner.shape[1:]))
+
+        def add(row: int, size: Array, shape: _Polynomial, amplitude: Array) -> None:
+            found[row] += np.multiply.outer(shape(fractions), size * amplitude)
+
+        for k in range(EACH):
+            for first, row, sign, turn in ((0, 1, 1.0, 5), (EACH, 2, -1.0, 4)):
+                size = np.sqrt(c[turn] * length)
+                add(row, sign * size * length, DEFLECTIONS[k], inner[first + k])
+                add(turn, size, DEFLECTIONS[k].deriv(), inner[first + k])
+            add(3, np.sqrt(c[3] * length), _TORSION[2 + k], inner[2 * EACH + k])
+        for axis in range(3):
+            for j in range(EACH_STRAIN):
+                shape = np.polynomial.Legendre.basis(j + 1, domain=[0, 1]).convert(kind=_Polynomial).integ() * np.sqrt(2 * j + 3)
+                add(axis, np.sqrt(c[axis] * length), shape, inner[3 * EACH + axis * EACH_STRAIN + j])
+        shape = _Polynomial([0, 0, 3, -2])
+        for number, row, sign, bend, shear in ((-2, 1, 1.0, 5, 1), (-1, 2, -1.0, 4, 2)):
+            size = _opposite(c[bend], c[shear], length)
+            add(row, sign * size * length, shape - _Polynomial([0, 1]), inner[number])
+            add(bend, size, shape.deriv(), inner[number])
+        return found

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable
 
 from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import Beam, BeamEnd, Inertia, JointStiffness, Link, Origin, Spring, check_section
-from kinetostatics.description.fields import NUMBER, POSITIVE, TEXT
+from kinetostatics.description.fields import NUMBER, PAIR, POSITIVE, TEXT
 from kinetostatics.description.flexible import Flexible
 from kinetostatics.description.joints import NO_LIMITS, Joint, Loop
 from kinetostatics.description.robot_description import RobotDescription
@@ -19,6 +19,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.attributes import NEEDED, ElementTable, Row, row, written
 from kinetostatics.files.xml import XmlElement
 from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tube
+from kinetostatics.sections.tapered import Station, Tapered
 
 
 def _frame(part: type, name: str) -> tuple[Row, ...]:
@@ -153,13 +154,20 @@ BEAM = ElementTable(
             row(Beam, "y_axis"),
         )
     },
-    SECTIONS,
+    (*SECTIONS, "station"),
 )
+STATION = ElementTable("station", {"": (Row("at", NUMBER), Row("offset", PAIR, (0.0, 0.0)))}, SECTIONS)
 
 
 def read_section(beam: XmlElement) -> Section:
+    """Return the section of a ``<beam>`` or ``<station>``."""
     sections = beam.children
-    if len(sections) != 1:
+    if sections and all(element.tag == "station" for element in sections):
+        try:
+            return Tapered.of([Station(section=read_section(element), **STATION.read(element)) for element in sections])
+        except ArgumentError as error:
+            raise beam.error(f"{beam.label}: {error}") from None
+    if len(sections) != 1 or sections[0].tag == "station":
         allowed = ", ".join(f"<{tag}>" for tag in SECTIONS)
         reason = f"{beam.label} has {len(sections) or 'no'} sections; give one of {allowed}"
         raise (sections[1] if sections else beam).error(reason)
@@ -175,13 +183,19 @@ def read_section(beam: XmlElement) -> Section:
 
 def write_beam(beam: Beam, joints: Collection[str]) -> XmlElement:
     """Return a ``<beam>``; ``joints`` are the names of all joints and loops."""
-    table = dict(SECTIONS.values())[type(beam.section)]  # of a tube <tube>
-    if type(beam.section) is Tube and not beam.section.inner_diameter:
-        table = SECTIONS["circle"][1]
     ends = {"start": _end(beam.start, beam, joints), "end": _end(beam.end, beam, joints)}
-    return BEAM.write(
-        beam, given={**ends, "name": None if beam.name == beam.link else beam.name}, more=[table.write(beam.section)]
-    )
+    if isinstance(beam.section, Tapered):
+        sections = [STATION.write(station, more=[_section(station.section)]) for station in beam.section.stations]
+    else:
+        sections = [_section(beam.section)]
+    return BEAM.write(beam, given={**ends, "name": None if beam.name == beam.link else beam.name}, more=sections)
+
+
+def _section(section: Section) -> XmlElement:
+    table = dict(SECTIONS.values())[type(section)]  # of a tube <tube>
+    if type(section) is Tube and not section.inner_diameter:
+        table = SECTIONS["circle"][1]
+    return table.write(section)
 
 
 def _end(end: BeamEnd | None, beam: Beam, joints: Collection[str]) -> str | None:

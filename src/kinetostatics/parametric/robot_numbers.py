@@ -22,6 +22,7 @@ from kinetostatics.math.rotations import exponential, orientation_named
 from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.robot import Robot
 from kinetostatics.sections.kinds import Section, sizes_of
+from kinetostatics.sections.tapered import Tapered
 
 #: Step of finite differences: a fraction of the number, a fraction of the robot's length for points, or a rotation [rad].
 STEP = 1e-3
@@ -116,6 +117,9 @@ def _places(robot: Robot) -> Iterator[tuple[str, Path, str]]:
         ):
             for number, unit in numbers.items():
                 yield f"{name}.{number}", ("beams", name, *within, number), unit
+        for k, station in enumerate(beam.section.stations if isinstance(beam.section, Tapered) else ()):
+            for number, unit in UNITS[type(station.section)].items():
+                yield f"{name}.station_{k + 1}.{number}", ("beams", name, "section", "stations", k, "section", number), unit
     for name, part in there.flexible.items():
         for number, unit in part.numbers.items():
             yield f"{name}.{number}", ("flexible", name, number), unit

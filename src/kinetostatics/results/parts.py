@@ -12,7 +12,6 @@ from functools import cached_property
 import numpy as np
 
 from kinetostatics.description.elements import Beam
-from kinetostatics.elements import beam_formulas
 from kinetostatics.elements.loaded_beams import LoadedBeams
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported
@@ -234,13 +233,21 @@ def beam_results(
     beams: dict[str, BeamResult] = {}
     ratios = _EulerRatios(robot, batch, tuple(solutions))
     members = {beam: member for member in robot.members.names for beam in member}
-    numbers = [[_beam_arrays(stack, solution) for stack in d.beams] for d, solution in zip(deformations, solutions, strict=True)]
+    at = np.union1d(FRACTIONS, [place for beam in robot.beams.values() for place in beam.section.places])
+    pairs = zip(deformations, solutions, strict=True)
+    numbers = [[_beam_arrays(stack, solution, at) for stack in d.beams] for d, solution in pairs]
     for name, beam in robot.description.beams.items():
-        places = [d.places[name] for d in deformations]
+        places, section = [d.places[name] for d in deformations], robot.beams[name].section
         pieces = [(stacks[k], position) for stacks, (k, position) in zip(numbers, places, strict=True)]
         chunk_arrays = {key: [stack[key][..., position, :] for stack, position in pieces] for key in pieces[0][0]}
         wrenches = [np.swapaxes(w, 0, 1) for w in chunk_arrays["section_wrenches"]]
-        chunk_arrays["stress"] = [beam.section.largest_stress(w, beam.poisson_ratio) for w in wrenches]
+        chunk_arrays["stress"] = [
+            section.stress_along(w, at, beam.poisson_ratio).max(axis=0)
+            if section.places
+            else section.largest_stress(w, beam.poisson_ratio)
+            for w in wrenches
+        ]
+        chunk_arrays["section_wrenches"] = [w[np.isin(at, FRACTIONS)] for w in chunk_arrays["section_wrenches"]]
         arrays = {key: batch.public(chunks) for key, chunks in chunk_arrays.items()}
         beams[name] = BeamResult(name, beam, FRACTIONS, **arrays, _euler_ratio=ratios, member=members[name])
     return ResultMapping(beams)
@@ -266,16 +273,16 @@ def centre_lines(
     return ResultMapping(lines)
 
 
-def _beam_arrays(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
-    """Return the arrays of :class:`BeamResult` by name, as (…, g, N), without ``stress`` and ``_euler_ratio``."""
+def _beam_arrays(beams: LoadedBeams, solution: Solution, at: Array) -> dict[str, Array]:
+    """Return the arrays of :class:`BeamResult` by name, as (…, g, N), without ``stress`` and ``_euler_ratio``.
+
+    Section wrenches are given at more fractions ``at`` of the length.
+    """
     parts = {name: getattr(beams, name).sum(axis=1, keepdims=True) for name in ("wrench", "load", "inner")}
     line = None if beams.line is None else beams.line.sum(axis=1, keepdims=True)
     total = replace(beams, **parts, stretch=beams.stretch.sum(axis=0, keepdims=True), line=line)
 
-    def section(s: Array) -> Array:
-        return total.sections(s)[:, :, 0]
-
-    sections, lines = section(FRACTIONS[:, None, None] * beams.length), total.lines(FRACTIONS)[:, :, 0]
+    sections, lines = total.sections(at)[:, :, 0], total.lines(FRACTIONS)[:, :, 0]
     return {
         "length": beams.length,
         "mass": beams.mass,
@@ -284,5 +291,5 @@ def _beam_arrays(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
         "section_wrenches": np.swapaxes(sections, 0, 1),
         "deflections": np.swapaxes(lines[:3], 0, 1),
         "rotations": np.swapaxes(lines[3:], 0, 1),
-        "strain_energy": beam_formulas.strain_energy(beams.compliances, beams.length, section),
+        "strain_energy": total.strain_energy()[0],
     }

@@ -92,6 +92,15 @@ class Section:
         """Return the largest stress (…) [Pa] at n sections of a beam with wrenches (6, n, …), by :meth:`stress`."""
         return self.stress(wrenches, poisson_ratio).max(axis=0)
 
+    @property
+    def places(self) -> tuple[float, ...]:
+        """Fractions of the length at which the stations of a :class:`.Tapered` section are."""
+        return ()
+
+    def stress_along(self, wrenches: Array, fractions: Array, poisson_ratio: float = 0.3) -> Array:
+        """Return :meth:`stress` (n, …) under wrenches (6, n, …) about the beam's line, at n fractions of its length."""
+        return self.stress(wrenches, poisson_ratio)
+
 
 def sizes_of(kind: type[Section]) -> tuple[str, ...]:
     """Return the names of the dimensions of a shape, such as its width: the fields that a general section lacks."""

@@ -16,7 +16,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from kinetostatics.elements.spring import PlacedSpring
-from kinetostatics.elements.turned_forces import INNER, NODES, inner_deflections, turned_forces, without_inner
+from kinetostatics.elements.turned_forces import without_inner
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross
 from kinetostatics.math.rotations import skew
@@ -186,20 +186,19 @@ class GeometricStiffness:
         weight = self._robot.weights.sum([f"beam:{name}"], solution.weights)[:3] * float(weighty)
         number, position = deformation.places[name]
         stack = deformation.beams[number]
-        nodes = NODES[:, None, None] * stack.length
-        sections = stack.sections(nodes)[:, :, :, position]
-        c, every = model.compliances[:, None], [*which, *(range(S, sections.shape[2]) if weighty else ())]
+        sections = stack.sections(model.inside.nodes)[:, :, :, position]
+        every = [*which, *(range(S, sections.shape[2]) if weighty else ())]
         load = np.einsum("ijn,in->jn", axes, weight) / length
         turned = None if model.centre is None else np.einsum("ijn,in->jn", axes, lever)
-        K = turned_forces(c, length, sections[:, :, every].sum(axis=2), load, turned)
-        own = np.eye(INNER)[:, :, None] + K[9:, 9:]
+        K = model.inside.turned_forces(length, sections[:, :, every].sum(axis=2), load, turned)
+        own = np.eye(model.inside.count)[:, :, None] + K[9:, 9:]
         if not weighty or not eliminated:  # under unit loads to first order in the forces: without inner coordinates
             B = K[:9, :9] / 2
             for k in (0, 3, 6):
                 B[k : k + 3] = np.einsum("ijn,jkn->ikn", axes, B[k : k + 3])
                 B[:, k : k + 3] = np.einsum("ijn,kjn->ikn", B[:, k : k + 3], axes)
             return (B, None, (K, axes)), own, weight
-        given = inner_deflections(model.compliances, length, sections)
+        given = model.inside.inner_deflections(length, sections)
         first = next((k for k, name in enumerate(solution.contributions) if name.startswith("spring ")), 0)
         given[:, first : first + 1] += given[:, S:].sum(axis=1, keepdims=True)  # of bodies attached only to the base
         left = without_inner(K, given[:, :S])

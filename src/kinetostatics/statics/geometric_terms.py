@@ -29,7 +29,7 @@ class JunctionTerms:
         axes: (3, k, N) directions of the k components of s; None without any.
         B: (9, 9, N).
         constant: (9, S, N) forces on z, by contribution, due to inner deflections under loads along the beam; None: zero.
-        whole: for a beam, its geometric stiffness with inner coordinates, see :func:`turned_forces`, and its axes (3, 3, N).
+        whole: for a beam, its geometric stiffness with inner coordinates, see :class:`.UniformInside`, and its axes (3, 3, N).
     """
 
     item: Junction
@@ -60,7 +60,7 @@ class GeometricTerms:
         Args:
             acting: forces on rotation groups: each with its attachment, arm from o (3, N) [m] and force (3, N) [N].
             junctions: the energies of joints and beams.
-            inner: for each beam the stiffness (INNER, INNER, N) of its inner coordinates.
+            inner: for each beam the stiffness (b, b, N) of its b inner coordinates.
             own: whether K_g includes the tangent stiffness K_t of the springs themselves.
         """
         self._where, self._rotation_groups, self._o, self._without_spin = where, rotation_groups, o, without_spin

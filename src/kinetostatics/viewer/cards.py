@@ -291,7 +291,8 @@ class Cards:
 
     def _beam(self, beam: BeamResult, rows: list[CardRow], first: int) -> Card:
         wrenches = self.poses.take(beam.section_wrenches)[:, :: self.poses.step]
-        stress = beam.description.section.stress(np.moveaxis(wrenches, -1, 0), beam.description.poisson_ratio)
+        section, along = self.result.robot.beams[beam.name].section, wrenches.transpose(2, 1, 0)
+        stress = section.stress_along(along, beam.stations[:: self.poses.step], beam.description.poisson_ratio).T
         lines = {"T": wrenches[..., 3], "M_y": wrenches[..., 4], "M_z": wrenches[..., 5], "stress": stress}
         lines |= {"axial": wrenches[..., 0], "euler": self.poses.take(beam.euler_ratio)[:, None]}
         actuators = [name for joint in self.joints if joint.beam == beam.name for name in joint.joints if name in self.actuators]

@@ -205,7 +205,7 @@ class _SceneBuilder:
         """Return the surface of a link in the axes of its station, or of its stations if it is flexible, and their indices."""
         if link not in self.flexible:
             return surface, self._link_station(link, roots)
-        cells = max(8, round(CELLS / self.poses.count**0.25)) / float(np.ptp(surface.vertices, axis=0).max())
+        cells = max(2, round(CELLS / self.poses.count**0.25)) / float(np.ptp(surface.vertices, axis=0).max())
         _, some, cell = np.unique(np.round(surface.vertices * cells), axis=0, return_index=True, return_inverse=True)
         cell, centres = cell.ravel(), surface.vertices[some]
         placements, name = np.repeat(self.poses.frame(link)[:, None], len(centres), axis=1), self.flexible[link]
@@ -250,7 +250,7 @@ class _SceneBuilder:
             roots = ("Deformed",) if beam.link in self.visuals else ("Rest", "Deformed")
             if isinstance(self.poses, UnloadedPose) and beam.link in self.visuals:
                 continue
-            surface, at = swept(beam.section, count)
+            surface, at = swept(self.poses.robot.beams[name].section, count)
             self.meshes.append(Mesh(f"beams/{name}", surface, first + at, roots))
 
     def _joint_markers(self) -> None:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import axis_across, cross
 from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tube
+from kinetostatics.sections.tapered import Station, Tapered
 
 Integers = NDArray[np.int64]
 
@@ -62,26 +63,30 @@ def swept(section: Section, stations: int) -> tuple[Surface, Integers]:
 
     A vertex is given in the axes of its station, with x = 0 along the beam; the page moves the stations to bend the surface.
     """
-    outer, inner, smooth = outlines(section)
-    parts = [_wall(outer, stations, smooth)]
-    if inner is not None:
-        surface, at = _wall(inner, stations, smooth)
+    places = np.linspace(0, 1, stations).tolist()
+    every = [section.at(place)[-1] for place in places] if isinstance(section, Tapered) else [Station(0.0, section)] * stations
+    outers, inners, smooth = zip(*(outlines(station.section) for station in every), strict=True)
+    hollow, offsets = not any(inner is None for inner in inners), np.array([station.offset for station in every])[:, None]
+    walls = [np.array(outers) + offsets, *([np.array(inners) + offsets] if hollow else [])]
+    parts = [_wall(walls[0], smooth[0])]
+    if hollow:
+        surface, at = _wall(walls[1], smooth[0])
         parts.append((Surface(surface.vertices, surface.faces[:, ::-1]), at))
-    parts.append(_cap(outer, inner, 0, True))
-    parts.append(_cap(outer, inner, stations - 1, False))
+    parts += [_cap(walls[0][k], walls[1][k] if hollow else None, k % stations, k == 0) for k in (0, -1)]
     return joined([surface for surface, _ in parts]), np.concatenate([at for _, at in parts])
 
 
-def _wall(outline: Array, stations: int, smooth: bool) -> tuple[Surface, Integers]:
-    m = len(outline)
-    ring = outline if smooth else np.repeat(outline, 2, axis=0)  # duplicate vertices at edges keep them sharp
-    n = len(ring)
+def _wall(outlines: Array, smooth: bool) -> tuple[Surface, Integers]:
+    """Return the wall over outlines (stations, m, 2)."""
+    stations, m = outlines.shape[:2]
+    rings = outlines if smooth else np.repeat(outlines, 2, axis=1)  # duplicate vertices at edges keep them sharp
+    n = rings.shape[1]
     first = np.arange(m) if smooth else 2 * np.arange(m) + 1
     after = (first + 1) % n
     start = (np.arange(stations - 1) * n)[:, None]
     a, b = start + first, start + after
     faces = np.concatenate([np.stack([a, b, a + n], axis=-1), np.stack([b, b + n, a + n], axis=-1)])
-    vertices = np.column_stack([np.zeros(n * stations), np.tile(ring, (stations, 1))])
+    vertices = np.column_stack([np.zeros(n * stations), rings.reshape(-1, 2)])
     return Surface(vertices, faces.reshape(-1, 3)), np.repeat(np.arange(stations), n)
 
 
