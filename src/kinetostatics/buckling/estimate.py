@@ -63,8 +63,9 @@ def estimate(structure: SmallMotions, solution: Solution) -> Array:
     transmitted = JunctionWrenches(model, solution, loads, range(len(solution.contributions)), True)
     inside, outside, springs = np.zeros_like(C[0, 0]), np.zeros_like(C[0, 0]), _Springs.of(structure)
     for junctions in limbs.values():
-        own, by_platform = _of_limb(structure, solution, junctions, transmitted, springs, loops)
-        inside, outside = np.maximum(inside, own), outside + by_platform
+        with np.errstate(divide="ignore", invalid="ignore"):  # the length of a telescopic beam may be zero
+            own, by_platform = _of_limb(structure, solution, junctions, transmitted, springs, loops)
+            inside, outside = np.maximum(inside, own), outside + by_platform
     found: Array = inside + outside
     return found
 
@@ -127,9 +128,8 @@ def _of_limb(
             with np.errstate(divide="ignore", invalid="ignore"):  # the length of a telescopic beam may be zero
                 slope = slope + (chord / length**2 if item.edge.span else none)
     longest = longest if any(item.edge.span for item in junctions) else none + model.length
-    with np.errstate(divide="ignore", invalid="ignore"):
-        joints = springs.hinges + springs.slides / longest**2
-        shift = (C[0, 0] + C[1, 1] + C[2, 2]) / longest**2
+    joints = springs.hinges + springs.slides / longest**2
+    shift = (C[0, 0] + C[1, 1] + C[2, 2]) / longest**2
     series = soft + joints
     inside = bent + fixed * joints + carried * series + 2 * (moments + levers + chords) * series
     if springs.both:  # the work is at most the force times the root of both compliances, and that at most half their sum
