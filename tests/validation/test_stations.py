@@ -302,7 +302,7 @@ def test_equal_stations_change_nothing(which):
 
 
 def swinging(*parts):
-    """A pendulum of given links and beams, on a driven joint between base and "arm"."""
+    """A pendulum of given links and beams, on an actuated joint between base and "arm"."""
     ends = [link("base"), link("platform", 2.0), joint("swing", "revolute", "base", "arm", axis="0.2 1 0.3")]
     return robot_of(*ends, *parts, '<transmission name="t"><joint name="swing"/></transmission>')
 

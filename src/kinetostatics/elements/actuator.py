@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.elements.element import carried_wrench, outboard_masks
-from kinetostatics.elements.loaded_beams import LoadedBeams
+from kinetostatics.elements.element import WithoutInside, carried_wrench, outboard_masks
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.mechanism.joints import ElasticActuator, Freedoms, freedoms_of
 from kinetostatics.mechanism.limbs import Edge, Topology
@@ -100,7 +99,7 @@ class Actuators:
 
 
 @dataclass(frozen=True, eq=False)
-class PlacedActuators:
+class PlacedActuators(WithoutInside):
     """Corresponding elastic actuators at N poses.
 
     Attributes:
@@ -129,22 +128,12 @@ class PlacedActuators:
                 force[0, limb] += np.einsum("in,in->n", twist, np.einsum("w,iwn->in", mask, wrenches))
         return force
 
-    @property
-    def line(self) -> None:
-        return None
-
-    def own_load(self, gravity: Array) -> None:
-        return None
-
     def forces(self, carried: Array) -> Array:
         return carried
 
     def displacements(self, forces: Array) -> Array:
         """Return c f."""
         return self.actuators.compliance * forces
-
-    def own_displacement(self, load: Array) -> Array:
-        return np.zeros_like(load[:1])
 
     def motions(self, displacements: Array) -> Iterator[tuple[int, Array]]:
         for freedom, twist in zip(self.actuators.freedoms, self.twists, strict=True):
@@ -158,9 +147,3 @@ class PlacedActuators:
         sizes = [freedom.ratios * (length if freedom.rotates else 1.0) for freedom in self.actuators.freedoms]
         batch = self.twists[0].shape[1:]
         return np.broadcast_to(self.actuators.compliance * sum(size**2 for size in sizes), batch)
-
-    def strain_energy(self, forces: Array, displacements: Array) -> Array:
-        return np.einsum("ign,ign->gn", forces, displacements) / 2
-
-    def inside(self, carried: Array, load: Array) -> LoadedBeams:
-        raise TypeError("an element without length has no inside")

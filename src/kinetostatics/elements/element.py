@@ -113,8 +113,31 @@ class ElasticElement(Protocol):
         """Return the elements at poses, ``twists`` (6, k, g, N) being the unit twists of the limbs' freedoms about o (3, N)."""
 
 
+class WithoutInside:
+    """What placed elements without a line, own weight, coordinates of actuators and an inside have in common."""
+
+    @property
+    def line(self) -> tuple[Array, Array] | None:
+        return None
+
+    def own_load(self, gravity: Array) -> Array | None:
+        return None
+
+    def own_displacement(self, load: Array) -> Array:
+        return np.zeros_like(load)
+
+    def travels(self, displacements: Array) -> Mapping[str, Array]:
+        return {}
+
+    def strain_energy(self, forces: Array, displacements: Array) -> Array:
+        return np.einsum("ign,ign->gn", forces, displacements) / 2
+
+    def inside(self, carried: Array, load: Array) -> LoadedBeams:
+        raise TypeError(f"{type(self).__name__} have no inside")
+
+
 @dataclass(frozen=True, eq=False)
-class PlacedSection:
+class PlacedSection(WithoutInside):
     """Corresponding elements that transmit all six components of a wrench, at N poses.
 
     Attributes:
@@ -142,18 +165,12 @@ class PlacedSection:
     def motions(self, displacements: Array) -> Iterator[tuple[int, Array]]:
         yield self.element, move_twist(rotate(self.axes, displacements), -self.arm)
 
-    def travels(self, displacements: Array) -> Mapping[str, Array]:
-        return {}
-
     def compliance_sum(self, length: float) -> Array:
         unit = np.broadcast_to(np.diag([1.0] * 3 + [length] * 3)[:, :, None, None], (6, 6, *self.arm.shape[1:]))
         return np.einsum("ki...,ki...->...", unit, self.displacements(unit))
 
     def displacements(self, forces: Array) -> Array:
         raise NotImplementedError
-
-    def strain_energy(self, forces: Array, displacements: Array) -> Array:
-        return np.einsum("ign,ign->gn", forces, displacements) / 2
 
 
 def carried_wrench(signs: NDArray[np.int8], cut_wrenches: Array) -> Array:

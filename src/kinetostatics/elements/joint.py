@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.elements.element import NO_CUTS, PlacedSection, outboard_masks
-from kinetostatics.elements.loaded_beams import LoadedBeams
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.joints import ElasticJoint
 from kinetostatics.mechanism.limbs import Edge
@@ -57,19 +56,6 @@ class PlacedJoints(PlacedSection):
 
     joints: ElasticJoints
 
-    @property
-    def line(self) -> tuple[Array, Array] | None:
-        return None
-
-    def own_load(self, gravity: Array) -> Array | None:
-        return None
-
     def displacements(self, forces: Array) -> Array:
         """Return u = F w, with the joints' compliance F."""
         return np.einsum("ijg,j...gn->i...gn", self.joints.compliance, forces)
-
-    def own_displacement(self, load: Array) -> Array:
-        return np.zeros_like(load)
-
-    def inside(self, carried: Array, load: Array) -> LoadedBeams:
-        raise TypeError(f"{self.joints.kind} have no inside")

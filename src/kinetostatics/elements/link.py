@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.elements.element import ElasticElement
+from kinetostatics.elements.element import ElasticElement, WithoutInside
 from kinetostatics.elements.joint import ElasticJoints, PlacedJoints
 from kinetostatics.elements.rods import Numbers
 from kinetostatics.exceptions import StaticsError
@@ -211,7 +211,7 @@ class StackedMatrices(Protocol):
     stiffness: Array
 
 
-class UnderOwnWeight:
+class UnderOwnWeight(WithoutInside):
     """What links with constant F and S have in common at N poses; ``axes`` (3, 3, g, N): their axes, world axes."""
 
     links: StackedMatrices

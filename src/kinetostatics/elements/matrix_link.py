@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from kinetostatics.description.flexible import Flexible
 from kinetostatics.elements.element import ElasticElement, carried_wrench, outboard_masks
 from kinetostatics.elements.link import ElasticLink, ElasticLinks, UnderOwnWeight
-from kinetostatics.elements.loaded_beams import LoadedBeams
 from kinetostatics.elements.rods import VibratingMatrices
 from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.math.arrays import Array
@@ -208,10 +207,6 @@ class PlacedCoupledLinks(UnderOwnWeight):
     axes: Array
     arms: Array
 
-    @property
-    def line(self) -> None:
-        return None
-
     def carried(self, cut_wrenches: Array) -> Array:
         return np.concatenate([carried_wrench(signs, cut_wrenches) for signs in self.links.signs])
 
@@ -230,13 +225,7 @@ class PlacedCoupledLinks(UnderOwnWeight):
         for k, (element, end) in enumerate(zip(self.links.elements, np.split(displacements, self.arms.shape[1]), strict=True)):
             yield element, move_twist(rotate(self.axes, end), -self.arms[:, k])
 
-    def travels(self, displacements: Array) -> Mapping[str, Array]:
-        return {}
-
     def compliance_sum(self, length: float) -> Array:
         unit = np.tile([1.0] * 3 + [length] * 3, self.arms.shape[1])
         total = np.einsum("k,kkg,k->g", unit, self.links.compliance, unit)
         return np.broadcast_to(total[:, None], self.arms.shape[2:])
-
-    def inside(self, carried: Array, load: Array) -> LoadedBeams:
-        raise TypeError("links by matrices have no inside")

@@ -42,9 +42,7 @@ class LimbLoads:
         return LimbLoads(tuple(map(function, self.carried)), own)
 
 
-def compliance_and_sag(
-    group: LimbGroup, geometry: LimbGeometry, columns: Array, particular: Array, loads: LimbLoads
-) -> tuple[Array, Array]:
+def compliance_and_sag(geometry: LimbGeometry, columns: Array, particular: Array, loads: LimbLoads) -> tuple[Array, Array]:
     """Return the compliance (n, n, g, N) and the sag (n, g, N) along n sets of cut-joint wrenches.
 
     C_ic = Σ Wᵀ F W, Δ_igc = Σ Wᵀ (F w + u_0), Eqs. (1), (13), (16), (19), (21), summed over the elastic elements: Castigliano's

@@ -261,7 +261,7 @@ def _statics(
     found = limb_wrenches(group, geometry, outboard, loaded)
     cut_wrenches, particular, self_stress = found.cut_wrenches, found.particular, found.self_stress
     if not self_stress.shape[2]:
-        C, gravity_displacement = compliance_and_sag(group, geometry, cut_wrenches, particular, loads)
+        C, gravity_displacement = compliance_and_sag(geometry, cut_wrenches, particular, loads)
         if group.partly_elastic:  # a beam is compliant in every direction
             C = np.where(_straining(group, geometry, cut_wrenches, C), C, 0.0)
         error = assembly_error_strains(group, cut_wrenches, assembly_error)
@@ -269,7 +269,7 @@ def _statics(
     else:
         n = cut_wrenches.shape[2]
         columns = np.concatenate([cut_wrenches, self_stress], axis=2)
-        gram, drift = compliance_and_sag(group, geometry, columns, particular, loads)
+        gram, drift = compliance_and_sag(geometry, columns, particular, loads)
         gram = np.where(_straining(group, geometry, columns, gram), gram, 0.0)
         gain, undetermined = _relaxation(gram, self_stress)
         mixed = np.einsum("ab...,bj...->aj...", gain, gram[n:, :n])
@@ -278,7 +278,7 @@ def _statics(
         error = assembly_error_strains(group, self_stress, assembly_error)
         stress = -np.einsum("mia...,ab...,b...->mi...", self_stress, gain, error)
         before = np.einsum("ii...->i...", gram[:n, :n]).max(axis=0, initial=0.0)
-        C, gravity_displacement = compliance_and_sag(group, geometry, cut_wrenches, particular, loads)
+        C, gravity_displacement = compliance_and_sag(geometry, cut_wrenches, particular, loads)
         rounding = np.einsum("ii...->i...", C) <= 1e-20 * before
         C = np.where(rounding[:, None] | rounding[None], 0.0, C)
         incompatible = _errors_are_incompatible(group, undetermined, assembly_error)

@@ -6,8 +6,6 @@ calls. Where the largest number is chosen, it is the first of those equal except
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -311,33 +309,6 @@ def surely_have_one_sign(first: Array, second: Array) -> Mask:
             sure = sure & (reduced[0, 0] > least[k])
             reduced = reduced[1:, 1:] - reduced[1:, :1] / reduced[0, 0] * reduced[:1, 1:]
     return sure
-
-
-#: Indices of coordinates that are eliminated together, and of the remaining coordinates coupled with them.
-Front = tuple[list[int], list[int]]
-
-
-@lru_cache(maxsize=64)
-def fronts(n: int, coupled: frozenset[tuple[int, ...]]) -> list[Front]:
-    """Return the order in which the n coordinates of a sparse matrix are eliminated.
-
-    Each set of ``coupled`` contains the coordinates of a dense block. Coordinates with equal couplings are eliminated together,
-    coordinates with the fewest couplings first (A. George and J. W. Liu, Computer Solution of Large Sparse Positive Definite
-    Systems, 1981).
-    """
-    alike: dict[frozenset[tuple[int, ...]], list[int]] = {}
-    for k in range(n):
-        alike.setdefault(frozenset(some for some in coupled if k in some), []).append(k)
-    groups = list(alike.values())
-    near = {k: {j for j, other in enumerate(alike) if j != k and blocks & other} for k, blocks in enumerate(alike)}
-    order = []
-    while near:
-        k = min(near, key=lambda k: (sum(len(groups[j]) for j in near[k]), k))
-        others = near.pop(k)
-        for j in others:
-            near[j] = (near[j] | others) - {j, k}
-        order.append((groups[k], [column for j in sorted(others) for column in groups[j]]))
-    return order
 
 
 def first_largest(values: ArrayLike, margin: float = EQUAL) -> int:
