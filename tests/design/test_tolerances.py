@@ -14,7 +14,8 @@ from simple_machines import bar, joint, link, loop, mount, robot, springs, two_c
 
 import kinetostatics as ks
 from kinetostatics.design.monte_carlo import NODES, Constants
-from kinetostatics.design.tolerances import longest_sum
+from kinetostatics.design.tolerances import _ordered, longest_sum
+from kinetostatics.results.tolerances import Effect
 
 LOAD = [0, 0, -300, 0, 20, 0]
 F, L, D, E_MODULUS = 300.0, 0.8, 0.04, 2e11
@@ -204,9 +205,11 @@ def test_constants_as_products_or_sums_are_interpolated_accurately():
         np.testing.assert_allclose([found[1][k], found[2][k], found[3][k]], made(a, b)[1:], rtol=1e-6)
 
 
-@pytest.mark.parametrize(("factor", "product"), [(4.9, True), (5.1, False), (5.9, False)])
+@pytest.mark.parametrize(
+    ("factor", "product"), [(4.9, True), (5.1, False), (5.9, False), (0.21, True), (0.19, False), (0.0, False), (-2.0, False)]
+)
 def test_constants_count_as_products_up_to_a_factor_of_five(factor, product):
-    """Products are exact for powers of the factor; sums for polynomials through the nodes."""
+    """Products are exact for powers of the factor; sums for polynomials through the nodes, which may change sign."""
     law = (lambda u: factor**u) if product else (lambda u: 1 + (factor - 1) * u**2)
     nodes, parts = np.array([[law(u)] for u in NODES]), np.array([[0.3, -0.8]])
     [found] = Constants(np.array([1.0]), [nodes]).at(parts, [0])
@@ -311,6 +314,17 @@ def test_small_errors_have_effects_in_proportion(part):
     assert large.force > 1 and small.force == pytest.approx(part * large.force, rel=1e-6)
     assert small.moment == pytest.approx(part * large.moment, rel=1e-6)
     np.testing.assert_allclose(small.twist[[2, 4]], part * large.twist[[2, 4]] * [1, -1], rtol=1e-6)
+
+
+@pytest.mark.parametrize(("less", "alike"), [(1e-5, True), (1e-3, False)])
+def test_errors_that_cause_almost_equal_forces_are_ranked_by_their_moments(less, alike):
+    """Of forces that differ by a thousandth, the larger one comes first, whatever its moment."""
+    nothing = {"twist": np.zeros(6), "displacement": 0.0, "rotation": 0.0, "stiffness": np.zeros((6, 6)), "actuator_forces": {}}
+    effects = {
+        "bends less": Effect(**nothing, force=100.0, moment=2.0),
+        "bends more": Effect(**nothing, force=100 - 100 * less, moment=3.0),
+    }
+    assert list(_ordered(effects, "force")) == (["bends more", "bends less"] if alike else ["bends less", "bends more"])
 
 
 def test_errors_that_stress_without_moving_the_platform_are_listed():
