@@ -111,8 +111,10 @@ def test_degenerate_pose_in_a_batch_equals_the_pose_alone(name):
     mechanism = DEPENDENT[name]
     robot = write_mechanism(mechanism, cuts=cuts_of(mechanism)).robot()
     zero, others = pin.neutral(robot.model), robot.model_q(robot.generic_poses).T
-    batch = ks.analyze(robot.configuration([zero, others[0], zero, others[1], zero], closure_tolerance=1e-8))
-    assert batch.basis_degenerate.tolist() == [True, False, True, False, True]
+    at = [others[0], zero, others[1], zero, zero]
+    batch, reversed_batch = (ks.analyze(robot.configuration(poses, closure_tolerance=1e-8)) for poses in (at, at[::-1]))
+    assert batch.basis_degenerate.tolist() == [False, True, False, True, True]
+    np.testing.assert_allclose(reversed_batch.twist[::-1], batch.twist, rtol=0, atol=1e-9 * np.nanmax(np.abs(batch.twist)))
     for k in range(5):
         alone = ks.analyze(robot.configuration(batch.configuration.q[k], closure_tolerance=1e-8), on_failure="nan")
         assert alone.status == batch.status[k]
@@ -236,3 +238,12 @@ def test_nothing_is_out_of_balance_where_nothing_weighs():
     assert {name: part.tolist() for name, part in result.solutions[0].unbalanced.items()} == {
         name: [0.0] for name in result.limbs
     }
+
+
+def test_nothing_is_out_of_balance_in_a_branch_without_weight():
+    """A pointer without mass, on a passive hinge that is free to turn: no share of any weight is left."""
+    description = ks.load_robot("3rps").description
+    pointer = Joint("pivot", "continuous", "platform", "pointer", Origin((0.1, 0, 0)), axis=(0, 1, 0))
+    robot = ks.Robot(description.with_part(Link("pointer")).with_part(pointer))
+    found = ks.analyze(robot.assemble(), load=[1, 2, -30, 0, 0, 0])
+    assert found.solutions[0].unbalanced["platform"].tolist() == [0.0] and found.status == ks.Status.OK
