@@ -71,6 +71,24 @@ def test_a_balanced_arm_is_indifferent(angle):
         np.testing.assert_allclose(locked.frequencies, [expected], rtol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("excess", "verdict"),
+    [(1e-10, "indifferent"), (-1e-13, "indifferent"), (1e-7, "falls"), (-1e-7, "swings"), (-1e-10, "swings")],
+)
+def test_an_arm_that_is_balanced_but_for_rounding_is_indifferent(excess, verdict):
+    """Of the two stiffnesses that cancel, ± m g c sin φ, a part is left: it counts, with its sign, if it is no rounding error."""
+    m, c, a, b, angle = 4.0, 0.5, 0.4, 0.3, 0.6
+    held = spring(f"0 0 {a}", f"{b} 0 0", m * GRAVITY * c / (a * b) * (1 + excess))
+    found = ks.modes(arm("0 1 0", "", 0.001, m, held).assemble(actuators={"a": angle}), 1, drives="free")
+    left = -excess * m * GRAVITY * c * np.sin(angle) / (m * c**2 + 0.001)
+    if verdict == "indifferent":
+        assert found.zero_frequencies == 1 and found.status == ks.Status.OK
+    elif verdict == "swings":
+        np.testing.assert_allclose(found.frequencies, [np.sqrt(left) / 2 / np.pi], rtol=1e-5)
+    else:
+        assert np.isnan(found.frequencies[0]) and found.status == ks.Status.SINGULAR
+
+
 @pytest.mark.parametrize(("preload", "stable"), [(100.0, False), (-100.0, True)])
 def test_a_spring_beyond_the_pivot_decides_stability(preload, stable):
     r, d = 0.5, 0.3
