@@ -239,6 +239,7 @@ def _changed(**entries):
         (_changed(FxMy=5e-1, MyFx_=5e5), ["not symmetric", "a factor of 1e+06, as between units"]),
         (_changed(FxMy=5e-4, MyFx_=5e5), ["not symmetric", "a factor of 1e+09, as between units"]),
         (_changed(FxFy_=5, FyFx_=5e-9), []),
+        (_changed(FxMx=1.5e6), ["not positive", "Fx Mx = 1.5e+06; less than 1e+06, the root of the product"]),
         (_changed(FxMx=5e7), ["not positive", "Fx Mx = 5e+07", "less than 1e+06", "factor of 1000"]),
         (_changed(FxFy=1e8 * (1 - 1e-9)), []),  # the least of its eigenvalues, 1 ± Fx Fy / 1e8, is 1e-9
         (_changed(FxFy=1e8 * (1 - 1e-11)), ["no positive stiffness", "eigenvalue 1e-11"]),

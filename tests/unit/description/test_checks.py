@@ -70,6 +70,16 @@ def test_parts_refuse_wrong_values_when_they_are_made(make: Callable[[], Any], w
         make()
 
 
+@pytest.mark.parametrize(("value", "words"), [(5e-31, "too small"), (2e-30, ""), (9e29, ""), (1.1e30, "too large")])
+def test_numbers_may_have_thirty_digits_before_and_after_the_point(value: float, words: str) -> None:
+    """Their squares and reciprocals can be computed with."""
+    if words:
+        with pytest.raises(ks.RobotFileError, match=f"drive=.* of stiffness of joint 'j' is {words} to compute with"):
+            JointStiffness("j", drive=value)
+    else:
+        assert JointStiffness("j", drive=value).drive == value
+
+
 def test_values_are_stored_as_floats_and_unit_vectors() -> None:
     joint = Joint("j", "revolute", "a", "b", Origin(np.array([1, 2, 3])), [0, 5, 0], np.float32(-1), 1)  # type: ignore[arg-type]
     assert joint == Joint("j", "revolute", "a", "b", Origin((1.0, 2.0, 3.0)), (0.0, 1.0, 0.0), -1.0, 1.0)
@@ -157,6 +167,16 @@ def test_rules_between_parts_hold_without_xml(change: Callable[[Any], Any], word
     assert validate(plate()).is_valid
     with pytest.raises(ks.RobotFileError, match="^" + re.escape(f"<python>: {words}")):
         validate(change(plate()))
+
+
+@pytest.mark.parametrize(("apart", "same"), [(1e-14, True), (3e-13, True), (3e-12, False), (0.1, False)])
+def test_section_of_equal_shear_areas_but_for_rounding_needs_no_y_axis(apart: float, same: bool) -> None:
+    description = plate().changed("rod", section=Section(1e-3, 1e-7, 1e-7, 2e-7, 9e-4, 9e-4 * (1 + apart)))
+    if same:
+        assert validate(description).is_valid
+    else:
+        with pytest.raises(ks.RobotFileError, match="beam 'rod' has a section that bends differently about y and z"):
+            validate(description)
 
 
 @pytest.mark.parametrize(

@@ -211,6 +211,10 @@ MASS = np.diag([2 * (1 - 0.3 / L)] * 3 + [1.0] * 3 + [2 * 0.3 / L] * 3 + [1.0] *
             {"stiffness": K + np.diag([*[0] * 6, EA / L, *[0] * 5])},
             "rigid translation along x of the link causes a force along Tx of end",
         ),
+        (
+            {"stiffness": changed(K, (0, 0, 1.0001 * K[0, 0]))},
+            r"translation along x of .* force along Tx of start \(residual 5e-05",
+        ),
         ({"stiffness": HINGE}, r"rigid rotation about z of the link causes a force along Rz of end \(residual 1\)"),
         (
             {"stiffness": WITHOUT_TORSION, "rotations": TURNED},
