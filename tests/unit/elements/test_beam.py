@@ -23,10 +23,10 @@ def test_telescope_without_length_but_for_rounding(reach, counts):
         assert ks.analyze(pose).twist[2] == pytest.approx(-slide * lower**2 / 2, rel=1e-6)
 
 
-def bar(y_axis, telescope):
+def bar(y_axis, telescope, slide="0 0 1"):
     """An upright bar, 0.02 m wide along the projection of ``y_axis``, 0.06 m along the other direction across."""
     section = f'<beam link="bar" from="foot" to="head" density="0" y_axis="{y_axis}" {BEAM}>'
-    reach = (link("rod"), joint("slide", "prismatic", "bar", "rod", "0 0 0.2", "0 0 1")) if telescope else ()
+    reach = (link("rod"), joint("slide", "prismatic", "bar", "rod", "0 0 0.2", slide)) if telescope else ()
     return robot(
         link("base"), link("bar"), link("platform"), joint("foot", "fixed", "base", "bar"), *reach,
         joint("head", "fixed", "rod" if telescope else "bar", "platform", "0 0 0.3" if telescope else "0 0 0.5"),
@@ -54,3 +54,13 @@ def test_y_axis_almost_along_the_beam_still_has_a_projection(angle, telescope):
 def test_y_axis_along_the_beam_is_refused(angle, telescope):
     with pytest.raises(ks.RobotFileError, match=r"1: <beam 'bar'>: its y_axis is parallel to the beam; specify a direction"):
         ks.analyze(bar(f"{float(np.sin(angle))!r} 0 -1", telescope).assemble())
+
+
+@pytest.mark.parametrize(("tilt", "along"), [(1e-6, True), (1e-4, False)])
+def test_slide_inside_a_telescope_lies_along_it_up_to_rounding(tilt, along):
+    machine = bar("0 1 0", True, f"{tilt!r} 0 1")
+    if along:
+        np.testing.assert_allclose(machine.beams["bar"].axes[:, 0], [0, 0, 1], atol=2e-6)
+    else:
+        with pytest.raises(ks.RobotFileError, match="the axis of the prismatic joint 'slide' inside its span does not lie along"):
+            machine.beams["bar"]
