@@ -64,3 +64,19 @@ def test_slide_inside_a_telescope_lies_along_it_up_to_rounding(tilt, along):
     else:
         with pytest.raises(ks.RobotFileError, match="the axis of the prismatic joint 'slide' inside its span does not lie along"):
             machine.beams["bar"]
+
+
+def test_beams_of_a_link_share_its_mass_in_proportion_to_their_lengths():
+    """Arms of 0.3 and 0.5 m of a link of 4 kg; together they weigh what the link weighs, at its centre of mass."""
+    parts = [
+        f'<beam link="fork" name="{name}" from="foot" to="{name}" {BEAM}><circle diameter="0.05"/></beam>'
+        for name in ("side", "head")
+    ]
+    machine = robot(
+        link("base"), link("fork", 4.0, "0.05 0.02 0.2"), link("knob"), link("platform"), joint("foot", "fixed", "base", "fork"),
+        joint("side", "fixed", "fork", "knob", "0.3 0 0"), joint("head", "fixed", "fork", "platform", "0 0 0.5"), *parts,
+    )  # fmt: skip
+    assert [machine.beams[name].mass for name in ("side", "head")] == pytest.approx([1.5, 2.5], rel=1e-12)
+    force, centre = np.array([0, 0, -4.0 * 9.81]), np.array([0.05, 0.02, 0.2])
+    found = ks.analyze(machine.assemble(), gravity=(0, 0, -9.81)).joint_wrenches["foot"]
+    np.testing.assert_allclose(np.abs(found), np.abs([*force, *np.cross(centre, force)]), atol=1e-9)

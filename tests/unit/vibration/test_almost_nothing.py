@@ -5,6 +5,7 @@ import pytest
 from simple_machines import BEAM, joint, link, loop, robot
 
 import kinetostatics as ks
+from kinetostatics.vibration import motions
 
 
 def spring(name, link_name, at, there, stiffness):
@@ -72,3 +73,26 @@ def test_loop_with_an_axis_tilted_by_rounding_stays_movable(tilt):
     found = ks.modes(machine.assemble(actuators={"a": 0.4}), 1, gravity=(0, 0, 0))
     assert found.zero_frequencies == 0
     assert found.frequencies[0] == pytest.approx(np.sqrt(drive / (mass * r**2)) / (2 * np.pi), rel=1e-8)
+
+
+def test_mass_on_the_axis_of_an_elastic_hinge_has_no_mode_at_this_pose():
+    """A point mass m on a slide at the distance q from a hinge of the stiffness k: ω² = k / (m q²), and no mode at q = 0."""
+    text = link("platform", 2.5).replace('"1"', '"0"')
+    machine = robot(
+        link("base"), link("arm"), text, joint("hinge", "revolute", "base", "arm", axis="0 0 1"),
+        joint("slide", "prismatic", "arm", "platform", axis="1 0 0"), '<joint_stiffness joint="hinge" drive="900"/>',
+        *(f'<transmission name="{name}"><joint name="{name}"/></transmission>' for name in ("hinge", "slide")),
+    )  # fmt: skip
+    with np.errstate(all="raise"):
+        found = ks.modes(machine.assemble(actuators={"hinge": 0.2, "slide": [0.3, 0.0, 0.6]}), 1)
+        frequencies, twists = found.frequencies[:, 0], found.twists
+    np.testing.assert_allclose(frequencies[[0, 2]], np.sqrt(900 / 2.5) / np.array([0.3, 0.6]) / (2 * np.pi), rtol=1e-9)
+    assert np.isinf(frequencies[1]) and found.zero_frequencies.tolist() == [0, 0, 0]
+    assert np.isfinite(twists[[0, 2]]).all() and np.isnan(twists[1]).all()
+
+
+def test_response_does_not_depend_on_how_much_is_solved_at_once(monkeypatch):
+    pose, frequencies = ks.load_robot("3rps").assemble(), [5.0, 40.0, 200.0]
+    expected = ks.frequency_response(pose, frequencies).compliance
+    monkeypatch.setattr(motions, "_AT_ONCE", 1)
+    np.testing.assert_allclose(ks.frequency_response(pose, frequencies).compliance, expected, rtol=1e-12)
