@@ -73,7 +73,8 @@ TESTS = {
     "engine": "engine functions/test_c_by_hand.py functions/test_c_export.py",
     "functions": "functions",
     "results": "unit/results unit/reports design/test_compensate.py design/test_trajectory.py design/test_optimize.py"
-    " design/test_tolerances.py design/test_sensitivities.py unit/statics/test_link_loads.py validation/test_sprung_vibration.py",
+    " design/test_tolerances.py design/test_pareto.py design/test_sensitivities.py unit/statics/test_link_loads.py"
+    " validation/test_sprung_vibration.py",
     "checks": "unit/checks cli/test_check_golden.py",
     "indices": "maps/test_indices.py maps/test_any_direction.py",
     "workspace": "unit/workspace maps/test_sweep.py maps/test_map_facts.py maps/test_store.py",
