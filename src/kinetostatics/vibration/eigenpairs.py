@@ -265,9 +265,8 @@ def _roots(K: Array, M: Array, shift: Array, modes: bool = False) -> tuple[Array
     vectors = A
     if modes:
         values, vectors = np.linalg.eigh(A)
-        vectors = np.linalg.solve(
-            np.swapaxes(L, -1, -2), vectors / np.sqrt(np.maximum(values, _NONE * values[..., -1:]))[..., None, :]
-        )
+        masses = np.maximum(values, _NONE * values[..., -1:])
+        vectors = np.linalg.solve(np.swapaxes(L, -1, -2), vectors / np.sqrt(np.where(masses > 0, masses, 1.0))[..., None, :])
         vectors = (vectors / size[..., :, None])[..., ::-1]
     else:
         values = np.linalg.eigvalsh(A)
