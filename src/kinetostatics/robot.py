@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from kinetostatics import hooks
 from kinetostatics.arguments import warn
 from kinetostatics.description.robot_description import RobotDescription
+from kinetostatics.elements.static_model import StaticModel
 from kinetostatics.engine.programs import check_engine, compiled_loops
 from kinetostatics.exceptions import ArgumentError, AssemblyError, RobotFileError
 from kinetostatics.files.parameter_units import parameter_hints
@@ -22,7 +23,6 @@ from kinetostatics.kinematics.reach import ordinary_poses
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.zero_pose import with_wrong_parent
 from kinetostatics.layout.report import Reported
-from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.pinocchio_loops import constraint_models
 from kinetostatics.mechanism.topology import analyze_topology

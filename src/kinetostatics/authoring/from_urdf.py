@@ -209,7 +209,7 @@ def _beams_text(
     texts = {link: _suggested_beam(description, span) for link, span in candidates.items()}
     suggested = {link: text for link, text in texts.items() if text}
     if elastic == SUGGESTED:
-        chosen = {link: "" for link in suggested}
+        chosen = dict.fromkeys(suggested, "")
         if not chosen:
             raise ArgumentError(
                 f"elastic: no link of the file has the data of a beam; {_platform_advice(description) or 'name links'}"

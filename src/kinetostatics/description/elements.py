@@ -258,8 +258,7 @@ class ElasticPart(Protocol):
         """Raise an error if the elastic link does not fit its link.
 
         Args:
-            joints: joints and loops of the link.
-            others: other elastic links of the same link.
+            joints, others: joints and loops of the link, and its other elastic links.
             role: "base" or "platform", which are rigid, or empty.
         """
         return

@@ -125,9 +125,7 @@ def check_reference(where: Where, label: str, kind: str, name: object, part_name
         raise where.error(f"{label} refers to the {kind} {name!r}, which does not exist; {near_names(name, part_names)}")
 
 
-def _check_sides(
-    part: Joint | Loop | Spring, links: Collection[str], tags: tuple[str, str] = ("predecessor", "successor")
-) -> None:
+def _check_sides(part: Joint | Loop | Spring, links: Collection[str], tags: Sequence[str] = ("predecessor", "successor")) -> None:
     first, second = (getattr(part, tag) for tag in tags)
     for tag, link in zip(tags, (first, second), strict=True):
         check_reference(part.place.of(tag), f"<{tag}> of {part.label}", "link", link, links)

@@ -244,10 +244,8 @@ def _by_number(
     return _effect({name: amount * slope for name, slope in slopes.items()}, nominal.robot.description.actuated)
 
 
-def _effect(
-    arrays: Mapping[str, Array], actuated: Sequence[str], force: float = 0.0, at: str = "", moment: float = 0.0
-) -> Effect:
-    forces = ResultMapping({name: frozen(arrays["actuator_forces"][k]) for k, name in enumerate(actuated)})
+def _effect(arrays: Mapping[str, Array], names: Sequence[str], force: float = 0.0, at: str = "", moment: float = 0.0) -> Effect:
+    forces = ResultMapping({name: frozen(arrays["actuator_forces"][k]) for k, name in enumerate(names)})
     effect = quantities(frozen(arrays["twist"]), frozen(arrays["stiffness"]), forces, np.zeros(6))
     return Effect(effect.twist, effect.displacement, effect.rotation, effect.stiffness, forces, force, at, moment)
 

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.elements.beam import BeamModel, beams_of
-from kinetostatics.elements.beam_model import make_elastic_links
 from kinetostatics.elements.link import ElasticLink
+from kinetostatics.elements.static_model import make_elastic_links
 from kinetostatics.elements.weights import Weights
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
 from kinetostatics.kinematics import mobility, zero_pose

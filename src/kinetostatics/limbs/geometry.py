@@ -14,7 +14,7 @@ import numpy as np
 
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.elements.element import ElasticElement, PlacedElement
-from kinetostatics.limbs.static_model import StaticModel
+from kinetostatics.elements.static_model import StaticModel
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import axis_across, cross, dot, normalize
 from kinetostatics.math.screws import unit_twist, wrench_of_couple, wrench_of_force

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from kinetostatics.elements.actuator import Actuators, MovedFreedom, branch_joints
 from kinetostatics.elements.element import ElasticElement, carried_wrench, outboard_masks
 from kinetostatics.elements.joint import ElasticJoints
+from kinetostatics.elements.static_model import StaticModel
 from kinetostatics.limbs.force_method import EliminationOrder
 from kinetostatics.limbs.geometry import Basis, LimbGeometry, LimbSkeleton
-from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array, Mask, zeros_for
 from kinetostatics.mechanism.joints import compound_joints, elastic_actuators, limb_elements, springs_of
 from kinetostatics.mechanism.limbs import Edge

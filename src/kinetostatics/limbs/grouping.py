@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from kinetostatics.elements.static_model import StaticModel
 from kinetostatics.limbs import force_method
 from kinetostatics.limbs.basis_choice import choose_basis
 from kinetostatics.limbs.compliance import rigid_counts, soft_wrenches
 from kinetostatics.limbs.geometry import Basis, LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
-from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.limbs.statics import limb_statics
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.tree import Frames, joined_frames

@@ -136,9 +136,9 @@ class SpanFinder:
 
         def fixed_to(link: str) -> Iterator[str]:
             for connection in self.mechanism.at_link[link]:
-                if connection.type.is_fixed and connection.name not in self.description.joint_stiffness:
-                    if connection.other(link) not in self.beams_of:
-                        yield connection.other(link)
+                is_weld = connection.type.is_fixed and connection.name not in self.description.joint_stiffness
+                if is_weld and connection.other(link) not in self.beams_of:
+                    yield connection.other(link)
 
         return set(reachable([link], fixed_to))
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.description.validation import known_valid
-from kinetostatics.elements.beam_model import make_elastic_links
+from kinetostatics.elements.static_model import StaticModel, make_elastic_links
 from kinetostatics.elements.weights import Weights
 from kinetostatics.engine.pose_record import PoseModel
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
@@ -23,7 +23,6 @@ from kinetostatics.files.reader import parameter_values, read_robot_file
 from kinetostatics.kinematics.assembly import SolverChoice, assemble
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.solver import Solver
-from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.parametric.robot_numbers import STEP, ErrorParameter, RobotNumber, errors_of, numbers_of_parts
 from kinetostatics.robot import Robot

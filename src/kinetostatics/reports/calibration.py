@@ -148,7 +148,7 @@ def plan_report(plan: MeasurementPlan) -> Report:
 def _plan_sections(plan: MeasurementPlan) -> list[ReportSection]:
     left = Text(f"({plan.left_out} more are out of reach, singular or beyond a joint's limit)")
     numbers = np.flatnonzero(np.any(plan.load, axis=0)).tolist()
-    columns = {name: values for name, values in plan.coordinates.items()}
+    columns = dict(plan.coordinates.items())
     columns |= {WRENCH_COMPONENTS[k]: plan.load[:, k] for k in numbers}
     rows = [(str(k + 1), *(f"{values[k]:.5g}" for values in columns.values())) for k in range(len(plan.chosen))]
     cells = [(name, f"{error:.3g}", f"{plan.random_standard_errors[name]:.3g}") for name, error in plan.standard_errors.items()]

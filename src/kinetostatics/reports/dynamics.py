@@ -166,8 +166,7 @@ def _energies(shares: Mapping[str, Array], modes: list[str]) -> Table:
     ranked = [name for name in sorted(sizes, key=lambda name: -round(sizes[name], 6)) if sizes[name] > NONE]
     rows: list[tuple[Cell, ...]] = []
     shown, others = shown_and_rest(ranked, MOST)
-    for name in shown:
-        rows.append((name, *map(per_cent, shares[name])))
+    rows += [(name, *map(per_cent, shares[name])) for name in shown]
     if others:
         rows.append((f"{len(others)} others", *map(per_cent, np.sum([shares[name] for name in others], axis=0))))
     return Table.of_rows(("part", *(f"mode {k}" for k in modes)), rows, wide=True)

@@ -13,9 +13,9 @@ import numpy as np
 from kinetostatics.elements.actuator import BranchJoint, branch_joints
 from kinetostatics.elements.element import ElasticElement
 from kinetostatics.elements.joint import ElasticJoints
+from kinetostatics.elements.static_model import StaticModel
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.grouping import make_limb_groups
-from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.joints import ElasticActuator, Freedoms, elastic_actuators, freedoms_of, sides, springs_of
 from kinetostatics.mechanism.limbs import Edge, carries

@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from kinetostatics.description.fields import Vector
-from kinetostatics.limbs.static_model import StaticModel
+from kinetostatics.elements.static_model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.graphs import joined, reachable
 from kinetostatics.mechanism.joints import (
@@ -311,11 +311,8 @@ class Coordinates:
 def coordinates_of(rotation_groups: RotationGroups) -> Coordinates:
     count = max((item.owner for item in rotation_groups.junctions), default=0) + 1
     sliding = {group for item in rotation_groups.junctions if item.slides for group in (item.inner, item.outer)}
-    owned: list[tuple[Block, int]] = []
-    pairs, on_platform = [], []
-    for group in rotation_groups.rotating:
-        if group != PLATFORM:
-            owned.append((("group", group), rotation_groups.owners[group]))
+    pairs, on_platform, rotating = [], [], [group for group in rotation_groups.rotating if group != PLATFORM]
+    owned: list[tuple[Block, int]] = [(("group", group), rotation_groups.owners[group]) for group in rotating]
     owned += [(("slide", k), item.owner) for k, item in enumerate(rotation_groups.junctions) if item.slides]
     for number, attachments in enumerate(rotation_groups.spring_attachments):
         ends = [rotation_groups.group_of[attachment] for attachment in attachments]
@@ -333,6 +330,6 @@ def coordinates_of(rotation_groups: RotationGroups) -> Coordinates:
     platform: list[Block] = [("shift", 0)] if on_platform else []
     platform += [("group", PLATFORM)] if PLATFORM in rotation_groups.rotating else []
     inside = tuple(tuple(together) for together in blocks_by_owner.values())
-    sizes = {block: 3 for block in (*platform, *(block for together in inside for block in together))}
+    sizes = dict.fromkeys((*platform, *(block for together in inside for block in together)), 3)
     sizes |= {("slide", k): len(item.slides) for k, item in enumerate(rotation_groups.junctions) if item.slides}
     return Coordinates(tuple(platform), inside, sizes, tuple(on_platform))

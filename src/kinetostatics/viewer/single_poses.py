@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from kinetostatics.elements.beam_model import make_beam_models
+from kinetostatics.elements.static_model import make_beam_models
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration, taken
 from kinetostatics.kinematics.solver import SolverState

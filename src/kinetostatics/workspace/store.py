@@ -232,9 +232,8 @@ class Store(Arrays):
 
     def keep(self, region: str, changes: Mapping[str, Any]) -> None:
         path = os.path.join(self.folder, CHANGES + region)
-        with self.naming_the_file():
-            with replacing(path) as partial, open(partial, "wb") as file:
-                np.savez(file, **changes)
+        with self.naming_the_file(), replacing(path) as partial, open(partial, "wb") as file:
+            np.savez(file, **changes)
 
     def publish(self, attributes: Mapping[str, object]) -> None:
         """Convert the complete store to the map, with the attributes of the Dataset."""
