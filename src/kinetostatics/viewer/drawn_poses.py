@@ -20,6 +20,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import move
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
+from kinetostatics.sections.kinds import Section
 from kinetostatics.statics.solution import of_deformation
 from kinetostatics.status import Status
 
@@ -92,6 +93,10 @@ class DrawnPoses(ABC):
     @abstractmethod
     def beam_line(self, name: str) -> tuple[Array, Array]:
         """Return the rotation matrix (F, 3, 3), x along the beam, and the stations (F, n, 3) [m] of a beam at rest."""
+
+    def section(self, name: str) -> Section:
+        """Return the section of a beam, from its inner end."""
+        return self.robot.beams[name].section
 
     @abstractmethod
     def beam_twists(self, name: str) -> Array:

@@ -250,7 +250,7 @@ class _SceneBuilder:
             roots = ("Deformed",) if beam.link in self.visuals else ("Rest", "Deformed")
             if isinstance(self.poses, UnloadedPose) and beam.link in self.visuals:
                 continue
-            surface, at = swept(self.poses.robot.beams[name].section, count)
+            surface, at = swept(self.poses.section(name), count)
             self.meshes.append(Mesh(f"beams/{name}", surface, first + at, roots))
 
     def _joint_markers(self) -> None:

@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from kinetostatics.elements.beam import BeamModel
 from kinetostatics.elements.static_model import make_beam_models
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration, taken
@@ -23,6 +24,7 @@ from kinetostatics.reports.pose import count as counted
 from kinetostatics.results.dynamics import Modes
 from kinetostatics.results.parts import FRACTIONS
 from kinetostatics.robot import Robot, robot_of
+from kinetostatics.sections.kinds import Section
 from kinetostatics.viewer.drawn_poses import DrawnPoses, moved, place_of
 
 
@@ -54,10 +56,13 @@ class SinglePose(DrawnPoses):
         return self._homogeneous(*self.robot.mechanism.platform_frame)
 
     @cached_property
+    def _models(self) -> Mapping[str, BeamModel]:
+        return make_beam_models(self.robot.mechanism, self.robot.topology.spans, self.frames)
+
+    @cached_property
     def _beams(self) -> dict[str, tuple[Array, Array]]:
-        models = make_beam_models(self.robot.mechanism, self.robot.topology.spans, self.frames)
         lines = {}
-        for name, model in models.items():
+        for name, model in self._models.items():
             start, end = (point.T for point in model.ends(self.frames))
             axes = self.frames.rotation[:, :, model.span.carrier, 0] @ model.axes
             lines[name] = axes[None], start[:, None] + FRACTIONS[:, None] * (end - start)[:, None]
@@ -65,6 +70,9 @@ class SinglePose(DrawnPoses):
 
     def beam_line(self, name: str) -> tuple[Array, Array]:
         return self._beams[name]
+
+    def section(self, name: str) -> Section:
+        return self._models[name].section
 
     def tension(self, name: str) -> Array:
         """Return zero (1,) in place of the unknown force."""
