@@ -394,3 +394,10 @@ def test_invalid_meshcat_and_exaggeration_options_are_errors(arguments, words, c
     monkeypatch.setattr("kinetostatics.viewer.running_meshcat.PATIENCE", 300)
     assert cli.main(["view", "robots/3rps.urdf.xacro", *arguments]) == 2
     assert words in capsys.readouterr().err
+
+
+def test_connections_are_closed_at_their_end():
+    """A context that is collected before its sockets would wait for them for ever."""
+    with connected(None) as visualizer:
+        socket = visualizer.window.zmq_socket
+    assert socket.closed and socket.context.closed

@@ -299,6 +299,8 @@ def connected(url: str | None) -> Iterator[Visualizer]:
             yield visualizer
         except zmq.ZMQError as error:
             raise KinetostaticsError(f"the meshcat-server does not answer any more: {error}") from None
+        finally:  # a collected context would wait for its sockets, which may be collected after it
+            visualizer.window.zmq_socket.context.destroy(linger=0)
 
 
 @contextlib.contextmanager
@@ -323,12 +325,13 @@ def _reached(url: str) -> Visualizer:
     """Return the visualizer of a running server, with timeouts for its sockets."""
     limits = {zmq.RCVTIMEO: PATIENCE, zmq.SNDTIMEO: PATIENCE, zmq.LINGER: 0}
     before = ViewerWindow.context
-    ViewerWindow.context = zmq.Context()
+    ViewerWindow.context = context = zmq.Context()
     for option, value in limits.items():
-        ViewerWindow.context.setsockopt(option, value)
+        context.setsockopt(option, value)
     try:
         return Visualizer(zmq_url=url)
     except zmq.ZMQError:
+        context.destroy(linger=0)
         raise ArgumentError(
             f"no meshcat-server answers at {url!r}; give the zmq_url that it printed, such as tcp://127.0.0.1:6000"
         ) from None
