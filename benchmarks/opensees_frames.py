@@ -18,12 +18,12 @@ from typing import Any
 import numpy as np
 
 import kinetostatics as ks
+from kinetostatics.load_case import LoadCase
 from kinetostatics.math.arrays import Array
 from kinetostatics.verification.frame import FrameJoint, FrameModel
 from kinetostatics.verification.frame_model import build
 from kinetostatics.verification.worker import load_opensees
 
-GRAVITY = np.array([0.0, 0.0, -9.81])
 #: Stiffness of blocked directions, as a multiple of the stiffest beam's or spring's; of free ones, where a strut may spin.
 PENALTY, GROUND = 1e5, 1e-14
 #: Points that are closer [m] are the same.
@@ -63,7 +63,7 @@ class Frame:
 
 def frame_of(pose: ks.Configuration, load: Sequence[float] = (0, 0, 0, 0, 0, 0)) -> Frame:
     """Return the frame of a single pose under gravity and a load at o."""
-    model = _lean(build(pose, np.array(load, dtype=float), GRAVITY))
+    model = _lean(build(pose, LoadCase(load)))
     return _Numbers(model, GROUND if pose.robot.mobility.local else 0.0).frame
 
 

@@ -16,6 +16,7 @@ import scaling
 from page import Page, micro, report, table, times
 
 import kinetostatics as ks
+from kinetostatics.load_case import LoadCase
 from kinetostatics.verification import worker
 from kinetostatics.verification.frame_model import build
 from kinetostatics.verification.frequencies import frame_with_masses
@@ -73,7 +74,7 @@ def compare(name: str, effort: Effort, solver: opensees_frames.OpenSees) -> dict
     some = np.linspace(0, size - 1, effort.frames).astype(int)
     poses = [grids.assemble(robot, workspace, {key: float(v.ravel()[k]) for key, v in coordinates.items()}) for k in some]
     lean = [opensees_frames.frame_of(pose, grids.LOAD) for pose in poses]
-    models = [build(pose, np.array(grids.LOAD), opensees_frames.GRAVITY) for pose in poses]
+    models = [build(pose, LoadCase(grids.LOAD)) for pose in poses]
     plain = [frame_of(model, FrameUnits(model), [model.platform]) for model in models]
     stages: list[Any] = []
     best = clocks.interleaved(
@@ -155,7 +156,7 @@ def modes(page: Page, effort: Effort) -> None:
         some = np.linspace(0, size - 1, effort.frames).astype(int)
         for k in some:
             one = grids.assemble(robot, workspace, {key: float(v.ravel()[k]) for key, v in coordinates.items()})
-            model = build(one, np.zeros(6), np.zeros(3))
+            model = build(one, LoadCase(gravity=np.zeros(3)))
             scale, total = FrameUnits(model), sum(item.mass for item in model.masses)
             total += sum(beam.mass * beam.length for beam in model.beams)
             frames.append({**frame_with_masses(model, scale, total, ELEMENTS), "modes": 3})
