@@ -10,9 +10,9 @@ from finite_elements import element, skew, to_point
 from simple_machines import E
 
 
-def _vector(element_, path="origin", attribute="xyz"):
-    found = element_.find(path)
-    return np.zeros(3) if found is None else np.array(found.get(attribute).split(), dtype=float)
+def _vector(part, path="origin"):
+    found = part.find(path)
+    return np.zeros(3) if found is None else np.array(found.get("xyz").split(), dtype=float)
 
 
 class LinkedFrame:
@@ -69,19 +69,17 @@ class LinkedFrame:
         rows, self.rows = [], {}
         for part, parent, child, point in joints:
             relative = self._moved(child, part.get("name"), point) - self._moved(parent, part.get("name"), point)
-            kind, along = part.get("type"), part.find("axis")
+            kind = part.get("type")
             held = np.eye(6)
             if kind == "revolute" and part.get("name") != "foot":
-                axis = np.array(along.get("xyz").split(), dtype=float)
+                axis = _vector(part, "axis")
                 held = np.vstack([held[:3], np.pad(np.linalg.svd(axis[None])[2][1:], ((0, 0), (3, 0)))])
             elif kind == "spherical":
                 held = held[:3]
             self.rows[part.get("name")] = (sum(map(len, rows)), held)
             rows.append(held @ relative)
         self.A = np.concatenate(rows)
-        self.foot_axis = next(
-            np.array(p.find("axis").get("xyz").split(), dtype=float) for p, *_ in joints if p.get("name") == "foot"
-        )
+        self.foot_axis = next(_vector(part, "axis") for part, *_ in joints if part.get("name") == "foot")
 
     def _moved(self, link, joint, point):
         """Return the displacement (6, size) of a link at a joint."""

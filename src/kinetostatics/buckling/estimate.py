@@ -18,8 +18,8 @@ import numpy as np
 
 from kinetostatics.description.stiffness_matrix import is_coupled
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.graphs import joined
 from kinetostatics.math.screws import move_wrench
-from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.geometric_stiffness import JunctionWrenches
 from kinetostatics.statics.rotation_groups import BASE, PLATFORM, Junction
 from kinetostatics.statics.small_motions import SmallMotions
@@ -79,14 +79,10 @@ def _of_limb(
     loops: bool,
 ) -> tuple[Array, Array]:
     """Return what a limb adds to the estimate (N,) by its own deformation, and with the platform."""
-    model, frames, o, C, spins = (
-        structure.model,
-        solution.frames,
-        solution.o,
-        solution.compliance,
-        structure.rotation_groups.spins,
-    )
-    on_base, on_platform = (_without_passive_rotations(junctions, root) for root in (BASE, PLATFORM))
+    model, frames, o, C = structure.model, solution.frames, solution.o, solution.compliance
+    spins = structure.rotation_groups.spins
+    together = joined((BASE, PLATFORM), ((item.inner, item.outer) for item in junctions if not item.turns))
+    on_base, on_platform = together[BASE], together[PLATFORM]  # groups that no passive rotation separates from them
     none = np.zeros_like(C[0, 0])
     arms: dict[str, Array] = {}  # of the junctions, by the keys of their edges
     # works per square of a rotation: on the base, on the platform, and elsewhere of moments, of rigid parts, and of beams
@@ -106,8 +102,8 @@ def _of_limb(
         if item.edge.span is not None:
             link = model.elastic_links[item.edge.span]
             length, turning, start = link.length(frames), link.turning_compliance(frames), link.ends(frames)[0] - o
-            which = [k for k, name in enumerate(model.weights.names) if name == f"beam:{link.name}"]
-            force = force + _size(solution.weights[:3, which].sum(axis=1)) / 2  # in the middle
+            weight = model.weights.sum([f"beam:{link.name}"], solution.weights)
+            force = force + _size(weight[:3]) / 2  # in the middle
             chord, longest = length * force, np.maximum(longest, length)
             if loops and link.name in model.beams and item.inner in spins and item.outer in spins:
                 pinned = np.maximum(pinned, (moment + chord) * turning)
@@ -125,8 +121,7 @@ def _of_limb(
             carried = carried + moment + lever + chord
         else:
             moments, levers, chords = moments + moment, levers + lever, chords + chord
-            with np.errstate(divide="ignore", invalid="ignore"):  # the length of a telescopic beam may be zero
-                slope = slope + (chord / length**2 if item.edge.span else none)
+            slope = slope + (chord / length**2 if item.edge.span else none)
     longest = longest if any(item.edge.span for item in junctions) else none + model.length
     joints = springs.hinges + springs.slides / longest**2
     shift = (C[0, 0] + C[1, 1] + C[2, 2]) / longest**2
@@ -135,7 +130,7 @@ def _of_limb(
     if springs.both:  # the work is at most the force times the root of both compliances, and that at most half their sum
         inside = inside + strongest * longest / 2 * series
     if not loops:  # the last part carries forces that act at a distance
-        return inside + _size(wrench[:3]) * _farthest(structure, solution, frames, arm) * series, none
+        return inside + _size(wrench[:3]) * _farthest(structure, solution, arm) * series, none
     turned = C[3, 3] + C[4, 4] + C[5, 5]
     # the sum of the products of two principal compliances, of the platform's rotation and of rotations by its displacement
     products = sum(C[a, a] * C[b, b] - C[a, b] ** 2 for a, b in ((3, 4), (3, 5), (4, 5))) + 2 * shift * turned + 3 * shift**2
@@ -143,20 +138,9 @@ def _of_limb(
     return np.maximum(pinned, inside), outside + 2 * slope * (shift * longest**2 + reach**2 * turned)
 
 
-def _without_passive_rotations(junctions: Sequence[Junction], root: int) -> set[int]:
-    """Return the parts of a limb that no passive rotation separates from base or platform (``root``)."""
-    found, count = {root}, 0
-    while len(found) > count:
-        count = len(found)
-        for item in junctions:
-            if not item.turns and {item.inner, item.outer} & found:
-                found |= {item.inner, item.outer}
-    return found
-
-
-def _farthest(structure: SmallMotions, solution: Solution, frames: Frames, arm: Array) -> Array:
+def _farthest(structure: SmallMotions, solution: Solution, arm: Array) -> Array:
     """Return the largest distance (N,) [m] of a weight or force from a point at ``arm`` (3, N) from o."""
-    centres = structure.model.weights.centres(frames)
+    centres = structure.model.weights.centres(solution.frames)
     heavy = [centres[:, w] for w in range(centres.shape[1]) if np.any(solution.weights[:3, w])]
     farthest = np.zeros_like(arm[0])
     for point in (solution.o, *heavy, *(point for item in solution.applied for point in item.load.points.values())):

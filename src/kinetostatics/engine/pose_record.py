@@ -262,7 +262,7 @@ def _recording_equilibrium(robot: RobotStatics) -> Iterator[None]:
 
 
 def example_of(robot: RobotStatics, attachments: LoadedAttachments | None = None) -> tuple[Number, ...]:
-    """Return example inputs: frames of one generic pose, load (6, 1), gravity (3, 1), and wrenches at ``places`` (6 P, 1)."""
+    """Return inputs: frames of one generic pose, load (6, 1), gravity (3, 1), and wrenches at ``attachments`` (6 P, 1)."""
     plain = robot.example, np.array([_EXAMPLE_LOAD]).T, np.array([_EXAMPLE_GRAVITY]).T
     if attachments is None:
         return plain

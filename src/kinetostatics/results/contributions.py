@@ -213,7 +213,7 @@ def _unit_payloads(
 ) -> tuple[AppliedLoad, ...]:
     """Return the weight of 1 kg at the origin of the frame of ``link`` (None: o-xyz), and of 1 kg·m along each of its axes.
 
-    ``places``: the bodies that carry the payload, from :func:`_attachments`.
+    ``attachments``: the bodies that carry the payload, from :func:`_attachments`.
     """
     _, o = robot.mechanism.platform_pose(frames)
     R, origin = link_frame(robot, link, frames)

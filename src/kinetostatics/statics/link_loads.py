@@ -92,7 +92,7 @@ def applied_statics(
 ) -> tuple[AppliedStatics, ...]:
     """Compute the effect of each load on the limbs as if it acted alone.
 
-    ``first`` is the index of the first load among the contributions, whose number is ``sources``.
+    ``first`` is the index of the first load among the contributions, whose number is ``contributions``.
     """
     found, loads = [], list(loads)
     parts = [_under(group, loads, frames, o) for group in groups]
