@@ -38,6 +38,7 @@ class LoadedBeams:
         line: (12, S, g, N) linearly varying load, force and moment per length at the base end, then force and moment per length
             at the platform end [N/m, N]; None: zero. ``wrench`` contains its resultant at the platform end, see
             :meth:`kinetostatics.elements.beam.BeamModel.line_resultants`.
+        is_turned: whether base end and platform end are exchanged.
     """
 
     names: tuple[str, ...]
@@ -53,6 +54,7 @@ class LoadedBeams:
     stretch: Array
     axial_correction: Array
     line: Array | None = None
+    is_turned: bool = False
 
     def axial_force(self) -> Array:
         """Return the axial force (S, g, N) [N] at the platform end, tension positive."""
@@ -82,6 +84,7 @@ class LoadedBeams:
             wrench=-start * signs,
             load=self.load * signs,
             inner=outer,
+            is_turned=True,
         )
 
     def sections(self, fractions: Array) -> Array:
@@ -110,7 +113,8 @@ class LoadedBeams:
         for contribution, lines in loads:
             for g, name in enumerate(self.names):
                 if name in lines:
-                    parts = [np.einsum("ijn,in->jn", self.axes[:, :, g], part) for part in np.split(lines[name], 4)]
+                    line = np.roll(lines[name], 6, axis=0) if self.is_turned else lines[name]
+                    parts = [np.einsum("ijn,in->jn", self.axes[:, :, g], part) for part in np.split(line, 4)]
                     found[:, contribution, g] = np.concatenate(parts)
         return replace(self, line=found) if np.any(found) else self
 
