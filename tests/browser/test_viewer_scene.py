@@ -12,6 +12,7 @@ import pytest
 import simple_machines as machines
 import trimesh
 from browser_pages import LOAD, POSES, packed_in
+from surfaces import enclosed
 
 import kinetostatics as ks
 import kinetostatics.viewer.page
@@ -322,14 +323,6 @@ def test_unwritable_file_and_by_mechanism_in_meshcat_are_errors(tmp_path):
 
 
 # ---- shapes and meshes ---------------------------------------------------------------------------------------------
-
-
-def enclosed(vertices, faces):
-    """Volume that a closed surface encloses, positive if its faces look outwards; fails if it has a hole."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    area = np.cross(b - a, c - a)
-    np.testing.assert_allclose(area.sum(axis=0), 0, atol=1e-12 * np.abs(area).sum() + 1e-15)
-    return np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6
 
 
 @pytest.mark.parametrize(

@@ -57,12 +57,12 @@ class Wrenches:
             yield from self._pair("external load", name, at, acting, "tip")
 
     def _springs(self) -> Iterator[Arrow]:
-        """Yield the two forces of each spring on its links, drawn outside the spring."""
+        """Yield the two forces of each spring on its links: into a spring that pulls, away from one that pushes."""
         for spring in self.springs:
             force = self._only(f"spring {spring.description.name}", spring.tension[:, None] * spring.direction)
             for link, sign, end, twist in zip(spring.links, (1, -1), spring.ends, spring.twists, strict=True):
                 name, at = f"{spring.description.name} on {link}", self.stations.add(end, twist)
-                yield Arrow("spring forces", name, name, "force", at, sign * force, anchor=-sign * spring.direction)
+                yield Arrow("spring forces", name, name, "force", at, sign * force)
 
     def _only(self, contribution: str, wrench: Array) -> Array:
         """Return parts (F, K + 1, …), zero but one: contribution ``source``, or else the remainder, is ``wrench`` (F, …)."""

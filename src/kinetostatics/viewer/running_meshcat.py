@@ -33,6 +33,8 @@ from kinetostatics.viewer.still import HEIGHT, INK, WIDTH, Still, heading, image
 
 #: Folders of the scene's roots.
 ROOTS = {"Rest": "resting", "Deformed": "deformed", "Base": "base"}
+#: Properties of the robot at rest, which is hidden where it coincides with the deformed robot, as in the page.
+BEHIND = {"polygonOffset": True, "polygonOffsetFactor": 2, "polygonOffsetUnits": 8}
 #: Node of the camera.
 CAMERA = "/Cameras/default/rotated/<object>"
 #: Distance of the camera's near plane, as a part of the robot's size.
@@ -94,7 +96,6 @@ class _Drawing:
             self._label(f"{name}", label, _point_of(station))
         for path, station, text in self.scene.labels:
             self._label(path, text, _point_of(station))
-        self._node("labels").set_property("visible", False)
         lines, square = self.still.floor()
         self._node("floor").set_object(
             geometry.LineSegments(geometry.PointsGeometry(lines.T.astype(np.float32)), geometry.LineBasicMaterial(color=0xDDE1E6))
@@ -120,7 +121,7 @@ class _Drawing:
         look: dict[str, object] = {"shininess": 12, "specular": 0x222222}
         look |= {"color": _integer(colour)} if isinstance(colour, str) else {"color": 0xFFFFFF, "vertexColors": True}
         if root == "Rest":
-            look |= {"opacity": RESTING[1], "depthWrite": False, "shininess": 5, "side": 0}  # front faces only
+            look |= {"opacity": RESTING[1], "depthWrite": False, "shininess": 5, "side": 0, **BEHIND}  # front faces only
         station, colours = mesh.station, None if isinstance(colour, str) else colour
         vertices = mesh.surface.vertices if isinstance(station, int) else self.still.vertices(mesh, root)
         surface = geometry.TriangularMeshGeometry(vertices, mesh.surface.faces, colours)
@@ -163,7 +164,8 @@ class _Drawing:
         """Add text of constant size that faces the camera; ``placed`` computes its position from the poses of all stations."""
         node, width = self._node(f"labels/{path}"), 40 + 10 * len(text)
         words = f'<text x="{width / 2}" y="{WORDS}" font-weight="600" text-anchor="middle" fill="{colour}">{escape(text)}</text>'
-        node.set_object(_sprite(image([words], width, 3 * WORDS), width / HEIGHT, 3 * WORDS / HEIGHT, sizeAttenuation=False))
+        pixel = 2 * np.tan(np.radians(FIELD_OF_VIEW) / 2) / HEIGHT
+        node.set_object(_sprite(image([words], width, 3 * WORDS), width * pixel, 3 * WORDS * pixel, sizeAttenuation=False))
         self._moving(node, lambda poses: np.asarray(translation_matrix(placed(poses))))
 
     def _overlay(self, square: float) -> tuple[float, float]:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from numbers import Real
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import ArgumentError
@@ -18,7 +19,7 @@ from kinetostatics.viewer.cards import Cards, facts_without_loads, find_facts
 from kinetostatics.viewer.description import COLOURS, FREE_MOTION, Arrow, Mesh, Scene, Stations
 from kinetostatics.viewer.drawn_parts import find_joints, find_masses_at_points, find_springs, marker_radius, radius_of_ball
 from kinetostatics.viewer.drawn_poses import ShownPoses, blended
-from kinetostatics.viewer.shapes import Integers, Surface, ball, coil, frames_along, joined, pin, places_along_coil, stick, swept
+from kinetostatics.viewer.shapes import Surface, ball, coil, frames_along, joined, pin, places_along_coil, plate, stick, swept
 from kinetostatics.viewer.single_poses import ModePoses, SinglePose, UnloadedPose
 from kinetostatics.viewer.visuals import LinkVisual, link_visuals
 
@@ -26,7 +27,7 @@ from kinetostatics.viewer.visuals import LinkVisual, link_visuals
 SHOWN_MOTION, SHOWN_TURN = 0.1, 0.3
 #: Forces below this part of the largest one are rounding errors.
 ROUNDING = 1e-9
-#: Colour of beams and links of a robot without loads.
+#: Colour of beams and of links without visuals where no colours show deflections.
 STANDING = "#8693a6"
 JOINT_COLOUR, ACTUATOR_COLOUR, MASS_COLOUR = "#66717f", "#b8482a", "#4b5563"
 #: Radius of a spring's coil and of its wire, as parts of the robot's size; largest radius of the coil, as a part of the spring's
@@ -77,6 +78,10 @@ class _SceneBuilder:
         self.holder = {joint.child: joint.parent for joint in fixed}
         self.flexible = {part.link: name for name, part in self.robot.description.flexible.items()}
         self.size = self._size()
+        elastic = self.robot.description.elastic_links or self.robot.description.joint_stiffness
+        moves = elastic or np.abs(poses.platform_twist).max(initial=0.0) > ROUNDING * self.size
+        #: whether links have their own colours
+        self.plain = isinstance(poses, UnloadedPose) or not moves
         self.meshes: list[Mesh] = []
         self.at: dict[str, int] = {}
 
@@ -101,6 +106,8 @@ class _SceneBuilder:
             title or self.robot.name, stations, self.size, self._exaggeration(), self.at["o"], facts, self.meshes, visible_arrows,
             [("base", self.at["base"], "base"), ("platform", self.at["o"], "o")], self._limb_labels(),
         )  # fmt: skip
+        if self.plain:
+            scene.meshes = [self._without_deflections(mesh) for mesh in self.meshes]
         if isinstance(poses, SinglePose):
             scene.unloaded = True
             scene.notes = [*poses.notes, *self._decimation_notes()]
@@ -109,15 +116,13 @@ class _SceneBuilder:
                 scene.exaggeration = 1.0
                 visible = [self._visible_factor(twists) for twists in np.moveaxis(stations.all_twists, 2, 0)]
                 stations.twists = [twists * np.array(visible)[:, None] for twists in stations.twists]
-            else:
-                scene.meshes = [self._without_loads(mesh) for mesh in self.meshes]
         elif details:
             first = {mesh.path: int(np.min(mesh.station)) for mesh in self.meshes if "Deformed" in mesh.roots}
             scene.notes = [*poses.result.warnings, *self._decimation_notes()]
             scene.cards = Cards(poses, self.joints, self.springs).all(first)
         return scene
 
-    def _without_loads(self, mesh: Mesh) -> Mesh:
+    def _without_deflections(self, mesh: Mesh) -> Mesh:
         """Return a mesh in one colour instead of colours of deflections.
 
         If the platform has no free motion, nothing moves, and the mesh is drawn only once: under ``Deformed``.
@@ -197,11 +202,11 @@ class _SceneBuilder:
         colour: str | Array = "deflection"
         if roots == ("Base",):
             colour = 0.54 + 0.27 * visual.colours  # pale, to set it off from the colours of deflection
-        elif isinstance(self.poses, UnloadedPose):
+        elif self.plain:
             colour = visual.colours
         self.meshes.append(Mesh(path, *self._attached(link, visual.surface, roots), roots, colour))
 
-    def _attached(self, link: str, surface: Surface, roots: tuple[str, ...]) -> tuple[Surface, int | Integers]:
+    def _attached(self, link: str, surface: Surface, roots: tuple[str, ...]) -> tuple[Surface, int | NDArray[np.int64]]:
         """Return the surface of a link in the axes of its station, or of its stations if it is flexible, and their indices."""
         if link not in self.flexible:
             return surface, self._link_station(link, roots)
@@ -214,13 +219,14 @@ class _SceneBuilder:
         return Surface(surface.vertices - centres[cell], surface.faces), self.stations.add_all(placements, twists) + cell
 
     def _skeleton(self, link: str, links: set[str], path: str, roots: tuple[str, ...]) -> None:
-        """Draw a link without visuals as sticks from its centre to its joints, springs and point masses."""
+        """Draw a link without visuals: sticks from its centre to joints, springs and point masses; for the platform a plate."""
         inverse = np.linalg.inv(self.poses.frame(link)[0])
         near = [joint for joint in self.joints if joint.links & links]
         points = [joint.centre[0] for joint in near]
         points += [end[0] for spring in self.springs for end, at in zip(spring.ends, spring.links, strict=True) if at in links]
         points += [centre[0] for name, centre in self.masses.items() if links & {name, self.holder.get(name, name)}]
-        if self.robot.description.platform in links:
+        is_platform = self.robot.description.platform in links
+        if is_platform:
             points.append(self.poses.o[0])
         if link in self.flexible:
             points = list(self.poses.interfaces(self.flexible[link])[0])
@@ -230,9 +236,14 @@ class _SceneBuilder:
         middle = local.mean(axis=0)
         radius = 0.5 * float(np.mean([marker_radius(self.poses, joint, self.size) for joint in near or self.joints]))
         pieces = CELLS // 2 if link in self.flexible else 1
-        sticks = [stick(middle, p, radius, pieces) for p in local if np.linalg.norm(p - middle) > 1e-6 * self.size]
-        hub = ball(radius)  # also where all points coincide: stations of a live page are the same at all poses
-        hub = Surface(hub.vertices + middle, hub.faces)
+        if is_platform:
+            middle = local[:-1].mean(axis=0)
+        ends, thickness = (
+            (local[-1:], radius / 3) if is_platform else (local, radius)
+        )  # the plate hides a stick to o in its plane
+        sticks = [stick(middle, p, thickness, pieces) for p in ends if np.linalg.norm(p - middle) > 1e-6 * self.size]
+        # the hub is there also where all points coincide: stations of a live page are the same at all poses
+        hub = plate(local[:-1], 1.5 * radius) if is_platform else Surface(ball(radius).vertices + middle, ball(radius).faces)
         self.meshes.append(Mesh(path, *self._attached(link, joined([*sticks, hub]), roots), roots))
 
     def _beams(self) -> None:

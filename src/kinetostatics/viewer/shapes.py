@@ -123,6 +123,23 @@ def stick(start: Array, end: Array, radius: float, pieces: int = 1) -> Surface:
     return pin(radius, float(np.linalg.norm(axis)), pieces).transformed(frame)
 
 
+def plate(points: Array, radius: float) -> Surface:
+    """Return the thin plate through points (n, 3), with corners of this radius, and posts to points beside its plane."""
+    middle, m = points.mean(axis=0), 72
+    frame = frames_along(np.linalg.svd(points - middle)[2][-1:], middle[None])[0]
+    local, angle, k = (points - middle) @ frame[:3, :3], np.arange(m) * (2 * np.pi / m), np.arange(m)
+    outwards, after = np.column_stack([np.cos(angle), np.sin(angle)]), (k + 1) % m
+    edge = local[np.argmax(outwards @ local[:, :2].T, axis=1), :2] + radius * outwards  # the convex hull of discs
+    heights = radius / 2 * np.array([1, 1, -1, -1])  # duplicate rings keep edges sharp
+    top, a, b = np.column_stack([np.zeros_like(k), k, after])[1:-1], m + k, 2 * m + k
+    side = [np.column_stack([a, b, m + after]), np.column_stack([m + after, b, 2 * m + after])]
+    body = Surface(
+        np.column_stack([np.tile(edge, (4, 1)), np.repeat(heights, m)]), np.concatenate([top, *side, top[:, ::-1] + 3 * m])
+    )
+    posts = [stick(p * [1, 1, 0], p, radius / 2) for p in local if abs(p[2]) > radius / 2]
+    return joined([body, *posts]).transformed(frame)
+
+
 #: Length without turns at each end of a spring, as a part of the spring's length.
 STRAIGHT = 0.1
 

@@ -8,7 +8,9 @@ import logging
 import os
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import TYPE_CHECKING
+from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     from kinetostatics.description.robot_description import RobotDescription
 
 
+Colour = tuple[float, float, float]
 #: Colour of visuals without a material.
 GREY = (0.62, 0.65, 0.69)
 #: Angle between faces above which an edge is drawn sharp [rad].
@@ -63,11 +66,11 @@ def link_visuals(description: RobotDescription) -> dict[str, LinkVisual]:
             io.BytesIO(description.urdf.encode()), build_scene_graph=False, load_meshes=False, mesh_dir=folder
         )
         palette = {material.name: material.color for material in urdf.robot.materials}
-        raw: list[tuple[str, Surface, tuple[float, float, float]]] = []
+        raw: list[tuple[str, Surface, Colour]] = []
         for link in urdf.robot.links:
             for visual in link.visuals:
                 colour = _colour(visual.material, palette)
-                raw += [(link.name, mesh, colour) for mesh in _meshes(visual, folder, link.name, missing)]
+                raw += [(link.name, mesh, colour or own) for mesh, own in _meshes(visual, folder, link.name, missing)]
     except (TypeError, ValueError) as error:
         warn(f"{description.path}: no <visual> is drawn, since one of them cannot be read: {error}")
         return {}
@@ -87,8 +90,11 @@ def link_visuals(description: RobotDescription) -> dict[str, LinkVisual]:
     return result
 
 
-def _meshes(visual: yourdfpy.Visual, folder: str, link: str, missing: list[str]) -> list[Surface]:
-    """Return the surfaces of a visual in the link's frame; for a mesh that cannot be read, append the reason to ``missing``."""
+def _meshes(visual: yourdfpy.Visual, folder: str, link: str, missing: list[str]) -> list[tuple[Surface, Colour]]:
+    """Return surfaces of a visual in the link's frame, and their colours in its mesh file.
+
+    For a mesh that cannot be read, the reason is appended to ``missing``.
+    """
     import trimesh
 
     geometry = visual.geometry
@@ -105,7 +111,16 @@ def _meshes(visual: yourdfpy.Visual, folder: str, link: str, missing: list[str])
         meshes = _read_mesh(geometry.mesh, folder, link, missing)
     else:
         return []
-    return [Surface(np.asarray(mesh.vertices), np.asarray(mesh.faces)).transformed(origin) for mesh in meshes]
+    surfaces = (Surface(np.asarray(mesh.vertices), np.asarray(mesh.faces)).transformed(origin) for mesh in meshes)
+    return [(surface, _own_colour(mesh)) for surface, mesh in zip(surfaces, meshes, strict=True)]
+
+
+def _own_colour(mesh: trimesh.Trimesh) -> Colour:
+    material = getattr(mesh.visual, "material", None)
+    if material is None and not mesh.visual.defined:
+        return GREY
+    red, green, blue = (float(part) / 255 for part in (material or mesh.visual).main_color[:3])
+    return red, green, blue
 
 
 def _smooth(surface: Surface) -> Surface:
@@ -137,7 +152,9 @@ def _read_mesh(mesh: yourdfpy.Mesh, folder: str, link: str, missing: list[str]) 
         missing.append(f"mesh {mesh.filename!r} of link {link!r} has {size:.1f} MB, too much for a page, and is not drawn")
         return []
     try:
-        scene = trimesh.load(path, force="scene", skip_materials=True)
+        is_collada = path.lower().endswith(".dae")
+        source = io.BytesIO(without_textures(Path(path).read_bytes())) if is_collada else path
+        scene = trimesh.load(source, "dae" if is_collada else None, force="scene", skip_materials=True)
         pieces = [geometry for geometry in scene.dump() if isinstance(geometry, trimesh.Trimesh) and len(geometry.faces)]
         if not pieces:
             raise ValueError("it contains no triangles")
@@ -148,6 +165,17 @@ def _read_mesh(mesh: yourdfpy.Mesh, folder: str, link: str, missing: list[str]) 
         for piece in pieces:
             piece.apply_transform(np.diag([*np.broadcast_to(mesh.scale, 3), 1.0]))
     return pieces
+
+
+def without_textures(collada: bytes) -> bytes:
+    """Return a COLLADA file without textures, which are not drawn: for a wrong reference to one, pycollada omits the surface."""
+    root = ElementTree.fromstring(collada)
+    for parent in list(root.iter()):
+        for child in list(parent):
+            name = child.tag.rpartition("}")[2]
+            if name in ("library_images", "newparam") or any(part.tag.rpartition("}")[2] == "texture" for part in child):
+                parent.remove(child)
+    return ElementTree.tostring(root)
 
 
 def _mesh_path(filename: str, folder: str) -> str | None:
@@ -162,10 +190,10 @@ def _mesh_path(filename: str, folder: str) -> str | None:
     return None if path is None else str(path)
 
 
-def _colour(material: yourdfpy.Material | None, palette: dict[str, yourdfpy.Material]) -> tuple[float, float, float]:
+def _colour(material: yourdfpy.Material | None, palette: dict[str, yourdfpy.Material]) -> Colour | None:
     colour = None if material is None else material.color or palette.get(material.name)
     if colour is None:
-        return GREY
+        return None
     red, green, blue = (float(part) for part in colour.rgba[:3])
     return red, green, blue
 

@@ -1,6 +1,7 @@
 /* Drawing of a robot. All objects of three.js are in meshcat's scene tree, so the check boxes of this tree apply to them. */
 
 const vector = new THREE.Vector3(), other = new THREE.Vector3();
+const BEHIND = { polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 8 }; // hidden where surfaces coincide
 
 class Robot {
   /** `root`: start of all its paths in the tree. */
@@ -98,7 +99,7 @@ class Robot {
     geometry.computeVertexNormals();
     const { resting } = this.scene;
     const material = pale
-      ? new THREE.MeshPhongMaterial({ color: resting.colour, transparent: true, opacity: resting.opacity, depthWrite: false, shininess: 5 })
+      ? new THREE.MeshPhongMaterial({ color: resting.colour, transparent: true, opacity: resting.opacity, depthWrite: false, shininess: 5, ...BEHIND })
       : new THREE.MeshPhongMaterial({
         color: vertexColours ? 0xffffff : spec.colour === "deflection" ? this.scene.unknown : spec.colour, vertexColors: vertexColours,
         side: THREE.DoubleSide, shininess: 12, specular: 0x222222,

@@ -1,0 +1,128 @@
+"""What robots look like: surfaces that coincide, platforms without visuals, colours of rigid links, meshes, labels in meshcat."""
+
+import base64
+import io
+import re
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import package_robots
+import pytest
+from browser_pages import settle
+from meshcat_windows import drawn
+from PIL import Image as image
+from surfaces import enclosed
+
+import kinetostatics as ks
+from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.viewer.scene import describe_scene
+from kinetostatics.viewer.shapes import plate
+from kinetostatics.viewer.visuals import link_visuals, without_textures
+
+
+@pytest.fixture(scope="module")
+def bare():
+    """The 3RPS without visuals."""
+    urdf = package_robots.robot("3rps").description.urdf
+    return ks.Robot(parse_robot_text(re.sub("<visual.*?</visual>", "", urdf, flags=re.DOTALL), "bare.urdf"))
+
+
+def test_coinciding_surfaces_at_rest_and_deformed_look_as_deformed(bare, visit, tmp_path):
+    """The pale robot is hidden where both are at the same place; it was drawn in spots there."""
+    ks.save_html(ks.analyze(bare.assemble(), load=[100, 50, -500, 0, 0, 0]), tmp_path / "bare.html", exaggeration=1e-6)
+    page, seen = visit((tmp_path / "bare.html").as_uri()), []
+    for on in (True, False):
+        page.evaluate("on => { viewer.set_property(['Rest'], 'visible', on); viewer.set_dirty(); }", on)
+        settle(page)
+        data = base64.b64decode(page.evaluate("robot_page.picture(1)").partition(",")[2])
+        seen.append(np.asarray(image.open(io.BytesIO(data)).convert("RGB")).astype(int))
+    changed = np.abs(seen[0] - seen[1]).max(axis=2) > 8
+    coloured = np.ptp(seen[1], axis=2) > 40
+    assert coloured.mean() > 0.02
+    assert (changed & coloured).sum() < 0.01 * coloured.sum()
+
+
+def test_platform_without_visuals_is_a_plate_through_its_joints(bare):
+    scene = describe_scene(ks.analyze(bare.assemble()))
+    platform = next(mesh for mesh in scene.meshes if mesh.path == "platform")
+    centres = [scene.stations.rest[mesh.station][0, :3, 3] for mesh in scene.meshes if re.match("joints/spherical", mesh.path)]
+    at = scene.stations.rest[platform.station][0]
+    vertices = platform.surface.vertices @ at[:3, :3].T + at[:3, 3]
+    corners = np.array(centres)
+    assert len(corners) == 3
+    normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+    normal /= np.linalg.norm(normal)
+    beside = (vertices - corners[0]) @ normal
+    side = np.linalg.norm(corners[1] - corners[0])
+    assert 0 < np.ptp(beside) < 0.15 * side and abs(beside.max() + beside.min()) < 1e-9
+    area = enclosed(vertices, platform.surface.faces) / np.ptp(beside)
+    assert area > np.sqrt(3) / 4 * side**2  # more than the triangle: no star, no ball
+
+
+@pytest.mark.parametrize(
+    ("points", "area"),
+    [
+        ([[0, 0, 0]], np.pi),
+        ([[0, 0, 0], [5, 0, 0]], np.pi + 10),
+        ([[0, 0, 0], [5, 0, 0], [5, 0, 7], [0, 0, 7], [2, 0, 3]], np.pi + 35 + 24),
+        ([[0, 0, 0], [0, 5, 0], [0, 5, 5]], np.pi + 12.5 + 10 + 5 * np.sqrt(2)),
+    ],
+)
+def test_plates_are_closed_with_the_right_volume(points, area):
+    """They are hulls of discs of radius 1 and height 1."""
+    surface = plate(np.array(points, dtype=float), 1.0)
+    assert enclosed(surface.vertices, surface.faces) == pytest.approx(area, rel=0.002)
+
+
+def test_a_plate_has_posts_to_joints_beside_its_plane():
+    corners = np.array([[0.0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]])
+    up = np.array([0.0, 0, 1])
+    surface = plate(np.concatenate([corners + up, corners - up]), 1.0)
+    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    np.testing.assert_allclose([low, high], [[-1, -1, -1], [11, 11, 1]], atol=1e-9)
+
+
+def test_links_of_rigid_robots_keep_their_colours():
+    described = package_robots.robot("3rps").description
+    rigid = ks.Robot(replace(described, beams={}, path="rigid.urdf"))
+    for robot, own in ((rigid, True), (package_robots.robot("3rps"), False)):
+        visuals = link_visuals(robot.description)
+        scene = describe_scene(ks.analyze(robot.assemble()))
+        platform = next(mesh for mesh in scene.meshes if mesh.path == "platform")
+        assert platform.by_deflection is not own
+        if own:
+            np.testing.assert_array_equal(platform.colour, visuals["platform"].colours)
+            assert not any(mesh.by_deflection for mesh in scene.meshes)
+
+
+def test_meshes_have_the_colours_of_their_files_unless_the_robot_file_gives_one():
+    visuals = link_visuals(package_robots.robot("ur10").description)
+    blue = np.array([97, 137, 163]) / 255  # of the lids, in the package's COLLADA files
+    shoulder = np.unique(visuals["shoulder_link"].colours, axis=0)
+    assert len(shoulder) > 2 and np.abs(shoulder - blue).max(axis=1).min() < 0.02
+    trunk = np.unique(link_visuals(package_robots.robot("anymal_standing").description)["base"].colours, axis=0)
+    assert trunk.shape == (1, 3)
+
+
+def test_feet_of_anymal_are_read_though_their_file_refers_to_a_missing_texture():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        visuals = link_visuals(package_robots.robot("anymal_standing").description)
+    assert {f"{leg}_ADAPTER" for leg in ("LF", "RF", "LH", "RH")} <= set(visuals)
+    assert visuals["LF_ADAPTER"].read == 81 + 4484 + 39  # the triangles of the file
+
+
+def test_only_textures_are_left_out_of_a_collada_file():
+    text = b"""<C xmlns="x"><library_images><image/></library_images><effect><newparam/><diffuse><texture/></diffuse>
+<ambient><color>1</color></ambient></effect><geometry/></C>"""
+    left = without_textures(text).decode()
+    assert re.findall(r"<\w+:(\w+)", left) == ["C", "effect", "ambient", "color", "geometry"]
+
+
+def test_labels_are_shown_in_meshcat_except_those_of_hidden_forces(bare):
+    window, node = drawn(ks.analyze(bare.assemble(), load=[100, 0, 0, 0, 0, 0]))
+    root = f"{node.path.lower()}/labels"
+    hidden = [path for path, properties in window.properties.items() if path.startswith(root) and properties["visible"] is False]
+    assert root not in hidden and f"{root}/constraint forces" in hidden
+    assert window.words(f"{root}/external load/load force").strip() == "load force 100 N"
