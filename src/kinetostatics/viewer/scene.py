@@ -79,9 +79,8 @@ class _SceneBuilder:
         self.flexible = {part.link: name for name, part in self.robot.description.flexible.items()}
         self.size = self._size()
         elastic = self.robot.description.elastic_links or self.robot.description.joint_stiffness
-        moves = elastic or np.abs(poses.platform_twist).max(initial=0.0) > ROUNDING * self.size
         #: whether links have their own colours
-        self.plain = isinstance(poses, UnloadedPose) or not moves
+        self.plain = isinstance(poses, UnloadedPose) or not (elastic or "assembly_errors" in poses.contribution_names)
         self.meshes: list[Mesh] = []
         self.at: dict[str, int] = {}
 
@@ -230,7 +229,7 @@ class _SceneBuilder:
             points.append(self.poses.o[0])
         if link in self.flexible:
             points = list(self.poses.interfaces(self.flexible[link])[0])
-        local = np.array([inverse[:3, :3] @ point + inverse[:3, 3] for point in points]).reshape(-1, 3)
+        local = np.array([inverse[:3, :3] @ point + inverse[:3, 3] for point in points], dtype=np.float64).reshape(-1, 3)
         if len(local) < 2:
             return
         middle = local.mean(axis=0)
