@@ -22,15 +22,17 @@ from kinetostatics.engine.code import read_stored, store
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.files.link_files import KEYS
 from kinetostatics.layout.mapping import ShortRepr
-from kinetostatics.math.arrays import Array, Index, frozen
+from kinetostatics.math.arrays import Index, frozen
 from kinetostatics.output_files import replacing
 
 #: Thermal expansion [1/K] of materials known by name.
 EXPANSIONS = {"steel": 12e-6, "aluminium": 23e-6, "titanium": 8.6e-6}
 #: Number of tetrahedra above which no finer mesh is made, and smallest growth of their number that counts as a refinement.
 MOST, GROWTH = 6_000, 1.5
+#: Largest number of displacements that are stored for pictures, 3 by coordinate and point of the surface.
+PICTURED = 36_000
 #: Number of the method: results of others are not taken from the cache.
-METHOD = 3
+METHOD = 4
 
 
 @dataclass(frozen=True, repr=False)
@@ -44,8 +46,7 @@ class CondensedLink(ShortRepr):
         error: estimate of the largest relative error of the compliance: the change, if errors fall with the edges' lengths.
         between_grips: largest relative difference of the compliance with even grips from that with rigid ones.
         tetrahedra: number of tetrahedra of the last mesh.
-        points, triangles: surface (S, 3) [m], (T, 3) of the last mesh.
-        owner: number (T,) of each triangle's interface, or −1.
+        owner: number (T,) of the interface of each of the link's ``triangles``, or −1.
     """
 
     link: LinkMatrices
@@ -54,12 +55,10 @@ class CondensedLink(ShortRepr):
     error: float
     between_grips: float
     tetrahedra: int
-    points: Array = field(repr=False)
-    triangles: Index = field(repr=False)
     owner: Index = field(repr=False)
 
     def __str__(self) -> str:
-        size = " x ".join(f"{1000 * length:.4g}" for length in np.ptp(self.points, axis=0))
+        size = " x ".join(f"{1000 * length:.4g}" for length in np.ptp(np.asarray(self.link.points), axis=0))
         return (
             f"{size} mm, {self.link.body[0]:.5g} kg, {self.link.internal} modes, {self.tetrahedra} tetrahedra\n"  # type: ignore[index]
             f"compliance, {self.grip} grips: up to about {100 * self.error:.2g} % too small, for the last refinement "
@@ -73,14 +72,15 @@ class CondensedLink(ShortRepr):
         from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
         figure = Figure(figsize=(6, 6))
+        points, triangles = 1000 * np.asarray(self.link.points), np.asarray(self.link.triangles)
         axes = figure.add_subplot(projection="3d", xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]")
         for number, name in enumerate(("", *self.link.names), -1):
-            colour, corners = f"C{number}" if name else "#c8c8c840", 1000 * self.points[self.triangles[self.owner == number]]
+            colour, corners = f"C{number}" if name else "#c8c8c840", points[triangles[self.owner == number]]
             edge = colour if name else "#40404060"
             axes.add_collection3d(Poly3DCollection(corners, facecolors=colour, edgecolors=edge, linewidth=0.15))
             if name:
                 axes.text(*(1000 * self.link.origins[number]), f"   {name}", color=colour, fontweight="bold", zorder=9)
-        low, high = 1000 * self.points.min(0), 1000 * self.points.max(0)
+        low, high = points.min(0), points.max(0)
         axes.set(**{f"{axis}lim": (low[k], high[k]) for k, axis in enumerate("xyz")}, aspect="equal")
         axes.locator_params(nbins=4)
         with replacing(path) as partial:
@@ -159,11 +159,13 @@ def _condensed(
     K = np.diag(np.concatenate([np.zeros(outer), squares]))
     K[:outer, :outer] = stiffness
     thermal = whole.T @ solid.thermal if material.thermal_expansion else None
-    link = LinkMatrices(tuple(places), solid.origins, stiffness=K, mass=whole.T @ solid.with_mass(whole), thermal=thermal)
-    other, surface = "even" if grip == "rigid" else "rigid", solid.surface
+    points, triangles, recovery, owner = solid.pictured(whole, PICTURED // (3 * len(K)))
+    mass, drawn = whole.T @ solid.with_mass(whole), (points, triangles, recovery)
+    link = LinkMatrices(tuple(places), solid.origins, K, mass, None, thermal, *drawn)
+    other = "even" if grip == "rigid" else "rigid"
     both = {grip: compliance, other: np.linalg.inv(solid.gripped(other)[0][6:, 6:])}
-    between, shown = _difference(both["even"], both["rigid"]), map(frozen, (surface.points, surface.triangles, solid.owner))
-    return CondensedLink(link, grip, change, error, between, solid.tetrahedra, *shown)
+    between = _difference(both["even"], both["rigid"])
+    return CondensedLink(link, grip, change, error, between, solid.tetrahedra, frozen(owner))
 
 
 def _difference(compliance: NDArray[np.floating], other: NDArray[np.floating]) -> float:

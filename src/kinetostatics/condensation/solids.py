@@ -22,6 +22,8 @@ from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.rotations import skew
 from kinetostatics.units import parse_number
+from kinetostatics.viewer.shapes import Surface
+from kinetostatics.viewer.visuals import clusters, means, merged
 
 KINDS = "cylinder d=20mm near X Y Z, face near X Y Z, face NAME, or sphere r=10mm at X Y Z"
 AT_A_POINT = r"(?:(cylinder|sphere) [dr]=(\S+)|face) (?:near|at) (\S+) (\S+) (\S+)"
@@ -255,7 +257,7 @@ class Solid:
         first = int(np.linalg.norm(points - points.mean(0), axis=1).argmax())
         second = int(np.linalg.norm(points - points[first], axis=1).argmax())
         third = int(np.linalg.norm(np.cross(points - points[first], points[second] - points[first]), axis=1).argmax())
-        rows = np.add.outer(np.arange(3) * len(self.thermal) // 3, [first, second, third]).ravel()
+        rows = self._rows([first, second, third]).ravel()
         solve_held = self._solver(rows[qr(self._motions[0][rows].T, pivoting=True)[2][:6]])
         origin, motion, means = self._loads[0], self._motions[0], np.hstack(self._loads)
         carried = means[:, 6:].T @ motion  # twists of the other interfaces per unit twist of the first
@@ -270,6 +272,25 @@ class Solid:
             return moved - shapes @ (means.T @ moved)
 
         return relative.T @ stiff @ relative, shapes, solve
+
+    def _rows(self, points: Sequence[int] | Index) -> Index:
+        """Return the numbers (3, n) of the displacements of points of the surface."""
+        return np.add.outer(np.arange(3) * len(self.thermal) // 3, points)
+
+    def pictured(self, shapes: Array, most: int) -> tuple[Array, Index, Array, Index]:
+        """Return a surface with about ``most`` points: points, triangles, displacements (S, 3, k) by ``shapes`` (N, k), owner.
+
+        A point is the mean of close points of the mesh that are on the same faces of the part.
+        """
+        used, triangles = np.unique(self.surface.triangles, return_inverse=True)
+        surface = Surface(self.surface.points[used], triangles.reshape(-1, 3))
+        of_corner = np.unique(np.column_stack([surface.faces.ravel(), np.repeat(self.surface.face, 3)]), axis=0)
+        kinds, marks = np.zeros(len(used), dtype=np.int64), np.random.default_rng(0).integers(2**48, size=of_corner.max() + 1)
+        np.add.at(kinds, of_corner[:, 0], marks[of_corner[:, 1]])  # equal for points on the same faces
+        cluster = clusters(surface, 2 * most, kinds) if len(used) > most else np.arange(len(used))
+        surface, kept = merged(surface, cluster)
+        displacements = means(np.hstack(list(shapes[self._rows(used)])), cluster).reshape(len(surface.vertices), 3, -1)
+        return surface.vertices, surface.faces, displacements, self.owner[kept]
 
     def modes(self, solve: Callable[[Array], Array], count: int) -> tuple[Array, Array]:
         """Return the squares (m,) [1/s²] of the lowest angular frequencies with held interfaces, and the modes (N, m)."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.layout.mapping import ShortRepr
-from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.math.arrays import Array, Index, frozen
 from kinetostatics.math.rotations import skew
 
 #: Largest residuals of symmetry and of forces in rigid-body motions, as files with six digits have; of the form of a body's mass.
@@ -43,6 +43,8 @@ class LinkMatrices(ShortRepr):
         mass: (6n + m, 6n + m) mass matrix [kg, kg·m²], or None.
         gravity: (6n + m, 3) loads due to gravity of 1 m/s² along the link's x, y, z; None: as the mass matrix implies.
         thermal: (6n + m,) loads due to 1 K; None: none.
+        points, triangles: surface for pictures, (S, 3) points in the link's frame [m] and (T, 3) numbers of points; None: none.
+        recovery: (S, 3, 6n + m) displacements of the points, along the link's axes, per unit of each coordinate.
 
     Raises:
         ArgumentError: an array has a wrong shape or entries that are not finite, a matrix is not symmetric, the stiffness is not
@@ -56,6 +58,9 @@ class LinkMatrices(ShortRepr):
     mass: Array | None = None
     gravity: Array | None = None
     thermal: Array | None = None
+    points: Array | None = None
+    triangles: Index | None = None
+    recovery: Array | None = None
 
     def __post_init__(self) -> None:
         names = tuple(map(str, self.names))
@@ -71,8 +76,12 @@ class LinkMatrices(ShortRepr):
         n, size = len(names), self.stiffness.shape[0] if self.stiffness.ndim else 0
         if self.rotations.shape == (3, 3):
             object.__setattr__(self, "rotations", frozen(np.tile(self.rotations, (n, 1, 1))))
+        sides = [() if array is None else array.shape[:1] for array in (self.points, self.triangles, self.recovery)]
+        if sides.count(()) not in (0, 3):
+            raise ArgumentError("points, triangles, recovery: all of them, or none, would be right")
         shapes = {"origins": (n, 3), "rotations": (n, 3, 3), "stiffness": (max(size, 6 * n),) * 2, "mass": (size, size)}
-        for name, shape in (shapes | {"gravity": (size, 3), "thermal": (size,)}).items():
+        shapes |= {"gravity": (size, 3), "thermal": (size,), "points": (*sides[0], 3), "triangles": (*sides[1], 3)}
+        for name, shape in (shapes | {"recovery": (*sides[0], 3, size)}).items():
             array = getattr(self, name)
             if array is not None and array.shape != shape:
                 raise ArgumentError(f"{name} has the shape {array.shape}; {shape} would be right for {n} interfaces")
@@ -80,6 +89,7 @@ class LinkMatrices(ShortRepr):
         self._check_stiffness()
         self._check_mass()
         self._check_loads()
+        self._check_surface()
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, LinkMatrices):
@@ -235,6 +245,13 @@ class LinkMatrices(ShortRepr):
             blocks.append(np.block([[axes.T, -axes.T @ skew(origin)], [np.zeros((3, 3)), axes.T]]))
         return np.vstack([*blocks, np.zeros((self.internal, 6))])
 
+    def coordinates_of(self, at: Array) -> Array:
+        """Return the coordinates (6n + m, 6n + m) by unit twists [d; r] of interfaces at points (n, 3), and internal ones."""
+        result = np.eye(len(self.stiffness))
+        for rows, point in zip(np.arange(6 * self.interfaces).reshape(-1, 6), at, strict=True):
+            result[np.ix_(rows, rows)] = self.motions_about(point)[rows]
+        return result
+
     @property
     def _scales(self) -> Array:
         return np.asarray(np.sqrt(np.diag(self.stiffness)))
@@ -344,6 +361,21 @@ class LinkMatrices(ShortRepr):
             if residuals[worst] > MASS_OF_BODY:
                 where = f"do work in a rigid {MOTIONS[worst]} of the link (residual {residuals[worst]:.2g})"
                 raise ArgumentError(f"thermal: its loads {where}; loads in equilibrium would be right")
+
+    def _check_surface(self) -> None:
+        if self.points is None or self.triangles is None or self.recovery is None:
+            return
+        points, triangles = self.points, self.triangles
+        if not np.isin(triangles, np.arange(len(points))).all():
+            raise ArgumentError(f"triangles: numbers of points, 0 to {len(points) - 1}, would be right")
+        object.__setattr__(self, "triangles", frozen(triangles.astype(np.int64)))
+        middle, unit = self.origins.mean(0), np.repeat([1.0, self._size], 3)
+        right = np.moveaxis(np.hstack([np.zeros((3, 3, len(points))) + np.eye(3)[:, :, None], -skew((points - middle).T)]), 2, 0)
+        gap = np.abs(self.recovery @ self.motions_about(middle) - right) / unit
+        if gap.max(initial=0.0) > WITHOUT_FORCE * np.abs(right / unit).max():
+            row, _, column = np.unravel_index(int(gap.argmax()), gap.shape)
+            what = f"in a rigid {MOTIONS[column]} of the link the point {row} moves otherwise (residual {gap.max():.2g})"
+            raise ArgumentError(f"recovery: {what}; displacements along the link's axes, by unit coordinates, would be right")
 
 
 def _numbers(name: str, given: object) -> Array:

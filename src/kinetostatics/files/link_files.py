@@ -20,8 +20,8 @@ def read_link(path: str | os.PathLike[str]) -> LinkMatrices:
     """Read a link by its matrices.
 
     Args:
-        path: an ``.npz`` file with ``names``, ``origins``, ``stiffness``, and optionally ``rotations``, ``mass``, ``gravity`` and
-            ``thermal``, as in :class:`kinetostatics.description.LinkMatrices`.
+        path: an ``.npz`` file with ``names``, ``origins``, ``stiffness``, and optionally ``rotations``, ``mass``, ``gravity``,
+            ``thermal``, and ``points``, ``triangles``, ``recovery``, as in :class:`kinetostatics.description.LinkMatrices`.
 
     Raises:
         RobotFileError: the file cannot be read, or its contents are invalid; the message names file and key.
@@ -61,4 +61,4 @@ def save_link(link: LinkMatrices, path: str | os.PathLike[str]) -> None:
         raise ArgumentError(f"{name}: the name of a link's matrices ends in .npz")
     values = {key: getattr(link, key) for key in KEYS}
     with replacing(name) as partial, open(partial, "wb") as file:
-        np.savez(file, allow_pickle=False, **{key: value for key, value in values.items() if value is not None})
+        np.savez_compressed(file, allow_pickle=False, **{key: value for key, value in values.items() if value is not None})

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.arguments import warn
 from kinetostatics.files.bundled import PackageNotFound, package_folder
+from kinetostatics.math.arrays import Array
 from kinetostatics.viewer.shapes import Surface, joined
 
 if TYPE_CHECKING:
@@ -208,25 +209,37 @@ def decimated(surface: Surface, most: int) -> Surface:
     Degenerate and duplicate triangles are removed. The grid is the finest one that leaves few enough triangles, or the coarsest
     one if none does. The mesh need be neither closed nor manifold.
     """
-    if len(surface.faces) <= most:
-        return surface
+    return surface if len(surface.faces) <= most else merged(surface, clusters(surface, most))[0]
+
+
+def clusters(surface: Surface, most: int, kinds: NDArray[np.integer] | None = None) -> NDArray[np.int64]:
+    """Return the cluster (n,) of each vertex for :func:`decimated`; different ``kinds`` (n,) are in different ones."""
     low, high = COARSEST, FINEST
     while high - low > max(1, low // 16):
         middle = (low + high) // 2
-        low, high = (middle, high) if len(_clustered(surface, middle).faces) <= most else (low, middle)
-    return _clustered(surface, low)
+        low, high = (middle, high) if len(merged(surface, _cells(surface, middle, kinds))[1]) <= most else (low, middle)
+    return _cells(surface, low, kinds)
 
 
-def _clustered(surface: Surface, cells: int) -> Surface:
+def _cells(surface: Surface, cells: int, kinds: NDArray[np.integer] | None) -> NDArray[np.int64]:
     vertices = surface.vertices
     start, size = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max()) or 1.0
     place = np.floor((vertices - start) * (cells / size)).astype(np.int64)
     key = (place[:, 0] * (FINEST + 1) + place[:, 1]) * (FINEST + 1) + place[:, 2]
-    _, cluster = np.unique(key, return_inverse=True)
-    count = np.bincount(cluster)
-    means = np.column_stack([np.bincount(cluster, weights=vertices[:, c]) / count for c in range(3)])
+    pairs = np.column_stack([key, np.zeros_like(key) if kinds is None else kinds])
+    return np.unique(pairs, axis=0, return_inverse=True)[1].ravel()
+
+
+def means(values: Array, cluster: NDArray[np.int64]) -> Array:
+    """Return the means of rows of ``values`` (n, k) over the clusters (n,)."""
+    return np.column_stack([np.bincount(cluster, weights=column) for column in values.T]) / np.bincount(cluster)[:, None]
+
+
+def merged(surface: Surface, cluster: NDArray[np.int64]) -> tuple[Surface, NDArray[np.int64]]:
+    """Return a surface whose vertices are the means of the clusters (n,), and the numbers of the triangles that remain."""
     faces = cluster[surface.faces]
     a, b, c = faces.T
-    faces = faces[(a != b) & (b != c) & (c != a)]
-    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
-    return Surface(means, faces[np.sort(first)])
+    whole = np.flatnonzero((a != b) & (b != c) & (c != a))
+    _, first = np.unique(np.sort(faces[whole], axis=1), axis=0, return_index=True)
+    kept = whole[np.sort(first)]
+    return Surface(means(surface.vertices, cluster), faces[kept]), kept

@@ -169,9 +169,9 @@ def test_interfaces_are_cylinders_faces_and_spheres(tmp_path):
     assert part.link.names == ("shoulder", "elbow", "o")
     assert part.link.origins == pytest.approx(np.array([[0, 0, 0], [0.09, 0, 0], [0.0475, 0.002, 0]]), abs=1e-6)
     for number, (x, radius) in enumerate([(0.0, 0.010), (0.09, 0.006)]):
-        corners = part.points[np.unique(part.triangles[part.owner == number])]
+        corners = part.link.points[np.unique(part.link.triangles[part.owner == number])]
         assert np.hypot(corners[:, 0] - x, corners[:, 1]) == pytest.approx(radius, rel=1e-6)
-    inside = part.points[part.triangles[part.owner == 2]].mean(1)
+    inside = part.link.points[part.link.triangles[part.owner == 2]].mean(1)
     assert len(inside) and np.linalg.norm(inside - part.link.origins[2], axis=1).max() <= 0.009
 
 
@@ -186,7 +186,7 @@ def test_halves_of_a_bore_are_one_cylinder_and_faces_have_names(tmp_path):
     part = ks.condense(
         tmp_path / "block.vol", {"a": "cylinder d=16 near 0 0 0", "b": "face flange"}, within=0.9, modes=0, unit="m"
     )
-    around = part.points[np.unique(part.triangles[part.owner == 0])]
+    around = part.link.points[np.unique(part.link.triangles[part.owner == 0])]
     assert around[:, 1].min() == pytest.approx(-8, rel=1e-3) and around[:, 1].max() == pytest.approx(8, rel=1e-3)
     assert part.link.origins == pytest.approx(np.array([[0, 0, 5], [0, 30, 5]]), abs=1e-3)
 
@@ -286,3 +286,47 @@ def test_wrong_files_are_refused(tmp_path):
     ):
         with pytest.raises(ks.ArgumentError, match=said):
             ks.condense(tmp_path / name, ARM)
+
+
+# ---- surface for pictures ------------------------------------------------------------------------------------------------
+
+
+def rigid_at(points, origin=(0.0, 0.0, 0.0)):
+    """Return displacements (S, 3, 6) of points by unit twists at an origin."""
+    turned = [np.cross(axis, points - np.array(origin)) for axis in np.eye(3)]
+    return np.concatenate([np.broadcast_to(np.eye(3), (len(points), 3, 3)), np.stack(turned, axis=2)], axis=2)
+
+
+@pytest.mark.parametrize("pictured", [10**6, 4_000])
+def test_surface_moves_with_rigid_grips(tmp_path, monkeypatch, pictured):
+    """The points of a bore follow its interface alone, all points a motion of the whole part; also if points are merged."""
+    monkeypatch.setattr(condensed_link, "PICTURED", pictured)
+    part = ks.condense(arm(tmp_path)[1], ARM, within=0.9, modes=1)
+    link = part.link
+    assert len(link.points) < pictured / 30
+    assert (len(link.points) > 100) == (pictured == 10**6)
+    for number, (x, radius) in enumerate([(0.0, 0.010), (0.09, 0.006)]):
+        around = np.hypot(link.points[:, 0] - x, link.points[:, 1]) < 1.001 * radius
+        assert around.sum() >= 6
+        moved = np.zeros((around.sum(), 3, 13))
+        moved[:, :, 6 * number : 6 * number + 6] = rigid_at(link.points[around], link.origins[number])
+        assert np.abs(link.recovery[around] - moved).max() < 1e-10
+    assert np.abs(link.recovery @ link.rigid_motions - rigid_at(link.points)).max() < 1e-9
+    ks.files.save_link(link, tmp_path / "arm.npz")
+    assert ks.files.read_link(tmp_path / "arm.npz") == link and (tmp_path / "arm.npz").stat().st_size < 1e6
+
+
+def test_surface_of_a_pulled_and_bent_bar_is_that_of_saint_venant(tmp_path):
+    """With even grips, tractions are linear over the ends, and solutions are polynomials; the left end is held in the mean."""
+    part = ks.condense(bar(tmp_path), ENDS, within=0.9, modes=2, grip="even")
+    link, b, h = part.link, 0.016, 0.024
+    x, y, z = link.points.T
+    pull, couple = 1000.0, 5.0  # N, N·m about z
+    stress, bend = pull / (E * b * h), couple / (E * h * b**3 / 12)
+    pulled = stress * np.stack([x, -NU * y, -NU * z])
+    mean = NU * (b**2 - h**2) / 12
+    bent = bend * np.stack([-x * y, (x**2 + NU * (y**2 - z**2) - mean) / 2, NU * y * z])
+    F = link.flexibility("left")
+    for wrench, expected in (([pull, 0, 0, 0, 0, 0], pulled), ([0, 0, 0, 0, 0, couple], bent)):
+        coordinates = np.concatenate([np.zeros(6), F @ wrench, np.zeros(2)])
+        assert np.abs(link.recovery @ coordinates - expected.T).max() < 1e-8 * np.abs(expected).max()

@@ -183,6 +183,23 @@ WITHOUT_TORSION = np.kron(np.eye(4), TURNED.T) @ element(L, EA, GA, GA, 1e-9, EI
 MASS = np.diag([2 * (1 - 0.3 / L)] * 3 + [1.0] * 3 + [2 * 0.3 / L] * 3 + [1.0] * 3)
 
 
+def surface():
+    """Three points that move with the start of the beam."""
+    points = np.array([[0, 0, 0], [0, 0.1, 0], [0, 0, 0.1]])
+    turned = np.stack([np.cross(axis, points) for axis in np.eye(3)], axis=2)
+    recovery = np.concatenate([np.tile(np.eye(3), (3, 1, 1)), turned, np.zeros((3, 3, 6))], axis=2)
+    return {"points": points, "triangles": [[0, 1, 2]], "recovery": recovery}
+
+
+SURFACE = surface()
+
+
+def test_surface_follows_rigid_motions_and_is_compared():
+    link = beam(**SURFACE)
+    assert link.triangles.dtype == np.int64 and link != beam() and link.digest != beam().digest and link == beam(**SURFACE)
+    np.testing.assert_allclose(link.recovery @ link.rigid_motions, link.recovery[:, :, :6], atol=1e-15)
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
@@ -231,6 +248,13 @@ MASS = np.diag([2 * (1 - 0.3 / L)] * 3 + [1.0] * 3 + [2 * 0.3 / L] * 3 + [1.0] *
         (
             {"gravity": beam_gravity(), "mass": MASS},
             r"loads are those of 6\.58 kg at \(0\.35, 0, 0\) m, but mass has 2 kg at \(0\.3, 0",
+        ),
+        ({"points": [[0, 0, 0]]}, "points, triangles, recovery: all of them, or none, would be right"),
+        (SURFACE | {"triangles": [[0, 1, 3]]}, "triangles: numbers of points, 0 to 2, would be right"),
+        (SURFACE | {"recovery": np.zeros((2, 3, 12))}, r"recovery has the shape \(2, 3, 12\); \(3, 3, 12\) would be right"),
+        (
+            SURFACE | {"points": [[0, 0, 0], [0, 0.1, 0], [0, 0, 100.0]]},
+            r"recovery: in a rigid rotation about [xy] of the link the point 2 moves otherwise \(residual .*, by unit",
         ),
         ({"thermal": np.abs(THERMAL)}, r"thermal: its loads do work in a rigid translation along x of the link \(residual 1\)"),
     ],
