@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.elements.element import ElasticElement, WithoutInside
 from kinetostatics.elements.joint import ElasticJoints, PlacedJoints
-from kinetostatics.elements.rods import Numbers
+from kinetostatics.elements.rods import Numbers, VibratingMatrices
 from kinetostatics.exceptions import StaticsError
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import normalize
@@ -68,6 +68,24 @@ class VibratingLink(Protocol):
         """
 
 
+@dataclass(frozen=True, eq=False)
+class LinkSurface:
+    """Surface of an elastic link, in its axes; it is displaced linearly with the link's coordinates.
+
+    Attributes:
+        points, triangles: (S, 3) [m] in the frame of the robot's link, and (T, 3) numbers of points.
+        recovery: (S, 3, 6n + m) displacements by unit twists [d; r] of the ends, start first, and internal coordinates.
+        vibration: the link in vibrations.
+        weight: (m, 3) loads on the internal coordinates due to gravity of 1 m/s² along each axis.
+    """
+
+    points: Array
+    triangles: Index
+    recovery: Array
+    vibration: VibratingMatrices
+    weight: Array
+
+
 class ElasticLink(Protocol):
     """An elastic link of a robot, independent of the pose.
 
@@ -77,6 +95,7 @@ class ElasticLink(Protocol):
         axes: (3, 3) its axes as columns, in the carrier body.
         centre: (3,) its centre of mass in the carrier body [m]; None: the middle between its ends.
         telescopic: whether its length depends on the pose.
+        surface: its surface, if known.
     """
 
     name: str
@@ -84,6 +103,7 @@ class ElasticLink(Protocol):
     axes: Array
     centre: Array | None
     telescopic: bool = False
+    surface: LinkSurface | None = None
 
     def ends(self, frames: Frames) -> tuple[Array, Array]:
         """Return the positions (3, N) [m] of start and end, world axes."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.description.flexible import Flexible
 from kinetostatics.elements.element import ElasticElement, carried_wrench, outboard_masks
-from kinetostatics.elements.link import ElasticLink, ElasticLinks, UnderOwnWeight
+from kinetostatics.elements.link import ElasticLink, ElasticLinks, LinkSurface, UnderOwnWeight
 from kinetostatics.elements.rods import VibratingMatrices
 from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.math.arrays import Array
@@ -43,9 +43,10 @@ class MatrixLink(ShortRepr, ElasticLink):
         inertial: (6p + 6, 6) loads at the ends per unit of an acceleration [a; α] of the centre of mass.
         port: which of the outer ends is the end of ``span``.
         vibration: the link in vibrations.
+        surface: its surface, or None.
     """
 
-    NOT_RECORDED: ClassVar = ("inertia", "expansion", "inertial", "vibration")
+    NOT_RECORDED: ClassVar = ("inertia", "expansion", "inertial", "vibration", "surface")
 
     name: str
     span: Span
@@ -59,6 +60,7 @@ class MatrixLink(ShortRepr, ElasticLink):
     inertial: Array
     port: int
     vibration: VibratingMatrices
+    surface: LinkSurface | None
 
     def turning_compliance(self, frames: Frames) -> Array:
         displaced, turned = np.diag(self.flexibility).reshape(-1, 2, 3).sum(axis=2)[self.port]
@@ -124,10 +126,8 @@ def matrix_links(part: Flexible, mechanism: Mechanism, spans: Mapping[str, Span]
     ends = [R.T @ (point - origin) for point in (next(iter(spans.values())).start, *(span.end for span in spans.values()))]
     ports = [int(np.argmin([np.linalg.norm(point - end) for point in at])) for end in ends]
     coordinates = [6 * k + row for k in ports for row in range(6)]
-    shapes = np.eye(len(matrices.stiffness))  # coordinates of the matrices per unit of these
-    shapes[: 6 * p + 6] = 0.0
-    for column, k in enumerate(ports):
-        shapes[6 * k : 6 * k + 6, 6 * column : 6 * column + 6] = matrices.motions_about(at[k])[6 * k : 6 * k + 6]
+    by_twists = matrices.coordinates_of(np.array(at))
+    shapes = np.hstack([by_twists[:, coordinates], by_twists[:, 6 * p + 6 :]])  # coordinates of the matrices per unit of these
     back = np.linalg.inv(shapes[np.ix_(coordinates, range(6 * p + 6))])[6:, 6:]
     outer = np.argsort(np.argsort(ports[1:]))  # of each end among the outer interfaces in the order of the matrices
     rows = [6 * int(k) + row for k in outer for row in range(6)]
@@ -146,8 +146,12 @@ def matrix_links(part: Flexible, mechanism: Mechanism, spans: Mapping[str, Span]
     static = np.vstack([np.eye(size), -np.linalg.solve(K[size:, size:], K[size:, :size])])
     rigid = np.linalg.solve(shapes, matrices.motions_about(centre))
     inertial = -static.T @ vibration.mass @ rigid
+    surface = None
+    if matrices.points is not None and matrices.triangles is not None and matrices.recovery is not None:
+        weight = matrices.gravity_loads[size:]
+        surface = LinkSurface(matrices.points, matrices.triangles, matrices.recovery @ shapes, vibration, weight)
     return {
-        name: MatrixLink(name, span, R, moved_centre, mass, J, F, S, expansion[k], inertial, k, vibration)
+        name: MatrixLink(name, span, R, moved_centre, mass, J, F, S, expansion[k], inertial, k, vibration, surface)
         for k, (name, span) in enumerate(spans.items())
     }
 

@@ -220,6 +220,12 @@ class VibratingMatrices:
     def clamped_modes(self, square: Array) -> Index:
         return np.zeros(square.shape, dtype=np.intp)
 
+    def inner_coordinates(self, ends: Array, square: Array, load: Array) -> Array:
+        """Return the internal coordinates (…, m) for twists of the ends (…, 6n), at λ, under loads (…, m); 0 in resonance."""
+        D, n = self.dynamic_stiffness(square), ends.shape[-1]
+        forces = load - (D[..., n:, :n] @ ends[..., None])[..., 0]
+        return np.asarray((np.linalg.pinv(D[..., n:, n:]) @ forces[..., None])[..., 0])
+
     def axial_stiffness(self) -> Array:
         raise TypeError("links by matrices are not telescopic")
 

@@ -88,6 +88,8 @@ class Mesh:
         roots: top nodes under which it is drawn: ``Rest`` (pale, undeformed), ``Deformed`` (solid, deformed), ``Base`` (solid,
             undeformed).
         colour: "deflection", "#rrggbb", or (n, 3) colours of the vertices, 0 to 1.
+        recovery: displacements (n, 3, 6 s) of the vertices per unit of the twists of ``station`` and the s − 1 stations after it,
+            in its axes; None: vertices move with their stations.
     """
 
     path: str
@@ -95,6 +97,14 @@ class Mesh:
     station: int | NDArray[np.int64]
     roots: tuple[str, ...]
     colour: str | Array = "deflection"
+    recovery: Array | None = None
+
+    def displacements(self, rotation: Array, twists: Array) -> Array:
+        """Return the displacements (n, 3) by :attr:`recovery`, for rotation matrices and twists (…, 6) of all stations."""
+        assert self.recovery is not None
+        first = int(np.min(self.station))
+        axes, count = rotation[first], self.recovery.shape[2] // 6
+        return np.asarray(self.recovery @ (twists[first : first + count].reshape(-1, 3) @ axes).ravel() @ axes.T)
 
     @property
     def by_deflection(self) -> bool:
@@ -107,6 +117,7 @@ class Mesh:
             "path": self.path, "roots": self.roots, "colour": colour, "per_vertex": not isinstance(self.colour, str),
             "vertices": packed(self.surface.vertices, "<f4"), "faces": packed(self.surface.faces, wide),
             "station": self.station if isinstance(self.station, int) else packed(self.station, "<u4"),
+            "recovery": None if self.recovery is None else packed(self.recovery, "<f4"),
         }  # fmt: skip
 
 

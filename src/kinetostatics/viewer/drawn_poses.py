@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.arguments import warn
+from kinetostatics.elements.link import LinkSurface
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import move
@@ -116,6 +117,28 @@ class DrawnPoses(ABC):
         arms, twist = np.moveaxis(self.interfaces(name) - self.frame(link)[:, None, :3, 3], 1, 0), self.link_twist(link)
         assert twist is not None
         return np.stack([moved(twist, arm) for arm in arms], axis=2)
+
+    def surface(self, name: str) -> LinkSurface | None:
+        """Return the surface of an elastic link that is no beam, if it is known."""
+        return self.robot.statics.elastic_links[self.robot.topology.interfaces(name)[0][0]].surface
+
+    def inner_coordinates(self, name: str) -> Array:
+        """Return (F, K, m) internal coordinates of an elastic link with a surface."""
+        axes, surface = self.frame(self.robot.description.flexible[name].link)[:, None, :3, :3], self.surface(name)
+        assert surface is not None
+        twists = self.interface_twists(name)
+        ends = (twists.reshape(*twists.shape[:2], -1, 3) @ axes).reshape(*twists.shape[:2], -1)
+        loads = (self.own_gravity(name)[:, :, None] @ axes)[:, :, 0] @ surface.weight.T
+        return surface.vibration.inner_coordinates(ends, self.squares, loads)
+
+    @property
+    def squares(self) -> Array:
+        """(F, K) squares of the angular frequencies of the motions [1/s²]."""
+        return np.zeros(self.platform_twist.shape[:2])
+
+    def own_gravity(self, name: str) -> Array:
+        """Return (F, K, 3) gravity on an elastic link, world axes [m/s²]; zero for contributions other than its weight."""
+        return np.zeros((*self.platform_twist.shape[:2], 3))
 
     @abstractmethod
     def tension(self, name: str) -> Array:
@@ -244,6 +267,16 @@ class ShownPoses(DrawnPoses):
 
     def interface_twists(self, name: str) -> Array:
         return self.by_contribution(self.result.interface_contributions[name])
+
+    def own_gravity(self, name: str) -> Array:
+        gravity, topology = super().own_gravity(name), self.robot.topology
+        of_limbs = {limb.name: {*limb.edges, *limb.branches} for limb in topology.limbs}
+        of_platform = {edge for limb in topology.hanging if limb.on_platform for edge in (*limb.edges, *limb.branches)}
+        for weight, edges in {**of_limbs, "platform_weight": of_platform | {*topology.platform.edges}}.items():
+            if any(topology.part_of(edge) == name for edge in edges):
+                own = of_deformation(weight) if of_deformation(weight) in self.contribution_names else weight
+                gravity[:, self.contribution_names.index(own)] = self.take(self.result.gravity)
+        return gravity
 
     def beam_line(self, name: str) -> tuple[Array, Array]:
         axes, points = self.result.centre_lines[name]

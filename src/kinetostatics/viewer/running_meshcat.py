@@ -151,14 +151,18 @@ class _Drawing:
                 self._node(f"labels/{group}").set_property("visible", False)
 
     def _mark(self) -> None:
-        value, station, vertex = self.still.largest
-        if value:
+        value, mesh, vertex = self.still.largest
+        if mesh is not None:
             node, unit = self._node("largest"), self.scene.facts.displacement
             dot = geometry.MeshBasicMaterial(color=_integer(MARK), depthTest=False, transparent=True)
             node.set_object(geometry.Sphere(0.007 * self.scene.size), dot)
-            self._moving(node, lambda poses: np.asarray(poses[station] @ translation_matrix(vertex)))
             words = f"largest {number(value / unit.factor)} {unit.unit}"
-            self._label("largest", words, lambda poses: (poses[station] @ [*vertex, 1.0])[:3], MARK)
+
+            def place(poses: Array) -> Array:
+                return np.asarray(self.still.vertices_at(mesh, poses)[vertex])
+
+            self._moving(node, lambda poses: np.asarray(translation_matrix(place(poses))))
+            self._label("largest", words, place, MARK)
 
     def _label(self, path: str, text: str, placed: Callable[[Array], Array], colour: str = INK) -> None:
         """Add text of constant size that faces the camera; ``placed`` computes its position from the poses of all stations."""

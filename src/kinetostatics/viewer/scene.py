@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.elements.link import LinkSurface
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
@@ -185,7 +186,9 @@ class _SceneBuilder:
                 continue
             roots: tuple[str, ...] = ("Base",) if link in bare["base"] else ("Rest", "Deformed")
             folder = link if any(link in links for links in bare.values()) else f"links/{link}"
-            if visual is not None:
+            if link in self.flexible and (recovered := self.poses.surface(self.flexible[link])) is not None:
+                self._recovered(self.flexible[link], recovered, folder, roots)
+            elif visual is not None:
                 self._link(link, visual, folder, roots)
             elif (link in rigid or link in self.flexible) and not any(link in links for links in bare.values()):
                 self._skeleton(link, {link}, folder, roots)
@@ -204,6 +207,31 @@ class _SceneBuilder:
         elif self.plain:
             colour = visual.colours
         self.meshes.append(Mesh(path, *self._attached(link, visual.surface, roots), roots, colour))
+
+    def _recovered(self, name: str, surface: LinkSurface, path: str, roots: tuple[str, ...]) -> None:
+        """Draw the surface of an elastic link, displaced by the twists of its ends and by its internal coordinates.
+
+        Further stations at the start carry three internal coordinates each, as displacements of the points that move most.
+        """
+
+        def carried(values: Array) -> Array:
+            padded = np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, -values.shape[-1] % 3)])
+            threes = padded.reshape(*values.shape[:-1], -1, 3)
+            return np.concatenate([threes, np.zeros_like(threes)], axis=-1)
+
+        frame, ends = self.poses.frame(self.robot.description.flexible[name].link), self.poses.interfaces(name)
+        n = 6 * ends.shape[1]
+        most = np.linalg.norm(surface.recovery[..., n:], axis=1).max(axis=0)
+        recovery, axes = carried(surface.recovery[..., n:] / most), np.swapaxes(frame[:, None, :3, :3], -1, -2)
+        inner = carried(self.poses.inner_coordinates(name) * most)
+        inner[..., :3] = inner[..., :3] @ axes
+        placements = np.repeat(frame[:, None], ends.shape[1] + inner.shape[2], axis=1)
+        placements[..., :3, 3] = np.concatenate([ends, np.repeat(ends[:, :1], inner.shape[2], axis=1)], axis=1)
+        first = self.stations.add_all(placements, np.concatenate([self.poses.interface_twists(name), inner], axis=2))
+        start, count = frame[0, :3, :3].T @ (ends[0, 0] - frame[0, :3, 3]), len(surface.points)
+        drawn = Surface(surface.points - start, surface.triangles)
+        recovery = np.concatenate([surface.recovery[..., :n], recovery.reshape(count, 3, -1)], axis=2)
+        self.meshes.append(Mesh(path, drawn, np.full(count, first), roots, recovery=recovery))
 
     def _attached(self, link: str, surface: Surface, roots: tuple[str, ...]) -> tuple[Surface, int | NDArray[np.int64]]:
         """Return the surface of a link in the axes of its station, or of its stations if it is flexible, and their indices."""

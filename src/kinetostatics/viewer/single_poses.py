@@ -237,6 +237,10 @@ class ModePoses(SinglePose):
     def platform_twist(self) -> Array:
         return self._of_modes(self.modes.twists)
 
+    @property
+    def squares(self) -> Array:
+        return np.asarray((2 * np.pi * self._of_modes(self.modes.frequencies)) ** 2)
+
     def link_twist(self, link: str) -> Array | None:
         return self._of_modes(self.modes.link_twists[link]) if link in self.rigid else None
 

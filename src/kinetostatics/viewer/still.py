@@ -14,6 +14,7 @@ from itertools import product
 import numpy as np
 
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.rotations import logarithm
 from kinetostatics.viewer.description import AXES, FIELD_OF_VIEW, HIDDEN, RAMP, RESTING, UNKNOWN, VIEW, Arrow, Mesh, Scene
 from kinetostatics.viewer.shapes import Surface, arrow, frames_along
 
@@ -70,7 +71,7 @@ class Still:
         rest, deformed: (n, 4, 4) poses of the stations; ``deformed`` with the scene's exaggeration.
         twists: (n, 6) twists of the stations, not exaggerated [m, rad].
         deflections: (n,) displacements |u + θ × r| of the vertices of each coloured mesh, not exaggerated [m], by its path.
-        largest: largest deflection [m], 0 for a rigid robot; its station; and its vertex (3,), in the axes of the station.
+        largest: largest deflection [m], 0 for a rigid robot; its mesh, if any; and the index of its vertex.
         high: deflection at the end of the colour scale [m].
         arrows: arrows of visible length.
     """
@@ -89,12 +90,11 @@ class Still:
             most = max(most, float(self._deflections(mesh, points).max()), float(self.deflections[mesh.path].max()))
         rigid = most < RIGID * scene.size
         self.high = round_up(0.0 if rigid else most)
-        self.largest = (0.0, scene.readout, np.zeros(3))
+        self.largest: tuple[float, Mesh | None, int] = (0.0, None, 0)
         for mesh in [] if rigid else coloured:
             vertex = int(np.argmax(self.deflections[mesh.path]))
             if self.deflections[mesh.path][vertex] > self.largest[0]:
-                station = np.broadcast_to(mesh.station, len(mesh.surface.vertices))[vertex]
-                self.largest = float(self.deflections[mesh.path][vertex]), int(station), mesh.surface.vertices[vertex]
+                self.largest = float(self.deflections[mesh.path][vertex]), mesh, vertex
         self.arrows = list(self._arrows())
 
     def moved(self, part: float) -> Array:
@@ -103,11 +103,22 @@ class Still:
 
     def vertices(self, mesh: Mesh, root: str) -> Array:
         """Return the vertices (n, 3) of a mesh as drawn under one of its roots, world axes [m]."""
-        at = (self.deformed if root == "Deformed" else self.rest)[np.broadcast_to(mesh.station, len(mesh.surface.vertices))]
-        return np.asarray(np.einsum("nij,nj->ni", at[:, :3, :3], mesh.surface.vertices) + at[:, :3, 3])
+        return self.vertices_at(mesh, self.deformed if root == "Deformed" else self.rest)
+
+    def vertices_at(self, mesh: Mesh, poses: Array) -> Array:
+        """Return the vertices (n, 3) of a mesh for the poses (n, 4, 4) of all stations, world axes [m]."""
+        at = (poses if mesh.recovery is None else self.rest)[np.broadcast_to(mesh.station, len(mesh.surface.vertices))]
+        vertices = np.einsum("nij,nj->ni", at[:, :3, :3], mesh.surface.vertices) + at[:, :3, 3]
+        if mesh.recovery is not None:
+            turns = logarithm(np.moveaxis(poses[:, :3, :3] @ np.swapaxes(self.rest[:, :3, :3], 1, 2), 0, -1)).T
+            twists = np.hstack([poses[:, :3, 3] - self.rest[:, :3, 3], turns])
+            vertices += mesh.displacements(self.rest[:, :3, :3], twists)
+        return np.asarray(vertices)
 
     def _deflections(self, mesh: Mesh, points: Array) -> Array:
         """Return displacements (n,) [m], not exaggerated, of points (n, 3) of a mesh, given in the axes of their stations."""
+        if mesh.recovery is not None:
+            return np.asarray(np.linalg.norm(mesh.displacements(self.rest[:, :3, :3], self.twists), axis=-1))
         station = np.broadcast_to(mesh.station, len(points))
         arms = np.einsum("nij,nj->ni", self.rest[station, :3, :3], points)
         twists = self.twists[station]

@@ -100,7 +100,8 @@ function motionRows(robot, path) {
 }
 
 function linkCard(robot, path) {
-  const name = path.replace(/^links\//, "");
+  const name = path.replace(/^links\//, ""), solid = robot.solids.get(`Deformed/${path}`);
+  if (solid && !solid.rigid) return heading(name, "elastic link");
   return heading(name, `${robot.solids.has(`Base/${path}`) ? "link of the base" : "rigid link"}, at its origin, world axes`) + tableOf(motionRows(robot, path));
 }
 

@@ -28,7 +28,8 @@ function setColour(attribute, v, value, { low, high, ramp }) {
 /** The function from a solid's vertex to its true displacement |u + theta × r|, or to the quantity along the beam. */
 function valuesOf(robot, { spec, rigid }, key) {
   if (key === "deflection") {
-    const { sum, rest } = robot.now;
+    const { sum, rest } = robot.now, shift = spec.recovery && recovered(robot.now, spec);
+    if (shift) return (v) => Math.hypot(shift[3 * v], shift[3 * v + 1], shift[3 * v + 2]);
     return (v) => {
       const s = rigid ? spec.station : spec.station[v], t = 6 * s;
       point.fromArray(spec.vertices, 3 * v).applyQuaternion(qa.fromArray(rest, 7 * s + 3));

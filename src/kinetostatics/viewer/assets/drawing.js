@@ -112,7 +112,7 @@ class Robot {
 
   placeSolid(solid, scale) {
     const { spec, mesh, rigid, atRest, byQuantity } = solid;
-    const poses = atRest ? this.now.rest : this.now.deformed, n = spec.vertices.length / 3;
+    const poses = atRest || spec.recovery ? this.now.rest : this.now.deformed, n = spec.vertices.length / 3;
     if (rigid) {
       mesh.position.fromArray(poses, 7 * spec.station);
       mesh.quaternion.fromArray(poses, 7 * spec.station + 3);
@@ -123,6 +123,7 @@ class Robot {
         point.fromArray(spec.vertices, 3 * v).applyQuaternion(qa.fromArray(poses, o + 3));
         position.setXYZ(v, point.x + poses[o], point.y + poses[o + 1], point.z + poses[o + 2]);
       }
+      if (spec.recovery && !atRest) recovered(this.now, spec).forEach((u, k) => { position.array[k] += state.exaggeration * swing() * u; });
       position.needsUpdate = true;
       mesh.geometry.computeVertexNormals();
       mesh.geometry.boundingSphere = null; // for clicks

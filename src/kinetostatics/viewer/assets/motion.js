@@ -27,6 +27,7 @@ function read(s) {
     m.vertices = decode(m.vertices, Float32Array);
     m.faces = decode(m.faces, m.vertices.length < 3 * 65536 ? Uint16Array : Uint32Array);
     if (typeof m.station === "string") m.station = decode(m.station, Uint32Array);
+    if (m.recovery) m.recovery = decode(m.recovery, Float32Array);
     if (m.per_vertex) m.colour = Float32Array.from(decode(m.colour, Uint8Array), (c) => c / 255);
   }
   for (const a of s.arrows || []) {
@@ -81,6 +82,16 @@ function solve(scene) {
     exponential(qb, e * sum[t + 3], e * sum[t + 4], e * sum[t + 5]).multiply(qa).toArray(deformed, o + 3);
   }
   return { rest, deformed, sum };
+}
+
+/** True displacements (3 n) of a mesh's vertices, world axes: its recovery (n, 3, 6 s) times the twists of its station and the next. */
+function recovered({ rest, sum }, { recovery, station, vertices }) {
+  const count = vertices.length, width = recovery.length / count, [first] = station, coordinates = new Float32Array(width);
+  const axes = new THREE.Quaternion().fromArray(rest, 7 * first + 3), back = axes.clone().conjugate(), result = new Float32Array(count);
+  for (let k = 0; k < width; k += 3) point.fromArray(sum, 6 * first + k).applyQuaternion(back).toArray(coordinates, k);
+  for (let i = 0; i < count; i++) for (let k = 0; k < width; k++) result[i] += recovery[width * i + k] * coordinates[k];
+  for (let i = 0; i < count; i += 3) point.fromArray(result, i).applyQuaternion(axes).toArray(result, i);
+  return result;
 }
 
 /** Largest true displacement of all stations in all frames at the present shares [m]. */
