@@ -66,7 +66,8 @@ def animate(browser: Browser, name: str, folder: Path) -> None:
     """Draw a period of the first mode."""
     made = folder / f"{name}.html"
     ks.save_html(modes_of(name), made)
-    page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]}, reduced_motion="reduce")  # it does not play by itself
+    size = {"width": SIZE[0], "height": SIZE[1]}
+    page = browser.new_page(bypass_csp=True, viewport=size, reduced_motion="reduce")  # it does not play by itself
     page.goto(made.as_uri())
     page.wait_for_function("window.robot_page && robot_page.ready")
     for hidden in ("robot-head", "robot-legend", "robot-labels"):

@@ -125,7 +125,7 @@ def draw_side_by_side(browser: Browser, pages: Path, folder: Path) -> None:
             scene.write_text(visualizer.static_html(), encoding="utf-8")
         pair = Image.new("RGB", (1680, 560), "white")
         for k, file in enumerate((page, scene)):
-            tab = browser.new_page(viewport={"width": 840, "height": 560})
+            tab = browser.new_page(bypass_csp=True, viewport={"width": 840, "height": 560})
             tab.set_default_timeout(300_000)
             tab.goto(f"{file.as_uri()}#picture")
             tab.wait_for_function("window.robot_page?.ready || viewer.scene_tree.children.Cameras.children.default" + LEGEND)
@@ -150,7 +150,7 @@ def draw_robot(browser: Browser, result: ks.Result, file: Path, view: tuple[floa
     """Draw a robot bent by its own weight without the page's panel, in 128 colours."""
     made = file.with_suffix(".html")
     ks.save_html(result, made, title=file.stem)
-    page = browser.new_page(viewport={"width": 900, "height": 620})
+    page = browser.new_page(bypass_csp=True, viewport={"width": 900, "height": 620})
     page.set_default_timeout(300_000)  # drawn without a graphics card
     page.goto(made.as_uri())
     page.wait_for_function("window.robot_page && robot_page.ready")
@@ -184,7 +184,7 @@ def main(folder: Path) -> None:
             file = Path(pages) / f"{name}.html"
             second = None if picture.compare is None else result_of(replace(picture, platform=picture.compare))
             ks.save_html(result_of(picture), file, title=picture.title, compare=second)
-            page = browser.new_page(viewport={"width": picture.size[0], "height": picture.size[1]})
+            page = browser.new_page(bypass_csp=True, viewport={"width": picture.size[0], "height": picture.size[1]})
             page.goto(file.as_uri())
             page.wait_for_function("window.robot_page && robot_page.ready")
             for group, seen in picture.groups.items():
@@ -204,7 +204,7 @@ def main(folder: Path) -> None:
         draw_gallery(browser, folder / "robots")
         pose = result_of(PICTURES["page"]).configuration
         with serve(pose, lambda pose, load: ks.analyze(pose, load=load), load=PICTURES["page"].load) as server:
-            page = browser.new_page(viewport={"width": 1100, "height": 760})
+            page = browser.new_page(bypass_csp=True, viewport={"width": 1100, "height": 760})
             page.goto(server.url)
             page.wait_for_function("window.robot_page && robot_page.ready && !viewer.needs_render")
             page.wait_for_timeout(200)

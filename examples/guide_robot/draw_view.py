@@ -25,7 +25,7 @@ def main(folder: Path) -> None:
         file = Path(pages) / "lift_table.html"
         ks.save_html(result, file, title="lift_table")
         browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
-        page = browser.new_page(viewport={"width": 1200, "height": 760})
+        page = browser.new_page(bypass_csp=True, viewport={"width": 1200, "height": 760})
         page.goto(file.as_uri())
         page.wait_for_function("window.robot_page && robot_page.ready")
         page.evaluate("document.body.classList.add('as-picture')")

@@ -1,5 +1,7 @@
 """The report in headless Chromium: no errors, the scene on screen, a picture of it in print."""
 
+from browser_pages import wait
+
 import kinetostatics as ks
 
 
@@ -14,7 +16,7 @@ def test_report_opens_without_errors_and_prints_a_still_image(browser, result, t
     page.on("console", lambda message: problems.append(message.text) if message.type in ("error", "warning") else None)
     page.on("pageerror", lambda error: problems.append(str(error)))
     page.goto(file.as_uri())
-    page.wait_for_function("document.querySelector('.still').naturalWidth > 300")
+    wait(page, "document.querySelector('.still').naturalWidth > 300")
     assert page.locator("h2").all_inner_texts()[:3] == ["In short", "The robot at the pose", "Where the sag comes from"]
     twist = page.evaluate("document.querySelector('iframe').contentWindow.robot_page.scene.title")
     assert twist == result.robot.name

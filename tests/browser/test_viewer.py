@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from browser_pages import LABELS, LOAD, NAMES, POSES, STAGE, move, rings, settle, value_of, vertices
+from browser_pages import LABELS, LOAD, NAMES, POSES, STAGE, move, rings, settle, value_of, vertices, wait
 from scipy.spatial.transform import Rotation
 
 import kinetostatics as ks
@@ -198,7 +198,7 @@ def test_an_unrounded_path_in_a_notebook_frame_has_all_digits(browser, result, t
     notebook = context.new_page()
     notebook.goto((tmp_path / "notebook.html").as_uri())
     frame = notebook.frames[1]
-    frame.wait_for_function("window.robot_page && robot_page.ready", timeout=90_000)
+    wait(frame, "window.robot_page && robot_page.ready")
     stations = describe_scene(moving).stations
     for key, expected in (("pose", stations.poses), ("twist", stations.all_twists)):
         found = frame.evaluate("key => [...robot_page.scene.stations[key]]", key)

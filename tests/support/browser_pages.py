@@ -3,7 +3,9 @@
 import base64
 import gzip
 import json
+import time
 from contextlib import contextmanager
+from functools import partial
 
 import numpy as np
 
@@ -32,6 +34,14 @@ NAMES = """(path) => { let node = viewer.scene_tree;
   return Object.keys(node.children).filter(name => name !== "<object>"); }"""
 
 
+def wait(page, expression, arg=None, timeout=90):
+    """Wait until an expression is true; Playwright's own function evaluates a text, which the pages' policy forbids."""
+    end = time.monotonic() + timeout
+    while not page.evaluate(expression, arg):
+        assert time.monotonic() < end, expression
+        page.wait_for_timeout(20)
+
+
 @contextmanager
 def visits(browser):
     """Open pages; in the end nothing may have been logged and, for a file, nothing asked of the network."""
@@ -45,6 +55,7 @@ def visits(browser):
         page.on("console", lambda message: problems.append(message.text) if message.type in ("error", "warning") else None)
         page.on("pageerror", lambda error: problems.append(str(error)))
         page.on("request", lambda request: requests.append(request.url))
+        page.wait_for_function = partial(wait, page)
         page.goto(url)
         page.wait_for_function("window.robot_page && robot_page.ready && (robot_page.state.playing || !viewer.needs_render)")
         contexts.append((context, problems, requests if offline else []))

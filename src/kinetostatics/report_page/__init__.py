@@ -28,7 +28,7 @@ from kinetostatics.reports.sources import parts_along, ranked, share, shown_and_
 from kinetostatics.results.pose_arrays import tool_on_robot
 from kinetostatics.results.result import Result
 from kinetostatics.verification import verify
-from kinetostatics.viewer.page import iframe_html, page_html
+from kinetostatics.viewer.page import iframe_html, page_html, page_scripts, policy
 from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.workspace.sweep_plan import versions
 
@@ -123,7 +123,7 @@ def report_html(
     }
     body = [f"<section>\n<h2>{name}</h2>\n{text}\n</section>" for name, text in parts.items() if text]
     style, script, template = (asset(__package__, f"report.{ending}") for ending in ("css", "js", "html"))
-    texts = {"title": heading, "version": versions()["kinetostatics"]}
+    texts = {"title": heading, "version": versions()["kinetostatics"], "policy": policy(script, *page_scripts())}
     return filled(template, texts, {"body": "\n".join(body), "style": style, "script": script})
 
 

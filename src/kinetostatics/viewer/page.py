@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import contextlib
+import hashlib
 import html
 import json
 import os
@@ -58,14 +60,32 @@ def fitting_page(describe: Callable[[int], Scene], every: int = 1) -> str:
 
 def page_html(scene: dict[str, object]) -> str:
     """Return the page of the data ``scene``, made by :meth:`Scene.plain`."""
-    held = {"meshcat": _meshcat(), "scene": scene}
+    script, meshcat = page_scripts()
+    held = {"meshcat": meshcat, "scene": scene}
     markup = {
         "style": _asset("page.css"),
         "packed": zipped(json.dumps(held, allow_nan=False, separators=(",", ":"))),
-        "unpacking": _asset("unpacking.js"),
-        "script": "".join(map(_asset, _SCRIPTS)),
+        "script": script,
     }
-    return filled(_asset("page.html"), {"title": scene["title"]}, markup)
+    connect = "'self'" if scene["live"] else "'none'"
+    return filled(_asset("page.html"), {"title": scene["title"], "policy": policy(script, meshcat, connect=connect)}, markup)
+
+
+@cache
+def page_scripts() -> tuple[str, str]:
+    """Return the script of the page, and meshcat's, which it starts."""
+    start = f"function start(description) {{\n{''.join(map(_asset, _SCRIPTS))}}}\n\n"
+    return f'\n"use strict";\n(() => {{\n{start}{_asset("unpacking.js")}unpackPage();\n}})();\n', _meshcat()
+
+
+def policy(*scripts: str, connect: str = "'none'") -> str:
+    """Return the content security policy of a page that runs only these scripts and WebAssembly, and reaches no network."""
+    hashes = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
+    allowed = " ".join(f"'sha256-{digest}'" for digest in hashes)
+    return (
+        f"default-src 'none'; script-src {allowed} 'wasm-unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:; "
+        f"connect-src {connect}; base-uri 'none'; form-action 'none'"
+    )
 
 
 def iframe_html(page: str, height: int = 640) -> str:

@@ -231,7 +231,7 @@ function writePanel(scale) {
   if (scene.live) writeMessage(scene);
   else element("robot-notes").innerHTML = scene.notes.slice(0, 3).map((note) => `<p>${escape(note)}</p>`).join("");
   element("robot-facts").innerHTML = page.robots.map((robot) => `<span class="title"><b>${escape(robot.scene.title)}</b></span>` + facts(robot)
-    .map(([name, text]) => `<span><b>${name}</b> ${escape(text)}</span>`).join("")).join("<br>");
+    .map(([name, text]) => `<span><b>${escape(name)}</b> ${escape(text)}</span>`).join("")).join("<br>");
   writeLegend(scale);
   writeCard();
 }
