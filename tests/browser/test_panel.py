@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from browser_pages import STAGE, settle
 
+import kinetostatics as ks
+
 #: Window sizes of a desktop, a laptop, a notebook's cell, and a phone upright and on its side.
 WINDOWS = [(1400, 850), (1024, 600), (760, 640), (390, 780), (740, 360)]
 #: Least and greatest place of anything drawn of the robot, in pixels of its part of the page.
@@ -118,3 +120,20 @@ def test_dark_mode_follows_preference_and_key(page):
     page.emulate_media(color_scheme="light")
     settle(page)
     assert ground() == light
+
+
+def test_a_message_covers_neither_the_picture_nor_the_legend(visit, result, tmp_path):
+    """It has a place of its own on pages that move, as long as it is one line."""
+    ks.save_html(result, tmp_path / "page.html")
+    page = visit((tmp_path / "page.html").as_uri(), (1000, 640))
+    page.evaluate("""() => { const place = document.getElementById("robot-message");
+      document.body.classList.add("live"); place.hidden = false; place.children[0].textContent = "z ends at 600 mm";
+      place.children[1].hidden = true; }""")
+    for width, height in WINDOWS:
+        page.set_viewport_size({"width": width, "height": height})
+        settle(page)
+        stage, message, legend = page.evaluate(
+            """["stage", "message", "legend"].map(name => document.getElementById(`robot-${name}`).getBoundingClientRect())
+               .map(box => [box.top, box.bottom])"""
+        )
+        assert stage[1] <= message[0] < message[1] <= legend[0], (width, height)

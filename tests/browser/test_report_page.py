@@ -22,7 +22,13 @@ def test_report_opens_without_errors_and_prints_a_still_image(browser, result, t
     assert twist == result.robot.name
     shown = "[...document.querySelectorAll('.scene, .still')].map(item => item.getBoundingClientRect().height > 0)"
     assert page.evaluate(shown) == [True, False]
-    page.emulate_media(media="print")
+    ground = "getComputedStyle(document.body).backgroundColor"
+    assert page.evaluate(ground) == "rgb(255, 255, 255)"
+    page.emulate_media(color_scheme="dark")  # as the scene
+    for frame in page.frames:
+        wait(frame, f"{ground} === 'rgb(20, 24, 31)'")
+    page.emulate_media(media="print", color_scheme="dark")
+    assert page.evaluate(ground) == "rgb(255, 255, 255)"
     assert page.evaluate(shown) == [False, True]
     page.set_viewport_size({"width": 690, "height": 1000})  # an A4 page between its margins
     assert page.evaluate("document.documentElement.scrollWidth") <= 690

@@ -75,7 +75,6 @@ function toggle(path) {
 
 function buildPanel() {
   const { scene } = page.robots[0];
-  element("robot-title").textContent = scene.title;
   buildTools();
   buildTwist();
   if (page.robots.length > 1) buildCompare(fold("Compare"));
