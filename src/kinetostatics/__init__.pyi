@@ -3,6 +3,7 @@ from .analysis import analyze
 from .authoring.by_name import new_robot
 from .authoring.from_urdf import extend_robot
 from .calibration import calibrate, plan_measurements
+from .capacity import capacity
 from .compensation import compensate
 from .condensation import condense
 from .description.loads import Gauge, LinkLoad, Motion, Payload
@@ -40,6 +41,7 @@ __all__ = [
     "Status",
     "analyze",
     "calibrate",
+    "capacity",
     "compensate",
     "compile",
     "condense",

@@ -135,6 +135,8 @@ MEASURES: Mapping[str, Measure] = {
         "distance to singularity", "stiffness", "compliance", _ALL, _homogeneous(_inverse(-1)), "large"),
     "largest_actuator_force": Measure("largest magnitude of the actuators' forces", "largest actuator force", "force",
         "actuator_forces", slice(None), lambda forces, _: np.max(np.abs(forces), axis=-1)),
+    "largest_utilization": Measure("largest ratio of an actuator's force to its limit of effort", "utilization of the actuators",
+        "number", "utilization", slice(None), lambda ratios, _: np.fmax.reduce(ratios, axis=-1)),
     "residual_linear_sag": Measure("|d| that remains at the corrected actuators", "residual linear sag", "length",
         "residual_error", _D, _length),
     "residual_angular_sag": Measure("|r| that remains at the corrected actuators", "residual angular sag", "angle",

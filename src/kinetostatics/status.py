@@ -95,6 +95,12 @@ FACTS: Mapping[str, Fact] = {
             "with undetermined forces",
         ),
         Fact(
+            "effort_exceeded",
+            None,
+            "the force of an actuator exceeds its limit of effort; all results remain valid",
+            "beyond an actuator's effort",
+        ),
+        Fact(
             "buckles",
             None,
             "a member buckles; the results do not apply",

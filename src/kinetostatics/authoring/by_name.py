@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from kinetostatics.analysis import analyze
 from kinetostatics.arguments import Keyword, path_name
 from kinetostatics.authoring.designing import Design, design_robot
-from kinetostatics.authoring.file_arguments import SectionText
+from kinetostatics.authoring.file_arguments import MATERIAL_NAMES, SectionText
 from kinetostatics.authoring.known_names import options_of
 from kinetostatics.authoring.limb_text import limb_macro
 from kinetostatics.authoring.notation import JOINTS, parse_architecture
@@ -225,11 +225,8 @@ def _about(design: Design) -> str:
 
 def _beam(prefix: str, section: SectionText, shared: bool, names: Mapping[str, str]) -> str:
     start = "" if shared else f"{prefix}_"
-    attributes = [("density", "density"), ("youngs_modulus", "youngs_modulus")]
-    attributes += [
-        (key, key) for key in ("poisson_ratio", "shear_modulus", "shear_coefficient", "thermal_expansion") if start + key in names
-    ]
-    values = [f'{name}="$(arg {start}{key})"' for name, key in attributes]
+    attributes = [key for key in dict.fromkeys(("density", *MATERIAL_NAMES)) if start + key in names]
+    values = [f'{key}="$(arg {start}{key})"' for key in attributes]
     sizes = " ".join(f'{size}="${{{prefix}_{size}}}"' for size in section.sizes)
     flat = section.shape.startswith("rect")
     parameter, y_axis = (" y_axis:='0 1 0'", ' y_axis="${y_axis}"') if flat else ("", "")

@@ -194,7 +194,10 @@ def parse_section(text: str, what: str = "section") -> SectionText:
 
 # ---- arguments of sections and masses ---------------------------------------------------------------------------------
 
-MATERIAL_NAMES = ("youngs_modulus", "poisson_ratio", "shear_modulus", "density", "shear_coefficient", "thermal_expansion")
+MATERIAL_NAMES = (
+    *("youngs_modulus", "poisson_ratio", "shear_modulus", "density"),
+    *("shear_coefficient", "thermal_expansion", "yield_strength"),
+)
 
 
 def chosen_sections(
@@ -259,7 +262,7 @@ def add_section_arguments(arguments: FileArguments, sections: Mapping[str, Secti
         else:
             arguments.add(f"{start}poisson_ratio", ratio)
         arguments.add(f"{start}density", density, "kg/m3")
-        for key in ("shear_coefficient", "thermal_expansion"):
+        for key in ("shear_coefficient", "thermal_expansion", "yield_strength"):
             if f"{start}{key}" in arguments.given:
                 arguments.add(f"{start}{key}", 1.0)
     return shared

@@ -23,6 +23,7 @@ COMMANDS: Mapping[str, str] = {
     "check": "robots",
     "analyze": "analyses",
     "compensate": "analyses",
+    "capacity": "analyses",
     "modes": "analyses",
     "response": "analyses",
     "sweep": "maps",

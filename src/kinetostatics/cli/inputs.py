@@ -307,13 +307,15 @@ def swept_coordinates(robot: Robot, args: argparse.Namespace) -> tuple[str, dict
 
 def loads_of(args: argparse.Namespace) -> dict[str, Keyword]:
     """Return the loads on the command line as arguments of :func:`kinetostatics.analyze`."""
-    options = given_of(("load", "point", "frame", "gravity"), args)
+    return given_of(("load", "point", "frame", "gravity"), args) | link_loads_of(args) | payload_of(args)
+
+
+def link_loads_of(args: argparse.Namespace) -> dict[str, Keyword]:
+    """Return the loads on links on the command line as an argument of :func:`kinetostatics.analyze`; without any, no argument."""
     loads: dict[str, list[LinkLoad]] = {}
     for link, *texts in args.load_on:
         loads.setdefault(link, []).append(_link_load(link, texts))
-    if loads:
-        options["loads"] = loads
-    return options | payload_of(args)
+    return {"loads": loads} if loads else {}
 
 
 def payload_of(args: argparse.Namespace) -> dict[str, Keyword]:

@@ -133,7 +133,7 @@ SWEEP = Command(
         "restart": Argument("flag", "overwrite FILE"),
         "outputs": Argument(
             "texts",
-            "variables, such as twist or beam_stress, or groups of them: default, beams, gravity_mechanisms, compensation",
+            "variables, such as twist, or groups of them: default, beams, limits, capacity, gravity_mechanisms, compensation",
             "NAME",
         ),
         "workers": Argument("count", "threads (default: as many as cores)", "N"),

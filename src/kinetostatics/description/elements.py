@@ -195,6 +195,7 @@ class Material(ShortRepr):
         shear_modulus: G [Pa].
         density: ρ [kg/m³]; None: the mass of the beam's link is distributed along the beam.
         thermal_expansion: α [1/K].
+        yield_strength: von Mises stress at which the material yields [Pa]; None: unknown.
     """
 
     youngs_modulus: Positive
@@ -202,6 +203,7 @@ class Material(ShortRepr):
     shear_modulus: Positive | None = None
     density: NotNegative | None = None
     thermal_expansion: Number = 0.0
+    yield_strength: Positive | None = None
 
 
 @dataclass(frozen=True, repr=False)
@@ -350,6 +352,11 @@ class Beam(CheckedPart):
     def thermal_expansion(self) -> float:
         """α [1/K]."""
         return self.material.thermal_expansion
+
+    @property
+    def yield_strength(self) -> float | None:
+        """Von Mises stress at which the material yields [Pa], or None if it is unknown."""
+        return self.material.yield_strength
 
     @property
     def shear_areas(self) -> tuple[float, float]:

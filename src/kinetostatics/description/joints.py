@@ -81,7 +81,7 @@ class Joint(JointOrLoop):
         axis: the axis in the joint's frame; a unit vector once the description is validated.
         lower, upper: limits of the coordinate [rad or m]; infinite if the file has no limits.
         mimic: the joint whose coordinate this joint follows; None if it follows none.
-        effort, velocity: limits of the actuator [N or N·m, m/s or rad/s], which this package does not use.
+        effort, velocity: limits of the actuator's force and speed [N or N·m, m/s or rad/s]; 0: unknown.
         extra: XML of ``<dynamics>``, ``<safety_controller>`` and other child elements, which is preserved.
         place: file and line of the joint.
     """

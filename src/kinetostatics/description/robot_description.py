@@ -161,6 +161,12 @@ class RobotDescription(Reported):
         """Beams and other elastic links, by name."""
         return ResultMapping({**self.beams, **self.flexible})
 
+    def actuator_limits(self, kind: str) -> Mapping[str, float]:
+        """Return the limits "effort" [N, N·m] or "velocity" [m/s, rad/s] of the actuators for which the file states one."""
+        connections = {**self.joints, **self.loops}
+        limits = {name: float(getattr(connections[name], kind)) for name in self.actuated}
+        return {name: limit for name, limit in limits.items() if limit > 0}
+
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings about probable input errors, as full sentences; most begin with file and line."""

@@ -75,6 +75,12 @@ def _actuators(slides: bool) -> Callable[[Result, object, float], Array]:
     return largest_forces
 
 
+def _utilization(result: Result, _: object, __: float) -> Array:
+    if not result.robot.description.actuator_limits("effort"):
+        raise ArgumentError(f"no actuator of {result.robot.name!r} has an effort in its <limit>, and so no utilization")
+    return np.fmax.reduce(np.stack([*result.utilization.values()], axis=-1), axis=-1)[..., None]
+
+
 def _beams(attribute: str) -> Callable[[Result, object, float], Array]:
     def beam_values(result: Result, _: object, __: float) -> Array:
         if not result.beams:
@@ -102,6 +108,14 @@ REQUIRABLE: Mapping[str, Requirable] = {
     "actuator_force": Requirable("force", _actuators(True), None, "force of a sliding actuator"),
     "actuator_torque": Requirable("moment", _actuators(False), None, "torque of a turning actuator"),
     "stress": Requirable("stress", _beams("stress"), None, "largest von Mises stress of a beam"),
+    "utilization": Requirable("number", _utilization, None, "ratio of an actuator's force to its limit of effort in the file"),
+    "safety_factor": Requirable(
+        "number",
+        lambda result, _, __: result.margins.smallest[..., None],
+        None,
+        "smallest safety factor, against efforts of actuators, yield of beams, and buckling",
+        "large",
+    ),
     "buckling": Requirable("number", _beams("euler_ratio"), None, "ratio of the forces to those at which the robot buckles"),
 }
 
@@ -153,6 +167,8 @@ def parse_requirement(text: object) -> Requirement:
     match = _REQUIREMENT.fullmatch(text) if isinstance(text, str) else None
     if match is None:
         raise ArgumentError(f"{text!r} is not of the form QUANTITY < LIMIT or QUANTITY > LIMIT, such as 'sag < 20um'")
+    if match[1] in ("actuator_force", "actuator_torque") and match[4].strip() == "limit":
+        return Requirement(" ".join(str(text).split()), "utilization", 0.0, match[3] in ("<", "<=", "≤"), 1.0)
     name, argument = parse_quantity(match[1] + (match[2] or ""))
     limit = parse_number(match[4], REQUIRABLE[name].kind, str(text))
     if not limit > 0:

@@ -61,7 +61,17 @@ class Trajectory:
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """A warning if the actuators are fast because a pose is near a singular one; for motions of the platform."""
+        """Warnings about actuators beyond their limits of velocity, and about a pose near a singular one on the path."""
+        robot, (rates, _) = self.configuration.robot, self._rates
+        beyond = []
+        for name, limit in robot.description.actuator_limits("velocity").items():
+            most, unit = float(np.nanmax(np.abs(rates[name]), initial=0.0)), robot.mechanism.connections[name].type.unit
+            if most > limit:
+                beyond.append(f"{name} moves at up to {most:.5g} {unit}/s, beyond its limit of velocity of {limit:.5g} {unit}/s")
+        return (*beyond, *self._singular_warnings())
+
+    def _singular_warnings(self) -> tuple[str, ...]:
+        """Return a warning if the actuators are fast because a pose is near a singular one; for motions of the platform."""
         robot, (rates, twist) = self.configuration.robot, self._rates
         speed = np.linalg.norm(twist * np.repeat([1.0, robot.length], 3), axis=1)
         moving = speed > _AT_REST * speed.max(initial=0.0)

@@ -150,7 +150,7 @@ BEAM = ElementTable(
             row(Beam, "youngs_modulus", "material.youngs_modulus"),
             *(row(Beam, name, f"material.{name}") for name in ("poisson_ratio", "shear_modulus")),
             row(Beam, "shear_coefficient"),
-            *(row(Beam, name, f"material.{name}") for name in ("density", "thermal_expansion")),
+            *(row(Beam, name, f"material.{name}") for name in ("density", "thermal_expansion", "yield_strength")),
             row(Beam, "y_axis"),
         )
     },

@@ -35,6 +35,7 @@ UNITS: dict[type, dict[str, str]] = {
         "poisson_ratio": "1",
         "density": "kg/m³",
         "thermal_expansion": "1/K",
+        "yield_strength": "Pa",
     },
     Beam: {"shear_coefficient": "1"},
     Section: {"area": "m²", "I_y": "m⁴", "I_z": "m⁴", "J": "m⁴", "shear_area_y": "m²", "shear_area_z": "m²"},

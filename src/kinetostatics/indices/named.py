@@ -78,7 +78,7 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
     name, _, rest = what.partition(":")
     if name == "stiffness_along" and rest:
         return stiffness_along(ds, rest, beyond_limits=beyond_limits)
-    if name not in ds.data_vars or name in ("status", "mode", *FACTS):
+    if name not in ds.data_vars or name in ("status", "mode", "limited_by", *FACTS):
         raise ArgumentError(f"no quantity {what!r}{_hint(ds, what)}")
     array, dims = ds[name], label_dims(ds, name)
     labels = rest.rsplit(":", len(dims) - 1) if dims else ([rest] if rest else [])
@@ -108,6 +108,8 @@ def _index(ds: xr.Dataset, measure: Measure, beyond_limits: bool, size: float = 
             raise ArgumentError("forces and torques of actuators cannot be compared; choose one actuator: actuator_force:NAME")
         unit = units.pop()
         words = words if unit == "N" else words.replace("force", "torque")
+        dims = ["actuator"]
+    elif measure.of == "utilization":
         dims = ["actuator"]
     elif measure.of == "frequencies":
         dims = ["natural_mode"]

@@ -8,6 +8,7 @@ from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.report import Report
 from kinetostatics.reports.calibration import calibration_report, plan_report
+from kinetostatics.reports.capacity import capacity_report
 from kinetostatics.reports.compensation import compensation_report
 from kinetostatics.reports.dynamics import buckling_report, frequency_response_report, modes_report, path_report
 from kinetostatics.reports.optimum import optimum_report, pareto_report
@@ -20,6 +21,7 @@ from kinetostatics.reports.tolerances import tolerances_report
 from kinetostatics.reports.verification import verification_report
 from kinetostatics.results.buckling import Buckling
 from kinetostatics.results.calibration import Calibration, MeasurementPlan
+from kinetostatics.results.capacity import Capacity
 from kinetostatics.results.compensation import Compensation
 from kinetostatics.results.dynamics import FrequencyResponse, Modes
 from kinetostatics.results.optimum import Optimum, ParetoFront
@@ -56,6 +58,7 @@ for _kind, _report in (
     (FrequencyResponse, frequency_response_report),
     (Tolerances, tolerances_report),
     (Compensation, compensation_report),
+    (Capacity, capacity_report),
     (Buckling, buckling_report),
 ):
     report_of.register(_kind, _report)

@@ -85,6 +85,7 @@ def result_data(tip: Result) -> dict[str, object]:
         "payload": payload,
         **attributes(result, reported_names("")),
         "actuator_units": {name: actuator_unit(result.robot, name) for name in result.actuator_forces},
+        "margins": attributes(result.margins, ("safety_factors", "smallest", "limited_by")),
         "limbs": {name: limb_data(limb) for name, limb in result.limbs.items()},
         "beams": {name: beam_data(beam) for name, beam in result.beams.items()},
     }

@@ -108,6 +108,8 @@ def summary_facts(result: Result, noise: NoiseFloor) -> Facts:
         worst = _worst(ratios)
         share = quantity(float(f"{ratios[worst]:.3g}"), PER_CENT, digits=3)
         rows.append(("buckling", f"{worst} carries {share} of its buckling load"))
+    if result.margins.stated and np.isfinite(result.margins.smallest):
+        rows.append(("safety factor", f"{result.margins.smallest:.3g}, {result.margins.limited_by[()]}"))
     return Facts(rows)
 
 

@@ -23,7 +23,7 @@ from kinetostatics.statics.joint_wrenches import actuator_forces_from, joint_con
 from kinetostatics.statics.link_loads import PAYLOAD, AppliedLoad, link_frame
 from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.robot_statics import RobotStatics
-from kinetostatics.statics.solution import Solution, unit_cut_wrenches
+from kinetostatics.statics.solution import Solution, of_deformation, unit_cut_wrenches
 from kinetostatics.statics.springs import motion_of, solve_with_springs
 
 
@@ -140,6 +140,11 @@ def part_contributions(robot: Robot, batch: Batch, sources: Mapping[str, Mapping
 
 #: The mechanisms by which gravity acts, Eq. (12).
 MECHANISMS = ("platform_weight", "attached", "deformation")
+
+
+def both_mechanisms(contributions: Mapping[str, Array], limb: str) -> Mapping[str, Array]:
+    """Return the parts "attached" and "deformation" of a limb's weight, from contributions split into them."""
+    return ResultMapping({"attached": contributions[limb], "deformation": contributions[of_deformation(limb)]})
 
 
 def by_mechanism_of_gravity(platform_weight: Array, limbs: Mapping[str, Mapping[str, Array]]) -> dict[str, Array]:

@@ -157,6 +157,19 @@ def wrench_units(labels: Sequence[str], wrenches: Array) -> list[str]:
     return units
 
 
+def paper_forces(limbs: Mapping[str, LimbResult], beams: Mapping[str, BeamResult]) -> Mapping[str, Mapping[str, Array]]:
+    """Return :attr:`Result.paper_forces`."""
+    by_limb = {}
+    for number, (name, limb) in enumerate(limbs.items(), 1):
+        if limb.is_network:
+            continue
+        forces = {f"f_{number}{k + 1}": limb.intensities[..., k] for k in range(limb.intensities.shape[-1])}
+        if limb.beams:
+            forces[f"f_{number}a"] = beams[limb.beams[0]].section_wrenches[..., 0, 0]
+        by_limb[name] = ResultMapping(forces)
+    return ResultMapping(by_limb)
+
+
 #: Number of stations of a beam, ends included, and their positions relative to its length.
 STATIONS = 21
 FRACTIONS = frozen(np.linspace(0, 1, STATIONS))

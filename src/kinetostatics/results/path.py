@@ -64,8 +64,9 @@ class PathResult(Reported):
 
         Args:
             what: "displacement" [m] and "rotation" [rad], magnitudes; "contributions" to the twist, components along the
-                displacement [m]; "actuator_force" [N], "actuator_torque" [N·m], "actuator_speed" [m/s], "actuator_rate" [rad/s],
-                "actuator_power" [W]; "stress", largest of each beam [Pa]; "joint_force" [N], "joint_moment" [N·m], magnitudes.
+                displacement [m]; "actuator_force" [N], "actuator_torque" [N·m], "utilization" of the efforts [1],
+                "actuator_speed" [m/s], "actuator_rate" [rad/s], "actuator_power" [W]; "stress", largest of each beam [Pa];
+                "joint_force" [N], "joint_moment" [N·m], magnitudes.
 
         Raises:
             ArgumentError: there is no such quantity.
@@ -176,6 +177,7 @@ OVER_TIME: Mapping[str, OverTime] = {
     "contributions": OverTime("part of the displacement of {point}", "m", _contributions),
     "actuator_force": OverTime("force of the actuator", "N", _of_actuators(True, _forces)),
     "actuator_torque": OverTime("torque of the actuator", "N·m", _of_actuators(False, _forces)),
+    "utilization": OverTime("force of the actuator relative to its effort", "1", lambda path: path.result.utilization),
     "actuator_speed": OverTime("velocity of the actuator", "m/s", _of_actuators(True, lambda path: path.actuator_velocities)),
     "actuator_rate": OverTime("velocity of the actuator", "rad/s", _of_actuators(False, lambda path: path.actuator_velocities)),
     "actuator_power": OverTime("power of the actuator", "W", _powers),

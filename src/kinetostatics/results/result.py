@@ -21,13 +21,14 @@ from kinetostatics.math.arrays import Array, Index, frozen
 from kinetostatics.results import contributions
 from kinetostatics.results.buckling import Buckling, SecondOrder, buckling_of, second_order_of
 from kinetostatics.results.contributions import PayloadCoefficients, payload_coefficients
-from kinetostatics.results.parts import BeamResult, LimbResult, beam_results, centre_lines
+from kinetostatics.results.margins import Margins, margins_of
+from kinetostatics.results.parts import BeamResult, LimbResult, beam_results, centre_lines, paper_forces
 from kinetostatics.results.pose_arrays import Batch, Chunk, PoseArrays, point_on_robot
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics import joint_wrenches as joints
 from kinetostatics.statics.deformation import Deformation, deform
 from kinetostatics.statics.link_loads import sum_of
-from kinetostatics.statics.solution import Solution, by_mechanism, of_deformation
+from kinetostatics.statics.solution import Solution, by_mechanism
 from kinetostatics.status import FACTS, REPORTED, Status, status_of
 
 
@@ -56,7 +57,7 @@ class Result(Reported, PoseArrays):
         self.payload: Payload | None = payload
 
     def report(self, *, hinge_axes: Mapping[str, str] | None = None) -> Report:
-        """Return the full report with all tables; ``print(result)`` prints a short form.
+        """Return the report with all tables; ``print(result)`` prints a short form.
 
         Args:
             hinge_axes: axis of the limb frame along the first hinge, "y" (default) or "x": ``{"limb_1": "x"}``. The paper uses x
@@ -99,6 +100,11 @@ class Result(Reported, PoseArrays):
         return self._fact("basis_degenerate")
 
     @cached_property
+    def effort_exceeded(self) -> NDArray[np.bool_]:
+        """(…) whether the force of an actuator exceeds the limit of effort in the file; all results remain valid."""
+        return self._truth(np.any([np.zeros(self.shape), *(ratio > 1 for ratio in self.utilization.values())], axis=0))
+
+    @cached_property
     def buckles(self) -> NDArray[np.bool_]:
         """(…) whether the tangent stiffness under all loads has an eigenvalue ≤ 0; if so, no result applies."""
         return self._truth(self._valid & np.concatenate(self._of_chunks(lambda chunk: chunk.buckles)))
@@ -137,19 +143,18 @@ class Result(Reported, PoseArrays):
     def mechanism_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """Twist of the platform due to each limb's weight (…, 6) [m, rad]: ``{"limb_1": {"attached": …, "deformation": …}, …}``.
 
-        The parts are terms of Eq. (12): −C J_ig W_ig due to attached wrenches, and C J_ic K_ic Δ_igc due to elastic deformation
-        along the constraint wrenches. Each depends on the choice of J_ig (method page, section 4); their sum, the contribution of
-        the limb, does not.
+        They are terms of Eq. (12): −C J_ig W_ig due to attached wrenches, and C J_ic K_ic Δ_igc due to deformation along the
+        constraint wrenches. Each depends on the choice of J_ig (method page, section 4); their sum, the limb's part, does not.
         """
         twists = self.by_mechanism.contributions
-        return ResultMapping({limb.name: _both_mechanisms(twists, limb.name) for limb in self.robot.topology.limbs})
+        return ResultMapping({limb.name: contributions.both_mechanisms(twists, limb.name) for limb in self.robot.topology.limbs})
 
     @cached_property
     def by_mechanism(self) -> Result:
         """The same result, in which the contribution of every limb's weight is split into two contributions.
 
-        "limb_1" is the part due to the limb's attached wrenches, the forces that carry its weight. "deformation of limb_1" is the
-        part due to the strains of the limb under these forces. See :attr:`mechanism_contributions`.
+        "limb_1" is the part due to its attached wrenches, which carry its weight, "deformation of limb_1" the part due to its
+        strains under them. See :attr:`mechanism_contributions`.
         """
         chunk = Chunk(self.robot, [by_mechanism(self.robot.statics, solution) for solution in self.solutions])
         split_result = Result(self.configuration, self.shape, self._which, (chunk,), self._reached, self.payload)
@@ -168,9 +173,7 @@ class Result(Reported, PoseArrays):
     # ---- stability ----------------------------------------------------------------------------------------------------
 
     def buckling(self, count: int = 1) -> Buckling:
-        """Return the smallest load factors at which the robot buckles, and the buckling modes.
-
-        A load factor multiplies all forces of this result.
+        """Return the smallest load factors, of all forces of this result, at which the robot buckles, and the buckling modes.
 
         Args:
             count: number of modes.
@@ -178,8 +181,8 @@ class Result(Reported, PoseArrays):
         Raises:
             ArgumentError: ``count`` is not a positive whole number.
         """
-        number = whole_number("count", count, 1)
-        return buckling_of(spread(self.configuration, self.shape), self.solutions, self._valid, number)
+        poses, number = spread(self.configuration, self.shape), whole_number("count", count, 1)
+        return buckling_of(poses, self.solutions, self._valid, number)
 
     @cached_property
     def second_order(self) -> SecondOrder:
@@ -247,15 +250,7 @@ class Result(Reported, PoseArrays):
         tension positive; it equals the actuator force only if the actuator carries the whole rod. Limbs without a beam have no
         f_ia. Networks are omitted, because their intensities are only coordinates in a basis.
         """
-        by_limb = {}
-        for number, (name, limb) in enumerate(self.limbs.items(), 1):
-            if limb.is_network:
-                continue
-            forces = {f"f_{number}{k + 1}": limb.intensities[..., k] for k in range(limb.intensities.shape[-1])}
-            if limb.beams:
-                forces[f"f_{number}a"] = self.beams[limb.beams[0]].section_wrenches[..., 0, 0]
-            by_limb[name] = ResultMapping(forces)
-        return ResultMapping(by_limb)
+        return paper_forces(self.limbs, self.beams)
 
     # ---- joints -----------------------------------------------------------------------------------------------------
 
@@ -287,11 +282,15 @@ class Result(Reported, PoseArrays):
 
     @cached_property
     def actuator_forces(self) -> Mapping[str, Array]:
-        """(…) force or torque of each actuator, positive along its joint's positive direction [N or N·m], Eq. (17).
-
-        If other joints mimic the actuator, their forces, times their multipliers, are included.
-        """
+        """(…) force of each actuator, positive along its joint, with those of its followers, Eq. (17) [N or N·m]."""
         return self._by("actuator_forces", self.robot.description.actuated)
+
+    @cached_property
+    def utilization(self) -> Mapping[str, Array]:
+        """(…) ratio of each actuator's force to the limit of effort in the file [1]; NaN if the file states none."""
+        efforts = self.robot.description.actuator_limits("effort")
+        ratios = {name: abs(force) / efforts.get(name, np.nan) for name, force in self.actuator_forces.items()}
+        return ResultMapping({name: frozen(np.asarray(ratio)) for name, ratio in ratios.items()})
 
     @cached_property
     def actuator_contributions(self) -> Mapping[str, Mapping[str, Array]]:
@@ -311,7 +310,10 @@ class Result(Reported, PoseArrays):
         forces = self.by_mechanism.actuator_contributions
         limbs = [limb.name for limb in self.robot.topology.limbs]
         return ResultMapping(
-            {name: ResultMapping({limb: _both_mechanisms(force, limb) for limb in limbs}) for name, force in forces.items()}
+            {
+                name: ResultMapping({limb: contributions.both_mechanisms(force, limb) for limb in limbs})
+                for name, force in forces.items()
+            }
         )
 
     @cached_property
@@ -381,6 +383,11 @@ class Result(Reported, PoseArrays):
         return contributions.part_contributions(self.robot, self._batch, self.source_contributions)
 
     @cached_property
+    def margins(self) -> Margins:
+        """Safety factors against the efforts of actuators and the yield strengths of beams in the file, and against buckling."""
+        return margins_of(self.robot, self._batch, self.solutions, self.utilization, lambda name: self.beams[name].stress)
+
+    @cached_property
     def strain_energy(self) -> Array:
         """(…) strain energy of all beams, elastic joints and actuators [J]."""
         springs = self._batch.public([deformation.spring_energy for deformation in self._deformations])
@@ -390,7 +397,3 @@ class Result(Reported, PoseArrays):
     def warnings(self) -> tuple[str, ...]:
         """Warnings about the result, in full sentences."""
         return hooks.result_warnings(self.seen_from(None))
-
-
-def _both_mechanisms(contributions: Mapping[str, Array], limb: str) -> Mapping[str, Array]:
-    return ResultMapping({"attached": contributions[limb], "deformation": contributions[of_deformation(limb)]})

@@ -190,9 +190,34 @@ def result_warnings(result: Result) -> tuple[str, ...]:
             f" in {int(exceeded.where.sum())} poses" if exceeded.where.shape else f": {float(exceeded.value) / factor:.6g}{unit}"
         )
         warnings.append(f"{exceeded.joint} is beyond its limits of {lower} to {upper}{unit}{where}")
+    warnings += _overloaded(result)
     if np.any(result.indeterminate):
         warnings.append(indeterminate_parts(result))
     return tuple(dict.fromkeys(warnings))
+
+
+def _overloaded(result: Result) -> list[str]:
+    """Return a warning for each actuator beyond its limit of effort, and for each beam beyond its yield strength."""
+    connections, beams, warnings = result.robot.mechanism.connections, result.robot.description.beams, []
+    efforts = result.robot.description.actuator_limits("effort")
+    for limit, utilization in result.margins.stated.items():
+        exceeded = utilization > 1
+        if not np.any(exceeded):
+            continue
+        kind, _, name = limit.partition(" of ")
+        if kind == "effort":
+            what, unit, most, of = f"the force of {name}", connections[name].type.force_unit, efforts[name], "limit of effort"
+        else:
+            what, unit, most, of = (
+                f"the stress in {name}",
+                "MPa",
+                1e-6 * float(beams[name].yield_strength or 0.0),
+                "yield strength",
+            )
+        value = f"{most * float(np.nanmax(utilization)):.5g} {unit}"
+        where = f" in {int(exceeded.sum())} of {exceeded.size} poses, up to {value}" if result.shape else f": {value}"
+        warnings.append(f"{what} is beyond the {of} of {most:.5g} {unit}{where}")
+    return warnings
 
 
 def _instability(result: Result) -> list[str]:

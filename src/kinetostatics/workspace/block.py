@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetostatics.analysis import analyzed
+from kinetostatics.capacity import capacity
 from kinetostatics.compensation import compensated
+from kinetostatics.description.loads import Payload
 from kinetostatics.dynamics.vibrations import modes
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array, Values
@@ -84,6 +86,10 @@ def _arrays(
         more = {"actuator_correction": shifts, "residual_error": corrected.residual_error}
         names = [name for name in more if name in labels.outputs]
         arrays |= {name: np.broadcast_to(more[name], (*counts, *more[name].shape[-2:])) for name in names}
+    if "payload_capacity" in labels.outputs:
+        payload = plan.case.payload or Payload(1.0)
+        further = {name: getattr(case, name) for name in ("load", "gravity", "loads", "assembly_errors", "engine")}
+        arrays["payload_capacity"] = capacity(configuration, payload=payload, **further).load
     if plan.modes:
         here = gravity[(0,) * len(cases)]  # frequencies do not vary with loads
         vibrations = modes(configuration, plan.modes, payload=case.payload, gravity=here)
@@ -123,7 +129,9 @@ def _analysis_arrays(
         reported = {name: getattr(result, name) for name in REPORTED}
         facts = {**reported, "basis_degenerate": ~np.isin(result.status, WITHOUT_NUMBERS)}
         functions |= {"basis_degenerate": lambda: facts["basis_degenerate"], "status": lambda: status_of(result.status, facts)}
-    paths = {entry.variable: path for path, entry in QUANTITIES.items() if entry.group not in ("compensation", "modes")}
+    paths = {
+        entry.variable: path for path, entry in QUANTITIES.items() if entry.group not in ("capacity", "compensation", "modes")
+    }
     arrays = {}
     for name, entry in labels.variables.items():
         if name in paths:

@@ -39,6 +39,7 @@ class Labels:
         axes: labels by dimension, including unused dimensions.
         auxiliary: dimensions and values, by name, of coordinates that are no dimensions (units, limbs, labels of wrenches).
         undetermined: for each model coordinate, whether local freedoms change it; comparisons of assembly modes ignore it then.
+        limits: names of the limits of :class:`.Margins`, if the smallest safety factor is among the outputs.
     """
 
     robot: str
@@ -46,6 +47,7 @@ class Labels:
     auxiliary: Mapping[str, tuple[tuple[str, ...], Sequence[object]]]
     undetermined: tuple[bool, ...]
     outputs: tuple[str, ...]
+    limits: tuple[str, ...] = ()
 
     @property
     def variables(self) -> dict[str, Entry]:
@@ -57,8 +59,9 @@ class Labels:
         return {dim for variable in self.variables.values() for dim in variable.dims}
 
 
-def _flags(words: Mapping[int, str]) -> dict[str, object]:
-    return {"flag_values": np.array(list(words), dtype=np.int8), "flag_meanings": " ".join(words.values())}
+def _flags(words: Mapping[int, str], dtype: type[np.generic] = np.int8) -> dict[str, object]:
+    meanings = " ".join(word.replace(" ", "_") for word in words.values())
+    return {"flag_values": np.array(list(words), dtype=dtype), "flag_meanings": meanings}
 
 
 #: Descriptions of the dimensions besides those of the grid.
@@ -83,11 +86,14 @@ FLAGS: Mapping[str, Mapping[str, object]] = {
 }
 
 
-def attributes_of(name: str) -> dict[str, object]:
+def attributes_of(name: str, labels: Labels) -> dict[str, object]:
     """Return the attributes of a variable. Without a common unit, ``unit_coordinate`` names the Dataset's coordinate of units."""
     entry = VARIABLES[name]
     units = {"unit_coordinate" if entry.unit in UNITS else "units": entry.unit} if entry.unit else {}
-    return {"long_name": entry.words, **units, **FLAGS.get(name, {})}
+    flags = FLAGS.get(name, {})
+    if name == "limited_by":
+        flags = _flags({-1: "none", **dict(enumerate(labels.limits))}, np.int16)
+    return {"long_name": entry.words, **units, **flags}
 
 
 def numbered(labels: Iterable[str]) -> list[str]:
@@ -129,7 +135,8 @@ def labels_of(plan: SweepPlan, robot: Robot) -> Labels:
     auxiliary["joint_coordinate_unit"] = ("joint_coordinate",), [unit for _, unit in q]
     outputs = [name for name, variable in VARIABLES.items() if variable.group == "always" or name in plan.outputs]
     there = tuple(name for name in outputs if all(axes[dim] for dim in VARIABLES[name].dims))
-    return Labels(robot.name, axes, auxiliary, undetermined_coordinates(plan, robot), there)
+    limits = result.margins.limits if "limited_by" in there else ()
+    return Labels(robot.name, axes, auxiliary, undetermined_coordinates(plan, robot), there, limits)
 
 
 def undetermined_coordinates(plan: SweepPlan, robot: Robot) -> tuple[bool, ...]:
@@ -243,5 +250,5 @@ def dataset(plan: SweepPlan, labels: Labels, arrays: Mapping[str, object], attri
     for name, array in arrays.items():
         variable = labels.variables[name]
         dims = (*(axis.name for axis in plan.axes if axis.kind in variable.varies), *variable.dims)
-        data[name] = xr.Variable(dims, array, attributes_of(name))
+        data[name] = xr.Variable(dims, array, attributes_of(name, labels))
     return xr.Dataset(data, coordinates(plan, labels), attributes)

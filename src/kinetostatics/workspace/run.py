@@ -89,6 +89,8 @@ def sweep(
             density, modulus or stiffness of the robot that changes by as much as the parameter.
         platform_link, base_link: see :func:`kinetostatics.load_robot`.
         outputs: variables, or groups of them: "default"; "beams" (stress, Euler ratio and deflection of each beam);
+            "capacity" (largest mass at o, or with the centre and on the link of ``payload``, see :func:`kinetostatics.capacity`);
+            "limits" (utilization of each actuator, smallest safety factor, and its limit, see :attr:`Result.margins`);
             "gravity_mechanisms" (the effect of gravity on twist and actuator forces in three parts: by the platform's weight, by
             the limbs' weights that the platform carries (attached wrenches), and by the limbs' deformation); "compensation"
             (actuator corrections that bring the loaded platform to its target, and the residual error, see

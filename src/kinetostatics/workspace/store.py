@@ -174,7 +174,10 @@ class Store(Arrays):
                     shape=shape,
                     dtype=variable.dtype,
                     fill_value=np.nan if np.dtype(variable.dtype).kind == "f" else None,
-                    attributes={"_ARRAY_DIMENSIONS": dims, **{key: as_json(value) for key, value in attributes_of(name).items()}},
+                    attributes={
+                        "_ARRAY_DIMENSIONS": dims,
+                        **{key: as_json(value) for key, value in attributes_of(name, self.labels).items()},
+                    },
                     chunks=tuple(min(lengths.get(dim, n), n) for dim, n in zip(dims, shape, strict=True)),
                     compressors=None,
                 )
@@ -273,7 +276,7 @@ class Store(Arrays):
                 fill = np.nan if dtype.kind == "f" else None
                 dims = array.attrs["_ARRAY_DIMENSIONS"]
                 made = file.create_variable(name, dims, dtype, fillvalue=fill, chunks=array.chunks or None)
-                made.attrs.update({**attributes_of(name), **more})
+                made.attrs.update({**attributes_of(name, self.labels), **more})
                 for where in cut(array.shape, array.chunks):
                     made[where or ...] = array[where or ...].astype(dtype)
 
