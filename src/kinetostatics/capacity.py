@@ -18,7 +18,7 @@ from functools import partial
 from typing import TypeAlias, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.analysis import analyzed
 from kinetostatics.arguments import positive, vector
@@ -27,6 +27,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration, taken
 from kinetostatics.load_case import CalibrationLoads, LoadCase, load_case_of
 from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.math.rotations import exponential
 from kinetostatics.results.capacity import Capacity
 from kinetostatics.results.margins import Margins
 from kinetostatics.results.result import Result
@@ -146,16 +147,18 @@ class _Mass(_Loaded):
 
 
 def _of(loaded: _Loaded, unit: str, direction: Array | None) -> Capacity:
-    factor = _largest_factor(loaded)
+    factor, buckles = _largest_factor(loaded)
     result = loaded.at(np.where(np.isfinite(factor), factor, 0.0))
     margins = loaded.margins(result)
+    if not np.any(buckles):
+        margins = replace(margins, buckling=lambda least: {})
     names = np.where(np.isfinite(factor), margins.limited_by, "")
     wrench = None if direction is None else frozen(np.array(np.broadcast_to(direction, (*factor.shape, 6))))
     return Capacity(loaded.configuration, frozen(factor), unit, names if names.shape else names[()], wrench, result)
 
 
-def _largest_factor(loaded: _Loaded) -> Array:
-    """Return the largest factor (…) at which no limit is exceeded; NaN at poses without results."""
+def _largest_factor(loaded: _Loaded) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the largest factor (…) at which no limit is exceeded, NaN at poses without results; and where buckling limits it."""
     nothing = loaded.at(np.zeros(()))
     shape = loaded.at(np.ones(nothing.shape)).shape
     none, first, factor = np.zeros(shape), np.full(shape, _weight(loaded.configuration)), np.full(shape, np.inf)
@@ -166,7 +169,7 @@ def _largest_factor(loaded: _Loaded) -> Array:
     if np.any(buckles):
         earlier = _crossing(loaded.buckling, none, np.where(known > 0, known, first), np.where(buckles, factor, 0.0))
         factor = np.where(buckles, np.minimum(earlier, factor), factor)
-    return np.where(np.isnan(np.broadcast_to(nothing.twist[..., 0], shape)), np.nan, factor)
+    return np.where(np.isnan(np.broadcast_to(nothing.twist[..., 0], shape)), np.nan, factor), buckles
 
 
 def _weight(configuration: Configuration) -> float:
@@ -240,12 +243,10 @@ def _worst_direction(pose: Configuration, case: LoadCase, sag: float | None) -> 
             return _crossing(partial(usage, loaded), np.zeros(len(some)), first, np.full(len(some), end))
 
         least = factors(directions)
-        best = np.argsort(least, kind="stable")[:_FOLLOWED]
-        directions, least = directions[best], least[best]
-        for _ in range(_STEPS):
-            if not np.isfinite(least[0]):
+        for step in range(_STEPS):
+            if not np.any(np.isfinite(least)):
                 break
-            sizes = np.where(np.isfinite(least), least, least[0])
+            sizes = np.where(np.isfinite(least), least, np.min(least))
             steps = _DIFFERENCE * np.array([1.0, -1.0])[:, None, None] * np.eye(3)
             around = of(sizes[:, None, None, None] * (directions[:, None, None] + steps))
             gradients = np.subtract(*np.moveaxis(usage(around, np.ones(())), 1, 0))
@@ -253,7 +254,10 @@ def _worst_direction(pose: Configuration, case: LoadCase, sag: float | None) -> 
             reached = factors(tried)
             better = reached < (1 - _PROGRESS) * least
             directions, least = np.where(better[:, None], tried, directions), np.where(better, reached, least)
-            if not np.any(better):
+            if step == 0:  # only the best are followed further
+                best = np.argsort(least, kind="stable")[:_FOLLOWED]
+                directions, least = directions[best], least[best]
+            elif not np.any(better):
                 break
         return directions[np.argmin(least)], float(least.min())
 
@@ -267,8 +271,12 @@ def _worst_direction(pose: Configuration, case: LoadCase, sag: float | None) -> 
     return direction
 
 
-#: The 26 directions from the centre of a cube to its faces, edges and corners.
-_GRID = np.array([steps for steps in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(steps)])
+#: The 26 directions from the centre of a cube to its faces, edges and corners. The cube is turned, because a utilization has no
+#: gradient in directions in which, by symmetry, it is that of two parts.
+_GRID = (
+    np.array([steps for steps in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(steps)])
+    @ exponential(np.array([[0.31], [0.17], [0.23]]))[:, :, 0]
+)
 
 
 def _unit(vectors: Array) -> Array:
