@@ -163,3 +163,14 @@ def test_invalid_exports_raise_argument_error(tmp_path):
     (tmp_path / "taken").write_text("", encoding="utf-8")
     with pytest.raises(ks.ArgumentError, match="taken is a file"):
         ks.compile(package_robots.robot("3rps")).export_c(tmp_path / "taken")
+
+
+def test_c_states_whether_an_actuator_is_beyond_its_effort(five_bar, driver):
+    zero = five_bar.robot.assemble().platform
+    inputs = np.zeros((2, 11))
+    inputs[:, 0], inputs[:, 1] = float(zero["x"]), float(zero["y"])
+    inputs[1, 2] = 200.0
+    status, found = run(driver, inputs)
+    efforts = five_bar.robot.description.actuator_limits("effort")
+    assert status.tolist() == [0, 0] and found[:, -2].tolist() == [0, 1]
+    assert max(abs(found[1, 6:8])) > min(efforts.values()) > max(abs(found[0, 6:8]))

@@ -292,6 +292,7 @@ class Programs:
     Attributes:
         coordinates: inputs of the function besides load and gravity.
         limits: finite limits of the actuators' coordinates [m, rad], by name.
+        efforts: limits of effort [N, N·m] by number of the actuator, if the forces of actuators are among the outputs.
         outputs: the requested outputs that are not empty.
         c_names: names of the coordinates in C.
         line: programs for lines in the function's coordinates.
@@ -317,6 +318,8 @@ class Programs:
         connections = ((name, robot.mechanism.connections[name]) for name in robot.description.actuated)
         limits = {name: (connection.lower, connection.upper) for name, connection in connections}
         self.limits = {name: both for name, both in limits.items() if np.all(np.isfinite(both))}
+        efforts = robot.description.actuator_limits("effort") if "actuator_forces" in function.outputs else {}
+        self.efforts = {k: efforts[name] for k, name in enumerate(robot.description.actuated) if name in efforts}
         self.line = line_of(robot, function.prescribed)
         requested = [quantity.name for quantity in self.outputs if quantity.name != "residual_error"]
         more = ("twist", "actuators", "platform", "within") if compensates else ()

@@ -42,6 +42,12 @@ def source(name: str, scalar: str, parts: Programs) -> str:
         else:
             results.append(f"{loop}result[{parts.at[quantity.name]} + k];")
         lost.append(f"{loop}NAN;")
+    if parts.efforts:
+        exceeded = " || ".join(
+            f"fabs((double)output->actuator_forces[{k}]) > {literal(most)}" for k, most in parts.efforts.items()
+        )
+        results.append(f"    output->effort_exceeded = {exceeded} ? ({scalar})1 : ({scalar})0;")
+        lost.append(f"    output->effort_exceeded = ({scalar})NAN;")
     lines = [parts.line, *([] if parts.drives is None else [parts.drives])]
     more = f"    double residual_error[6], actuators[{max(len(parts.order), 1)}];\n" if function.compensates else ""
     return f"""/* {c_comment(function.robot.name)}: written by kinetostatics; see {name}.h. */

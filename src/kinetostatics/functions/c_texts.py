@@ -81,6 +81,9 @@ def _header(name: str, scalar: str, parts: Programs) -> str:
         words = f"{c_comment(quantity.name)}: {_words(quantity, c_comment)}; {zero}; {range_}"
         inputs.append(f"    {scalar} {parts.c_names[quantity.name]}; /* {words} */")
     outputs = [f"    {scalar} {output.name}[{size(output)}]; /* {_words(output, c_comment)} */" for output in parts.outputs]
+    effort = ""
+    if parts.efforts:
+        effort = f"    {scalar} effort_exceeded; /* 1 if an actuator's force is beyond the effort in the file, else 0 */\n"
     statuses = ",\n".join(f"    {name.upper()}_{key} = {value} /* {words} */" for key, value, words in _statuses(parts))
     actuators = [f" *   {c_comment(actuator)}: {lower:.6g} to {upper:.6g}" for actuator, (lower, upper) in parts.limits.items()]
     checked = "checked by the status" if function.compensates else "not checked"
@@ -123,7 +126,7 @@ typedef struct {{
 
 typedef struct {{
 {chr(10).join(outputs)}
-    {scalar} residual; /* largest residual of the equations of the loops [m or rad] */
+{effort}    {scalar} residual; /* largest residual of the equations of the loops [m or rad] */
 }} {name}_output;
 
 /* Set the state to the robot's {"zero pose" if parts.from_zero else "start pose, given at the export"}. */
