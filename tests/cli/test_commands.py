@@ -24,11 +24,11 @@ COMMAND_ONLY = set(
     (
         "full only json out near robot load_on payload_center payload_link top what components table hinge_axis quiet list "
         "copy pareto points plan load_case read readings sweep modes html screenshot live meshcat port colour view source "
-        "elastic joint_stiffness yaml types axes jacobian with_respect_to scalar name picture"
+        "elastic joint_stiffness yaml types axes jacobian with_respect_to scalar name picture plane"
     ).split()
 )
 #: Options whose argument has another name.
-OTHER_NAMES = {"inputs": "platform", "section": "sections", "source": "path"}
+OTHER_NAMES = {"inputs": "platform", "section": "sections", "source": "path", "mass": "payload"}
 #: Arguments of the robot, of its pose, and of what the command analyses itself.
 BUILT = {*ROBOT, *LOADS, "platform", "actuators", "orientation", "closure_tolerance", "tool"}
 
@@ -65,7 +65,7 @@ def test_defaults_in_the_help_are_those_of_the_function(name):
 
 
 def test_there_are_few_commands_and_each_has_examples():
-    assert len(COMMANDS) <= 19
+    assert len(COMMANDS) <= 20
     for name in COMMANDS:
         lines = command(name).examples.strip().splitlines()
         assert len(lines) >= 2 and all(line.split()[0] in COMMANDS for line in lines)

@@ -15,6 +15,7 @@ POSE = "--platform z=0.5 rx=0 ry=0".split()
 WRITING = {
     "analyze": (["3rps", "--table", "{table}"], ".csv"),
     "compensate": (["3rps", *POSE], ".csv"),
+    "capacity": (["3rps", *POSE], ".svg"),
     "response": (["3rps", "--frequencies", "1:9:3"], ".csv"),
     "sweep": (["3rps", "--platform", "z=0.5:0.6:2", "rx=0", "ry=0"], ".nc"),
     "report": (["3rps", *POSE], ".html"),

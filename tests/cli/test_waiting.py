@@ -38,6 +38,7 @@ SLOW = {
         "planning the sweep",
     ),
     "view": (["five_bar", "--html", "page.html"], "kinetostatics.viewer._page", "making the page"),
+    "capacity": (["five_bar", "--mass"], "kinetostatics.capacity.capacity", "computing the capacity"),
     "modes": (["five_bar"], "kinetostatics.dynamics.vibrations.modes", "computing modes"),
     "response": (
         ["five_bar", "--frequencies", "1:9:3"],

@@ -66,6 +66,7 @@ def map_of(
         coords["actuator"] = list(forces)
         stacked = np.stack([np.broadcast_to(force, shape) for force in forces.values()], axis=-1)
         data["actuator_force"] = ((*dims, "actuator"), stacked, {"unit_coordinate": "actuator_force_unit"})
+        data["actuator_utilization"] = ((*dims, "actuator"), stacked / 2, {"units": "1"})
         coords["actuator_force_unit"] = ("actuator", ["N m" if name in turning else "N" for name in forces])
     if contribution is not None:
         coords["source"] = list(contribution)

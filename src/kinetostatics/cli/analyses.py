@@ -30,7 +30,7 @@ from kinetostatics.cli.inputs import (
     pose_of,
     value_of,
 )
-from kinetostatics.cli.options import LOADS, POSE, ROBOT, WRENCH, XYZ, Argument
+from kinetostatics.cli.options import LOADS, POSE, ROBOT, WRENCH, Argument
 from kinetostatics.cli.output import FIGURES, answer, check_files, save_figure, save_files
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.files.csv_tables import read_csv
@@ -321,12 +321,10 @@ CAPACITY = Command(
         "Compute the largest force in any direction, factor of a wrench (--direction), or mass (--mass) that the robot may\n"
         "carry besides its weight, and the limit that it reaches."
     ),
-    arguments=(*ROBOT, *POSE, "load", "load_on", "gravity", "json"),
+    arguments=(*ROBOT, *POSE, "load", "load_on", "gravity", "payload_center", "payload_link", "json"),
     own_arguments={
         "direction": Argument("wrench", "wrench at o whose largest factor is computed [N, N·m]", WRENCH, 6),
-        "mass": Argument("flag", "compute the largest mass"),
-        "payload_center": Argument("length", "its centre, in the frame of the link that carries it (default: 0 0 0)", XYZ, 3),
-        "payload_link": Argument("text", "link that carries it (default: the platform)", "LINK"),
+        "mass": Argument("flag", "compute the largest mass of a payload"),
         "sag": Argument("length", "largest displacement of o", "SAG"),
         "plane": Argument("text", "plane of the figure (default: xz)", choices=("xy", "xz", "yz")),
         "out": Argument("texts", "draw the largest force over its direction in a plane (.svg, .pdf, .png)", "FILE"),

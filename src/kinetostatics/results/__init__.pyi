@@ -1,8 +1,10 @@
 from .buckling import Buckling, SecondOrder
 from .calibration import Calibration, Estimate, MeasurementPlan, Outlier, Unidentifiable
+from .capacity import Capacity
 from .compensation import Compensation
 from .contributions import PayloadCoefficients
 from .dynamics import FrequencyResponse, Modes
+from .margins import Margins
 from .optimum import CheckedRequirement, Optimum, ParetoFront
 from .parts import BeamResult, LimbResult
 from .path import PathResult
@@ -14,12 +16,14 @@ __all__ = [
     "BeamResult",
     "Buckling",
     "Calibration",
+    "Capacity",
     "CheckedRequirement",
     "Compensation",
     "Effect",
     "Estimate",
     "FrequencyResponse",
     "LimbResult",
+    "Margins",
     "MeasurementPlan",
     "Modes",
     "Optimum",

@@ -27,7 +27,7 @@ def arm(tmp_path, upper=SOUND, base=""):
 
     def joint(name, parent, child, axis):
         return f"""<joint name="{name}" type="revolute"><origin xyz="0.4 0 0"/><parent link="{parent}"/><child link="{child}"/>
-        <axis xyz="{axis}"/><limit lower="-9" upper="9" effort="1" velocity="1"/></joint>
+        <axis xyz="{axis}"/><limit lower="-9" upper="9" effort="1000" velocity="1"/></joint>
         <transmission name="{name}"><joint name="{name}"/></transmission>
         <joint_stiffness joint="{name}" drive="4000" angular="2e4 2e4 2e4"/>"""
 

@@ -379,7 +379,7 @@ def test_command_prints_warnings_once_in_the_result(capsys):
     assert main(["analyze", "3rps", "--set", "rod_diameter=80"]) == 0
     out, err = capsys.readouterr()
     warning = "beams rod_1, rod_2 and rod_3: thicker (80.00 m) than long (550.0 mm); sizes are in m"
-    assert told(out).partition(" Warnings ")[2] == warning
+    assert told(out).partition(" Warnings ")[2].count(warning) == 1
     assert "thicker" not in err
 
 
