@@ -77,7 +77,7 @@ def c_program(name: str, tape: Tape, outputs: Sequence[int], constants: Array, i
     for number in outputs:
         if number in last_use:
             last_use[number] = len(pieces)
-    places, work = _places(pieces, piece_of, last_use)
+    places, work = places_of(pieces, piece_of, last_use)
     arguments = ", ".join([*(f"const double *{array}" for array in inputs), "double *w"])
     truth = [isinstance(value, bool) for value in tape.values]
     lines: list[str] = []
@@ -136,7 +136,7 @@ def _expression(kind: str, taken: Sequence[str]) -> str:
     return f"{_CALLS[kind]}({', '.join(taken)})"
 
 
-def _places(
+def places_of(
     pieces: Sequence[Sequence[int]], piece_of: Mapping[int, int], last_use: Mapping[int, int]
 ) -> tuple[dict[int, int], int]:
     """Return ({operation: index in the work array} of the values used outside their own function, length of the array)."""
