@@ -16,7 +16,6 @@ from PIL import Image
 from playwright.sync_api import Browser, sync_playwright
 
 import kinetostatics as ks
-from kinetostatics.viewer.live import serve
 from kinetostatics.viewer.running_meshcat import connected
 
 ROOT = Path(__file__).parent.parent
@@ -202,14 +201,14 @@ def main(folder: Path) -> None:
             page.close()
             print(f"{name}.png: {(folder / f'{name}.png').stat().st_size / 1e3:.0f} kB")
         draw_gallery(browser, folder / "robots")
-        pose = result_of(PICTURES["page"]).configuration
-        with serve(pose, lambda pose, load: ks.analyze(pose, load=load), load=PICTURES["page"].load) as server:
-            page = browser.new_page(bypass_csp=True, viewport={"width": 1100, "height": 760})
-            page.goto(server.url)
-            page.wait_for_function("window.robot_page && robot_page.ready && !viewer.needs_render")
-            page.wait_for_timeout(200)
-            page.screenshot(path=folder / "live.png")
-            page.close()
+        file = Path(pages) / "live.html"
+        ks.save_html(result_of(PICTURES["page"]), file)
+        page = browser.new_page(bypass_csp=True, viewport={"width": 1100, "height": 760})
+        page.goto(file.as_uri())
+        page.wait_for_function("window.robot_page && robot_page.ready && !viewer.needs_render")
+        page.wait_for_timeout(200)
+        page.screenshot(path=folder / "live.png")
+        page.close()
         draw_side_by_side(browser, Path(pages), folder / "meshcat")
         browser.close()
 

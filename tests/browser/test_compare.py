@@ -107,5 +107,3 @@ def test_view_command_compares_poses_and_robots(tmp_path, capsys, monkeypatch, r
     assert packed_in(file.read_text(encoding="utf-8"))["compare"]["title"] == "3prs"
     assert cli.main([*command, "3prs", "delta"]) == 2
     assert "names 2 robots" in capsys.readouterr().err
-    assert cli.main(["view", "3rps", "--compare", "3prs", "--live"]) == 2
-    assert "--live and --compare exclude one another" in capsys.readouterr().err

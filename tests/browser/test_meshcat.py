@@ -386,7 +386,6 @@ def test_server_of_the_command_listens_on_loopback_only():
         (["--meshcat", "tcp://127.0.0.1:1"], "no meshcat-server answers"),
         (["--meshcat", "--live"], "not allowed"),
         (["--meshcat", "--platform", "z=0.5", "--sweep", "rx=0:1"], "exclude one another"),
-        (["--live", "--exaggeration", "5"], "exclude one another"),
         (["--exaggeration", "0"], "positive number"),
     ],
 )

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from browser_pages import move, packed_in
+from browser_pages import packed_in
 
 import kinetostatics as ks
 from kinetostatics.cli import main as cli
-from kinetostatics.viewer.live import serve
 from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.viewer.single_poses import UnloadedPose
 
@@ -78,30 +77,6 @@ def test_drawn_free_motion_equals_that_of_the_statics(tmp_path):
 def test_sweep_and_compare_of_singular_poses_are_errors(options, words, tmp_path, capsys):
     assert cli.main(["view", str(planar(tmp_path, actuated=(1, 2))), *options, "--html", str(tmp_path / "x.html")]) == 2
     assert words in capsys.readouterr().err and not (tmp_path / "x.html").exists()
-
-
-def test_live_page_draws_singular_poses_and_analyses_regular_ones(tmp_path, visit):
-    """The message of the singular pose moves neither the sliders nor the picture when it appears and disappears."""
-    robot = ks.load_robot(planar(tmp_path))
-    with serve(robot.assemble(), lambda pose, load: ks.analyze(pose, load=load), load=[0.0] * 6) as server:
-        page = visit(server.url, offline=False)
-        places = """[...document.querySelectorAll('#robot-controls input[type=range], #robot-stage')]
-            .map(e => (r => [r.left, r.top, r.width, r.height])(e.getBoundingClientRect()))"""
-        before = page.evaluate(places)
-        assert "the pose is singular" in page.inner_text("#robot-twist") and page.evaluate("robot_page.scene.unloaded")
-        where = "[...robot_page.stations.deformed.slice(0, 7)]"
-        still = page.evaluate(where)
-        move(page, "share: free motion", -1)
-        assert page.evaluate(where) != still
-        move(page, "platform: rz [°]", 6.0)
-        page.wait_for_function("!robot_page.busy && robot_page.answers > 0")
-        assert "singular)" not in page.inner_text("#robot-twist") and not page.evaluate("robot_page.scene.unloaded")
-        pose = robot.assemble(
-            platform={"x": float(robot.assemble().platform["x"]), "y": float(robot.assemble().platform["y"]), "rz": np.radians(6)}
-        )
-        expected = ks.analyze(pose, load=[0.0] * 6).twist
-        np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), expected, rtol=1e-3, atol=1e-9)
-        assert page.evaluate(places) == before
 
 
 @pytest.mark.parametrize(

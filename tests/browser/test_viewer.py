@@ -10,7 +10,6 @@ from browser_pages import LABELS, LOAD, NAMES, POSES, STAGE, move, rings, settle
 from scipy.spatial.transform import Rotation
 
 import kinetostatics as ks
-from kinetostatics.viewer.live import serve
 from kinetostatics.viewer.page import iframe_html
 from kinetostatics.viewer.scene import describe_scene
 
@@ -245,109 +244,109 @@ def test_poses_of_a_long_rounded_path_equal_the_result(visit, root, tmp_path, mo
     np.testing.assert_allclose(rings(vertices(page, "Deformed/beams/rod_3"), stations=5), between, atol=1e-4)
 
 
-# ---- live pages ----------------------------------------------------------------------------------------------------
+# ---- pages that compute ----------------------------------------------------------------------------------------------
 
 
-def test_live_page_analyses_the_pose_and_load_of_its_sliders(visit, root):
+def test_page_analyses_the_pose_and_load_of_its_sliders(visit, root, tmp_path):
     robot = ks.load_robot(root / "robots" / "3rps.urdf.xacro")
-    with serve(robot.assemble(platform=POSES["3rps"]), lambda pose, load: ks.analyze(pose, load=load), load=LOAD) as server:
-        page = visit(server.url, offline=False)
-        page.evaluate("viewer.set_property(['Rest'], 'visible', false)")
-        drives = dict(robot.assemble(platform=POSES["3rps"]).actuators)
-        moved = 1e3 * float(drives["prismatic_1"]) + 20
-        move(page, "actuator: prismatic_1 [mm]", moved)
-        page.wait_for_function("robot_page.answers >= 1")
-        drives["prismatic_1"] = value_of(page, "actuator: prismatic_1 [mm]") / 1e3
-        pose = robot.assemble(actuators=drives)
-        expected = ks.analyze(pose, load=LOAD)
-        np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), expected.twist, rtol=1e-4, atol=1e-10)
-        np.testing.assert_allclose(rings(vertices(page, "Rest/platform"), 1, len(vertices(page, "Rest/platform"))).shape, (1, 3))
-        z = value_of(page, "platform: z [mm]")
-        assert z == pytest.approx(1e3 * float(pose.platform["z"]), abs=0.1)
-        assert page.evaluate("viewer.scene_tree.children.Rest.object.visible") is False  # switches stay as they were
+    ks.save_html(ks.analyze(robot.assemble(platform=POSES["3rps"]), load=LOAD), tmp_path / "page.html")
+    page = visit((tmp_path / "page.html").as_uri())
+    page.evaluate("viewer.set_property(['Rest'], 'visible', false)")
+    drives = dict(robot.assemble(platform=POSES["3rps"]).actuators)
+    moved = 1e3 * float(drives["prismatic_1"]) + 20
+    move(page, "actuator: prismatic_1 [mm]", moved)
+    page.wait_for_function("robot_page.answers >= 1")
+    drives["prismatic_1"] = value_of(page, "actuator: prismatic_1 [mm]") / 1e3
+    pose = robot.assemble(actuators=drives)
+    expected = ks.analyze(pose, load=LOAD)
+    np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), expected.twist, rtol=1e-4, atol=1e-10)
+    np.testing.assert_allclose(rings(vertices(page, "Rest/platform"), 1, len(vertices(page, "Rest/platform"))).shape, (1, 3))
+    z = value_of(page, "platform: z [mm]")
+    assert z == pytest.approx(1e3 * float(pose.platform["z"]), abs=0.1)
+    assert page.evaluate("viewer.scene_tree.children.Rest.object.visible") is False  # switches stay as they were
 
-        for angle in (1.0, 2.0, 3.0, 4.0):  # a drag: the last value wins
-            move(page, "platform: rx [°]", angle)
-        coordinates = {"z": float(pose.platform["z"]), "rx": np.radians(4), "ry": float(pose.platform["ry"])}
-        for load in (LOAD, [*LOAD[:2], -800, *LOAD[3:]]):
-            move(page, "load: Fz [N]", load[2])
-            page.wait_for_function("!robot_page.busy")
-            expected = ks.analyze(robot.assemble(platform=coordinates), load=load).twist
-            np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), expected, rtol=1e-4, atol=1e-10)
-        assert "load at o (100, 50, −800) N" in page.inner_text("#robot-facts")
+    for angle in (1.0, 2.0, 3.0, 4.0):  # a drag: the last value wins
+        move(page, "platform: rx [°]", angle)
+    coordinates = {"z": float(pose.platform["z"]), "rx": np.radians(4), "ry": float(pose.platform["ry"])}
+    for load in (LOAD, [*LOAD[:2], -800, *LOAD[3:]]):
+        move(page, "load: Fz [N]", load[2])
+        page.wait_for_function("!robot_page.busy")
+        expected = ks.analyze(robot.assemble(platform=coordinates), load=load).twist
+        np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), expected, rtol=1e-4, atol=1e-10)
+    assert "load at o (100, 50, −800) N" in page.inner_text("#robot-facts")
 
 
 @pytest.mark.slow
-def test_live_page_stops_at_joint_limits_and_follows_handles(visit, root):
+def test_page_stops_at_joint_limits_and_follows_handles(visit, root, tmp_path):
     robot = ks.load_robot(root / "robots" / "2pru_upr.urdf.xacro")
     start = robot.assemble(platform=POSES["2pru_upr"])
-    with serve(start, ks.analyze) as server:
-        page = visit(server.url, (900, 600), offline=False)
+    ks.save_html(ks.analyze(start), tmp_path / "page.html")
+    page = visit((tmp_path / "page.html").as_uri(), (900, 600))
 
-        def shows(z):
-            pose = robot.assemble(platform={**POSES["2pru_upr"], "z": z}, near=start)
-            np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), ks.analyze(pose).twist, rtol=2e-3, atol=1e-8)
+    def shows(z):
+        pose = robot.assemble(platform={**POSES["2pru_upr"], "z": z}, near=start)
+        np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), ks.analyze(pose).twist, rtol=2e-3, atol=1e-8)
 
-        where = "document.querySelector(\"input[name='platform: z [mm]']\").getBoundingClientRect().top"
-        before = page.evaluate(where)
-        most = float(page.evaluate("document.querySelector(\"input[name='platform: z [mm]']\").max"))
-        move(page, "platform: z [mm]", most)  # which is beyond the end of reach
-        page.wait_for_function("robot_page.answers >= 1")
-        assert page.evaluate(where) == before  # the message pushes no slider
-        told, title = (
-            page.inner_text("#robot-message"),
-            page.evaluate("document.querySelector(\"input[name='platform: z [mm]']\").title"),
-        )
-        assert "z ends at " in told and "mm: limit of " in told and told.split(": ")[1] in title
-        rim = value_of(page, "platform: z [mm]") / 1e3
-        assert 0.6 < rim < most / 1e3 and "status OK" in page.inner_text("#robot-facts")
-        shows(rim)
-        assert robot.assemble(platform={**POSES["2pru_upr"], "z": rim + 1e-3}, near=start).limit_exceeded
-        move(page, "platform: z [mm]", 610)
-        page.wait_for_function("robot_page.answers >= 2")
-        assert not page.is_visible("#robot-message > p") and "status OK" in page.inner_text("#robot-facts")
+    where = "document.querySelector(\"input[name='platform: z [mm]']\").getBoundingClientRect().top"
+    before = page.evaluate(where)
+    most = float(page.evaluate("document.querySelector(\"input[name='platform: z [mm]']\").max"))
+    move(page, "platform: z [mm]", most)  # which is beyond the end of reach
+    page.wait_for_function("robot_page.answers >= 1")
+    assert page.evaluate(where) == before  # the message pushes no slider
+    told, title = (
+        page.inner_text("#robot-message"),
+        page.evaluate("document.querySelector(\"input[name='platform: z [mm]']\").title"),
+    )
+    assert "z ends at " in told and "mm: limit of " in told and told.split(": ")[1] in title
+    rim = value_of(page, "platform: z [mm]") / 1e3
+    assert 0.6 < rim < most / 1e3 and "status OK" in page.inner_text("#robot-facts")
+    shows(rim)
+    assert robot.assemble(platform={**POSES["2pru_upr"], "z": rim + 1e-3}, near=start).limit_exceeded
+    move(page, "platform: z [mm]", 610)
+    page.wait_for_function("robot_page.answers >= 2")
+    assert not page.is_visible("#robot-message > p") and "status OK" in page.inner_text("#robot-facts")
 
-        # the double arrow along z, dragged downwards: the platform follows, the camera does not turn
-        assert page.evaluate("robot_page.handles.map(handle => handle.control)") == [
-            "platform: z [mm]", "platform: rx [°]", "platform: ry [°]",
-        ]  # fmt: skip
-        camera = page.evaluate("viewer.camera.position.toArray()")
-        x, y = page.evaluate(
-            """() => { viewer.scene.updateMatrixWorld(true);
-              const at = new MeshCat.THREE.Vector3();
-              robot_page.handles[0].object.children[2].getWorldPosition(at).project(viewer.camera);
-              const box = document.getElementById("meshcat-pane").getBoundingClientRect();
-              return [box.left + (0.5 + 0.5 * at.x) * box.width, box.top + (0.5 - 0.5 * at.y) * box.height]; }"""
-        )
-        page.mouse.move(x, y)
-        page.mouse.down()
-        for step in (8, 16, 24):
-            page.mouse.move(x, y + step)
-        page.mouse.up()
-        page.wait_for_function("robot_page.answers >= 3")
-        page.wait_for_function("!robot_page.busy")
-        z = value_of(page, "platform: z [mm]") / 1e3
-        assert 0.5 < z < 0.6
-        shows(z)
-        assert page.evaluate("viewer.camera.position.toArray()") == camera
+    # the double arrow along z, dragged downwards: the platform follows, the camera does not turn
+    assert page.evaluate("robot_page.handles.map(handle => handle.control)") == [
+        "platform: z [mm]", "platform: rx [°]", "platform: ry [°]",
+    ]  # fmt: skip
+    camera = page.evaluate("viewer.camera.position.toArray()")
+    x, y = page.evaluate(
+        """() => { viewer.scene.updateMatrixWorld(true);
+          const at = new MeshCat.THREE.Vector3();
+          robot_page.handles[0].object.children[2].getWorldPosition(at).project(viewer.camera);
+          const box = document.getElementById("meshcat-pane").getBoundingClientRect();
+          return [box.left + (0.5 + 0.5 * at.x) * box.width, box.top + (0.5 - 0.5 * at.y) * box.height]; }"""
+    )
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for step in (8, 16, 24):
+        page.mouse.move(x, y + step)
+    page.mouse.up()
+    page.wait_for_function("robot_page.answers >= 3")
+    page.wait_for_function("!robot_page.busy")
+    z = value_of(page, "platform: z [mm]") / 1e3
+    assert 0.5 < z < 0.6
+    shows(z)
+    assert page.evaluate("viewer.camera.position.toArray()") == camera
 
-        # the ring about x, dragged along itself
-        before = value_of(page, "platform: rx [°]")
-        ring = page.evaluate(
-            """() => { viewer.scene.updateMatrixWorld(true);
-              const { object } = robot_page.handles[1], box = document.getElementById("meshcat-pane").getBoundingClientRect();
-              const reach = object.children[0].geometry.parameters.radius;
-              return [0, 0.15, 0.3].map(angle => {
-                const at = new MeshCat.THREE.Vector3(reach * Math.cos(angle), reach * Math.sin(angle), 0);
-                at.applyMatrix4(object.matrixWorld).project(viewer.camera);
-                return [box.left + (0.5 + 0.5 * at.x) * box.width, box.top + (0.5 - 0.5 * at.y) * box.height]; }); }"""
-        )
-        answers = page.evaluate("robot_page.answers")
-        page.mouse.move(*ring[0])
-        page.mouse.down()
-        for place in ring[1:]:
-            page.mouse.move(*place)
-        page.mouse.up()
-        page.wait_for_function("n => robot_page.answers > n", arg=answers)
-        page.wait_for_function("!robot_page.busy")
-        assert value_of(page, "platform: rx [°]") - before == pytest.approx(np.degrees(0.3), abs=1.0)
+    # the ring about x, dragged along itself
+    before = value_of(page, "platform: rx [°]")
+    ring = page.evaluate(
+        """() => { viewer.scene.updateMatrixWorld(true);
+          const { object } = robot_page.handles[1], box = document.getElementById("meshcat-pane").getBoundingClientRect();
+          const reach = object.children[0].geometry.parameters.radius;
+          return [0, 0.15, 0.3].map(angle => {
+            const at = new MeshCat.THREE.Vector3(reach * Math.cos(angle), reach * Math.sin(angle), 0);
+            at.applyMatrix4(object.matrixWorld).project(viewer.camera);
+            return [box.left + (0.5 + 0.5 * at.x) * box.width, box.top + (0.5 - 0.5 * at.y) * box.height]; }); }"""
+    )
+    answers = page.evaluate("robot_page.answers")
+    page.mouse.move(*ring[0])
+    page.mouse.down()
+    for place in ring[1:]:
+        page.mouse.move(*place)
+    page.mouse.up()
+    page.wait_for_function("n => robot_page.answers > n", arg=answers)
+    page.wait_for_function("!robot_page.busy")
+    assert value_of(page, "platform: rx [°]") - before == pytest.approx(np.degrees(0.3), abs=1.0)

@@ -1,4 +1,4 @@
-"""The page's scene, its files and the answers of a live page: everything that can be checked without a browser."""
+"""The page's scene and its files: everything that can be checked without a browser."""
 
 import base64
 import subprocess
@@ -22,12 +22,10 @@ from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.viewer.cards import quantities_of
 from kinetostatics.viewer.drawn_parts import find_joints
 from kinetostatics.viewer.drawn_poses import MOST_POSES, ShownPoses, serpentine
-from kinetostatics.viewer.live import LiveRobot
 from kinetostatics.viewer.packing import Packing
 from kinetostatics.viewer.page import fitting_page, page_html, save_screenshot
 from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.viewer.shapes import Surface, swept
-from kinetostatics.viewer.sliders import determining_coordinates
 from kinetostatics.viewer.still import Still, legend
 from kinetostatics.viewer.visuals import decimated, link_visuals
 
@@ -439,7 +437,7 @@ def test_decimated_mesh_keeps_its_shape_and_volume():
     assert decimated(fine, 10**6) is fine
 
 
-# ---- the page, the command, live -----------------------------------------------------------------------------------
+# ---- the page, the command -----------------------------------------------------------------------------------------
 
 
 def test_page_holds_the_scene_and_no_external_link(scene):
@@ -482,7 +480,6 @@ def test_view_command_writes_pages_of_poses_and_paths(tmp_path, capsys):
         (["--platform", "rx=0", "--sweep", "rx=0:1"], "too"),
         (["--actuators", "prismatic_1=0", "--sweep", "rx=0:1"], "--platform"),
         (["--sweep", "rx=a:1"], "not a number"),
-        (["--live", "--sweep", "rx=0:1"], "--live and --sweep exclude one another"),
         (["--by-mechanism", "--meshcat"], "--meshcat and --by-mechanism exclude one another"),
         (["--live", "--html", "x.html"], "not allowed"),
         (["--html", "missing/x.html"], "cannot be written"),
@@ -527,46 +524,8 @@ def test_hanging_browser_is_ended_and_started_again(tmp_path, monkeypatch):
     assert (tmp_path / "sag.png").read_text() == "image\n" and (tmp_path / "starts").read_text() == "start\n" * 2
 
 
-def twist_in(answer):
-    """The platform's twist in an answer, for all shares 1."""
-    contributions = len(answer["contributions"])
-    twists = np.frombuffer(base64.b64decode(answer["stations"]["twist"]), "<f4").reshape(-1, contributions, 6)
-    return twists[answer["readout"]].sum(axis=0)
-
-
-def test_live_answers_equal_analyses_of_pose_and_load():
-    robot = package_robots.robot("3rps")
-    live = LiveRobot(robot.assemble(platform=POSES["3rps"]), lambda pose, load: ks.analyze(pose, load=load), load=LOAD)
-
-    def shown(answer):
-        return {(item["kind"], item["coordinate"]): item["value"] for item in answer["live"]["controls"]}
-
-    assert live.sliders.coordinates == ("z", "rx", "ry")
-    first = shown(live.first)
-    assert first["platform", "z"] == pytest.approx(500) and first["platform", "ry"] == pytest.approx(np.degrees(-0.17))
-    loads = [item for item in live.first["live"]["controls"] if item["kind"] == "load"]
-    assert [item["value"] for item in loads] == LOAD
-    assert all(item["min"] <= 2 * load <= item["max"] for item, load in zip(loads, LOAD, strict=True))
-    load = dict(zip((item["coordinate"] for item in loads), [0.0, 10.0, -800.0, 0.0, 3.0, 0.0], strict=True))
-    live.answer({"kind": "load", "values": load})
-    answer = live.answer({"kind": "platform", "values": {"z": 520.0, "rx": 1.0, "ry": -5.0}})  # the load remains
-    pose = robot.assemble(platform={"z": 0.52, "rx": np.radians(1), "ry": np.radians(-5)})
-    np.testing.assert_allclose(twist_in(answer), ks.analyze(pose, load=list(load.values())).twist, rtol=1e-5, atol=1e-12)
-    values = shown(answer)
-    assert {name: value for (kind, name), value in values.items() if kind == "load"} == load
-    drives = {name: value for (kind, name), value in values.items() if kind == "actuators"}
-    assert drives == pytest.approx({name: 1e3 * float(value) for name, value in pose.actuators.items()})
-    again = shown(live.answer({"kind": "actuators", "values": drives}))
-    assert again["platform", "z"] == pytest.approx(520) and again["platform", "rx"] == pytest.approx(1)
-
-
-def test_sliders_of_platform_coordinates_are_in_the_usual_order():
-    for name, expected in (("delta", "x y z"), ("gough_stewart", "x y z rx ry rz"), ("spherical_3rrr", "rx ry rz")):
-        assert determining_coordinates(package_robots.robot(name).assemble(), None) == tuple(expected.split())
-
-
 def test_drawn_parts_have_the_same_stations_at_all_poses():
-    """A live page draws its first meshes at the stations of later poses; here both joints of the guide coincide where q = 0."""
+    """A page draws its first meshes at the stations of later poses; here both joints of the guide coincide where q = 0."""
     names, axes = ("turn", "slide", "wrist"), ("0 1 0", "0 0 1", "0 1 0")
     links = ("base", "guide", "rod", "platform")
     parts = [machines.link(name, 1.0) for name in links]
@@ -580,60 +539,6 @@ def test_drawn_parts_have_the_same_stations_at_all_poses():
     poses = [machine.assemble(actuators={"turn": 0.0, "slide": q, "wrist": 0.0}) for q in (0.0, 0.1)]
     first, later = ({mesh.path: mesh.station for mesh in describe_scene(ks.analyze(pose)).meshes} for pose in poses)
     assert first == later and "joints/wrist" in first
-
-
-def test_live_sends_notes_and_cards_on_request_only():
-    """Answers with the motion, with the details and with both have the values of a new scene of the pose."""
-    robot = package_robots.robot("3rps")
-    live = LiveRobot(robot.assemble(platform=POSES["3rps"]), lambda pose: ks.analyze(pose, load=LOAD))
-    question = {"kind": "platform", "values": {"z": 520.0, "rx": 1.0, "ry": -5.0}}
-    moving = live.answer(question)
-    told = live.answer({"kind": "details"})
-    wanted = describe_scene(live.result).plain()
-    assert {*moving} == {"contributions", "readout", "stations", "arrows", "facts", "units", "live", "rim"}
-    assert {*told} == {*moving, "notes", "cards", "quantities"} - {"rim"} and told["cards"].keys() == live.first["cards"].keys()
-    assert told["cards"] != live.first["cards"] and live.answer({**question, "details": True}).keys() == {*told, "rim"}
-    for answer in (moving, told):
-        assert all(answer[key] == wanted[key] for key in answer if key not in ("rim", "live"))
-
-
-def test_live_server_compiles_statics_and_loops_in_advance(monkeypatch):
-    """Of the loops for the coordinates of the sliders; nothing is compiled where the engine is NumPy."""
-    robot = package_robots.robot("3rps")
-    live = LiveRobot(robot.assemble(), ks.analyze)
-    made = []
-    monkeypatch.setattr("kinetostatics.viewer.live.compiled_statics", lambda robot, statics: made.append(statics))
-    monkeypatch.setattr(live, "_assembled", lambda asked, engine: made.append((*asked, engine)))
-    live.compile(lambda: True)
-    assert made == []
-    monkeypatch.setenv("KINETOSTATICS_ENGINE", "auto")
-    live.compile(lambda: len(made) < 2)
-    assert made == [robot.statics, ("platform", "compiled")]
-    live.compile(lambda: True)
-    assert made[2:] == [robot.statics, ("platform", "compiled"), ("actuators", "compiled")]
-
-
-def test_live_stops_at_limits_and_keeps_pose_after_errors():
-    robot = package_robots.robot("3rps")
-    live = LiveRobot(robot.assemble(platform=POSES["3rps"]), ks.analyze)
-    values = {item["coordinate"]: item["value"] for item in live.first["live"]["controls"] if item["kind"] == "platform"}
-    answer = live.answer({"kind": "platform", "values": {**values, "z": 5000.0}})
-    assert answer["rim"].startswith("z stops at 960.7") and "limit of prismatic_1, 450" in answer["rim"]
-    assert "meshes" not in answer
-    rim = float(live.configuration.platform["z"])
-    assert live.configuration.status == ks.Status.OK
-    beyond = robot.assemble(platform={**POSES["3rps"], "z": rim + 1e-3}, near=live.configuration)
-    assert "prismatic_1" in beyond.limits_exceeded
-    assert {item["coordinate"]: item["value"] for item in answer["live"]["controls"]}["z"] == pytest.approx(1e3 * rim)
-    (low, high), ends = (live.reach()["platform: z [mm]"][key] for key in ("reach", "ends"))
-    assert low < 1e3 * rim == pytest.approx(high, abs=0.5) and ends[1] in answer["rim"]
-    assert live.answer({"kind": "platform", "values": values})["rim"] == ""
-    before = live.configuration
-    with pytest.raises(ks.KinetostaticsError):
-        live.answer({"kind": "platform", "values": {**values, "z": float("nan")}})
-    assert live.configuration is before
-    with pytest.raises(ks.ArgumentError, match="one pose"):
-        LiveRobot(robot.assemble(platform={"z": np.array([0.5, 0.6]), "rx": 0.0, "ry": 0.0}), ks.analyze)
 
 
 def test_show_opens_a_browser_or_prints_the_address(monkeypatch, capsys):

@@ -2,17 +2,14 @@
 
 import json
 import os
-import re
 import subprocess
 import sys
-import urllib.request
 from pathlib import Path
 
 import numpy as np
 import odd_robots
 import package_robots
 import pytest
-from browser_pages import packed_in
 from places import ROBOTS
 
 import kinetostatics as ks
@@ -283,23 +280,6 @@ def test_tolerances_prints_the_largest_effects_only(capsys):
     rows = [line.split()[0] for line in out.splitlines() if ".error." in line]
     ranked = ks.tolerances(package_robots.robot("2pru_upr").assemble())
     assert code == 0 and rows == list(ranked.effects)[:3] and "and 47 more" in out
-
-
-def test_live_view_serves_until_interrupted(capsys, monkeypatch):
-    from kinetostatics.viewer.live import LiveServer
-
-    pages = []
-
-    def interrupted(server):
-        with urllib.request.urlopen(server.url, timeout=30) as answer:
-            pages.append(answer.read().decode())
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(LiveServer, "wait", interrupted)
-    monkeypatch.setenv("BROWSER", "true")  # a browser that does nothing
-    code, out, err = run(capsys, "view", "3rps", "--live", "--by-mechanism", "--port", "0")
-    assert code == 0 and re.match(r"live at http://\S+ \(Ctrl\+C ends it\)", out) and err == ""
-    assert "limb_3: deformation" in packed_in(pages[0])["contributions"] and "3rps" in pages[0]
 
 
 @pytest.mark.few(2)

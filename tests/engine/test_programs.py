@@ -59,7 +59,6 @@ def test_compilation_shows_a_waiting_message(made, monkeypatch):
 
 
 def test_single_pose_never_waits_for_compilation(made):
-    """As behind a live page."""
     robot = robot_of(cantilever())
     code(robot, "auto", 1)
     with programs._POSES[robot][None, False].lock:

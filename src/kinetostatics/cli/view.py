@@ -1,4 +1,4 @@
-"""Command view: the deformed robot in the browser, at one pose, as an animation, or live."""
+"""Command view: the deformed robot in the browser, at one pose or as an animation."""
 
 from __future__ import annotations
 
@@ -12,13 +12,11 @@ from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import (
     VALUES_HELP,
     assembled,
-    closed_zero_pose,
     coordinate_kind,
     given_of,
     load_robot,
     loads_of,
     option_of,
-    parse_items,
     parse_range,
     payload_of,
     pose_of,
@@ -35,18 +33,16 @@ if TYPE_CHECKING:
     from kinetostatics.results.dynamics import Modes
     from kinetostatics.results.result import Result
     from kinetostatics.robot import Robot
-    from kinetostatics.viewer.live import LiveServer
     from kinetostatics.viewer.single_poses import UnloadedPose
 
 #: Default number of poses of an animation.
 POSES = 21
 #: Options with those that they exclude.
 EXCLUDED = {
-    "live": ("exaggeration", "sweep", "compare"),
     "meshcat": ("sweep", "compare", "by_mechanism"),
     "screenshot": ("sweep", "by_mechanism"),
     "compare": ("sweep",),
-    "modes": ("live", "meshcat", "sweep", "compare", "by_mechanism", "colour", "load", "point", "frame", "load_on", "gravity"),
+    "modes": ("meshcat", "sweep", "compare", "by_mechanism", "colour", "load", "point", "frame", "load_on", "gravity"),
 }
 
 
@@ -57,7 +53,7 @@ def _view(args: argparse.Namespace) -> int:
                 raise ArgumentError(f"{option_of(option)} and {option_of(other)} exclude one another")
     if args.screenshot is None and (args.colour or args.view):
         raise ArgumentError("--colour and --from apply to images: give --screenshot FILE.png too")
-    return _live(args) if args.live else _page(args)
+    return _page(args)
 
 
 def _is_given(args: argparse.Namespace, name: str) -> bool:
@@ -150,62 +146,6 @@ def _meshcat(result: Result | UnloadedPose | Modes, url: str | None, exaggeratio
     return 0
 
 
-def _live(args: argparse.Namespace) -> int:
-    with waiting("making the page"):
-        from kinetostatics.viewer import open_browser
-
-        server, warnings = _server(args)
-    with server:
-        print_warnings(warnings)
-        try:
-            print(f"live at {server.url} (Ctrl+C ends it)", flush=True)
-            open_browser(server.url)
-            server.wait()
-        except KeyboardInterrupt:
-            print()
-    return 0
-
-
-def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
-    from kinetostatics.analysis import analyze
-    from kinetostatics.viewer.live import serve
-
-    loads = loads_of(args)
-    start, message, warnings = _start(load_robot(args), args)
-
-    def analyzed(pose: Configuration, **changed: Keyword) -> Result:
-        result = analyze(pose, **{**loads, **changed})
-        return result.by_mechanism if args.by_mechanism else result
-
-    at_o = args.point is None and args.frame in (None, "world")  # the sliders are those of a load at o in world axes
-    server = serve(
-        start,
-        analyzed,
-        **given_of(("orientation", "closure_tolerance", "port"), args),
-        coordinates=() if message else tuple(parse_items("--platform", args.platform)),
-        load=loads.get("load", [0.0] * 6) if at_o else None,
-        message=message,
-    )
-    return server, warnings
-
-
-def _start(robot: Robot, args: argparse.Namespace) -> tuple[Configuration | Robot, str | None, list[str]]:
-    """Return (first pose of the live page, error message or None, warnings).
-
-    If the given pose cannot be assembled, the first pose is the closed zero pose, and the message is the error's. If the loops
-    cannot be closed at all, the robot is returned in place of a pose.
-    """
-    try:
-        pose, warnings = pose_of(robot, args)
-    except (AssemblyError, CoordinatesError) as error:
-        message = str(error)
-        try:
-            return closed_zero_pose(robot, args), message, [message]
-        except AssemblyError:
-            return robot, message, [message]
-    return pose, None, warnings
-
-
 def _animation_poses(robot: Robot, args: argparse.Namespace) -> Configuration:
     """Return the poses of the animation of ``--sweep``."""
     import numpy as np
@@ -235,7 +175,7 @@ VIEW = Command(
     own_arguments={
         "html": Argument("text", "write the page to a file that needs no server and no network", "FILE"),
         "screenshot": Argument("text", "write an image with its legend; needs Chromium or Chrome", "FILE.png"),
-        "live": Argument("flag", "handles and sliders move platform, actuators and load; ends with Ctrl+C"),
+        "live": Argument("flag", "open the page in the browser, as without this option"),
         "meshcat": Argument(
             "optional text",
             "draw into the scene of a meshcat-server, below kinetostatics/ROBOT; URL is the zmq_url of a running server "
@@ -265,7 +205,6 @@ VIEW = Command(
         "view": Argument(
             "text", "view direction of --screenshot (default: home)", choices=("home", "front", "side", "top"), option="--from"
         ),
-        "port": Argument("count", "port of the live page (default: any free one)", "P", least=0),
     },
     function="viewer:show",
     exclusive=("html", "screenshot", "live", "meshcat"),
@@ -280,7 +219,6 @@ view 3rps --by-mechanism
 view 3rps --platform z=500mm rx=0 ry=0 --compare z=550mm rx=5deg ry=0
 view 3rps --compare 3prs
 view 2pru_upr --screenshot stress.png --colour stress --from front
-view 2pru_upr --live
 view 3rps --meshcat                                  # starts a meshcat-server
 view 3rps --meshcat tcp://127.0.0.1:6000             # draws into one that runs, beside its objects
 """,

@@ -93,7 +93,7 @@ class BeamModel(ShortRepr, ElasticLink):
         if self.mass_per_length is not None:
             return np.full_like(length, self.mass_per_length)
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(self.mass / length)
+            return np.asanyarray(self.mass / length)
 
     def lever(self, frames: Frames) -> Array:
         """Arm (3, N) [m] from the middle of the beam to its centre of mass, world axes."""

@@ -117,7 +117,7 @@ class ElasticLink(Protocol):
     def length(self, frames: Frames) -> Array:
         """Return the distance (N,) [m] of the ends."""
         start, end = self.ends(frames)
-        return np.asarray(np.sqrt(np.sum((end - start) ** 2, axis=0)))
+        return np.asanyarray(np.sqrt(np.sum((end - start) ** 2, axis=0)))
 
     def remaining_length(self, frames: Frames) -> Array:
         """Return the length (N,) [m]; negative where a telescopic link is retracted too far."""

@@ -58,7 +58,7 @@ class LoadedBeams:
 
     def axial_force(self) -> Array:
         """Return the axial force (S, g, N) [N] at the platform end, tension positive."""
-        return np.asarray(self.sections(np.ones(1))[0, 0] + self.axial_correction)
+        return np.asanyarray(self.sections(np.ones(1))[0, 0] + self.axial_correction)
 
     def strain_energy(self) -> Array:
         """Return the strain energy (S, g, N) [J]."""

@@ -28,7 +28,9 @@ from kinetostatics.math.arrays import Array, Mask, chunks, in_threads
 from kinetostatics.output_files import replacing
 
 #: Folders and a module with functions that are recorded or generate code: their text is part of the key of stored code.
-_SOURCES = "quantities.py buckling description elements engine kinematics limbs math mechanism statics".split()
+_SOURCES = (
+    "quantities.py buckling description elements engine kinematics layout limbs math mechanism results sections statics viewer"
+).split()
 #: Poses computed at a time; their results fit into the processor's cache before they are copied to the result arrays.
 BLOCK = 256
 #: Stage in which all outputs are computed, see :func:`kinetostatics.engine.llvm.module_of`.

@@ -99,13 +99,17 @@ class Pose:
 
     @cached_property
     def solution(self) -> Solution:
-        _, o = self.statics.mechanism.platform_pose(self.frames)
-        weights = self.statics.weights.wrenches_of_many(self.frames, o, self.gravity)
         applied: tuple[AppliedLoad, ...] = ()
         if self.model.attachments is not None:
             rows = iter(self.given[0].reshape(-1, 6, self.x.shape[1]))
             loads = self.model.attachments.loads
             applied = tuple(AppliedLoad(name, {attachment: next(rows) for attachment in where}) for name, where in loads)
+        return self.under(applied)
+
+    def under(self, applied: tuple[AppliedLoad, ...]) -> Solution:
+        """Return the equilibrium under load, weights and loads on links."""
+        _, o = self.statics.mechanism.platform_pose(self.frames)
+        weights = self.statics.weights.wrenches_of_many(self.frames, o, self.gravity)
         return solve_with_springs(
             self.statics, LoadedPoses(self.frames, self.load, self.gravity, applied=applied, weights=weights)
         )

@@ -34,6 +34,7 @@ _ELEMENTWISE: dict[object, np.ufunc] = {
         (np.square, lambda a: scalars.multiply(a, a)),
         (np.sqrt, scalars.square_root),
         (np.absolute, scalars.absolute),
+        (np.hypot, lambda a, b: scalars.square_root(scalars.add(scalars.multiply(a, a), scalars.multiply(b, b)))),
         (np.sign, scalars.sign),
         (np.sin, scalars.sine),
         (np.cos, scalars.cosine),
@@ -84,7 +85,11 @@ class Recorded(np.ndarray[tuple[int, ...], np.dtype[np.object_]]):
 
     def __array_function__(self, function: Number, types: Number, args: Number, kwargs: Number) -> Number:
         """Apply a NumPy function. Functions of ``numpy.linalg`` cannot be recorded; others rearrange entries or apply ufuncs."""
+        if function is np.linalg.norm:
+            return np.sqrt(np.sum(np.square(args[0]), *args[2:], **kwargs))
         if function.__module__.startswith("numpy.linalg"):
+            if scalars.decides_by_example():
+                return function(*[np.asarray(operand, dtype=float) for operand in args], **kwargs)
             raise NotRecordedError(f"{function.__module__}.{function.__name__}")
         if function is np.where and len(args) == 3:
             return recorded(_CHOOSE(*map(_plain, args)))

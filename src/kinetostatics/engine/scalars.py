@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -23,6 +25,26 @@ LEAVES = ("input", "parameter", "constant", "truth")
 
 class NotRecordedError(Exception):
     """A function is not a sequence of scalar operations."""
+
+
+_by_example: ContextVar[bool] = ContextVar("by_example", default=False)
+
+
+@contextmanager
+def deciding_by_example() -> Iterator[None]:
+    """Context manager: values at the example decide branches without guards, and replace recorded numbers converted to floats.
+
+    For the choice of what is drawn and of its form, which are those of the example at all poses.
+    """
+    token = _by_example.set(True)
+    try:
+        yield
+    finally:
+        _by_example.reset(token)
+
+
+def decides_by_example() -> bool:
+    return _by_example.get()
 
 
 class Tape:
@@ -106,10 +128,13 @@ class Scalar:
         """Return the truth value at the example, and record it as a guard."""
         if not isinstance(self.value, bool):
             return bool(compare("!=", self, 0.0))
-        self.tape.guards[self.number] = self.value
+        if not decides_by_example():
+            self.tape.guards[self.number] = self.value
         return self.value
 
     def __float__(self) -> float:
+        if decides_by_example():
+            return float(self.value)
         raise NotRecordedError("a recorded number is converted to a float")
 
     def __pow__(self, other: Number) -> Number:
@@ -126,6 +151,10 @@ class Scalar:
 
     def __invert__(self) -> Number:
         return logical_not(self)
+
+    def sqrt(self) -> Number:
+        """Return the square root, as numpy.sqrt computes it of objects."""
+        return square_root(self)
 
 
 def _is_plain(value: Number, number: float) -> bool:
@@ -366,6 +395,7 @@ for _name, _of in (
     ("truediv", divide),
     ("or", logical_or),
     ("and", logical_and),
+    *((name, lambda a, b, how=how: compare(how, a, b)) for name, how in (("lt", "<"), ("le", "<="), ("gt", ">"), ("ge", ">="))),
 ):
     setattr(Scalar, f"__{_name}__", _operator(_of, swapped=False))
     setattr(Scalar, f"__r{_name}__", _operator(_of, swapped=True))

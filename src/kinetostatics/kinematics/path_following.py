@@ -126,8 +126,8 @@ def _relative_changes(solver: Solver, prescribed: PrescribedCoordinates, first: 
 
 def _largest_changes(solver: Solver, prescribed: PrescribedCoordinates, changes: Array) -> tuple[Array, Array]:
     """Return (a, b) for each line: a (N,) largest relative change of an angle, b (N,) largest relative change of a length."""
-    turns = _turns(solver, prescribed)
-    most_turned, most_shifted = (np.max(changes[rows], axis=0, initial=0.0) for rows in (turns, ~turns))
+    are_turns = turns(solver, prescribed)
+    most_turned, most_shifted = (np.max(changes[rows], axis=0, initial=0.0) for rows in (are_turns, ~are_turns))
     return most_turned, most_shifted
 
 
@@ -174,10 +174,10 @@ def _predicted(
 
 def longest_strides(solver: Solver, prescribed: PrescribedCoordinates) -> Array:
     """Return the longest permitted step of each prescribed coordinate (n,) [m, rad]."""
-    return np.where(_turns(solver, prescribed), LONGEST_TURN, LONGEST_SHIFT * solver.length)
+    return np.where(turns(solver, prescribed), LONGEST_TURN, LONGEST_SHIFT * solver.length)
 
 
-def _turns(solver: Solver, prescribed: PrescribedCoordinates) -> Mask:
+def turns(solver: Solver, prescribed: PrescribedCoordinates) -> Mask:
     """(n,) True for prescribed coordinates that are angles."""
     turns = [bool(solver.tree.column_rotates[column]) for column in prescribed.columns]
     turns += [not solver.equations.loops[number].type.is_slide for number in prescribed.loops]

@@ -40,12 +40,15 @@ class NumberFormat:
         factor: size of the unit in SI.
         decimals: digits after the point.
         noise: largest magnitude [SI] that is shown as 0.
+        units, digits: arguments of :meth:`of`.
     """
 
     unit: str
     factor: float
     decimals: int
     noise: float
+    units: Units = ()
+    digits: int = 5
 
     @classmethod
     def of(cls, values: ArrayLike, units: Units, noise: float = 0.0, digits: int = 5) -> NumberFormat:
@@ -61,11 +64,11 @@ class NumberFormat:
         noise = max(noise, NOISE * most)
         if most <= noise:  # zeros only
             name, factor = units[min(1, len(units) - 1)]
-            return cls(name, factor, 0, noise)
+            return cls(name, factor, 0, noise, units, digits)
         fitting = [unit for unit in units if most >= 0.9999995 * unit[1]]
         name, factor = fitting[-1] if fitting else units[0]
         before_point = math.floor(math.log10(most / factor * (1 + EQUAL**2))) + 1
-        return cls(name, factor, min(max(digits - before_point, 0), 9), noise)
+        return cls(name, factor, min(max(digits - before_point, 0), 9), noise, units, digits)
 
     def __call__(self, value: ArrayLike) -> str:
         number = float(np.asarray(value)) * (1 + EQUAL**2)  # avoids ties in the rounding of short decimals

@@ -90,7 +90,7 @@ def copy_for(array: Array, source: Array) -> Array:
 def batch_first(array: Array, shape: tuple[int, ...]) -> Array:
     """Return components (…, N) of N poses as a read-only array (*shape, …); ``shape`` is () for a single pose."""
     if not shape:
-        return frozen(np.array(array[..., 0], order="C"))
+        return frozen(np.array(array[..., 0], order="C", subok=True))
     turned = array.transpose(array.ndim - 1, *range(array.ndim - 1))
     return frozen(np.ascontiguousarray(turned).reshape(shape + turned.shape[1:]))
 

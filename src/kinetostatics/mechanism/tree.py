@@ -98,7 +98,7 @@ class Frames(ShortRepr):
     def matrices(self, body: int, placement: Array) -> Array:
         """Homogeneous matrices (4, 4, N) of a frame fixed in a body at ``placement`` (4, 4)."""
         R, p = self.rotation[:, :, body], self.position[:, body]
-        result = np.zeros((4, 4, R.shape[2]))
+        result = zeros_for((4, 4, R.shape[2]), R)
         result[:3, :3] = np.einsum("ijn,jk->ikn", R, placement[:3, :3])
         result[:3, 3] = p + np.einsum("ijn,j->in", R, placement[:3, 3])
         result[3, 3] = 1

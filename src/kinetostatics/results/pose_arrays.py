@@ -77,7 +77,7 @@ class Chunk:
     def __getitem__(self, name: str) -> Array:
         """(*dims, N) output of this name."""
         found = [OF_EQUILIBRIUM[name](self.robot.statics, solution) for solution in self.solutions]
-        return np.asarray(found[0] if len(found) == 1 else np.concatenate(found, axis=-1))
+        return np.asanyarray(found[0] if len(found) == 1 else np.concatenate(found, axis=-1))
 
     @property
     def buckles(self) -> Mask:

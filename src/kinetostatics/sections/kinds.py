@@ -97,6 +97,14 @@ class Section:
         """Fractions of the length at which the stations of a :class:`.Tapered` section are."""
         return ()
 
+    def forms(self, poisson_ratio: float = 0.3) -> tuple[Array, int] | None:
+        """Return the squared von Mises stresses at points, see :func:`.von_mises_forms`, and the number of rings of eight points.
+
+        The forms (P, 21) are at P points. Around rings, the largest stress is searched. None: the outline is
+        unknown, or varies along the beam.
+        """
+        return None
+
     def stress_along(self, wrenches: Array, fractions: Array, poisson_ratio: float = 0.3) -> Array:
         """Return :meth:`stress` (n, …) under wrenches (6, n, …) about the beam's line, at n fractions of its length."""
         return self.stress(wrenches, poisson_ratio)
@@ -146,6 +154,10 @@ class Tube(Section):
 
     def stress(self, wrench: Array, poisson_ratio: float = 0.3) -> Array:
         return largest_on_rings(_tube_forms(self, float(poisson_ratio)), wrench)
+
+    def forms(self, poisson_ratio: float = 0.3) -> tuple[Array, int]:
+        forms = _tube_forms(self, float(poisson_ratio))
+        return forms.reshape(-1, 21), len(forms)
 
     def largest_stress(self, wrenches: Array, poisson_ratio: float = 0.3) -> Array:
         # rotated axes in which the bending moment is about z
@@ -223,6 +235,9 @@ class Rectangle(Section):
     def shear_coefficients(self, poisson_ratio: float) -> tuple[float, float]:
         kappa = 10 * (1 + poisson_ratio) / (12 + 11 * poisson_ratio)
         return kappa, kappa
+
+    def forms(self, poisson_ratio: float = 0.3) -> tuple[Array, int]:
+        return _rectangle_forms(self, float(poisson_ratio)), 0
 
     def stress(self, wrench: Array, poisson_ratio: float = 0.3) -> Array:
         return largest_at_points(_rectangle_forms(self, float(poisson_ratio)), wrench)

@@ -72,7 +72,7 @@ def joint_contributions(robot: RobotStatics, solution: Solution) -> Array:
     Weights of bodies attached only to the base are no contribution.
     """
     table, S = robot.joint_table, len(solution.contributions)
-    cut_signs = np.zeros((6, table.cut_signs.shape[1], S + 1, solution.o.shape[1]))
+    cut_signs = zeros_for((6, table.cut_signs.shape[1], S + 1, solution.o.shape[1]), solution.o)
     for number, statics in enumerate(solution.statics):
         parts = solution.cut_wrenches(number)
         for position, limb in enumerate(statics.group.numbers):
@@ -106,7 +106,7 @@ def actuator_forces_from(
         axis = solution.frames.direction(connection.predecessor_body, connection.axis_on(True))
         mine = wrenches[:, places[joint]]
         part = mine[:3] if connection.type.is_slide else mine[3:]
-        return np.asarray(table.signs[joint] * np.einsum("in,i...n->...n", axis, part))
+        return np.asanyarray(table.signs[joint] * np.einsum("in,i...n->...n", axis, part))
 
     forces = {name: along(name) for name in robot.description.actuated}
     for joint in robot.mechanism.connections.values():

@@ -193,7 +193,20 @@ def _page(
         return replace(scene_of(drawn, title, every), first=mode - 1, compare=second)
 
     with waiting("making the page"):
-        return fitting_page(scene)
+        return fitting_page(scene, engine=_engine(drawn, by_mechanism) if compare is None else None)
+
+
+def _engine(drawn: Result | SinglePose, by_mechanism: bool) -> dict[str, object] | None:
+    """Return code and data with which the page of a single pose computes; None if it cannot."""
+    if not isinstance(drawn, Result) or drawn.shape != () or drawn.point is not None:
+        return None
+    from kinetostatics.engine.scalars import NotRecordedError
+    from kinetostatics.viewer.computing import computing_page
+
+    try:
+        return computing_page(drawn, by_mechanism)
+    except NotRecordedError:
+        return None
 
 
 def _drawable(given: object, pose: int | tuple[int, ...] | None = None) -> Result | SinglePose:

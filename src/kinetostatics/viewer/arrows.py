@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.mechanism.limbs import Limb
 from kinetostatics.results.parts import LimbResult
 from kinetostatics.viewer.description import Arrow, Stations
@@ -67,7 +67,7 @@ class Wrenches:
     def _only(self, contribution: str, wrench: Array) -> Array:
         """Return parts (F, K + 1, …), zero but one: contribution ``source``, or else the remainder, is ``wrench`` (F, …)."""
         contribution_names = self.poses.contribution_names
-        parts = np.zeros((len(wrench), len(contribution_names) + 1, *wrench.shape[1:]))
+        parts = zeros_for((len(wrench), len(contribution_names) + 1, *wrench.shape[1:]), wrench)
         parts[:, contribution_names.index(contribution) if contribution in contribution_names else -1] = wrench
         return parts
 

@@ -7,7 +7,7 @@ data for JSON.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -119,11 +119,16 @@ def find_facts(poses: ShownPoses, all_twists: Array, size: float) -> FrameFacts:
     )  # fmt: skip
 
 
+#: Heading without texts.
+NO_FACTS = FrameFacts(
+    [], None, None, {}, None, ["OK"], NumberFormat.of(0.0, LENGTHS, digits=4), NumberFormat.of(0.0, ANGLES, digits=4)
+)
+
+
 def facts_without_loads(poses: SinglePose) -> FrameFacts:
     """Return a heading without loads; it contains the platform's coordinates if the robot's loops are closed."""
     pose = [] if poses.configuration is None else _coordinates(poses.configuration, lambda values: values.reshape(1))
-    formats = NumberFormat.of(0.0, LENGTHS, digits=4), NumberFormat.of([0.0], ANGLES, digits=4)
-    return FrameFacts(pose, None, None, {}, None, ["OK"], *formats)
+    return replace(NO_FACTS, pose=pose)
 
 
 def _coordinates(configuration: Configuration, taken: Callable[[Array], Array]) -> list[tuple[str, str, Array]]:
@@ -152,7 +157,7 @@ def _payload(poses: ShownPoses) -> tuple[Array, Array, str | None] | None:
 
 
 def plain_scale(scale: NumberFormat) -> dict[str, object]:
-    return {"unit": scale.unit, "factor": scale.factor, "decimals": scale.decimals, "noise": scale.noise}
+    return vars(scale)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +169,7 @@ class CardRow:
     values: Array
 
     def plain(self, packing: Packing) -> dict[str, object]:
-        width = self.values[0].size
+        width = np.size(self.values[0])
         return {
             "words": self.words, **plain_scale(self.scale), "width": width, "values": packing.path(self.values, width)
         }  # fmt: skip
@@ -180,7 +185,7 @@ class Card:
         note: explanation of the numbers.
         first: index of the first of a beam's stations, which are points along its centre line.
         lines: quantities of a beam [SI]: (F, n) at its stations, or (F, 1) if constant along it. The keys are ``T`` (torque),
-            ``M_y`` and ``M_z`` (bending moments) and the keys of :class:`BeamQuantity`.
+            ``M_y``, ``M_z`` (bending moments), ``V_y``, ``V_z`` (shear forces) and the keys of :class:`BeamQuantity`.
     """
 
     kind: str
@@ -221,12 +226,16 @@ def quantities_of(cards: Iterable[Card]) -> list[BeamQuantity]:
         ("axial", "axial force, tension positive", (("N", 1.0),), 5, True),
         ("euler", "N/N_Euler", PER_CENT, 3, False),
     ):
-        values = [card.lines[key] for card in cards if key in card.lines]
+        values = [np.asarray(card.lines[key], dtype=np.float64) for card in cards if key in card.lines]
         finite = np.concatenate([np.abs(value[np.isfinite(value)]) for value in values] or [np.zeros(0)])
         if finite.size:
             form = NumberFormat.of(finite, units, digits=digits)
             quantities.append(BeamQuantity(key, words, form, float(finite.max()), signed))
     return quantities
+
+
+#: Title of the row with the largest stress of a beam.
+LARGEST_STRESS = "largest von Mises stress"
 
 
 class Cards:
@@ -282,7 +291,7 @@ class Cards:
             ("mass", scaled([b.mass for b in beams], MASSES), [take(b.mass) for b in beams]),
             ("axial force at the base end", force, [values[:, 0] for values in axial]),
             ("axial force at the platform end", force, [values[:, -1] for values in axial]),
-            ("largest von Mises stress", scaled([b.stress for b in beams], STRESSES, 4), [take(b.stress) for b in beams]),
+            (LARGEST_STRESS, scaled([b.stress for b in beams], STRESSES, 4), [take(b.stress) for b in beams]),
             ("N/N_Euler", scaled([b.euler_ratio for b in beams], PER_CENT, 3), [take(b.euler_ratio) for b in beams]),
             ("end displacement", shift, [values[:, -1] for values in shifts]),
             ("largest displacement", shift, [values.max(axis=1) for values in shifts]),
@@ -294,6 +303,7 @@ class Cards:
         section, along = self.result.robot.beams[beam.name].section, wrenches.transpose(2, 1, 0)
         stress = section.stress_along(along, beam.stations[:: self.poses.step], beam.description.poisson_ratio).T
         lines = {"T": wrenches[..., 3], "M_y": wrenches[..., 4], "M_z": wrenches[..., 5], "stress": stress}
+        lines |= {"V_y": wrenches[..., 1], "V_z": wrenches[..., 2]}
         lines |= {"axial": wrenches[..., 0], "euler": self.poses.take(beam.euler_ratio)[:, None]}
         actuators = [name for joint in self.joints if joint.beam == beam.name for name in joint.joints if name in self.actuators]
         rows = rows + [row for name in actuators for row in self._actuator(name)]

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.rotations import exponential, quaternion_of_matrix
 from kinetostatics.viewer.cards import Card, FrameFacts, quantities_of
 from kinetostatics.viewer.packing import EXACT, Packing, packed
@@ -44,7 +44,8 @@ class Stations:
             twist: (F, K, 6) twists at its origin, world axes [m, rad]; None: it does not move.
         """
         if placements.ndim == 2:
-            points, placements = placements, np.tile(np.eye(4), (self.frames, 1, 1))
+            points, placements = placements, zeros_for((self.frames, 4, 4), placements)
+            placements[:] = np.eye(4)
             placements[:, :3, 3] = points
         self.rest.append(placements)
         self.twists.append(np.zeros((self.frames, len(self.contribution_names), 6)) if twist is None else twist)
@@ -187,7 +188,6 @@ class Scene:
         notes: warnings.
         cards: data of beams, joints, springs and point masses, by path of the mesh; a click on the mesh shows them.
         compare: a second scene on the same page.
-        live: sliders of a live page, and the address for its requests.
         unloaded: whether the robot is drawn without loads; its contributions are then free motions or modes.
         modes: texts on the modes; the page shows one mode at a time.
         first: index of the mode shown first.
@@ -206,7 +206,6 @@ class Scene:
     notes: list[str] = field(default_factory=list)
     cards: dict[str, Card] = field(default_factory=dict)
     compare: Scene | None = None
-    live: dict[str, object] | None = None
     unloaded: bool = False
     modes: list[DrawnMode] = field(default_factory=list)
     first: int = 0
@@ -263,7 +262,6 @@ class Scene:
             "arrows": [arrow.plain(scale, r, colour, packing) for arrow, scale, r, colour in self.scaled_arrows()],
             "facts": self.facts.plain(),
             "units": self.facts.units(),
-            "live": self.live,
         }  # fmt: skip
 
     def details(self, packing: Packing = EXACT) -> dict[str, object]:

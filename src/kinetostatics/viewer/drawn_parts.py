@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.description.elements import Spring
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import axis_across
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.viewer.drawn_poses import DrawnPoses
@@ -81,7 +81,7 @@ def _centre(poses: DrawnPoses, connection: Connection) -> Array:
     if not connection.is_loop:
         return successor[:, :3, 3]
     outer = poses.robot.description.loops[connection.name].successor_origin.matrix[:3, 3]
-    return np.asarray(successor[:, :3, :3] @ outer + successor[:, :3, 3])
+    return np.asanyarray(successor[:, :3, :3] @ outer + successor[:, :3, 3])
 
 
 def _axis(poses: DrawnPoses, connection: Connection) -> Array:
@@ -91,7 +91,7 @@ def _axis(poses: DrawnPoses, connection: Connection) -> Array:
         inner = description.loops[connection.name].predecessor_origin.matrix
     else:
         inner = description.joints[connection.name].origin.matrix
-    return np.asarray(poses.frame(connection.predecessor)[:, :3, :3] @ (inner[:3, :3] @ connection.axis))
+    return np.asanyarray(poses.frame(connection.predecessor)[:, :3, :3] @ (inner[:3, :3] @ connection.axis))
 
 
 def _twist(poses: DrawnPoses, connection: Connection, centre: Array) -> Array:
@@ -136,17 +136,18 @@ class DrawnSpring:
     @property
     def length(self) -> Array:
         """(F,) at rest [m]."""
-        return np.asarray(np.linalg.norm(self.ends[1] - self.ends[0], axis=-1))
+        return np.asanyarray(np.linalg.norm(self.ends[1] - self.ends[0], axis=-1))
 
     @property
     def direction(self) -> Array:
         """(F, 3) unit vector from the first end to the second; zero at zero length."""
         length = self.length[:, None]
-        return np.asarray((self.ends[1] - self.ends[0]) / np.where(length > 0, length, 1.0))
+        return np.asanyarray((self.ends[1] - self.ends[0]) / np.where(length > 0, length, 1.0))
 
     def frames(self) -> Array:
         """(F, 4, 4), origin at the first end, z towards the second; from pose to pose they turn about z as little as possible."""
-        result = np.tile(np.eye(4), (len(self.length), 1, 1))
+        result = zeros_for((len(self.length), 4, 4), self.direction)
+        result[:] = np.eye(4)
         z = self.direction
         z = np.where(np.any(z != 0, axis=-1, keepdims=True), z, [0.0, 0.0, 1.0])
         x = carried_along(axis_across(z[0]), z)

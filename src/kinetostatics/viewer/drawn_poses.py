@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from kinetostatics.arguments import warn
 from kinetostatics.elements.link import LinkSurface
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.screws import move
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
@@ -58,7 +58,7 @@ class DrawnPoses(ABC):
     @property
     def o(self) -> Array:
         """(F, 3) origins of :attr:`platform_frame` [m]."""
-        return np.asarray(self.platform_frame[:, :3, 3])
+        return np.asanyarray(self.platform_frame[:, :3, 3])
 
     @property
     @abstractmethod
@@ -109,7 +109,7 @@ class DrawnPoses(ABC):
         ends = [(topology.spans[key].start, topology.spans[key].end)[end] for key, end, _ in topology.interfaces(name)]
         body_from_link = self.robot.mechanism.body_of[link][1]
         points = np.linalg.solve(body_from_link, np.vstack([np.transpose(ends), np.ones(len(ends))]))
-        return np.asarray(np.swapaxes(self.frame(link) @ points, 1, 2))[..., :3]
+        return np.asanyarray(np.swapaxes(self.frame(link) @ points, 1, 2))[..., :3]
 
     def interface_twists(self, name: str) -> Array:
         """Return (F, K, n, 6) twists of these interfaces [m, rad]; as of a rigid link, unless more is known."""
@@ -177,7 +177,7 @@ def blended(points: Array, interfaces: Array, twists: Array) -> Array:
     slopes = slopes - w * slopes.sum(axis=3, keepdims=True)
     turned = np.cross(r, arms)
     linear, turns = np.sum(w * d + w**2 * turned, axis=3), np.sum(w**2 * r + np.cross(slopes, d / 2 + w * turned), axis=3)
-    return np.asarray(carried(mean, points - centre) + np.concatenate([linear, turns], axis=-1))
+    return np.asanyarray(carried(mean, points - centre) + np.concatenate([linear, turns], axis=-1))
 
 
 #: Largest number of poses of a page.
@@ -191,7 +191,10 @@ class ShownPoses(DrawnPoses):
 
     Attributes:
         indices: (F,) indices of these poses in the flattened batch.
+        has_texts: whether their scene has a heading and notes.
     """
+
+    has_texts = True
 
     def __init__(self, result: Result, pose: int | tuple[int, ...] | None = None, every: int = 1) -> None:
         self.result, self.robot, self.rigid = result, result.robot, result.link_contributions
@@ -210,18 +213,13 @@ class ShownPoses(DrawnPoses):
         self.indices = self.indices[::every]
         self.count = len(self.indices)
         self.step = next(step for most, step in STEPS if self.count <= most)
-        self.contribution_names = tuple(result.contributions)
-        labels: dict[str, str] = {}
-        for limb in result.limbs:
-            if of_deformation(limb) in self.contribution_names:  # the limb's weight is divided in two contributions
-                labels |= {limb: f"{limb}: attached", of_deformation(limb): f"{limb}: deformation"}
-        self.labels = tuple(labels.get(name, name) for name in self.contribution_names)
+        self.contribution_names, self.labels = tuple(result.contributions), labels_of(result)
 
     def take(self, array: Array) -> Array:
         """Return the drawn poses (F, …) of an array (*batch, …) of the result."""
         shape = self.result.shape
         flat = np.reshape(array, (math.prod(shape), *np.shape(array)[len(shape) :]))
-        return np.asarray(flat[self.indices])
+        return np.asanyarray(flat[self.indices])
 
     def by_contribution(self, contributions: Mapping[str, Array]) -> Array:
         """Return arrays (*batch, …) by contribution as one array (F, K, …), which is zero for missing contributions."""
@@ -232,7 +230,7 @@ class ShownPoses(DrawnPoses):
     def parts(self, contributions: Mapping[str, Array]) -> Array:
         """Return :meth:`by_contribution` with a last entry of zeros, (F, K + 1, …); NaN is replaced by zero."""
         by_contribution = self.by_contribution(contributions)
-        parts = np.zeros((by_contribution.shape[0], by_contribution.shape[1] + 1, *by_contribution.shape[2:]))
+        parts = zeros_for((by_contribution.shape[0], by_contribution.shape[1] + 1, *by_contribution.shape[2:]), by_contribution)
         parts[:, :-1] = np.where(np.isnan(by_contribution), 0.0, by_contribution)
         return parts
 
@@ -283,6 +281,15 @@ class ShownPoses(DrawnPoses):
         return self.take(axes), self.take(points)
 
 
+def labels_of(result: Result) -> tuple[str, ...]:
+    """Return the labels of the contributions: their names, or if a limb's weight is divided in two contributions, of both."""
+    labels: dict[str, str] = {}
+    for limb in result.limbs:
+        if of_deformation(limb) in result.contributions:
+            labels |= {limb: f"{limb}: attached", of_deformation(limb): f"{limb}: deformation"}
+    return tuple(labels.get(name, name) for name in result.contributions)
+
+
 def moved_wrench(wrench: Array, shift: Array) -> Array:
     """Return the wrench (F, 6) about a point displaced by ``shift`` (F, 3) [m] from the reference point of ``wrench``."""
     return move("wrench", wrench, shift, components_last=True)
@@ -300,7 +307,7 @@ def serpentine(shape: tuple[int, ...]) -> NDArray[np.intp]:
 
 def place_of(shape: tuple[int, ...], pose: int | tuple[int, ...]) -> int:
     """Return the index of a pose in the flattened batch; negative numbers in ``pose`` count from the end."""
-    index, counts = np.atleast_1d(np.asarray(pose)), np.array(shape, dtype=int)
+    index, counts = np.atleast_1d(np.asanyarray(pose)), np.array(shape, dtype=int)
     if index.dtype.kind not in "iu" or index.shape != counts.shape or np.any(index < -counts) or np.any(index >= counts):
         right = f"an index into the result's batch of shape {shape}" if shape else "left out, as the result is of one pose"
         raise ArgumentError(f"pose is {pose!r}; it must be {right}")

@@ -38,10 +38,11 @@ MOST = 5_000_000
 ROUNDINGS = ((None, ""), (20, ""), (16, "0.001 %"), (12, "0.02 %"))
 
 
-def fitting_page(describe: Callable[[int], Scene], every: int = 1) -> str:
+def fitting_page(describe: Callable[[int], Scene], every: int = 1, engine: dict[str, object] | None = None) -> str:
     """Return the page of a path, with as many digits and poses as fit into :data:`MOST`.
 
     A note and a warning tell what is lost. ``describe(n)`` returns the scene with every n-th pose; ``every`` is the smallest n.
+    ``engine``: see :func:`page_html`.
     """
     scene = describe(every)
     one_pose = max(shown.stations.frames for shown in (scene, scene.compare) if shown is not None) == 1
@@ -50,7 +51,7 @@ def fitting_page(describe: Callable[[int], Scene], every: int = 1) -> str:
         losses += [f"one of {every} consecutive poses is shown"] if every > 1 else []
         note = f"{' and '.join(losses)}, to keep the page below {MOST / 1e6:.0f} MB"
         shown = replace(scene, notes=[*scene.notes, note]) if losses else scene
-        page = page_html(shown.plain(packing=Packing(bits)))
+        page = page_html(shown.plain(packing=Packing(bits)), engine)
         if len(page) < MOST or one_pose:
             if losses:
                 warn(note)
@@ -58,33 +59,32 @@ def fitting_page(describe: Callable[[int], Scene], every: int = 1) -> str:
     return fitting_page(describe, 2 * every)
 
 
-def page_html(scene: dict[str, object]) -> str:
-    """Return the page of the data ``scene``, made by :meth:`Scene.plain`."""
+def page_html(scene: dict[str, object], engine: dict[str, object] | None = None) -> str:
+    """Return the page of the data ``scene``, made by :meth:`Scene.plain`; with ``engine``, a page that computes."""
     script, meshcat = page_scripts()
-    held = {"meshcat": meshcat, "scene": scene}
+    held = {"meshcat": meshcat, "scene": scene, "engine": engine}
     markup = {
         "style": _asset("page.css"),
         "packed": zipped(json.dumps(held, allow_nan=False, separators=(",", ":"))),
         "script": script,
     }
-    connect = "'self'" if scene["live"] else "'none'"
-    return filled(_asset("page.html"), {"title": scene["title"], "policy": policy(script, meshcat, connect=connect)}, markup)
+    return filled(_asset("page.html"), {"title": scene["title"], "policy": policy(script, meshcat)}, markup)
 
 
 @cache
 def page_scripts() -> tuple[str, str]:
     """Return the script of the page, and meshcat's, which it starts."""
-    start = f"function start(description) {{\n{''.join(map(_asset, _SCRIPTS))}}}\n\n"
-    return f'\n"use strict";\n(() => {{\n{start}{_asset("unpacking.js")}unpackPage();\n}})();\n', _meshcat()
+    start = f"function start(description, computed) {{\n{''.join(map(_asset, _SCRIPTS))}}}\n\n"
+    return f'\n"use strict";\n(() => {{\n{start}{_asset("unpacking.js")}{_asset("engine.js")}unpackPage();\n}})();\n', _meshcat()
 
 
-def policy(*scripts: str, connect: str = "'none'") -> str:
+def policy(*scripts: str) -> str:
     """Return the content security policy of a page that runs only these scripts and WebAssembly, and reaches no network."""
     hashes = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
     allowed = " ".join(f"'sha256-{digest}'" for digest in hashes)
     return (
         f"default-src 'none'; script-src {allowed} 'wasm-unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:; "
-        f"connect-src {connect}; base-uri 'none'; form-action 'none'"
+        "connect-src 'none'; base-uri 'none'; form-action 'none'"
     )
 
 

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.elements.link import LinkSurface
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.results.result import Result
 from kinetostatics.viewer.arrows import Wrenches
-from kinetostatics.viewer.cards import Cards, facts_without_loads, find_facts
+from kinetostatics.viewer.cards import NO_FACTS, Cards, facts_without_loads, find_facts
 from kinetostatics.viewer.description import COLOURS, FREE_MOTION, Arrow, Mesh, Scene, Stations
 from kinetostatics.viewer.drawn_parts import find_joints, find_masses_at_points, find_springs, marker_radius, radius_of_ball
 from kinetostatics.viewer.drawn_poses import ShownPoses, blended
@@ -64,8 +64,15 @@ def describe_scene(
     if exaggeration is not None and not (isinstance(exaggeration, Real) and 0 < exaggeration < math.inf):
         raise ArgumentError(f"exaggeration is {exaggeration!r}; it must be a positive number")
     poses = result if isinstance(result, SinglePose) else ShownPoses(result, pose, every)
-    scene = _SceneBuilder(poses, link_visuals(poses.robot.description) if visuals is None else visuals).build(title, details)
+    scene = scene_of(poses, link_visuals(poses.robot.description) if visuals is None else visuals, title, details)
     return scene if exaggeration is None else replace(scene, exaggeration=float(exaggeration))
+
+
+def scene_of(
+    poses: ShownPoses | SinglePose, visuals: Mapping[str, LinkVisual], title: str | None = None, details: bool = True
+) -> Scene:
+    """Return the scene of poses; see :func:`describe_scene`."""
+    return _SceneBuilder(poses, visuals).build(title, details)
 
 
 class _SceneBuilder:
@@ -101,7 +108,10 @@ class _SceneBuilder:
         elif not isinstance(poses, ModePoses):
             arrows = self._free_motions(poses)
         visible_arrows = self._without_rounding(arrows)  # arrows add stations
-        facts = find_facts(poses, stations.all_twists, self.size) if isinstance(poses, ShownPoses) else facts_without_loads(poses)
+        if isinstance(poses, ShownPoses):
+            facts = find_facts(poses, stations.all_twists, self.size) if poses.has_texts else NO_FACTS
+        else:
+            facts = facts_without_loads(poses)
         scene = Scene(
             title or self.robot.name, stations, self.size, self._exaggeration(), self.at["o"], facts, self.meshes, visible_arrows,
             [("base", self.at["base"], "base"), ("platform", self.at["o"], "o")], self._limb_labels(),
@@ -118,7 +128,7 @@ class _SceneBuilder:
                 stations.twists = [twists * np.array(visible)[:, None] for twists in stations.twists]
         elif details:
             first = {mesh.path: int(np.min(mesh.station)) for mesh in self.meshes if "Deformed" in mesh.roots}
-            scene.notes = [*poses.result.warnings, *self._decimation_notes()]
+            scene.notes = [*poses.result.warnings, *self._decimation_notes()] if poses.has_texts else []
             scene.cards = Cards(poses, self.joints, self.springs).all(first)
         return scene
 
@@ -280,7 +290,7 @@ class _SceneBuilder:
             points = points[:, ::step]
             twists = self.poses.beam_twists(name)[:, :, ::step]
             count = points.shape[1]
-            placements = np.zeros((self.poses.count, count, 4, 4))
+            placements = zeros_for((self.poses.count, count, 4, 4), points)
             placements[..., :3, :3], placements[..., :3, 3], placements[..., 3, 3] = axes[:, None], points, 1
             first = self.stations.add_all(placements, twists)
             self.at[f"middle of {name}"] = first + count // 2
@@ -313,7 +323,7 @@ class _SceneBuilder:
             (start, end), shifts = spring.ends, spring.twists[1] - spring.twists[0]
             placements = np.repeat(frames[:, None], len(along), axis=1)
             placements[..., :3, 3] = (1 - along[:, None]) * start[:, None] + along[:, None] * end[:, None]
-            twists = np.zeros((*shifts.shape[:2], len(along), 6))
+            twists = zeros_for((*shifts.shape[:2], len(along), 6), shifts)
             twists[..., :3] = spring.twists[0][:, :, None, :3] + along[:, None] * shifts[:, :, None, :3]
             first = self.stations.add_all(placements, twists)
             surface, at = coil(length, radius, min(WIRE * self.size, 0.2 * radius), turns, points)

@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import axis_across, cross
 from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tube
 from kinetostatics.sections.tapered import Station, Tapered
@@ -189,7 +189,7 @@ def arrow(length: float, radius: float, heads: int) -> Surface:
 
 def crossed(a: Array, b: Array) -> Array:
     """Return cross products of vectors (…, 3)."""
-    return np.asarray(cross(a.T, b.T).T)
+    return np.asanyarray(cross(a.T, b.T).T)
 
 
 def frames_along(axes: Array, origins: Array | None = None) -> Array:
@@ -198,7 +198,7 @@ def frames_along(axes: Array, origins: Array | None = None) -> Array:
     helper = axis_across(z[0])  # the same for all frames, so that x is continuous
     x = crossed(helper[None], z)
     x = x / np.linalg.norm(x, axis=-1, keepdims=True)
-    result = np.zeros((len(axes), 4, 4))
+    result = zeros_for((len(axes), 4, 4), axes, *([] if origins is None else [origins]))
     result[:, :3, 0], result[:, :3, 1], result[:, :3, 2] = x, crossed(z, x), z
     result[:, 3, 3] = 1
     if origins is not None:

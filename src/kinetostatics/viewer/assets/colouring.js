@@ -48,7 +48,7 @@ function valuesOf(robot, { spec, rigid }, key) {
 
 function writeLegend(scale) {
   if (page.robots.every((robot) => robot.scene.unloaded) && !state.mode) {
-    element("robot-legend").innerHTML = `<div class="what">without loads</div><div class="hint">${page.robots[0].scene.live ? "" : page.robots[0].scene.notes.map(escape).join("<br>")}</div>`;
+    element("robot-legend").innerHTML = `<div class="what">without loads</div><div class="hint">${page.robots[0].scene.notes.map(escape).join("<br>")}</div>`;
     return;
   }
   if (scale.rigid) {

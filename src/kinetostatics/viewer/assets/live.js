@@ -1,40 +1,74 @@
-/* Live pages: sliders and handles at the platform request analyses from the program. */
+/* A page that computes: sliders and handles move platform, actuators and loads; `machine` computes the scene (engine.js). */
 
-let busy = false, stale = false, wake = () => {}; // stale: notes and cards are those of an earlier pose
-const waiting = new Map(); // kind -> its latest request
-const REST = 100; // time without a request [ms] after which notes and cards are requested
-const pause = () => new Promise((done) => { wake = done; setTimeout(done, REST); });
-
+const FOLDS = { platform: "Move the platform", actuators: "Actuators", load: "Load at o", gravity: "Turn gravity", payload: "Payload" };
+const UNITS = { mm: 1e-3, "°": Math.PI / 180 };
+const REST = 150; // time without a motion [ms] after which the ends of sliders are computed
 const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
 const HANDLE_COLOURS = { x: "#d62728", y: "#2ca02c", z: "#1f77b4" };
 
+let machine = null, busy = false; // busy: a motion is to be shown
+let wanted = []; // [slider, value] of motions not yet computed, in order
+let resting = null; // the timer of the ends of sliders
+
 function buildLive() {
   document.body.classList.add("live");
-  const { live } = page.robots[0].scene, folds = { platform: "Move the platform", actuators: "Actuators", load: "Load at o" };
-  for (const [kind, title] of Object.entries(folds)) {
-    const mine = live.controls.filter((control) => control.kind === kind);
-    if (!mine.length) continue;
-    const parent = fold(title);
-    if (kind === "platform") make("p", parent, { className: "hint", textContent: "Drag the arrows and rings at o, or the sliders." });
-    for (const c of mine) {
-      const { input } = slider(parent, c.name, c.name.replace(/^[^:]*: /, ""), c.value, c.min, c.max, (x) => moveLive(c.name, x), (x) => inDigits(c, x));
-      input.addEventListener("change", () => lengthen(c.name));
-      if (c.reach) showReach(c.name, c);
+  machine = page.machine;
+  window.kinetostatics = { analyze: (given) => machine.analyze(given) };
+  const parents = new Map();
+  page.controls = [...slidersOf("platform"), ...slidersOf("actuators"), ...loadSliders()];
+  for (const c of page.controls) {
+    if (!parents.has(c.kind)) {
+      parents.set(c.kind, fold(FOLDS[c.kind], ["platform", "actuators", "load"].includes(c.kind)));
+      if (c.kind === "platform") make("p", parents.get(c.kind), { className: "hint", textContent: "Drag the arrows and rings at o, the load's arrow, or the sliders." });
     }
+    const { input } = slider(parents.get(c.kind), c.name, c.name.replace(/^[^:]*: /, ""), c.value, c.min, c.max, (x) => moveLive(c.name, x), (x) => inDigits(c, x));
+    input.addEventListener("change", () => lengthen(c.name));
+    if (c.reach) showReach(c.name, c);
   }
-  for (const name of reaches.keys()) known.add(name);
+}
+
+/** Sliders of the coordinates of a kind, with the ranges that the robot reaches from the present pose. */
+function slidersOf(kind) {
+  const line = machine.data.lines[kind];
+  if (!line) return [];
+  const { size } = page.robots[0].scene, present = machine.present(kind);
+  return line.names.map((coordinate, k) => {
+    const unit = line.turns[k] ? "°" : "mm", factor = UNITS[unit], step = line.turns[k] ? 0.01 : 0.1;
+    const c = { kind, coordinate, unit, factor, step, name: `${kind === "platform" ? "platform" : "actuator"}: ${coordinate} [${unit}]`, value: present[k] / factor };
+    Object.assign(c, reachOf(c));
+    const [low, high] = c.reach, beyond = high - low < 10 * step ? [1, 1].map(() => (line.turns[k] ? 30 : 0.15 * size / factor)) : c.ends.map((why) => (why ? 0.05 * (high - low) : 0));
+    const tick = 10 ** (Math.floor(Math.log10(high - low + beyond[0] + beyond[1])) - 1);
+    return { ...c, min: tick * Math.floor((low - beyond[0]) / tick + 1e-6), max: tick * Math.ceil((high + beyond[1]) / tick - 1e-6) };
+  });
+}
+
+/** Sliders of the load, of gravity's direction, and of a payload. */
+function loadSliders() {
+  const { load, gravity, payload } = machine.loads, { mass } = machine.data, { size } = page.robots[0].scene;
+  const force = Math.max(2 * largestOf(load.slice(0, 3)), 9.81 * mass, 100), rows = [];
+  const add = (kind, coordinate, unit, factor, value, most, least = -most) => {
+    const step = 10 ** (Math.floor(Math.log10(most)) - 2), end = (x) => Math.sign(x) * Math.ceil(Math.abs(x) / step - 1e-9) * step;
+    rows.push({ kind, coordinate, unit, factor, step, name: `${kind}: ${coordinate} [${unit}]`, value, min: end(least), max: end(most) });
+  };
+  ["Fx", "Fy", "Fz", "Mx", "My", "Mz"].forEach((name, k) => {
+    if (k < 3) add("load", name, "N", 1, load[k], force);
+    else add("load", name, "N·m", 1, load[k], Math.max(2 * largestOf(load.slice(3)), 0.25 * force * size));
+  });
+  machine.upright = gravity;
+  for (const name of ["about x", "about y"]) if (largestOf(gravity) > 0) add("gravity", name, "°", UNITS["°"], 0, 180);
+  add("payload", "mass", "kg", 1, payload[0], Math.max(2 * payload[0], mass, 10), 0);
+  ["x", "y", "z"].forEach((name, k) => add("payload", name, "mm", 1e-3, 1e3 * payload[1 + k], 1e3 * Math.max(size, 2 * Math.abs(payload[1 + k]))));
+  return rows;
 }
 
 /** A value of a slider, with significant digits. */
 const inDigits = (c, x) => fixed(x, c.step < 0.1 ? 2 : c.step < 1 ? 1 : 0);
 
-/** Show the error and the warnings over the picture, where they do not shift the sliders: of several warnings the first, until opened.
- * Without loads, the reason is in place of the twist. */
-function writeMessage({ unloaded, notes }) {
+/** Show the error and the warnings over the picture, where they do not shift the sliders: of several warnings the first, until opened. */
+function writeMessage({ notes }) {
   const place = element("robot-message"), [words, warnings] = place.children;
   words.textContent = page.stop || page.error || "";
-  if (unloaded) element("robot-reason").textContent = notes.join("; ");
-  warnings.hidden = unloaded || !notes.length;
+  warnings.hidden = !notes.length;
   words.hidden = !words.textContent;
   if (!warnings.hidden) {
     const [summary, all] = warnings.children;
@@ -49,22 +83,41 @@ function writeMessage({ unloaded, notes }) {
 const reaches = new Map(); // name of a slider -> {reach: [low, high], ends: reasons for its two ends}
 const known = new Set(); // names of sliders whose range is that of the present pose
 
-const controlOf = (name) => page.robots[0].scene.live.controls.find((c) => c.name === name);
+const controlOf = (name) => page.controls.find((c) => c.name === name);
+
+/** The words for the end of a line. */
+function wordsOf({ reason, joint, limit }) {
+  if (reason !== "limit") return WORDS[reason] || "";
+  const [factor, unit] = joint.slides ? [1e-3, "\u00a0mm"] : [Math.PI / 180, "°"];
+  return `limit of ${joint.name}, ${typeset(Number((Math.round(10 * limit / factor) / 10 + 0).toPrecision(6)))}${unit}`;
+}
+
+/** The ends of a slider of a coordinate, {reach, ends}: the robot moves from the present pose, and only this coordinate changes. */
+function reachOf({ kind, coordinate, factor, unit }) {
+  const { names } = machine.data.lines[kind], here = machine.present(kind), k = names.indexOf(coordinate);
+  const span = unit === "mm" ? machine.data.size : Math.PI;
+  const both = [-span, span].map((way) => {
+    const end = machine.lastOnLine(kind, machine.pose, here.map((value, n) => (n === k ? value + way : value)), 32);
+    return { value: end.joint && end.joint.name === coordinate ? end.limit : here[k] + end.part * way, why: wordsOf(end) };
+  });
+  return { reach: both.map(({ value }) => value / factor), ends: both.map(({ why }) => why) };
+}
 
 /** Colour the track of a slider outside its reachable range; its tooltip gives the reasons. */
 function showReach(name, { reach, ends }) {
   const { input } = controls.get(name), c = controlOf(name), least = Number(input.min), span = Number(input.max) - least;
   reaches.set(name, { reach, ends });
+  known.add(name);
   reach.forEach((value, k) => input.style.setProperty(k ? "--high" : "--low", ends[k] ? Math.min(Math.max((value - least) / span, 0), 1) : k ? 2 : -1));
   input.title = ends.map((why, k) => why && `${k ? "up" : "down"} to ${inDigits(c, reach[k])}: ${why}`).filter(Boolean).reverse().join("\n");
 }
 
 /** The reachable value nearest to a requested one; `page.stop` is the reason for a difference. */
-function within(name, wanted) {
+function within(name, value) {
   const { reach, ends } = (known.has(name) && reaches.get(name)) || { reach: [-Infinity, Infinity], ends: ["", ""] };
-  const end = wanted < reach[0] ? 0 : wanted > reach[1] ? 1 : null;
+  const end = value < reach[0] ? 0 : value > reach[1] ? 1 : null;
   page.stop = null;
-  if (end === null || !ends[end]) return wanted;
+  if (end === null || !ends[end]) return value;
   const c = controlOf(name), [, label, unit] = name.match(/^[^:]*: (.*) \[(.*)\]$/);
   const place = `${inDigits(c, reach[end])}${unit === "°" ? "" : "\u00a0"}${unit}`, stands = reach[1] - reach[0] < c.step;
   page.stop = stands ? `${label} cannot change by itself here: ${ends[end]}` : `${label} ends at ${place}: ${ends[end]}`;
@@ -81,87 +134,79 @@ function lengthen(name) {
   if (reaches.has(name)) showReach(name, reaches.get(name));
 }
 
-/** The program's response to a request. */
-async function answerTo(request) {
-  const { url } = page.robots[0].scene.live;
-  const answer = await fetch(url, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(request) });
-  return answer.json();
+/** Compute the ends of all sliders at the present pose, one after the other, until the robot moves. */
+function findReach(left = [...reaches.keys()]) {
+  clearTimeout(resting);
+  if (!left.length) { page.rested += 1; return; }
+  resting = setTimeout(() => {
+    showReach(left[0], reachOf(controlOf(left[0])));
+    findReach(left.slice(1));
+  }, left.length === reaches.size ? REST : 0);
 }
 
-/** Request the ends of the sliders at the present pose, which takes longer than an analysis; outdated responses are ignored. */
-async function requestReach() {
-  const at = page.answers;
-  if (!reaches.size) return;
-  try {
-    const found = await answerTo({ kind: "reach" });
-    if (busy || page.answers !== at || found.error) return;
-    for (const [name, reach] of Object.entries(found)) { showReach(name, reach); known.add(name); }
-  } catch { /* the next request reports a missing response */ }
-}
+// ---------------------------------------------------------------- motions
 
-/** Request an analysis for a moved slider or handle. One request is sent at a time; the latest of each kind waits. */
-async function moveLive(name, value) {
-  const { live, contributions } = page.robots[0].scene, moved = controlOf(name), values = {}, held = within(name, value);
+/** Move a slider or handle; the picture follows with the next frame. */
+function moveLive(name, value) {
+  const held = within(name, value);
   if (held !== value) controls.get(name).set(held);
-  if (held === moved.value && page.stop) { refresh(); return; }
-  moved.value = held;
-  for (const other of known) if (other !== name) known.delete(other);
-  for (const c of live.controls) if (c.kind === moved.kind) values[c.coordinate] = c.value;
-  const details = selection.path !== null || state.quantity !== "deflection"; // a card or beams show them
-  waiting.set(moved.kind, { kind: moved.kind, values, details, contributions });
-  wake();
+  if (held === controlOf(name).value && page.stop) { refresh(); return; }
+  wanted = [...wanted.filter(([other]) => other !== name), [name, held]];
   if (busy) return;
   busy = true;
-  try {
-    while (waiting.size || stale) {
-      if (!waiting.size) await pause();
-      const [request] = waiting.size ? waiting.values() : [{ kind: "details" }];
-      waiting.delete(request.kind);
-      stale = request.kind !== "details" && !request.details;
-      const body = await answerTo(request);
-      if (request.kind !== "details") page.error = body.error || body.rim || null;
-      if (body.error) refresh(); else showAnswer(body);
-      if (request.kind === "details" && !waiting.size && stillFits() && !isInPicture()) fit();
-    }
-  } catch (error) {
-    page.error = `no answer: has the program ended? (${error.message})`;
-    refresh();
-  } finally {
-    busy = false;
-    page.answers += 1;
-  }
-  requestReach();
+  requestAnimationFrame(() => { try { showMotions(); } finally { busy = false; } });
 }
 
-/** Show a new scene and the values of all sliders, without a new request. */
-function showAnswer(description) {
-  if (description.meshes) replaceRobot(description); else page.robots[0].load(description);
-  for (const c of page.robots[0].scene.live.controls) {
-    if (waiting.has(c.kind)) { c.value = waiting.get(c.kind).values[c.coordinate]; continue; } // a later request is waiting
-    const { input, set } = controls.get(c.name);
-    if (c.value < Number(input.min) || c.value > Number(input.max)) extendTrack(input, c);
-    set(c.value);
+/** Compute the motions that are wanted, and show the pose. */
+function showMotions() {
+  const motions = wanted;
+  wanted = [];
+  page.error = null;
+  for (const [name, value] of motions) {
+    const c = controlOf(name);
+    c.value = value;
+    if (c.kind in machine.data.lines) {
+      known.clear();
+      known.add(name);
+      const end = machine.move(c.kind, { [c.coordinate]: value * c.factor });
+      if (end.reason) page.error = `${c.coordinate} stops at ${inDigits(c, machine.present(c.kind)[machine.data.lines[c.kind].names.indexOf(c.coordinate)] / c.factor)}${c.unit === "°" ? "" : "\u00a0"}${c.unit}: ${wordsOf(end)}`;
+    } else setLoads();
+  }
+  showAnswer();
+  page.answers += 1;
+  findReach();
+}
+
+/** Set the machine's loads to those of the sliders. */
+function setLoads() {
+  const of = (kind) => page.controls.filter((c) => c.kind === kind).map((c) => c.value * c.factor), [a = 0, b = 0] = of("gravity"), [x, y, z] = machine.upright;
+  const turned = [x, y * Math.cos(a) - z * Math.sin(a), y * Math.sin(a) + z * Math.cos(a)];
+  const gravity = a || b ? [turned[0] * Math.cos(b) + turned[2] * Math.sin(b), turned[1], turned[2] * Math.cos(b) - turned[0] * Math.sin(b)] : machine.upright;
+  machine.loads = { load: of("load"), gravity, payload: of("payload") };
+}
+
+/** Show the scene of the present pose and loads, and the values of all sliders. */
+function showAnswer() {
+  const scene = sceneOf(machine, page.robots[0].scene.size);
+  if (page.held) for (const arrow of scene.arrows) if (arrow.path === page.held.path) arrow.metres_per_unit = page.held.metres_per_unit;
+  page.robots[0].load(scene);
+  for (const kind of Object.keys(machine.data.lines)) machine.present(kind).forEach((value, k) => {
+    const c = page.controls.find((other) => other.kind === kind && other.coordinate === machine.data.lines[kind].names[k]);
+    c.value = value / c.factor;
+  });
+  for (const c of page.controls) {
+    extendTrack(controls.get(c.name).input, c);
+    controls.get(c.name).set(c.value);
   }
   refresh();
+  if (stillFits() && !page.held && !isInPicture()) fit();
 }
 
 /** Extend a track to a value. */
 function extendTrack(input, { name, value }) {
   if (value < Number(input.min)) input.min = value;
   if (value > Number(input.max)) input.max = value;
-  if (reaches.has(name)) showReach(name, reaches.get(name));
-}
-
-/** Replace a robot with loads by one without, or the reverse; sliders and camera remain. */
-function replaceRobot(description) {
-  select(null);
-  page.robots[0].remove();
-  page.robots[0] = new Robot(description);
-  hideGroups(page.robots[0]);
-  setExaggeration(description.exaggeration);
-  buildTwist();
-  buildArrows();
-  setDark(page.dark);
+  if (reaches.has(name) && known.has(name)) showReach(name, reaches.get(name));
 }
 
 // ---------------------------------------------------------------- handles at the platform
@@ -169,7 +214,7 @@ function replaceRobot(description) {
 /** Add handles at o for coordinates with sliders: double arrows along x, y, z, and rings for rx, ry, rz. */
 function buildHandles() {
   const { scene } = page.robots[0], reach = 0.2 * scene.size;
-  for (const control of scene.live.controls) {
+  for (const control of page.controls) {
     const [, turns, letter] = control.coordinate.match(/^(r?)([xyz])$/) || [];
     if (control.kind !== "platform" || !letter) continue;
     const material = new THREE.MeshBasicMaterial({ color: HANDLE_COLOURS[letter], transparent: true, opacity: 0.75, depthTest: false });
@@ -219,30 +264,58 @@ function measure({ turns, axis }, start, x, y) {
   return denominator < 1e-4 ? null : 1e3 * (between_.dot(axis) - b * between_.dot(d)) / denominator; // point of the axis nearest to the ray
 }
 
-/** Start dragging the handle under the pointer, if any. */
+/** Start dragging the handle or the load's arrow under the pointer, if any. */
 function startDrag(event) {
-  const { caster } = rayAt(event.clientX, event.clientY);
-  const hits = handles.map((handle) => ({ handle, hit: caster.intersectObject(handle.object, true)[0] })).filter(({ hit }) => hit);
-  if (!hits.length || event.button !== 0) return;
+  const { caster } = rayAt(event.clientX, event.clientY), hit = ({ object }) => caster.intersectObject(object, true)[0];
+  if (event.button !== 0) return;
+  const hits = handles.map((handle) => ({ handle, at: hit(handle) })).filter(({ at }) => at).sort((a, b) => a.at.distance - b.at.distance);
+  const arrow = hits.length ? null : page.robots[0].arrows.get("Arrows/external load/load force");
+  const follow = hits.length ? turnOrShift(hits[0].handle, event) : arrow && arrow.object.seen && visible(arrow.object) && hit(arrow) ? pullLoad(arrow) : null;
+  if (!follow) return;
   event.stopPropagation(); // the camera does not turn
   event.preventDefault();
-  const [{ handle }] = hits.sort((a, b) => a.hit.distance - b.hit.distance), start = handle.object.position.clone();
-  const { input } = controls.get(handle.control), value = Number(input.value);
+  const release = () => {
+    window.removeEventListener("pointermove", follow);
+    window.removeEventListener("pointerup", release);
+    if (page.held) { page.held = null; showAnswer(); }
+  };
+  window.addEventListener("pointermove", follow);
+  window.addEventListener("pointerup", release);
+}
+
+/** The function that moves a handle with the pointer. */
+function turnOrShift(handle, event) {
+  const start = handle.object.position.clone(), value = Number(controls.get(handle.control).input.value);
   let last = measure(handle, start, event.clientX, event.clientY), moved = 0;
-  const follow = (e) => {
+  return (e) => {
     const at = measure(handle, start, e.clientX, e.clientY);
     if (at === null || last === null) { last = at; return; }
     moved += handle.turns ? ((at - last + 540) % 360) - 180 : at - last;
     last = at;
-    const wanted = value + moved;
-    extendTrack(input, { name: handle.control, value: within(handle.control, wanted) });
-    controls.get(handle.control).set(wanted);
-    moveLive(handle.control, wanted);
+    extendTrack(controls.get(handle.control).input, { name: handle.control, value: within(handle.control, value + moved) });
+    controls.get(handle.control).set(value + moved);
+    moveLive(handle.control, value + moved);
   };
-  const release = () => {
-    window.removeEventListener("pointermove", follow);
-    window.removeEventListener("pointerup", release);
+}
+
+/** The function that moves the tail of the load's arrow with the pointer, in the plane of the picture; meanwhile its scale is kept. */
+function pullLoad({ spec }) {
+  const { now, scene } = page.robots[0], o = new THREE.Vector3().fromArray(now.deformed, 7 * scene.readout);
+  const tail = new THREE.Vector3(...machine.loads.load.slice(0, 3)).multiplyScalar(-spec.metres_per_unit).add(o);
+  page.held = { path: spec.path, metres_per_unit: spec.metres_per_unit };
+  return (e) => {
+    const { ray } = rayAt(e.clientX, e.clientY), plane = new THREE.Plane().setFromNormalAndCoplanarPoint(viewDirection(), tail);
+    const at = ray.intersectPlane(plane, new THREE.Vector3());
+    if (!at) return;
+    o.clone().sub(at).divideScalar(page.held.metres_per_unit).toArray().forEach((force, k) => {
+      const { name } = page.controls.find((c) => c.kind === "load" && c.coordinate === ["Fx", "Fy", "Fz"][k]);
+      moveLive(name, force);
+    });
   };
-  window.addEventListener("pointermove", follow);
-  window.addEventListener("pointerup", release);
+}
+
+/** The direction in which the camera looks, world axes. */
+function viewDirection() {
+  const d = viewer.camera.getWorldDirection(new THREE.Vector3());
+  return new THREE.Vector3(d.x, -d.z, d.y);
 }

@@ -17,6 +17,7 @@ const qa = new THREE.Quaternion(), qb = new THREE.Quaternion(), axis = new THREE
 
 /** Decode a base64 string of little-endian numbers, or a packed path. */
 function decode(packed, Type) {
+  if (typeof packed !== "string" && packed.length !== undefined) return Type.from(packed); // computed by the page
   return typeof packed === "string" ? new Type(bytesOf(packed).buffer) : unpackPath(packed);
 }
 

@@ -26,7 +26,7 @@ function hideGroups({ root, scene }) {
 
 /** State of the page, and its functions for other scripts. */
 const page = window.robot_page = {
-  state, labels, robots: [], answers: 0, error: null, stop: null, ready: false, dark: false,
+  state, labels, robots: [], machine: computed, controls: [], answers: 0, rested: 0, error: null, stop: null, ready: false, dark: false,
   look, pick, selectPath, picture, handles, facts: () => page.robots.map(facts), readout: (k) => readout(page.robots[0].scene, k),
   get busy() { return busy; },
   get solids() { return page.robots[0].solids; }, get arrows() { return page.robots[0].arrows; },
@@ -41,9 +41,13 @@ const page = window.robot_page = {
     shareScales(page.robots);
     document.body.classList.add("comparing");
   }
+  if (page.machine) { // the contributions of loads that the page can add
+    const { notes, cards, quantities } = description;
+    page.robots[0].load({ ...sceneOf(page.machine, description.size), notes, cards, quantities });
+  }
   setStage();
   buildPanel();
-  if (description.live) buildHandles();
+  if (page.machine) buildHandles();
   refresh();
   setDark(prefersDark.matches);
   prefersDark.addEventListener("change", () => setDark(prefersDark.matches));

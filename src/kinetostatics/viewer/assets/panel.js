@@ -78,7 +78,7 @@ function buildPanel() {
   buildTools();
   buildTwist();
   if (page.robots.length > 1) buildCompare(fold("Compare"));
-  if (scene.live) buildLive();
+  if (page.machine) buildLive();
   const deformation = fold("Picture");
   const row = make("label", deformation, { className: "slider choice", hidden: scene.modes.length > 0 });
   make("span", row, { textContent: "colour by" });
@@ -104,9 +104,8 @@ function buildPanel() {
 function buildTwist() {
   const twist = element("robot-twist");
   twist.replaceChildren();
-  const { live, unloaded, modes } = page.robots[0].scene;
+  const { unloaded, modes } = page.robots[0].scene;
   twist.classList.toggle("unloaded", unloaded);
-  if (unloaded && live) make("p", twist, { id: "robot-reason" });
   if (unloaded) { (modes.length ? buildModes : buildFreeMotions)(twist); return; }
   make("h2", twist, { textContent: "Twist of the platform at o, world axes" });
   make("table", twist, { id: "robot-total" });
@@ -221,13 +220,13 @@ function facts(robot) {
   const { scene } = robot, [i, j, w] = between(scene), lines = scene.facts[w < 0.5 ? i : j];
   const [status] = lines.slice(-1), drawn = scene.unloaded ? [] : [["drawn", `× ${number(state.exaggeration)}`]];
   const mode = state.mode ? [[`${state.mode.name}:`, state.mode.frequency]] : [];
-  return [...mode, ...lines.slice(0, -1), ...drawn, ...(scene.unloaded || (status[1] === "OK" && !scene.live) ? [] : [status])];
+  return [...mode, ...lines.slice(0, -1), ...drawn, ...(scene.unloaded || (status[1] === "OK" && !page.machine) ? [] : [status])];
 }
 
 function writePanel(scale) {
   const { scene } = page.robots[0], { displacement, rotation } = scene.units;
   if (!scene.unloaded) writeTwist(scene, displacement, rotation);
-  if (scene.live) writeMessage(scene);
+  if (page.machine) writeMessage(scene);
   else element("robot-notes").innerHTML = scene.notes.slice(0, 3).map((note) => `<p>${escape(note)}</p>`).join("");
   element("robot-facts").innerHTML = page.robots.map((robot) => `<span class="title"><b>${escape(robot.scene.title)}</b></span>` + facts(robot)
     .map(([name, text]) => `<span><b>${escape(name)}</b> ${escape(text)}</span>`).join("")).join("<br>");
@@ -245,5 +244,8 @@ function writeTwist(scene, displacement, rotation) {
   const rows = page.robots.length > 1 ? comparison() : [["", sum]];
   element("robot-total").innerHTML = columns() + rows.map(([name, values]) => `${name && `<tr><td colspan="6">${name}</td></tr>`}<tr class="total">${cells(values)}</tr>`).join("");
   element("robot-parts").tHead.innerHTML = columns();
-  [...element("robot-parts").querySelectorAll("tr.part")].forEach((row, k) => { row.innerHTML = cells(parts[k]); });
+  [...element("robot-parts").querySelectorAll("tr.part")].forEach((row, k) => {
+    row.innerHTML = cells(parts[k]);
+    row.hidden = row.previousElementSibling.hidden = page.machine !== null && scene.contributions[k] === "payload" && parts[k].every((x) => x === 0);
+  });
 }

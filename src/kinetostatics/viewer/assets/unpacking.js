@@ -15,11 +15,15 @@ async function unpackPage() {
     return;
   }
   const stream = new Blob([bytesOf(packed.textContent)]).stream().pipeThrough(new DecompressionStream("gzip"));
-  const { meshcat, scene } = JSON.parse(await new Response(stream).text());
+  const { meshcat, scene, engine } = JSON.parse(await new Response(stream).text());
   packed.remove();
   document.head.append(Object.assign(document.createElement("script"), { textContent: meshcat })); // runs at once
   window.viewer = new MeshCat.Viewer(document.getElementById("meshcat-pane"));
-  start(scene);
+  const computed = await (engine ? Machine.load(engine) : Promise.resolve(null)).catch((error) => {
+    scene.notes.unshift(`this browser does not compute the robot, and shows the given pose only: ${error.message}`);
+    return null;
+  });
+  start(scene, computed);
 }
 
 /** The numbers of a path, (frames, …) in single precision, from the second differences of packing.py. */

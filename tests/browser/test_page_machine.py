@@ -1,0 +1,225 @@
+"""The machine of a page (engine.js) against Python: equilibrium, the drawn scene, the ends of lines, statuses."""
+
+import numpy as np
+import package_robots
+import pytest
+from page_machine import answers, needs_node, relative
+
+import kinetostatics as ks
+from kinetostatics.viewer.computing import determining_coordinates
+from kinetostatics.viewer.packing import Packing
+from kinetostatics.viewer.scene import describe_scene
+
+pytestmark = needs_node
+QUICK = ("3rps", "2pru_upr", "five_bar")
+ROBOTS = [pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow) for name in package_robots.NAMES]
+#: Poses of slow tests.
+POSES = 200
+
+
+def start_of(name):
+    """Return a robot and a pose from which its platform can move."""
+    robot = package_robots.robot(name)
+    return robot, robot.assemble(actuators=dict.fromkeys(robot.description.actuated, 0.3)) if name == "ur10" else robot.assemble()
+
+
+def random_cases(robot, pose, count, wide=1.0, seed=0):
+    """Return random coordinates near a pose, loads and payloads: arguments of ``analyze`` of the page."""
+    rng, names = np.random.default_rng(seed), determining_coordinates(pose)
+    cases = []
+    for _ in range(count):
+        spans = {name: wide * rng.choice([0.02, 0.06, 0.15]) * (robot.length if name in "xyz" else 1.0) for name in names}
+        at = {name: float(pose.platform[name]) + span * rng.uniform(-1, 1) for name, span in spans.items()}
+        gravity = np.array([0, 0, -9.81]) + rng.uniform(-3, 3, 3)
+        payload = [rng.uniform(1, 20), *rng.uniform(-0.2, 0.2, 3)]
+        cases.append(
+            {"platform": at, "load": rng.uniform(-500, 500, 6).tolist(), "gravity": gravity.tolist(), "payload": payload}
+        )
+    return cases
+
+
+def by_python(robot, case, near=None):
+    pose = robot.assemble(platform=case["platform"], near=near, on_failure="nan")
+    payload = ks.Payload(case["payload"][0], case["payload"][1:])
+    return ks.analyze(pose, case["load"], case["gravity"], payload=payload, on_failure="nan")
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_numbers_of_random_poses_and_loads_equal_those_of_python(name):
+    """To 1e-12 of the largest number of each kind; the statuses are the same."""
+    robot, start = start_of(name)
+    cases = random_cases(robot, start, 12 if name in QUICK else POSES)
+    near = start if name == "ur10" else None
+    given = ks.analyze(start)
+    script = "if (given.near) machine.data.zero = machine.pose; return machine.analyze(given)"
+    found = answers(given, [(script, {**case, "near": near is not None}) for case in cases])
+    statuses = set()
+    for case, answer in zip(cases, found, strict=True):
+        result = by_python(robot, case, near)
+        assert answer["status"] == str(ks.Status(int(result.status)))
+        statuses.add(answer["status"])
+        if answer["twist"] is None:
+            continue
+        pairs = [(answer["twist"], result.twist), (answer["stiffness"], result.stiffness)]
+        for key in ("platform", "actuators"):
+            assert list(answer[key]) == list(getattr(result.configuration, key))
+        pairs += [
+            (list(answer[key].values()), list(getattr(result.configuration, key).values())) for key in ("platform", "actuators")
+        ]
+        pairs.append((list(answer["actuator_forces"].values()), list(result.actuator_forces.values())))
+        for mine, wanted in pairs:
+            assert relative(mine, wanted) < 1e-12
+    assert "OK" in statuses or "LIMIT_EXCEEDED" in statuses
+
+
+class Numbers(Packing):
+    """A packing that keeps the numbers."""
+
+    def path(self, values, width=1):
+        return np.asarray(values, dtype=float).ravel()
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_drawn_scene_equals_that_of_python(name):
+    """Stations at rest, their twists by contribution, arrows and cards: at poses to which the platform was dragged."""
+    robot, start = start_of(name)
+    given = ks.analyze(start)
+    size = describe_scene(given, details=False).size
+    cases = random_cases(robot, start, 3, 0.5, seed=1)
+    script = """machine.loads = { load: given.load, gravity: given.gravity, payload: given.payload };
+      const { reason } = machine.move("platform", given.platform);
+      return { reason, scene: sceneOf(machine, given.size) };"""
+    compared = 0
+    for case, answer in zip(cases, answers(given, [(script, {**case, "size": size}) for case in cases]), strict=True):
+        if answer["reason"]:
+            continue
+        compared += 1
+        scene, drawn = answer["scene"], describe_scene(by_python(robot, case, start))
+        expected = {**drawn.moving(Numbers()), **drawn.details(Numbers())}
+        assert scene["contributions"] == list(expected["contributions"])
+        K = len(scene["contributions"])
+        points, wanted = (np.reshape(s["stations"]["pose"], (-1, 7))[:, :3] for s in (scene, expected))
+        assert relative(points, wanted) < 1e-12
+        for part in (slice(0, 3), slice(3, 6)):
+            twists, wanted = (np.reshape(s["stations"]["twist"], (-1, K, 6))[..., part] for s in (scene, expected))
+            assert relative(twists, wanted) < 1e-11
+        arrows = {arrow["path"]: arrow for arrow in scene["arrows"]}
+        force = max(np.abs(arrow["vector"]).max() for arrow in expected["arrows"])
+        for arrow in expected["arrows"]:
+            mine = arrows.pop(arrow["path"])
+            assert mine["station"] == arrow["station"] and relative(mine["vector"], arrow["vector"], force) < 1e-11
+        assert all(np.abs(arrow["vector"]).max() < 1e-9 * force for arrow in arrows.values())  # of zero length
+        for path, card in expected["cards"].items():
+            mine = scene["cards"][path]
+            rows = {row["words"]: row["values"] for row in mine["rows"]}
+            for row in card["rows"]:
+                if row["words"] != "N/N_Euler" and np.isfinite(row["values"]).all():
+                    is_force = any(kind in row["words"] for kind in ("force", "moment", "torque"))
+                    assert relative(rows[row["words"]], row["values"], force if is_force else None) < 1e-11
+            for key, values in card["lines"].items():
+                if key not in ("euler", "stress") and np.isfinite(values).all():
+                    assert relative(mine["lines"][key], values, force) < 1e-11
+            if np.isfinite(card["lines"].get("stress", np.nan)).all():
+                assert relative(mine["lines"]["stress"], card["lines"]["stress"]) < 1e-9
+        for unit in ("displacement", "rotation"):
+            assert {key: scene["units"][unit][key] for key in ("unit", "decimals")}.items() <= expected["units"][unit].items()
+        assert [tuple(line) for line in scene["facts"][0][:-1]] == expected["facts"][0][:-1]
+    assert compared
+
+
+SCANNED, FINE = 24, 1e-4
+
+
+def scan(robot, pose, kind, values):
+    """Which poses (n,) of a line are good, as far as all before are: reached, within limits, on one side of singular poses.
+
+    The actuators' singular poses are where the actuators' derivatives by the platform's coordinates have no inverse.
+    """
+    found = robot.assemble(**{kind: values}, near=pose, on_failure="nan")
+    good = found.reached & ~found.limit_exceeded
+    if kind == "platform":
+        columns = []
+        for name in values:
+            before, after = (
+                robot.assemble(platform={**values, name: values[name] + step}, near=found, on_failure="nan").actuators
+                for step in (-1e-5, 1e-5)
+            )
+            columns.append([np.nan_to_num(after[drive] - before[drive]) for drive in robot.description.actuated])
+        determinant = np.linalg.det(np.moveaxis(np.array(columns), 2, 0))
+        good &= determinant * determinant[0] > 0
+    return np.logical_and.accumulate(good)
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "spans", "why"),
+    [
+        ("five_bar", "platform", {"x": 0.8, "y": 0.8}, {"loops", "singular"}),
+        ("five_bar", "actuators", {"shoulder_1": np.pi, "shoulder_2": np.pi}, {"limit", "loops"}),
+        pytest.param("planar_3rrr", "platform", {"x": 1.0, "y": 1.0, "rz": np.pi}, {"limit", "singular"}, marks=pytest.mark.slow),
+    ],
+)
+def test_lines_end_where_a_dense_scan_does(name, kind, spans, why):
+    robot = package_robots.robot(name)
+    pose = robot.assemble()
+    present = {c: float((pose.platform if kind == "platform" else pose.actuators)[c]) for c in spans}
+    pose = robot.assemble(**{kind: present}, near=pose)  # the page moves the coordinates from which a pose was assembled
+    lines = [(c, sign * span) for c, span in spans.items() for sign in (-1, 1)]
+    script = """const { kind, name, way } = given, here = machine.present(kind), { names } = machine.data.lines[kind];
+      const target = here.map((value, k) => (names[k] === name ? value + way : value));
+      return machine.lastOnLine(kind, machine.pose, target, 32);"""
+    ends = answers(ks.analyze(pose), [(script, {"kind": kind, "name": c, "way": way}) for c, way in lines])
+    reasons = set()
+    for (coordinate, way), end in zip(lines, ends, strict=True):
+        values = {c: np.full(SCANNED + 1, value) for c, value in present.items()}
+        values[coordinate] = present[coordinate] + way * np.linspace(0, 1, SCANNED + 1)
+        good = scan(robot, pose, kind, values)
+        last = 1.0 if good.all() else (np.argmin(good) - 1) / SCANNED
+        assert last - FINE <= end["part"] <= last + 1 / SCANNED + FINE, (coordinate, way, end)
+        reasons.add(end["reason"])
+        if end["reason"] == "limit":
+            at = robot.assemble(
+                **{kind: {**present, coordinate: present[coordinate] + (end["part"] + 2 * FINE) * way}}, near=pose
+            )
+            assert end["joint"]["name"] in at.limits_exceeded
+            exceeded = at.limits_exceeded[end["joint"]["name"]]
+            assert end["limit"] in (exceeded.lower, exceeded.upper)
+    assert reasons == why
+
+
+def test_limits_exceeded_at_the_start_end_no_line():
+    robot = package_robots.robot("3rps")
+    pose = robot.assemble(platform={"z": 1.1, "rx": 0.0, "ry": 0.0})
+    assert pose.limits_exceeded
+    (end,) = answers(ks.analyze(pose), [("return machine.move('platform', { z: 0.8 })", None)])
+    assert end["part"] == 1 and end["reason"] == ""
+
+
+def test_the_platform_stops_at_a_limit_and_comes_back():
+    robot = package_robots.robot("3rps")
+    pose = robot.assemble(platform={"z": 0.5, "rx": 0.03, "ry": -0.17})
+    script = """const first = machine.move("platform", { z: 5 }), rim = machine.closed(machine.pose);
+      const second = machine.move("platform", { z: 0.5 });
+      return { first, rim, second, z: machine.present("platform")[0] };"""
+    (moved,) = answers(ks.analyze(pose), [(script, None)])
+    z = moved["rim"]["platform"]["z"]
+    assert moved["first"]["reason"] == "limit" and moved["first"]["joint"]["name"] == "prismatic_1" and not moved["rim"]["beyond"]
+    beyond = robot.assemble(platform={"z": z + 2e-4, "rx": 0.03, "ry": -0.17}, near=pose)
+    assert "prismatic_1" in beyond.limits_exceeded
+    assert moved["second"]["reason"] == "" and moved["z"] == pytest.approx(0.5, abs=1e-15)
+
+
+def test_unreachable_coordinates_and_wrong_names_are_told():
+    robot = package_robots.robot("3rps")
+    script = "try { return machine.analyze(given).status } catch (error) { return error.message }"
+    calls = [
+        {"platform": {"z": 5, "rx": 0, "ry": 0}},
+        {"platform": {"z": 0.5}},
+        {"platform": {"z": 0.5, "rx": 0, "ry": 0, "x": 0}},
+    ]
+    found = answers(ks.analyze(robot.assemble()), [(script, call) for call in calls])
+    assert found == ["LIMIT_EXCEEDED", *["give platform coordinates z, rx, ry"] * 2]
+
+
+def test_sliders_of_platform_coordinates_are_in_the_usual_order():
+    for name, expected in (("delta", "x y z"), ("gough_stewart", "x y z rx ry rz"), ("spherical_3rrr", "rx ry rz")):
+        assert determining_coordinates(package_robots.robot(name).assemble()) == tuple(expected.split())
