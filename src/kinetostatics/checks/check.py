@@ -33,7 +33,7 @@ from kinetostatics.layout.numbers import join_words
 from kinetostatics.limbs.geometry import Basis
 from kinetostatics.mechanism.limbs import AttachedBodies
 from kinetostatics.results.result import Result
-from kinetostatics.results.warnings import indeterminate_parts, near_singular_warnings
+from kinetostatics.results.warnings import indeterminate_parts, near_singular_warnings, overload_warnings
 from kinetostatics.robot import Robot
 
 T = TypeVar("T")
@@ -187,6 +187,7 @@ def warnings_of_statics(robot: Robot, diagnosis: Diagnosis) -> tuple[list[str], 
         (at_zero if problem.startswith(AT_ZERO) else problems).append(problem)
     else:
         at_zero += [text.replace("the pose is", "the zero pose is", 1) for text in near_singular_warnings(zero)]
+        at_zero += [f"{AT_ZERO} {text}" for text in overload_warnings(zero)]
     warnings += missing_results(generic)
     at_zero += [text for text in missing_results(zero, f"{AT_ZERO} ") if text.removeprefix(f"{AT_ZERO} ") not in warnings]
     return warnings, at_zero, problems

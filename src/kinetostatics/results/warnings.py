@@ -190,13 +190,13 @@ def result_warnings(result: Result) -> tuple[str, ...]:
             f" in {int(exceeded.where.sum())} poses" if exceeded.where.shape else f": {float(exceeded.value) / factor:.6g}{unit}"
         )
         warnings.append(f"{exceeded.joint} is beyond its limits of {lower} to {upper}{unit}{where}")
-    warnings += _overloaded(result)
+    warnings += overload_warnings(result)
     if np.any(result.indeterminate):
         warnings.append(indeterminate_parts(result))
     return tuple(dict.fromkeys(warnings))
 
 
-def _overloaded(result: Result) -> list[str]:
+def overload_warnings(result: Result) -> list[str]:
     """Return a warning for each actuator beyond its limit of effort, and for each beam beyond its yield strength."""
     connections, beams, warnings = result.robot.mechanism.connections, result.robot.description.beams, []
     efforts = result.robot.description.actuator_limits("effort")

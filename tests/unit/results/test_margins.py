@@ -87,3 +87,10 @@ def test_requirements_may_refer_to_the_limits_of_the_file():
         "2pru_upr", {"rod_diameter": (0.02, 0.12)}, subject_to=["actuator_force < limit", "safety_factor > 3"], starts=1
     )
     assert found.feasible and float(found.result.margins.smallest.min()) >= 3 - 1e-5
+
+
+def test_check_tells_which_actuators_cannot_hold_the_weight():
+    description = package_robots.robot("3rps").description
+    weak = ks.Robot(description.changed("prismatic_1", effort=300.0)).report().to_dict()["warnings"]
+    (warning,) = weak
+    assert warning.startswith("at the zero pose the force of prismatic_1 is beyond the limit of effort of 300 N: 3")
