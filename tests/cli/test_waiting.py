@@ -160,7 +160,7 @@ def test_no_progress_is_printed_without_a_terminal(monkeypatch, capsys):
 
 def test_sweep_reports_the_number_of_poses_done(place, monkeypatch, capsys):
     monkeypatch.setattr("kinetostatics.progress.EVERY", 0.05)
-    make_slow(monkeypatch, "kinetostatics.workspace.run.compute_block", 0.15)
+    make_slow(monkeypatch, "kinetostatics.workspace.block.compute_block", 0.15)
     grid, said = {"x": [0.0, 0.01], "y": 0.3}, "sweeping, 0 of 2 poses done … 0 s"
     with terminal() as read:
         ks.sweep("five_bar", grid)

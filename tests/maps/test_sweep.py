@@ -384,7 +384,7 @@ def test_command_sweeps_text_parameters_and_prints_warnings(tmp_path, monkeypatc
 
 
 def test_command_reports_interruption_and_existing_maps(tmp_path, monkeypatch, capsys):
-    from kinetostatics.workspace import run
+    from kinetostatics.workspace import block
 
     monkeypatch.chdir(tmp_path)
     line = "3rps --platform z=0.45:0.65:5 rx=0 ry=0 --out m.nc".split()
@@ -393,7 +393,7 @@ def test_command_reports_interruption_and_existing_maps(tmp_path, monkeypatch, c
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(run, "compute_block", interrupted)
+        patch.setattr(block, "compute_block", interrupted)
         command(*line, code=130)
     said = capsys.readouterr()
     assert said.out == "" and said.err == "kinetostatics: interrupted; the same command continues from m.nc.part\n"

@@ -227,7 +227,7 @@ def test_large_map_checked_in_pieces_stays_in_one_mode(monkeypatch):
     """A piece has fewer neighbours: poses beside singular ones may be given up; none is in the wrong mode."""
     robot = five_bar()
     x, y = np.linspace(-0.6, 0.6, 41), np.linspace(-0.3, 0.6, 31)
-    monkeypatch.setattr("kinetostatics.workspace.run.REGION", 7 * len(y) * 4)
+    monkeypatch.setattr("kinetostatics.workspace.block.REGION", 7 * len(y) * 4)
     ds = ks.sweep(robot, {"x": x, "y": y})
     assert ds.attrs["mode_jumps"] == 0
     X, Y = np.meshgrid(x, y, indexing="ij")

@@ -63,7 +63,9 @@ def _sweep(args: argparse.Namespace) -> int:
         hint = [f"the same command continues from {part}"] if os.path.isdir(part) else []
         raise KeyboardInterrupt(*hint) from None
     with ds:
-        if not args.quiet:
+        if not args.quiet and "status" not in ds:  # reduced
+            print(f"{ds.load().data_vars}\nwrote {args.out}")
+        elif not args.quiet:
             seconds = None if there else time.perf_counter() - begin
             with waiting("summing up"):
                 from kinetostatics.reports.map import map_report
@@ -81,8 +83,8 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
     if args.platform or args.actuators:
         option, given = grid_of(_first_robot(args, parameters) if args.actuators else None, args)
         options[option[2:]] = given
-    options |= given_of(("orientation", "closure_tolerance", "platform_link", "base_link", "outputs", "modes", "workers"), args)
-    options |= given_of(("out", "restart"), args)
+    options |= given_of(("orientation", "closure_tolerance", "platform_link", "base_link", "outputs", "reduce", "modes"), args)
+    options |= given_of(("workers", "out", "restart"), args)
     return SWEEP.called()(
         args.robot, **loads_of(args), **options, progress=False if args.quiet else None, command_line=args.command_line
     )
@@ -136,6 +138,12 @@ SWEEP = Command(
             "variables, such as twist, or groups of them: default, beams, limits, capacity, gravity_mechanisms, compensation",
             "NAME",
         ),
+        "reduce": Argument(
+            "items",
+            "reduce dimensions instead of writing the map: max, min, mean, 'quantile 0.95', argmax, argmin (with the pose) or "
+            "'count > 50um'; --outputs are then quantities as of plot --list (default: linear_sag)",
+            "NAME=OPERATION",
+        ),
         "workers": Argument("count", "threads (default: as many as cores)", "N"),
         "quiet": Argument("flag", "no progress line and no summary"),
     },
@@ -158,6 +166,7 @@ sweep 3rps --platform z=0.5 azimuth=-180deg:175deg:72 tilt=0:50deg:26 --orientat
 sweep 2pru_upr --actuators prismatic_1=-20mm:20mm:9 prismatic_2=0,10mm prismatic_3=0 --outputs default beams --out map.zarr
 sweep 3rps --platform z=0.5 azimuth=-170deg tilt=0:40deg:21 --orientation tilt_torsion --outputs gravity_mechanisms --out g.nc
 sweep 2pru_upr --platform z=600mm rx=-10deg:10deg:21 ry=-10deg:10deg:21 --outputs default compensation --out corrected.nc
+sweep 3rps --platform z=0.45:0.65:21 rx=-10deg:10deg:41 ry=-10deg:10deg:41 --reduce rx=argmax ry=argmax --out worst.nc
 sweep 3rps --platform z=550mm rx=-20deg:20deg:41 ry=-20deg:20deg:41 --modes 3 --out frequencies.nc
 sweep gough_stewart --platform z=0.5 x=-0.1:0.1:101 y=-0.1:0.1:101 rx=0 ry=0 rz=0 --outputs twist --out twist.nc
 """,

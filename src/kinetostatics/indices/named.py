@@ -55,6 +55,14 @@ def _variable(measure: Measure) -> str:
     return next(entry.variable for path, entry in QUANTITIES.items() if path.rpartition(".")[2] == measure.of)
 
 
+def variable_of(what: str) -> str:
+    """Return the variable of a map from which :func:`quantity` computes a quantity."""
+    name, size = sized_name(what)
+    if name in INDICES or name in ANY_DIRECTION:
+        return _variable(MEASURES[name]) if name in ANY_DIRECTION or size is None else "contribution"
+    return {"stiffness_along": "compliance"}.get(name := what.partition(":")[0], name)
+
+
 def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataArray:
     """Return an index, or one number of each pose, by its name.
 

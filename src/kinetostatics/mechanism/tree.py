@@ -70,11 +70,11 @@ class Frames(ShortRepr):
     rotation: Array
     position: Array
 
-    def points(self, bodies: Index, local: Array) -> Array:
+    def points(self, bodies: Index | slice, local: Array) -> Array:
         """World positions (3, M, N) of points ``local`` (3, M) fixed in ``bodies`` (M,)."""
         return self.position[:, bodies] + self.directions(bodies, local)
 
-    def directions(self, bodies: Index, local: Array) -> Array:
+    def directions(self, bodies: Index | slice, local: Array) -> Array:
         """World components (3, M, N) of vectors ``local`` (3, M) fixed in ``bodies`` (M,)."""
         filled = is_filled(local) if local.dtype == object else local  # recorded values may be 0 at the example pose only
         used = [j for j, row in enumerate(filled.tolist()) if any(row)] or [0]  # faster than NumPy for few numbers
@@ -85,11 +85,11 @@ class Frames(ShortRepr):
 
     def point(self, body: int, local: Array) -> Array:
         """World position (3, N) of a point ``local`` (3,) fixed in a body."""
-        return self.points(np.array([body]), local[:, None])[:, 0]
+        return self.points(slice(body, body + 1), local[:, None])[:, 0]
 
     def direction(self, body: int, local: Array) -> Array:
         """World components (3, N) of a vector ``local`` (3,) fixed in a body."""
-        return self.directions(np.array([body]), local[:, None])[:, 0]
+        return self.directions(slice(body, body + 1), local[:, None])[:, 0]
 
     def orientations(self, bodies: Index, local: Array) -> Array:
         """World orientations (3, 3, M, N) of frames with orientations ``local`` (3, 3, M) in ``bodies`` (M,)."""

@@ -1,4 +1,4 @@
-"""Results of one block of the grid: poses of one robot, assembled and analysed, as arrays of the Dataset.
+"""Results of the blocks of the grid: poses of one robot, assembled and analysed, as arrays of the Dataset; blocks in threads.
 
 A block is a range of indices along each axis of the grid: parameters, then dimensions of load cases, then coordinates. It has one
 combination of parameters, that is, one robot.
@@ -7,30 +7,39 @@ combination of parameters, that is, one robot.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kinetostatics.analysis import analyzed
+from kinetostatics.arguments import warn
 from kinetostatics.capacity import capacity
 from kinetostatics.compensation import compensated
 from kinetostatics.description.loads import Payload
 from kinetostatics.dynamics.vibrations import modes
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.math.arrays import Array, Values
+from kinetostatics.math.arrays import Array, Values, in_threads
 from kinetostatics.quantities import POSES, QUANTITIES, ROBOTS, Entry, stacked, value_at
 from kinetostatics.results.contributions import by_mechanism_of_gravity
 from kinetostatics.status import REPORTED, WITHOUT_NUMBERS, status_of
-from kinetostatics.workspace.dataset import NOT_REACHED, REACHED, Labels, numbered
+from kinetostatics.workspace.continuity import continued
+from kinetostatics.workspace.dataset import NOT_REACHED, REACHED, Labels, dataset, numbered
 from kinetostatics.workspace.grid import Block, sizes_of
+from kinetostatics.workspace.store import Arrays
 from kinetostatics.workspace.sweep_plan import Combination, SweepPlan
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from kinetostatics.kinematics.configuration import Configuration
     from kinetostatics.results.result import Result
     from kinetostatics.robot import Robot
+
+#: Largest number of joint coordinates in a region that is checked for continuity (130 MB).
+REGION = 2**24
 
 
 def compute_block(plan: SweepPlan, labels: Labels, block: Block, q: Array | None = None) -> dict[str, Values]:
@@ -158,3 +167,119 @@ def _full(array: Values, entry: Entry, shape: tuple[int, ...]) -> Values:
         return array[(0,) * (array.ndim - 1 - len(entry.dims))]
     sizes = () if entry.varies == ROBOTS else shape
     return array if array.shape[: len(sizes)] == sizes else np.broadcast_to(array, sizes + array.shape[len(sizes) :])
+
+
+# ---- all blocks -------------------------------------------------------------------------------------------------------
+
+
+class Progress:
+    """Counter of the computed poses of a sweep, shared by its threads."""
+
+    def __init__(self, size: int) -> None:
+        self.size, self.done, self.doing, self._lock = size, 0, "sweeping", threading.Lock()
+
+    def text(self) -> str:
+        return f"{self.doing}, {self.done:,} of {self.size:,} poses done"
+
+    def add(self, block: Block) -> None:
+        with self._lock:
+            self.done += math.prod(sizes_of(block))
+
+
+def dataset_in_memory(
+    plan: SweepPlan,
+    labels: Labels,
+    sizes: tuple[int, ...],
+    attributes: Mapping[str, object],
+    number: int | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Return the whole Dataset of a sweep, in memory."""
+    arrays = Arrays(plan, labels, sizes)
+    counts = compute(arrays, number, progress or Progress(plan.size))
+    warn_of_jumps(counts)
+    return dataset(plan, labels, arrays.arrays, {**attributes, **counts})
+
+
+def compute(arrays: Arrays, number: int | None, progress: Progress) -> dict[str, int]:
+    """Compute the missing blocks and correct their assembly modes.
+
+    Returns:
+        Attributes of the Dataset: how many poses were corrected because they were in another assembly mode than their neighbours.
+    """
+    plan, labels = arrays.plan, arrays.labels
+    counts = {"mode_jumps": 0, "poses_of_other_modes": 0, "poses_by_neighbours": 0}
+
+    def fill(block: Block) -> None:
+        if not arrays.is_done(block):
+            arrays.write(block, compute_block(plan, labels, block))
+        progress.add(block)
+
+    for combination in plan.combinations():
+        make_ready(plan, labels, combination)
+        in_threads(fill, plan.blocks(combination, arrays.sizes), most=number)
+        for region in _regions(plan, labels):
+            for name, count in _correct_modes(arrays, combination, region, number).items():
+                counts[name] += count
+    return dict(counts)
+
+
+def warn_of_jumps(counts: Mapping[str, object]) -> None:
+    if jumps := counts["mode_jumps"]:
+        pairs = "1 pair of neighbours on the grid is" if jumps == 1 else f"{jumps} pairs of neighbours on the grid are"
+        warn(f"{pairs} in different assembly modes; a finer grid separates them")
+
+
+def _correct_modes(arrays: Arrays, combination: Combination, region: Block, number: int | None) -> dict[str, int]:
+    """Correct the poses in a region of the grid of coordinates by continuity; return the numbers of changes by attribute."""
+    plan, labels = arrays.plan, arrays.labels
+    robot_slices = tuple(slice(k, k + 1) for k in combination)
+    cases = tuple(slice(0, 1) for _ in plan.axes_of("case"))
+    shape = sizes_of(region)
+
+    def stored(name: str, where: Block) -> np.ndarray:
+        values = arrays.read(name, (*robot_slices, *cases, *where))
+        return values.reshape(values.shape[len(combination) :])
+
+    label = "_".join(str(k) for k in (*combination, *(piece.start for piece in region)))
+    changes = arrays.changes(label)
+    if changes is None:
+        o = stored("platform_pose", region)[..., :3]
+        reached = stored("mode", region) == REACHED
+        changes = vars(continued(plan, labels, plan.robot(combination), region, stored("q", region), o, reached))
+        if changes["which"].size:
+            arrays.keep(label, changes)
+    which, q = changes["which"], changes["q"]
+    row = np.full(math.prod(shape), -1)
+    row[which] = np.arange(len(which))
+
+    def correct(block: Block) -> None:
+        part = plan.part(block, "coordinate")
+        rows = np.full(sizes_of(part), -1)
+        here = tuple(slice(max(p.start, r.start), min(p.stop, r.stop)) for p, r in zip(part, region, strict=True))
+        inside = tuple(slice(h.start - p.start, h.stop - p.start) for h, p in zip(here, part, strict=True))
+        there = tuple(slice(h.start - r.start, h.stop - r.start) for h, r in zip(here, region, strict=True))
+        rows[inside] = row.reshape(shape)[there]
+        if np.any(changed := rows.ravel() >= 0):
+            poses = stored("q", part).reshape(changed.size, -1).copy()
+            poses[changed] = q[rows.ravel()[changed]]
+            arrays.write(block, compute_block(plan, labels, block, poses))
+
+    if which.size:
+        in_threads(correct, plan.blocks(combination, arrays.sizes, region), most=number)
+    names = {"mode_jumps": "jumps", "poses_of_other_modes": "retracted", "poses_by_neighbours": "gained"}
+    return {attribute: int(changes[name]) for attribute, name in names.items()}
+
+
+def _regions(plan: SweepPlan, labels: Labels) -> list[Block]:
+    """Divide the grid of coordinates into regions of about ``REGION`` joint coordinates; adjacent regions share a layer."""
+    shape = tuple(axis.size for axis in plan.axes_of("coordinate"))
+    if not shape:
+        return [()]
+    layer = math.prod(shape[1:])
+    thick = max(2, REGION // (layer * max(1, len(labels.undetermined))))
+    whole = tuple(slice(0, n) for n in shape[1:])
+    return [(slice(max(0, start - 1), min(start + thick, shape[0])), *whole) for start in range(0, shape[0], thick)]
+
+
+# ---- dask ----------------------------------------------------------------------------------------------------------------

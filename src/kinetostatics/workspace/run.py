@@ -4,27 +4,27 @@ from __future__ import annotations
 
 import math
 import os
-import threading
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.arguments import need, path_name, warn, whole_number
+from kinetostatics.arguments import names_in, need, path_name, whole_number
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.load_case import LoadCase
-from kinetostatics.math.arrays import in_threads, threads
+from kinetostatics.math.arrays import threads
 from kinetostatics.progress import in_notebook, waiting
+from kinetostatics.quantities import VARIABLES
 from kinetostatics.robot import Robot
-from kinetostatics.workspace.block import compute_block, make_ready
-from kinetostatics.workspace.continuity import continued
-from kinetostatics.workspace.dataset import REACHED, Labels, check_names, dataset, labels_of, shapes
-from kinetostatics.workspace.grid import Block, block_sizes, chunk_sizes, sizes_of
-from kinetostatics.workspace.store import Arrays, Store, check_memory, map_exists, open_map, packages_of
+from kinetostatics.workspace.block import Progress, compute, dataset_in_memory, warn_of_jumps
+from kinetostatics.workspace.dataset import Labels, check_names, dataset, labels_of, shapes
+from kinetostatics.workspace.grid import block_sizes, chunk_sizes
+from kinetostatics.workspace.reduced import read_groups, reduced_map
+from kinetostatics.workspace.store import Store, check_memory, map_exists, open_map, packages_of, save
 from kinetostatics.workspace.sweep_arguments import read_plan, try_plan, try_robots
-from kinetostatics.workspace.sweep_plan import Combination, SweepPlan, attributes_of_map
+from kinetostatics.workspace.sweep_plan import SweepPlan, attributes_of_map
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,8 +35,6 @@ if TYPE_CHECKING:
 LEAST, MOST, MOST_COSTLY = 10_000, 32_000, 2000
 #: Smallest number of blocks per thread, for load balance.
 SHARE = 4
-#: Largest number of joint coordinates in a region that is checked for continuity (130 MB).
-REGION = 2**24
 #: Number of poses in a chunk with chunks="auto".
 AUTO = 20_000
 
@@ -59,6 +57,7 @@ def sweep(
     platform_link: str | None = None,
     base_link: str | None = None,
     outputs: Sequence[str] = ("default",),
+    reduce: Mapping[str, str] | None = None,
     modes: int = 0,
     closure_tolerance: float = 1e-10,
     engine: str = "auto",
@@ -96,6 +95,11 @@ def sweep(
             (actuator corrections that bring the loaded platform to its target, and the residual error, see
             :func:`kinetostatics.compensate`; on a grid of actuators, the target is given in the platform coordinates that best
             determine the zero pose). Status, mode, ``platform_pose``, ``q`` and ``characteristic_length`` are always included.
+        reduce: operations by dimension of the grid, such as ``{"rx": "max", "ry": "max"}``: "max", "min", "mean",
+            "quantile 0.95", "argmax" or "argmin" (the value, and the coordinates of its pose), "count > 5e-5" or "count > 50 µm"
+            (number of poses). Dimensions that follow one another with the same operation are reduced together, others in the
+            order given. Only valid poses within the joint limits count. The map itself is not stored. ``outputs`` are then
+            quantities, see :func:`kinetostatics.indices.quantity`, default "linear_sag".
         modes: number of natural frequencies, with locked actuators and the payload, see :func:`kinetostatics.modes`; unless it is
             0, ``frequency`` and ``zero_frequencies`` are among the variables.
         closure_tolerance: largest gap of a closed loop [m, rad].
@@ -126,8 +130,15 @@ def sweep(
     if out is not None:
         out = path_name("out", out).rstrip("/")
         need(out, "sweep", *packages_of(out))
+    if reduce and chunks is not None:
+        raise ArgumentError("give reduce= or chunks=, not both")
     number = threads() if workers is None else whole_number("workers", workers, 1)
     shown = in_notebook() if progress is None else progress
+    quantities = names_in("outputs", ("linear_sag",) if tuple(outputs) == ("default",) else outputs, '["linear_sag"]')
+    if reduce:
+        from kinetostatics.indices.named import variable_of
+
+        outputs = [name for name in map(variable_of, quantities) if name in VARIABLES]
     with waiting("planning the sweep", progress is not False, shown):
         links = {"platform_link": platform_link, "base_link": base_link}
         coordinates = {"platform": platform, "actuators": actuators}
@@ -137,6 +148,9 @@ def sweep(
             LoadCase(frame=frame, assembly_errors=assembly_errors, loads=loads, payload=payload, engine=engine),
             orientation=orientation, modes=modes, closure_tolerance=closure_tolerance,
         )  # fmt: skip
+        groups = read_groups(reduce, plan.axes) if reduce else []
+        if reduce:
+            plan = replace(plan, reduced={"outputs": list(quantities), "reduce": dict(reduce)})
         labels = labels_of(plan, first)
         try_plan(plan, first)
         check_names(plan, labels, outputs)
@@ -146,7 +160,13 @@ def sweep(
         try_robots(plan)
     most = MOST if all(variable.group in ("default", "always") for variable in labels.variables.values()) else MOST_COSTLY
     sizes = block_sizes(plan.axes, min(most, max(LEAST, math.ceil(plan.size / (SHARE * number)))))
-    run = _Progress(plan.size)
+    run = Progress(plan.size)
+    if groups:
+        if out is not None and map_exists(out, plan.identity, attributes, restart):
+            return open_map(out)
+        with waiting(run.text, progress is not False, shown):
+            ds = reduced_map(plan, labels, groups, quantities, attributes, number, run)
+        return ds if out is None else save(ds, out)
     if out is None:
         check_memory(plan, labels)
         with waiting(run.text, progress is not False, shown):
@@ -154,119 +174,11 @@ def sweep(
     if not map_exists(out, plan.identity, attributes, restart):
         store = Store(plan, labels, sizes, out, restart)
         with waiting(run.text, progress is not False, shown):
-            attributes |= compute(store, number, run)
+            attributes |= (counts := compute(store, number, run))
+            warn_of_jumps(counts)
             run.doing = "storing"
             store.publish(attributes)
     return open_map(out)
-
-
-class _Progress:
-    """Counter of the computed poses of a sweep, shared by its threads."""
-
-    def __init__(self, size: int) -> None:
-        self.size, self.done, self.doing, self._lock = size, 0, "sweeping", threading.Lock()
-
-    def text(self) -> str:
-        return f"{self.doing}, {self.done:,} of {self.size:,} poses done"
-
-    def add(self, block: Block) -> None:
-        with self._lock:
-            self.done += math.prod(sizes_of(block))
-
-
-def dataset_in_memory(
-    plan: SweepPlan,
-    labels: Labels,
-    sizes: tuple[int, ...],
-    attributes: Mapping[str, object],
-    number: int | None = None,
-    progress: _Progress | None = None,
-) -> xr.Dataset:
-    """Return the whole Dataset of a sweep, in memory."""
-    arrays = Arrays(plan, labels, sizes)
-    counts = compute(arrays, number, progress or _Progress(plan.size))
-    return dataset(plan, labels, arrays.arrays, {**attributes, **counts})
-
-
-def compute(arrays: Arrays, number: int | None, progress: _Progress) -> dict[str, object]:
-    """Compute the missing blocks and correct their assembly modes.
-
-    Returns:
-        Attributes of the Dataset: how many poses were corrected because they were in another assembly mode than their neighbours.
-    """
-    plan, labels = arrays.plan, arrays.labels
-    counts = {"mode_jumps": 0, "poses_of_other_modes": 0, "poses_by_neighbours": 0}
-
-    def fill(block: Block) -> None:
-        if not arrays.is_done(block):
-            arrays.write(block, compute_block(plan, labels, block))
-        progress.add(block)
-
-    for combination in plan.combinations():
-        make_ready(plan, labels, combination)
-        in_threads(fill, plan.blocks(combination, arrays.sizes), most=number)
-        for region in _regions(plan, labels):
-            for name, count in _correct_modes(arrays, combination, region, number).items():
-                counts[name] += count
-    if jumps := counts["mode_jumps"]:
-        pairs = "1 pair of neighbours on the grid is" if jumps == 1 else f"{jumps} pairs of neighbours on the grid are"
-        warn(f"{pairs} in different assembly modes; a finer grid separates them")
-    return dict(counts)
-
-
-def _correct_modes(arrays: Arrays, combination: Combination, region: Block, number: int | None) -> dict[str, int]:
-    """Correct the poses in a region of the grid of coordinates by continuity; return the numbers of changes by attribute."""
-    plan, labels = arrays.plan, arrays.labels
-    robot_slices = tuple(slice(k, k + 1) for k in combination)
-    cases = tuple(slice(0, 1) for _ in plan.axes_of("case"))
-    shape = sizes_of(region)
-
-    def stored(name: str, where: Block) -> np.ndarray:
-        values = arrays.read(name, (*robot_slices, *cases, *where))
-        return values.reshape(values.shape[len(combination) :])
-
-    label = "_".join(str(k) for k in (*combination, *(piece.start for piece in region)))
-    changes = arrays.changes(label)
-    if changes is None:
-        o = stored("platform_pose", region)[..., :3]
-        reached = stored("mode", region) == REACHED
-        changes = vars(continued(plan, labels, plan.robot(combination), region, stored("q", region), o, reached))
-        if changes["which"].size:
-            arrays.keep(label, changes)
-    which, q = changes["which"], changes["q"]
-    row = np.full(math.prod(shape), -1)
-    row[which] = np.arange(len(which))
-
-    def correct(block: Block) -> None:
-        part = plan.part(block, "coordinate")
-        rows = np.full(sizes_of(part), -1)
-        here = tuple(slice(max(p.start, r.start), min(p.stop, r.stop)) for p, r in zip(part, region, strict=True))
-        inside = tuple(slice(h.start - p.start, h.stop - p.start) for h, p in zip(here, part, strict=True))
-        there = tuple(slice(h.start - r.start, h.stop - r.start) for h, r in zip(here, region, strict=True))
-        rows[inside] = row.reshape(shape)[there]
-        if np.any(changed := rows.ravel() >= 0):
-            poses = stored("q", part).reshape(changed.size, -1).copy()
-            poses[changed] = q[rows.ravel()[changed]]
-            arrays.write(block, compute_block(plan, labels, block, poses))
-
-    if which.size:
-        in_threads(correct, plan.blocks(combination, arrays.sizes, region), most=number)
-    names = {"mode_jumps": "jumps", "poses_of_other_modes": "retracted", "poses_by_neighbours": "gained"}
-    return {attribute: int(changes[name]) for attribute, name in names.items()}
-
-
-def _regions(plan: SweepPlan, labels: Labels) -> list[Block]:
-    """Divide the grid of coordinates into regions of about ``REGION`` joint coordinates; adjacent regions share a layer."""
-    shape = tuple(axis.size for axis in plan.axes_of("coordinate"))
-    if not shape:
-        return [()]
-    layer = math.prod(shape[1:])
-    thick = max(2, REGION // (layer * max(1, len(labels.undetermined))))
-    whole = tuple(slice(0, n) for n in shape[1:])
-    return [(slice(max(0, start - 1), min(start + thick, shape[0])), *whole) for start in range(0, shape[0], thick)]
-
-
-# ---- dask ----------------------------------------------------------------------------------------------------------------
 
 
 def _lazy_dataset(

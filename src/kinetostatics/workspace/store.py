@@ -95,6 +95,16 @@ def open_map(path: str) -> xr.Dataset:
     return xr.open_dataset(path, engine=packages_of(path)[0])
 
 
+def save(ds: xr.Dataset, path: str) -> xr.Dataset:
+    """Write a complete Dataset to a file, and open it."""
+    if packages_of(path)[0] == "zarr":
+        ds.to_zarr(path, mode="w", zarr_format=2, consolidated=True)
+    else:
+        with replacing(path) as file:
+            ds.to_netcdf(file, engine="h5netcdf")
+    return open_map(path)
+
+
 class Arrays:
     """The variables of a sweep in memory.
 

@@ -92,6 +92,7 @@ class SweepPlan:
         closure_tolerance: largest gap of a closed loop [m, rad].
         versions: versions of the packages on which the numbers depend, by name.
         compensated: platform coordinates that corrections of actuators restore; empty without the output "compensation".
+        reduced: arguments ``outputs`` and ``reduce`` of a reduced map.
     """
 
     source: Source
@@ -109,6 +110,7 @@ class SweepPlan:
     orientation: str | None = None
     compensated: tuple[str, ...] = ()
     modes: int = 0
+    reduced: Mapping[str, object] = field(default_factory=dict)
 
     # ---- the grid ---------------------------------------------------------------------------------------------------
 
@@ -209,6 +211,7 @@ class SweepPlan:
             "closure_tolerance": self.closure_tolerance,
             "outputs": list(self.outputs),
             **({"modes": self.modes} if self.modes else {}),
+            **self.reduced,
         }
 
     @cached_property
