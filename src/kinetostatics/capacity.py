@@ -207,7 +207,7 @@ def _crossing(usage: Callable[[Array], Array], low: Array, high: Array, end: Arr
         low, high = np.where(left, guess, low), np.where(right, guess, high)
         side = np.where(left, -1.0, np.where(right, 1.0, side))
         going &= ~((value <= 0) & (value > -_REACHED)) & (high - low > _NARROW * high)
-    return np.where(inside, low, np.where(started, end, 0.0))
+    return np.where(inside, low, np.where(started, end, np.where(np.isnan(below), np.nan, 0.0)))
 
 
 #: A function of a load and its factors (…) that returns the largest utilization (…).

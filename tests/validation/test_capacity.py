@@ -1,8 +1,11 @@
 """Capacity: closed forms of a cantilever and a strut, one limit reached exactly, no force that the worst direction beats."""
 
+from dataclasses import replace
+
 import numpy as np
 import package_robots
 import pytest
+from places import CASES
 from simple_machines import E, joint, link, robot, two_columns
 
 import kinetostatics as ks
@@ -114,6 +117,18 @@ def test_poses_out_of_reach_have_no_capacity():
     assert list(pose.reached) == [True, False]
     for found in (ks.capacity(pose, payload=ks.Payload(1.0)), ks.capacity(pose, [0, 0, -1, 0, 0, 0])):
         assert np.isfinite(found.load[0]) and np.isnan(found.load[1]) and found.limited_by[1] == ""
+
+
+def test_capacity_is_unknown_where_forces_are_undetermined():
+    """Two rigid actuators share the load along x in an unknown ratio; nothing limits one without an effort."""
+    one = ks.load_robot(CASES / "two_rigid.urdf").description.changed("s", effort=0.0)
+    free = ks.capacity(ks.Robot(one).assemble(), [1, 0, 0, 0, 0, 0])
+    assert np.isinf(free.load) and free.limited_by == "" and np.isnan(free.result.margins.smallest)
+    assert "nothing limits" in repr(free)
+    both = replace(one.changed("s", effort=100.0), actuated=("s", "r"))
+    found = ks.capacity(ks.Robot(both).assemble(), [1, 0, 0, 0, 0, 0])
+    assert np.isnan(found.load) and found.limited_by == "" and repr(found).endswith("unknown>")
+    assert np.isnan(found.result.margins.smallest)
 
 
 def test_arguments_of_a_capacity_are_checked():

@@ -19,6 +19,7 @@ from kinetostatics.description.joints import NO_LIMITS, SINGLE, Joint, Loop
 from kinetostatics.description.robot_description import TABLES, RobotDescription, by_name
 from kinetostatics.description.stiffness_matrix import full_matrix
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
+from kinetostatics.sections.kinds import Section
 from kinetostatics.sections.tapered import UNIFORM, Tapered
 
 _ALIGNED = 1e-9  # sine of the largest angle between a joint's axis and an axis of its frame that counts as zero
@@ -303,6 +304,10 @@ def _check_beam(beam: Beam, links: Collection[str], connections: Collection[str]
         raise place.error(f"{label} has {state} shear_modulus; give one of them")
     if material.poisson_ratio is not None and not -1 < material.poisson_ratio <= 0.5:
         raise place.error(f"poisson_ratio={material.poisson_ratio:g} of {label} must be above -1 and at most 0.5")
+    if material.yield_strength is not None and type(beam.section) is Section:
+        raise place.error(
+            f"{label} has a yield_strength, but a <section> without outline has no stress; give a <tube> or <rectangle>"
+        )
     if beam.shear_coefficient is not None and beam.section.shear_area_y is not None:
         raise place.error(f"{label} has a shear_coefficient and shear areas; leave one of them")
     try:

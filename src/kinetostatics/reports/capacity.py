@@ -17,14 +17,21 @@ UNITS = {
     "direction": "wrench of load 1 about o, world axes [N, N·m]",
 }
 
+#: Words without a limit: for loads that are not all infinite, and for loads that are.
+NOTHING = {False: "unknown", True: "nothing limits the load"}
+
 
 def capacity_report(capacity: Capacity) -> Report:
     units = {"N": FORCES, "kg": MASSES, "1": (("times", 1.0),)}[capacity.unit]
     what = {"N": "a force at o in any direction, up to", "kg": "a mass of up to", "1": "up to"}[capacity.unit]
-    limits = ", ".join(dict.fromkeys(str(name) for name in np.ravel(capacity.limited_by) if name)) or "nothing"
-    size = Number.range_of(capacity.load, units)
+    limits = ", ".join(dict.fromkeys(str(name) for name in np.ravel(capacity.limited_by) if name))
     wrench = " the given wrench" if capacity.unit == "1" else ""
-    title = [f"Capacity of {capacity.configuration.robot.name!r}: {what} {size}{wrench}, limited by {limits}"]
+    words = (
+        f"{what} {Number.range_of(capacity.load, units)}{wrench}, limited by {limits}"
+        if limits
+        else NOTHING[bool(np.all(np.isinf(capacity.load)))]
+    )
+    title = f"Capacity of {capacity.configuration.robot.name!r}: {words}"
     return Report(title, lambda: _sections(capacity), lambda: _data(capacity))
 
 

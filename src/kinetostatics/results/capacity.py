@@ -20,7 +20,7 @@ class Capacity(Reported):
     Attributes:
         configuration: the pose or poses.
         load: (…) the largest factor of the given wrench, largest force in any direction [N], or largest mass [kg]; 0 where a
-            limit is exceeded without it, infinite where nothing limits it, NaN at poses without results.
+            limit is exceeded without it, infinite where nothing limits it, NaN without result or with undetermined forces.
         unit: "N", "kg", or "1" for a factor.
         limited_by: (…) name of the limit that is reached: "effort of prismatic_1", "yield of rod_1", "buckling of rod_1", "sag";
             "" without one.

@@ -23,7 +23,7 @@ from kinetostatics.statics.solution import Solution
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Margins:
-    """Safety factors (…) of a result, batch axes first; NaN at poses without results.
+    """Safety factors (…) of a result, batch axes first; NaN at poses without results, or if an actuator's force is undetermined.
 
     A limit is named after its kind and part: "effort of prismatic_1", "yield of rod_1", "buckling of rod_1". Collinear beams that
     buckle together have one limit, with the name of the first.
@@ -64,23 +64,23 @@ class Margins:
 
     @cached_property
     def limited_by(self) -> NDArray[np.object_]:
-        """(…) name of the limit with the smallest safety factor; "" without a limit or a result."""
+        """(…) name of the limit with the smallest safety factor; "" without one."""
         return np.asarray(np.array([*self.limits, ""], dtype=object)[self.limit_index])
 
     @property
     def limit_index(self) -> NDArray[np.int16]:
-        """(…) index of :attr:`limited_by` among :attr:`limits`; −1 without a limit or a result."""
+        """(…) index of :attr:`limited_by` among :attr:`limits`; −1 without one."""
         return self._largest[2]
 
     @cached_property
     def _largest(self) -> tuple[tuple[str, ...], Array, NDArray[np.int16]]:
         least = np.min(np.max([*self.stated.values()], axis=0), initial=np.inf) if self.stated else 0.0
         utilizations = {**self.stated, **self.buckling(float(least) if np.isfinite(least) else 0.0)}
-        values = np.stack([*utilizations.values(), np.full(self.shape, np.nan)])
-        known = np.where(np.isnan(values), -1.0, values)
-        largest = known.max(axis=0)
-        index = np.where(largest < 0, -1, (known >= (1 - EQUAL) * largest).argmax(axis=0)).astype(np.int16)
-        largest = np.where(index < 0, np.nan, largest)
+        if not utilizations:
+            return (), frozen(np.full(self.shape, np.nan)), frozen(np.full(self.shape, -1, dtype=np.int16))
+        values = np.stack([*utilizations.values()])
+        largest = np.asarray(values.max(axis=0))
+        index = np.where(np.isnan(largest), -1, (values >= (1 - EQUAL) * largest).argmax(axis=0)).astype(np.int16)
         return tuple(utilizations), frozen(largest), frozen(index)
 
 

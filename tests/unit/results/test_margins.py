@@ -94,3 +94,9 @@ def test_check_tells_which_actuators_cannot_hold_the_weight():
     weak = ks.Robot(description.changed("prismatic_1", effort=300.0)).report().to_dict()["warnings"]
     (warning,) = weak
     assert warning.startswith("at the zero pose the force of prismatic_1 is beyond the limit of effort of 300 N: 3")
+
+
+def test_beam_without_outline_has_no_yield_strength():
+    section = ks.sections.Section(1e-3, 1e-6, 1e-6, 1e-6)
+    with pytest.raises(ks.RobotFileError, match="has a yield_strength, but a <section> without outline has no stress"):
+        tripod(section=section, yield_strength=1e8)
