@@ -21,12 +21,16 @@ def beam_gravity():
 
 
 class Frame:
-    """A frame of random beams between random nodes, each with a rigid body; the first ``ports`` nodes are interfaces."""
+    """A frame of random beams between random nodes, each with a rigid body; the first ``ports`` nodes are interfaces.
 
-    def __init__(self, seed=0, ports=3, inner=2):
+    ``at``: positions of the interfaces; by default they are random.
+    """
+
+    def __init__(self, seed=0, ports=3, inner=2, at=()):
         rng = np.random.default_rng(seed)
         self.ports, count = ports, ports + inner
         self.nodes = rng.uniform(-0.5, 0.5, (count, 3))
+        self.nodes[: len(at)] = np.reshape(at, (-1, 3))
         self.K, self.M = np.zeros((6 * count, 6 * count)), np.zeros((6 * count, 6 * count))
         edges = [(k, (k + 1) % count) for k in range(count)] + [(0, count // 2)]
         for first, second in edges:

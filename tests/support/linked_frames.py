@@ -1,4 +1,4 @@
-"""An independent answer for robots whose hub is given by matrices: all bodies are nodes, joints are constraints with multipliers.
+"""An independent answer for robots with links given by matrices: all bodies are nodes, joints are constraints with multipliers.
 
 It reads the elements of :mod:`hub_robots`, whose links are not turned, and shares no code with the package.
 """
@@ -18,11 +18,12 @@ def _vector(part, path="origin"):
 class LinkedFrame:
     """K, M and loads of all nodes, and the constraints A x = 0 of the joints.
 
-    A rigid body is a node at its link's origin, a beam has a node at each of its ends, the hub those of ``frame``, of which the
-    first ones are at the joints ``names``.
+    A rigid body is a node at its link's origin, a beam has a node at each of its ends. By link, ``frames`` has a frame, and the
+    joints at its first nodes, or ``o``. The base is held at ``o`` or, without it, at its first joint; the platform moves with
+    them.
     """
 
-    def __init__(self, parts, frame, names):
+    def __init__(self, parts, frames):
         root = ElementTree.fromstring(f"<robot>{''.join(parts)}</robot>")
         links = {part.get("name"): part for part in root.findall("link")}
         self.origins, joints = {"base": np.zeros(3)}, []
@@ -39,23 +40,26 @@ class LinkedFrame:
             first, second = part.find("predecessor"), part.find("successor")
             joints.append((part, first.get("link"), second.get("link"), self.origins[first.get("link")] + _vector(first)))
         self.at = {part.get("name"): point for part, _, _, point in joints}
+        self.joints = joints
         beams = {part.get("link"): part for part in root.findall("beam")}
         self.nodes, self.slenderness = {}, np.inf  # the least of a beam
-        for k, name in enumerate(names):
-            self.nodes["hub", name] = k
-        count = len(frame.nodes)
+        self.inside, count = {}, 0
+        for owner, (frame, names) in frames.items():
+            self.nodes |= {(owner, name): count + k for k, name in enumerate(names)}
+            self.inside[owner], count = slice(6 * count, 6 * count + len(frame.K)), count + len(frame.nodes)
         for name, part in beams.items():
             for end in ("from", "to"):
                 self.nodes[name, part.get(end)] = count
                 count += 1
         for name in links:
-            if name not in ("base", "hub", *beams):
+            if name not in ("base", *frames, *beams):
                 self.nodes[name] = count
                 count += 1
         size = 6 * count
         self.K, self.M, self.weight = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, 3))
-        inside = 6 * len(frame.nodes)
-        self.K[:inside, :inside], self.M[:inside, :inside] = frame.K, frame.M
+        for owner, (frame, _) in frames.items():
+            inside = self.inside[owner]
+            self.K[inside, inside], self.M[inside, inside] = frame.K, frame.M
         for name, part in beams.items():
             self._add_beam(name, part)
         for name, node in self.nodes.items():
@@ -78,13 +82,17 @@ class LinkedFrame:
                 held = held[:3]
             self.rows[part.get("name")] = (sum(map(len, rows)), held)
             rows.append(held @ relative)
+        for owner, (_, names) in frames.items():
+            self.nodes[owner] = self.nodes[owner, "o" if "o" in names else names[0]]
+        if "base" in frames:
+            rows.append(np.eye(size)[6 * self.nodes["base"] : 6 * self.nodes["base"] + 6])
         self.A = np.concatenate(rows)
         self.foot_axis = next(_vector(part, "axis") for part, *_ in joints if part.get("name") == "foot")
 
     def _moved(self, link, joint, point):
         """Return the displacement (6, size) of a link at a joint."""
         found = np.zeros((6, len(self.K)))
-        if link != "base":
+        if link in self.nodes or (link, joint) in self.nodes:
             key = (link, joint) if (link, joint) in self.nodes else link
             node = 6 * self.nodes[key]
             found[:, node : node + 6] = np.eye(6) if key != link else to_point(point - self.origins[link])
@@ -106,9 +114,16 @@ class LinkedFrame:
             load = density * area * L * np.vstack([np.eye(3) / 2, sign * L / 12 * skew(x)])
             self.weight[6 * node : 6 * node + 6] += load
 
-    def solve(self, load, gravity, others=()):
-        """Return displacements and multipliers for loads (6, m) on the platform, weights, and loads (6,) on other bodies."""
-        right = np.tile((self.weight @ gravity)[:, None], np.shape(load)[1])
+    def solve(self, load, gravity, others=(), only=None):
+        """Return displacements and multipliers for loads (6, m) on the platform, weights, and loads (6,) on other bodies.
+
+        ``only``: the link given by a frame that alone has weight.
+        """
+        weight = self.weight @ gravity
+        if only is not None:
+            weight, every = np.zeros_like(weight), weight
+            weight[self.inside[only]] = every[self.inside[only]]
+        right = np.tile(weight[:, None], np.shape(load)[1])
         for name, wrenches in {"platform": load, **dict(others)}.items():
             rows = slice(6 * self.nodes[name], 6 * self.nodes[name] + 6)
             right[rows] += np.reshape(wrenches, (6, -1))

@@ -241,7 +241,7 @@ def test_writing_refers_to_the_matrices_or_writes_them(tmp_path):
         (FLEXIBLE.replace("arm.npz", "leg.npz"), r"robot\.urdf:1: <flexible> .*parts/leg\.npz: not readable: No such file"),
         (
             FLEXIBLE.replace('link="arm"', 'link="platform"'),
-            "the link 'platform' is the platform, which is rigid; give it a link",
+            "the interface 'shoulder' is no joint of link 'platform', which has wrist",
         ),
         (FLEXIBLE.replace('link="arm"', 'link="leg"'), "refers to the link 'leg', which does not exist; known: "),
         (FLEXIBLE.replace("file", "path"), "'path' is not an attribute of <flexible>"),

@@ -12,7 +12,7 @@ All works are added up, as are all compliances. The estimate is four times the r
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -62,6 +62,8 @@ def estimate(structure: SmallMotions, solution: Solution) -> Array:
     loads = [item.load for item in solution.applied]
     transmitted = JunctionWrenches(model, solution, loads, range(len(solution.contributions)), True)
     inside, outside, springs = np.zeros_like(C[0, 0]), np.zeros_like(C[0, 0]), _Springs.of(structure)
+    plates = [model.elastic_links[str(edge.span)] for edges in model.topology.plates.values() for edge in edges]
+    springs = replace(springs, hinges=springs.hinges + sum(link.turning_compliance(solution.frames) for link in plates))
     for junctions in limbs.values():
         with np.errstate(divide="ignore", invalid="ignore"):  # the length of a telescopic beam may be zero
             own, by_platform = _of_limb(structure, solution, junctions, transmitted, springs, loops)

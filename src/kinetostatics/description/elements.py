@@ -261,7 +261,7 @@ class ElasticPart(Protocol):
 
         Args:
             joints, others: joints and loops of the link, and its other elastic links.
-            role: "base" or "platform", which are rigid, or empty.
+            role: "base" or "platform", or empty.
         """
         return
 

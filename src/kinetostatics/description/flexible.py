@@ -47,13 +47,13 @@ class Flexible(CheckedPart, ElasticPart):
 
     @property
     def start(self) -> BeamEnd:  # type: ignore[override]
-        """The first interface."""
-        return BeamEnd(self.matrices.names[0])
+        """The first interface, ``o`` if there is one."""
+        return BeamEnd(self.interfaces[0])
 
     @property
     def end(self) -> BeamEnd:  # type: ignore[override]
         """The second interface."""
-        return BeamEnd(self.matrices.names[1])
+        return BeamEnd(self.interfaces[1])
 
     @property
     def errors(self) -> Mapping[str, str]:  # type: ignore[override]
@@ -62,21 +62,18 @@ class Flexible(CheckedPart, ElasticPart):
 
     @property
     def interfaces(self) -> tuple[str, ...]:
-        return self.matrices.names
+        return tuple(sorted(self.matrices.names, key=lambda name: name != "o"))
 
     @property
     def digest(self) -> str:
         return f"{self!r} {self.matrices.digest}"
 
     def check_place(self, joints: Sequence[str], others: Sequence[Beam | ElasticPart], role: str) -> None:
-        if role:
-            right = f"give it a link of its own, joined to {self.link!r} by a fixed joint"
-            raise self.place.error(f"{self.label}: the link {self.link!r} is the {role}, which is rigid; {right}")
         for other in others:
             raise self.place.error(f"{self.label}: the link {self.link!r} is elastic already by {other.name!r}, in {other.place}")
         names = self.matrices.names
         for name in names:
-            if name not in joints:
+            if name not in joints and not (role and name == "o"):
                 has = join_words(joints)
                 raise self.place.error(f"{self.label}: the interface {name!r} is no joint of link {self.link!r}, which has {has}")
         for name in joints:

@@ -122,7 +122,7 @@ def matrix_links(part: Flexible, mechanism: Mechanism, spans: Mapping[str, Span]
     """Return a link by its matrices in its robot, by the names of its ``spans`` from the inner interface to the others."""
     matrices, link, (_, placement) = part.matrices, mechanism.description.links[part.link], mechanism.body_of[part.link]
     R, origin, p = placement[:3, :3], placement[:3, 3], len(spans)
-    at = [R.T @ (mechanism.connections[name].centre_on(part.link) - origin) for name in matrices.names]
+    at = [R.T @ (mechanism.interface_on(part.link, name) - origin) for name in matrices.names]
     ends = [R.T @ (point - origin) for point in (next(iter(spans.values())).start, *(span.end for span in spans.values()))]
     ports = [int(np.argmin([np.linalg.norm(point - end) for point in at])) for end in ends]
     coordinates = [6 * k + row for k in ports for row in range(6)]

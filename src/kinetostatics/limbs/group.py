@@ -89,7 +89,9 @@ class LimbGroup:
         group.elimination, group.rigid_directions, group.soft = elimination, rigid_directions, soft
         if bases:
             group.basis = bases[0]
-            group.labels = [tuple(c.label for c in basis.constraint) for basis in bases]
+            free = () if elimination is None or not self.model.topology.plates else elimination.free
+            stresses = tuple(f"self-stress {k}" for k, _ in enumerate(free, 1))
+            group.labels = [(*(c.label for c in basis.constraint), *stresses) for basis in bases]
             group.attached_labels = [tuple(c.label for c in basis.attached) for basis in bases]
         return group
 

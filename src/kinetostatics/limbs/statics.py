@@ -259,6 +259,10 @@ def _statics(
     compliance G along the self-stresses, their coupling B with the intensities W, the sag h and the assembly errors e.
     """
     found = limb_wrenches(group, geometry, outboard, loaded)
+    if group.model.topology.plates and found.self_stress.shape[2]:  # an elastic base or platform resists self-stresses, too
+        J = np.concatenate([found.J_c, np.zeros((6, *found.self_stress.shape[2:]))], axis=1)
+        every = np.concatenate([found.cut_wrenches, found.self_stress], axis=2)
+        found = replace(found, J_c=J, cut_wrenches=every, self_stress=found.self_stress[:, :, :0])
     cut_wrenches, particular, self_stress = found.cut_wrenches, found.particular, found.self_stress
     if not self_stress.shape[2]:
         C, gravity_displacement = compliance_and_sag(geometry, cut_wrenches, particular, loads)

@@ -132,7 +132,7 @@ class SpanFinder:
         return {span.name: span for beam in self.description.elastic_links.values() for span in self._spans_of(beam)}
 
     def _rigid_with(self, link: str) -> set[str]:
-        """Return ``link`` and all links without beams that are connected to it by rigid fixed joints."""
+        """Return ``link`` and, if it is rigid, all links without beams that are connected to it by rigid fixed joints."""
 
         def fixed_to(link: str) -> Iterator[str]:
             for connection in self.mechanism.at_link[link]:
@@ -140,7 +140,7 @@ class SpanFinder:
                 if is_weld and connection.other(link) not in self.beams_of:
                     yield connection.other(link)
 
-        return set(reachable([link], fixed_to))
+        return {link} if link in self.beams_of else set(reachable([link], fixed_to))
 
     def _reaches(self, link: str, connection: Connection, target: set[str], barred: set[str]) -> bool:
         """Whether a path from ``link`` through ``connection`` reaches a link of ``target`` and passes no link of ``barred``."""
@@ -245,6 +245,8 @@ class SpanFinder:
 
     def _locate(self, beam: Beam | ElasticPart, end: BeamEnd) -> tuple[str, list[Connection]]:
         """Return the link to which a beam's start or end is fixed, and the connections from the beam's link to this link."""
+        if end.joint not in self.mechanism.connections:  # o of base or platform
+            return beam.link, []
         joint = self.mechanism.connections[end.joint]
         adjacent = beam.link in (joint.predecessor, joint.successor)
         sliding = joint.type.slides is not Axes.NONE
@@ -293,9 +295,9 @@ class SpanFinder:
             attachments,
             beam,
             self.mechanism.body_of[start_link][0],
-            self.mechanism.connections[start.joint].centre_on(start_link),
+            self.mechanism.interface_on(start_link, start.joint),
             self.mechanism.body_of[end_link][0],
-            self.mechanism.connections[end.joint].centre_on(end_link),
+            self.mechanism.interface_on(end_link, end.joint),
             self.mechanism.body_of[beam.link][0],
             start_link,
             end_link,
@@ -307,7 +309,7 @@ class SpanFinder:
             if float(np.linalg.norm(along)) < SAME_POINT:
                 reason = f"its ends {start.joint!r} and {end.joint!r} are the same point: its length is zero"
                 for at, name in ((start, "from"), (end, "to")):
-                    if self.mechanism.connections[at.joint].type.is_slide:
+                    if at.joint in self.mechanism.connections and self.mechanism.connections[at.joint].type.is_slide:
                         reason += f"; of a telescope that is one beam, {name}= is the joint behind {at.joint!r}"
                 raise beam_error(beam, reason)
             beam.check_direction(self.mechanism.body_of[beam.link][1][:3, :3].T @ along)

@@ -40,11 +40,15 @@ class RigidBody:
 
 @dataclass(eq=False)
 class BodyEdge:
-    """A joint or elastic link between two bodies; ``ends``: predecessor and successor, or start and end of the link."""
+    """A joint or elastic link between two bodies; ``ends``: predecessor and successor, or start and end of the link.
+
+    ``ports``: the ends while an elastic base or platform is elastic, in a graph in which it is rigid.
+    """
 
     ends: tuple[RigidBody, RigidBody]
     connection: Connection | None = None
     span: Span | None = None
+    ports: tuple[RigidBody, RigidBody] | None = None
 
     @property
     def key(self) -> str:
@@ -71,9 +75,11 @@ class BodyGraph:
         bodies: all bodies, in the order of the file.
         edges: all edges between different bodies: beams in the order of the file, then joints in the order of their links.
         misplaced: joints attached to a beam between the beam's ends, each with the beam's link.
+        plates: edges of an elastic base or platform, by its link, from the ground or o to each further interface, if it is taken
+            as rigid; they are not among ``edges``.
     """
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    def __init__(self, mechanism: Mechanism, rigid_plates: bool = False) -> None:
         self.mechanism = mechanism
         self.description = mechanism.description
         finder = SpanFinder(mechanism)
@@ -89,8 +95,12 @@ class BodyGraph:
             self._join([self._at[link][0][1] for link in self.description.links if link in links])
             for links in (self.base_links, self.platform_links)
         )
-        self.bodies = list(dict.fromkeys(body for here in self._at.values() for _, body in here))
         self.edges = self._in_order([*self._beam_edges(), *self._joint_edges()])
+        self.plates: dict[str, list[BodyEdge]] = {}
+        for root, link in ((self.base, self.description.base), (self.platform, self.description.platform)):
+            if rigid_plates and link in self.beams_of:
+                self._make_rigid(root, link)
+        self.bodies = list(dict.fromkeys(body for here in self._at.values() for _, body in here))
         for link, here in self._at.items():
             for point, body in here:
                 body.links.append(link)
@@ -146,6 +156,18 @@ class BodyGraph:
             self._at[link] = [(point, bodies[0] if body in bodies else body) for point, body in here]
         return bodies[0]
 
+    def _make_rigid(self, root: RigidBody, link: str) -> None:
+        """Join the interfaces of an elastic base or platform."""
+        ports = {body for _, body in self._at[link]}
+        root.weights += [f"beam:{beam.name}" for beam in self.beams_of[link]]
+        for edge in self.edges:
+            edge.ports = edge.ports or edge.ends
+            first, second = (root if end in ports else end for end in edge.ends)
+            edge.ends = first, second
+        self.plates[link] = [edge for edge in self.edges if edge.span is not None and edge.span.part.link == link]
+        self.edges = [edge for edge in self.edges if edge not in self.plates[link]]
+        self._join([root, *ports])
+
     def _join_links_in_spans(self) -> None:
         """Join each link within a beam's span to the start or end on its side of the beam's link.
 
@@ -181,6 +203,8 @@ class BodyGraph:
         """Return the body of a link to which a joint is attached; for a joint between the ends of a beam, the nearest body."""
         centre = connection.centre_on(link)
         body = self._body_at(link, centre)
+        if body is None and connection.type.is_free and link in (self.description.base, self.description.platform):
+            return self._at[link][0][1]
         if body is None:
             self.misplaced.append((connection, link))
             body = min(self._at[link], key=lambda at: 0.0 if at[0] is None else float(np.linalg.norm(centre - at[0])))[1]
@@ -309,19 +333,12 @@ def _put_inner_ports_first(
 
 
 def edges_beside(edges: list[BodyEdge], leading: set[BodyEdge]) -> dict[BodyEdge, list[str]]:
-    """Return the edges of elastic links to further interfaces, which carry no cut-joint wrench, with the keys of the others.
-
-    Raises:
-        RobotFileError: an elastic link with three or more interfaces is on an open branch.
-    """
+    """Return the edges of elastic links to further interfaces, which carry no cut-joint wrench, with the keys of the others."""
     beside: dict[BodyEdge, list[str]] = {}
     for star in stars_of(edges).values():
         others = [edge.key for edge in star if edge in leading]
-        part = star[0].span.part if star[0].span is not None else None
-        if not others and part is not None:
-            reason = "it has three or more interfaces, and is on an open branch, where an elastic link can have two"
-            raise beam_error(part, reason)
-        beside |= {edge: others for edge in star if edge not in leading}
+        if others:
+            beside |= {edge: others for edge in star if edge not in leading}
     return beside
 
 

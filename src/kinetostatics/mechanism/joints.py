@@ -310,7 +310,7 @@ def limb_elements(limb: Limb, compounds: Sequence[CompoundJoint]) -> tuple[Eleme
         if number is not None and k != compounds[number].edge:
             continue
         inner = limb.edges[pending[0]].parent
-        parent = -1 if inner is None else ends[inner]
+        parent = -1 if inner is None else ends.get(inner, -1)  # of the first elements it may be an elastic base
         turned = edge.both_ways and edge.sign < 0
         elements.append(Element(tuple(pending), parent, edge.cut_joints, number, edge.span is not None, turned))
         ends.update((limb.edges[j].key, len(elements) - 1) for j in pending)

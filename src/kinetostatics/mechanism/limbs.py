@@ -38,6 +38,7 @@ class Edge:
             joints' wrenches, with these signs, and of the weights outboard.
         both_ways: whether paths from base to platform pass the edge in both directions; results then refer to the direction in
             the file, from predecessor to successor or from start to end.
+        limb_cuts: (limb, number, sign) of the limbs' cut joints whose wrenches an elastic base or platform carries there.
     """
 
     joint: str | None
@@ -48,6 +49,7 @@ class Edge:
     excluded: tuple[str, ...] = ()
     cut_joints: tuple[tuple[int, int], ...] = ()
     both_ways: bool = False
+    limb_cuts: tuple[tuple[int, int, int], ...] = ()
 
     @property
     def key(self) -> str:
@@ -91,6 +93,7 @@ class Limb(ShortRepr):
         on_platform: whether the limb is attached only to the platform, which is then the root of its spanning tree.
         parts: segments in series from base to platform, divided at the bodies that all the limb's paths pass. Consecutive joints
             and beams in series form one segment.
+        ports: for each cut joint, the key of the edge of an elastic platform that it loads, else None.
     """
 
     name: str
@@ -103,6 +106,7 @@ class Limb(ShortRepr):
     on_platform: bool = False
     parts: tuple[LimbSegment, ...] = ()
     attachments: tuple[str, ...] = ()
+    ports: tuple[str | None, ...] = ()
 
     @property
     def is_serial(self) -> bool:
@@ -120,13 +124,16 @@ class Limb(ShortRepr):
 class AttachedBodies:
     """The base and the bodies attached only to the base, or the platform and the bodies attached only to the platform.
 
-    ``edges`` are the edges of open branches.
+    ``edges`` are the edges of open branches. If base or platform is elastic, its own edges, the *plate*, come first; the next
+    edges outboard have them as parents. ``root`` is the attachment on the body of the ground, or of o.
     """
 
     links: tuple[str, ...]
     edges: tuple[Edge, ...]
     weights: tuple[str, ...]
     attachments: tuple[str, ...]
+    root: str
+    plate: tuple[Edge, ...] = ()
 
 
 @dataclass(frozen=True, repr=False)
@@ -169,6 +176,11 @@ class Topology(ShortRepr):
     def link_of(self, attachment: str) -> str:
         kind, _, beam = attachment.removeprefix(body_at_end("")).partition(":")
         return self.spans[beam].part.link if kind in ("start", "end") and beam in self.spans else attachment
+
+    @property
+    def plates(self) -> dict[str, tuple[Edge, ...]]:
+        """The edges of ``base`` and ``platform``, where they are elastic."""
+        return {name: part.plate for name, part in (("base", self.base), ("platform", self.platform)) if part.plate}
 
     @property
     def all_limbs(self) -> tuple[Limb, ...]:

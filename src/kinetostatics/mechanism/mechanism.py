@@ -236,6 +236,14 @@ class Mechanism:
             result[connection.successor].append(connection)
         return result
 
+    def interface_on(self, link: str, name: str) -> Array:
+        """Return the centre (3,) [m] of a joint, or o of base or platform (the origin of the base), in the body of ``link``."""
+        connection = self.connections.get(name)
+        if connection is not None and link in (connection.predecessor, connection.successor):
+            return connection.centre_on(link)
+        placement = self.platform_frame[1] if link == self.description.platform else self.body_of[link][1]
+        return np.asarray(placement[:3, 3])
+
     def platform_pose(self, frames: Frames) -> tuple[Array, Array]:
         """Return the platform's orientation (3, 3, N) and the position (3, N) [m] of o, world axes."""
         body, placement = self.platform_frame

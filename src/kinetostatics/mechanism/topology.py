@@ -6,12 +6,13 @@ Terms are defined in :mod:`kinetostatics.mechanism.limbs`; a *step* is a directe
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from kinetostatics.math.graphs import blocks, joined, reachable
+from kinetostatics.mechanism.beam_geometry import beam_error
 from kinetostatics.mechanism.body_graph import (
     BodyEdge,
     BodyGraph,
@@ -21,6 +22,7 @@ from kinetostatics.mechanism.body_graph import (
     edges_beside,
     stars_of,
 )
+from kinetostatics.mechanism.cut_joints import cut_joints_carried, edges_towards_cut_joints
 from kinetostatics.mechanism.joints import elastic_actuators
 from kinetostatics.mechanism.limbs import AttachedBodies, Edge, Limb, LimbSegment, Topology
 from kinetostatics.mechanism.mechanism import Mechanism
@@ -40,7 +42,9 @@ def analyze_topology(mechanism: Mechanism) -> Topology:
 
 class _TopologyBuilder:
     def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism, self.graph = mechanism, BodyGraph(mechanism)
+        self.mechanism, self.graph = mechanism, BodyGraph(mechanism, rigid_plates=True)
+        #: by the body of an interface of an elastic base or platform, the key of the edge to it
+        self.port_keys = {edge.ports[1]: edge.key for edges in self.graph.plates.values() for edge in edges if edge.ports}
         self.spans = dict(self.graph.spans)
         self.warnings: list[str] = []
         self.carried_by: dict[str, str] = {}
@@ -73,6 +77,7 @@ class _TopologyBuilder:
             root = platform if limb.on_platform else base
             attached[root].append((component, limb))
             if limb.to_platform:
+                self._check_one_port(limb)
                 hanging.append(replace(limb, name="platform" if limb.on_platform else "base"))
         for edge in graph.edges:
             joint = edge.connection
@@ -85,7 +90,7 @@ class _TopologyBuilder:
         self._check_actuators((*numbered, *hanging))
         self._check_springs()
         on_limbs = {attachment for limb in numbered for attachment in limb.attachments}
-        on_base, on_platform = (self._attached(root, attached[root], on_limbs) for root in (base, platform))
+        on_base, on_platform = (self._attached(root, attached[root], on_limbs, numbered) for root in (base, platform))
         unsupported = self._check_misplaced((*numbered, *hanging), (*on_base.edges, *on_platform.edges))
         return Topology(
             limbs=numbered,
@@ -140,9 +145,9 @@ class _TopologyBuilder:
         on_platform = bool(bodies) and all(graph.base not in edge.ends for edge in edges)
         reached_by = {step.outer: step for step in steps if step.in_tree}
         outboard = self._weights_outboard(steps)
-        carries = _cut_joints_carried(steps, reached_by)
+        carries = cut_joints_carried(steps, reached_by)
         cut_joints = [step for step in steps if not step.in_tree]
-        leading = _edges_towards_cut_joints(steps, reached_by, carries)
+        leading = edges_towards_cut_joints(steps, reached_by, carries)
         beside = edges_beside(edges, leading)
         degree: dict[RigidBody, int] = {}
         for edge in edges:
@@ -155,7 +160,8 @@ class _TopologyBuilder:
         keys: dict[BodyEdge, tuple[str, ...]] = {}
         for step in steps:
             passes = step.in_tree and degree[step.outer] == 2 and not step.outer.weights
-            chain = self._directed(step, outboard.get(step.edge, []), last_key.get(step.inner), tuple(carries[step.edge].items()))
+            parent = last_key.get(step.inner) or self._port_key(step.edge, step.inner)
+            chain = self._directed(step, outboard.get(step.edge, []), parent, tuple(carries[step.edge].items()))
             keys[step.edge] = tuple(edge.key for edge in chain)
             if step.in_tree:
                 last_key[step.outer] = chain[-1].key
@@ -185,7 +191,20 @@ class _TopologyBuilder:
             on_platform,
             self._parts([step for step in steps if step.edge in leading], keys),
             tuple(attachments),
+            tuple(self._port_key(step.edge, step.outer) for step in cut_joints),
         )
+
+    def _port_key(self, edge: BodyEdge, end: RigidBody) -> str | None:
+        """Return the key of the edge of an elastic base or platform at which the ``end`` of an edge is."""
+        return None if edge.ports is None else self.port_keys.get(edge.ports[edge.ends.index(end)])
+
+    def _check_one_port(self, limb: Limb) -> None:
+        parents = {edge.parent for edge in (*limb.edges, *limb.branches)} - {edge.key for edge in (*limb.edges, *limb.branches)}
+        if len(parents) > 1:
+            links = ", ".join(map(repr, limb.links))
+            [plate] = [edges[0] for edges in self.graph.plates.values() if {edge.key for edge in edges} & parents]
+            assert plate.span is not None
+            raise beam_error(plate.span.part, f"the closed chain of {links} stiffens it; include these links in its matrices")
 
     def _ends_in_span(self, step: DirectedEdge) -> tuple[list[str], list[str]]:
         """Return the attachments at a beam's inner end and at its outer end, each a list of one name or none.
@@ -344,51 +363,37 @@ class _TopologyBuilder:
         """Whether the name is that of a weight, not of a massless attachment."""
         return name.startswith("beam:") or (name in self.graph.description.links and self.graph.weighs(name))
 
-    def _attached(self, root: RigidBody, components: list[tuple[list[RigidBody], Limb]], on_limbs: set[str]) -> AttachedBodies:
+    def _attached(
+        self, root: RigidBody, components: list[tuple[list[RigidBody], Limb]], on_limbs: set[str], limbs: Sequence[Limb]
+    ) -> AttachedBodies:
         """Return the bodies attached to base or platform; attachments ``on_limbs`` are left out."""
         bodies = [root, *(body for component, _ in components for body in component)]
         weights = [*root.weights, *(name for _, limb in components for name in limb.weights)]
         edges = [edge for _, limb in components if not limb.to_platform for edge in limb.branches]
         attachments = [name for body in bodies for name in body.attachments if name not in on_limbs]
-        return AttachedBodies(self.graph.links_of(bodies, []), tuple(edges), tuple(weights), tuple(attachments))
+        plate = tuple(self._plate_edges(root, limbs, [limb for _, limb in components]))
+        edges = [*plate, *edges]
+        at = self.span_ends[str(plate[0].span)][0] if plate else self._name_of(root)
+        return AttachedBodies(self.graph.links_of(bodies, []), tuple(edges), tuple(weights), tuple(attachments), at, plate)
+
+    def _plate_edges(self, root: RigidBody, limbs: Sequence[Limb], attached: Sequence[Limb]) -> Iterator[Edge]:
+        """Yield the edges of an elastic base or platform, which carry what is attached to their ends."""
+        for body_edge in self.graph.plates.get(self._name_of(root), ()):
+            assert body_edge.span is not None
+            key, end = body_edge.key, body_edge.span.attachments[1]
+            self.carried_by[end] = key
+            outboard, cuts = [end], []
+            for number, limb in [*enumerate(limbs), *((-1, limb) for limb in attached)]:
+                for edge in (*limb.edges, *limb.branches):
+                    if edge.parent == key:
+                        own = [] if edge.span is None else [edge.key, self.span_ends[edge.span][0]]
+                        outboard += [*own, *edge.outboard]
+                        cuts += [(number, cut, sign) for cut, sign in edge.cut_joints if number >= 0]
+                cuts += [(number, cut, -1) for cut, port in enumerate(limb.ports) if port == key and number >= 0]
+            yield Edge(None, body_edge.span.name, 1, tuple(dict.fromkeys(outboard)), None, limb_cuts=tuple(cuts))
 
 
 def _joints_of(edge: BodyEdge) -> list[str]:
     """Return the name of the edge's joint, or of the joints inside the span of a beam."""
     inside = () if edge.span is None else (*edge.span.inward, *edge.span.outward)
     return [connection.name for connection in (edge.connection, *inside) if connection is not None]
-
-
-def _path_to_root(body: RigidBody, reached_by: dict[RigidBody, DirectedEdge]) -> Iterator[DirectedEdge]:
-    while (step := reached_by.get(body)) is not None:
-        yield step
-        body = step.inner
-
-
-def _cut_joints_carried(steps: list[DirectedEdge], reached_by: dict[RigidBody, DirectedEdge]) -> dict[BodyEdge, dict[int, int]]:
-    """Return for each edge ``{number: sign}`` of the cut joints whose wrenches it carries, as in :class:`.limbs.Edge`.
-
-    The wrench of a cut joint acts from its outer on its inner side. The sign is positive in the edges of the tree's path to the
-    inner end of the cut joint, and negative in the edges of the path to its outer end.
-    """
-    carries: dict[BodyEdge, dict[int, int]] = {step.edge: {} for step in steps}
-    for number, cut_joint in enumerate(step for step in steps if not step.in_tree):
-        carries[cut_joint.edge][number] = 1
-        for body, sign in ((cut_joint.inner, 1), (cut_joint.outer, -1)):
-            for step in _path_to_root(body, reached_by):
-                signs = carries[step.edge]
-                signs[number] = signs.get(number, 0) + sign
-                if signs[number] == 0:
-                    del signs[number]
-    return carries
-
-
-def _edges_towards_cut_joints(
-    steps: list[DirectedEdge], reached_by: dict[RigidBody, DirectedEdge], carries: dict[BodyEdge, dict[int, int]]
-) -> set[BodyEdge]:
-    """Return the edges that carry a cut-joint wrench, and the edges inboard of these edges."""
-    leading: set[BodyEdge] = set()
-    for step in steps:
-        if carries[step.edge]:
-            leading.update([step.edge, *(inner_step.edge for inner_step in _path_to_root(step.inner, reached_by))])
-    return leading

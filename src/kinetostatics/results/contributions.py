@@ -210,7 +210,7 @@ def _attachments(robot: RobotStatics, solution: Solution) -> Mapping[str, Mask]:
         if applied.load.name == PAYLOAD:
             several = len(applied.load.wrenches) > 1
             return {name: np.any(w != 0, axis=0) if several else everywhere for name, w in applied.load.wrenches.items()}
-    return {robot.description.platform: everywhere}
+    return {robot.topology.platform.root: everywhere}
 
 
 def _unit_payloads(

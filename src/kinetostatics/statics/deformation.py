@@ -22,6 +22,7 @@ from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.statics.link_loads import with_contributions
+from kinetostatics.statics.plates import Plates, places_of
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
 
@@ -74,14 +75,17 @@ class Deformation:
 def deform(robot: RobotStatics, solution: Solution) -> Deformation:
     """Return the displacements of all parts in an equilibrium, by contribution."""
     out = Deformation({}, [], [], {}, zeros_for((solution.o.shape[1],), solution.o))
+    if robot.topology.plates:
+        _deform_plates(robot, solution, out)
     for number in range(len(solution.statics)):
         _deform_limbs(solution, number, out)
     S = len(solution.contributions)
     branches: list[tuple[tuple[Edge, ...], int, int, Array | None]]
     branches = [(limb.branches, 2 + k, solution.place_of_strains(k), None) for k, limb in enumerate(robot.topology.limbs)]
     hanging = [(limb.branches, 1 if limb.on_platform else S) for limb in robot.topology.hanging]
-    branches += [(edges, own, own, None) for edges, own in (*hanging, (robot.topology.base.edges, S))]
-    branches.append((robot.topology.platform.edges, 1, 1, solution.twists))
+    on_base, on_platform = (part.edges[len(part.plate) :] for part in (robot.topology.base, robot.topology.platform))
+    branches += [(edges, own, own, None) for edges, own in (*hanging, (on_base, S))]
+    branches.append((on_platform, 1, 1, solution.twists))
     moved = _deform_branch_actuators(robot, solution, [(edges, strains) for edges, _, strains, _ in branches], out)
     for edges, forces, strains, root in branches:
         if edges:
@@ -90,6 +94,29 @@ def deform(robot: RobotStatics, solution: Solution) -> Deformation:
     if along:
         out.beams[:] = [stack.with_lines(along) for stack in out.beams]
     return out
+
+
+def _deform_plates(robot: RobotStatics, solution: Solution, out: Deformation) -> None:
+    """Compute the motions of the interfaces of an elastic base and platform and add them to ``out``."""
+    plates, count = Plates(robot, solution.frames, solution.o, solution.statics), len(solution.contributions)
+    places = places_of(solution.contributions, [solution.place_of_strains(k) for k in range(len(robot.topology.limbs))])
+    statics = [solution.statics_of_weights(number) for number in range(len(solution.statics))]
+    wrenches = plates.by_weights(statics, solution.weights, places, count)
+    for more in (plates.by_intensities(solution.intensities), plates.by_loads(solution.applied, count)):
+        wrenches = [mine + other for mine, other in zip(wrenches, more, strict=True)]
+    displaced = plates.displacements(wrenches, solution.gravity, solution.assembly_errors, places)
+    for role, placed, (forces, moved, twists) in zip(robot.topology.plates, plates.placed, displaced, strict=True):
+        out.spring_energy[:] += placed.strain_energy(forces.sum(axis=1), moved.sum(axis=1)).sum(axis=0)
+        edges, root = robot.topology.plates[role], solution.twists if role == "platform" else np.zeros_like(solution.twists)
+        for edge, twist in zip(edges, np.split(twists, len(edges)), strict=True):
+            out.motions[edge.key] = root + twist
+            for number, item in enumerate(solution.statics):
+                for position, limb in enumerate(item.group.numbers):
+                    signs = np.zeros(len(item.group.to_platform), dtype=np.int8)
+                    for other, cut, sign in edge.limb_cuts:
+                        signs[cut] += sign * (other == limb)
+                    motion, name = twist.sum(axis=1)[:, None], robot.topology.part_of(edge)
+                    out.elastic.append(ElasticDeformation("links", (name,), item.group, number, (position,), signs, motion))
 
 
 def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
@@ -131,14 +158,24 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
             alone = alone.turned(alone.inner) if elements[k].turned else alone
             beam_of[k] = replace(placed.inside(carried, share * own[:, None]), axial_correction=moved_share * alone.axial_force())
     _add_assembly_errors(solution, number, deformed, beam_of, out)
-    turned = _joint_motions(solution, statics, geometry, deformed, signs, S)
-    # sum of the motions of all elements from base to platform
+    # motions of base and platform, by the elements that begin at them, and by the cut joints that end there
     root = np.zeros((6, S, g, N))
     if group.limbs[0].on_platform:
         root = root + solution.twists[:, :, None]
+    keys = {
+        k: [limb.edges[row[k].edges[0]].parent for limb, row in zip(group.limbs, group.elements, strict=True)]
+        for k, element in enumerate(elements)
+        if element.parent < 0
+    }
+    roots = {k: _of_plate(out, row, root) for k, row in keys.items() if any(row)}
+    end = zeros_for((6, S, g, N), solution.twists)
+    end[:, : solution.twists.shape[1]] += solution.twists[:, :, None]
+    ends = [_of_plate(out, [limb.ports[cut] for limb in group.limbs], end) for cut in range(len(group.to_platform))]
+    turned = _joint_motions(solution, statics, geometry, deformed, signs, roots, ends)
+    # sum of the motions of all elements from base to platform
     motions: list[Array] = []
     for k, element in enumerate(elements):
-        inner = motions[element.parent] if element.parent >= 0 else root
+        inner = motions[element.parent] if element.parent >= 0 else roots.get(k, root)
         outer = inner
         if k in beam_of:
             beam_of[k] = replace(beam_of[k], inner=inner)
@@ -153,6 +190,19 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
             out.motions[limb.edges[edges[-1]].key] = outer[:, :, position]
     for k, beams in beam_of.items():
         out.beams.append(beams.turned(motions[k]) if elements[k].turned else beams)
+
+
+def _of_plate(out: Deformation, keys: Sequence[str | None], root: Array) -> Array:
+    """Return ``root`` (6, S, g, N) with the motion of an elastic base or platform where limbs have a key of its edges."""
+    if not any(keys):
+        return root
+    found = zeros_for(root.shape, root, *(out.motions[key] for key in keys if key))
+    found[:] = root
+    for position, key in enumerate(keys):
+        if key:
+            motion = out.motions[key]
+            found[:, : motion.shape[1], position] = motion
+    return found
 
 
 def _with_loads(solution: Solution, number: int, weights: Array, element: int) -> Array:
@@ -197,24 +247,31 @@ def _add_assembly_errors(
 
 
 def _joint_motions(
-    solution: Solution, statics: LimbStatics, geometry: LimbGeometry, deformed: dict[int, Array], signs: NDArray[np.int8], S: int
+    solution: Solution,
+    statics: LimbStatics,
+    geometry: LimbGeometry,
+    deformed: Mapping[int, Array],
+    signs: NDArray[np.int8],
+    roots: Mapping[int, Array],
+    ends: Sequence[Array],
 ) -> Array:
     """Solve for the motions q (k, S, g, N) of k freedoms of joints that keep the limbs connected; local freedoms do not move.
 
     Σ ± S_j q_j = gap − Σ ± t_e for each cut joint, in the sense of least squares, with the twist of the platform, or 0, as gap.
+    The motions ``roots`` of an elastic base count among the t_e; ``ends`` are the twists of the platform at the cut joints.
     The edges that transmit the wrench of a cut joint form either a path to the platform, along which the motions add up to the
     motion of the platform, or a ring, around which they add up to zero.
     """
     group = statics.group
-    M, (g, N) = len(group.to_platform), geometry.limb_axes.shape[2:]
+    M, (S, g, N) = len(group.to_platform), ends[0].shape[1:] if ends else (0, *geometry.limb_axes.shape[2:])
     turned = zeros_for((len(group.passive), S, g, N), solution.twists)
     passive = np.flatnonzero(group.passive)
     if not passive.size or not M:
         return turned
     gap = zeros_for((M, 6, S, g, N), solution.twists)
-    for cut in np.flatnonzero(group.to_platform):
-        gap[cut] = solution.twists[:, :, None]
-    for k, motion in deformed.items():
+    for number in np.flatnonzero(group.to_platform).tolist():
+        gap[number] = ends[number]
+    for k, motion in (*deformed.items(), *roots.items()):
         for cut in np.flatnonzero(signs[k]):
             gap[cut] -= signs[k, cut] * motion
     scale = np.array([1 / group.model.length] * 3 + [1.0] * 3).reshape(6, 1, 1, 1)
@@ -262,18 +319,22 @@ def _deform_branches(
     share[strains] = 1
     axial_correction[forces] += 1
     axial_correction[strains] -= 1
+    shifts: dict[str, Array] = {}  # of the outer ends, by edge
     still, no_freedoms = np.zeros((6, len(share), solution.o.shape[1])), np.zeros((6, 0, 1, solution.o.shape[1]))
     for edge in edges:
         if edge.parent is None:
             motion = still if root is None else root
         else:
             motion = out.motions[edge.parent]
+            motion = np.concatenate([motion, still[:, motion.shape[1] :]], axis=1)
         off = np.zeros((6, len(share), solution.o.shape[1]))
         if assembly_errors is not None and assembly_errors.concerns(edge):
             off[:, solution.contributions.index("assembly_errors")] = assembly_errors.of_edge(edge, frames, solution.o)
-        own = robot.weights.carried_by(edge, solution.weights)
-        carried = _with_branch_loads(solution, edge, own[:, None] * share[:, 0])[:, :, None]
-        for element in robot.branch_elements.get(edge.key, ()):
+        for element, ends in robot.branch_elements.get(edge.key, ()):
+            own = robot.weights.carried_by(edge, solution.weights)
+            weights = [robot.weights.carried_by(end, solution.weights)[:, None] * share[:, 0] for end in ends]
+            pairs = zip(ends, weights, strict=True)
+            carried = np.concatenate([_with_branch_loads(solution, end, weight) for end, weight in pairs])[:, :, None]
             placed = element.placed(frames, solution.o, no_freedoms)
             displacements, weight = placed.displacements(placed.forces(carried)), placed.own_load(solution.gravity)
             load = None if weight is None else share * weight[:, None]
@@ -284,8 +345,10 @@ def _deform_branches(
                 stretch, axial = np.einsum("ign,isn->sgn", x, off[:3]), np.einsum("ign,in->gn", x, own[:3])
                 beams = replace(placed.inside(carried, load), inner=motion[:, :, None], stretch=stretch)
                 out.beams.append(replace(beams, axial_correction=axial_correction * axial))
-            for _, deformed in placed.motions(displacements):
-                motion = motion + deformed[:, :, 0]
+            for k, deformed in placed.motions(displacements):
+                outer = ends[k].key
+                shifts[outer] = shifts.get(outer, 0.0) + deformed[:, :, 0]
+        motion = motion + shifts.get(edge.key, 0.0)
         if edge.key in moved:
             actuator, joint = moved[edge.key]
             known = out.actuator_deformations[actuator][: len(share)]

@@ -107,8 +107,7 @@ class GeometricStiffness:
         """
         acting_loads = [item.load for item in solution.applied if item.load.kind == "spring" or contributions is not None]
         if contributions is None:
-            limbs = [limb.name for limb in self._robot.topology.limbs]
-            contributions = ["platform_weight", *limbs, *(load.name for load in acting_loads)]
+            contributions = [*self._robot.contributions[1:], *(load.name for load in acting_loads)]
         acting_loads = [load for load in acting_loads if load.name in contributions]
         weighty = "platform_weight" in contributions
         which = [solution.contributions.index(name) for name in contributions]
@@ -246,8 +245,8 @@ class JunctionWrenches:
             for attachment, wrench in load.wrenches.items():
                 if sign := carries(item.edge, attachment):
                     total = total + sign * wrench
-        for cut, sign in item.edge.cut_joints:
-            total = total + sign * self._cuts[item.owner][cut]
+        for limb, cut, sign in (*((item.owner, *pair) for pair in item.edge.cut_joints), *item.edge.limb_cuts):
+            total = total + sign * self._cuts[limb][cut]
         return -total
 
 

@@ -217,7 +217,7 @@ class LinkLoads:
         found: dict[str, dict[str, Array]] = {}
         points: dict[str, dict[str, Array]] = {}
         for item in self.loads:
-            link, R, point = self._placed(item, frames)
+            _, R, point = self._placed(item, frames)
             if item.mass is not None:
                 own = np.concatenate([gravity * item.mass, np.zeros_like(gravity)])
             else:
@@ -225,10 +225,15 @@ class LinkLoads:
                 own = rotate(R, item.wrench) if item.in_link_frame else item.wrench
             wrench = move_wrench(own, o - point)
             mine = found.setdefault(item.name, {})
-            for attachment, where in attachments_at(self.robot, item.name, link, frames, point).items():
+            for attachment, where in self._attachments(item, frames, point).items():
                 mine[attachment] = mine.get(attachment, 0.0) + np.where(where, wrench, 0.0)
                 points.setdefault(item.name, {}).setdefault(attachment, point)
         return tuple(AppliedLoad(name, wrenches, points[name]) for name, wrenches in found.items())
+
+    def _attachments(self, item: _Load, frames: Frames, point: Array) -> dict[str, Mask]:
+        if item.link is None:
+            return {self.robot.topology.platform.root: np.ones(point.shape[1], dtype=bool)}
+        return attachments_at(self.robot, item.name, item.link, frames, point)
 
     def _placed(self, item: _Load, frames: Frames) -> tuple[str, Array, Array]:
         """Return the loaded link, the axes (3, 3, N) of its frame, and the point of application (3, N) [m] of the load."""
@@ -248,7 +253,7 @@ class LinkLoads:
         for item in self.loads:
             if item.mass is not None:
                 link, R, point = self._placed(item, frames)
-                for attachment, where in attachments_at(self.robot, item.name, link, frames, point).items():
+                for attachment, where in self._attachments(item, frames, point).items():
                     mass, body = np.where(where, item.mass[0], 0.0), self.robot.mechanism.body_of[link][0]
                     yield attachment, body, point, mass, R, np.where(mass > 0, semidefinite(item.inertia.matrix)[:, :, None], 0.0)
 

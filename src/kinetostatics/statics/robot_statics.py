@@ -5,8 +5,9 @@ An open branch is a chain of links with a free end, on a limb, the base or the p
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 
@@ -118,7 +119,8 @@ class RobotStatics(StaticModel):
         example: frames of one generic pose.
         rotation_groups: they rotate relative to one another; for a robot with springs; else None.
         branch_actuators: elastic actuators that move joints of open branches, with these joints.
-        branch_elements: beams and elastic joints of open branches, by key of the edge.
+        branch_elements: elastic links and joints of open branches, by key of their first edge, with their edges.
+        contributions: names of the contributions to the twist without loads.
     """
 
     groups: tuple[LimbGroup, ...]
@@ -127,7 +129,12 @@ class RobotStatics(StaticModel):
     example: Frames
     rotation_groups: RotationGroups | None
     branch_actuators: tuple[tuple[ElasticActuator, tuple[BranchJoint, ...]], ...]
-    branch_elements: Mapping[str, tuple[ElasticElement, ...]]
+    branch_elements: Mapping[str, tuple[tuple[ElasticElement, tuple[Edge, ...]], ...]]
+
+    @cached_property
+    def contributions(self) -> tuple[str, ...]:
+        base = ("base_weight",) if self.topology.base.plate else ()
+        return ("load", "platform_weight", *(limb.name for limb in self.topology.limbs), *base)
 
     def passive_joints(self, owner: str) -> list[str]:
         """Return the passive joints of a limb, or of the bodies attached only to ``base`` or only to ``platform``."""
@@ -160,7 +167,10 @@ def _with_groups(model: StaticModel, groups: tuple[LimbGroup, ...], example: Fra
     rotation_groups = find_rotation_groups(model) if model.description.springs else None
     actuators = elastic_actuators(model.mechanism).values()
     moved = [(actuator, branch_joints(model.mechanism, model.topology, actuator)) for actuator in actuators]
-    elements = {edge.key: tuple(_elements_of(model, edge)) for edge in model.topology.branch_edges}
+    links: dict[str, list[Edge]] = {}
+    for edge in model.topology.branch_edges:
+        links.setdefault(edge.joint or f"beam:{model.topology.part_of(edge)}", []).append(edge)
+    elements = {edges[0].key: tuple(_elements_of(model, edges)) for edges in links.values()}
     return RobotStatics(
         **{item.name: getattr(model, item.name) for item in fields(StaticModel)},
         groups=groups,
@@ -173,10 +183,14 @@ def _with_groups(model: StaticModel, groups: tuple[LimbGroup, ...], example: Fra
     )
 
 
-def _elements_of(model: StaticModel, edge: Edge) -> Iterator[ElasticElement]:
-    if edge.span is not None:
-        link = model.elastic_links[edge.span]
-        yield link.stacked([link], [edge])
-    elif edge.joint is not None:
-        for joint in springs_of(model.mechanism, edge.joint):
-            yield ElasticJoints([joint], [edge])
+def _elements_of(model: StaticModel, edges: Sequence[Edge]) -> Iterator[tuple[ElasticElement, tuple[Edge, ...]]]:
+    """Yield the elements of a joint, or of an elastic link with its ``edges`` to one or more outer ends."""
+    links = [model.elastic_links[edge.span] for edge in edges if edge.span is not None]
+    if len(links) == 1:
+        yield links[0].stacked(links, edges), tuple(edges)
+    elif links:
+        ends = range(len(links))
+        yield links[0].coupled([links], [edges], ends, np.zeros((len(links), 0), dtype=np.int8)), tuple(edges)
+    for edge in edges:
+        for joint in springs_of(model.mechanism, edge.joint) if edge.joint is not None else ():
+            yield ElasticJoints([joint], [edge]), (edge,)

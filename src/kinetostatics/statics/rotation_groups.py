@@ -120,7 +120,7 @@ class _Finder:
         self.attachment_at: dict[str, str] = {}  # an attachment on the outer side of an edge, by its key
         for attachment, key in self.topology.carried_by.items():
             self.attachment_at.setdefault(key, attachment)
-        self.attachments, self.owners = [model.description.base, model.description.platform], [-1, -1]
+        self.attachments, self.owners = [self.topology.base.root, self.topology.platform.root], [-1, -1]
         self.group_at: dict[str, int] = {}  # by the edge's key
         self.hinged: set[int] = set()
 
@@ -145,6 +145,11 @@ class _Finder:
     def _steps(self) -> Iterator[_Step]:
         topology, mechanism = self.topology, self.model.mechanism
         branches: list[tuple[tuple[Edge, ...], int, int]] = []
+        count = len(topology.all_limbs)
+        for owner, root, part in ((count, BASE, topology.base), (count + 1, PLATFORM, topology.platform)):
+            for edge in part.plate:
+                yield _Step(edge, edge, owner, (), True, root)
+            branches.append((part.edges[len(part.plate) :], owner, root))
         for number, limb in enumerate(topology.all_limbs):
             root = PLATFORM if limb.on_platform else BASE
             compounds = compound_joints(mechanism, limb)
@@ -160,9 +165,7 @@ class _Finder:
                 dofs = () if element.compound is None else compounds[element.compound].dofs
                 yield _Step(edges[-1], first, number, dofs, False, root)
                 first = None
-            branches.append((limb.branches, number, root))
-        count = len(topology.all_limbs)
-        branches += [(topology.base.edges, count, BASE), (topology.platform.edges, count + 1, PLATFORM)]
+            branches.insert(-2, (limb.branches, number, root))
         for edges_of, owner, root in branches:
             for edge in edges_of:
                 dofs = freedoms_of(mechanism, self.connections[edge.joint], edge.sign) if edge.joint else ()
@@ -323,6 +326,7 @@ def coordinates_of(rotation_groups: RotationGroups) -> Coordinates:
             mine = [owner for owner in owners if owner >= 0] or [count]
             owned.append((("spring", number), mine[0]))
             pairs.append((mine[0], mine[-1]))
+    pairs += [(item.owner, limb) for item in rotation_groups.junctions for limb, _, _ in item.edge.limb_cuts]
     owners_together = joined(range(count + 1), pairs)
     blocks_by_owner: dict[frozenset[int], list[Block]] = {}
     for block, owner in owned:

@@ -85,7 +85,7 @@ def at_unloaded_geometry(
         tuple(item.group for item in solution.statics),
         solution.weights,
     ).take(poses)
-    attachment, rows = robot.description.platform, np.repeat(np.eye(6)[:, :, None], given.load.shape[1], axis=2)
+    attachment, rows = robot.topology.platform.root, np.repeat(np.eye(6)[:, :, None], given.load.shape[1], axis=2)
     more = (AppliedLoad(name, {attachment: row}, {}, "unit") for name, row in zip(UNITS, rows, strict=True))
     before = balanced(robot, replace(given, applied=(*given.applied, *more)) if units else given)
     springs = placed_springs(robot, given.frames)

@@ -26,7 +26,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import definite, normalize, numerical_rank
 from kinetostatics.mechanism.limbs import carries
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.statics.platform_equilibrium import PlatformEquilibrium
+from kinetostatics.statics.plates import Equilibrium
 from kinetostatics.statics.robot_statics import RobotStatics
 
 #: Smallest eigenvalue of the Gram matrix of all unit wrenches (a squared sine) above which the platform counts as constrained.
@@ -35,9 +35,7 @@ CONSTRAINED = 1e-12
 UNBALANCED = 1e-7
 
 
-def where_singular(
-    statics: Iterable[LimbStatics], balance: PlatformEquilibrium, unbalanced: Mapping[str, Array]
-) -> NDArray[np.bool_]:
+def where_singular(statics: Iterable[LimbStatics], balance: Equilibrium, unbalanced: Mapping[str, Array]) -> NDArray[np.bool_]:
     """Return a mask (N,): True where the platform can still move, or a limb or branch is not in equilibrium with its loads."""
     return without_equilibrium(balance.singular | ~is_constrained(statics, balance.scale, len(balance.singular)), unbalanced)
 
@@ -69,7 +67,7 @@ def is_constrained(statics: Iterable[LimbStatics], scale: Array, N: int) -> NDAr
     """Return a mask (N,): True where no motion of the platform is free, as Σ ŵ ŵᵀ of all unit wrenches ŵ is definite."""
     gram = np.zeros((6, 6, N))
     for item in statics:
-        unit = normalize(item.J_c * scale[:, None, None, None])
+        unit = normalize(item.J_c[:, : len(item.group.basis.constraint)] * scale[:, None, None, None])
         gram += np.einsum("ikgn,jkgn->ijn", unit, unit)
     return definite(gram, CONSTRAINED)
 

@@ -21,7 +21,7 @@ from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.assembly_errors import AssemblyErrors
 from kinetostatics.statics.link_loads import AppliedLoad, AppliedStatics, applied_statics, by_attachment
 from kinetostatics.statics.loaded_poses import LoadedPoses
-from kinetostatics.statics.platform_equilibrium import PlatformEquilibrium
+from kinetostatics.statics.plates import CoupledEquilibrium, Equilibrium, equilibrium, places_of
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.singularity import any_limb, has_negative_length, unbalanced_parts, where_singular, without_equilibrium
 
@@ -156,7 +156,7 @@ class Balanced:
     """
 
     solution: Solution
-    platform: PlatformEquilibrium
+    platform: Equilibrium
     right: Array
     strains: list[Array]
 
@@ -170,14 +170,14 @@ def balanced(robot: RobotStatics, given: LoadedPoses) -> Balanced:
     errors = tuple(None if assembly_errors is None else assembly_errors.of(group, frames, o) for group in groups)
     statics = tuple(limb_statics(group, frames, o, weights, gravity, error) for group, error in zip(groups, errors, strict=True))
     platform_weight = weights[:, robot.weights.of("platform")].sum(axis=1)
-    contributions = ("load", "platform_weight", *(limb.name for limb in robot.topology.limbs))
-    first = len(contributions)
-    contributions += tuple(item.name for item in applied)
+    first = len(robot.contributions)
+    contributions = (*robot.contributions, *(item.name for item in applied))
     if assembly_errors is not None:
         contributions += ("assembly_errors",)
-    balance = PlatformEquilibrium(robot, statics, o.shape[1], given.support)
+    balance = equilibrium(robot, statics, frames, o, given.support)
     loads = applied_statics(applied, groups, frames, o, first, len(contributions))
-    right, strains = _by_contribution(robot, contributions, statics, given.load, platform_weight, loads)
+    right, strains = _by_contribution(robot, balance, contributions, statics, given.load, platform_weight, loads)
+    _add_weights_on_plates(balance, contributions, statics, weights, gravity, assembly_errors, strains)
     twists, intensities = balance.solve(right, strains, assembly_errors is not None)
     weights_alone = statics if applied else None
     if applied:
@@ -228,7 +228,7 @@ def unit_responses(
     applied = applied_statics(loads, groups, solution.frames, solution.o, 0, n)
     right = zeros_for((6, n, solution.o.shape[1]), solution.o)
     strains = [zeros_for((item.J_c.shape[1], n, *item.J_c.shape[2:]), item.J_c) for item in solution.statics]
-    _add_loads(robot, solution.statics, applied, right, strains)
+    _add_loads(robot, before.platform, solution.statics, applied, right, strains)
     if moved is None:
         held = before.platform.with_fixed_platform(strains)
     else:
@@ -264,7 +264,7 @@ def with_more(robot: RobotStatics, before: Balanced, more: Mapping[str, Array], 
     items = [AppliedLoad(name, {at: w[:, s] for at, w in more.items()}, {}, "change") for s, name in enumerate(names)]
     loads = applied_statics(items, [item.group for item in solution.statics], solution.frames, solution.o, 0, S)
     right, strains = np.array(before.right, subok=True), [np.array(strain, subok=True) for strain in before.strains]
-    _add_loads(robot, solution.statics, loads, right, strains)
+    _add_loads(robot, before.platform, solution.statics, loads, right, strains)
     intensities = before.platform.intensities(twists, right, strains)
     applied = (*solution.applied, *loads)
     statics = tuple(_under_loads(item, number, loads) for number, item in enumerate(solution.statics))
@@ -296,12 +296,14 @@ def by_mechanism(robot: RobotStatics, solution: Solution) -> Solution:
     limbs = [limb.name for limb in robot.topology.limbs]
     if solution.contributions[2 + len(limbs) : 2 + 2 * len(limbs)] == tuple(map(of_deformation, limbs)):
         return solution  # already divided
-    balance = PlatformEquilibrium(robot, solution.statics, solution.o.shape[1])
+    balance = equilibrium(robot, solution.statics, solution.frames, solution.o)
     before, after = solution.contributions[: 2 + len(limbs)], solution.contributions[2 + len(limbs) :]
     contributions = (*before, *map(of_deformation, limbs), *after)
     statics = solution.weights_alone or solution.statics
     given = solution.load, solution.platform_weight, solution.applied
-    right, strains = _by_contribution(robot, solution.contributions, statics, *given)
+    right, strains = _by_contribution(robot, balance, solution.contributions, statics, *given)
+    weights = solution.weights, solution.gravity, solution.assembly_errors
+    _add_weights_on_plates(balance, solution.contributions, statics, *weights, strains)
     first, last = slice(2, 2 + len(limbs)), 2 + len(limbs)
     right = np.concatenate([right[:, :last], np.zeros_like(right[:, first]), right[:, last:]], axis=1)
     moved = []
@@ -320,7 +322,7 @@ def of_deformation(limb: str) -> str:
 def unit_cut_wrenches(robot: RobotStatics, solution: Solution) -> list[Array]:
     """Return for each group the cut-joint wrenches N C_ic⁻¹ J_icᵀ K⁻¹ (M, 6, 6, g, N) under six unit loads at o."""
     N = solution.o.shape[1]
-    balance = PlatformEquilibrium(robot, solution.statics, N)
+    balance = equilibrium(robot, solution.statics, solution.frames, solution.o)
     none = [np.zeros((item.J_c.shape[1], 6, *item.J_c.shape[2:])) for item in solution.statics]
     _, intensities = balance.solve(np.broadcast_to(np.eye(6)[:, :, None], (6, 6, N)), none)
     return [np.einsum("mkign,isgn->mksgn", item.cut_wrenches, W) for item, W in zip(solution.statics, intensities, strict=True)]
@@ -328,6 +330,7 @@ def unit_cut_wrenches(robot: RobotStatics, solution: Solution) -> list[Array]:
 
 def _by_contribution(
     robot: RobotStatics,
+    balance: Equilibrium,
     contributions: tuple[str, ...],
     statics: Iterable[LimbStatics],
     load: Array,
@@ -359,14 +362,32 @@ def _by_contribution(
             # with an incompatible ring there is no solution, even if the ring is not loaded
             right[:, -1, np.any(np.isnan(item.assembly_error_cut_wrenches), axis=(0, 1, 2))] = np.nan
         strains.append(strain)
-    _add_loads(robot, statics, applied, right, strains)
+    _add_loads(robot, balance, statics, applied, right, strains)
     return right, strains
+
+
+def _add_weights_on_plates(
+    balance: Equilibrium,
+    contributions: Sequence[str],
+    statics: Sequence[LimbStatics],
+    weights: Array,
+    gravity: Array,
+    errors: AssemblyErrors | None,
+    strains: Sequence[Array],
+) -> None:
+    """Add sag and assembly error of an elastic base or platform to the strains of :func:`_by_contribution`, in place."""
+    if isinstance(balance, CoupledEquilibrium):
+        limbs = sum(len(item.group.numbers) for item in statics if not item.group.is_attached)
+        places = places_of(contributions, range(2, 2 + limbs))
+        wrenches = balance.plates.by_weights(statics, weights, places, len(contributions))
+        balance.plates.add_strains(balance.plates.displacements(wrenches, gravity, errors, places), strains)
 
 
 def _add_loads(
     robot: RobotStatics,
+    balance: Equilibrium,
     statics: Sequence[LimbStatics],
-    applied: Iterable[AppliedStatics],
+    applied: Sequence[AppliedStatics],
     right: Array,
     strains: Sequence[Array],
 ) -> None:
@@ -379,3 +400,6 @@ def _add_loads(
                 right -= part.R_g.sum(axis=1)[:, None] * loaded.share
                 if item.group.rigid_directions < len(strain):
                     strain += part.gravity_displacement[:, None] * loaded.share[:, None]
+    if isinstance(balance, CoupledEquilibrium):
+        wrenches = balance.plates.by_loads(applied, right.shape[1])
+        balance.plates.add_strains(balance.plates.displacements(wrenches), strains)

@@ -61,8 +61,7 @@ def _placed(robot: RobotStatics, spring: Spring, attachments: tuple[str, str], f
 
 def contribution_names(robot: RobotStatics, applied: Iterable[AppliedLoad] = ()) -> tuple[str, ...]:
     """Return the names of the contributions to the twist: load, weights, loads on links, springs."""
-    own = ("load", "platform_weight", *(limb.name for limb in robot.topology.limbs))
-    return (*own, *(item.name for item in applied), *(f"spring {name}" for name in robot.description.springs))
+    return (*robot.contributions, *(item.name for item in applied), *(f"spring {name}" for name in robot.description.springs))
 
 
 def solve_with_springs(robot: RobotStatics, given: LoadedPoses) -> Solution:

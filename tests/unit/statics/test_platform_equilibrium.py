@@ -76,7 +76,8 @@ def test_platform_is_constrained_only_by_six_distinct_wrenches(sine, held, size)
     """Six wrenches, two of which enclose an angle: the smallest eigenvalue of their Gram matrix is half its squared sine."""
     J = np.eye(6)
     J[:, 5] = np.sqrt(1 - sine**2) * J[:, 0] + sine * J[:, 5]
-    limbs = [SimpleNamespace(J_c=size * J[:, columns, None, None]) for columns in ([0, 1], [2, 3, 4, 5])]
+    groups = [SimpleNamespace(basis=SimpleNamespace(constraint=columns)) for columns in ([0, 1], [2, 3, 4, 5])]
+    limbs = [SimpleNamespace(J_c=size * J[:, group.basis.constraint, None, None], group=group) for group in groups]
     assert bool(singularity.is_constrained(limbs, np.ones(6), 1)[0]) == held
 
 

@@ -1,0 +1,351 @@
+"""Elastic platforms and bases: against an independent displacement method, as links beside rigid ones, and against beams."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from frame_links import Frame
+from hub_robots import hub_parts
+from linked_frames import LinkedFrame
+from matrix_link import as_matrices
+from simple_machines import BEAM, CIRCLE, joint, link
+from simple_machines import robot as robot_of
+
+import kinetostatics as ks
+from kinetostatics.description import Flexible, Joint, Link, LinkMatrices, Origin
+from kinetostatics.math.rotations import skew
+
+LOAD, GRAVITY, ON_MASS = [10.0, -20.0, -300.0, 4.0, 5.0, 6.0], (0.5, 0.3, -9.81), [100.0, 50.0, 20.0, 1.0, 2.0, 3.0]
+
+
+def _alike(found, expected, tolerance=1e-9):
+    if hasattr(expected, "items"):
+        largest = max(np.abs(value).max(initial=0.0) for value in expected.values())
+        assert max(np.abs(found[key] - expected[key]).max(initial=0.0) for key in expected) <= tolerance * largest
+    else:
+        assert np.abs(found - expected).max() <= tolerance * np.abs(expected).max()
+
+
+# ---- random robots -------------------------------------------------------------------------------------------------------
+
+
+def _framed(seed, density=7850):
+    """Return a random robot with hub, platform and base given by matrices, some of them rigid, its answer, and free masses."""
+    rng = np.random.default_rng(seed)
+    ports = int(rng.integers(2, 6))
+    hub = Frame(seed, ports, inner=int(rng.integers(0, 3)))
+    parts, names, _, targets = hub_parts(seed, ports, points=hub.nodes[:ports] - hub.nodes[0])
+    parts = [part.replace('density="7850"', f'density="{density}"') for part in parts]
+    joints, frames, flexible, o = LinkedFrame(parts, {}).joints, {"hub": (hub, names)}, {}, np.zeros(3)
+    elastic = [("platform",), ("base",), ("base", "platform")][seed % 3]
+    for k, name in enumerate(elastic):
+        at = {part.get("name"): point for part, *links, point in joints if name in links}
+        origin = at["far_1"] if name == "platform" else np.zeros(3)
+        at = {joint_name: point - origin for joint_name, point in at.items()}
+        if len(at) < 2 or rng.random() < 0.5:  # else o is at the first joint
+            at["o"] = rng.uniform(-0.2, 0.2, 3) if name == "platform" else np.zeros(3)
+        order = [list(at)[j] for j in rng.permutation(len(at))]
+        if "o" not in at and name == "platform":
+            order.sort(key=lambda joint_name: joint_name != "far_1")
+        frames[name] = Frame(seed + 1000 * (k + 1), len(order), 1, [at[joint_name] for joint_name in order]), order
+        o = at.get("o", o) if name == "platform" else o
+    for name, (frame, order) in frames.items():
+        origins = frame.nodes[: len(order)] - (frame.nodes[0] if name == "hub" else 0.0)
+        flexible[name] = Flexible(name, LinkMatrices(order, origins, **frame.link(modal=bool(seed % 2))[2]))
+    o = Origin(tuple(o.tolist()))
+    description = replace(robot_of(*parts).description, flexible=flexible, platform_origin=o)
+    masses = [f"mass_{k}" for k, target in enumerate(targets) if target == "end"]
+    return ks.Robot(description), LinkedFrame(parts, frames), masses
+
+
+@pytest.mark.few(9)
+@pytest.mark.parametrize("seed", range(300))
+def test_random_robots_agree_with_an_independent_frame(seed):
+    """Twist and its contributions, forces, wrenches and modes, with loads on platform and free masses."""
+    robot, frame, masses = _framed(seed)
+    loads = dict.fromkeys(masses, ON_MASS)
+    found = ks.analyze(robot.assemble(), LOAD, GRAVITY, loads=loads or None)
+    moved, wrenches = frame.solve(np.array([LOAD]).T, np.array(GRAVITY), loads)
+    _alike(found.twist, frame.platform(moved)[:, 0])
+    _alike(found.compliance, frame.platform(frame.solve(np.eye(6), np.zeros(3))[0]))
+    _alike(sum(found.contributions.values()), found.twist, 1e-12)
+    none, one = np.zeros((6, 1)), np.abs(found.twist).max()
+    for name in ("platform", "base"):
+        if name in frame.inside:
+            part = frame.platform(frame.solve(none, np.array(GRAVITY), only=name)[0])[:, 0]
+            assert np.abs(found.contributions[f"{name}_weight"] - part).max() <= 1e-9 * one
+    for name in masses:
+        part = frame.platform(frame.solve(none, np.zeros(3), {name: ON_MASS})[0])[:, 0]
+        assert np.abs(found.contributions[f"load on {name}"] - part).max() <= 1e-9 * one
+    axis = frame.foot_axis / np.linalg.norm(frame.foot_axis)
+    _alike(found.actuator_forces["foot"], frame.wrench("foot", wrenches)[3:, 0] @ axis)
+    for name, wrench in found.joint_wrenches.items():
+        expected = frame.wrench(name, wrenches)[:, 0]  # of the parent, which may be the outer side
+        _alike(wrench, expected * np.sign(expected @ wrench))
+    light, frame, _ = _framed(seed, density=0)
+    if frame.slenderness > 0.5:  # shorter beams are so stiff that rounding counts
+        _alike(ks.modes(light.assemble(), 3).frequencies, frame.frequencies(3))
+
+
+# ---- robots with several limbs -------------------------------------------------------------------------------------------
+
+
+def _matrices(robot, link_name, seed, scale=1.0, thermal=False):
+    """Return the matrices of a base or platform: springs and bodies at the joints and at o."""
+    placement, o = robot.mechanism.body_of[link_name][1], robot.mechanism.interface_on(link_name, "o")
+    parts = [part for part in robot.mechanism.at_link[link_name] if part.type.name != "floating"]
+    at = [(point - placement[:3, 3]) @ placement[:3, :3] for point in (*(part.centre_on(link_name) for part in parts), o)]
+    n, K, M = len(at), np.zeros((6 * len(at), 6 * len(at))), np.zeros((6 * len(at), 6 * len(at)))
+    frame, free = Frame(seed, n, 0), np.zeros(6 * n)
+    for k in range(n):
+        for other in {n - 1, (k + 1) % n} - {k}:
+            ends = np.zeros((6, 6 * n))
+            ends[:, 6 * k : 6 * k + 6] = np.eye(6)
+            ends[:3, 6 * other : 6 * other + 3], ends[3:, 6 * other + 3 : 6 * other + 6] = -np.eye(3), -np.eye(3)
+            ends[:3, 6 * other + 3 : 6 * other + 6] = skew(at[k] - at[other])
+            K += scale * ends.T @ frame.K[:6, :6] @ ends
+        rows = slice(6 * k, 6 * k + 6)
+        M[rows, rows] = frame.M[rows, rows]
+        free[6 * k : 6 * k + 3] = 1.2e-5 * at[k]
+    return LinkMatrices((*(part.name for part in parts), "o"), at, K, M, thermal=K @ free if thermal else None)
+
+
+def _elastic(robot, links, scale=1.0, thermal=False):
+    """Return the robot with elastic links among base and platform, and the same with rigid links at their ``o`` beside them."""
+    description = robot.description
+    flexible = {name: Flexible(name, _matrices(robot, name, 3 + k, scale, thermal)) for k, name in enumerate(links)}
+    joints, all_links, beside = dict(description.joints), dict(description.links), {}
+    ends = {"base": description.base, "platform": description.platform}
+    for name, part in flexible.items():
+        weld, new = f"weld_{name}", f"o_of_{name}"
+        names = tuple(weld if interface == "o" else interface for interface in part.matrices.names)
+        beside[name] = Flexible(name, replace(part.matrices, names=names))
+        side = "parent" if name == description.base else "child"
+        for key, part_joint in joints.items():
+            if part_joint.type == "floating" and getattr(part_joint, side) == name:
+                joints[key] = replace(part_joint, **{side: new})
+        all_links[new], joints[weld] = Link(new), Joint(weld, "fixed", new, name)
+        ends["base" if side == "parent" else "platform"] = new
+    welded = replace(description, links=all_links, joints=joints, flexible=beside, **ends)
+    return ks.Robot(replace(description, flexible=flexible)), ks.Robot(welded)
+
+
+EVERY = [("3rps", ("platform",)), ("3rps", ("base", "platform")), ("linear_delta", ("base", "platform"))]
+
+
+@pytest.mark.parametrize(("name", "links"), EVERY)
+def test_results_are_those_of_the_same_link_beside_a_rigid_one(name, links):
+    """One limb, which is the whole robot, has the same results, and contributions of the limbs add up to those of its weight."""
+    poses = [robot.assemble() for robot in _elastic(ks.load_robot(name), links, thermal=True)]
+    names = [limb.name for limb in poses[0].robot.topology.limbs]
+    assert names == ["limb_1", "limb_2", "limb_3"] and len(poses[1].robot.topology.limbs) == 1
+    point = poses[0].robot.description.flexible["platform"].matrices.origins[1]
+    at_port = ks.LinkLoad([300.0, -80.0, 40.0, 2.0, 1.0, 3.0], point=point)
+    errors = {key: {"temperature": 20.0} for key in links}
+    motion = ks.Motion(accelerations={actuator: 3.0 + k for k, actuator in enumerate(poses[0].robot.description.actuated)})
+    for more in ({}, {"payload": ks.Payload(2.0, (0.1, 0, 0.05))}, {"loads": {"platform": at_port}}, {"assembly_errors": errors}):
+        found, expected = (ks.analyze(pose, LOAD, GRAVITY, **more) for pose in poses)
+        for attribute in ("twist", "compliance", "base_wrench", "actuator_forces"):
+            _alike(getattr(found, attribute), getattr(expected, attribute))
+        _alike(expected.joint_wrenches, found.joint_wrenches)
+        weights = sum(value for key, value in found.contributions.items() if key == "base_weight" or key in names)
+        weights = weights + found.contributions["platform_weight"]
+        same = {key: value for key, value in expected.contributions.items() if key not in ("limb_1", "platform_weight")}
+        if not more:
+            _alike(weights, expected.contributions["limb_1"])
+        _alike(found.contributions, same)
+        assert set(found.contributions) == {"platform_weight", *names, *same, *(["base_weight"] if "base" in links else [])}
+        results = (found, expected)
+        _alike(*(sum(value for kind in each.source_contributions.values() for value in kind.values()) for each in results))
+        for beam, expected_beam in expected.beams.items():
+            for attribute in ("section_wrenches", "deflections", "strain_energy"):
+                _alike(getattr(found.beams[beam], attribute), getattr(expected_beam, attribute))
+        for key in links:
+            ends = [sum(result.interface_contributions[key].values()) for result in (found, expected)]
+            _alike(*(np.sort(end, axis=0) for end in ends))
+    found, expected = (ks.analyze(pose, LOAD, GRAVITY, motion=motion) for pose in poses)
+    _alike(found.twist, expected.twist)
+    compiled = ks.analyze(poses[0], LOAD, GRAVITY, engine="compiled", loads={"platform": at_port})
+    _alike(compiled.twist, ks.analyze(poses[0], LOAD, GRAVITY, engine="numpy", loads={"platform": at_port}).twist, 1e-11)
+    _alike(*(ks.modes(pose, 6).frequencies for pose in poses))
+
+
+@pytest.mark.parametrize(("name", "links"), EVERY)
+def test_a_stiff_plate_is_rigid(name, links):
+    """With a very stiff platform and base all limbs have the wrenches, compliances and contributions of a rigid one."""
+    rigid = ks.load_robot(name)
+    soft = _elastic(rigid, links)[0].description
+    bodies = {key: part.matrices.body for key, part in soft.flexible.items()}
+    links_with_mass = {
+        key: replace(part, mass=bodies[key][0], center_of_mass=tuple(bodies[key][1]), has_inertial=True)
+        if key in bodies
+        else part
+        for key, part in rigid.description.links.items()
+    }
+    expected = ks.analyze(ks.Robot(replace(rigid.description, links=links_with_mass)).assemble(), LOAD, GRAVITY)
+    found = ks.analyze(_elastic(rigid, links, scale=1e12)[0].assemble(), LOAD, GRAVITY)
+    _alike(found.contributions, expected.contributions, 1e-8)
+    for attribute in ("mechanism_contributions", "actuator_contributions"):
+        for key, parts in getattr(expected, attribute).items():
+            _alike(getattr(found, attribute)[key], parts, 1e-7)
+    for limb, expected_limb in expected.limbs.items():
+        for attribute in ("constraint_wrenches", "compliance", "sag", "intensities", "wrench"):
+            _alike(getattr(found.limbs[limb], attribute), getattr(expected_limb, attribute), 1e-7)
+        assert found.limbs[limb].labels == expected_limb.labels
+
+
+@pytest.mark.parametrize("links", [("platform",), ("base", "platform")])
+def test_mechanisms_and_weights_of_limbs(links):
+    """Parts of a limb's weight add up; the weight of a limb has the effect of the difference without it."""
+    rigid = ks.load_robot("3rps")
+    robot = _elastic(rigid, links)[0]
+    found = ks.analyze(robot.assemble(), LOAD, GRAVITY)
+    rod = next(iter(robot.description.beams))
+    limb = next(item.name for item in robot.topology.limbs if any(edge.span == rod for edge in item.edges))
+    light = ks.Robot(robot.description.changed(rod, density=0.0))
+    without = ks.analyze(light.assemble(), LOAD, GRAVITY)
+    _alike(found.twist - without.twist, found.contributions[limb] - without.contributions[limb], 1e-8)
+    assert np.abs(found.contributions[limb]).max() > 10 * np.abs(without.contributions[limb]).max()
+    for name, parts in found.mechanism_contributions.items():
+        _alike(sum(parts.values()), found.contributions[name])
+    _alike(found.by_mechanism.twist, found.twist)
+
+
+def test_springs_at_an_interface():
+    """A spring from the base to an interface of the platform: equilibrium and stiffness, with rotating forces."""
+    elastic, jointed = (robot.description for robot in _jointed(ks.load_robot("3rps")))
+    point = next(Origin(tuple(part.tolist())).xyz for part in elastic.flexible["platform"].matrices.origins)
+    at_platform = ks.description.Spring("stay", 40000.0, "base", "platform", (0.0, 0.0, 0.1), point, 0.1)
+    at_tip = replace(at_platform, successor="tip_0", successor_point=(0.0, 0.0, 0.0))
+    results = []
+    for description, spring in ((elastic, at_platform), (jointed, at_tip)):
+        results.append(ks.analyze(ks.Robot(replace(description, springs={"stay": spring})).assemble(), LOAD, GRAVITY))
+    _alike(results[0].twist, results[1].twist)
+    _alike(results[0].compliance, results[1].compliance)
+
+
+LINEAR, ANGULAR = (4e6, 3e6, 9e6), (8e3, 5e3, 2e4)
+
+
+def _jointed(rigid):
+    """Return a robot whose rigid platform has elastic joints at its ports: as matrices, and with links and elastic joints."""
+    description = rigid.description
+    loops = {name: item for name, item in description.loops.items() if "platform" in (item.predecessor, item.successor)}
+    assert len(loops) == 3
+    matrices = _matrices(rigid, "platform", 3)
+    K, size, names = np.zeros_like(matrices.stiffness), 6 * len(loops), list(loops)
+    order = [matrices.names.index(name) for name in names]
+    for k in order:
+        relative = np.zeros((6, len(K)))
+        relative[:, 6 * k : 6 * k + 6], relative[:, size:] = np.eye(6), -np.eye(6)
+        relative[:3, size + 3 :] = skew(matrices.origins[k] - matrices.origins[-1])
+        K += relative.T @ np.diag([*LINEAR, *ANGULAR]) @ relative
+    plate = description.links["platform"]
+    arm = skew(np.array(plate.center_of_mass) - matrices.origins[-1])
+    M = np.zeros_like(K)
+    M[size:, size:] = np.block(
+        [[plate.mass * np.eye(3), -plate.mass * arm], [plate.mass * arm, plate.inertia.matrix - plate.mass * arm @ arm]]
+    )
+    elastic = replace(description, flexible={"platform": Flexible("platform", replace(matrices, stiffness=K, mass=M))})
+    links, joints, stiffness = dict(description.links), dict(description.joints), dict(description.joint_stiffness)
+    moved = dict(description.loops)
+    for k, name in enumerate(names):
+        tip, weld = f"tip_{k}", f"soft_{k}"
+        links[tip] = Link(tip)
+        joints[weld] = Joint(weld, "fixed", "platform", tip, origin=Origin(tuple(matrices.origins[order[k]].tolist())))
+        stiffness[weld] = ks.description.JointStiffness(weld, LINEAR, ANGULAR)
+        side = "successor" if moved[name].successor == "platform" else "predecessor"
+        moved[name] = replace(
+            moved[name], **{side: tip, f"{side}_origin": Origin(rpy=getattr(moved[name], f"{side}_origin").rpy)}
+        )
+    jointed = replace(description, links=links, joints=joints, loops=moved, joint_stiffness=stiffness)
+    return ks.Robot(elastic), ks.Robot(jointed)
+
+
+def test_second_order_of_elastic_joints_at_the_ports():
+    found, expected = (ks.analyze(robot.assemble(), LOAD, GRAVITY) for robot in _jointed(ks.load_robot("3rps")))
+    _alike(found.twist, expected.twist)
+    assert np.abs(expected.second_order.twist / expected.twist - 1).max() > 1e-6
+    _alike(found.second_order.twist, expected.second_order.twist)
+    _alike(found.second_order.compliance, expected.second_order.compliance)
+    _alike(found.buckling(2).load_factors, expected.buckling(2).load_factors)
+
+
+# ---- beams, open branches, and what is refused ---------------------------------------------------------------------------
+
+ACTUATED = '<transmission name="t"><joint name="hinge"/></transmission>'
+
+
+def _column(*elements, platform="tool"):
+    beams = [f'<beam link="{name}" density="7850" {BEAM}>{CIRCLE}</beam>' for name in ("post", "arm")]
+    parts = [link("ground"), link("post"), link("arm"), link("tool"), joint("foot", "fixed", "ground", "post", "0.1 0 0")]
+    parts += [joint("hinge", "revolute", "post", "arm", "0 0.1 0.7"), joint("head", "fixed", "arm", "tool", "0.4 0 0.2")]
+    return robot_of(*parts, *beams, ACTUATED, *elements, platform=platform)
+
+
+def test_a_beam_as_base_and_a_beam_as_platform():
+    """A uniform beam as matrices in the place of base and platform has the results of ``<beam>`` between rigid ones."""
+    beams = _column()
+    zero, description = beams.zero_frames, beams.description
+    ends = {"post": (("o", "hinge"), [[0, 0, 0], [0, 0.1, 0.7]]), "arm": (("hinge", "o"), [[0, 0, 0], [0.4, 0, 0.2]])}
+    flexible = {
+        name: Flexible(name, LinkMatrices(names, origins, *as_matrices(beams, name, zero)))
+        for name, (names, origins) in ends.items()
+    }
+    hinge = {"hinge": description.joints["hinge"]}
+    own = {name: description.links[name] for name in ends}
+    elastic = ks.Robot(
+        replace(
+            description, links=own, joints=hinge, beams={}, flexible=flexible, base="post", platform="arm",
+            platform_origin=Origin((0.4, 0, 0.2)),
+        )
+    )  # fmt: skip
+    assert [limb.name for limb in elastic.topology.limbs] == ["limb_1"]
+    found, expected = (ks.analyze(robot.assemble(actuators={"hinge": 0.4}), LOAD, GRAVITY) for robot in (elastic, beams))
+    for attribute in ("twist", "compliance", "actuator_forces"):
+        _alike(getattr(found, attribute), getattr(expected, attribute), 1e-10)
+    _alike(found.base_wrench[:3], expected.base_wrench[:3], 1e-10)
+    weights = found.contributions["base_weight"] + found.contributions["platform_weight"]
+    _alike(weights, expected.contributions["limb_1"], 1e-10)
+    _alike(found.contributions["load"], expected.contributions["load"], 1e-10)
+    assert not found.limbs["limb_1"].compliance.any()
+
+
+def test_three_interfaces_on_an_open_branch():
+    """A link on an open branch that carries two masses moves as the frame of beams that it is made of."""
+    frame = Frame(seed=2, ports=3, inner=1)
+    points = frame.nodes[:3] - frame.nodes[0]
+    text = [" ".join(f"{number:.17g}" for number in point) for point in points]
+    parts = [link("base"), link("platform", 1.0), link("hub"), link("a", 5.0, "0.1 0 0"), link("b", 3.0)]
+    parts += [
+        joint("foot", "revolute", "base", "platform", "0 0 1"),
+        ACTUATED.replace("hinge", "foot"),
+        joint("head", "fixed", "platform", "hub", "0 0 0.1"),
+    ]
+    parts += [joint("port_1", "fixed", "hub", "a", text[1]), joint("port_2", "fixed", "hub", "b", text[2])]
+    names = ("head", "port_1", "port_2")
+    hub = Flexible("hub", LinkMatrices(names, points, **frame.link()[2]))
+    robot = ks.Robot(replace(robot_of(*parts).description, flexible={"hub": hub}))
+    found = ks.analyze(robot.assemble(), LOAD, GRAVITY, loads={"a": ON_MASS})
+    held = LinkedFrame(parts, {"hub": (frame, names)})
+    moved = held.solve(np.zeros((6, 1)), np.array(GRAVITY), {"a": ON_MASS})[0][:, 0]
+    for name in "ab":
+        node = 6 * held.nodes[name]
+        _alike(sum(found.link_contributions[name].values()), moved[node : node + 6])
+    assert np.abs(found.twist).max() == 0.0
+
+
+def test_what_is_refused():
+    """A ring of links between two interfaces of a platform; a wrong name; ``o`` elsewhere."""
+    rigid = ks.load_robot("3rps")
+    matrices, description = _matrices(rigid, "platform", 3), rigid.description
+    at = [Origin(tuple(part.tolist())) for part in matrices.origins[:2] * 1.1]
+    links, joints = {**description.links, "stay": Link("stay")}, description.joints
+    joints = {**joints, "one": Joint("one", "fixed", "platform", "stay", origin=at[0])}
+    ring = ks.description.Loop("two", "fixed", "platform", "stay", at[1], Origin(tuple(np.subtract(at[1].xyz, at[0].xyz))))
+    ring = ks.Robot(replace(description, links=links, joints=joints, loops={**description.loops, "two": ring}))
+    with pytest.raises(ks.RobotFileError, match="<flexible 'platform'>: the closed chain of 'stay' stiffens it; include these"):
+        _elastic(ring, ("platform",))[0].topology  # noqa: B018
+    wrong = replace(matrices, names=("x", *matrices.names[1:]))
+    with pytest.raises(ks.RobotFileError, match="the interface 'x' is no joint of link 'platform'"):
+        ks.Robot(replace(description, flexible={"platform": Flexible("platform", wrong)}))
