@@ -182,7 +182,7 @@ class GraphReader:
     """Search for the chains of a robot's limbs and of its attached bodies."""
 
     def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism, self.graph = mechanism, BodyGraph(mechanism)
+        self.mechanism, self.graph = mechanism, BodyGraph(mechanism, rigid_plates=True)
 
     def limb(self, limb: Limb) -> Graph:
         compounds = compound_joints(self.mechanism, limb)

@@ -113,6 +113,7 @@ def gravity_twists(result: Result) -> dict[str, Array]:
     """Return the twist (6,) due to each mechanism of gravity, and "all of gravity"."""
     parts = by_mechanism_of_gravity(result.contributions["platform_weight"], result.mechanism_contributions)
     twists = {WORDS.get(name, name): twist for name, twist in parts.items()}
+    twists |= {name: result.contributions[name] for name in ("base_weight",) if name in result.contributions}
     return {**twists, "all of gravity": np.sum(list(twists.values()), axis=0)}
 
 

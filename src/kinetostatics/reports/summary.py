@@ -89,7 +89,12 @@ MOST_ACTUATORS = 6
 CANCELLING = 2.0
 #: Cosines above which a direction is described as along an axis, and as mostly along it.
 ALONG, MOSTLY = 0.995, 0.7
-_NAMES = {"load": "the load", "platform_weight": "the platform's weight", "payload": "the payload"}
+_NAMES = {
+    "load": "the load",
+    "platform_weight": "the platform's weight",
+    "base_weight": "the base's weight",
+    "payload": "the payload",
+}
 
 
 def summary_facts(result: Result, noise: NoiseFloor) -> Facts:

@@ -161,7 +161,8 @@ class Wrenches:
         shape, weights_by_contribution = self.result.shape, []
         for k, (name, owner) in enumerate(zip(weights.names, weights.owner, strict=True)):
             force = take(masses[k].reshape(shape))[:, None] * self.gravity
-            contribution = "platform_weight" if owner == "platform" else owner
+            own = f"{owner}_weight"
+            contribution = own if own in self.robot.statics.contributions else owner
             weights_by_contribution.append((name, contribution, take(centres[:, k].T.reshape(*shape, 3)), force))
         return weights_by_contribution
 
