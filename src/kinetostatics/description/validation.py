@@ -80,7 +80,7 @@ def validate(description: RobotDescription) -> RobotDescription:
     _check_beams(description.beams.values(), links, connections, {base: "base", platform: "platform"})
     for part in description.flexible.values():
         check_reference(part.place, f"<{part.KIND} {part.name!r}>", "link", part.link, links)
-        held = [joint for joint in joints.values() if joint.type != "floating" or joint.name in description.joint_stiffness]
+        held = [joint for joint in joints.values() if not joint.of_type.is_free or joint.name in description.joint_stiffness]
         at_link = [joint.name for joint in held if part.link in (joint.parent, joint.child)]
         at_link += [loop.name for loop in loops.values() if part.link in (loop.predecessor, loop.successor)]
         elastic: tuple[Beam | ElasticPart, ...] = (*description.beams.values(), *description.flexible.values())
