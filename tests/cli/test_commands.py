@@ -42,6 +42,8 @@ def arguments_of(name):
         names |= set(LOADS)
     if name == "analyze":  # the options of a path are arguments of another function
         names |= set(inspect.signature(ks.trajectory).parameters)
+    if name == "modes":  # those of a state-space model are arguments of a method
+        names |= set(inspect.signature(ks.results.Modes.state_space).parameters)
     return names, found
 
 

@@ -16,6 +16,7 @@ WRITING = {
     "analyze": (["3rps", "--table", "{table}"], ".csv"),
     "compensate": (["3rps", *POSE], ".csv"),
     "capacity": (["3rps", *POSE], ".svg"),
+    "modes": (["3rps", *POSE], ".npz"),
     "response": (["3rps", "--frequencies", "1:9:3"], ".csv"),
     "sweep": (["3rps", "--platform", "z=0.5:0.6:2", "rx=0", "ry=0"], ".nc"),
     "report": (["3rps", *POSE], ".html"),

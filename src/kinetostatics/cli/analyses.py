@@ -344,10 +344,13 @@ capacity 3rps --direction 0 0 -1 0 0 0 --sag 50um --out capacity.svg
 
 def _modes(args: argparse.Namespace) -> int:
     with waiting("computing modes"):
+        check_files(args.out, ("npz", "mat", "json"))
         options = {**payload_of(args), **given_of(("count", "drives", "gravity"), args)}
         configuration, warnings = pose_of(load_robot(args), args)
-        report = MODES.called()(configuration, **options).report()
-    answer(report, args, warnings)
+        modes = MODES.called()(configuration, **options)
+        for path in args.out:
+            modes.state_space(**given_of(("inputs", "outputs", "damping"), args)).save(path)
+    answer(modes, args, warnings)
     return 0
 
 
@@ -359,7 +362,13 @@ MODES = Command(
         "of every part. Beams vibrate as continuous rods: nothing is discretized, and no mode is missed."
     ),
     arguments=(*ROBOT, *POSE, "payload", "payload_center", "payload_link", "gravity", "drives", "json"),
-    own_arguments={"count": Argument("count", "number of modes (default: 6)", "N")},
+    own_arguments={
+        "count": Argument("count", "number of modes (default: 6)", "N"),
+        "out": Argument("texts", "write the modes as a state-space model (.npz, .mat, .json)", "FILE"),
+        "inputs": Argument("texts", "points of its forces: o, or rigid links (default: o)", "NAME"),
+        "outputs": Argument("texts", "points of its displacements, or 'velocity of o' (default: o)", "NAME"),
+        "damping": Argument("number", "its damping ratio (default: 0.02)", "ZETA"),
+    },
     function="dynamics.vibrations:modes",
     notes=VALUES_HELP,
     examples="""
@@ -367,6 +376,7 @@ modes 3rps
 modes 2pru_upr --platform z=600mm rx=-5deg ry=-6deg --orientation XYZ --count 10
 modes delta --payload 2kg --payload-center 0 0 -50mm
 modes ur10 --drives free --json
+modes 3rps --count 12 --outputs o "velocity of o" --damping 0.01 --out model.mat
 """,
 )
 

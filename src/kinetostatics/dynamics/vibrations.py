@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from numbers import Real
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from kinetostatics.arguments import Keyword, check, finite_numbers, whole_number
+from kinetostatics.analysis import analyzed
+from kinetostatics.arguments import check, finite_numbers, whole_number
 from kinetostatics.description.loads import Payload
 from kinetostatics.elements.rods import Numbers
 from kinetostatics.exceptions import ArgumentError
@@ -21,6 +22,7 @@ from kinetostatics.math.arrays import Array, Index, Mask, in_threads
 from kinetostatics.mechanism.joints import elastic_actuator
 from kinetostatics.results.dynamics import FrequencyResponse, Modes
 from kinetostatics.results.pose_arrays import tool_on_robot
+from kinetostatics.results.state_space import PLATFORM
 from kinetostatics.robot import robot_of
 from kinetostatics.statics.link_loads import PAYLOAD, AppliedLoad, LinkLoads
 from kinetostatics.statics.loaded_poses import LoadedPoses
@@ -165,7 +167,16 @@ def modes(
         return ModeShapes(eigenpairs(model, number), motions)
 
     shapes = tuple(vibrations.in_chunks(solved, min(_POSES_OF_MODES, 10_000 // number**2)))
-    return Modes(configuration, number, drives, payload, shapes, vibrations.valid)
+    flexibility = partial(_flexibility, configuration, gravity, payload)
+    return Modes(configuration, number, drives, payload, shapes, vibrations.valid, flexibility)
+
+
+def _flexibility(configuration: Configuration, gravity: ArrayLike, payload: Payload | None, seen: str, driven: str) -> Array:
+    """Return the displacements (6, 6) of o or of a link's origin under unit wrenches at o or at a link's origin, by statics."""
+    unit = {"load": np.eye(6)} if driven == PLATFORM else {"loads": {driven: np.eye(6)}}
+    result = analyzed(configuration, LoadCase(gravity=gravity, payload=payload, **unit))
+    name = "load" if driven == PLATFORM else f"load on {driven}"
+    return (result.contributions if seen == PLATFORM else result.link_contributions[seen])[name].T
 
 
 def frequency_response(
@@ -212,7 +223,7 @@ def frequency_response(
     omega = 2 * np.pi * np.ravel(finite_numbers("frequencies", frequencies))
     if not omega.size or np.any((omega <= 0) | (omega > 2 * np.pi * HIGHEST)):
         raise ArgumentError(f"frequencies is {frequencies!r}; it must be positive numbers up to {HIGHEST:g} [Hz]")
-    losses = _damping(damping)
+    losses = Damping.of(damping)
     vibrations = Vibrations.of("frequency_response", configuration, drives, payload, gravity)
     robot = robot_of(configuration)
     place, body = tool_on_robot(tool, robot), vibrations.structure.platform
@@ -231,15 +242,3 @@ def frequency_response(
     compliance, transmissibility = found.reshape(2, *configuration.shape, len(omega), 6, 6)
     valid, frequency = vibrations.valid, omega / (2 * np.pi)
     return FrequencyResponse(configuration, frequency, compliance, transmissibility, damping, drives, payload, place, valid)
-
-
-def _damping(damping: object) -> Damping:
-    values: Mapping[str, Keyword] = damping if isinstance(damping, Mapping) else {"ratio": damping}
-    known = {"mass", "stiffness"} if isinstance(damping, Mapping) else {"ratio"}
-    numbers = [value for value in values.values() if isinstance(value, Real) and not isinstance(value, bool)]
-    if not set(values) <= known or len(numbers) < len(values) or not all(0 <= float(number) < np.inf for number in numbers):
-        raise ArgumentError(
-            f'damping is {damping!r}; it must be a damping ratio, such as 0.02, or {{"mass": α, "stiffness": β}} [1/s, s]'
-        )
-    ratio, mass, stiffness = (float(values.get(name, 0.0)) for name in ("ratio", "mass", "stiffness"))
-    return Damping(2 * ratio, mass, stiffness)

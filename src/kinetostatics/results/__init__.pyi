@@ -10,6 +10,7 @@ from .parts import BeamResult, LimbResult
 from .path import PathResult
 from .result import Result
 from .sensitivities import Sensitivities, Sensitivity
+from .state_space import StateSpace
 from .tolerances import Effect, PoseQuantities, Tolerance, Tolerances
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "SecondOrder",
     "Sensitivities",
     "Sensitivity",
+    "StateSpace",
     "Tolerance",
     "Tolerances",
     "Unidentifiable",

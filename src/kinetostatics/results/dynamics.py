@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinetostatics.arguments import finite_numbers, path_name
+from kinetostatics.arguments import finite_numbers, need, path_name
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.writer import cells, write_table
@@ -21,6 +21,7 @@ from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS, WRENCH_COMPONENTS, WRENCH_UNITS
 from kinetostatics.results.mode_arrays import AtPoses, Shapes
+from kinetostatics.results.state_space import PLATFORM, Flexibility, StateSpace, state_space
 from kinetostatics.status import Status
 from kinetostatics.vibration.eigenpairs import modes_below
 from kinetostatics.vibration.motions import ModeShapes
@@ -72,6 +73,8 @@ class Modes(_Stable, Shapes[ModeShapes], Reported):
         payload: the payload, or None.
         chunks: the modes of the poses with results, in the order of the poses.
         valid: (N,) True at poses with results.
+        flexibility: function of the names of an output and an input of :meth:`state_space` that returns the displacements (6, 6)
+            under unit forces, by statics.
     """
 
     configuration: Configuration
@@ -80,6 +83,7 @@ class Modes(_Stable, Shapes[ModeShapes], Reported):
     payload: Payload | None
     chunks: tuple[ModeShapes, ...]
     valid: Mask
+    flexibility: Flexibility
 
     @property
     def _numbers(self) -> Array:
@@ -112,6 +116,38 @@ class Modes(_Stable, Shapes[ModeShapes], Reported):
         square = (2 * np.pi * np.broadcast_to(given, self.shape).reshape(-1, 1)[self.valid]) ** 2
         parts = iter(np.split(square, np.cumsum([len(chunk.pairs.square) for chunk in self.chunks])))
         return self._array((), lambda chunk: modes_below(chunk.pairs.model, next(parts))[:, 0] - chunk.pairs.free)
+
+    def state_space(
+        self,
+        inputs: Sequence[str] = (PLATFORM,),
+        outputs: Sequence[str] = (PLATFORM,),
+        damping: float | Mapping[str, float] = 0.02,
+    ) -> StateSpace:
+        """Return the modes of one pose, actuators locked, as a state-space model from forces to displacements.
+
+        The displacements have the static flexibility of :func:`kinetostatics.analyze`: modes that are left out follow without
+        inertia. Velocities lack this part.
+
+        Args:
+            inputs: wrenches [N, N·m], world axes: "o" on the platform at o, or a rigid link's name, at the link's origin.
+            outputs: twists [m, rad] of the same points; "velocity of o" for rates [m/s, rad/s].
+            damping: damping ratio of all modes, or factors of proportional damping, see
+                :func:`kinetostatics.frequency_response`.
+
+        Raises:
+            ArgumentError: an argument has an invalid value, this is a batch, or the actuators are free.
+
+        Examples:
+            >>> import kinetostatics as ks
+            >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.0})
+            >>> model = ks.modes(pose, 4).state_space()
+            >>> model.A.shape, model.inputs[2], model.outputs[2]
+            ((8, 8), 'fz of o [N]', 'z of o [m]')
+        """
+        if self.shape or not self.valid.all() or self.warnings or self.drives != "locked":
+            raise ArgumentError("a state-space model needs one stable pose, with locked actuators")
+        twists = {PLATFORM: self.twists, **self.link_twists}
+        return state_space(self.frequencies, twists, self.flexibility, inputs, outputs, damping)
 
     # ---- participation and energy ------------------------------------------------------------------------------------
 
@@ -197,6 +233,20 @@ class FrequencyResponse(_Stable, AtPoses, Reported):
     def stiffness(self) -> NDArray[Any]:
         """(…, F, 6, 6) complex dynamic stiffness at the point, the inverse of the compliance [N/m, N·m/rad]."""
         return np.linalg.inv(self.compliance)
+
+    def to_control(self) -> Any:
+        """Return the compliance of one pose as a ``control.FrequencyResponseData``.
+
+        Raises:
+            ArgumentError: this is a batch.
+            KinetostaticsError: the package control is missing.
+        """
+        if self.shape:
+            raise ArgumentError("python-control takes the frequency response of one pose; this is a batch")
+        need("a model for python-control", "control", "control")
+        import control  # type: ignore[import-untyped, unused-ignore]
+
+        return control.FrequencyResponseData(np.moveaxis(self.compliance, 0, 2), 2 * np.pi * self.frequencies)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write magnitudes and phases of one pose as a table.

@@ -10,10 +10,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Real
 
 import numpy as np
 
+from kinetostatics.arguments import Keyword
 from kinetostatics.elements.rods import Numbers
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.body_graph import RigidBody
 from kinetostatics.statics.small_motions import PlacedMotions
@@ -131,6 +134,19 @@ class Damping:
     loss: float = 0.0
     mass: float = 0.0
     stiffness: float = 0.0
+
+    @classmethod
+    def of(cls, damping: object) -> Damping:
+        """Return the damping of a damping ratio ζ of all modes, a loss factor 2ζ, or of ``{"mass": α, "stiffness": β}``."""
+        values: Mapping[str, Keyword] = damping if isinstance(damping, Mapping) else {"ratio": damping}
+        known = {"mass", "stiffness"} if isinstance(damping, Mapping) else {"ratio"}
+        numbers = [value for value in values.values() if isinstance(value, Real) and not isinstance(value, bool)]
+        if not set(values) <= known or len(numbers) < len(values) or not all(0 <= float(number) < np.inf for number in numbers):
+            raise ArgumentError(
+                f'damping is {damping!r}; it must be a damping ratio, such as 0.02, or {{"mass": α, "stiffness": β}} [1/s, s]'
+            )
+        ratio, mass, stiffness = (float(values.get(name, 0.0)) for name in ("ratio", "mass", "stiffness"))
+        return cls(2 * ratio, mass, stiffness)
 
     def factors(self, omega: Array) -> tuple[Numbers, Numbers]:
         """Return the complex factors s = 1 + i (η + ω β) of the stiffness and c = 1 − i α/ω of the mass at ω [1/s]."""
