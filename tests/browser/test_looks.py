@@ -1,7 +1,9 @@
 """What robots look like: surfaces that coincide, platforms without visuals, colours of rigid links, meshes, labels in meshcat."""
 
 import base64
+import gzip
 import io
+import json
 import re
 import warnings
 from dataclasses import replace
@@ -9,13 +11,14 @@ from dataclasses import replace
 import numpy as np
 import package_robots
 import pytest
-from browser_pages import settle
+from browser_pages import packed_in, settle
 from meshcat_windows import drawn
 from PIL import Image as image
 from surfaces import enclosed
 
 import kinetostatics as ks
 from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.viewer.packing import packed_indices
 from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.viewer.shapes import plate
 from kinetostatics.viewer.visuals import link_visuals, without_textures
@@ -126,3 +129,22 @@ def test_labels_are_shown_in_meshcat_except_those_of_hidden_forces(bare):
     hidden = [path for path, properties in window.properties.items() if path.startswith(root) and properties["visible"] is False]
     assert root not in hidden and f"{root}/constraint forces" in hidden
     assert window.words(f"{root}/external load/load force").strip() == "load force 100 N"
+
+
+def test_large_meshes_are_small_in_the_page_and_as_read(visit, tmp_path):
+    """Rounded by less than 0.1 mm; the largest meshes of a shipped robot take less than half a megabyte."""
+    result = ks.analyze(package_robots.robot("anymal_standing").assemble())
+    ks.save_html(result, tmp_path / "anymal.html")
+    meshes = json.dumps(packed_in((tmp_path / "anymal.html").read_text(encoding="utf-8"))["meshes"])
+    assert 4 / 3 * len(gzip.compress(meshes.encode(), 6)) < 500_000
+    page = visit((tmp_path / "anymal.html").as_uri())
+    mesh = next(mesh for mesh in describe_scene(result).meshes if len(mesh.surface.vertices) > 10_000)
+    for key, expected, tolerance in (("vertices", mesh.surface.vertices, 5e-5), ("faces", mesh.surface.faces, 0)):
+        found = page.evaluate("([path, key]) => [...robot_page.solids.get(`Deformed/${path}`).spec[key]]", [mesh.path, key])
+        np.testing.assert_allclose(np.reshape(found, (-1, 3)), expected, rtol=0, atol=tolerance)
+
+
+@pytest.mark.parametrize("indices", [[0], [0, 1, 0, 2, 2, 3], [7, 7, 3, 70_000, 0], list(range(300))])
+def test_indices_are_written_and_read_unchanged(page, indices):
+    data = packed_indices(indices)
+    assert page.evaluate("data => [...robot_page.unpackIndices(data)]", data) == indices

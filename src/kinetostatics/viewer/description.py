@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.rotations import exponential, quaternion_of_matrix
 from kinetostatics.viewer.cards import Card, FrameFacts, quantities_of
-from kinetostatics.viewer.packing import EXACT, Packing, packed
+from kinetostatics.viewer.packing import EXACT, Packing, packed, packed_indices
 from kinetostatics.viewer.shapes import Surface
 from kinetostatics.viewer.single_poses import DrawnMode
 
@@ -78,6 +78,10 @@ class Stations:
         return poses
 
 
+#: Number of vertices from which a rigid mesh is rounded, and the bits to which it is: 0.03 mm of 0.5 m.
+MANY, MESH_BITS = 1000, 14
+
+
 @dataclass(frozen=True, eq=False)
 class Mesh:
     """A surface in meshcat's tree.
@@ -112,14 +116,22 @@ class Mesh:
         return isinstance(self.colour, str) and self.colour == "deflection"
 
     def plain(self) -> dict[str, object]:
-        wide = "<u2" if len(self.surface.vertices) < 2**16 else "<u4"
         colour = self.colour if isinstance(self.colour, str) else packed(np.round(255 * self.colour), "u1")
         return {
             "path": self.path, "roots": self.roots, "colour": colour, "per_vertex": not isinstance(self.colour, str),
-            "vertices": packed(self.surface.vertices, "<f4"), "faces": packed(self.surface.faces, wide),
+            **self._plain_vertices(), "faces": packed_indices(self.surface.faces.ravel()),
             "station": self.station if isinstance(self.station, int) else packed(self.station, "<u4"),
             "recovery": None if self.recovery is None else packed(self.recovery, "<f4"),
         }  # fmt: skip
+
+    def _plain_vertices(self) -> dict[str, object]:
+        """Return the vertices; of large rigid meshes the different ones, rounded, and which of them each vertex is."""
+        vertices = self.surface.vertices
+        if not isinstance(self.station, int) or len(vertices) < MANY:
+            return {"vertices": packed(vertices, "<f4"), "copies": None}
+        _, first, copies = np.unique(vertices, axis=0, return_index=True, return_inverse=True)
+        rank = np.argsort(np.argsort(first))
+        return {"vertices": Packing(MESH_BITS).path(vertices[np.sort(first)], 3), "copies": packed_indices(rank[copies.ravel()])}
 
 
 @dataclass(frozen=True, eq=False)

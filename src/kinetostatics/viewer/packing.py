@@ -18,6 +18,13 @@ def packed(array: ArrayLike, dtype: str) -> str:
     return base64.b64encode(np.ascontiguousarray(array, dtype=dtype).tobytes()).decode("ascii")
 
 
+def packed_indices(indices: ArrayLike) -> str:
+    """Encode whole numbers (n,) by their distances from the next new one, which are zero where each appears in turn."""
+    index = np.asarray(indices, dtype=np.int32)
+    following = np.concatenate([[0], np.maximum.accumulate(index)[:-1] + 1])
+    return packed((following - index).astype("<i4").view(np.uint8).reshape(-1, 4).T, "u1")  # all lowest bytes first
+
+
 def zipped(text: str) -> str:
     """Return base64 of a text compressed by gzip; equal texts give equal results."""
     return base64.b64encode(gzip.compress(text.encode(), 6, mtime=0)).decode("ascii")

@@ -26,7 +26,11 @@ function read(s) {
   if (s.stations) for (const key of ["pose", "twist"]) s.stations[key] = decode(s.stations[key], Float32Array);
   for (const m of s.meshes || []) {
     m.vertices = decode(m.vertices, Float32Array);
-    m.faces = decode(m.faces, m.vertices.length < 3 * 65536 ? Uint16Array : Uint32Array);
+    m.faces = unpackIndices(m.faces);
+    if (m.copies) {
+      const points = m.vertices, copies = unpackIndices(m.copies);
+      m.vertices = new Float32Array(3 * copies.length).map((_, k) => points[3 * copies[Math.floor(k / 3)] + k % 3]);
+    }
     if (typeof m.station === "string") m.station = decode(m.station, Uint32Array);
     if (m.recovery) m.recovery = decode(m.recovery, Float32Array);
     if (m.per_vertex) m.colour = Float32Array.from(decode(m.colour, Uint8Array), (c) => c / 255);

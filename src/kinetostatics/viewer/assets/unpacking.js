@@ -41,3 +41,14 @@ function unpackPath({ frames, width, step, data }) {
   }
   return step ? Float32Array.from(whole, (x, k) => x * step[(k % columns) % width]) : new Float32Array(whole.buffer);
 }
+
+/** Whole numbers, from their distances from the next new one, as packing.py writes them. */
+function unpackIndices(data) {
+  const bytes = bytesOf(data), n = bytes.length / 4;
+  let next = 0;
+  return new Uint32Array(n).map((_, k) => {
+    const index = next - (bytes[k] | bytes[n + k] << 8 | bytes[2 * n + k] << 16 | bytes[3 * n + k] << 24);
+    next = Math.max(next, index + 1);
+    return index;
+  });
+}
