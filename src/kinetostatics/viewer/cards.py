@@ -20,6 +20,7 @@ from kinetostatics.layout.numbers import (
     LENGTHS,
     MASSES,
     MILLIMETRES,
+    NOISE,
     PER_CENT,
     STRESSES,
     NumberFormat,
@@ -341,7 +342,12 @@ class Cards:
         kind = FORCE_KINDS[actuator_unit(self.result.robot, name)]
         ((unit, factor),) = units
         words = "force" if kind == "force" else "torque"
-        return [
+        rows = [
             CardRow(f"position of {name}", NumberFormat(unit, factor, 4, noise), along),
             CardRow(f"{words} of {name}", self.noise.format(kind, force), force),
         ]
+        if effort := self.result.robot.description.actuator_limits("effort").get(name):
+            rows.append(
+                CardRow(f"{words} of {name} over its effort", NumberFormat(*PER_CENT[0], 3, NOISE), np.abs(force) / effort)
+            )
+        return rows
