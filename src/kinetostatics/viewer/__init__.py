@@ -163,7 +163,7 @@ def save_image(
             written.
         KinetostaticsError: there is no Chromium.
     """
-    save_screenshot(_page(result, title, pose, exaggeration, False, compare, mode), path, size, colour, view)
+    save_screenshot(_page(result, title, pose, exaggeration, False, compare, mode, False), path, size, colour, view)
 
 
 def _page(
@@ -174,6 +174,7 @@ def _page(
     by_mechanism: bool,
     compare: Result | None,
     mode: int = 1,
+    computes: bool = True,
 ) -> str:
     if compare is not None and not isinstance(compare, Result):
         raise ArgumentError(f"compare= needs a Result, got {compare!r}: ks.analyze(robot.assemble())")
@@ -193,7 +194,7 @@ def _page(
         return replace(scene_of(drawn, title, every), first=mode - 1, compare=second)
 
     with waiting("making the page"):
-        return fitting_page(scene, engine=_engine(drawn, by_mechanism) if compare is None else None)
+        return fitting_page(scene, engine=_engine(drawn, by_mechanism) if computes and compare is None else None)
 
 
 def _engine(drawn: Result | SinglePose, by_mechanism: bool) -> dict[str, object] | None:

@@ -32,8 +32,10 @@ from kinetostatics.kinematics.path_following import longest_strides, turns
 from kinetostatics.kinematics.robot_kinematics import JointCoordinates
 from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, SolverState
 from kinetostatics.layout.report import Json
+from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import Orientation
 from kinetostatics.quantities import OF_EQUILIBRIUM
+from kinetostatics.results.parts import STATIONS
 from kinetostatics.results.pose_arrays import Chunk
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
@@ -53,7 +55,12 @@ _EXAMPLE_PAYLOAD = (3.0, 0.02, -0.03, 0.05)
 
 
 class _RecordedPose(ShownPoses):
-    """The pose of a result with recorded numbers."""
+    """The pose of a result with recorded numbers, at some of the stations of beams.
+
+    Attributes:
+        every: every n-th station of a beam is recorded. The page interpolates by polynomials between five stations: uniform beams
+            under their weight bend by polynomials of degree four.
+    """
 
     has_texts = False
 
@@ -61,6 +68,14 @@ class _RecordedPose(ShownPoses):
         self.result, self.robot, self.rigid = result, result.robot, result.link_contributions
         self.indices, self.count, self.step = np.array([0]), 1, 1
         self.contribution_names, self.labels = tuple(result.contributions), labels_of(result)
+        self.every = 1 if any(beam.section.places for beam in self.robot.beams.values()) else (STATIONS - 1) // 4
+
+    def beam_line(self, name: str) -> tuple[Array, Array]:
+        axes, points = super().beam_line(name)
+        return axes, points[:, :: self.every]
+
+    def beam_twists(self, name: str) -> Array:
+        return super().beam_twists(name)[:, :, :: self.every]
 
 
 class _Outputs(Packing):
@@ -263,9 +278,11 @@ def _statics(result: Result, by_mechanism: bool, code: _Code) -> dict[str, objec
         with deciding_by_example():
             for results in shown.beams.values():  # eigenvalues are not recorded
                 vars(results._euler_ratio)["of_beams"] = dict.fromkeys(robot.beams, np.full((), np.nan))
-            scene = scene_of(_RecordedPose(shown), link_visuals(robot.description))
+            drawn = _RecordedPose(shown)
+            scene = scene_of(drawn, link_visuals(robot.description))
             template: dict[str, Json] = {**scene.moving(outputs), **scene.details(outputs)}
     sections: dict[str, Json] = {}
+    firsts = [card["first"] for path, card in template["cards"].items() if path.startswith("beams/")]
     for name, beam in robot.description.beams.items():
         if (found := robot.beams[name].section.forms(beam.poisson_ratio)) is not None:
             (forms, rings), card = found, template["cards"][f"beams/{name}"]
@@ -273,7 +290,7 @@ def _statics(result: Result, by_mechanism: bool, code: _Code) -> dict[str, objec
             sections[key] = {"forms": packed(forms, "<f8"), "rings": rings}
             card |= {"section": key, "stress_row": [row["words"] for row in card["rows"]].index(LARGEST_STRESS)}
     program = code.add(tape, outputs.rows, [len(example) for example in examples])
-    return {**program, "places": values, "template": template, "sections": sections}
+    return {**program, "places": values, "template": template, "sections": sections, "beams": firsts if drawn.every > 1 else []}
 
 
 #: Outputs of the equilibrium by which the page judges a pose, and which it returns to scripts.

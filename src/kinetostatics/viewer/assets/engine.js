@@ -221,6 +221,7 @@ function formatOf(values, { units, digits, noise: least = 0 }) {
 /** The entries of a scene of a given size that depend on pose and loads. */
 function sceneOf(machine, size) {
   const solution = machine.solved(), { out, closed, status } = solution, scene = filled(machine.data.statics.template, out);
+  addStations(scene, machine.data.statics.beams);
   scaleArrows(scene.arrows, size);
   for (const card of Object.values(scene.cards)) {
     if (card.section) addStress(card, machine.data.statics.sections[card.section]);
@@ -240,6 +241,30 @@ function sceneOf(machine, size) {
   scene.notes = machine.warnings(solution);
   scene.facts = [factsOf(machine, closed, status)];
   return scene;
+}
+
+/** Weights of five equidistant values of a polynomial of degree four in its values at 21 equidistant places. */
+const WEIGHTS = Array.from({ length: 21 }, (_, n) => [0, 1, 2, 3, 4].map((j) => [0, 1, 2, 3, 4].reduce((w, k) => (k === j ? w : w * (n / 5 - k) / (j - k)), 1)));
+
+/** Add stations between the five of each beam, whose first ones are `beams`, in ascending order. */
+function addStations(scene, beams) {
+  const { stations } = scene, rows = [], place = [], K = scene.contributions.length; // rows: first of the stations with weights, and these
+  for (let s = 0; s < stations.count;) {
+    if (beams.includes(s)) {
+      for (let j = 0; j < 5; j++) place[s + j] = rows.length + 5 * j;
+      for (const weights of WEIGHTS) rows.push([s, weights]);
+      s += 5;
+    } else { place[s] = rows.length; rows.push([s++, [1]]); }
+  }
+  for (const [key, width] of [["pose", 7], ["twist", 6 * K]]) {
+    const data = stations[key], all = new Float64Array(width * rows.length);
+    rows.forEach(([s, weights], n) => weights.forEach((weight, j) => { for (let c = 0; c < width; c++) all[width * n + c] += weight * data[width * (s + j) + c]; }));
+    stations[key] = all;
+  }
+  stations.count = rows.length;
+  scene.readout = place[scene.readout];
+  for (const arrow of scene.arrows) arrow.station = place[arrow.station];
+  for (const card of Object.values(scene.cards)) card.first = place[card.first];
 }
 
 /** Give all forces of a group one scale, and all its couples; the longest arrow is a fixed part of the robot's size. */
