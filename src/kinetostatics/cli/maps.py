@@ -63,6 +63,12 @@ def _sweep(args: argparse.Namespace) -> int:
         hint = [f"the same command continues from {part}"] if os.path.isdir(part) else []
         raise KeyboardInterrupt(*hint) from None
     with ds:
+        if (missing := ds.attrs.get("missing_parts")) is not None:
+            count = args.part.partition("/")[2]
+            print(
+                f"part {args.part} is done; {args.out} will be complete after the parts {', '.join(map(str, missing))} of {count}"
+            )
+            return 0
         if not args.quiet and "status" not in ds:  # reduced
             print(f"{ds.load().data_vars}\nwrote {args.out}")
         elif not args.quiet:
@@ -84,7 +90,7 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
         option, given = grid_of(_first_robot(args, parameters) if args.actuators else None, args)
         options[option[2:]] = given
     options |= given_of(("orientation", "closure_tolerance", "platform_link", "base_link", "outputs", "reduce", "modes"), args)
-    options |= given_of(("workers", "out", "restart"), args)
+    options |= given_of(("workers", "out", "restart", "part"), args)
     return SWEEP.called()(
         args.robot, **loads_of(args), **options, progress=False if args.quiet else None, command_line=args.command_line
     )
@@ -133,6 +139,7 @@ SWEEP = Command(
         ),
         "out": Argument("text", "the file to write, .nc or .zarr", "FILE"),
         "restart": Argument("flag", "overwrite FILE"),
+        "part": Argument("text", "compute the K-th of N parts of FILE only, of which other jobs compute the others", "K/N"),
         "outputs": Argument(
             "texts",
             "variables, such as twist, or groups of them: default, beams, limits, capacity, gravity_mechanisms, compensation",
@@ -167,6 +174,7 @@ sweep 2pru_upr --actuators prismatic_1=-20mm:20mm:9 prismatic_2=0,10mm prismatic
 sweep 3rps --platform z=0.5 azimuth=-170deg tilt=0:40deg:21 --orientation tilt_torsion --outputs gravity_mechanisms --out g.nc
 sweep 2pru_upr --platform z=600mm rx=-10deg:10deg:21 ry=-10deg:10deg:21 --outputs default compensation --out corrected.nc
 sweep 3rps --platform z=0.45:0.65:21 rx=-10deg:10deg:41 ry=-10deg:10deg:41 --reduce rx=argmax ry=argmax --out worst.nc
+sweep 3rps --platform z=0.45:0.65:201 rx=-10deg:10deg:201 ry=-10deg:10deg:201 --out map.zarr --part 3/20
 sweep 3rps --platform z=550mm rx=-20deg:20deg:41 ry=-20deg:20deg:41 --modes 3 --out frequencies.nc
 sweep gough_stewart --platform z=0.5 x=-0.1:0.1:101 y=-0.1:0.1:101 rx=0 ry=0 rz=0 --outputs twist --out twist.nc
 """,

@@ -6,6 +6,7 @@ combination of parameters, that is, one robot.
 
 from __future__ import annotations
 
+import itertools
 import math
 import threading
 from collections.abc import Callable, Mapping
@@ -222,6 +223,20 @@ def compute(arrays: Arrays, number: int | None, progress: Progress) -> dict[str,
             for name, count in _correct_modes(arrays, combination, region, number).items():
                 counts[name] += count
     return dict(counts)
+
+
+def compute_part(arrays: Arrays, part: tuple[int, int], number: int | None, progress: Progress) -> None:
+    """Compute the missing blocks of part k of n, ``part``: the k-th block of all robots, and every n-th after it."""
+    plan, (k, n) = arrays.plan, part
+
+    def fill(block: Block) -> None:
+        arrays.write(block, compute_block(plan, arrays.labels, block))
+        progress.add(block)
+
+    blocks = (block for block in itertools.islice(plan.every_block(arrays.sizes), k - 1, None, n) if not arrays.is_done(block))
+    for robots, missing in itertools.groupby(blocks, lambda block: plan.part(block, "parameter")):
+        make_ready(plan, arrays.labels, tuple(piece.start for piece in robots))
+        in_threads(fill, missing, most=number)
 
 
 def warn_of_jumps(counts: Mapping[str, object]) -> None:

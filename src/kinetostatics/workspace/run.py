@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -18,11 +19,11 @@ from kinetostatics.math.arrays import threads
 from kinetostatics.progress import in_notebook, waiting
 from kinetostatics.quantities import VARIABLES
 from kinetostatics.robot import Robot
-from kinetostatics.workspace.block import Progress, compute, dataset_in_memory, warn_of_jumps
+from kinetostatics.workspace.block import Progress, compute, compute_part, dataset_in_memory, warn_of_jumps
 from kinetostatics.workspace.dataset import Labels, check_names, dataset, labels_of, shapes
 from kinetostatics.workspace.grid import block_sizes, chunk_sizes
 from kinetostatics.workspace.reduced import read_groups, reduced_map
-from kinetostatics.workspace.store import Store, check_memory, map_exists, open_map, packages_of, save
+from kinetostatics.workspace.store import Store, check_memory, locked, map_exists, open_map, packages_of, save
 from kinetostatics.workspace.sweep_arguments import read_plan, try_plan, try_robots
 from kinetostatics.workspace.sweep_plan import SweepPlan, attributes_of_map
 
@@ -63,6 +64,7 @@ def sweep(
     engine: str = "auto",
     out: str | os.PathLike[str] | None = None,
     restart: bool = False,
+    part: str | None = None,
     chunks: Mapping[str, int] | str | None = None,
     workers: int | None = None,
     progress: bool | None = None,
@@ -107,6 +109,9 @@ def sweep(
         out: a file ``….nc`` or ``….zarr``, written during the computation in bounded memory. After an interruption, the same call
             resumes the sweep.
         restart: overwrite ``out``.
+        part: "3/20" computes only the third of 20 parts of the blocks of ``out``; other jobs, also on other machines with the
+            same folder, compute the others, in any order. The job after which no block is missing completes the map. Other jobs
+            return a Dataset without variables, whose attribute ``missing_parts`` lists the incomplete parts.
         chunks: chunk sizes of a lazy Dataset of dask arrays, computed by dask's scheduler: ``{"z": 10}`` (other dimensions are
             undivided), or "auto".
         workers: number of threads; None: ``OMP_NUM_THREADS``, or the number of cores.
@@ -132,12 +137,16 @@ def sweep(
         need(out, "sweep", *packages_of(out))
     if reduce and chunks is not None:
         raise ArgumentError("give reduce= or chunks=, not both")
+    share = None if part is None else _read_part(part)
+    if share and (out is None or reduce or restart):
+        raise ArgumentError("part= needs out=, and is possible neither with reduce= nor with restart=")
     number = threads() if workers is None else whole_number("workers", workers, 1)
     shown = in_notebook() if progress is None else progress
-    quantities = names_in("outputs", ("linear_sag",) if tuple(outputs) == ("default",) else outputs, '["linear_sag"]')
+    quantities: Sequence[str] = ()
     if reduce:
         from kinetostatics.indices.named import variable_of
 
+        quantities = names_in("outputs", ["linear_sag"] if outputs == ("default",) else outputs, '["linear_sag"]')
         outputs = [name for name in map(variable_of, quantities) if name in VARIABLES]
     with waiting("planning the sweep", progress is not False, shown):
         links = {"platform_link": platform_link, "base_link": base_link}
@@ -159,7 +168,7 @@ def sweep(
             return _lazy_dataset(plan, labels, chunks, attributes)
         try_robots(plan)
     most = MOST if all(variable.group in ("default", "always") for variable in labels.variables.values()) else MOST_COSTLY
-    sizes = block_sizes(plan.axes, min(most, max(LEAST, math.ceil(plan.size / (SHARE * number)))))
+    sizes = block_sizes(plan.axes, min(most, max(LEAST, math.ceil(plan.size / (SHARE * (share[1] if share else number))))))
     run = Progress(plan.size)
     if groups:
         if out is not None and map_exists(out, plan.identity, attributes, restart):
@@ -171,14 +180,33 @@ def sweep(
         check_memory(plan, labels)
         with waiting(run.text, progress is not False, shown):
             return dataset_in_memory(plan, labels, sizes, attributes, number, run)
-    if not map_exists(out, plan.identity, attributes, restart):
-        store = Store(plan, labels, sizes, out, restart)
-        with waiting(run.text, progress is not False, shown):
-            attributes |= (counts := compute(store, number, run))
-            warn_of_jumps(counts)
-            run.doing = "storing"
-            store.publish(attributes)
+    if map_exists(out, plan.identity, attributes, restart):
+        return open_map(out)
+    with waiting(run.text, progress is not False, shown):
+        if share:
+            with locked(out, shared=True):
+                if map_exists(out, plan.identity, attributes, restart):
+                    return open_map(out)
+                store = Store(plan, labels, sizes, out, restart)
+                compute_part(store, share, number, run)
+                if missing := store.missing_parts(share[1]):
+                    return dataset(plan, labels, {}, {**attributes, "missing_parts": missing})
+            run.done = 0
+        with locked(out, shared=False):
+            if not map_exists(out, plan.identity, attributes, restart):
+                store = Store(plan, labels, sizes, out, restart)
+                attributes |= (counts := compute(store, number, run))
+                warn_of_jumps(counts)
+                run.doing = "storing"
+                store.publish(attributes)
     return open_map(out)
+
+
+def _read_part(part: str) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d+)/(\d+)", part) if isinstance(part, str) else None
+    if match is None or not 1 <= int(match[1]) <= int(match[2]):
+        raise ArgumentError(f"part is {part!r}; it must be a number and a count such as '3/20', from '1/20' to '20/20'")
+    return int(match[1]), int(match[2])
 
 
 def _lazy_dataset(

@@ -2,6 +2,9 @@
 
 The map is the file ``out`` of a sweep, such as ``map.nc``; the store is a folder beside it, ``map.nc.part``. Its chunks are the
 blocks of the sweep. ``status`` is written last for each block: a block is complete if its chunk of ``status`` exists.
+
+Several jobs may fill one store. While they compute, they share the lock of the file ``map.nc.part.lock``; a job that corrects
+assembly modes and publishes the map holds it alone. The operating system releases the lock of a job that is killed.
 """
 
 from __future__ import annotations
@@ -12,6 +15,7 @@ import glob
 import json
 import math
 import os
+import secrets
 import shutil
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -25,6 +29,11 @@ from kinetostatics.output_files import replacing
 from kinetostatics.workspace.dataset import Labels, attributes_of, dataset, shapes
 from kinetostatics.workspace.grid import Block, cut
 from kinetostatics.workspace.sweep_plan import SweepPlan
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -93,6 +102,37 @@ def open_map(path: str) -> xr.Dataset:
     import xarray as xr
 
     return xr.open_dataset(path, engine=packages_of(path)[0])
+
+
+@contextlib.contextmanager
+def locked(path: str, shared: bool) -> Iterator[None]:
+    """Hold the lock of the store of the map ``path``; without a store, its last holder removes the file."""
+    name = f"{path}.part.lock"
+    if fcntl is None:
+        if shared:
+            raise KinetostaticsError("part= needs file locks, which this system lacks")
+        yield
+        return
+    with contextlib.ExitStack() as files:
+        while True:
+            try:
+                file = files.enter_context(open(name, "ab"))
+                fcntl.flock(file, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
+                if os.path.samestat(os.stat(name), os.fstat(file.fileno())):
+                    break
+            except FileNotFoundError:  # just removed by its last holder
+                continue
+            except OSError as error:
+                if shared or error.errno not in (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP):
+                    raise KinetostaticsError(f"{name} cannot be locked: {error.strerror}") from None
+                break
+        try:
+            yield
+        finally:
+            if not os.path.exists(f"{path}.part"):
+                with contextlib.suppress(OSError):  # held by another job
+                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    os.remove(name)
 
 
 def save(ds: xr.Dataset, path: str) -> xr.Dataset:
@@ -171,10 +211,9 @@ class Store(Arrays):
         group: Stored = self._interrupted()
         if group is None:
             _check_disk(self.plan, self.labels, self.path)
-            shutil.rmtree(self.folder, ignore_errors=True)
-            empty = dataset(self.plan, self.labels, {}, {})
-            empty.to_zarr(self.folder, mode="w", consolidated=False, zarr_format=2)
-            group = zarr.open_group(self.folder, mode="a", zarr_format=2)
+            new = f"{self.folder}.{secrets.token_hex(4)}.new"
+            dataset(self.plan, self.labels, {}, {}).to_zarr(new, mode="w", consolidated=False, zarr_format=2)
+            group = zarr.open_group(new, mode="a", zarr_format=2)
             lengths = dict(zip((axis.name for axis in self.plan.axes), self.sizes, strict=True))
             for name, shape in shapes(self.plan, self.labels).items():
                 variable = self._items[name]
@@ -192,6 +231,14 @@ class Store(Arrays):
                     compressors=None,
                 )
             group.attrs[NOTES] = {"sizes": list(self.sizes), "facts": as_json(self.plan.facts)}
+            try:
+                os.rename(new, self.folder)
+            except OSError:
+                if not os.path.exists(self.folder):
+                    raise
+                shutil.rmtree(new)  # another job was faster
+            self._restart = False
+            group = self._interrupted()
         with zarr.config.set({"array.write_empty_chunks": True}):  # otherwise zarr omits chunks of zeros or NaN
             self._group, self.arrays = group, {name: group[name] for name in self._items}
 
@@ -203,12 +250,15 @@ class Store(Arrays):
         """
         import zarr
 
-        if self._restart or not os.path.exists(self.folder):
+        if self._restart:
+            shutil.rmtree(self.folder, ignore_errors=True)
+        if not os.path.exists(self.folder):
             return None
         try:
             group = zarr.open_group(self.folder, mode="r+", zarr_format=2)
             notes: Any = group.attrs.get(NOTES)
             if notes is None:  # interrupted before the first block
+                shutil.rmtree(self.folder)
                 return None
             stored, sizes = notes["facts"], tuple(int(size) for size in notes["sizes"])
             readable = len(sizes) == len(self.sizes) and all(name in group for name in self._items)
@@ -232,9 +282,18 @@ class Store(Arrays):
             super().write(block, numbers)
 
     def is_done(self, block: Block) -> bool:
+        return os.path.exists(os.path.join(self.folder, "status", self._chunk(block)))
+
+    def _chunk(self, block: Block) -> str:
         place = tuple(piece.start // size for piece, size in zip(block, self.sizes, strict=True))
-        chunk: str = self.arrays["status"].metadata.encode_chunk_key(place)
-        return os.path.exists(os.path.join(self.folder, "status", chunk))
+        return str(self.arrays["status"].metadata.encode_chunk_key(place))
+
+    def missing_parts(self, count: int) -> list[int]:
+        """Return the parts, of ``count``, with missing blocks; see :func:`kinetostatics.workspace.block.compute_part`."""
+        there = set(os.listdir(os.path.join(self.folder, "status")))  # unlike single files, listed anew by shared file systems
+        return sorted(
+            {k % count + 1 for k, block in enumerate(self.plan.every_block(self.sizes)) if self._chunk(block) not in there}
+        )
 
     def changes(self, region: str) -> dict[str, Any] | None:
         path = os.path.join(self.folder, CHANGES + region)
@@ -253,6 +312,8 @@ class Store(Arrays):
         import zarr
 
         with self.naming_the_file():
+            for leftover in glob.glob(f"{glob.escape(self.folder)}.*.new"):  # of jobs that were killed
+                shutil.rmtree(leftover, ignore_errors=True)
             if packages_of(self.path)[0] == "zarr":
                 unfinished = (*glob.glob(f"{self.folder}/**/*.partial", recursive=True), *glob.glob(f"{self.folder}/{CHANGES}*"))
                 for leftover in unfinished:

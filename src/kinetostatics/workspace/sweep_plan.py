@@ -151,6 +151,10 @@ class SweepPlan:
             if all(a.start < b.stop and b.start < a.stop for a, b in zip(coordinates, region or (), strict=True)):
                 yield (*(slice(k, k + 1) for k in combination), *block)
 
+    def every_block(self, sizes: Sequence[int]) -> Iterator[Block]:
+        """Yield the blocks of all robots."""
+        return (block for combination in self.combinations() for block in self.blocks(combination, sizes))
+
     def parameters(self, combination: Combination) -> dict[str, object]:
         """Return the values of all parameters, varied and constant."""
         varying = {axis.name: axis.values[k].item() for axis, k in zip(self.axes_of("parameter"), combination, strict=True)}
