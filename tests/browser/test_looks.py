@@ -148,3 +148,12 @@ def test_large_meshes_are_small_in_the_page_and_as_read(visit, tmp_path):
 def test_indices_are_written_and_read_unchanged(page, indices):
     data = packed_indices(indices)
     assert page.evaluate("data => [...robot_page.unpackIndices(data)]", data) == indices
+
+
+QUICK = ("3rps", "2pru_upr")
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[] if n in QUICK else pytest.mark.slow) for n in package_robots.NAMES])
+def test_pages_that_compute_are_small(name, tmp_path):
+    ks.save_html(ks.analyze(package_robots.robot(name).assemble()), tmp_path / "page.html")
+    assert (tmp_path / "page.html").stat().st_size < (0.65e6 if name in QUICK else 1.5e6)

@@ -7,8 +7,6 @@ and centre (3) in o-xyz. The outputs contain all numbers of a scene that depend 
 
 from __future__ import annotations
 
-import base64
-import gzip
 import hashlib
 import json
 import pickle
@@ -44,7 +42,7 @@ from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.solution import by_mechanism as split
 from kinetostatics.viewer.cards import LARGEST_STRESS
 from kinetostatics.viewer.drawn_poses import ShownPoses, labels_of
-from kinetostatics.viewer.packing import Packing, packed
+from kinetostatics.viewer.packing import Packing, packed, packed_code
 from kinetostatics.viewer.scene import scene_of
 from kinetostatics.viewer.visuals import link_visuals
 
@@ -113,8 +111,7 @@ class _Code:
         return {"module": len(self._modules) - 1, "inputs": sum(inputs), "outputs": len(rows)}
 
     def plain(self) -> dict[str, Json]:
-        whole = gzip.compress(b"".join(self._modules), 6, mtime=0)
-        return {"sizes": [len(module) for module in self._modules], "zipped": base64.b64encode(whole).decode("ascii")}
+        return packed_code(self._modules)
 
 
 def computing_page(result: Result, by_mechanism: bool = False) -> dict[str, object]:

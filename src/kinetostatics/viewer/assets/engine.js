@@ -13,12 +13,8 @@ class Machine {
   /** The machine of the data of a page; it rejects if the browser refuses WebAssembly. */
   static async load(data) {
     const stream = new Blob([bytesOf(data.code.zipped)]).stream().pipeThrough(new DecompressionStream("gzip"));
-    const code = await new Response(stream).arrayBuffer(), modules = [];
-    let at = 0;
-    for (const size of data.code.sizes) {
-      modules.push((await WebAssembly.instantiate(code.slice(at, at + size), { math: Math })).instance.exports);
-      at += size;
-    }
+    const bytes = new Uint8Array(await new Response(stream).arrayBuffer()), modules = [];
+    for (const code of unpackCode(bytes, data.code.modules)) modules.push((await WebAssembly.instantiate(code, { math: Math })).instance.exports);
     return new Machine(data, modules);
   }
 

@@ -42,13 +42,58 @@ function unpackPath({ frames, width, step, data }) {
   return step ? Float32Array.from(whole, (x, k) => x * step[(k % columns) % width]) : new Float32Array(whole.buffer);
 }
 
+/** Integers from their bytes, all lowest bytes first. */
+function fromPlanes(bytes) {
+  const n = bytes.length / 4;
+  return new Int32Array(n).map((_, k) => bytes[k] | bytes[n + k] << 8 | bytes[2 * n + k] << 16 | bytes[3 * n + k] << 24);
+}
+
 /** Whole numbers, from their distances from the next new one, as packing.py writes them. */
 function unpackIndices(data) {
-  const bytes = bytesOf(data), n = bytes.length / 4;
   let next = 0;
-  return new Uint32Array(n).map((_, k) => {
-    const index = next - (bytes[k] | bytes[n + k] << 8 | bytes[2 * n + k] << 16 | bytes[3 * n + k] << 24);
+  return Uint32Array.from(fromPlanes(bytesOf(data)), (distance) => {
+    const index = next - distance;
     next = Math.max(next, index + 1);
     return index;
+  });
+}
+
+/** Modules of WebAssembly, from the streams of packing.py; sizes are written in five bytes. */
+function unpackCode(bytes, modules) {
+  let from = 0;
+  const take = (count) => bytes.subarray(from, from += count);
+  return modules.map(({ start, end, functions, instructions, operands }) => {
+    const head = take(start), tail = take(end), kinds = take(instructions), next = {};
+    for (const [kind, lag, count] of operands) {
+      const numbers = fromPlanes(take(4 * count)).map((x) => (x >>> 1) ^ -(x & 1));
+      for (let k = lag; k < count; k++) numbers[k] += numbers[k - lag];
+      let k = 0;
+      next[kind] = () => numbers[k++];
+    }
+    const code = new Uint8Array(start + end + 9 * instructions + 6 * functions + 8 * operands[0][2] + 11);
+    let at = start;
+    const put = (number) => { for (; number > 127; number >>>= 7) code[at++] = (number & 127) | 128; code[at++] = number; };
+    const open = () => (at += 5), close = (first) => { for (let k = 0; k < 5; k++) code[first - 5 + k] = ((at - first) / 128 ** k & 127) | (k < 4 ? 128 : 0); };
+    code.set(head);
+    code[at++] = 10;
+    const section = open();
+    put(functions);
+    let body = null;
+    for (const kind of kinds) {
+      if (body === null) {
+        body = open();
+        const groups = next[0]();
+        put(groups);
+        for (let k = 0; k < 2 * groups; k++) put(next[0]());
+      }
+      code[at++] = kind;
+      if (kind === 0x2b || kind === 0x39) code[at++] = 3;
+      if (kind === 0x44) at += 8;
+      if (next[kind]) put(next[kind]());
+      if (kind === 0x0b) { close(body); body = null; }
+    }
+    close(section);
+    code.set(tail, at);
+    return code.subarray(0, at + end);
   });
 }
