@@ -1,9 +1,11 @@
 """Elastic platforms and bases: against an independent displacement method, as links beside rigid ones, and against beams."""
 
+import shutil
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from calculix_decks import bore_lines, displacements, solid_lines
 from frame_links import Frame
 from hub_robots import hub_parts
 from linked_frames import LinkedFrame
@@ -349,3 +351,80 @@ def test_what_is_refused():
     wrong = replace(matrices, names=("x", *matrices.names[1:]))
     with pytest.raises(ks.RobotFileError, match="the interface 'x' is no joint of link 'platform'"):
         ks.Robot(replace(description, flexible={"platform": Flexible("platform", wrong)}))
+
+
+# ---- solid finite elements -----------------------------------------------------------------------------------------------
+
+PLATE_E, PLATE_RHO = 210e9, 7850.0  # of "steel"
+
+
+def _rods(pose):
+    """Yield spherical joint and centre, direction and stiffness of the springs that a rod is there, in the platform's frame."""
+    frame = pose.frame("platform")
+    for k in (1, 2, 3):
+        foot, (name, rod) = pose.frame(f"cylinder_{k}"), (f"spherical_{k}", pose.robot.description.beams[f"rod_{k}"])
+        head = frame[:3, 3] + frame[:3, :3] @ pose.robot.mechanism.connections[name].centre_on("platform")
+        along = head - foot[:3, 3]
+        L, A, E, G = np.linalg.norm(along), rod.section.area, rod.youngs_modulus, rod.shear_modulus
+        lateral = L**3 / (3 * E * rod.section.I_y) + L / (rod.shear_coefficient * A * G)
+        for direction, stiffness in ((along / L, E * A / L), (foot[:3, 1], 1 / lateral)):
+            yield name, (head - frame[:3, 3]) @ frame[:3, :3], direction @ frame[:3, :3], stiffness
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("ccx") is None, reason="needs ccx, the solver of CalculiX (apt install calculix-ccx)")
+def test_a_tripod_with_a_plate_agrees_with_calculix(tmp_path, monkeypatch):
+    """Twist under six loads and the plate's weight: a ring of steel on three bores, on rods that are springs there."""
+    occ = pytest.importorskip("netgen.occ")
+    monkeypatch.setenv("KINETOSTATICS_CACHE", str(tmp_path / "cache"))
+    rigid = ks.load_robot("3rps")
+    bores = {f"spherical_{k}": rigid.mechanism.connections[f"spherical_{k}"].centre_on("platform") for k in (1, 2, 3)}
+    shape = occ.Cylinder(occ.Pnt(0, 0, -8), occ.Z, r=225, h=16) - occ.Cylinder(occ.Pnt(0, 0, -20), occ.Z, r=50, h=40)
+    for x, y, _ in bores.values():
+        shape = shape - occ.Cylinder(occ.Pnt(1000 * x, 1000 * y, -20), occ.Z, r=12, h=40)
+    shape.WriteStep(str(tmp_path / "plate.step"))
+    near = {name: f"cylinder d=24mm near {x} {y} {z}" for name, (x, y, z) in bores.items()}
+    part = ks.condense(tmp_path / "plate.step", {**near, "o": "cylinder d=100mm near 0 0 0"}, within=0.03, modes=0)
+    description = replace(rigid.description, flexible={"platform": Flexible("platform", part.link)})
+    for k in (1, 2, 3):
+        description = description.changed(f"rod_{k}", density=0.0)
+    pose = ks.Robot(description).assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.06})
+    found = ks.analyze(pose, np.eye(6), (0, 0, -9.81))
+
+    mesh = occ.OCCGeometry(str(tmp_path / "plate.step")).GenerateMesh(maxh=18, curvaturesafety=5, grading=0.3)
+    mesh.SecondOrder()
+    nodes = {name: 9000001 + 2 * k for k, name in enumerate((*bores, "o"))}
+    lines = solid_lines(mesh)
+    for name, node in nodes.items():
+        centre = bores.get(name, np.zeros(3))
+        words = ", ".join(f"{number:.12g}" for number in centre)
+        lines += [*bore_lines(mesh, name, *(1000 * centre[:2]), 12 if name in bores else 50), "*NODE", f"{node}, {words}"]
+        lines += [f"{node + 1}, {words}", f"*RIGID BODY, NSET={name}, REF NODE={node}, ROT NODE={node + 1}"]
+    for number, (name, head, direction, stiffness) in enumerate(_rods(pose), 9000101):
+        lines += ["*NODE", f"{number}, " + ", ".join(f"{value:.12g}" for value in head - 0.5 * direction)]
+        lines += [f"*ELEMENT, TYPE=SPRINGA, ELSET=S{number}", f"{number}, {number}, {nodes[name]}"]
+        lines += [f"*SPRING, ELSET=S{number}", "", f"{stiffness:.12g}", "*BOUNDARY", f"{number}, 1, 3"]
+    lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", f"{PLATE_E}, 0.3", "*DENSITY", f"{PLATE_RHO}"]
+    lines += ["*SOLID SECTION, ELSET=PART, MATERIAL=STEEL", "*NSET, NSET=O", f"{nodes['o']}, {nodes['o'] + 1}"]
+    R = pose.frame("platform")[:3, :3]
+    for load in (*np.eye(6), None):
+        lines += ["*STEP", "*STATIC", "*CLOAD, OP=NEW"]
+        local = np.zeros(6) if load is None else np.concatenate([load[:3] @ R, load[3:] @ R])
+        lines += [f"{nodes['o'] + k // 3}, {k % 3 + 1}, {value:.12g}" for k, value in enumerate(local)]
+        down = ", ".join(f"{value:.12g}" for value in -R[2])
+        lines += ["*DLOAD, OP=NEW", f"PART, GRAV, {9.81 if load is None else 0.0}, {down}"]
+        lines += ["*NODE PRINT, NSET=O", "U", "*END STEP"]
+    solid = (displacements(tmp_path, lines, (nodes["o"], nodes["o"] + 1)) @ R.T).reshape(7, 6)
+
+    C, root = found.compliance[0], np.linalg.cholesky(np.linalg.inv(solid[:6]))
+    assert np.abs(solid[:6] - solid[:6].T).max() < 1e-4 * np.abs(solid[:6]).max()
+    stiff = ks.analyze(
+        ks.Robot(replace(description, flexible={})).assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.06})
+    ).compliance
+    assert np.abs(np.linalg.eigvalsh(root.T @ (C - stiff) @ root)).max() > 0.3  # the plate deforms by as much as the rods
+    assert part.error < 0.03
+    assert np.abs(np.linalg.eigvalsh(root.T @ (C - solid[:6]) @ root)).max() < part.error
+    weight = found.contributions["platform_weight"][0]
+    assert np.sqrt((weight - solid[6]) @ np.linalg.solve(solid[:6], weight - solid[6])) < part.error * np.sqrt(
+        solid[6] @ np.linalg.solve(solid[:6], solid[6])
+    )

@@ -437,7 +437,7 @@ def test_errors(stations, message):
 
 def test_refused():
     robot = cone()
-    with pytest.raises(ks.ArgumentError, match="verify cannot check arm: OpenSees gets uniform beams, joints and springs only"):
+    with pytest.raises(ks.ArgumentError, match=r"verify cannot check arm: .*; verify a copy of the robot with these"):
         ks.verify(robot.assemble())
     part = robot.description.beams["arm"]
     with pytest.raises(ks.RobotFileError, match="beam> 'arm' has stations, but no density; give one, so that its mass follows"):
@@ -448,7 +448,7 @@ def test_refused():
     name, telescope = next(iter(mast.beams.items()))
     section = Tapered.of(Station(at, telescope.section) for at in (0, 1))
     changed = replace(telescope, section=section, material=replace(telescope.material, density=1000.0))
-    with pytest.raises(ks.RobotFileError, match="its section varies; a telescopic beam has one section"):
+    with pytest.raises(ks.RobotFileError, match="its section varies; a telescopic beam has one section: give one, or each link"):
         _ = ks.Robot(replace(mast, beams=mast.beams | {name: changed})).beams
 
 

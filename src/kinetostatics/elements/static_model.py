@@ -84,7 +84,9 @@ def make_beam_models(mechanism: Mechanism, spans: Mapping[str, Span], zero: Fram
         section, profile, centre = beam.section, None, None
         if isinstance(section, Tapered):
             if span.spanned:
-                raise beam_error(span.part, "its section varies; a telescopic beam has one section")
+                raise beam_error(
+                    span.part, "its section varies; a telescopic beam has one section: give one, or each link its beam"
+                )
             section = section if span.attachments[0] == attachment_of_end(name, 0) else section.reversed
             profile = profile_of(beam, section, middles[name][0])
             coefficients = profile.compliances.diagonal(axis1=1, axis2=2).max(axis=0)

@@ -115,8 +115,9 @@ def _deform_plates(robot: RobotStatics, solution: Solution, out: Deformation) ->
                     signs = np.zeros(len(item.group.to_platform), dtype=np.int8)
                     for other, cut, sign in edge.limb_cuts:
                         signs[cut] += sign * (other == limb)
-                    motion, name = twist.sum(axis=1)[:, None], robot.topology.part_of(edge)
-                    out.elastic.append(ElasticDeformation("links", (name,), item.group, number, (position,), signs, motion))
+                    if signs.any():
+                        name, moved = (robot.topology.part_of(edge),), twist.sum(axis=1)[:, None]
+                        out.elastic.append(ElasticDeformation("links", name, item.group, number, (position,), signs, moved))
 
 
 def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:

@@ -9,7 +9,6 @@ C = diag(C_ic) + Σ Gᵀ F G; what else acts on a plate displaces its interfaces
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -23,7 +22,7 @@ from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.assembly_errors import AssemblyErrors
 from kinetostatics.statics.link_loads import AppliedStatics
-from kinetostatics.statics.platform_equilibrium import PlatformEquilibrium
+from kinetostatics.statics.platform_equilibrium import CoupledLimbs, PlatformEquilibrium
 from kinetostatics.statics.robot_statics import RobotStatics
 
 
@@ -42,20 +41,6 @@ def divided(total: Array, statics: Iterable[LimbStatics]) -> list[Array]:
         parts.append(np.swapaxes(part.reshape(n, g, *part.shape[1:]), 1, 2))
         first += n * g
     return parts
-
-
-@dataclass(frozen=True)
-class CoupledLimbs:
-    """All limbs as one, for :class:`PlatformEquilibrium`: wrenches J_c (6, n, 1, N) and compliance C (n, n, 1, N)."""
-
-    J_c: Array
-    C: Array
-    rigid_directions: int
-    soft: tuple[int, ...]
-
-    @property
-    def group(self) -> CoupledLimbs:
-        return self
 
 
 class Plates:

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.limbs.compliance import split_by_eigenvectors, split_rigid
+from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, Index, everywhere, is_filled, settles, zeros_for
 from kinetostatics.math.linalg import Cholesky
 from kinetostatics.statics.robot_statics import RobotStatics
@@ -29,27 +29,18 @@ _DEPENDENT = 1e-9
 _INDEPENDENT, _HELD = 1e-5, 1e-9
 
 
-class Rigidity(Protocol):
-    """See :class:`kinetostatics.limbs.group.LimbGroup`."""
+@dataclass(frozen=True)
+class CoupledLimbs:
+    """All limbs as one: wrenches J_c (6, n, 1, N), compliance C (n, n, 1, N), and decisions as of a group of limbs."""
+
+    J_c: Array
+    C: Array
+    rigid_directions: int
+    soft: tuple[int, ...]
 
     @property
-    def rigid_directions(self) -> int: ...
-
-    @property
-    def soft(self) -> tuple[int, ...]: ...
-
-
-class CompliantLimbs(Protocol):
-    """Constraint wrenches and compliance of equal limbs, see :class:`kinetostatics.limbs.statics.LimbStatics`."""
-
-    @property
-    def J_c(self) -> Array: ...
-
-    @property
-    def C(self) -> Array: ...
-
-    @property
-    def group(self) -> Rigidity: ...
+    def group(self) -> CoupledLimbs:
+        return self
 
 
 @dataclass(frozen=True)
@@ -81,7 +72,7 @@ class PlatformEquilibrium:
         self_stresses: for each group, (n_c, k, g, N) intensities in k self-stresses, which have no resultant on the platform.
     """
 
-    def __init__(self, robot: RobotStatics, statics: Sequence[CompliantLimbs], N: int, support: float = 0.0) -> None:
+    def __init__(self, robot: RobotStatics, statics: Sequence[LimbStatics | CoupledLimbs], N: int, support: float = 0.0) -> None:
         """Factorize K; ``support`` is added to it, relative to its size, where the platform would be free."""
         self._statics = statics
         self.scale = np.array([1.0] * 3 + [1 / robot.length] * 3)
@@ -211,7 +202,7 @@ class PlatformEquilibrium:
                 W += factor.solve(np.einsum("kign,ksn->isgn", item.J_c, step))
 
 
-def _split(item: CompliantLimbs) -> _Split:
+def _split(item: LimbStatics | CoupledLimbs) -> _Split:
     """Return rigid directions and elastic stiffness, by the wrenches ``group.soft``, or where these fail by eigenvectors."""
     r, J = item.group.rigid_directions, np.moveaxis(item.J_c, (2, 3), (0, 1))
     if len(item.group.soft) != len(item.C) - r:

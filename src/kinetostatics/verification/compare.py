@@ -142,7 +142,8 @@ def verify(
     by_matrix = (joint for joint, stiffness in there.joint_stiffness.items() if stiffness.matrix is not None)
     with_stations = (name for name, beam in there.beams.items() if beam.section.places)
     if unknown := [*there.flexible, *with_stations, *by_matrix]:
-        raise ArgumentError(f"verify cannot check {join_words(unknown)}: OpenSees gets uniform beams, joints and springs only")
+        only = "OpenSees gets uniform beams, joints and springs only; verify a copy of the robot with these in their place"
+        raise ArgumentError(f"verify cannot check {join_words(unknown)}: {only}")
     if result.shape != ():
         raise ArgumentError(f"one pose and one load can be verified at a time; here they are a batch of the shape {result.shape}")
     if not positive("within", within) < 1:

@@ -1,10 +1,10 @@
 """Parts condensed from CAD files: against Timoshenko's beam, exact masses and CalculiX; interfaces, units, cache, refusals."""
 
 import shutil
-import subprocess
 
 import numpy as np
 import pytest
+from calculix_decks import bore_lines, displacements, solid_lines
 from netgen import occ
 
 import kinetostatics as ks
@@ -112,25 +112,8 @@ def test_mass_properties_are_those_of_the_solid(tmp_path):
 
 def calculix_deck(mesh, forces):
     """Return a deck with curved quadratic tetrahedra, the first bore held, the second one rigid under loads."""
-    points = np.array(mesh.Coordinates())
-    lines = ["*NODE, NSET=ALL", *(f"{k}, {x:.12g}, {y:.12g}, {z:.12g}" for k, (x, y, z) in enumerate(points / 1000, 1))]
-    lines += ["9000001, 0.09, 0, 0", "9000002, 0.09, 0, 0", "*ELEMENT, TYPE=C3D10, ELSET=PART"]
-    pairs = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))  # edges in the order of C3D10
-    for number, element in enumerate(mesh.Elements3D(), 1):
-        nodes = [point.nr for point in element.points]
-        corners, middles = nodes[:4], nodes[4:]
-        at = points[np.array(middles) - 1]
-        ordered = []
-        for first, second in pairs:
-            middle = (points[corners[first] - 1] + points[corners[second] - 1]) / 2
-            ordered.append(middles[int(np.linalg.norm(at - middle, axis=1).argmin())])
-        if np.linalg.det(points[np.array(corners[1:]) - 1] - points[corners[0] - 1]) < 0:  # node 4 on the other side
-            corners[1], corners[2] = corners[2], corners[1]
-            ordered = [ordered[2], ordered[1], ordered[0], ordered[3], ordered[5], ordered[4]]
-        lines.append(", ".join(map(str, [number, *corners, *ordered])))
-    for name, x, radius in (("HELD", 0, 10), ("MOVED", 90, 6)):
-        on = np.flatnonzero(np.abs(np.hypot(points[:, 0] - x, points[:, 1]) - radius) < 1e-3) + 1
-        lines += [f"*NSET, NSET={name}", *(f"{number}," for number in on)]
+    lines = [*solid_lines(mesh), "*NODE", "9000001, 0.09, 0, 0", "9000002, 0.09, 0, 0"]
+    lines += [*bore_lines(mesh, "HELD", 0, 0, 10), *bore_lines(mesh, "MOVED", 90, 0, 6)]
     lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", f"{E}, {NU}", "*SOLID SECTION, ELSET=PART, MATERIAL=STEEL"]
     lines += ["*RIGID BODY, NSET=MOVED, REF NODE=9000001, ROT NODE=9000002", "*BOUNDARY", "HELD, 1, 3"]
     lines += ["*NSET, NSET=REFERENCE", "9000001, 9000002"]
@@ -138,7 +121,7 @@ def calculix_deck(mesh, forces):
         node, freedom = (9000001 if direction < 3 else 9000002), direction % 3 + 1
         lines += ["*STEP", "*STATIC", "*CLOAD, OP=NEW", f"{node}, {freedom}, {forces[direction]}"]
         lines += ["*NODE PRINT, NSET=REFERENCE", "U", "*END STEP"]
-    return "\n".join(lines) + "\n"
+    return lines
 
 
 @pytest.mark.slow
@@ -149,10 +132,7 @@ def test_arm_agrees_with_calculix(tmp_path):
     mesh = occ.OCCGeometry(str(path)).GenerateMesh(maxh=2.6)
     mesh.SecondOrder()
     forces = [1e3, 1e3, 1e3, 10, 10, 10]
-    (tmp_path / "arm.inp").write_text(calculix_deck(mesh, forces))
-    subprocess.run(["ccx", "arm"], cwd=tmp_path, check=True, capture_output=True, timeout=600)
-    rows = [line.split() for line in (tmp_path / "arm.dat").read_text().splitlines()]
-    values = np.array([[float(word) for word in row[1:]] for row in rows if row and row[0] in ("9000001", "9000002")])
+    values = displacements(tmp_path, calculix_deck(mesh, forces), (9000001, 9000002))
     C = (values.reshape(6, 6) / np.array(forces)[:, None]).T
     F = part.link.flexibility("shoulder")
     root = np.linalg.cholesky(np.linalg.inv((C + C.T) / 2))
