@@ -84,7 +84,7 @@ def test_drawn_scene_equals_that_of_python(name):
     """Stations at rest, their twists by contribution, arrows and cards: at poses to which the platform was dragged."""
     robot, start = start_of(name)
     given = ks.analyze(start)
-    size = describe_scene(given, details=False).size
+    size = describe_scene(given).size
     cases = random_cases(robot, start, 3, 0.5, seed=1)
     script = """machine.loads = { load: given.load, gravity: given.gravity, payload: given.payload };
       const { reason } = machine.move("platform", given.platform);

@@ -88,7 +88,7 @@ class Recorded(np.ndarray[tuple[int, ...], np.dtype[np.object_]]):
         if function is np.linalg.norm:
             return np.sqrt(np.sum(np.square(args[0]), *args[2:], **kwargs))
         if function.__module__.startswith("numpy.linalg"):
-            if scalars.decides_by_example():
+            if scalars.by_example.get():
                 return function(*[np.asarray(operand, dtype=float) for operand in args], **kwargs)
             raise NotRecordedError(f"{function.__module__}.{function.__name__}")
         if function is np.where and len(args) == 3:

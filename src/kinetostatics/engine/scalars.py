@@ -27,7 +27,7 @@ class NotRecordedError(Exception):
     """A function is not a sequence of scalar operations."""
 
 
-_by_example: ContextVar[bool] = ContextVar("by_example", default=False)
+by_example: ContextVar[bool] = ContextVar("by_example", default=False)
 
 
 @contextmanager
@@ -36,15 +36,11 @@ def deciding_by_example() -> Iterator[None]:
 
     For the choice of what is drawn and of its form, which are those of the example at all poses.
     """
-    token = _by_example.set(True)
+    token = by_example.set(True)
     try:
         yield
     finally:
-        _by_example.reset(token)
-
-
-def decides_by_example() -> bool:
-    return _by_example.get()
+        by_example.reset(token)
 
 
 class Tape:
@@ -128,12 +124,12 @@ class Scalar:
         """Return the truth value at the example, and record it as a guard."""
         if not isinstance(self.value, bool):
             return bool(compare("!=", self, 0.0))
-        if not decides_by_example():
+        if not by_example.get():
             self.tape.guards[self.number] = self.value
         return self.value
 
     def __float__(self) -> float:
-        if decides_by_example():
+        if by_example.get():
             return float(self.value)
         raise NotRecordedError("a recorded number is converted to a float")
 

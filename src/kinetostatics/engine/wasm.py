@@ -7,9 +7,8 @@ and ``Math.atan2`` of a browser. Binary format: WebAssembly Core Specification 2
 
 from __future__ import annotations
 
-import heapq
 import struct
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 from kinetostatics.engine.c_code import places_of
 from kinetostatics.engine.scalars import LEAVES, Tape, needed_by, operands
@@ -109,15 +108,15 @@ class _Module:
     def _piece(self, piece: Sequence[int]) -> bytes:
         """Return the code of a function that computes some operations, and stores the results that other functions need."""
         within = self._within(piece)
-        slots, counts = self._variables(piece, within)
+        of_kind = [
+            [number for number in piece if number not in within and self.is_truth[number] is kind] for kind in (False, True)
+        ]
+        slots = {number: _whole(k) for k, number in enumerate(of_kind[False] + of_kind[True])}
         code = bytearray()
-
-        def variable(number: int) -> bytes:
-            return _whole(slots[number] + (counts[False] if self.is_truth[number] else 0))
 
         def value(number: int) -> None:
             if number in slots:
-                code.extend(b"\x20" + variable(number))
+                code.extend(b"\x20" + slots[number])
             elif number in within:
                 compute(number)
             else:
@@ -132,11 +131,11 @@ class _Module:
         for number in piece:
             if number in slots:
                 compute(number)
-                code.extend(b"\x21" + variable(number))
+                code.extend(b"\x21" + slots[number])
         for number in piece:
             if number in self.places:
-                code.extend(self._stored(self.work_at + self.places[number], number, b"\x20" + variable(number)))
-        variables = [_whole(counts[truth]) + bytes([kind]) for truth, kind in ((False, _NUMBER), (True, _TRUTH)) if counts[truth]]
+                code.extend(self._stored(self.work_at + self.places[number], number, b"\x20" + slots[number]))
+        variables = [_whole(len(own)) + bytes([kind]) for own, kind in zip(of_kind, (_NUMBER, _TRUTH), strict=True)]
         return _vector(variables) + bytes(code) + b"\x0b"
 
     def _within(self, piece: Sequence[int]) -> dict[int, int]:
@@ -147,33 +146,6 @@ class _Module:
                 if operand in own and self.uses[operand] == 1 and operand not in self.places and depth[operand] < _DEEP:
                     within[operand], depth[number] = number, max(depth[number], depth[operand] + 1)
         return within
-
-    def _variables(self, piece: Sequence[int], within: Mapping[int, int]) -> tuple[dict[int, int], dict[bool, int]]:
-        """Return the variable of each other operation, and the numbers of variables: of numbers (False) and of truth values.
-
-        A variable is used again after the last use of its value.
-        """
-        place = {number: k for k, number in enumerate(piece)}
-        end = {number: len(piece) for number in piece if number in self.places}
-        for number in reversed(piece):
-            top = end[number] if number in within else place[number]
-            for operand in operands(self.tape.operations[number]):
-                if operand in place:
-                    end[operand] = max(end.get(operand, 0), top)
-        free: dict[bool, list[int]] = {True: [], False: []}
-        ends: list[tuple[int, int, bool]] = []
-        slots: dict[int, int] = {}
-        counts = {True: 0, False: 0}
-        for k, number in enumerate(piece):
-            while ends and ends[0][0] < k:
-                _, slot, truth = heapq.heappop(ends)
-                heapq.heappush(free[truth], slot)
-            if number not in within:
-                truth = self.is_truth[number]
-                slots[number] = heapq.heappop(free[truth]) if free[truth] else counts[truth]
-                counts[truth] = max(counts[truth], slots[number] + 1)
-                heapq.heappush(ends, (end[number], slots[number], truth))
-        return slots, counts
 
     def _last(self) -> bytes:
         """Return the code of a function that calls all others and stores the outputs."""

@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.limbs.statics import LimbStatics
-from kinetostatics.math.arrays import Array
-from kinetostatics.math.linalg import canonical_basis
+from kinetostatics.math.arrays import Array, Mask, zeros_for
+from kinetostatics.math.linalg import Cholesky, canonical_basis
 from kinetostatics.math.screws import describe_twist
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
 from kinetostatics.statics.inertia import INERTIA
 from kinetostatics.statics.link_loads import sum_of
 from kinetostatics.statics.loaded_poses import LoadedPoses
-from kinetostatics.statics.solution import balanced
+from kinetostatics.statics.solution import Solution, balanced
 from kinetostatics.statics.springs import unstable_motions
 
 #: A pose is nearly singular if its constraint index is smaller, or its force amplification exceeds the reciprocal.
@@ -58,6 +58,28 @@ def near_singularity(result: Result) -> NearSingularity:
         index[valid] = np.sqrt(np.maximum(np.linalg.eigvalsh(_constraint(result)[valid])[:, 0], 0.0))
         amplification[valid] = _amplifications(result)[0][valid]
     return NearSingularity(index, amplification)
+
+
+def are_regular(robot: Robot, solution: Solution) -> Mask:
+    """(N,) False where :attr:`NearSingularity.where` is True: by the definiteness of matrices, which can be recorded."""
+    scale = np.repeat([1.0, 1 / robot.length], 3)[:, None, None, None]
+    total, regular = zeros_for((6, 6, solution.o.shape[1]), solution.o), np.ones(solution.o.shape[1], dtype=bool)
+    total[range(6), range(6)] -= LEAST_CONSTRAINT**2
+    for number, statics in enumerate(solution.statics):
+        if statics.J_c.shape[1] and not statics.group.is_attached:
+            columns = statics.J_c * scale
+            gram = np.einsum("icgn,idgn->cdgn", columns, columns)
+            total += np.einsum("icgn,cjgn->ijn", columns, Cholesky(gram).solve(np.swapaxes(columns, 0, 1)))
+        if _is_network(statics):
+            forces, most = statics.cut_wrenches[:, :3], _generic_forces(robot)[number][:, None] / LEAST_CONSTRAINT
+            regular &= np.all(_is_positive(most**2 * gram - np.einsum("mkcgn,mkdgn->cdgn", forces, forces)), axis=0)
+    return regular & _is_positive(total)
+
+
+def _is_positive(matrix: Array) -> Mask:
+    """True (…) where a symmetric matrix (n, n, …) is positive definite."""
+    positive: Mask = np.all(np.einsum("ii...->i...", Cholesky(matrix).factor) > 0, axis=0)
+    return positive
 
 
 def near_singular_warnings(result: Result) -> list[str]:

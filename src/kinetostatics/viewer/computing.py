@@ -16,6 +16,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinetostatics.buckling.estimate import estimate
 from kinetostatics.description.loads import Payload
 from kinetostatics.engine.code import code_key, read_stored, store
 from kinetostatics.engine.loop_record import Program, newton_record, side_record, start_record
@@ -36,6 +37,7 @@ from kinetostatics.quantities import OF_EQUILIBRIUM
 from kinetostatics.results.parts import STATIONS
 from kinetostatics.results.pose_arrays import Chunk
 from kinetostatics.results.result import Result
+from kinetostatics.results.warnings import are_regular
 from kinetostatics.robot import Robot
 from kinetostatics.statics.link_loads import PAYLOAD, parse_link_loads
 from kinetostatics.statics.solution import Solution
@@ -272,6 +274,9 @@ def _statics(result: Result, by_mechanism: bool, code: _Code) -> dict[str, objec
         for name in ("beam_contributions", "link_contributions", "actuator_contributions", "base_wrench", "joint_wrenches"):
             getattr(shown, name)
         values["holds"] = outputs.add(tape.holds())
+        values["regular"] = outputs.add(are_regular(robot, solution))
+        if not robot.description.springs:
+            values["bound"] = outputs.add(estimate(robot.members.structure, solution))
         with deciding_by_example():
             for results in shown.beams.values():  # eigenvalues are not recorded
                 vars(results._euler_ratio)["of_beams"] = dict.fromkeys(robot.beams, np.full((), np.nan))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.arguments import warn
 from kinetostatics.elements.link import LinkSurface
+from kinetostatics.engine.recorder import recorded
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.screws import move
@@ -219,7 +220,7 @@ class ShownPoses(DrawnPoses):
         """Return the drawn poses (F, …) of an array (*batch, …) of the result."""
         shape = self.result.shape
         flat = np.reshape(array, (math.prod(shape), *np.shape(array)[len(shape) :]))
-        return np.asanyarray(flat[self.indices])
+        return np.asanyarray(recorded(flat[self.indices]))
 
     def by_contribution(self, contributions: Mapping[str, Array]) -> Array:
         """Return arrays (*batch, …) by contribution as one array (F, K, …), which is zero for missing contributions."""

@@ -47,7 +47,6 @@ def describe_scene(
     *,
     pose: int | tuple[int, ...] | None = None,
     exaggeration: float | None = None,
-    details: bool = True,
     every: int = 1,
 ) -> Scene:
     """Return the scene of one pose, or of a batch of poses as a path: row by row, every second row backwards.
@@ -55,7 +54,6 @@ def describe_scene(
     Args:
         result, title, pose, exaggeration: see :func:`kinetostatics.show`.
         visuals: visuals of the links, if already read.
-        details: whether to include notes and cards of a result, which take longer than the rest.
         every: n, to show every n-th pose of a path.
 
     Raises:
@@ -64,15 +62,13 @@ def describe_scene(
     if exaggeration is not None and not (isinstance(exaggeration, Real) and 0 < exaggeration < math.inf):
         raise ArgumentError(f"exaggeration is {exaggeration!r}; it must be a positive number")
     poses = result if isinstance(result, SinglePose) else ShownPoses(result, pose, every)
-    scene = scene_of(poses, link_visuals(poses.robot.description) if visuals is None else visuals, title, details)
+    scene = scene_of(poses, link_visuals(poses.robot.description) if visuals is None else visuals, title)
     return scene if exaggeration is None else replace(scene, exaggeration=float(exaggeration))
 
 
-def scene_of(
-    poses: ShownPoses | SinglePose, visuals: Mapping[str, LinkVisual], title: str | None = None, details: bool = True
-) -> Scene:
+def scene_of(poses: ShownPoses | SinglePose, visuals: Mapping[str, LinkVisual], title: str | None = None) -> Scene:
     """Return the scene of poses; see :func:`describe_scene`."""
-    return _SceneBuilder(poses, visuals).build(title, details)
+    return _SceneBuilder(poses, visuals).build(title)
 
 
 class _SceneBuilder:
@@ -92,7 +88,7 @@ class _SceneBuilder:
         self.meshes: list[Mesh] = []
         self.at: dict[str, int] = {}
 
-    def build(self, title: str | None, details: bool) -> Scene:
+    def build(self, title: str | None) -> Scene:
         poses, stations = self.poses, self.stations
         description = self.robot.description
         self.at["o"] = stations.add(poses.platform_frame, poses.platform_twist)
@@ -126,7 +122,7 @@ class _SceneBuilder:
                 scene.exaggeration = 1.0
                 visible = [self._visible_factor(twists) for twists in np.moveaxis(stations.all_twists, 2, 0)]
                 stations.twists = [twists * np.array(visible)[:, None] for twists in stations.twists]
-        elif details:
+        else:
             first = {mesh.path: int(np.min(mesh.station)) for mesh in self.meshes if "Deformed" in mesh.roots}
             scene.notes = [*poses.result.warnings, *self._decimation_notes()] if poses.has_texts else []
             scene.cards = Cards(poses, self.joints, self.springs).all(first)

@@ -25,6 +25,7 @@ from kinetostatics.results.warnings import (
     _large_motions,
     _motions,
     _open_loops,
+    are_regular,
     indeterminate_parts,
     near_singularity,
 )
@@ -278,6 +279,22 @@ def test_warning_states_the_change_of_second_order():
     result = ks.analyze(pose, [3e5, 0, -8e5, 0, 0, 0])
     (text,) = [text for text in result.warnings if "the forces change the stiffness" in text]
     assert f" by {100 * float(result.second_order.change):+.2g} %" in text and result.second_order.change < -0.01
+
+
+@pytest.mark.parametrize("name", ["planar_3rrr", "five_bar", "3rps", "delta"])
+def test_definite_matrices_tell_nearly_singular_poses_as_eigenvalues_do(name):
+    """At random poses, some of them nearly singular; in the Delta by the forces of its networks, with small limits."""
+    rng, robot = np.random.default_rng(0), package_robots.robot(name)
+    zero, count = robot.assemble(), 60 if name == "delta" else 300
+    names = {"3rps": "z rx ry", "delta": "x y z", "five_bar": "x rz", "planar_3rrr": "x y rz"}[name].split()
+    spans = {c: 0.9 * robot.length if c in "xyz" else 1.2 for c in names}
+    at = {c: float(zero.platform[c]) + span * rng.uniform(-1, 1, count) for c, span in spans.items()}
+    result = ks.analyze(robot.assemble(platform=at, on_failure="nan"))
+    singularity = near_singularity(result)
+    valid = np.isfinite(singularity.constraint_index)
+    regular = np.concatenate([are_regular(robot, solution) for solution in result.solutions])
+    np.testing.assert_array_equal(regular[valid], ~singularity.where[valid])
+    assert singularity.where[valid].any() or name == "delta"
 
 
 # ---- buckling, indeterminate forces and measures, of parts made by hand ----------------------------------------------

@@ -7,6 +7,7 @@ const FULL_TURN = 2 * Math.PI;
 const WORDS = {
   loops: "beyond that the robot cannot be assembled",
   singular: "singular there: with the actuators locked the platform could move",
+  uncovered: "a rank or a basis is in doubt there, so that Python decides, not the page",
 };
 
 class Machine {
@@ -134,10 +135,13 @@ class Machine {
     return this.data.lines[kind].names.map((name) => values[name]);
   }
 
-  /** Move as far as possible on the straight line to coordinates {name: value} [m, rad]; return the end of the line. */
+  /** Move as far as possible on the straight line to coordinates {name: value} [m, rad]; return the end of the line.
+   * Where the pose there has no results, the robot stays. */
   move(kind, values) {
     const here = this.closed(this.pose)[kind], { names } = this.data.lines[kind];
     const end = this.lastOnLine(kind, this.pose, names.map((name) => values[name] ?? here[name]));
+    const { status } = this.solved(end.pose);
+    if (status === "SINGULAR" || status === "NOT_COVERED") return { ...end, reason: status === "SINGULAR" ? "singular" : "uncovered" };
     this.pose = end.pose;
     return end;
   }
@@ -158,9 +162,12 @@ class Machine {
 
   /** Sentences about a solution: of the robot, of limits, of large motions. */
   warnings({ status, closed, values }) {
-    const { warnings, length } = this.data, twist = values("twist"), texts = [...warnings];
+    const { warnings, length, statics } = this.data, twist = values("twist"), texts = [...warnings];
     if (status === "NOT_COVERED") return [...texts, "a rank or a basis is in doubt at this pose: Python decides, not the page"];
     if (status === "SINGULAR") return [...texts, "with the actuators locked the platform or a limb can still move: no results"];
+    if (!values("regular")[0]) texts.push("the pose is nearly singular: the platform is almost free in a motion, which a report of Python names");
+    const [bound] = statics.places.bound ? values("bound") : [0];
+    if (!(bound < 0.05)) texts.push(`the forces may be up to ${Number((100 * bound).toPrecision(2))} % of a buckling load, by an upper bound: Python computes N/N_Euler`);
     const [shift, turn] = [twist.slice(0, 3), twist.slice(3)].map((part) => Math.hypot(...part));
     if (shift >= 0.1 * length || turn >= 0.1) texts.push(`the platform moves by ${shift.toPrecision(3)} m and ${turn.toPrecision(3)} rad, too much for linear theory: check the units of moduli, diameters and masses`);
     for (const { name, lower, upper, slides, value } of closed.beyond) {
