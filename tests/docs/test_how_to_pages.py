@@ -16,7 +16,7 @@ matplotlib.use("Agg")
 OWN = ("poses.csv", "path.csv")
 #: Pages whose Python or commands have tests of their own, or need windows or a file of the reader's.
 ELSEWHERE = {
-    "python": "balance_gravity calibrate castings correct_a_machine feedforward find_what_to_stiffen loads motion "
+    "python": "balance_gravity calibrate castings correct_a_machine feedforward find_what_to_stiffen frameworks loads motion "
     "natural_frequencies pinocchio plain_urdf report robots_in_python size_a_rod tolerances viewer workspace "
     "workspace_figures".split(),
     "sh": "castings controller loads motion plain_urdf report viewer workspace_figures".split(),

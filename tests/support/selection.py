@@ -8,6 +8,7 @@ OF_THE_CASE = (
     "its redundant actuators cannot be moved one by one",
     "its platform is rigidly fixed to the base",
     "OpenSees is accurate to",
+    "no extra of the package installs",
 )
 
 
