@@ -1,69 +1,80 @@
-"""How long a page takes from a moved slider to the numbers of its new scene, beside Python for the same pose.
+"""How long a page takes for a pose, beside Python: loops, statics and everything that is drawn, from coordinates to numbers.
 
     python benchmarks/live.py [--write docs/how_to/viewer.md] [ROBOT …]
 
-The page's script runs in Node.js, without the drawing itself. Median of many steps; size of the page with all scripts.
+A slider moves the platform back and forth. The page runs in headless Chromium: time of its script per motion, with all numbers of
+the picture, and of the equilibrium alone. Python closes the loops and analyses the same poses, one by one, by compiled code.
+Times are medians; the ratio is that of page to Python.
 """
 
 from __future__ import annotations
 
-import json
-import subprocess
+import shutil
+import tempfile
 import time
-from importlib.resources import files
+from pathlib import Path
 
 import clocks  # noqa: F401 - before NumPy, whose libraries are to use one thread
 import numpy as np
-from page import measured
+from page import measured, times
+from playwright.sync_api import sync_playwright
 
 import kinetostatics as ks
-from kinetostatics.viewer import _page
-from kinetostatics.viewer.computing import computing_page
-from kinetostatics.viewer.scene import describe_scene
+from kinetostatics.viewer.computing import determining_coordinates
 
-#: How many poses are timed, and by how much the first coordinate moves to and fro [m, rad].
-TIMES, STEP = 200, 2e-3
-
-HEAD = ("robot", "page", "Python", "ratio", "size")
-ROBOTS = ("3rps", "2pru_upr", "delta", "gough_stewart", "ur10")
-_RUN = """
-let text = "";
-process.stdin.on("data", (part) => { text += part; }).on("end", async () => {
-  const { data, kind, name, step, times } = JSON.parse(text), machine = await Machine.load(data), seconds = [];
-  const start = machine.closed(machine.pose)[kind][name];
+#: How many motions are timed, and by which part of the robot's length, or of a radian, the platform moves.
+TIMES, STEP = 60, 0.02
+LOAD = [0, 0, -500, 0, 0, 0]
+FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+#: Times [ms] of motions with all numbers of the picture, and of the equilibrium alone.
+IN_PAGE = """([name, step, times]) => { const { machine } = robot_page, size = robot_page.scene.size, whole = [], alone = [];
+  const start = machine.present("platform")[machine.data.lines.platform.names.indexOf(name)];
   for (let k = 0; k < times; k++) {
     const before = performance.now();
-    machine.move(kind, { [name]: start + step * (k % 2) });
-    sceneOf(machine, 1);
-    seconds.push(performance.now() - before);
+    machine.move("platform", { [name]: start + (k % 2 ? step : 0) });
+    robot_page.sceneOf(machine, size);
+    const between = performance.now();
+    machine.solved();
+    whole.push(between - before);
+    alone.push(performance.now() - between);
   }
-  console.log(seconds.sort((a, b) => a - b)[Math.floor(times / 2)]);
-});
-"""
+  return [whole, alone]; }"""
+
+HEAD = ("robot", "page, a motion", "its equilibrium", "Python, a pose", "page / Python", "size of the page")
+ROBOTS = ("3rps", "2pru_upr", "delta", "gough_stewart")
+
+
+def in_python(pose: ks.Configuration, name: str, step: float) -> float:
+    """Return the median time of a pose in Python [s]."""
+    names, seconds = determining_coordinates(pose), []
+    start = {key: float(pose.platform[key]) for key in names}
+    for k in range(TIMES):
+        before = time.process_time()
+        moved = pose.robot.assemble(platform={**start, name: start[name] + step * (k % 2)}, near=pose)
+        ks.analyze(moved, LOAD)
+        seconds.append(time.process_time() - before)
+    return float(np.median(seconds))
 
 
 def row(name: str) -> list[str]:
-    """Return the median times of page and Python, their ratio, and the size of the page."""
-    robot = ks.load_robot(name)
-    pose = robot.assemble()
-    result = ks.analyze(pose, load=[0, 0, -500, 0, 0, 0])
-    data = computing_page(result)
-    kind = "platform" if "platform" in data["lines"] else "actuators"
-    names = data["lines"][kind]["names"]
-    question = {"data": data, "kind": kind, "name": names[0], "step": STEP, "times": TIMES}
-    assets = files("kinetostatics.viewer") / "assets"
-    source = "".join((assets / asset).read_text(encoding="utf-8") for asset in ("unpacking.js", "engine.js")) + _RUN
-    run = subprocess.run(["node", "-e", source], input=json.dumps(question), capture_output=True, text=True, check=True)
-    present = {coordinate: float(getattr(pose, kind)[coordinate]) for coordinate in names}
-    seconds, near = [], pose
-    for k in range(TIMES // 10):
-        before = time.process_time()
-        near = robot.assemble(**{kind: {**present, names[0]: present[names[0]] + STEP * (k % 2)}}, near=near)
-        describe_scene(ks.analyze(near, load=[0, 0, -500, 0, 0, 0])).plain()
-        seconds.append(time.process_time() - before)
-    mine, python = float(run.stdout), 1e3 * float(np.median(seconds))
-    page = _page(result, None, None, None, False, None)
-    return [f"`{name}`", f"{mine:.2f} ms", f"{python:.0f} ms", f"1 : {python / mine:.0f}", f"{len(page) / 1e3:,.0f} kB"]
+    """Return the times of a robot and the size of its page."""
+    pose = ks.load_robot(name).assemble()
+    coordinate = determining_coordinates(pose)[0]
+    step = STEP * (pose.robot.length if coordinate in "xyz" else 1.0)
+    ks.analyze(pose.robot.assemble(near=pose), LOAD)
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        file = Path(folder) / "page.html"
+        ks.save_html(ks.analyze(pose, LOAD), file)
+        chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+        browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
+        page = browser.new_page(bypass_csp=True)
+        page.goto(file.as_uri())
+        page.wait_for_function("window.robot_page && robot_page.ready", timeout=120_000)
+        whole, alone = (float(np.median(part)) for part in page.evaluate(IN_PAGE, [coordinate, step, TIMES]))
+        browser.close()
+        size = file.stat().st_size
+    python = 1e3 * in_python(pose, coordinate, step)
+    return [f"`{name}`", f"{whole:.1f} ms", f"{alone:.2f} ms", f"{python:.1f} ms", times(whole / python), f"{size / 1e6:.2f} MB"]
 
 
 if __name__ == "__main__":

@@ -27,7 +27,7 @@ function hideGroups({ root, scene }) {
 /** State of the page, and its functions for other scripts. */
 const page = window.robot_page = {
   state, labels, robots: [], machine: computed, controls: [], answers: 0, rested: 0, error: null, stop: null, ready: false, dark: false,
-  look, pick, selectPath, picture, unpackIndices, handles, facts: () => page.robots.map(facts), readout: (k) => readout(page.robots[0].scene, k),
+  look, pick, selectPath, picture, unpackIndices, sceneOf, handles, facts: () => page.robots.map(facts), readout: (k) => readout(page.robots[0].scene, k),
   get busy() { return busy; },
   get solids() { return page.robots[0].solids; }, get arrows() { return page.robots[0].arrows; },
   get stations() { return page.robots[0].now; }, get scene() { return page.robots[0].scene; },
