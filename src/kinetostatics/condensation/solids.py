@@ -274,7 +274,6 @@ class Solid:
         return relative.T @ stiff @ relative, shapes, solve
 
     def _rows(self, points: Sequence[int] | Index) -> Index:
-        """Return the numbers (3, n) of the displacements of points of the surface."""
         return np.add.outer(np.arange(3) * len(self.thermal) // 3, points)
 
     def pictured(self, shapes: Array, most: int) -> tuple[Array, Index, Array, Index]:

@@ -365,10 +365,9 @@ class LinkMatrices(ShortRepr):
     def _check_surface(self) -> None:
         if self.points is None or self.triangles is None or self.recovery is None:
             return
-        points, triangles = self.points, self.triangles
-        if not np.isin(triangles, np.arange(len(points))).all():
+        if not np.isin(self.triangles, np.arange(len(points := self.points))).all():
             raise ArgumentError(f"triangles: numbers of points, 0 to {len(points) - 1}, would be right")
-        object.__setattr__(self, "triangles", frozen(triangles.astype(np.int64)))
+        object.__setattr__(self, "triangles", frozen(self.triangles.astype(np.int64)))
         middle, unit = self.origins.mean(0), np.repeat([1.0, self._size], 3)
         right = np.moveaxis(np.hstack([np.zeros((3, 3, len(points))) + np.eye(3)[:, :, None], -skew((points - middle).T)]), 2, 0)
         gap = np.abs(self.recovery @ self.motions_about(middle) - right) / unit

@@ -43,7 +43,6 @@ class MatrixLink(ShortRepr, ElasticLink):
         inertial: (6p + 6, 6) loads at the ends per unit of an acceleration [a; α] of the centre of mass.
         port: which of the outer ends is the end of ``span``.
         vibration: the link in vibrations.
-        surface: its surface, or None.
     """
 
     NOT_RECORDED: ClassVar = ("inertia", "expansion", "inertial", "vibration", "surface")
@@ -126,8 +125,8 @@ def matrix_links(part: Flexible, mechanism: Mechanism, spans: Mapping[str, Span]
     ends = [R.T @ (point - origin) for point in (next(iter(spans.values())).start, *(span.end for span in spans.values()))]
     ports = [int(np.argmin([np.linalg.norm(point - end) for point in at])) for end in ends]
     coordinates = [6 * k + row for k in ports for row in range(6)]
-    by_twists = matrices.coordinates_of(np.array(at))
-    shapes = np.hstack([by_twists[:, coordinates], by_twists[:, 6 * p + 6 :]])  # coordinates of the matrices per unit of these
+    internal = range(6 * p + 6, len(matrices.stiffness))
+    shapes = matrices.coordinates_of(np.array(at))[:, [*coordinates, *internal]]  # coordinates of the matrices per unit of these
     back = np.linalg.inv(shapes[np.ix_(coordinates, range(6 * p + 6))])[6:, 6:]
     outer = np.argsort(np.argsort(ports[1:]))  # of each end among the outer interfaces in the order of the matrices
     rows = [6 * int(k) + row for k in outer for row in range(6)]
@@ -148,8 +147,8 @@ def matrix_links(part: Flexible, mechanism: Mechanism, spans: Mapping[str, Span]
     inertial = -static.T @ vibration.mass @ rigid
     surface = None
     if matrices.points is not None and matrices.triangles is not None and matrices.recovery is not None:
-        weight = matrices.gravity_loads[size:]
-        surface = LinkSurface(matrices.points, matrices.triangles, matrices.recovery @ shapes, vibration, weight)
+        recovery = matrices.recovery @ shapes
+        surface = LinkSurface(matrices.points, matrices.triangles, recovery, vibration, matrices.gravity_loads[size:])
     return {
         name: MatrixLink(name, span, R, moved_centre, mass, J, F, S, expansion[k], inertial, k, vibration, surface)
         for k, (name, span) in enumerate(spans.items())

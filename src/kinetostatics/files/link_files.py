@@ -20,8 +20,7 @@ def read_link(path: str | os.PathLike[str]) -> LinkMatrices:
     """Read a link by its matrices.
 
     Args:
-        path: an ``.npz`` file with ``names``, ``origins``, ``stiffness``, and optionally ``rotations``, ``mass``, ``gravity``,
-            ``thermal``, and ``points``, ``triangles``, ``recovery``, as in :class:`kinetostatics.description.LinkMatrices`.
+        path: an ``.npz`` file of fields of :class:`kinetostatics.description.LinkMatrices`: the three without default, or more.
 
     Raises:
         RobotFileError: the file cannot be read, or its contents are invalid; the message names file and key.

@@ -93,8 +93,7 @@ class Mesh:
         roots: top nodes under which it is drawn: ``Rest`` (pale, undeformed), ``Deformed`` (solid, deformed), ``Base`` (solid,
             undeformed).
         colour: "deflection", "#rrggbb", or (n, 3) colours of the vertices, 0 to 1.
-        recovery: displacements (n, 3, 6 s) of the vertices per unit of the twists of ``station`` and the s − 1 stations after it,
-            in its axes; None: vertices move with their stations.
+        recovery: displacements (n, 3, 6 s) by unit twists of ``station`` and the s − 1 next ones, in its axes; None: as stations.
     """
 
     path: str

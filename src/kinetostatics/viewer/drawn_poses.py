@@ -120,26 +120,21 @@ class DrawnPoses(ABC):
         return np.stack([moved(twist, arm) for arm in arms], axis=2)
 
     def surface(self, name: str) -> LinkSurface | None:
-        """Return the surface of an elastic link that is no beam, if it is known."""
         return self.robot.statics.elastic_links[self.robot.topology.interfaces(name)[0][0]].surface
 
-    def inner_coordinates(self, name: str) -> Array:
-        """Return (F, K, m) internal coordinates of an elastic link with a surface."""
-        axes, surface = self.frame(self.robot.description.flexible[name].link)[:, None, :3, :3], self.surface(name)
-        assert surface is not None
-        twists = self.interface_twists(name)
+    def inner_coordinates(self, name: str, surface: LinkSurface) -> Array:
+        """Return (F, K, m) internal coordinates of an elastic link."""
+        axes, twists = self.frame(self.robot.description.flexible[name].link)[:, None, :3, :3], self.interface_twists(name)
+        squares, gravity = self.squares_and_gravity(name)
         ends = (twists.reshape(*twists.shape[:2], -1, 3) @ axes).reshape(*twists.shape[:2], -1)
-        loads = (self.own_gravity(name)[:, :, None] @ axes)[:, :, 0] @ surface.weight.T
-        return surface.vibration.inner_coordinates(ends, self.squares, loads)
+        return surface.vibration.inner_coordinates(ends, squares, (gravity[:, :, None] @ axes)[:, :, 0] @ surface.weight.T)
 
-    @property
-    def squares(self) -> Array:
-        """(F, K) squares of the angular frequencies of the motions [1/s²]."""
-        return np.zeros(self.platform_twist.shape[:2])
+    def squares_and_gravity(self, name: str) -> tuple[Array, Array]:
+        """Return squares (F, K) of angular frequencies [1/s²], and the gravity (F, K, 3) [m/s²] that acts on an elastic link.
 
-    def own_gravity(self, name: str) -> Array:
-        """Return (F, K, 3) gravity on an elastic link, world axes [m/s²]; zero for contributions other than its weight."""
-        return np.zeros((*self.platform_twist.shape[:2], 3))
+        Gravity is along world axes, and zero for all contributions but that of the link's weight.
+        """
+        return np.zeros(self.platform_twist.shape[:2]), zeros_for((*self.platform_twist.shape[:2], 3), self.platform_twist)
 
     @abstractmethod
     def tension(self, name: str) -> Array:
@@ -267,15 +262,20 @@ class ShownPoses(DrawnPoses):
     def interface_twists(self, name: str) -> Array:
         return self.by_contribution(self.result.interface_contributions[name])
 
-    def own_gravity(self, name: str) -> Array:
-        gravity, topology = super().own_gravity(name), self.robot.topology
-        of_limbs = {limb.name: {*limb.edges, *limb.branches} for limb in topology.limbs}
-        of_platform = {edge for limb in topology.hanging if limb.on_platform for edge in (*limb.edges, *limb.branches)}
-        for weight, edges in {**of_limbs, "platform_weight": of_platform | {*topology.platform.edges}}.items():
-            if any(topology.part_of(edge) == name for edge in edges):
-                own = of_deformation(weight) if of_deformation(weight) in self.contribution_names else weight
-                gravity[:, self.contribution_names.index(own)] = self.take(self.result.gravity)
-        return gravity
+    def squares_and_gravity(self, name: str) -> tuple[Array, Array]:
+        (squares, gravity), topology, names = super().squares_and_gravity(name), self.robot.topology, self.contribution_names
+        chains = [(limb.name, limb) for limb in topology.limbs]
+        chains += [("platform_weight", limb) for limb in topology.hanging if limb.on_platform]
+        edges = [(weight, (*limb.edges, *limb.branches)) for weight, limb in chains] + [
+            ("platform_weight", topology.platform.edges)
+        ]
+        weights = [weight for weight, along in edges if name in map(topology.part_of, along)]
+        is_platform = self.robot.description.flexible[name].link == self.robot.description.platform
+        weight = (*weights, "platform_weight" if is_platform else "base_weight")[0]
+        weight = of_deformation(weight) if of_deformation(weight) in names else weight
+        if weight in names:
+            gravity[:, names.index(weight)] = self.take(self.result.gravity)
+        return squares, gravity
 
     def beam_line(self, name: str) -> tuple[Array, Array]:
         axes, points = self.result.centre_lines[name]

@@ -22,7 +22,7 @@ from kinetostatics.viewer.drawn_parts import find_joints, find_masses_at_points,
 from kinetostatics.viewer.drawn_poses import ShownPoses, blended
 from kinetostatics.viewer.shapes import Surface, ball, coil, frames_along, joined, pin, places_along_coil, plate, stick, swept
 from kinetostatics.viewer.single_poses import ModePoses, SinglePose, UnloadedPose
-from kinetostatics.viewer.visuals import LinkVisual, link_visuals
+from kinetostatics.viewer.visuals import LinkVisual, link_visuals, sharpened
 
 #: Initially drawn largest displacement, as a part of the robot's size, and largest rotation [rad].
 SHOWN_MOTION, SHOWN_TURN = 0.1, 0.3
@@ -198,8 +198,8 @@ class _SceneBuilder:
                 self._link(link, visual, folder, roots)
             elif (link in rigid or link in self.flexible) and not any(link in links for links in bare.values()):
                 self._skeleton(link, {link}, folder, roots)
-        if not any(link in self.visuals for link in bare["platform"]):
-            name = self.robot.description.platform
+        name = self.robot.description.platform
+        if name not in self.flexible and not any(link in self.visuals for link in bare["platform"]):
             self._skeleton(name, bare["platform"], name, ("Rest", "Deformed"))
 
     def _link_station(self, link: str, roots: tuple[str, ...]) -> int:
@@ -215,10 +215,7 @@ class _SceneBuilder:
         self.meshes.append(Mesh(path, *self._attached(link, visual.surface, roots), roots, colour))
 
     def _recovered(self, name: str, surface: LinkSurface, path: str, roots: tuple[str, ...]) -> None:
-        """Draw the surface of an elastic link, displaced by the twists of its ends and by its internal coordinates.
-
-        Further stations at the start carry three internal coordinates each, as displacements of the points that move most.
-        """
+        """Draw the surface of an elastic link; further stations at its start carry three internal coordinates each, in metres."""
 
         def carried(values: Array) -> Array:
             padded = np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, -values.shape[-1] % 3)])
@@ -226,18 +223,18 @@ class _SceneBuilder:
             return np.concatenate([threes, np.zeros_like(threes)], axis=-1)
 
         frame, ends = self.poses.frame(self.robot.description.flexible[name].link), self.poses.interfaces(name)
-        n = 6 * ends.shape[1]
+        n = surface.recovery.shape[2] - surface.vibration.inner
         most = np.linalg.norm(surface.recovery[..., n:], axis=1).max(axis=0)
         recovery, axes = carried(surface.recovery[..., n:] / most), np.swapaxes(frame[:, None, :3, :3], -1, -2)
-        inner = carried(self.poses.inner_coordinates(name) * most)
+        inner = carried(self.poses.inner_coordinates(name, surface) * most)
         inner[..., :3] = inner[..., :3] @ axes
         placements = np.repeat(frame[:, None], ends.shape[1] + inner.shape[2], axis=1)
         placements[..., :3, 3] = np.concatenate([ends, np.repeat(ends[:, :1], inner.shape[2], axis=1)], axis=1)
         first = self.stations.add_all(placements, np.concatenate([self.poses.interface_twists(name), inner], axis=2))
-        start, count = frame[0, :3, :3].T @ (ends[0, 0] - frame[0, :3, 3]), len(surface.points)
-        drawn = Surface(surface.points - start, surface.triangles)
-        recovery = np.concatenate([surface.recovery[..., :n], recovery.reshape(count, 3, -1)], axis=2)
-        self.meshes.append(Mesh(path, drawn, np.full(count, first), roots, recovery=recovery))
+        recovery = np.concatenate([surface.recovery[..., :n], recovery.reshape(len(recovery), 3, -1)], axis=2)
+        drawn, of_point = sharpened(Surface(surface.points, surface.triangles))
+        moved = Surface(drawn.vertices - frame[0, :3, :3].T @ (ends[0, 0] - frame[0, :3, 3]), drawn.faces)
+        self.meshes.append(Mesh(path, moved, np.full(len(of_point), first), roots, recovery=recovery[of_point]))
 
     def _attached(self, link: str, surface: Surface, roots: tuple[str, ...]) -> tuple[Surface, int | NDArray[np.int64]]:
         """Return the surface of a link in the axes of its station, or of its stations if it is flexible, and their indices."""

@@ -237,9 +237,8 @@ class ModePoses(SinglePose):
     def platform_twist(self) -> Array:
         return self._of_modes(self.modes.twists)
 
-    @property
-    def squares(self) -> Array:
-        return np.asarray((2 * np.pi * self._of_modes(self.modes.frequencies)) ** 2)
+    def squares_and_gravity(self, name: str) -> tuple[Array, Array]:
+        return (2 * np.pi * self._of_modes(self.modes.frequencies)) ** 2, super().squares_and_gravity(name)[1]
 
     def link_twist(self, link: str) -> Array | None:
         return self._of_modes(self.modes.link_twists[link]) if link in self.rigid else None

@@ -111,8 +111,7 @@ class Still:
         vertices = np.einsum("nij,nj->ni", at[:, :3, :3], mesh.surface.vertices) + at[:, :3, 3]
         if mesh.recovery is not None:
             turns = logarithm(np.moveaxis(poses[:, :3, :3] @ np.swapaxes(self.rest[:, :3, :3], 1, 2), 0, -1)).T
-            twists = np.hstack([poses[:, :3, 3] - self.rest[:, :3, 3], turns])
-            vertices += mesh.displacements(self.rest[:, :3, :3], twists)
+            vertices += mesh.displacements(self.rest[:, :3, :3], np.hstack([poses[:, :3, 3] - self.rest[:, :3, 3], turns]))
         return np.asarray(vertices)
 
     def _deflections(self, mesh: Mesh, points: Array) -> Array:

@@ -130,6 +130,14 @@ def _smooth(surface: Surface) -> Surface:
     return _smoothed(vertices.tobytes(), faces.tobytes())
 
 
+def sharpened(surface: Surface) -> tuple[Surface, NDArray[np.int64]]:
+    """Return a surface with separate vertices at sharp edges, and which vertex of the given surface each of them is."""
+    result = _smooth(surface)
+    both, count = np.concatenate([surface.vertices, result.vertices]), len(surface.vertices)
+    _, first, place = np.unique(both, axis=0, return_index=True, return_inverse=True)
+    return result, first[place.ravel()[count:]]
+
+
 @lru_cache(maxsize=200)  # a robot may be drawn repeatedly
 def _smoothed(vertices: bytes, faces: bytes) -> Surface:
     """Return the surface of :func:`_smooth`; the arguments are the bytes of vertices (n, 3) and faces (m, 3)."""
