@@ -72,3 +72,46 @@ def test_page_beside_other_methods_is_up_to_date():
     page = example.PAGE.read_text(encoding="utf-8")
     assert example.table() in page and example.springs() in page, "stale: run python examples/distributed_gravity.py --write"
     assert "| 3RPS, 2 | at the platform | 2.231e-07 |" in page and "| 3RPS, 2 | spread | 4.969e-08 |" in page
+
+
+#: Load at o [N], and sag [µm] and first frequency [Hz] that the page states, with elastic and with rigid parts from CAD.
+CASTINGS = {
+    "3rps_plate": ((0, 0, -500), (59.9, 27.3), (0.130, 131.9)),
+    "delta_bearings": ((0, 0, -30), (20.6, 75.5), (19.7, 77.2)),
+    "five_bar_castings": ((0, 0, -50), (930.0, 38.5), (0.0, float("inf"))),
+}
+
+
+@pytest.mark.parametrize("name", CASTINGS)
+def test_robots_of_castings_are_softer_than_with_rigid_parts(name):
+    """Without warnings; every part has a surface, and its weight is in one contribution."""
+    import numpy as np
+    import robots_of_castings as example
+
+    import kinetostatics as ks
+    from kinetostatics.viewer.drawn_poses import ShownPoses
+
+    robot = ks.load_robot(example.FOLDER / f"{name}.urdf")
+    force, *numbers = CASTINGS[name]
+    for machine, (sag, frequency) in zip((robot, ks.Robot(example.rigid(robot.description))), numbers, strict=True):
+        result = ks.analyze(machine.assemble(), load=[*force, 0, 0, 0])
+        assert -1e6 * result.twist[2] == pytest.approx(sag, rel=0.006)
+        assert ks.modes(machine.assemble(), 1).frequencies[0] == pytest.approx(frequency, rel=0.002)
+        assert machine is not robot or result.warnings == ()
+    poses = ShownPoses(ks.analyze(robot.assemble()))
+    for part in robot.description.flexible:
+        assert poses.surface(part) is not None
+        given = poses.squares_and_gravity(part)[1][0]
+        assert np.count_nonzero(given[:, 2]) == 1 and np.allclose(given.sum(axis=0), poses.result.gravity)
+
+
+@pytest.mark.slow
+def test_parts_of_a_robot_come_from_the_script(tmp_path, monkeypatch):
+    import numpy as np
+    import robots_of_castings as example
+
+    import kinetostatics as ks
+
+    monkeypatch.setenv("KINETOSTATICS_CACHE", str(tmp_path / "cache"))
+    made, stored = example.condensed("crossbar", tmp_path).link, ks.files.read_link(example.FOLDER / "delta_bearings_elbow_1.npz")
+    assert np.allclose(made.flexibility("weld"), stored.flexibility("weld_1"), rtol=1e-6) and made.body[0] == stored.body[0]
