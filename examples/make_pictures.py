@@ -145,8 +145,22 @@ LEGEND = ".children.rotated.children['<object>'].children.kinetostatics?.childre
 VIEWS = {"five_bar": (0.7, -1.6, 1.9), "planar_3rrr": (0.7, -1.6, 1.9)}
 
 
-def draw_robot(browser: Browser, result: ks.Result, file: Path, view: tuple[float, float, float]) -> None:
-    """Draw a robot bent by its own weight without the page's panel, in 128 colours."""
+#: Shows one mesh alone, in the middle of the picture.
+ALONE = """([name, zoom]) => { const deformed = viewer.scene_tree.find(["Deformed"]), node = deformed.find(name.split("/"));
+  const kept = ["Deformed", "Cameras", "Lights", "Background"], parts = Object.keys(viewer.scene_tree.children);
+  for (const part of parts.filter((part) => !kept.includes(part))) viewer.scene_tree.find([part]).object.visible = false;
+  for (const { mesh } of robot_page.solids.values()) mesh.visible = mesh === robot_page.solids.get(`Deformed/${name}`).mesh;
+  for (const label of document.querySelectorAll(".robot-label, .robot-leader")) label.remove();
+  const middle = new MeshCat.THREE.Box3().setFromObject(node.object).getCenter(new MeshCat.THREE.Vector3());
+  viewer.camera.position.add(middle).sub(viewer.controls.target);
+  viewer.controls.target.copy(middle); viewer.controls.update();
+  viewer.camera.zoom = zoom; viewer.camera.updateProjectionMatrix(); viewer.set_dirty(); }"""
+
+
+def draw_robot(
+    browser: Browser, result: ks.Result, file: Path, view: tuple[float, float, float], alone: str = "", zoom: float = 1.0
+) -> None:
+    """Draw a robot, or one mesh ``alone``, bent by its load, without the page's panel, in 128 colours."""
     made = file.with_suffix(".html")
     ks.save_html(result, made, title=file.stem)
     page = browser.new_page(bypass_csp=True, viewport={"width": 900, "height": 620})
@@ -156,6 +170,9 @@ def draw_robot(browser: Browser, result: ks.Result, file: Path, view: tuple[floa
     page.evaluate("document.body.classList.add('without-panel')")
     page.evaluate("document.getElementById('robot-head').style.display = 'none'")
     page.evaluate("view => { robot_page.look(...view); viewer.set_dirty(); }", list(view))
+    page.evaluate("for (const { object } of robot_page.handles) object.visible = false")
+    if alone:
+        page.evaluate(ALONE, [alone, zoom])
     page.wait_for_function("!viewer.needs_render")
     page.wait_for_timeout(200)
     picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB").quantize(128)
@@ -171,6 +188,26 @@ def draw_gallery(browser: Browser, folder: Path) -> None:
     for name in ks.robots():
         result = ks.analyze(ks.load_robot(name).assemble())
         draw_robot(browser, result, folder / f"{name}.png", VIEWS.get(name, (1.5, -2.6, 1.1)))
+
+
+#: Load at o [N] and direction of view of the robots of castings, and a part that is drawn alone: its mesh and the zoom.
+CASTINGS = {
+    "3rps_plate": ((0, 0, -500), (0.8, -1.6, 1.5)),
+    "delta_bearings": ((0, 0, -30), (1.5, -2.6, 0.9)),
+    "five_bar_castings": ((0, 0, -50), (0.7, -1.6, 1.2)),
+}
+PARTS_ALONE = {"plate": ("3rps_plate", "links/platform", 2.2), "frame": ("3rps_plate", "links/base", 1.5)}
+
+
+def draw_castings(browser: Browser, folder: Path) -> None:
+    """Draw the robots of castings under load, and parts of them."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, (force, view) in CASTINGS.items():
+        robot = ks.load_robot(ROOT / "examples" / "castings" / f"{name}.urdf")
+        result = ks.analyze(robot.assemble(), load=[*force, 0, 0, 0])
+        draw_robot(browser, result, folder / f"{name}.png", view)
+        for part, (_, mesh, zoom) in ((part, which) for part, which in PARTS_ALONE.items() if which[0] == name):
+            draw_robot(browser, result, folder / f"{part}.png", (0.5, -1.2, 1.3), mesh, zoom)
 
 
 def main(folder: Path) -> None:
@@ -201,6 +238,7 @@ def main(folder: Path) -> None:
             page.close()
             print(f"{name}.png: {(folder / f'{name}.png').stat().st_size / 1e3:.0f} kB")
         draw_gallery(browser, folder / "robots")
+        draw_castings(browser, folder / "castings")
         file = Path(pages) / "live.html"
         ks.save_html(result_of(PICTURES["page"]), file)
         page = browser.new_page(bypass_csp=True, viewport={"width": 1100, "height": 760})
