@@ -350,3 +350,39 @@ def test_page_stops_at_joint_limits_and_follows_handles(visit, root, tmp_path):
     page.wait_for_function("n => robot_page.answers > n", arg=answers)
     page.wait_for_function("!robot_page.busy")
     assert value_of(page, "platform: rx [°]") - before == pytest.approx(np.degrees(0.3), abs=1.0)
+
+
+def test_the_loads_arrow_is_pulled_and_gravity_and_payload_are_sliders(visit, root, tmp_path):
+    """The numbers in the page, and of its function for scripts, are those of Python."""
+    robot = ks.load_robot(root / "robots" / "3rps.urdf.xacro")
+    pose = robot.assemble(platform=POSES["3rps"])
+    ks.save_html(ks.analyze(pose, load=LOAD), tmp_path / "page.html")
+    page = visit((tmp_path / "page.html").as_uri(), (1000, 700))
+    x, y = page.evaluate(
+        """() => { viewer.scene.updateMatrixWorld(true);
+          const arrow = robot_page.arrows.get("Arrows/external load/load force"), at = new MeshCat.THREE.Vector3();
+          arrow.object.localToWorld(at.set(0, 0.2 * arrow.size * arrow.spec.metres_per_unit, 0)).project(viewer.camera);
+          const box = document.getElementById("meshcat-pane").getBoundingClientRect();
+          return [box.left + (0.5 + 0.5 * at.x) * box.width, box.top + (0.5 - 0.5 * at.y) * box.height]; }"""
+    )
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 40, y - 10, steps=4)
+    page.mouse.up()
+    page.wait_for_function("robot_page.answers >= 1 && !robot_page.busy")
+    load = page.evaluate("robot_page.machine.loads.load")
+    assert np.linalg.norm(np.subtract(load, LOAD)[:3]) > 20 and load[3:] == LOAD[3:]
+    np.testing.assert_allclose(
+        page.evaluate("robot_page.readout(null)"), ks.analyze(pose, load=load).twist, rtol=1e-5, atol=1e-12
+    )
+    for name, value in (("payload: mass [kg]", 10), ("payload: x [mm]", 200), ("gravity: about x [°]", 90)):
+        move(page, name, value)
+    page.wait_for_function("!robot_page.busy")
+    expected = ks.analyze(pose, load=load, gravity=[0, 9.81, 0], payload=ks.Payload(10, (0.2, 0, 0)))
+    np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), expected.twist, rtol=1e-5, atol=1e-12)
+    assert "10 kg at (200, 0, 0) mm" in page.evaluate("robot_page.facts()[0].join()")
+    there = robot.assemble(platform={"z": 0.55, "rx": 0.1, "ry": 0.0})
+    told = page.evaluate("kinetostatics.analyze({ platform: { z: 0.55, rx: 0.1, ry: 0 }, load: [0, 0, -500, 0, 0, 0] })")
+    expected = ks.analyze(there, [0, 0, -500, 0, 0, 0], [0, 9.81, 0], payload=ks.Payload(10, (0.2, 0, 0)))
+    np.testing.assert_allclose(told["twist"], expected.twist, rtol=0, atol=1e-12 * np.abs(expected.twist).max())
+    assert told["status"] == "OK" and list(told["actuator_forces"]) == list(robot.description.actuated)
