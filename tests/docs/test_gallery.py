@@ -1,7 +1,10 @@
 """The gallery: a page for every shipped robot, with computed facts, sketches and pictures of modes that are up to date."""
 
+import posixpath
 import re
+import runpy
 from collections import Counter
+from types import SimpleNamespace
 
 import animated_modes
 import gallery_pages as gallery
@@ -24,6 +27,25 @@ def words(text):
 
 def test_every_shipped_robot_has_a_page_and_a_kind():
     assert sorted(gallery.KINDS) == ROBOTS == sorted(page.stem for page in gallery.PAGES.glob("*.md"))
+
+
+def test_pages_of_all_robots_and_the_first_page_show_a_robot_that_computes():
+    """The site puts the page of the robot over its picture; its address is relative to the page that shows it."""
+    pytest.importorskip("mkdocs")
+    hook = runpy.run_path(str(gallery.ROOT / "docs" / "hooks" / "robots.py"))
+    for name in ROBOTS:
+        file = SimpleNamespace(url=f"gallery/pages/{name}.html")
+        files = SimpleNamespace(get_file_from_path=lambda path, file=file: file if path == file.url else None)
+        places = {
+            gallery.page_of(name): f"gallery/robots/{name}/",
+            **({gallery.ROOT / "docs/index.md": ""} if name == "3rps" else {}),
+        }
+        for page, url in places.items():
+            shown = hook["on_page_markdown"](page.read_text(encoding="utf-8"), SimpleNamespace(url=url), None, files)
+            (address,) = re.findall(r'<iframe src="(.*?)"', shown)
+            assert posixpath.normpath(posixpath.join(url, address)) == file.url
+            assert re.search(rf'<div class="robot" markdown="1">\n\n!\[.*?\]\(.*{name}\.png\)', shown)
+    assert "robot_page" in hook["page_of"]("3rps")
 
 
 @pytest.mark.few(1)
