@@ -192,7 +192,8 @@ import resource, sys
 import numpy as np
 import kinetostatics as ks
 tilts = np.linspace(-0.2, 0.2, int(sys.argv[1]))
-ks.sweep("3rps", {"z": [0.5, 0.6], "rx": tilts, "ry": tilts}, reduce={"rx": "max", "ry": "max"}, workers=1, engine="compiled")
+what, operations = ["linear_sag", "angular_sag", "twist:x", "twist:z"], {"rx": "max", "ry": "max"}
+ks.sweep("3rps", {"z": [0.5, 0.6], "rx": tilts, "ry": tilts}, outputs=what, reduce=operations, workers=1, engine="compiled")
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """
 

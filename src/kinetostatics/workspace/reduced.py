@@ -13,7 +13,7 @@ import math
 import re
 import warnings
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -65,6 +65,15 @@ class Partial(NamedTuple):
     values: Array
     numbers: Index
     places: Mapping[str, Index]
+
+    def part(self, where: Block) -> Partial:
+        return Partial(self.values[where], self.numbers[where], {dim: index[where] for dim, index in self.places.items()})
+
+
+def nothing(group: Group, shape: tuple[int, ...], places: Iterable[str]) -> Partial:
+    """Return the partial result of no poses."""
+    empty = 0.0 if group.name in ("mean", "count") else np.nan
+    return Partial(np.full(shape, empty), np.zeros(shape, dtype=np.intp), {dim: np.full(shape, -1) for dim in places})
 
 
 def read_groups(reduce: Mapping[str, str], axes: Sequence[Axis]) -> list[Group]:
@@ -188,44 +197,38 @@ def reduced_map(
                 inner = partial(group, values, places, left, starts, units)
                 values, places, units = result_of(group, inner), inner.places, "1" if group.sign else units
                 left = [name for name in left if name not in group.dims]
-            partials[what], fields[what] = partial(last, values, places, left, starts, units), field[(0,) * field.ndim]
+            partials[what] = partial(last, values, places, left, starts, units)
+            fields[what] = field[(0,) * field.ndim].copy()  # not a view that keeps the whole slab
         return partials, np.sum(valid(ds).values, axis=others), corrected, fields
 
-    fields = reduced(tuple(slice(0, 1) for _ in names), Progress(1))[3]  # raises errors of names and units
-    totals: dict[tuple[int, ...], tuple[dict[str, Partial], Index]] = {}
-    jumps: Counter[str] = Counter()
+    tried, _, _, fields = reduced(tuple(slice(0, 1) for _ in names), Progress(1))  # raises errors of names and units
+    shape = tuple(plan.axes[k].size for k in kept)
+    valid_poses, jumps = np.zeros(shape, dtype=np.int64), Counter[str]()
+    totals = {what: nothing(last, shape, result.places) for what, result in tried.items()}
     slabs = list(cut(plan.shape, slab_sizes(plan, groups)))
     for slab, (partials, count, corrected, _) in zip(slabs, in_threads(reduced, slabs, most=number), strict=True):
-        start = tuple(slab[k].start for k in kept)
-        if start in totals:
-            before, count_before = totals[start]
-            partials, count = {w: combined(last, before[w], new) for w, new in partials.items()}, count_before + count
-        totals[start] = partials, count
+        where = tuple(slab[k] for k in kept)
+        for what, total in totals.items():
+            new = combined(last, total.part(where), partials[what])
+            total.values[where], total.numbers[where] = new.values, new.numbers
+            for dim, index in new.places.items():
+                total.places[dim][where] = index
+        valid_poses[where] += count
         jumps.update(corrected)
     warn_of_jumps(jumps)
-
-    def whole(pieces: Mapping[tuple[int, ...], Kept]) -> Kept:
-        array = np.empty_like(next(iter(pieces.values())), shape=[plan.axes[k].size for k in kept])
-        for start, values in pieces.items():
-            array[tuple(slice(k, k + n) for k, n in zip(start, values.shape, strict=True)) or ...] = values
-        return array
-
     dims = [names[k] for k in kept]
     data: dict[str, tuple[list[str], Values, dict[str, str]]] = {}
     operations = ", then ".join(f"{group.text} over {' and '.join(group.dims)}" for group in groups)
     for what, field in fields.items():
-        results = {start: partials[what] for start, (partials, _) in totals.items()}
         units = "1" if any(group.sign for group in groups) else str(field.attrs["units"])
         words = f"{field.attrs['long_name']}: {operations}"
-        values = whole({start: result_of(last, result) for start, result in results.items()})
-        data[what] = dims, values, {"units": units, "long_name": words}
-        for axis in (axis for axis in plan.axes if axis.name in next(iter(results.values())).places):
-            index = whole({start: result.places[axis.name] for start, result in results.items()})
+        data[what] = dims, result_of(last, totals[what]), {"units": units, "long_name": words}
+        for axis in (axis for axis in plan.axes if axis.name in totals[what].places):
+            index = totals[what].places[axis.name]
             at = np.where(index < 0, np.nan if axis.values.dtype.kind in "iuf" else "", axis.values[index])
             more = {"long_name": f"{axis.name} of the pose of {words}", **({"units": axis.units} if axis.units else {})}
             data[f"{what}_at_{axis.name}"] = dims, at if at.dtype.kind == "f" else at.astype(object), more
-    count = whole({start: count for start, (_, count) in totals.items()})
-    data["valid_poses"] = dims, count, {"units": "1", "long_name": "number of valid poses"}
+    data["valid_poses"] = dims, valid_poses, {"units": "1", "long_name": "number of valid poses"}
     coords = {name: array for name, array in coordinates(plan, replace(labels, outputs=())).items() if {*array.dims} <= {*dims}}
     return xr.Dataset(data, coords, {**attributes, **jumps})
 
