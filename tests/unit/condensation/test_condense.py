@@ -107,6 +107,12 @@ def test_mass_properties_are_those_of_the_solid(tmp_path):
     assert np.abs(inertia - turning).max() < 2e-3 * np.abs(turning).max()
 
 
+@pytest.mark.parametrize(("material", "expansion"), [("steel", 12e-6), ("aluminium", 23e-6), ("titanium", 8.6e-6)])
+def test_heat_expands_materials_known_by_name(tmp_path, material, expansion):
+    link = ks.condense(bar(tmp_path), ENDS, material, within=0.5, modes=0).link
+    assert link.displacements_by_heat("left")[0] == pytest.approx(0.12 * expansion, rel=0.05)
+
+
 # ---- CalculiX ------------------------------------------------------------------------------------------------------------
 
 
@@ -233,6 +239,7 @@ def test_command_writes_matrices_and_picture(tmp_path, capsys):
         ),
         ({"a": "hole at 0 0 0"}, {}, "interface a: 'hole at 0 0 0' is not understood; write cylinder d=20mm near X Y Z"),
         ({"a": "face bottom"}, {}, "interface a: there is no face bottom"),
+        ({"a": "face near the end"}, {}, "interface a: 'face near the end' is not understood; write cylinder"),
         ({"a": "sphere r=1mm at 1 0 0"}, {}, "interface a: there is no surface in the sphere r=1mm at 1 0 0"),
         ({"a": "face near 0 9mm 0kg"}, {}, "interface a, 'face near 0 9mm 0kg'.*kg"),
         (
