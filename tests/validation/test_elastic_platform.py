@@ -213,6 +213,21 @@ def test_mechanisms_and_weights_of_limbs(links):
     _alike(found.by_mechanism.twist, found.twist)
 
 
+def test_heat_and_stiffness_are_parameters():
+    """Tolerances of temperatures, and sensitivities to factors of the stiffness, against differences."""
+    robot = _elastic(ks.load_robot("3rps"), ("base", "platform"), thermal=True)[0]
+    pose, step, given = robot.assemble(), 1e-4, {"load": LOAD, "gravity": GRAVITY}
+    for name in ("platform", "base"):
+        heated = ks.analyze(pose, assembly_errors={name: {"temperature": 5.0}}).contributions["assembly_errors"]
+        [effect] = ks.tolerances(pose, {f"{name}.error.temperature": 5.0}).effects.values()
+        _alike(np.abs(effect.twist), np.abs(heated), 1e-8)
+        names = [f"{name}.stiffness_factor"]
+        found = ks.sensitivities(pose, by=names, outputs=["twist"], **given)[names[0]].derivatives["twist"]
+        changed = (ks.Robot(robot.description.changed(name, stiffness_factor=1 + change)) for change in (step, -step))
+        first, second = (ks.analyze(each.assemble(), **given).twist for each in changed)
+        _alike(found, (first - second) / (2 * step), 1e-6)
+
+
 def test_springs_at_an_interface():
     """A spring from the base to an interface of the platform: equilibrium and stiffness, with rotating forces."""
     elastic, jointed = (robot.description for robot in _jointed(ks.load_robot("3rps")))

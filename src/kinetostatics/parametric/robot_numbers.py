@@ -210,10 +210,10 @@ class ErrorParameter:
 
 
 def errors_of(robot: Robot) -> dict[str, ErrorParameter]:
-    """Return the errors of all joints and beams of the limbs, by name."""
+    """Return the errors of all joints and elastic links of the limbs, and of an elastic base and platform, by name."""
     part_errors = []
-    for limb in robot.topology.limbs:
-        for edge in limb.edges:
+    for edges in (*(limb.edges for limb in robot.topology.limbs), *robot.topology.plates.values()):
+        for edge in edges:
             if edge.joint is not None:
                 part_errors += [(edge.joint, kind, "rad" if k > 2 else "m") for k, kind in enumerate(COMPONENTS)]
             elif edge.span is not None:
