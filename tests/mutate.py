@@ -67,7 +67,7 @@ TESTS = {
     " validation/test_flexible_ports.py",
     "limbs": "unit/limbs unit/statics validation/test_beam_formulas.py",
     "statics": "unit/statics validation/test_hybrid_limbs.py validation/test_motion.py validation/test_sprung_vibration.py"
-    " validation/test_tangent.py properties/test_energy.py",
+    " validation/test_tangent.py validation/test_elastic_platform.py properties/test_energy.py",
     "buckling": "unit/buckling validation/test_second_order.py",
     "vibration": "unit/vibration validation/test_vibration.py validation/test_sprung_vibration.py",
     "engine": "engine functions/test_c_by_hand.py functions/test_c_export.py",

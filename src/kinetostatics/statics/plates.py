@@ -198,6 +198,25 @@ class CoupledEquilibrium:
         self.undetermined: list[NDArray[np.bool_]] = [part[:, 0].astype(bool) for part in undetermined]
         self.self_stresses = self._divided(self._together.self_stresses[0])
 
+    def add_weights(
+        self,
+        contributions: Sequence[str],
+        statics: Sequence[LimbStatics],
+        weights: Array,
+        gravity: Array,
+        errors: AssemblyErrors | None,
+        strains: Sequence[Array],
+    ) -> None:
+        """Add what weights and assembly errors of the plates contribute to Δ_igc (n, S, g, N) of each group, in place."""
+        places = places_of(contributions, range(2, 2 + sum(len(s.group.numbers) for s in statics if not s.group.is_attached)))
+        wrenches = self.plates.by_weights(statics, weights, places, len(contributions))
+        self.plates.add_strains(self.plates.displacements(wrenches, gravity, errors, places), strains)
+
+    def add_loads(self, applied: Iterable[AppliedStatics], strains: Sequence[Array]) -> None:
+        """Add what loads contribute to Δ_igc (n, S, g, N) of each group, in place."""
+        wrenches = self.plates.by_loads(applied, strains[0].shape[1])
+        self.plates.add_strains(self.plates.displacements(wrenches), strains)
+
     def _divided(self, together: Array) -> list[Array]:
         return divided(together[:, :, 0], self._statics)
 

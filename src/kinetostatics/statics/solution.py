@@ -21,7 +21,7 @@ from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.assembly_errors import AssemblyErrors
 from kinetostatics.statics.link_loads import AppliedLoad, AppliedStatics, applied_statics, by_attachment
 from kinetostatics.statics.loaded_poses import LoadedPoses
-from kinetostatics.statics.plates import CoupledEquilibrium, Equilibrium, equilibrium, places_of
+from kinetostatics.statics.plates import CoupledEquilibrium, Equilibrium, equilibrium
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.singularity import any_limb, has_negative_length, unbalanced_parts, where_singular, without_equilibrium
 
@@ -177,7 +177,8 @@ def balanced(robot: RobotStatics, given: LoadedPoses) -> Balanced:
     balance = equilibrium(robot, statics, frames, o, given.support)
     loads = applied_statics(applied, groups, frames, o, first, len(contributions))
     right, strains = _by_contribution(robot, balance, contributions, statics, given.load, platform_weight, loads)
-    _add_weights_on_plates(balance, contributions, statics, weights, gravity, assembly_errors, strains)
+    if isinstance(balance, CoupledEquilibrium):
+        balance.add_weights(contributions, statics, weights, gravity, assembly_errors, strains)
     twists, intensities = balance.solve(right, strains, assembly_errors is not None)
     weights_alone = statics if applied else None
     if applied:
@@ -302,8 +303,9 @@ def by_mechanism(robot: RobotStatics, solution: Solution) -> Solution:
     statics = solution.weights_alone or solution.statics
     given = solution.load, solution.platform_weight, solution.applied
     right, strains = _by_contribution(robot, balance, solution.contributions, statics, *given)
-    weights = solution.weights, solution.gravity, solution.assembly_errors
-    _add_weights_on_plates(balance, solution.contributions, statics, *weights, strains)
+    if isinstance(balance, CoupledEquilibrium):
+        weights = solution.weights, solution.gravity, solution.assembly_errors
+        balance.add_weights(solution.contributions, statics, *weights, strains)
     first, last = slice(2, 2 + len(limbs)), 2 + len(limbs)
     right = np.concatenate([right[:, :last], np.zeros_like(right[:, first]), right[:, last:]], axis=1)
     moved = []
@@ -366,23 +368,6 @@ def _by_contribution(
     return right, strains
 
 
-def _add_weights_on_plates(
-    balance: Equilibrium,
-    contributions: Sequence[str],
-    statics: Sequence[LimbStatics],
-    weights: Array,
-    gravity: Array,
-    errors: AssemblyErrors | None,
-    strains: Sequence[Array],
-) -> None:
-    """Add sag and assembly error of an elastic base or platform to the strains of :func:`_by_contribution`, in place."""
-    if isinstance(balance, CoupledEquilibrium):
-        limbs = sum(len(item.group.numbers) for item in statics if not item.group.is_attached)
-        places = places_of(contributions, range(2, 2 + limbs))
-        wrenches = balance.plates.by_weights(statics, weights, places, len(contributions))
-        balance.plates.add_strains(balance.plates.displacements(wrenches, gravity, errors, places), strains)
-
-
 def _add_loads(
     robot: RobotStatics,
     balance: Equilibrium,
@@ -401,5 +386,4 @@ def _add_loads(
                 if item.group.rigid_directions < len(strain):
                     strain += part.gravity_displacement[:, None] * loaded.share[:, None]
     if isinstance(balance, CoupledEquilibrium):
-        wrenches = balance.plates.by_loads(applied, right.shape[1])
-        balance.plates.add_strains(balance.plates.displacements(wrenches), strains)
+        balance.add_loads(applied, strains)
