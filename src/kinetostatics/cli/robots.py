@@ -84,6 +84,12 @@ def _export(args: argparse.Namespace) -> int:
         if args.jacobian:
             inputs = [name for name in function.inputs if name not in ("load", "gravity")]
             exported = function.jacobian(args.jacobian, args.with_respect_to or inputs)
+        if args.fmu:
+            if args.jacobian or args.scalar:
+                raise ArgumentError("--fmu takes neither --jacobian nor --scalar")
+            function.export_fmu(args.out, near=near, **given_of(("name",), args))
+            print(f"wrote {args.out}")
+            return 0
         code = exported.export_c(args.out, near=near, **given_of(("scalar", "name"), args))
     lines = [f"wrote {', '.join(code.files)} to {code.folder}", *str(function).splitlines()[1:]]
     lines.append(
@@ -126,14 +132,16 @@ EXPORT = Command(
             "texts", "inputs of the derivatives: coordinates (default: all of them), load, gravity", "NAME", option="--by"
         ),
         "scalar": Argument("text", "type of arguments and results: double (default) or float", "TYPE"),
+        "fmu": Argument("flag", "write a functional mock-up unit (FMI 3.0, co-simulation, sources) instead: --out robot.fmu"),
         "name": Argument("text", "prefix of all names in C (default: the robot's name)", "NAME"),
-        "out": Argument("text", "the folder of the files", "FOLDER"),
+        "out": Argument("text", "the folder of the files, or the .fmu file", "FOLDER"),
     },
     function="functions.function:compile",
     required=("robot", "out"),
     usage="ROBOT --out FOLDER [options]",
     examples="""
 export 3rps --platform z rx ry --outputs actuator_forces twist --out controller
+export 3rps --platform z rx ry --fmu --out robot.fmu
 export ur10 --outputs actuator_forces --out controller --scalar float
 export 3rps --platform z rx ry --compensate --out controller
 export 3rps --platform z rx ry --jacobian actuator_forces twist --by z rx ry load --out controller

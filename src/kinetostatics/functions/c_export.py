@@ -93,15 +93,7 @@ def export_c(
     if where.exists() and not where.is_dir():
         raise ArgumentError(f"{where} is a file: the C code needs a folder")
     prefix = identifier(function.robot.name if name is None else name)
-    start = near.pose if isinstance(near, Values) else near
-    of_this_robot = isinstance(start, Configuration) and start.robot is function.robot
-    if start is not None and not (of_this_robot and start.shape == () and bool(start.reached[0])):
-        raise ArgumentError("near= needs one closed pose of the robot for an export: create one with robot.assemble(…)")
-    begin = function.robot.zero_poses if start is None else start.poses
-    try:
-        parts = Programs(function, begin, None if jacobian is None else (jacobian.of, jacobian.by))
-    except NotRecordedError as error:
-        raise ArgumentError(f"{function.robot.name!r} cannot be exported: {error}") from error
+    start, parts = recorded(function, near, jacobian)
     references = _references(parts, jacobian, start, REFERENCES, SCALARS[scalar])
     texts = files(prefix, scalar, parts, _test_program(prefix, scalar, parts, references))
     try:
@@ -112,6 +104,26 @@ def export_c(
         for file, text in texts.items():
             all_or_none.enter_context(replacing(where / file)).write_text(text, encoding="utf-8")
     return CExport(where, tuple(texts), prefix, (parts.line.newton.operations, parts.pose.operations), 8 * parts.work)
+
+
+def recorded(
+    function: Exported, near: Configuration | Values | None, jacobian: Differentiated | None = None
+) -> tuple[Configuration | None, Programs]:
+    """Return the pose ``near`` and the programs of an export that starts there.
+
+    Raises:
+        ArgumentError: ``near`` is not one pose of the robot, or the robot or the orientation cannot be exported.
+    """
+    start = near.pose if isinstance(near, Values) else near
+    of_this_robot = isinstance(start, Configuration) and start.robot is function.robot
+    if start is not None and not (of_this_robot and start.shape == () and bool(start.reached[0])):
+        raise ArgumentError("near= needs one closed pose of the robot for an export: create one with robot.assemble(…)")
+    begin = function.robot.zero_poses if start is None else start.poses
+    try:
+        parts = Programs(function, begin, None if jacobian is None else (jacobian.of, jacobian.by))
+    except NotRecordedError as error:
+        raise ArgumentError(f"{function.robot.name!r} cannot be exported: {error}") from error
+    return start, parts
 
 
 def _references(

@@ -41,7 +41,7 @@ _KINDS = {
 def files(name: str, scalar: str, parts: Programs, test: str) -> dict[str, str]:
     """Return the texts of all files by name; ``test`` is the text of the test program."""
     return {
-        f"{name}.h": _header(name, scalar, parts),
+        f"{name}.h": header(name, scalar, parts),
         f"{name}.c": source(name, scalar, parts),
         f"{name}.hpp": _wrapper(name, parts),
         f"{name}_test.c": test,
@@ -71,7 +71,7 @@ def _words(quantity: Quantity, escaped: Callable[[str], str]) -> str:
     return f"{'; '.join(part for part in parts if part)} [{units}]".replace("·", " ").replace("²", "2")
 
 
-def _header(name: str, scalar: str, parts: Programs) -> str:
+def header(name: str, scalar: str, parts: Programs) -> str:
     function, guard = parts.function, f"{name.upper()}_H"
     inputs = []
     for quantity in parts.coordinates:

@@ -191,6 +191,25 @@ class Function:
         """
         return export_c(self, folder, scalar, name, near=near)
 
+    def export_fmu(
+        self, path: str | os.PathLike[str], name: str | None = None, near: Configuration | Values | None = None
+    ) -> None:
+        """Write the function as a functional mock-up unit: FMI 3.0, co-simulation, with the sources of :meth:`export_c`.
+
+        Inputs are the coordinates, load and gravity, outputs those of the function, component by component, and the status.
+        The sources are compiled by their CMakeLists.txt, or by the simulation program.
+
+        Args:
+            path: name of the file, ending in ``.fmu``; an existing file is replaced.
+            name, near: see :meth:`export_c`.
+
+        Raises:
+            ArgumentError: as for :meth:`export_c`, or the name has another ending.
+        """
+        from kinetostatics.functions.fmu import export_fmu
+
+        export_fmu(self, path, name, near)
+
     # ---- poses ------------------------------------------------------------------------------------------------------
 
     def _pose(self, coordinates: Mapping[str, ArrayLike], near: Configuration | Values | None) -> Configuration:

@@ -1,0 +1,263 @@
+/* FMI 3.0 co-simulation of ROBOT.h. Written by kinetostatics. */
+#include "ROBOT.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#ifdef _WIN32
+#define FMI __declspec(dllexport)
+#else
+#define FMI
+#endif
+
+typedef enum { fmi3OK, fmi3Warning, fmi3Discard, fmi3Error, fmi3Fatal } fmi3Status;
+typedef void *fmi3Instance;
+typedef uint32_t fmi3ValueReference;
+typedef const char *fmi3String;
+
+/* Value references: 0 time, 1 ... inputs, then outputs and status, in the order of the structures of ROBOT.h. */
+enum { INPUT_COUNT = INPUTS, OUTPUT_COUNT = OUTPUTS };
+
+typedef struct {
+    ROBOT_state state;
+    ROBOT_input input;
+    ROBOT_output output;
+    double time;
+    int32_t status;
+    bool is_new; /* inputs have changed since the outputs were computed */
+} robot;
+
+static void compute(robot *r)
+{
+    if (r->is_new) r->status = ROBOT_evaluate(&r->input, &r->state, &r->output);
+    r->is_new = false;
+}
+
+static const double START[INPUT_COUNT] = {VALUES_AT_START};
+
+static void start(robot *r)
+{
+    memset(r, 0, sizeof *r);
+    ROBOT_start(&r->state);
+    memcpy(&r->input, START, sizeof START);
+    r->is_new = true;
+}
+
+FMI const char *fmi3GetVersion(void) { return "3.0"; }
+
+FMI fmi3Instance fmi3InstantiateCoSimulation(
+    fmi3String name, fmi3String token, fmi3String resources, bool visible, bool logging, bool events, bool early,
+    const fmi3ValueReference intermediate[], size_t count, void *environment, void *log, void *update)
+{
+    robot *r = NULL;
+    (void)name; (void)resources; (void)visible; (void)logging; (void)events; (void)early; (void)intermediate; (void)count;
+    (void)environment; (void)log; (void)update;
+    if (token && strcmp(token, "TOKEN") == 0) r = malloc(sizeof *r);
+    if (r) start(r);
+    return r;
+}
+
+FMI fmi3Instance fmi3InstantiateModelExchange(
+    fmi3String name, fmi3String token, fmi3String resources, bool visible, bool logging, void *environment, void *log)
+{
+    (void)name; (void)token; (void)resources; (void)visible; (void)logging; (void)environment; (void)log;
+    return NULL;
+}
+
+FMI fmi3Instance fmi3InstantiateScheduledExecution(
+    fmi3String name, fmi3String token, fmi3String resources, bool visible, bool logging, void *environment, void *log,
+    void *update, void *lock, void *unlock)
+{
+    (void)name; (void)token; (void)resources; (void)visible; (void)logging; (void)environment; (void)log; (void)update;
+    (void)lock; (void)unlock;
+    return NULL;
+}
+
+FMI void fmi3FreeInstance(fmi3Instance r) { free(r); }
+
+FMI fmi3Status fmi3Reset(fmi3Instance r)
+{
+    start(r);
+    return fmi3OK;
+}
+
+FMI fmi3Status fmi3EnterInitializationMode(
+    fmi3Instance r, bool has_tolerance, double tolerance, double time, bool has_end, double end)
+{
+    (void)has_tolerance; (void)tolerance; (void)has_end; (void)end;
+    ((robot *)r)->time = time;
+    return fmi3OK;
+}
+
+FMI fmi3Status fmi3DoStep(
+    fmi3Instance instance, double time, double step, bool is_final, bool *event, bool *terminate, bool *early, double *last)
+{
+    robot *r = instance;
+    (void)is_final;
+    r->time = time + step;
+    compute(r);
+    *event = *terminate = *early = false;
+    *last = r->time;
+    return fmi3OK;
+}
+
+FMI fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference refs[], size_t n, double values[], size_t size)
+{
+    robot *r = instance;
+    size_t k;
+    compute(r);
+    for (k = 0; k < n && k < size; ++k) {
+        const fmi3ValueReference ref = refs[k];
+        if (ref > INPUT_COUNT + OUTPUT_COUNT) return fmi3Error;
+        values[k] = ref == 0 ? r->time : ref <= INPUT_COUNT ? ((const double *)&r->input)[ref - 1]
+                                                            : ((const double *)&r->output)[ref - 1 - INPUT_COUNT];
+    }
+    return fmi3OK;
+}
+
+FMI fmi3Status fmi3SetFloat64(
+    fmi3Instance instance, const fmi3ValueReference refs[], size_t n, const double values[], size_t size)
+{
+    robot *r = instance;
+    size_t k;
+    for (k = 0; k < n && k < size; ++k) {
+        if (refs[k] < 1 || refs[k] > INPUT_COUNT) return fmi3Error;
+        ((double *)&r->input)[refs[k] - 1] = values[k];
+        r->is_new = true;
+    }
+    return fmi3OK;
+}
+
+FMI fmi3Status fmi3GetInt32(fmi3Instance instance, const fmi3ValueReference refs[], size_t n, int32_t values[], size_t size)
+{
+    robot *r = instance;
+    compute(r);
+    if (n != 1 || size != 1 || refs[0] != INPUT_COUNT + OUTPUT_COUNT + 1) return n ? fmi3Error : fmi3OK;
+    values[0] = r->status;
+    return fmi3OK;
+}
+
+FMI fmi3Status fmi3GetFMUState(fmi3Instance r, void **copy)
+{
+    if (!*copy && !(*copy = malloc(sizeof(robot)))) return fmi3Error;
+    memcpy(*copy, r, sizeof(robot));
+    return fmi3OK;
+}
+
+FMI fmi3Status fmi3SetFMUState(fmi3Instance r, void *copy)
+{
+    memcpy(r, copy, sizeof(robot));
+    return fmi3OK;
+}
+
+FMI fmi3Status fmi3FreeFMUState(fmi3Instance r, void **copy)
+{
+    (void)r;
+    free(*copy);
+    *copy = NULL;
+    return fmi3OK;
+}
+
+FMI fmi3Status fmi3SerializedFMUStateSize(fmi3Instance r, void *copy, size_t *size)
+{
+    (void)r; (void)copy;
+    *size = sizeof(robot);
+    return fmi3OK;
+}
+
+FMI fmi3Status fmi3SerializeFMUState(fmi3Instance r, void *copy, uint8_t bytes[], size_t size)
+{
+    (void)r;
+    if (size != sizeof(robot)) return fmi3Error;
+    memcpy(bytes, copy, size);
+    return fmi3OK;
+}
+
+FMI fmi3Status fmi3DeserializeFMUState(fmi3Instance r, const uint8_t bytes[], size_t size, void **copy)
+{
+    if (size != sizeof(robot) || fmi3GetFMUState(r, copy) != fmi3OK) return fmi3Error;
+    memcpy(*copy, bytes, size);
+    return fmi3OK;
+}
+
+/* Other functions of the standard: modes without meaning here, and types of variables that do not exist. */
+#define MODE(name) FMI fmi3Status name(fmi3Instance r) { (void)r; return fmi3OK; }
+MODE(fmi3ExitInitializationMode) MODE(fmi3EnterEventMode) MODE(fmi3Terminate) MODE(fmi3EnterConfigurationMode)
+MODE(fmi3ExitConfigurationMode) MODE(fmi3EvaluateDiscreteStates) MODE(fmi3EnterStepMode)
+
+FMI fmi3Status fmi3SetDebugLogging(fmi3Instance r, bool on, size_t n, const fmi3String categories[])
+{
+    (void)r; (void)on; (void)n; (void)categories;
+    return fmi3OK;
+}
+
+#define VALUES(name) \
+    FMI fmi3Status name(fmi3Instance r, const fmi3ValueReference refs[], size_t n, void *values, size_t size) \
+    { (void)r; (void)refs; (void)values; (void)size; return n ? fmi3Error : fmi3OK; }
+#define CLOCKS(name) \
+    FMI fmi3Status name(fmi3Instance r, const fmi3ValueReference refs[], size_t n, void *first, void *second, void *third) \
+    { (void)r; (void)refs; (void)first; (void)second; (void)third; return n ? fmi3Error : fmi3OK; }
+VALUES(fmi3GetFloat32) VALUES(fmi3GetInt8) VALUES(fmi3GetUInt8) VALUES(fmi3GetInt16) VALUES(fmi3GetUInt16) VALUES(fmi3GetUInt32)
+VALUES(fmi3GetInt64) VALUES(fmi3GetUInt64) VALUES(fmi3GetBoolean) VALUES(fmi3GetString) VALUES(fmi3SetFloat32)
+VALUES(fmi3SetInt8) VALUES(fmi3SetUInt8) VALUES(fmi3SetInt16) VALUES(fmi3SetUInt16) VALUES(fmi3SetInt32) VALUES(fmi3SetUInt32)
+VALUES(fmi3SetInt64) VALUES(fmi3SetUInt64) VALUES(fmi3SetBoolean) VALUES(fmi3SetString)
+CLOCKS(fmi3GetBinary) CLOCKS(fmi3SetBinary) CLOCKS(fmi3GetClock) CLOCKS(fmi3SetClock) CLOCKS(fmi3GetIntervalDecimal)
+CLOCKS(fmi3GetIntervalFraction) CLOCKS(fmi3GetShiftDecimal) CLOCKS(fmi3GetShiftFraction) CLOCKS(fmi3SetIntervalDecimal)
+CLOCKS(fmi3SetIntervalFraction) CLOCKS(fmi3SetShiftDecimal) CLOCKS(fmi3SetShiftFraction) CLOCKS(fmi3GetOutputDerivatives)
+
+FMI fmi3Status fmi3UpdateDiscreteStates(
+    fmi3Instance r, bool *again, bool *terminate, bool *nominals, bool *values, bool *defined, double *next)
+{
+    (void)r; (void)next;
+    *again = *terminate = *nominals = *values = *defined = false;
+    return fmi3OK;
+}
+
+FMI fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance r, fmi3ValueReference ref, size_t *n)
+{
+    (void)r; (void)ref; (void)n;
+    return fmi3Error;
+}
+
+FMI fmi3Status fmi3GetVariableDependencies(
+    fmi3Instance r, fmi3ValueReference ref, size_t a[], fmi3ValueReference b[], size_t c[], void *kinds, size_t n)
+{
+    (void)r; (void)ref; (void)a; (void)b; (void)c; (void)kinds; (void)n;
+    return fmi3Error;
+}
+
+#define DERIVATIVE(name) \
+    FMI fmi3Status name(fmi3Instance r, const fmi3ValueReference a[], size_t n, const fmi3ValueReference b[], size_t m, \
+        const double seed[], size_t ns, double result[], size_t nr) \
+    { (void)r; (void)a; (void)n; (void)b; (void)m; (void)seed; (void)ns; (void)result; (void)nr; return fmi3Error; }
+DERIVATIVE(fmi3GetDirectionalDerivative) DERIVATIVE(fmi3GetAdjointDerivative)
+
+/* Functions of other kinds of simulation, which must exist. */
+MODE(fmi3EnterContinuousTimeMode)
+
+FMI fmi3Status fmi3CompletedIntegratorStep(fmi3Instance r, bool final, bool *event, bool *terminate)
+{
+    (void)r; (void)final; (void)event; (void)terminate;
+    return fmi3Error;
+}
+
+FMI fmi3Status fmi3ActivateModelPartition(fmi3Instance r, fmi3ValueReference clock, double time)
+{
+    (void)r; (void)clock; (void)time;
+    return fmi3Error;
+}
+
+FMI fmi3Status fmi3SetTime(fmi3Instance r, double time)
+{
+    (void)r; (void)time;
+    return fmi3Error;
+}
+
+#define NUMBERS(name) FMI fmi3Status name(fmi3Instance r, double a[], size_t n) { (void)r; (void)a; (void)n; return fmi3Error; }
+#define COUNT(name) FMI fmi3Status name(fmi3Instance r, size_t *n) { (void)r; *n = 0; return fmi3OK; }
+NUMBERS(fmi3SetContinuousStates) NUMBERS(fmi3GetContinuousStateDerivatives) NUMBERS(fmi3GetEventIndicators)
+NUMBERS(fmi3GetContinuousStates) NUMBERS(fmi3GetNominalsOfContinuousStates)
+COUNT(fmi3GetNumberOfEventIndicators) COUNT(fmi3GetNumberOfContinuousStates)

@@ -1,0 +1,18 @@
+# Written by kinetostatics: compiles the FMU for this platform; zip the unpacked folder again afterwards.
+cmake_minimum_required(VERSION 3.13)
+project(ROBOT C)
+string(TOLOWER "${CMAKE_SYSTEM_NAME}" system)
+if(APPLE)
+  set(platform aarch64-darwin)
+elseif(WIN32)
+  set(platform x86_64-windows)
+else()
+  set(platform ${CMAKE_SYSTEM_PROCESSOR}-${system})
+endif()
+add_library(ROBOT SHARED ROBOT.c fmi.c)
+set_target_properties(ROBOT PROPERTIES PREFIX "" C_STANDARD 99 LIBRARY_OUTPUT_DIRECTORY
+                      ${CMAKE_CURRENT_SOURCE_DIR}/../binaries/${platform})
+find_library(MATH m)
+if(MATH)
+  target_link_libraries(ROBOT PRIVATE ${MATH})
+endif()

@@ -1,0 +1,137 @@
+"""Functional mock-up units (FMI 3.0, co-simulation, sources): the exported C of a function in a simulation program.
+
+An FMU is a zip archive with a model description (XML), C sources, and a CMakeLists.txt that compiles them to the binary of a
+platform. Outputs follow from the inputs at the same time; the pose moves along the straight line from the last one.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import zipfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import numpy as np
+
+from kinetostatics.arguments import path_name
+from kinetostatics.engine.c_code import literal
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.functions.c_export import recorded
+from kinetostatics.functions.c_names import identifier
+from kinetostatics.functions.c_programs import Exported, Programs
+from kinetostatics.functions.c_source import source
+from kinetostatics.functions.c_texts import header
+from kinetostatics.functions.inputs_outputs import Values
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.math.screws import WRENCH_COMPONENTS, WRENCH_UNITS
+from kinetostatics.output_files import replacing
+
+#: Gravity at the start of a simulation [m/s²].
+_GRAVITY = (0.0, 0.0, -9.81)
+#: Folder of the C source and CMake file that are completed for a robot.
+_HERE = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class _Variable:
+    name: str
+    unit: str
+    description: str
+    start: float | None = None
+
+
+def export_fmu(
+    function: Exported, path: str | os.PathLike[str], name: str | None = None, near: Configuration | Values | None = None
+) -> None:
+    """Write a function of a robot as a functional mock-up unit, see :meth:`Function.export_fmu`."""
+    file = path_name("path", path)
+    if not file.endswith(".fmu"):
+        raise ArgumentError(f"{file!r} does not end in .fmu")
+    prefix = identifier(function.robot.name if name is None else name)
+    _, parts = recorded(function, near)
+    texts = {f"{prefix}.h": header(prefix, "double", parts), f"{prefix}.c": source(prefix, "double", parts)}
+    inputs, outputs = [*_inputs(parts)], [*_outputs(parts)]
+    token = hashlib.sha256("".join(texts.values()).encode()).hexdigest()
+    starts = ", ".join(literal(float(variable.start or 0.0)) for variable in inputs)
+    words = {"ROBOT": prefix, "INPUTS": str(len(inputs)), "OUTPUTS": str(len(outputs)), "TOKEN": token, "VALUES_AT_START": starts}
+    texts["fmi.c"] = re.sub("|".join(words), lambda word: words[word[0]], (_HERE / "fmi.c").read_text("utf-8"))
+    texts["buildDescription.xml"] = _build_description(prefix, sorted(texts))
+    texts["CMakeLists.txt"] = (_HERE / "fmi.cmake").read_text("utf-8").replace("ROBOT", prefix)
+    with replacing(file) as partial, zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("modelDescription.xml", _model_description(function, prefix, token, inputs, outputs))
+        for text_name, text in texts.items():
+            archive.writestr(f"sources/{text_name}", text)
+
+
+def _inputs(parts: Programs) -> Iterator[_Variable]:
+    """Yield the inputs in the order of the C structure."""
+    for quantity in parts.coordinates:
+        yield _Variable(parts.c_names[quantity.name], quantity.units[0], quantity.meaning, parts.at_start[quantity.name])
+    for component, unit in zip(WRENCH_COMPONENTS, WRENCH_UNITS, strict=True):
+        yield _Variable(f"load.{component.lower()}", unit, "load on the platform about o, world axes", 0.0)
+    for axis, value in zip("xyz", _GRAVITY, strict=True):
+        yield _Variable(f"gravity.{axis}", "m/s²", "gravity, world axes", value)
+
+
+def _outputs(parts: Programs) -> Iterator[_Variable]:
+    """Yield the outputs in the order of the C structure."""
+    for quantity in parts.outputs:
+        labels = [*quantity.axes.values()][-len(quantity.shape) :] if quantity.shape else []
+        for index in np.ndindex(quantity.shape):
+            place = ".".join(identifier(labels[axis][k]) for axis, k in enumerate(index))
+            unit = quantity.units[index[-1] if len(quantity.units) > 1 and index else 0]
+            yield _Variable(f"{quantity.name}.{place}" if place else quantity.name, unit, quantity.meaning)
+    if parts.efforts:
+        yield _Variable("effort_exceeded", "1", "1 if an actuator's force is beyond the effort in the file, else 0")
+    yield _Variable("residual", "1", "largest residual of the equations of the loops [m or rad]")
+
+
+def _model_description(
+    function: Exported, prefix: str, token: str, inputs: Sequence[_Variable], outputs: Sequence[_Variable]
+) -> bytes:
+    root = ET.Element(
+        "fmiModelDescription",
+        fmiVersion="3.0",
+        modelName=function.robot.name,
+        instantiationToken=token,
+        generationTool="kinetostatics",
+        description="sag and actuator forces of a robot from coordinates, load and gravity",
+    )
+    able = ("canGetAndSetFMUState", "canSerializeFMUState", "canHandleVariableCommunicationStepSize")
+    ET.SubElement(root, "CoSimulation", {"modelIdentifier": prefix, **dict.fromkeys(able, "true")})
+    units = ET.SubElement(root, "UnitDefinitions")
+    for unit in dict.fromkeys(variable.unit for variable in (*inputs, *outputs)):
+        ET.SubElement(units, "Unit", name=unit)
+    variables, structure = ET.SubElement(root, "ModelVariables"), ET.Element("ModelStructure")
+    ET.SubElement(variables, "Float64", name="time", valueReference="0", causality="independent", variability="continuous")
+    for reference, variable in enumerate((*inputs, *outputs), 1):
+        known = {} if variable.start is None else {"start": repr(variable.start)}
+        causality = "input" if reference <= len(inputs) else "output"
+        about = {"unit": variable.unit, "description": variable.description, "causality": causality, **known}
+        ET.SubElement(variables, "Float64", {"name": variable.name, "valueReference": str(reference), **about})
+        if causality == "output":
+            ET.SubElement(structure, "Output", valueReference=str(reference))
+    last = {"valueReference": str(len(inputs) + len(outputs) + 1)}
+    words = f"status of the pose, see {prefix}.h: 0 if all numbers are valid"
+    about = {"name": "status", "causality": "output", "variability": "discrete", "description": words}
+    ET.SubElement(variables, "Int32", {**about, **last})
+    ET.SubElement(structure, "Output", last)
+    for output in [*structure]:
+        ET.SubElement(structure, "InitialUnknown", output.attrib)
+    root.append(structure)
+    ET.indent(root)
+    return bytes(ET.tostring(root, encoding="utf-8", xml_declaration=True))
+
+
+def _build_description(prefix: str, names: Sequence[str]) -> str:
+    root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
+    files = ET.SubElement(ET.SubElement(root, "BuildConfiguration", modelIdentifier=prefix), "SourceFileSet", language="C99")
+    for name in names:
+        if name.endswith(".c"):
+            ET.SubElement(files, "SourceFile", name=name)
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode", xml_declaration=True)
