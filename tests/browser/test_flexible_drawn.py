@@ -9,6 +9,7 @@ from browser_pages import move, vertices
 from hub_robots import hub_robot
 from matrix_link import with_flexible
 from page_machine import answers, needs_node, relative
+from robots_of_castings import FOLDER
 from simple_machines import joint, link
 from simple_machines import robot as robot_of
 
@@ -252,3 +253,14 @@ def test_page_computes_what_displaces_surfaces():
     for number in range(first + 1, first + count):
         size = np.abs(expected[number]).max()
         assert size > 0 and relative(found[number], expected[number], size) < 1e-9
+
+
+def test_stations_of_links_without_surface_are_the_same_at_all_poses():
+    """A page computes their twists in an order that is found at another pose; sticks had radii by the robot's size there."""
+    description = ks.load_robot(FOLDER / "3rps_plate.urdf").description
+    bare = {name: part.matrices for name, part in description.flexible.items()}
+    bare = {name: replace(matrices, points=None, triangles=None, recovery=None) for name, matrices in bare.items()}
+    flexible = {name: replace(part, matrices=bare[name]) for name, part in description.flexible.items()}
+    robot = ks.Robot(replace(description, flexible=flexible))
+    scenes = [describe_scene(ks.analyze(robot.assemble(platform={"z": z, "rx": 0.1, "ry": 0.05}))) for z in (0.5, 0.57)]
+    assert scenes[0].size != scenes[1].size and len(scenes[0].stations.rest) == len(scenes[1].stations.rest)

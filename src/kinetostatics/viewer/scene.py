@@ -241,7 +241,8 @@ class _SceneBuilder:
         if link not in self.flexible:
             return surface, self._link_station(link, roots)
         cells = max(2, round(CELLS / self.poses.count**0.25)) / float(np.ptp(surface.vertices, axis=0).max())
-        _, some, cell = np.unique(np.round(surface.vertices * cells), axis=0, return_index=True, return_inverse=True)
+        places = np.round(np.round(surface.vertices * cells, 6))  # rounding errors do not change a cell
+        _, some, cell = np.unique(places, axis=0, return_index=True, return_inverse=True)
         cell, centres = cell.ravel(), surface.vertices[some]
         placements, name = np.repeat(self.poses.frame(link)[:, None], len(centres), axis=1), self.flexible[link]
         placements[..., :3, 3] += (placements[..., :3, :3] @ centres[..., None])[..., 0]
@@ -265,6 +266,8 @@ class _SceneBuilder:
             return
         middle = local.mean(axis=0)
         radius = 0.5 * float(np.mean([marker_radius(self.poses, joint, self.size) for joint in near or self.joints]))
+        if link in self.flexible:  # independent of the pose, as its cells are stations
+            radius = 0.04 * float(np.linalg.norm(local - middle, axis=1).max())
         pieces = CELLS // 2 if link in self.flexible else 1
         if is_platform:
             middle = local[:-1].mean(axis=0)
