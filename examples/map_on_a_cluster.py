@@ -11,7 +11,7 @@ import kinetostatics as ks
 
 def start(client: Client) -> Future:
     """Return the future of a map of the 3RPS; each worker computes one height z after the other."""
-    grid = {"z": np.linspace(0.45, 0.65, 24), "rx": np.linspace(-0.15, 0.15, 8), "ry": np.linspace(-0.1, 0.1, 10)}
+    grid = {"z": np.linspace(0.45, 0.65, 61), "rx": np.linspace(-0.15, 0.15, 8), "ry": np.linspace(-0.1, 0.1, 10)}
     return client.compute(ks.sweep("3rps", grid, chunks={"z": 1}))
 
 

@@ -100,7 +100,7 @@ run.LEAST = run.MOST = 40
 compute = block.compute_block
 
 def slow(*arguments):
-    time.sleep(0.05)
+    time.sleep(float(sys.argv[3]))
     return compute(*arguments)
 
 block.compute_block = slow
@@ -117,7 +117,8 @@ def test_four_processes_at_once_of_which_one_is_killed(robot, wanted, small_bloc
 
     def job(part):
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-        return subprocess.Popen([sys.executable, "-c", JOB, str(path), f"{part}/4"], **pipes)
+        pause = "1" if part == 2 else "0.05"  # long enough to be killed on a busy machine
+        return subprocess.Popen([sys.executable, "-c", JOB, str(path), f"{part}/4", pause], **pipes)
 
     jobs = [job(part) for part in (1, 2, 3, 4)]
     for process in jobs:
