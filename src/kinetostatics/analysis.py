@@ -132,7 +132,7 @@ def analyzed(configuration: Configuration, case: LoadCase, on_failure: str | Non
 
     parts = chunks(loads.count) or [slice(0, 0)]  # one chunk even of an empty batch
     found = tuple(in_threads(solved, parts, engine_for(engine, loads.count) == "compiled"))
-    result = Result(configuration, loads.shape, loads.which, found, configuration.reached[loads.which], case.payload)
+    result = Result(configuration, loads.shape, loads.which, found, configuration.reached[loads.which], case.payload, case.loads)
     if on_failure == "raise" or (on_failure is None and loads.shape == ()):
         for chunk in found:
             if case.assembly_errors is not None or np.any(chunk["singular"]):

@@ -40,6 +40,7 @@ class Result(Reported, PoseArrays):
         robot: the robot.
         shape: batch shape of all results: that of the configuration, broadcast against loads and gravity.
         payload: the payload, or None.
+        loads: the loads on links as given, or None.
         point: (3,) the reference point of twists, stiffness and compliance, from o in the platform's axes [m]; None: o.
     """
 
@@ -51,10 +52,12 @@ class Result(Reported, PoseArrays):
         chunks: tuple[Chunk, ...],
         reached: NDArray[np.bool_],
         payload: Payload | None = None,
+        loads: Mapping[str, object] | None = None,
     ) -> None:
         super().__init__(configuration, shape, which, chunks, reached)
         self.robot: Robot = robot_of(configuration)
         self.payload: Payload | None = payload
+        self.loads: Mapping[str, object] | None = loads
 
     def report(self, *, hinge_axes: Mapping[str, str] | None = None) -> Report:
         """Return the report with all tables; ``print(result)`` prints a short form.
@@ -157,7 +160,7 @@ class Result(Reported, PoseArrays):
         strains under them. See :attr:`mechanism_contributions`.
         """
         chunk = Chunk(self.robot, [by_mechanism(self.robot.statics, solution) for solution in self.solutions])
-        split_result = Result(self.configuration, self.shape, self._which, (chunk,), self._reached, self.payload)
+        split_result = Result(self.configuration, self.shape, self._which, (chunk,), self._reached, self.payload, self.loads)
         return split_result.seen_from(self.point)
 
     @cached_property

@@ -39,7 +39,8 @@ from kinetostatics.results.pose_arrays import Chunk
 from kinetostatics.results.result import Result
 from kinetostatics.results.warnings import are_regular
 from kinetostatics.robot import Robot
-from kinetostatics.statics.link_loads import PAYLOAD, parse_link_loads
+from kinetostatics.statics.inertia import INERTIA
+from kinetostatics.statics.link_loads import parse_link_loads
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.solution import by_mechanism as split
 from kinetostatics.viewer.cards import LARGEST_STRESS
@@ -127,13 +128,11 @@ def computing_page(result: Result, by_mechanism: bool = False) -> dict[str, obje
     """
     robot, configuration = result.robot, result.configuration
     solution = result.solutions[0]
-    if solution.assembly_errors is not None or any(
-        item.load.kind == "load" and item.load.name != PAYLOAD for item in solution.applied
-    ):
-        raise NotRecordedError("the result has assembly errors, a motion, or loads on links")
+    if solution.assembly_errors is not None or INERTIA in solution.contributions:
+        raise NotRecordedError("the result has assembly errors or a motion")
     carrier, mechanism = None if result.payload is None else result.payload.link, "by mechanism" * by_mechanism
     coordinates = configuration.prescribed or determining_coordinates(configuration)
-    digest = hashlib.sha256(pickle.dumps((robot.description, configuration.orientation)))
+    digest = hashlib.sha256(pickle.dumps((robot.description, configuration.orientation, result.loads)))
     key = code_key(f"page {digest.hexdigest()} {coordinates} {carrier} {mechanism}")
     stored = read_stored(key)
     if stored is None:
@@ -263,10 +262,10 @@ def _statics(result: Result, by_mechanism: bool, code: _Code) -> dict[str, objec
     with recording():
         x, load, gravity, mass = (recorded_input(tape, number, array) for number, array in enumerate(examples))
         pose = Pose(PoseModel(JointCoordinates(robot.solver), robot.statics), x, load, gravity)
-        carried = parse_link_loads(robot.statics, None, Payload(1.0, link=None if payload is None else payload.link))
-        assert carried is not None
-        carried = replace(carried, loads=tuple(replace(item, point=mass[1:], mass=mass[:1]) for item in carried.loads))
-        applied = carried.at(pose.frames, gravity)
+        given = parse_link_loads(robot.statics, result.loads, Payload(1.0, link=None if payload is None else payload.link))
+        assert given is not None
+        *others, last = given.map(lambda array: array[..., None]).loads
+        applied = replace(given, loads=(*others, replace(last, point=mass[1:], mass=mass[:1]))).at(pose.frames, gravity)
         solution = pose.under(applied)
         shown = _recorded_result(result, pose, split(robot.statics, solution) if by_mechanism else solution)
         values = {name: outputs.add(OF_EQUILIBRIUM[name](robot.statics, solution)) for name in _VALUES}
