@@ -23,7 +23,7 @@ COMMANDS: Mapping[str, str] = {
     "check": "robots",
     "analyze": "analyses",
     "compensate": "analyses",
-    "capacity": "analyses",
+    "capacity": "designs",
     "modes": "analyses",
     "response": "analyses",
     "sweep": "maps",

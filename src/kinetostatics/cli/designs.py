@@ -1,4 +1,4 @@
-"""Commands on the parameters of a robot: tolerances, sensitivities, optimize, calibrate."""
+"""Commands of design: tolerances, sensitivities, optimize, calibrate, capacity."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from kinetostatics.cli.inputs import (
     VALUES_HELP,
     given_of,
     grid_of,
+    link_loads_of,
     load_robot,
     loads_of,
     number_of,
@@ -21,8 +22,8 @@ from kinetostatics.cli.inputs import (
     single_values,
     value_of,
 )
-from kinetostatics.cli.options import LOADS, POSE, ROBOT, Argument
-from kinetostatics.cli.output import FIGURES, answer, check_files, save_files
+from kinetostatics.cli.options import LOADS, POSE, ROBOT, WRENCH, Argument
+from kinetostatics.cli.output import FIGURES, answer, check_files, save_figure, save_files
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.progress import waiting
 
@@ -299,5 +300,51 @@ calibrate 2pru_upr examples/calibration/measurements.csv --gauges examples/calib
 --reference unloaded --leave-out-outliers --out mine.urdf residuals.svg
 calibrate 2pru_upr --plan 12 --unknowns rod_1 rod_2 rod_3 --readings dx dz --reference unloaded --platform z=550mm:650mm:3 \
 rx=-15deg:15deg:3 ry=-15deg:15deg:3 --load-case "0 0 -500 0 0 0" "300 0 0 0 0 0" --out to_measure.csv
+""",
+)
+
+
+# ---- capacity ------------------------------------------------------------------------------------------------------------
+
+
+def _capacity(args: argparse.Namespace) -> int:
+    with waiting("computing the capacity"):
+        check_files(args.out, FIGURES)
+        limits = {**given_of(("load", "gravity", "sag"), args), **link_loads_of(args)}
+        chosen = given_of(("direction",), args)
+        center = value_of("payload_center", args)
+        if args.mass or center is not None or args.payload_link is not None:
+            from kinetostatics.description.loads import Payload
+
+            chosen["payload"] = Payload(1.0, tuple(center or (0.0, 0.0, 0.0)), link=args.payload_link)
+        configuration, warnings = pose_of(load_robot(args), args)
+        found = CAPACITY.called()(configuration, **chosen, **limits)
+        for path in args.out:
+            save_figure(path, "capacity", configuration, **limits, **given_of(("plane",), args))
+    answer(found, args, warnings)
+    return 0
+
+
+CAPACITY = Command(
+    _capacity,
+    help="compute the largest load or mass before an effort, yield, buckling or a sag is reached",
+    description=(
+        "Compute the largest force in any direction, factor of a wrench (--direction), or mass (--mass) that the robot may\n"
+        "carry besides its weight, and the limit that it reaches."
+    ),
+    arguments=(*ROBOT, *POSE, "load", "load_on", "gravity", "payload_center", "payload_link", "json"),
+    own_arguments={
+        "direction": Argument("wrench", "wrench at o whose largest factor is computed [N, N·m]", WRENCH, 6),
+        "mass": Argument("flag", "compute the largest mass of a payload"),
+        "sag": Argument("length", "largest displacement of o", "SAG"),
+        "plane": Argument("text", "plane of the figure (default: xz)", choices=("xy", "xz", "yz")),
+        "out": Argument("texts", "draw the largest force over its direction in a plane (.svg, .pdf, .png)", "FILE"),
+    },
+    function="capacity:capacity",
+    notes=VALUES_HELP,
+    examples="""
+capacity 3rps --platform z=500mm rx=0 ry=0
+capacity 3rps --mass --payload-center 0 0 -200mm
+capacity 3rps --direction 0 0 -1 0 0 0 --sag 50um --out capacity.svg
 """,
 )

@@ -354,11 +354,6 @@ class Beam(CheckedPart):
         return self.material.thermal_expansion
 
     @property
-    def yield_strength(self) -> float | None:
-        """Von Mises stress at which the material yields [Pa], or None if it is unknown."""
-        return self.material.yield_strength
-
-    @property
     def shear_areas(self) -> tuple[float, float]:
         """Shear areas κA [m²] for shear forces along the section's y and z; infinite for no shear deformation.
 

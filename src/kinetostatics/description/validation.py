@@ -306,9 +306,7 @@ def _check_beam(beam: Beam, links: Collection[str], connections: Collection[str]
     if material.poisson_ratio is not None and not -1 < material.poisson_ratio <= 0.5:
         raise place.error(f"poisson_ratio={material.poisson_ratio:g} of {label} must be above -1 and at most 0.5")
     if material.yield_strength is not None and type(beam.section) is Section:
-        raise place.error(
-            f"{label} has a yield_strength, but a <section> without outline has no stress; give a <tube> or <rectangle>"
-        )
+        raise place.error(f"{label} has a yield_strength, but no stress: the outline of <section> is unknown; give a <tube>")
     if beam.shear_coefficient is not None and beam.section.shear_area_y is not None:
         raise place.error(f"{label} has a shear_coefficient and shear areas; leave one of them")
     try:

@@ -19,6 +19,7 @@ from kinetostatics.engine.programs import check_engine, compiled_loops
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.functions.c_export import CExport, export_c
 from kinetostatics.functions.derivatives import Derivatives
+from kinetostatics.functions.fmu import export_fmu
 from kinetostatics.functions.inputs_outputs import (
     ALWAYS,
     LOADS,
@@ -191,13 +192,8 @@ class Function:
         """
         return export_c(self, folder, scalar, name, near=near)
 
-    def export_fmu(
-        self, path: str | os.PathLike[str], name: str | None = None, near: Configuration | Values | None = None
-    ) -> None:
+    def export_fmu(self, path: str, name: str | None = None, near: Configuration | Values | None = None) -> None:
         """Write the function as a functional mock-up unit: FMI 3.0, co-simulation, with the sources of :meth:`export_c`.
-
-        Inputs are the coordinates, load and gravity, outputs those of the function, component by component, and the status.
-        The sources are compiled by their CMakeLists.txt, or by the simulation program.
 
         Args:
             path: name of the file, ending in ``.fmu``; an existing file is replaced.
@@ -206,8 +202,6 @@ class Function:
         Raises:
             ArgumentError: as for :meth:`export_c`, or the name has another ending.
         """
-        from kinetostatics.functions.fmu import export_fmu
-
         export_fmu(self, path, name, near)
 
     # ---- poses ------------------------------------------------------------------------------------------------------

@@ -93,9 +93,9 @@ def margins_of(
         utilization: (…) utilization of each actuator.
         stress: function that returns the largest stress (…) of a beam [Pa], by name.
     """
-    strengths = {name: beam.yield_strength for name, beam in robot.description.beams.items() if beam.yield_strength is not None}
+    strengths = {name: beam.material.yield_strength for name, beam in robot.description.beams.items()}
     stated = {f"effort of {name}": utilization[name] for name in robot.description.actuator_limits("effort")}
-    stated |= {f"yield of {name}": np.asarray(stress(name) / strength) for name, strength in strengths.items()}
+    stated |= {f"yield of {name}": np.asarray(stress(name) / strength) for name, strength in strengths.items() if strength}
 
     def buckling(least: float) -> dict[str, Array]:
         ratios = [robot.members.ratios(solution, least) for solution in solutions]

@@ -233,7 +233,7 @@ def overload_warnings(result: Result) -> list[str]:
             what, unit, most, of = (
                 f"the stress in {name}",
                 "MPa",
-                1e-6 * float(beams[name].yield_strength or 0.0),
+                1e-6 * float(beams[name].material.yield_strength or 0.0),
                 "yield strength",
             )
         value = f"{most * float(np.nanmax(utilization)):.5g} {unit}"

@@ -66,7 +66,9 @@ def test_exceeded_limits_are_named_with_their_numbers():
 
 def test_yield_strength_is_written_and_read():
     description = tripod(yield_strength=250e6).robot.description
-    assert description.beams["rod_1"].yield_strength == 250e6 and description.beams["rod_2"].yield_strength is None
+    assert (
+        description.beams["rod_1"].material.yield_strength == 250e6 and description.beams["rod_2"].material.yield_strength is None
+    )
     assert 'yield_strength="250000000"' in description.urdf
 
 
@@ -98,5 +100,5 @@ def test_check_tells_which_actuators_cannot_hold_the_weight():
 
 def test_beam_without_outline_has_no_yield_strength():
     section = ks.sections.Section(1e-3, 1e-6, 1e-6, 1e-6)
-    with pytest.raises(ks.RobotFileError, match="has a yield_strength, but a <section> without outline has no stress"):
+    with pytest.raises(ks.RobotFileError, match="has a yield_strength, but no stress: the outline of <section> is unknown"):
         tripod(section=section, yield_strength=1e8)
