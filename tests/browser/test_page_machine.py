@@ -259,3 +259,11 @@ def test_unreachable_coordinates_and_wrong_names_are_told():
 def test_sliders_of_platform_coordinates_are_in_the_usual_order():
     for name, expected in (("delta", "x y z"), ("gough_stewart", "x y z rx ry rz"), ("spherical_3rrr", "rx ry rz")):
         assert determining_coordinates(package_robots.robot(name).assemble()) == tuple(expected.split())
+
+
+def test_actuators_beyond_their_efforts_are_named_as_by_python():
+    pose = package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.1, "ry": 0.0})
+    load = [0.0, 0.0, -6500.0, 0.0, 0.0, 0.0]
+    (found,) = answers(ks.analyze(pose), [("return machine.analyze(given)", {"load": load})])
+    wanted = [text for text in ks.analyze(pose, load).warnings if "limit of effort" in text]
+    assert 0 < len(wanted) < 4 and [text for text in found["warnings"] if "limit of effort" in text] == wanted

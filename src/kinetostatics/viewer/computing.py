@@ -147,6 +147,10 @@ def computing_page(result: Result, by_mechanism: bool = False) -> dict[str, obje
         "payload": _payload_of(result),
         "carrier": carrier,
         "warnings": [*robot.warnings],
+        "efforts": [
+            [name, limit, robot.mechanism.connections[name].type.force_unit]
+            for name, limit in robot.description.actuator_limits("effort").items()
+        ],
         "mass": float(robot.weights.masses(configuration.frames).sum()),
     }
 

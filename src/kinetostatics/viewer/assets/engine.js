@@ -162,7 +162,7 @@ class Machine {
 
   /** Sentences about a solution: of the robot, of limits, of large motions. */
   warnings({ status, closed, values }) {
-    const { warnings, length, statics } = this.data, twist = values("twist"), texts = [...warnings];
+    const { warnings, length, statics, efforts, closed: { names } } = this.data, twist = values("twist"), texts = [...warnings];
     if (status === "NOT_COVERED") return [...texts, "a rank or a basis is in doubt at this pose: Python decides, not the page"];
     if (status === "SINGULAR") return [...texts, "with the actuators locked the platform or a limb can still move: no results"];
     if (!values("regular")[0]) texts.push("the pose is nearly singular: the platform is almost free in a motion, which a report of Python names");
@@ -173,6 +173,11 @@ class Machine {
     for (const { name, lower, upper, slides, value } of closed.beyond) {
       const [factor, unit] = slides ? [1e-3, " mm"] : [Math.PI / 180, "\u00b0"], text = (x) => (x === null ? "\u221e" : String(Number((x / factor).toPrecision(6))));
       texts.push(`${name} is beyond its limits of ${text(lower)} to ${text(upper)}${unit}: ${text(value)}${unit}`);
+    }
+    const digits = (x) => String(Number(x.toPrecision(5)));
+    for (const [name, limit, unit] of efforts) {
+      const force = Math.abs(values("actuator_forces")[names.actuators.indexOf(name)]);
+      if (force > limit) texts.push(`the force of ${name} is beyond the limit of effort of ${digits(limit)} ${unit}: ${digits(force)} ${unit}`);
     }
     return texts;
   }
