@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import textwrap
 from collections.abc import Collection, Iterable, Mapping
@@ -13,17 +12,16 @@ import numpy as np
 from kinetostatics.arguments import check_mapping, names_in, path_name
 from kinetostatics.authoring.file_arguments import MATERIALS, SHAPES, parse_section
 from kinetostatics.authoring.spans import MATERIAL, WALL, LinkSpan, chain_joints, spans
-from kinetostatics.description.elements import Beam, BeamEnd, Material
+from kinetostatics.description.elements import Beam, BeamEnd, Material, Origin
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.joints import Joint
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.description.validation import tree_root
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_names
 from kinetostatics.files.bundled import read_robot
-from kinetostatics.files.element_tables import write_loop
-from kinetostatics.files.foreign_robot import complete, foreign_robot
+from kinetostatics.files.foreign_robot import completed
 from kinetostatics.files.reader import describe, parse_robot_text
-from kinetostatics.files.urdf import drivable, first_base, plain_transmission
+from kinetostatics.files.urdf import drivable, first_base
 from kinetostatics.files.xacro import include_path, including_text, quoted, read_document, whole_text
 from kinetostatics.files.xml import XmlElement, to_text
 from kinetostatics.output_files import write_text
@@ -54,9 +52,8 @@ def extend_robot(
 ) -> Robot:
     """Extend a URDF without platform, actuators and elastic parts by a small xacro that includes it unchanged.
 
-    Loops in formats of other tools are read: closing frames of onshape-to-robot, ``robot.yaml`` of Gepetto's
-    example-parallel-robots, ``<loop_joint>`` of Isaac Sim. Comments in the xacro suggest further beams (from distances of joints
-    and masses of links) and stiffnesses of actuators (from their largest efforts).
+    Loops in formats of other tools are read, see the page on them. Comments in the xacro suggest further beams (from distances of
+    joints and masses of links) and stiffnesses of actuators (from their largest efforts).
 
     Args:
         source: the URDF or xacro.
@@ -72,7 +69,7 @@ def extend_robot(
             the link's ``<inertial>`` or, without one, of its material.
         joint_stiffness: stiffnesses of actuators [N·m/rad; N/m for prismatic joints], such as ``{"elbow": 3e4}``, or "suggested"
             for all suggested stiffnesses.
-        yaml: a ``robot.yaml`` of Gepetto; None: the YAML file beside the source with the source's name, if it has loops.
+        yaml: the YAML file with the loops of the source; None: one beside the source, if there is one.
         types: joint types of loops of another tool, ``{loop: type}`` with the types of ``<loop>``; or one type for all loops
             without a type in the source.
         axes: ``{loop: (x, y, z)}``, axis of the joint in the loop's frame on its predecessor. A universal joint has two axes; the
@@ -122,28 +119,20 @@ def extension(
     for tag, link in (("platform", platform_link), ("base", base_link)):
         if link is not None and root.named(tag):
             raise ArgumentError(f"{tag}_link={link!r}: {name} names its {tag} already; leave the argument out")
-    foreign, loops, record, warnings = foreign_robot(name, root, yaml)
-    if loops:
-        closed, actuated, more = complete(foreign, loops, record, platform_link, types, axes, named)
-        warnings += more
-        added = (*map(write_loop, closed), *(plain_transmission(joint, foreign.root.place) for joint in actuated))
-        description = describe(replace(foreign.root, content=(*foreign.root.content, *added)), name, [], platform_link, base_link)
-        holding: list[str] = []
-    elif types or axes:
-        raise ArgumentError(f"types= and axes= are for loops of another tool, and {name} has none")
-    else:
-        closed, description = (), describe(root, name, [], platform_link, base_link)
-        actuated, holding = _actuators(root, description, named)
+    robot = completed(name, root, platform_link, yaml, types, axes, named)
+    foreign, closed, warnings = robot.source, robot.loops, list(robot.warnings)
+    description = describe(robot.root, name, [], platform_link, base_link)
+    actuated, holding = (robot.actuated, list[str]()) if closed else _actuators(robot.root, description, named)
     candidates = spans(description, foreign.zero_frames)
     tree = tree_root(description.links, description.joints)
     floats = description.base != tree and description.base == first_base(tree, description.joints)
     actuated_description = replace(description, actuated=tuple(dict.fromkeys((*description.actuated, *actuated, *holding))))
     parts = [
         "  <!-- results refer to the origin and the axes of this link -->\n",
-        _turned_axes(description) if loops else "",
+        _turned_axes(description) if closed else "",
         f"  <platform link={quoted(description.platform)}/>\n" if not root.named("platform") else "",
         f"  <base link={quoted(description.base)}/>\n" if base_link is not None or floats else "",
-        *(textwrap.indent(to_text(write_loop(loop), header=False, indented=True), "  ") + "\n" for loop in closed),
+        *(textwrap.indent(to_text(loop, header=False, indented=True), "  ") + "\n" for loop in closed),
         _actuators_text(actuated, "actuators: the moving joints without a transmission in the file, held by their brakes"),
         _actuators_text(holding, "locked joints outside the chain from base to platform, such as those of a gripper"),
         _beams_text(actuated_description, candidates, elastic),
@@ -170,9 +159,8 @@ def _turned_axes(description: RobotDescription) -> str:
     if angle < LEAST_TURN:
         return ""
     back = description.platform_origin.matrix[:3, :3] @ rotation.T  # the axes that would be parallel, in the platform link
-    pitch = math.asin(float(np.clip(-back[2, 0], -1, 1)))
-    roll, yaw = math.atan2(back[2, 1], back[2, 2]), math.atan2(back[1, 0], back[0, 0])
-    rpy = " ".join(f"{value if abs(value) > 1e-12 else 0.0:.12g}" for value in (roll, pitch, yaw))
+    turned = Origin.of(np.block([[back, np.zeros((3, 1))], [np.eye(4)[3:]]]))
+    rpy = " ".join(f"{value if abs(value) > 1e-12 else 0.0:.12g}" for value in turned.rpy)
     return f'  <!-- turned by {angle:.4g}° with all joints at zero; <origin rpy="{rpy}"/> makes them parallel to the base -->\n'
 
 

@@ -196,7 +196,7 @@ NEW = Command(
             "JOINT=VALUE",
             group="from a URDF",
         ),
-        "yaml": Argument("text", "a robot.yaml of Gepetto with the loops", "FILE", group="from a URDF"),
+        "yaml": Argument("text", "the YAML file with the loops of the URDF", "FILE", group="from a URDF"),
         "types": Argument(
             "items",
             "joint types of loops; or one TYPE for all loops without a type in the source",

@@ -7,10 +7,11 @@ ignored in comparisons.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +60,15 @@ class Origin(ShortRepr):
         result[:3, 3] = self.xyz
         result.setflags(write=False)
         return result
+
+    @classmethod
+    def of(cls, matrix: NDArray[np.floating[Any]]) -> Origin:
+        """Return the frame of a homogeneous matrix (4, 4), exact to rounding at all orientations, pitch of 90° included."""
+        yaw = math.atan2(matrix[1, 0], matrix[0, 0])
+        cosine, sine = math.cos(yaw), math.sin(yaw)
+        x, y = cosine * matrix[0, :3] + sine * matrix[1, :3], cosine * matrix[1, :3] - sine * matrix[0, :3]
+        roll, pitch = math.atan2(-y[2], y[1]), math.atan2(-matrix[2, 0], x[0])
+        return cls(tuple(matrix[:3, 3].tolist()), (roll, pitch, yaw))
 
 
 #: The frame of a link itself.

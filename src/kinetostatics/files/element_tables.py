@@ -65,6 +65,7 @@ BASE = ElementTable("base", {"": (Row("link", TEXT, name="base"),)})
 PLATFORM = ElementTable(
     "platform", {"": (row(RobotDescription, "link", "platform"),), "origin": _frame(RobotDescription, "platform_origin")}
 )
+LIMITS_OF_LOOP = _limit(Loop, needed=False)
 LOOP = ElementTable(
     "loop",
     {
@@ -75,7 +76,7 @@ LOOP = ElementTable(
         "successor/origin": _frame(Loop, "successor_origin"),
         "axis": (row(Loop, "xyz", "axis", must=True),),
         "axis2": (row(Loop, "xyz", "axis2", must=True),),
-        "limit": _limit(Loop, needed=False),
+        "limit": LIMITS_OF_LOOP,
         "cone": (
             row(Loop, "angle", "cone.angle", default=None, must=True),
             row(Loop, "predecessor_axis", "cone.predecessor_axis"),
@@ -94,7 +95,7 @@ def limits(values: dict[str, Keyword]) -> None:
         values["lower"], values["upper"] = (0.0 if value is None else value for value in (lower, upper))
 
 
-def _unlimited(connection: Joint | Loop) -> dict[str, Keyword]:
+def unlimited(connection: Joint | Loop) -> dict[str, Keyword]:
     """Return values by field that omit the attributes ``lower`` and ``upper`` of a joint without limits."""
     return {"lower": None, "upper": None} if (connection.lower, connection.upper) == NO_LIMITS else {}
 
@@ -110,11 +111,11 @@ def write_link(link: Link, extra: Iterable[XmlElement]) -> XmlElement:
 
 def write_joint(joint: Joint, extra: Iterable[XmlElement]) -> XmlElement:
     always = [path for path, there in (("axis", joint.of_type.has_axis), ("limit", joint.of_type.has_limits)) if there]
-    return JOINT.write(joint, given=_unlimited(joint), always=always, more=extra)
+    return JOINT.write(joint, given=unlimited(joint), always=always, more=extra)
 
 
 def write_loop(loop: Loop) -> XmlElement:
-    return LOOP.write(loop, given=_unlimited(loop), always=("axis",) if loop.of_type.has_axis else ())
+    return LOOP.write(loop, given=unlimited(loop), always=("axis",) if loop.of_type.has_axis else ())
 
 
 # ---- beams -------------------------------------------------------------------------------------------------------------

@@ -1,13 +1,14 @@
-"""Loops and actuators of a source, a URDF with loops of another tool, from the source's files and from arguments.
+"""A URDF with loops or actuators in formats of other tools as a robot of this package.
 
-All missing information is listed in one error.
+Information comes from the source's files and from arguments; what is missing is listed in one error, with a whole command.
 """
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Mapping, Sequence
+import shlex
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,121 +16,142 @@ import numpy as np
 from kinetostatics.arguments import finite_numbers
 from kinetostatics.description.fields import Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
-from kinetostatics.description.joints import Loop
+from kinetostatics.description.joints import X
 from kinetostatics.description.validation import tree_root
-from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
-from kinetostatics.files import gepetto
-from kinetostatics.files.foreign_loops import FRAME, MARK, ForeignLoop, SourceRobot, read_closing_frames, read_loop_joints
-from kinetostatics.files.urdf import read_joints, read_links
+from kinetostatics.exceptions import ArgumentError, PlatformMissingError, RobotFileError, near_names
+from kinetostatics.files import foreign_yaml
+from kinetostatics.files.foreign_loops import ForeignJoint, SourceRobot
+from kinetostatics.files.foreign_xml import MARK, read_elements
+from kinetostatics.files.urdf import OFFERED, connected_links, plain_transmission, read_joints, read_links
 from kinetostatics.files.xml import XmlElement
-
-_X, _Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 
 @dataclass(frozen=True)
-class DeclaredActuators:
-    """Actuators of a source: joints named by its YAML file (None without names), and joints with a ``<transmission>``."""
+class Completed:
+    """A robot in the elements of this package.
 
-    named: tuple[str, ...] | None
-    transmissions: tuple[str, ...]
-    note: str = ""
+    Attributes:
+        source: the robot of the file, with the joint types of its YAML file.
+        loops: elements of the loops of another tool.
+        actuated: actuated joints without a ``<transmission>`` in the source.
+        warnings: warnings, in full sentences.
+    """
+
+    source: SourceRobot
+    loops: tuple[XmlElement, ...] = ()
+    actuated: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def root(self) -> XmlElement:
+        root = self.source.root
+        drives = (plain_transmission(joint, root.place) for joint in self.actuated)
+        return replace(root, content=(*root.content, *self.loops, *drives))
 
 
-def foreign_robot(
-    path: str, root: XmlElement, yaml: str | os.PathLike[str] | None
-) -> tuple[SourceRobot, list[ForeignLoop], DeclaredActuators, list[str]]:
-    """Return the source with the joint types of a YAML file, the loops, the actuators, and warnings."""
-    source = _source(path, root)
-    entries = [entry for element in root.named("transmission") for entry in element.named("joint")]
-    transmissions = tuple(dict.fromkeys(entry.attributes.get("name", "") for entry in entries))
-    warnings: list[str] = []
-    if yaml is None:
-        yaml = None if root.named("loop") else gepetto.yaml_beside(path)
-        if yaml is None:
-            return source, [*read_closing_frames(source), *read_loop_joints(source)], DeclaredActuators(None, transmissions), []
+@dataclass(frozen=True)
+class _Question:
+    """Missing information: its option of ``kinetostatics new``, an example of its value, and a description."""
+
+    option: str
+    example: str
+    text: str
+
+
+def completed(
+    path: str,
+    root: XmlElement,
+    platform_link: str | None = None,
+    yaml: str | os.PathLike[str] | None = None,
+    types: Mapping[str, str] | str | None = None,
+    axes: Mapping[str, object] | None = None,
+    actuators: tuple[str, ...] | None = None,
+) -> Completed:
+    """Return a robot with its loops and actuators; loops with the name of a ``<loop>`` of the file are not read again.
+
+    Raises:
+        PlatformMissingError: only the platform is missing.
+        ArgumentError: information is missing both in the source and in the arguments of :func:`kinetostatics.extend_robot`; or an
+            argument does not fit the source.
+        RobotFileError: two loops have the same name, or a loop and a joint; or a file is invalid.
+    """
+    source, warnings, record = _source(path, root), list[str](), foreign_yaml.YamlFile(())
+    if yaml is None and not root.named("loop") and (yaml := foreign_yaml.yaml_beside(path)):
         warnings = [f"{yaml}: the loops are read from this file, which lies beside the URDF."]
-    record = gepetto.read(source, yaml)
-    loops = [*record.loops, *read_closing_frames(source, record.frames), *read_loop_joints(source)]
-    if not loops:
-        raise RobotFileError("there is no closed_loop, and the URDF has no loops either", os.fsdecode(yaml))
-    named = None if record.actuated is None else gepetto.actuated_after(record.actuated, record.retyped)
-    if record.retyped:
-        retyped = _source(path, gepetto.retype(source, record.retyped))
-        source = replace(retyped, made=frozenset(retyped.links) - frozenset(source.links))
-    return source, loops, DeclaredActuators(named, transmissions, record.actuated_note), [*warnings, *record.warnings]
+    if yaml is not None:
+        record = foreign_yaml.read(source, yaml)
+    there = {element.attributes.get("name") for element in root.named("loop")}
+    joints = [joint for joint in (*record.loops, *read_elements(source, record.frames)) if joint.name not in there]
+    if not joints:
+        if yaml is not None:
+            raise RobotFileError("there is no closed_loop, and the URDF has no loops either", os.fsdecode(yaml))
+        if types or axes:
+            raise ArgumentError(f"types= and axes= are for loops of another tool, and {path} has none")
+        return Completed(source)
+    if record.retyped or any(source.joints[name].mimic for name in record.free):
+        changed = _source(path, foreign_yaml.with_changes(source, record.retyped, record.free))
+        source = replace(changed, made=frozenset(changed.links) - frozenset(source.links))
+    loops, actuated, more = _complete(source, joints, record, platform_link, types, axes, actuators)
+    return Completed(source, tuple(loop.element() for loop in loops), actuated, (*warnings, *record.warnings, *more))
 
 
 def _source(path: str, root: XmlElement) -> SourceRobot:
     warnings: list[str] = []  # repeated when the new file is read
-    links = read_links(root, warnings, [])
-    joints = read_joints(root, warnings)
+    links, joints = read_links(root, warnings, []), read_joints(root, warnings)
     tree_root(links, joints)
     return SourceRobot(path, root, links, joints)
 
 
-def complete(
+def _complete(
     source: SourceRobot,
-    foreign_loops: Sequence[ForeignLoop],
-    declared: DeclaredActuators,
+    foreign_joints: Sequence[ForeignJoint],
+    record: foreign_yaml.YamlFile,
     platform_link: str | None,
     types: Mapping[str, str] | str | None,
     axes: Mapping[str, object] | None,
     actuators: tuple[str, ...] | None,
-) -> tuple[tuple[Loop, ...], tuple[str, ...], list[str]]:
-    """Return the loops, the actuated joints without a ``<transmission>``, and warnings.
-
-    Raises:
-        ArgumentError: information is missing both in the source and in the arguments of :func:`kinetostatics.extend_robot`; or an
-            argument does not fit the source.
-        RobotFileError: two loops have the same name, or a loop and a joint.
-    """
-    _check_names(source, foreign_loops)
-    warnings: list[str] = []
-    missing: list[str] = []
-    if platform_link is None and source.root.child("platform") is None:
-        links = [link for link in source.links if link in source.parent_joints and not MARK.fullmatch(link)]
-        missing.append(f"platform_link, one of {', '.join(link for link in links if link not in source.made)}")
+) -> tuple[list[ForeignJoint], tuple[str, ...], list[str]]:
+    """Return the loops with types and axes, the actuated joints without a ``<transmission>``, and warnings."""
+    places, names = {joint.name: joint.place for joint in source.joints.values()}, [joint.name for joint in foreign_joints]
+    for joint in foreign_joints:
+        if (other := places.setdefault(joint.name, joint.place)) is not joint.place:
+            raise joint.place.error(f"the loop's name {joint.name!r} is taken already, in {other}; rename one of them")
+        if joint.predecessor == joint.successor:
+            raise joint.place.error(f"both frames of the loop {joint.name!r} are on the link {joint.predecessor!r}")
     if isinstance(types, str):  # one type for all loops that have none
-        types = {loop.name: types for loop in foreign_loops if loop.type is None}
-    names = [loop.name for loop in foreign_loops]
+        types = {joint.name: types for joint in foreign_joints if joint.type is None}
     for argument, given in (("types", types), ("axes", axes)):
         if not isinstance(given, Mapping | None):
             raise ArgumentError(f"{argument} must be a dict with the loops' names as keys, not {type(given).__name__}")
-        for name in given or ():
-            if name not in names:
-                raise ArgumentError(f"{argument}: there is no loop {name!r}; {near_names(str(name), names)}")
-    loops = [_loop(loop, (types or {}).get(loop.name), (axes or {}).get(loop.name), missing, warnings) for loop in foreign_loops]
-    closed = [loop for loop in loops if loop is not None]
+        if unknown := next((name for name in given or () if name not in names), None):
+            raise ArgumentError(f"{argument}: there is no loop {unknown!r}; {near_names(str(unknown), names)}")
+    warnings: list[str] = []
+    missing: list[_Question] = []
+    platforms = [link for link in connected_links(source.joints, foreign_joints) if not MARK.fullmatch(link)]
+    if platform_link is None and source.root.child("platform") is None:
+        links = (link for link in source.links if link in source.parent_joints and link not in source.made)
+        listed = ", ".join(link for link in links if not MARK.fullmatch(link))
+        missing.append(_Question("--platform-link", platforms[0], f"platform_link, one of {listed}"))
+    given_types, given_axes = types or {}, axes or {}
+    loops = [_loop(joint, given_types.get(joint.name), given_axes.get(joint.name), missing, warnings) for joint in foreign_joints]
+    untyped = {loop.name for loop in loops if loop.type and not JOINT_TYPES[loop.type].is_single}
     movable = [joint.name for joint in source.joints.values() if JOINT_TYPES[joint.type].is_single]
-    untyped = {loop.name for loop in closed if not JOINT_TYPES[loop.type].is_single}
-    drivable = [*movable, *(name for name in names if name not in untyped)]
-    actuated = _actuated(source, drivable, declared, actuators, missing, warnings)
+    movable += [name for name in names if name not in untyped]
+    actuated = _actuated(source, movable, record, actuators, missing, warnings)
+    if [question.option for question in missing] == ["--platform-link"]:
+        raise PlatformMissingError(source.path, source.root.place.line, platforms[:OFFERED])
     if missing:
-        raise ArgumentError(f"{source.path} lacks information; give also {'; '.join(missing)}")
-    return tuple(closed), actuated, [*warnings, *filter(None, (_rotation_warning(source, loop) for loop in closed))]
+        options = {question.option: [part.example for part in missing if part.option == question.option] for question in missing}
+        words = [word for option, examples in options.items() for word in (option, *" ".join(examples).split())]
+        out = f"{os.path.basename(source.path).partition('.')[0]}_robot.urdf.xacro"
+        command = shlex.join(["kinetostatics", "new", "--from", source.path, *words, "--out", out])
+        asked = "; ".join(question.text for question in missing)
+        raise ArgumentError(f"{source.path} lacks information; give also {asked}. For example: {command}")
+    return loops, actuated, [*warnings, *filter(None, (_rotation_warning(source, loop) for loop in loops))]
 
 
-def unread_loops(path: str, root: XmlElement, links: Iterable[str]) -> str:
-    """Return, as text, the file, XML element or link in which another tool defines loops; "" if there is none."""
-    if yaml := gepetto.yaml_beside(path):
-        return yaml
-    if root.named("loop_joint"):
-        return "<loop_joint>"
-    return next((f"the link {link!r}" for link in links if FRAME.fullmatch(link)), "")
-
-
-def _check_names(source: SourceRobot, foreign_loops: Sequence[ForeignLoop]) -> None:
-    places = {joint.name: joint.place for joint in source.joints.values()}
-    for loop in foreign_loops:
-        other = places.setdefault(loop.name, loop.place)
-        if other is not loop.place:
-            raise loop.place.error(f"the loop's name {loop.name!r} is taken already, in {other}; rename one of them")
-        if loop.predecessor == loop.successor:
-            raise loop.place.error(f"both frames of the loop {loop.name!r} are on the link {loop.predecessor!r}")
-
-
-def _loop(loop: ForeignLoop, given: str | None, axis: object, missing: list[str], warnings: list[str]) -> Loop | None:
-    """Return a loop; if its type or axis is unknown, add this to ``missing`` and return None."""
+def _loop(loop: ForeignJoint, given: str | None, axis: object, missing: list[_Question], warnings: list[str]) -> ForeignJoint:
+    """Return a loop with its type and axis; what is unknown is added to ``missing``."""
     name, allowed_types = loop.name, names_of("in_loop")
     where = f"{name} ({loop.place}), which joins {loop.predecessor} and {loop.successor}"
     if given is not None and given not in allowed_types:
@@ -138,32 +160,26 @@ def _loop(loop: ForeignLoop, given: str | None, axis: object, missing: list[str]
         warnings.append(f"{loop.place}: the loop {name!r} has the given type {given}; the source has {loop.type}.")
     kind = given or loop.type
     if kind is None:
-        missing.append(f"types: of {where}, one of {', '.join(allowed_types)}")
-        return None
-    of_kind = JOINT_TYPES[kind]
-    count = 2 if of_kind.turns is Axes.BOTH else 1
-    vectors: tuple[Vector, ...] = ()
-    if not of_kind.has_axis:
-        if axis is not None:
-            raise ArgumentError(f"axes: the loop {name!r} is {kind} and has no axis")
-    elif axis is not None:
-        vectors = _unit_vectors(name, axis, count, kind)
-        if loop.axis is not None and count == 1 and np.abs(np.subtract(vectors[0], loop.axis)).max() > 1e-9:
+        missing.append(_Question("--types", f"{name}=revolute", f"types: of {where}, one of {', '.join(allowed_types)}"))
+        return loop
+    of_kind, axes = JOINT_TYPES[kind], [loop.axis, loop.axis2]
+    count = 2 if of_kind.turns is Axes.BOTH else int(of_kind.has_axis)
+    if axis is not None and not count:
+        raise ArgumentError(f"axes: the loop {name!r} is {kind} and has no axis")
+    if axis is not None:
+        axes[:count] = _unit_vectors(name, axis, count, kind)
+        if loop.axis is not None and count == 1 and np.abs(np.subtract(axes[0] or X, loop.axis)).max() > 1e-9:
             warnings.append(f"{loop.place}: the loop {name!r} has the given axis; the source has {loop.axis}.")
-    elif loop.axis is not None and count == 1:
-        vectors = (loop.axis,)
-    else:
+    elif count and (loop.axis is None or (count == 2 and loop.type != kind)):
         what = "both axes" if count == 2 else "the normal" if of_kind.slides is Axes.ACROSS else "the axis"
         second = f" and on {loop.successor}" if count == 2 else ""
         note = f"; {loop.note}" if loop.note else ""
-        missing.append(f"axes: {what} of the {kind} joint {where}, in its frame on {loop.predecessor}{second}{note}")
-        return None
-    ends = (loop.predecessor, loop.successor, loop.predecessor_origin, loop.successor_origin)
-    filled = [*vectors, *(_X, _Y)[len(vectors) :]]
-    return Loop(name, kind, *ends, axis=filled[0], axis2=filled[1], place=loop.place)
+        text = f"axes: {what} of the {kind} joint {where}, in its frame on {loop.predecessor}{second}{note}"
+        missing.append(_Question("--axes", f"{name}={'0,0,1/1,0,0' if count == 2 else '0,0,1'}", text))
+    return replace(loop, type=kind, axis=axes[0] if count else None, axis2=axes[1] or loop.axis2)
 
 
-def _unit_vectors(name: str, value: object, count: int, kind: str) -> tuple[Vector, ...]:
+def _unit_vectors(name: str, value: object, count: int, kind: str) -> list[Vector]:
     array = finite_numbers(f"axes: {name!r}", value)
     if array.shape != ((3,) if count == 1 else (2, 3)):
         needed = "three numbers" if count == 1 else "two axes of three numbers each"
@@ -172,45 +188,54 @@ def _unit_vectors(name: str, value: object, count: int, kind: str) -> tuple[Vect
     lengths = np.linalg.norm(rows, axis=1, keepdims=True)
     if not lengths.all():
         raise ArgumentError(f"axes: an axis of {name!r} is zero; it must have a direction")
-    return tuple((x, y, z) for x, y, z in (rows / lengths).tolist())
+    return [(x, y, z) for x, y, z in (rows / lengths).tolist()]
 
 
 def _actuated(
     source: SourceRobot,
     movable: Sequence[str],
-    declared: DeclaredActuators,
+    record: foreign_yaml.YamlFile,
     given: tuple[str, ...] | None,
-    missing: list[str],
+    missing: list[_Question],
     warnings: list[str],
 ) -> tuple[str, ...]:
-    """Return the actuated joints without a ``<transmission>``."""
+    """Return the actuated joints without a ``<transmission>``: the given ones, or those that the source declares.
+
+    A source declares them in its YAML file, by ``<transmission>``, or else by ``<command_interface>`` in ``<ros2_control>``.
+    """
+
+    def joints(tag: str, child: str | None = None) -> tuple[str, ...]:
+        entries = (entry for element in source.root.named(tag) for entry in element.named("joint"))
+        return tuple(dict.fromkeys(entry.attributes.get("name", "") for entry in entries if child is None or entry.named(child)))
+
+    transmissions, named = joints("transmission"), record.actuated
+    chosen = transmissions or joints("ros2_control", "command_interface") if named is None else named
     if given is not None:
-        chosen = given
-        for name in chosen:
-            if name not in movable:
-                raise ArgumentError(f"actuators: there is no joint {name!r} with one freedom; {near_names(name, movable)}")
-        if declared.named is not None and set(chosen) != set(declared.named):
-            listed = ", ".join(declared.named) or "none"
+        if unknown := next((name for name in given if name not in movable), None):
+            raise ArgumentError(f"actuators: there is no joint {unknown!r} with one freedom; {near_names(unknown, movable)}")
+        if named is not None and set(given) != set(named):
+            listed = ", ".join(named) or "none"
             warnings.append(f"{source.path}: the actuated joints are the given ones; the source lists {listed}.")
-    elif declared.named is not None or declared.transmissions:
-        chosen = declared.transmissions if declared.named is None else declared.named
-    else:
-        missing.append(f"actuators, none or some of {', '.join(movable)}{f'; {declared.note}' if declared.note else ''}")
+        chosen = given
+    elif named is None and not chosen:
+        at_base = [joint.name for joint in source.joints.values() if joint.parent not in source.parent_joints]
+        example = " ".join(name for name in at_base if name in movable) or movable[0]
+        text = f"actuators, none or some of {', '.join(movable)}{f'; {record.note}' if record.note else ''}"
+        missing.append(_Question("--actuators", example, text))
         return ()
-    for name in declared.transmissions:
-        if name not in chosen:
-            raise ArgumentError(f"actuators: {name!r} is not among them, but the source has a <transmission> for it")
-    return tuple(name for name in chosen if name not in declared.transmissions)
+    if left_out := next((name for name in transmissions if name not in chosen), None):
+        raise ArgumentError(f"actuators: {left_out!r} is not among them, but the source has a <transmission> for it")
+    return tuple(name for name in chosen if name not in transmissions)
 
 
-def _rotation_warning(source: SourceRobot, loop: Loop) -> str | None:
+def _rotation_warning(source: SourceRobot, loop: ForeignJoint) -> str | None:
     """Return a warning if, with all joints at zero, the loop's two frames differ by a rotation of more than a right angle."""
-    frames, kind = source.zero_frames, JOINT_TYPES[loop.type]
+    frames, kind = source.zero_frames, JOINT_TYPES[str(loop.type)]
     first = frames[loop.predecessor] @ loop.predecessor_origin.matrix
     second = frames[loop.successor] @ loop.successor_origin.matrix
     between = first[:3, :3].T @ second[:3, :3]
     if kind.has_axis and kind.turns is not Axes.BOTH:
-        cosine, what = float(np.dot(loop.axis, between @ loop.axis)), "its axes in the two frames"
+        cosine, what = float(np.dot(loop.axis or X, between @ (loop.axis or X))), "its axes in the two frames"
     elif kind.is_fixed:
         cosine, what = float((np.trace(between) - 1) / 2), "its two frames"
     else:

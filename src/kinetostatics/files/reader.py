@@ -18,11 +18,11 @@ from kinetostatics.description.validation import (
     validate,
     with_valid_mimics,
 )
-from kinetostatics.exceptions import RobotFileError
+from kinetostatics.exceptions import PlatformMissingError, RobotFileError
 from kinetostatics.files.attributes import ElementTable, new_name, reference
 from kinetostatics.files.bundled import read_robot
 from kinetostatics.files.element_tables import BASE, FLEXIBLE, PLATFORM
-from kinetostatics.files.foreign_robot import unread_loops
+from kinetostatics.files.foreign_robot import completed
 from kinetostatics.files.link_files import read_link
 from kinetostatics.files.rules import (
     lacks_axis,
@@ -34,10 +34,12 @@ from kinetostatics.files.rules import (
     with_counterweights,
 )
 from kinetostatics.files.urdf import (
+    OFFERED,
     ROBOT_LEVEL,
     all_actuated,
     check_in_robot,
     chosen_platform,
+    connected_links,
     extra_of_robot,
     file_name,
     first_base,
@@ -104,7 +106,8 @@ def _read(
     data: bytes | str, path: str, parameters: Mapping[str, object], platform: str | None = None, base: str | None = None
 ) -> RobotDescription:
     root, _, warnings = read_document(data, path, parameters)
-    description = describe(root, path, warnings, platform, base)
+    robot = completed(path, root, platform)
+    description = describe(robot.root, path, [*warnings, *robot.warnings], platform, base)
     return known_valid(replace(description, parameters=ResultMapping(parameters))) if parameters else description
 
 
@@ -124,10 +127,6 @@ def describe(
     platform_element, base_element = _only(root, PLATFORM, links), _only(root, BASE, links)
     joints = with_valid_mimics(joints, loops, warnings)
     actuated = read_actuated(root, joints, loops, warnings)
-    if platform_element is None and not loops and (where := unread_loops(path, root, links)):
-        raise root.error(
-            f"the robot has loops of another tool ({where}); make a robot file with them: kinetostatics new --from {path}"
-        )
     if platform is None and platform_element is None and not loops:
         platform = chosen_platform(root, links, joints, warnings)
     if platform is not None:
@@ -135,7 +134,7 @@ def describe(
         if platform_element is None and not loops:
             actuated = all_actuated(joints, actuated, path, warnings)
     elif platform_element is None:
-        raise root.error('the robot has no platform; name the moving platform with <platform link="…"/>, or by platform_link')
+        raise PlatformMissingError(path, root.place.line, connected_links(joints, loops.values())[:OFFERED])
     else:
         platform, place, frame = (
             platform_element.attributes["link"],

@@ -10,7 +10,9 @@ import difflib
 import itertools
 import os
 import re
+from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
+from typing import Protocol
 
 from kinetostatics.description.elements import Inertia, Link
 from kinetostatics.description.fields import NUMBER, Place
@@ -162,6 +164,16 @@ def check_in_robot(root: XmlElement, _warnings: list[str]) -> None:
 
 # ---- defaults of a URDF without elements of this package -------------------------------------------------------------------
 
+
+class Joins(Protocol):
+    """A loop, or a joint in the format of another tool."""
+
+    @property
+    def predecessor(self) -> str: ...
+    @property
+    def successor(self) -> str: ...
+
+
 #: Largest numbers of names in a message, and of platforms suggested.
 LISTED, OFFERED = 8, 3
 
@@ -230,6 +242,24 @@ def chosen_platform(root: XmlElement, links: Collection[str], joints: Mapping[st
     if not likely:
         raise root.error('the robot has no platform, and no joint moves a link that <platform link="…"/> could name')
     raise PlatformMissingError(root.place.file, root.place.line, likely[:OFFERED])
+
+
+def connected_links(joints: Mapping[str, Joint], loops: Iterable[Joins]) -> list[str]:
+    """Return the links of a robot with loops that may be its platform, those with the most moving joints and loops first.
+
+    Of equal ones, those farther from the base come first.
+    """
+    ends = [(joint.parent, joint.child) for joint in joints.values() if not JOINT_TYPES[joint.type].is_fixed]
+    ends += [(loop.predecessor, loop.successor) for loop in loops]
+    counts = Counter(link for pair in ends for link in pair)
+    above = {joint.child: joint.parent for joint in joints.values()}
+    depth: dict[str, int] = {}
+    for link in above:
+        path = [link]
+        while path[-1] in above:
+            path.append(above[path[-1]])
+        depth[link] = len(path)
+    return sorted((link for link in counts if link in above), key=lambda link: (-counts[link], -depth[link]))
 
 
 def first_base(tree: str, joints: Mapping[str, Joint]) -> str:

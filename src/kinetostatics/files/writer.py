@@ -19,6 +19,7 @@ import numpy as np
 from kinetostatics.arguments import path_name
 from kinetostatics.description.fields import Place
 from kinetostatics.description.flexible import Flexible
+from kinetostatics.description.joints import Loop
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.description.validation import validate
 from kinetostatics.exceptions import ArgumentError, RobotFileError
@@ -33,6 +34,7 @@ from kinetostatics.files.element_tables import (
     write_loop,
     write_stiffness,
 )
+from kinetostatics.files.foreign_xml import write_constraint
 from kinetostatics.files.link_files import read_link, save_link
 from kinetostatics.files.urdf import (
     JOINT_FIELDS,
@@ -59,7 +61,11 @@ class Described(Protocol):
     def description(self) -> RobotDescription: ...
 
 
-def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]) -> None:
+#: Function that writes a loop, by dialect of :func:`save_robot`.
+DIALECTS: dict[str | None, Callable[[Loop], XmlElement]] = {None: write_loop, "urdf-constraint": write_constraint}
+
+
+def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str], dialect: str | None = None) -> None:
     """Write a robot to a plain URDF file, whose numbers have all digits, so that the same robot is read from it.
 
     Elements that the package does not use are written too: visuals and collisions, inertias, materials, dynamics, transmissions.
@@ -69,16 +75,20 @@ def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]
     Args:
         robot: the robot, or its description.
         path: path of the new file; an existing file is replaced.
+        dialect: None: loops are written as ``<loop>``; "urdf-constraint": as ``<constraint>`` of the proposal for URDF in
+            https://github.com/ros/urdfdom/pull/264, which has no ``<cone>``.
 
     Raises:
         RobotFileError: the description is invalid.
-        ArgumentError: the file cannot be written, or is a xacro whose macros would be lost.
+        ArgumentError: the dialect is unknown, the file cannot be written, or is a xacro whose macros would be lost.
     """
+    if dialect not in DIALECTS:
+        raise ArgumentError(f"dialect is {dialect!r}; it is None or 'urdf-constraint'")
     description = validate(robot.description if hasattr(robot, "description") else robot)
     name = path_name("path", path)
     parts, made = _with_files(description, name)
     moved = replace(_with_meshes_from(description, os.path.dirname(os.path.abspath(name))), flexible=parts, path=name)
-    text = robot_text(moved, _COMMENT)
+    text = robot_text(moved, _COMMENT, DIALECTS[dialect])
     if _uses_xacro(name):
         raise ArgumentError(f"{name} uses xacro, and its macros would be lost; write to another file")
     for part in made:
@@ -151,7 +161,7 @@ _KEPT: dict[str, tuple[Collection[str], Callable[[XmlElement, list[str]], None]]
 }
 
 
-def robot_text(description: RobotDescription, comment: str = "") -> str:
+def robot_text(description: RobotDescription, comment: str = "", loop_of: Callable[[Loop], XmlElement] = write_loop) -> str:
     """Return a description as the indented text of a plain URDF file with the elements of this package."""
     place, connection_names = Place(description.path), {*description.joints, *description.loops}
     folder = os.path.dirname(description.path)
@@ -167,7 +177,7 @@ def robot_text(description: RobotDescription, comment: str = "") -> str:
             ),
             *([BASE.write(description)] if description.base else []),
             PLATFORM.write(description),
-            *map(write_loop, description.loops.values()),
+            *map(loop_of, description.loops.values()),
             *(write_beam(beam, connection_names) for beam in description.beams.values()),
             *(write_flexible(part, folder) for part in description.flexible.values() if isinstance(part, Flexible)),
             *map(write_stiffness, description.joint_stiffness.values()),

@@ -2,6 +2,7 @@
 
 import math
 import re
+import shlex
 import shutil
 from types import SimpleNamespace
 
@@ -185,22 +186,33 @@ def test_links_between_two_joints_may_be_beams():
         ks.extend_robot(FIVE_BAR, **HINGE, elastic={"tool": "circle 20mm"})
 
 
-def test_yaml_beside_urdf_is_read_and_foreign_loops_are_errors(capsys, tmp_path):
+def test_yaml_beside_urdf_is_read_by_all_commands(capsys, tmp_path):
     source = ["--from", str(GEPETTO[0]), "--platform-link", "tool"]
     assert cli.main(["new", *source]) == 0
     taken = capsys.readouterr()
     assert f"{GEPETTO[1]}: the loops are read from this file" in taken.err
     assert cli.main(["new", *source, "--yaml", str(GEPETTO[1])]) == 0
     assert capsys.readouterr().out == taken.out
-    for name, file in (("five_bar_gepetto.yaml", GEPETTO[0]), ("<loop_joint>", FOUR_BAR), ("'closing_tool_1'", FIVE_BAR)):
-        for links in ([], ["--platform-link", "crank_1"]):
-            assert cli.main(["analyze", str(file), *links]) == 2
-            said = capsys.readouterr().err
-            assert "loops of another tool" in said and name in said and f"kinetostatics new --from {file}" in said
+    assert cli.main(["check", str(GEPETTO[0])]) == 2  # as for any file, with commands
+    assert f"kinetostatics check {GEPETTO[0]} --platform-link tool" in capsys.readouterr().err
+    robot = ks.load_robot(GEPETTO[0], platform_link="tool")
+    assert [loop.type for loop in robot.description.loops.values()] == ["fixed"]
+    assert robot.description.actuated == ("motor_1", "motor_2")
     other = written(tmp_path, GEPETTO[0].read_bytes(), "five_bar.urdf")
     written(tmp_path, "gains: 3\n", "five_bar.yaml")
     actuated = ks.load_robot(other, platform_link="tool").description.actuated
     assert actuated == ("motor_1", "passive_1", "motor_2", "passive_2", "closedloop1_A")
+
+
+@pytest.mark.parametrize("file", [FOUR_BAR, FIVE_BAR])
+def test_commands_ask_for_what_a_file_lacks_by_a_command_that_works(file, monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["analyze", str(file)]) == 2
+    said = capsys.readouterr().err
+    command = shlex.split(said.partition(" For example: ")[2])
+    assert "lacks information; give also " in said and command[:4] == ["kinetostatics", "new", "--from", str(file)]
+    assert cli.main(command[1:]) == 0
+    assert len(ks.load_robot(command[-1]).description.loops) == 1
 
 
 def test_command_writes_a_whole_file_if_joints_change(tmp_path, capsys):

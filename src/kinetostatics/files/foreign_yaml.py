@@ -1,0 +1,281 @@
+"""Readers of YAML files that other tools write beside a URDF, with the joints that close its loops.
+
+``ROBOT.yaml`` with ``closed_loop``: loader_tools.py (completeRobotLoader) of https://github.com/Gepetto/example-parallel-robots,
+and ActuationModel of Gepetto/toolbox-parallel-robots. ``closed_loop`` has pairs of Pinocchio's frames (links or joints), ``type``
+a type of each: ``3d``, if the origins coincide, or ``6d``, if the frames do. Joints whose names contain a text of ``name_mot``
+are actuated. ``joint_name`` and ``joint_type`` replace joints by turns about axes of their frame, in the order of the letters.
+
+``loop_closures.yaml`` with ``closures``: loop_closure.py of https://github.com/iory/scikit-robot, and model.py of
+https://github.com/jsk-ros-pkg/solidworks_urdf_exporter2. Hinges, by point and axis in the root frame at the zero pose;
+``independent`` joints are actuated. A ``<mimic>`` of ``dependent`` ones, which only approximates the loop, is dropped.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kinetostatics.description.elements import AT_LINK, Origin
+from kinetostatics.description.fields import Place, Vector
+from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.exceptions import RobotFileError, near_names
+from kinetostatics.files.foreign_loops import ForeignJoint, SourceRobot, tree_elements
+from kinetostatics.files.xml import XmlElement, read_file
+
+KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
+#: Types of Gepetto's loops by ``type``; joint types by ``joint_type``, with the axes of their turns.
+TYPES = {"3d": "spherical", "6d": "fixed"}
+X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+RETYPED: dict[str, tuple[str, Vector | None, Vector]] = {
+    "SPHERICAL": ("spherical", None, Y),
+    **{f"UJOINT_{name}": ("universal", *axes) for name, axes in (("XY", (X, Y)), ("YZ", (Y, Z)), ("ZX", (Z, X)))},
+    "FIXED": ("fixed", None, Y),
+}
+#: Where ``loop_closures.yaml`` may be, relative to the folder of the URDF.
+FOLDERS = ("", os.pardir, os.path.join(os.pardir, "config"))
+
+
+@dataclass(frozen=True)
+class YamlFile:
+    """A YAML file with loops.
+
+    Attributes:
+        frames: names of the frames that the loops join.
+        actuated: names of the actuated joints, or None if unknown; ``note``: why, if the names are ambiguous.
+        retyped: joints with another type than in the URDF; ``free``: joints whose ``<mimic>`` is dropped.
+        warnings: warnings, in full sentences.
+    """
+
+    loops: tuple[ForeignJoint, ...]
+    frames: frozenset[str] = frozenset()
+    actuated: tuple[str, ...] | None = None
+    note: str = ""
+    retyped: tuple[ForeignJoint, ...] = ()
+    free: frozenset[str] = frozenset()
+    warnings: tuple[str, ...] = ()
+
+
+# ---- YAML with lines -------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Node:
+    """A value of a YAML file, a text, a list or a mapping, with file and line; tags are ignored."""
+
+    value: str | list[Node] | dict[str, Node]
+    place: Place
+
+    def error(self, reason: str) -> RobotFileError:
+        return self.place.error(reason)
+
+    def items(self, what: str) -> list[Node]:
+        if not isinstance(self.value, list):
+            raise self.error(f"{what} must be a list, not {repr(self.value) if isinstance(self.value, str) else 'a mapping'}")
+        return self.value
+
+    def text(self, what: str) -> str:
+        """Return the text of this node, which must be one line and not blank; ``what`` names the node in errors."""
+        if not isinstance(self.value, str) or not self.value.strip() or not self.value.isprintable():
+            actual = {list: "a list", dict: "a mapping"}.get(type(self.value)) or repr(self.value)
+            raise self.error(f"{what} must be text in one line, not {actual}")
+        return self.value
+
+    def part(self, key: str) -> Node:
+        if not isinstance(self.value, dict) or key not in self.value:
+            raise self.error(f"an entry here must be a mapping with {key!r}")
+        return self.value[key]
+
+    def vector(self, key: str) -> Vector:
+        node = self.part(key)
+        try:
+            x, y, z = (float(number.text(key)) for number in node.items(key))
+        except ValueError:
+            raise node.error(f"{key} must be three numbers") from None
+        return x, y, z
+
+
+def _read_yaml(path: str | os.PathLike[str]) -> dict[str, Node]:
+    import yaml
+
+    file = os.fsdecode(path)
+
+    def nodes(node: yaml.Node) -> Node:
+        place, keys = Place(file, node.start_mark.line + 1), dict[str, Node]()
+        if isinstance(node, yaml.SequenceNode):
+            return Node([nodes(child) for child in node.value], place)
+        if not isinstance(node, yaml.MappingNode):
+            return Node(str(node.value), place)
+        for key, child in ((nodes(key), child) for key, child in node.value):
+            if (name := key.text("a key")) in keys:
+                raise key.error(f"the key {name!r} comes twice")
+            keys[name] = nodes(child)
+        return Node(keys, place)
+
+    try:
+        root = yaml.compose(read_file(path).decode("utf-8-sig"), Loader=yaml.SafeLoader)
+        if not isinstance(root, yaml.MappingNode):
+            line = None if root is None else root.start_mark.line + 1
+            raise RobotFileError("robot.yaml is a mapping, which begins with a key such as closed_loop:", file, line)
+        return nodes(root).value  # type: ignore[return-value]
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        reason = " ".join(filter(None, (error.context, error.problem)))
+        raise RobotFileError(f"this is not YAML: {reason}", file, mark.line + 1 if mark else None) from None
+    except OSError as error:
+        raise RobotFileError(f"the file cannot be read: {error.strerror or error}", file) from None
+    except (yaml.YAMLError, ValueError, RecursionError) as error:  # characters that YAML does not allow; lists in themselves
+        raise RobotFileError(f"this is not YAML: {' '.join(str(error).split())}", file) from None
+
+
+def yaml_beside(path: str) -> str | None:
+    """Return the path of a YAML file with loops for a URDF; None if there is none."""
+    closures = [(os.path.join(os.path.dirname(path), up, "loop_closures.yaml"), "closures") for up in FOLDERS]
+    for file, key in ((f"{os.path.splitext(path)[0]}.yaml", "closed_loop"), *closures):
+        try:
+            if re.search(rf"^{key}\s*:".encode(), read_file(file), re.MULTILINE):
+                return os.path.normpath(file)
+        except (OSError, RobotFileError):
+            continue
+    return None
+
+
+def read(source: SourceRobot, path: str | os.PathLike[str]) -> YamlFile:
+    keys = _read_yaml(path)
+    return _closures(source, keys) if "closures" in keys else _gepetto(source, keys)
+
+
+def with_changes(source: SourceRobot, retyped: Sequence[ForeignJoint], free: frozenset[str]) -> XmlElement:
+    """Return the element ``<robot>`` with the ``retyped`` joints, and without the ``<mimic>`` of the ``free`` ones."""
+    changes, taken = {joint.name: joint for joint in retyped}, {*source.links, *source.joints}
+    content: list[XmlElement | str] = []
+    for child in source.root.content:
+        name = child.attributes.get("name", "") if isinstance(child, XmlElement) and child.tag == "joint" else ""
+        if name in changes:
+            content += tree_elements(changes[name], taken)
+        elif isinstance(child, XmlElement) and name in free:
+            content.append(replace(child, content=tuple(part for part in child.content if getattr(part, "tag", "") != "mimic")))
+        else:
+            content.append(child)
+    return replace(source.root, content=tuple(content))
+
+
+# ---- loop_closures.yaml -----------------------------------------------------------------------------------------------------
+
+
+def _closures(source: SourceRobot, keys: Mapping[str, Node]) -> YamlFile:
+    def known(node: Node, what: str, names: Mapping[str, object]) -> str:
+        if (name := node.text(what)) not in names:
+            raise node.error(f"{what} is {name!r}, which does not exist; {near_names(name, names)}")
+        return name
+
+    loops: list[ForeignJoint] = []
+    for node in keys["closures"].items("closures"):
+        first, second = (known(node.part(key), key, source.links) for key in ("link_a", "link_b"))
+        axis, at = np.array(node.vector("axis")), Origin(node.vector("point")).matrix
+        if not axis.any():
+            raise node.error("axis is zero; it must have a direction")
+        origins = source.origin_on(first, at), source.origin_on(second, at)
+        x, y, z = (origins[0].matrix[:3, :3].T @ (axis / np.linalg.norm(axis))).tolist()
+        name = f"{first}_{second}"
+        loops.append(ForeignJoint(name, "revolute", first, origins[0], second, origins[1], (x, y, z), node.place))
+    actuated, dependent = (
+        tuple(known(node, f"an entry of {key}", source.joints) for node in (keys[key].items(key) if key in keys else ()))
+        for key in ("independent", "dependent")
+    )
+    return YamlFile(tuple(loops), actuated=actuated or None, free=frozenset(dependent))
+
+
+# ---- Gepetto's robot.yaml -----------------------------------------------------------------------------------------------------
+
+
+def _gepetto(source: SourceRobot, keys: Mapping[str, Node]) -> YamlFile:
+    warnings: list[str] = []
+    for key in (key for key in keys if key not in KEYS):
+        if (near := near_names(key, KEYS)).startswith("did"):
+            raise keys[key].error(f"the key {key!r} is unknown; {near}")
+        warnings.append(f"{keys[key].place}: the key {key!r} is ignored; known: {', '.join(KEYS)}.")
+    movable = [joint.name for joint in source.joints.values() if not JOINT_TYPES[joint.type].is_fixed]
+    loops, retyped = _loops(source, keys), _retyped(source, keys, movable)
+    frames = frozenset(str(frame.value) for node in _list(keys, "closed_loop") for frame in node.items(""))
+    actuated, note = _actuated(keys, movable, retyped)
+    return YamlFile(tuple(loops), frames, actuated, note, tuple(retyped.values()), warnings=tuple(warnings))
+
+
+def _list(keys: Mapping[str, Node], key: str) -> list[Node]:
+    return keys[key].items(key) if key in keys else []
+
+
+def _loops(source: SourceRobot, keys: Mapping[str, Node]) -> list[ForeignJoint]:
+    loops, names, pairs = list[ForeignJoint](), {*source.joints}, _list(keys, "closed_loop")
+    types = _list(keys, "type")
+    for node in pairs:
+        frames = [frame.text("a frame of closed_loop") for frame in node.items("an entry of closed_loop")]
+        if len(frames) != 2:
+            raise node.error(f"an entry of closed_loop must be a pair of frames, not {len(frames)} of them")
+        if frames[0] == frames[1]:
+            raise node.error(f"closed_loop pairs {frames[0]!r} with itself")
+        shared = os.path.commonprefix(frames).rstrip("_-. ")  # noqa: RUF071 names are no paths
+        name = shared if shared and shared not in names else "_".join(frames)
+        names.add(name)
+        (first, first_end), (second, second_end) = (source.frame(frame, node.place) for frame in frames)
+        loops.append(ForeignJoint(name, None, first, first_end, second, second_end, None, node.place))
+    if pairs and "type" in keys and len(types) != len(pairs):
+        raise keys["type"].error(f"type has {len(types)} entries, and closed_loop has {len(pairs)}; each loop needs one")
+    for number, node in enumerate(types if pairs else ()):  # versions of the loader differ in their default
+        if (kind := node.text("an entry of type").lower()) not in TYPES:
+            raise node.error(f"type is {node.value!r}; known: 3d (the frames' origins coincide), 6d (the whole frames do)")
+        loops[number] = replace(loops[number], type=TYPES[kind])
+    return loops
+
+
+def _actuated(
+    keys: Mapping[str, Node], movable: Sequence[str], retyped: Mapping[str, ForeignJoint]
+) -> tuple[tuple[str, ...] | None, str]:
+    """Return the names of the actuated joints and an empty text, or None and the reason if the names are ambiguous.
+
+    They are ambiguous if a text of ``name_mot`` is the name of a joint, and also a part of the names of other joints.
+    """
+    texts = [node.text("an entry of name_mot") for node in _list(keys, "name_mot")]
+    for node, text in zip(_list(keys, "name_mot"), texts, strict=True):
+        if not any(text in name for name in movable):
+            raise node.error(f"name_mot has {text!r}, which is in no movable joint's name; {near_names(text, movable)}")
+    chosen = [name for name in movable if any(text in name for text in texts)]
+    more = [name for name in chosen if name not in texts and any(text in name for text in texts if text in movable)]
+    if more:
+        return None, f"name_mot ({keys['name_mot'].place}) has names of joints that are also parts of the names {', '.join(more)}"
+    names: list[str] = []
+    for name in chosen:
+        if name in retyped and retyped[name].type == "spherical":
+            reason = f"the joint {name!r} is spherical, but is actuated by name_mot; only joints with one freedom can be actuated"
+            raise retyped[name].place.error(reason)
+        made = [element for element in tree_elements(retyped[name], ()) if element.tag == "joint"] if name in retyped else []
+        names += [joint.attributes["name"] for joint in made if joint.attributes["type"] != "fixed"] if made else [name]
+    return (tuple(names) if "name_mot" in keys else None), ""
+
+
+def _retyped(source: SourceRobot, keys: Mapping[str, Node], movable: Sequence[str]) -> dict[str, ForeignJoint]:
+    for key, other in (("joint_name", "joint_type"), ("joint_type", "joint_name")):
+        if key in keys and other not in keys:
+            raise keys[key].error(f"there is {key} but no {other}; they are lists of the same length")
+    names, types = _list(keys, "joint_name"), _list(keys, "joint_type")
+    if len(names) != len(types):
+        raise keys["joint_type"].error(f"joint_type has {len(types)} entries, and joint_name has {len(names)}")
+    retyped: dict[str, ForeignJoint] = {}
+    for name_node, type_node in zip(names, types, strict=True):
+        name, kind = name_node.text("an entry of joint_name"), type_node.text("an entry of joint_type")
+        if name not in movable:
+            what = "is fixed in the URDF" if name in source.joints else "does not exist"
+            raise name_node.error(f"joint_name has {name!r}, which {what}; {near_names(name, movable)}")
+        if name in retyped:
+            raise name_node.error(f"joint_name has {name!r} twice")
+        if kind not in RETYPED:
+            reason = f"joint_type of {name!r} is {kind!r}, whose axes are not known here; known: {', '.join(RETYPED)}"
+            raise type_node.error(f"{reason}. Write its revolutes into the URDF, and take it out of joint_name")
+        joint, (type_name, axis, axis2) = source.joints[name], RETYPED[kind]
+        ends = (joint.parent, joint.origin, joint.child, AT_LINK)
+        retyped[name] = ForeignJoint(name, type_name, *ends, axis, name_node.place, axis2=axis2)
+    return retyped
