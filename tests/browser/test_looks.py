@@ -5,20 +5,24 @@ import gzip
 import io
 import json
 import re
+import subprocess
 import warnings
 from dataclasses import replace
+from importlib.resources import files
 
 import numpy as np
 import package_robots
 import pytest
 from browser_pages import packed_in, settle
 from meshcat_windows import drawn
+from page_machine import needs_node
 from PIL import Image as image
 from surfaces import enclosed
 
 import kinetostatics as ks
 from kinetostatics.files.reader import parse_robot_text
-from kinetostatics.viewer.packing import packed_indices
+from kinetostatics.viewer import computing
+from kinetostatics.viewer.packing import packed_code, packed_indices
 from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.viewer.shapes import plate
 from kinetostatics.viewer.visuals import link_visuals, without_textures
@@ -148,6 +152,26 @@ def test_large_meshes_are_small_in_the_page_and_as_read(visit, tmp_path):
 def test_indices_are_written_and_read_unchanged(page, indices):
     data = packed_indices(indices)
     assert page.evaluate("data => [...robot_page.unpackIndices(data)]", data) == indices
+
+
+UNPACK = """
+const { zipped, modules } = JSON.parse(require("fs").readFileSync(0, "utf8")), zlib = require("zlib");
+const found = unpackCode(new Uint8Array(zlib.gunzipSync(Buffer.from(zipped, "base64"))), modules);
+process.stdout.write(JSON.stringify(found.map((code) => Buffer.from(code).toString("base64"))));
+"""
+
+
+@needs_node
+def test_code_is_unpacked_byte_by_byte(bare, monkeypatch):
+    modules = []
+    monkeypatch.setattr(computing, "packed_code", lambda all_of_a_page: modules.extend(all_of_a_page) or {})
+    monkeypatch.setattr(computing, "read_stored", lambda *_: None)
+    computing.computing_page(ks.analyze(bare.assemble()))
+    packed = packed_code(modules)
+    assert len(modules) > 3 and 5 * len(packed["zipped"]) < sum(map(len, modules))
+    source = (files("kinetostatics.viewer") / "assets" / "unpacking.js").read_text(encoding="utf-8") + UNPACK
+    run = subprocess.run(["node", "-e", source], input=json.dumps(packed), capture_output=True, text=True, timeout=60, check=True)
+    assert [base64.b64decode(code) for code in json.loads(run.stdout)] == modules
 
 
 QUICK = ("3rps", "2pru_upr")

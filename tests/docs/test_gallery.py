@@ -44,7 +44,7 @@ def test_pages_of_all_robots_and_the_first_page_show_a_robot_that_computes():
             shown = hook["on_page_markdown"](page.read_text(encoding="utf-8"), SimpleNamespace(url=url), None, files)
             (address,) = re.findall(r'<iframe src="(.*?)"', shown)
             assert posixpath.normpath(posixpath.join(url, address)) == file.url
-            assert re.search(rf'<div class="robot" markdown="1">\n\n!\[.*?\]\(.*{name}\.png\)', shown)
+            assert re.search(rf'<div class="robot" markdown="1">\n\n!\[.*?\]\(.*{name}\.(png|webp)\)', shown)
     assert "robot_page" in hook["page_of"]("3rps")
 
 

@@ -94,7 +94,7 @@ def cards() -> str:
     for name, kind in KINDS.items():
         title = title_of(name)
         lines.append(
-            f"-   [![{title}](../pictures/robots/{name}.png)](robots/{name}.md)\n\n"
+            f"-   [![{title}](../pictures/robots/{name}.webp)](robots/{name}.md)\n\n"
             f"    **[{title}](robots/{name}.md)** · {facts(name)['limbs']}\n\n    {kind}.\n"
         )
     return "\n".join([*lines, "</div>\n"])

@@ -28,52 +28,58 @@ def packed_indices(indices: ArrayLike) -> str:
 
 #: Section of a WebAssembly module with its code; instructions with an operand, those of the memory behind their alignment.
 _CODE, _INDEXED, _MEMORY = 10, (0x10, 0x20, 0x21, 0x41), (0x2B, 0x39)
-#: Instruction with 8 bytes, all of them zero; the last instruction of a function; the stream of numbers and types of variables.
-_NUMBER, _END, _VARIABLES = 0x44, 0x0B, 0
+#: Instruction with 8 bytes, all of them zero; the last one of a function; the stream of functions' heads: sizes and variables.
+_NUMBER, _END, _HEADS = 0x44, 0x0B, 0
 #: Distances within a stream at which operands may have a constant difference.
 _LAGS = range(1, 13)
 
 
 def packed_code(modules: Iterable[bytes]) -> dict[str, object]:
-    """Encode modules of WebAssembly as streams, which compress ten times as well: instructions, and the operands of each kind."""
+    """Encode modules of WebAssembly as streams, which compress better: instructions, and the operands of each kind."""
     parts, sizes = list[bytes](), list[dict[str, object]]()
     for module in modules:
-        start = 8
-        while module[start] != _CODE:
-            start = sum(_leb(module, start + 1))
-        size, at = _leb(module, start + 1)
-        end, (functions, at) = at + size, _leb(module, at)
-        instructions, operands = bytearray(), {kind: list[int]() for kind in (_VARIABLES, *_INDEXED, *_MEMORY)}
-        for _ in range(functions):
-            _, at = _leb(module, at)
-            groups, at = _leb(module, at)
-            operands[_VARIABLES].append(groups)
-            for _ in range(2 * groups):
-                number, at = _leb(module, at)
-                operands[_VARIABLES].append(number)
-            kind = _VARIABLES
-            while kind != _END:
-                kind = module[at]
-                instructions.append(kind)
-                at += 9 if kind == _NUMBER else 2 if kind in _MEMORY else 1
-                if kind in operands:
-                    number, at = _leb(module, at)
-                    operands[kind].append(number)
+        start, end, instructions, operands = _streams(module)
         streams = {kind: _differences(np.array(numbers, dtype=np.int64)) for kind, numbers in operands.items()}
-        parts += [module[:start], module[end:], bytes(instructions), *(data for _, data in streams.values())]
-        sizes.append({
-            "start": start, "end": len(module) - end, "functions": functions, "instructions": len(instructions),
-            "operands": [[kind, lag, len(operands[kind])] for kind, (lag, _) in streams.items()],
-        })  # fmt: skip
+        parts += [module[:start], instructions, *(data for _, data in streams.values()), module[end:]]
+        counts = [[kind, lag, len(operands[kind])] for kind, (lag, _) in streams.items()]
+        sizes.append({"size": len(module), "start": start, "instructions": len(instructions), "operands": counts})
     return {"modules": sizes, "zipped": base64.b64encode(gzip.compress(b"".join(parts), 6, mtime=0)).decode("ascii")}
 
 
-def _leb(code: bytes, at: int) -> tuple[int, int]:
-    """Return the unsigned integer in LEB128 at a place, and the place behind it."""
-    number, shift = 0, 0
-    while code[at] > 127:
-        number, shift, at = number | (code[at] & 127) << shift, shift + 7, at + 1
-    return number | code[at] << shift, at + 1
+def _streams(module: bytes) -> tuple[int, int, bytes, dict[int, list[int]]]:
+    """Return the place of the first function, the one behind the last, the instructions, and operands by kind."""
+    at, instructions, operands = 8, bytearray(), {kind: list[int]() for kind in (_HEADS, *_INDEXED, *_MEMORY)}
+
+    def take(kind: int | None = None) -> int:
+        nonlocal at
+        number, shift = module[at] & 127, 0
+        while module[at] > 127:
+            at, shift = at + 1, shift + 7
+            number |= (module[at] & 127) << shift
+        at += 1
+        if kind is not None:
+            operands[kind].append(number)
+        return number
+
+    while module[at] != _CODE:
+        at += 1
+        size = take()
+        at += size
+    at += 1
+    _, functions = take(), take()
+    start = at
+    for _ in range(functions):
+        take(_HEADS)
+        for _ in range(2 * take(_HEADS)):
+            take(_HEADS)
+        kind = _HEADS
+        while kind != _END:
+            kind = module[at]
+            instructions.append(kind)
+            at += 9 if kind == _NUMBER else 2 if kind in _MEMORY else 1
+            if kind in operands:
+                take(kind)
+    return start, at, bytes(instructions), operands
 
 
 def _differences(numbers: NDArray[np.int64]) -> tuple[int, bytes]:

@@ -58,42 +58,34 @@ function unpackIndices(data) {
   });
 }
 
-/** Modules of WebAssembly, from the streams of packing.py; sizes are written in five bytes. */
+/** Modules of WebAssembly, from the streams of packing.py. */
 function unpackCode(bytes, modules) {
   let from = 0;
   const take = (count) => bytes.subarray(from, from += count);
-  return modules.map(({ start, end, functions, instructions, operands }) => {
-    const head = take(start), tail = take(end), kinds = take(instructions), next = {};
+  return modules.map(({ size, start, instructions, operands }) => {
+    const code = new Uint8Array(size), next = {};
+    let at = start, head = true;
+    code.set(take(start));
+    const kinds = take(instructions);
     for (const [kind, lag, count] of operands) {
       const numbers = fromPlanes(take(4 * count)).map((x) => (x >>> 1) ^ -(x & 1));
       for (let k = lag; k < count; k++) numbers[k] += numbers[k - lag];
       let k = 0;
       next[kind] = () => numbers[k++];
     }
-    const code = new Uint8Array(start + end + 9 * instructions + 6 * functions + 8 * operands[0][2] + 11);
-    let at = start;
-    const put = (number) => { for (; number > 127; number >>>= 7) code[at++] = (number & 127) | 128; code[at++] = number; };
-    const open = () => (at += 5), close = (first) => { for (let k = 0; k < 5; k++) code[first - 5 + k] = ((at - first) / 128 ** k & 127) | (k < 4 ? 128 : 0); };
-    code.set(head);
-    code[at++] = 10;
-    const section = open();
-    put(functions);
-    let body = null;
+    const put = (number) => { for (let x = number; ; x >>>= 7) { code[at++] = x > 127 ? x & 127 | 128 : x; if (x < 128) return number; } };
     for (const kind of kinds) {
-      if (body === null) {
-        body = open();
-        const groups = next[0]();
-        put(groups);
-        for (let k = 0; k < 2 * groups; k++) put(next[0]());
+      if (head) {
+        put(next[0]());
+        for (let k = 2 * put(next[0]()); k > 0; k--) put(next[0]());
       }
       code[at++] = kind;
       if (kind === 0x2b || kind === 0x39) code[at++] = 3;
       if (kind === 0x44) at += 8;
       if (next[kind]) put(next[kind]());
-      if (kind === 0x0b) { close(body); body = null; }
+      head = kind === 0x0b;
     }
-    close(section);
-    code.set(tail, at);
-    return code.subarray(0, at + end);
+    code.set(take(size - at), at);
+    return code;
   });
 }
