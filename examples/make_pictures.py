@@ -160,7 +160,7 @@ ALONE = """([name, zoom]) => { const deformed = viewer.scene_tree.find(["Deforme
 def draw_robot(
     browser: Browser, result: ks.Result, file: Path, view: tuple[float, float, float], alone: str = "", zoom: float = 1.0
 ) -> None:
-    """Draw a robot, or one mesh ``alone``, bent by its load, without the page's panel, in 128 colours."""
+    """Draw a robot, or one mesh ``alone``, bent by its load, without the page's panel."""
     made = file.with_suffix(".html")
     ks.save_html(result, made, title=file.stem)
     page = browser.new_page(bypass_csp=True, viewport={"width": 900, "height": 620})
@@ -168,6 +168,7 @@ def draw_robot(
     page.goto(made.as_uri())
     page.wait_for_function("window.robot_page && robot_page.ready")
     page.evaluate("document.body.classList.add('without-panel')")
+    page.evaluate("document.body.classList.remove('live')")  # no space for messages
     page.evaluate("document.getElementById('robot-head').style.display = 'none'")
     page.evaluate("view => { robot_page.look(...view); viewer.set_dirty(); }", list(view))
     page.evaluate("for (const { object } of robot_page.handles) object.visible = false")
@@ -175,8 +176,8 @@ def draw_robot(
         page.evaluate(ALONE, [alone, zoom])
     page.wait_for_function("!viewer.needs_render")
     page.wait_for_timeout(200)
-    picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB").quantize(128)
-    picture.save(file, optimize=True)
+    picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+    picture.save(file, optimize=True, quality=88, method=6)
     page.close()
     made.unlink()
     print(f"{file.name}: {file.stat().st_size / 1e3:.0f} kB")
@@ -187,7 +188,7 @@ def draw_gallery(browser: Browser, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for name in ks.robots():
         result = ks.analyze(ks.load_robot(name).assemble())
-        draw_robot(browser, result, folder / f"{name}.png", VIEWS.get(name, (1.5, -2.6, 1.1)))
+        draw_robot(browser, result, folder / f"{name}.webp", VIEWS.get(name, (1.5, -2.6, 1.1)))
 
 
 #: Load at o [N] and direction of view of the robots of castings, and a part that is drawn alone: its mesh and the zoom.

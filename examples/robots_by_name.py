@@ -33,7 +33,7 @@ def page_text() -> str:
     """Return the page of the gallery."""
     cards = "".join(
         f"""
--   ![{known.name}](../pictures/names/{file_of(known)}.png)
+-   ![{known.name}](../pictures/names/{file_of(known)}.webp)
 
     **{known.name}** · `{known.architecture}`
 
@@ -57,7 +57,7 @@ def main(names: list[str]) -> None:
             if not names or known.name in names:
                 result = ks.analyze(ks.new_robot(known.name).assemble())
                 flat = known.arrangement == "planar"
-                draw_robot(browser, result, PICTURES / f"{file_of(known)}.png", (0.7, -1.6, 1.9) if flat else (1.5, -2.6, 1.1))
+                draw_robot(browser, result, PICTURES / f"{file_of(known)}.webp", (0.7, -1.6, 1.9) if flat else (1.5, -2.6, 1.1))
         browser.close()
 
 
