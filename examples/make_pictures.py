@@ -169,7 +169,8 @@ def draw_robot(
     page.wait_for_function("window.robot_page && robot_page.ready")
     page.evaluate("document.body.classList.add('without-panel')")
     page.evaluate("document.body.classList.remove('live')")  # no space for messages
-    page.evaluate("document.getElementById('robot-head').style.display = 'none'")
+    for part in ("head", "message"):
+        page.evaluate("part => { document.getElementById(`robot-${part}`).style.display = 'none'; }", part)
     page.evaluate("view => { robot_page.look(...view); viewer.set_dirty(); }", list(view))
     page.evaluate("for (const { object } of robot_page.handles) object.visible = false")
     if alone:
