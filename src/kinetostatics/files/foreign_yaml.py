@@ -32,7 +32,7 @@ TYPES = {"3d": "spherical", "6d": "fixed"}
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 RETYPED: dict[str, tuple[str, Vector | None, Vector]] = {
     "SPHERICAL": ("spherical", None, Y),
-    **{f"UJOINT_{name}": ("universal", *axes) for name, axes in (("XY", (X, Y)), ("YZ", (Y, Z)), ("ZX", (Z, X)))},
+    **{f"UJOINT_{name}": ("universal", *axes) for name, axes in (("XY", (X, Y)), ("YZ", (Y, Z)), ("ZX", (Z, X)), ("ZY", (Z, Y)))},
     "FIXED": ("fixed", None, Y),
 }
 #: Where ``loop_closures.yaml`` may be, relative to the folder of the URDF.

@@ -390,6 +390,8 @@ def test_gepetto_universal_fixed_and_spherical_joints_are_converted(tmp_path):
     assert (first.parent, first.child) == ("rod_1", "to_rotule_1_Z_link") == ("rod_1", second.parent)
     assert made.actuated == ("mot1", "to_rotule_1_Z", "to_rotule_1_X", "mot2", "mot3")
     assert (made.joints["free2"].type, made.joints["free2"].origin) == ("fixed", before["free2"].origin)
+    yaml.write_text(yaml.read_text().replace("ZX", "ZY"))
+    assert described(RRS[0], yaml, platform_link="platform").joints["to_rotule_1_Y"].axis == (0, 1, 0)
     spherical = written(tmp_path, f"{rest}{names}: [to_rotule_1]\njoint_type: [SPHERICAL]\n")
     with pytest.raises(RobotFileError, match=r"robot\.yaml:4: the joint 'to_rotule_1' is spherical, but is actuated by name_mot"):
         described(RRS[0], spherical, platform_link="platform")
