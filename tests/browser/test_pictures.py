@@ -4,10 +4,12 @@ import base64
 import io
 
 import numpy as np
+import package_robots
 import pytest
 from browser_pages import settle
 from PIL import Image as image
 
+import kinetostatics as ks
 from kinetostatics.cli import main as cli
 
 
@@ -54,3 +56,15 @@ def test_view_command_writes_an_image(browser, tmp_path, capsys, monkeypatch, re
     assert blue[60:720].mean() > 0.003  # rods in compression
     assert red[740:].mean() > 0.001  # the legend's other end
     assert (found[60:720].min(axis=2) < 245).mean() > 0.05
+
+
+def test_handles_are_no_part_of_images(visit, tmp_path):
+    ks.save_html(ks.analyze(package_robots.robot("3rps").assemble()), tmp_path / "page.html")
+    page = visit((tmp_path / "page.html").as_uri())
+    seen = "() => robot_page.handles.map(({ object }) => object.visible)"
+    assert page.evaluate(seen) == [True] * 3
+    first = page.evaluate("robot_page.picture(1)")
+    assert page.evaluate(seen) == [True] * 3
+    page.evaluate("for (const { object } of robot_page.handles) object.scale.setScalar(1e-6)")
+    assert page.evaluate("robot_page.picture(1)") == first
+    assert visit(f"{(tmp_path / 'page.html').as_uri()}#picture").evaluate(seen) == [False] * 3

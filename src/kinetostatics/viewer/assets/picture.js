@@ -1,9 +1,14 @@
 /* Images of the page: heading, robot with labels, and legend. */
 
+/** Show or hide the handles at the platform, which are no part of a picture. */
+function showHandles(on) {
+  for (const { object } of handles) object.visible = on;
+}
+
 /** Apply the options at the end of the page's address: #picture&colour=stress&view=top. */
 function applyAddress() {
   const options = new URLSearchParams(location.hash.slice(1));
-  if (options.has("picture")) document.body.classList.add("as-picture");
+  if (options.has("picture")) { document.body.classList.add("as-picture"); showHandles(false); }
   if (options.has("beside")) state.compared = "beside";
   if (options.has("dark")) setDark(true);
   const choice = document.querySelector("select[name='colour by']"), colour = options.get("colour");
@@ -43,7 +48,9 @@ function picture(fineness = 2) {
   ink.fillRect(0, 0, width, height + top + below);
   const ratio = viewer.renderer.getPixelRatio();
   viewer.renderer.setPixelRatio(fineness);
+  showHandles(false);
   viewer.render();
+  showHandles(!document.body.classList.contains("as-picture"));
   ink.drawImage(viewer.renderer.domElement, 0, top, width, height); // before the browser clears it
   viewer.renderer.setPixelRatio(ratio);
   viewer.set_dirty();
