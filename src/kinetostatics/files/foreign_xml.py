@@ -68,10 +68,9 @@ TYPES = {
     "loop_joint": ("fixed", "revolute", "continuous", "prismatic", "planar", "spherical"),
 }
 UNKNOWN = {"constraint": "which is unknown", "loop_joint": "unknown to Isaac Sim"}
-#: Types of SDFormat.
-SDF_TYPES = {"ball": "spherical", "revolute2": "universal"} | {
-    name: name for name in ("fixed", "revolute", "continuous", "prismatic", "universal")
-}
+#: Types of SDFormat; a loop needs no limits.
+SDF_TYPES = {name: name for name in ("fixed", "continuous", "prismatic", "universal")}
+SDF_TYPES |= {"ball": "spherical", "revolute": "continuous", "revolute2": "universal"}
 
 
 def read_elements(source: SourceRobot, taken: Collection[str] = ()) -> Iterator[ForeignJoint]:
@@ -120,7 +119,10 @@ def _two_ends(source: SourceRobot, element: XmlElement) -> ForeignJoint:
 
 def write_constraint(loop: Loop) -> XmlElement:
     """Return the ``<constraint>`` that is read as an equal loop; the proposal has no cone."""
-    axes = {"axis": loop.axis if loop.of_type.has_axis else None, "axis2": loop.axis2 if loop.type == "universal" else None}
+    axes = {
+        "axis": loop.axis if loop.of_type.has_axis else None,
+        "axis2": loop.axis2 if loop.of_type.turns is Axes.BOTH else None,
+    }
     return ELEMENTS["constraint"].write(loop, given={**axes, **unlimited(loop)})
 
 
@@ -155,10 +157,9 @@ def _gazebo_joint(source: SourceRobot, element: XmlElement) -> ForeignJoint:
             turn = np.eye(3) if seen_from in ("", "__model__") else frame_of(seen_from)[:3, :3]
             vector = tuple((frame[:3, :3].T @ turn @ vector).tolist())
         axes.append(DIRECTION.check(vector))
-    name = SDF_TYPES[kind] if kind != "revolute" else "continuous"  # loops need no limits
     ends = (first, source.origin_on(first, frame), second, source.origin_on(second, frame))
     more = {"axis2": axes[1]} if axes[1:] else {}
-    return ForeignJoint(new_name(element), name, *ends, axes[0] if axes else None, element.place, **more)
+    return ForeignJoint(new_name(element), SDF_TYPES[kind], *ends, axes[0] if axes else None, element.place, **more)
 
 
 # ---- closing frames of onshape-to-robot ------------------------------------------------------------------------------------

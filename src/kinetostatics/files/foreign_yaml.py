@@ -21,7 +21,7 @@ import numpy as np
 
 from kinetostatics.description.elements import AT_LINK, Origin
 from kinetostatics.description.fields import Place, Vector
-from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.exceptions import RobotFileError, near_names
 from kinetostatics.files.foreign_loops import ForeignJoint, SourceRobot, tree_elements
 from kinetostatics.files.xml import XmlElement, read_file
@@ -249,11 +249,13 @@ def _actuated(
         return None, f"name_mot ({keys['name_mot'].place}) has names of joints that are also parts of the names {', '.join(more)}"
     names: list[str] = []
     for name in chosen:
-        if name in retyped and retyped[name].type == "spherical":
+        if name in retyped and JOINT_TYPES[str(retyped[name].type)].turns is Axes.ALL:
             reason = f"the joint {name!r} is spherical, but is actuated by name_mot; only joints with one freedom can be actuated"
             raise retyped[name].place.error(reason)
         made = [element for element in tree_elements(retyped[name], ()) if element.tag == "joint"] if name in retyped else []
-        names += [joint.attributes["name"] for joint in made if joint.attributes["type"] != "fixed"] if made else [name]
+        names += (
+            [joint.attributes["name"] for joint in made if not JOINT_TYPES[joint.attributes["type"]].is_fixed] if made else [name]
+        )
     return (tuple(names) if "name_mot" in keys else None), ""
 
 
