@@ -225,6 +225,7 @@ def rigid(description: RobotDescription) -> RobotDescription:
 
 
 def main(folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as steps:
         made: dict[str, ks.CondensedLink] = {}
 
