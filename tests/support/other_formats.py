@@ -3,25 +3,43 @@
 import xml.etree.ElementTree as ET
 
 import numpy as np
+import pinocchio
 
 import kinetostatics as ks
 
 ET.register_namespace("drake", "http://drake.mit.edu")
 
 
-def frames(description):
-    """Frames of links relative to the root, all joints at zero."""
+def frames(description, coordinates=None):
+    """Frames of links relative to the root, at coordinates of joints with one freedom, zero for those that are not given."""
+    coordinates = coordinates or {}
+    result = {}
     children = {joint.child for joint in description.joints.values()}
-    result = {link: np.eye(4) for link in description.links if link not in children}
+    result |= {link: np.eye(4) for link in description.links if link not in children}
     while len(result) < len(description.links):
         for joint in description.joints.values():
             if joint.parent in result:
-                result[joint.child] = result[joint.parent] @ joint.origin.matrix
+                move, value, axis = np.eye(4), coordinates.get(joint.name, 0.0), np.array(joint.axis)
+                if joint.type == "prismatic":
+                    move[:3, 3] = value * axis
+                elif value:
+                    move[:3, :3] = pinocchio.AngleAxis(value, axis).matrix()
+                result[joint.child] = result[joint.parent] @ joint.origin.matrix @ move
     return result
 
 
 def words(values):
     return " ".join(repr(float(value)) for value in values)
+
+
+def connections(description):
+    """Joints and loops: name, type, first link, frame on it, second link, frame on it, axis, second axis, limits."""
+    for joint in description.joints.values():
+        limits = joint.lower, joint.upper, joint.effort, joint.velocity
+        yield joint.name, joint.type, joint.parent, joint.origin, joint.child, None, joint.axis, None, limits
+    for loop in description.loops.values():
+        ends = loop.predecessor, loop.predecessor_origin, loop.successor, loop.successor_origin
+        yield loop.name, loop.type, *ends, loop.axis, loop.axis2, (loop.lower, loop.upper, loop.effort, loop.velocity)
 
 
 def with_loops_as(robot, path, writer):
@@ -72,3 +90,102 @@ def loop_closures(robot):
     driven = list(robot.description.actuated)
     lines += [f"dependent: [{', '.join(name for name in movable if name not in driven)}]", f"independent: [{', '.join(driven)}]"]
     return "\n".join(lines) + "\n"
+
+
+def sdf(description, joint_frames="child"):
+    """A robot as SDFormat 1.8, with the frames of joints relative to the child, or to the model if ``joint_frames`` is so."""
+    at = frames(description)
+    lines = ['<sdf version="1.8">', f'<model name="{description.name}">']
+    for name, link in description.links.items():
+        xx, xy, xz, yy, yz, zz = link.inertia.moments
+        pose = ks_pose(at[name])
+        tensor = f"<ixx>{xx!r}</ixx><ixy>{xy!r}</ixy><ixz>{xz!r}</ixz><iyy>{yy!r}</iyy><iyz>{yz!r}</iyz><izz>{zz!r}</izz>"
+        inertial = words((*link.center_of_mass, *link.inertia.rpy))
+        mass = f"<inertial><pose>{inertial}</pose><mass>{link.mass!r}</mass><inertia>{tensor}</inertia></inertial>"
+        lines.append(f'<link name="{name}"><pose>{words(pose)}</pose>{mass if link.mass else ""}</link>')
+    for name, kind, parent, origin, child, end, axis, axis2, (lower, upper, effort, velocity) in connections(description):
+        frame = at[parent] @ origin.matrix if end is None else at[child] @ end.matrix
+        limit = (
+            f"<limit><lower>{lower}</lower><upper>{upper}</upper><effort>{effort}</effort><velocity>{velocity}</velocity></limit>"
+        )
+        limit = limit if np.isfinite(lower) else ""
+        vectors = [frame[:3, :3].T @ (at[parent] @ origin.matrix)[:3, :3] @ axis, axis2]
+        if joint_frames == "model":
+            where, turn, marked = (
+                f'<pose relative_to="__model__">{words(ks_pose(frame))}</pose>',
+                frame[:3, :3],
+                ' expressed_in="__model__"',
+            )
+        else:
+            where = f"<pose>{words(ks_pose(np.linalg.inv(at[child]) @ frame))}</pose>"
+            turn, marked = np.eye(3), ""
+        text = "".join(
+            f"<{tag}><xyz{marked}>{words(turn @ vector)}</xyz>{limit}</{tag}>"
+            for tag, vector in zip(("axis", "axis2"), vectors, strict=True)
+            if vector is not None and kind not in ("fixed", "spherical") and (tag == "axis" or kind == "universal")
+        )
+        kind = {"spherical": "ball"}.get(kind, kind)
+        lines.append(f'<joint name="{name}" type="{kind}">{where}<parent>{parent}</parent><child>{child}</child>{text}</joint>')
+    for name in description.actuated:
+        lines.append(
+            '<plugin filename="gz-sim-joint-position-controller-system" name="gz::sim::systems::JointPositionController">'
+        )
+        lines.append(f"<joint_name>{name}</joint_name></plugin>")
+    return "\n".join((*lines, "</model>", "</sdf>"))
+
+
+def ks_pose(matrix):
+    """xyz and roll, pitch, yaw, by Pinocchio."""
+    return [*matrix[:3, 3], *pinocchio.rpy.matrixToRpy(matrix[:3, :3])]
+
+
+def mjcf(description):
+    """A robot whose loops are spherical or fixed as MJCF, bodies nested along its tree."""
+    below = {}
+    for joint in description.joints.values():
+        below.setdefault(joint.parent, []).append(joint)
+    roots = [link for link in description.links if link not in {joint.child for joint in description.joints.values()}]
+
+    def joint_lines(joint, into):
+        """A joint in the body's frame; ``into``: the joint's frame relative to it."""
+        if joint.type == "fixed":
+            return []
+        kind, limits = {"prismatic": "slide"}.get(joint.type, "hinge"), ""
+        if np.isfinite(joint.lower):
+            limits = f' range="{words((joint.lower, joint.upper))}"'
+        where = f'pos="{words(into[:3, 3])}" axis="{words(into[:3, :3] @ joint.axis)}"'
+        return [f'<joint name="{joint.name}" type="{kind}" {where}{limits}/>']
+
+    def body(name, frame, above):
+        """Lines of a body; the links without mass that hold it, whose joints are ``above``, are none in MuJoCo."""
+        link, after = description.links[name], below.get(name, [])
+        if not link.mass and above and len(after) == 1:
+            (joint,) = after
+            turned = [(one, np.linalg.inv(joint.origin.matrix) @ into) for one, into in above]
+            return body(joint.child, frame @ joint.origin.matrix, [*turned, (joint, np.eye(4))])
+        lines = [f'<body name="{name}"{placed(frame)}>']
+        if link.mass:
+            moments = link.inertia.matrix[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
+            where = f'pos="{words(link.center_of_mass)}" mass="{link.mass!r}" fullinertia="{words(moments)}"'
+            lines.append(f"<inertial {where}/>")
+        lines += [line for joint, into in above for line in joint_lines(joint, into)]
+        lines += [line for child in after for line in body(child.child, child.origin.matrix, [(child, np.eye(4))])]
+        return [*lines, "</body>"]
+
+    equalities = []
+    for loop in description.loops.values():
+        bodies = f'name="{loop.name}" body1="{loop.predecessor}" body2="{loop.successor}"'
+        equalities.append(f'<connect {bodies} anchor="{words(loop.predecessor_origin.xyz)}"/>')
+    drives = [f'<motor name="drive_{name}" joint="{name}"/>' for name in description.actuated]
+    return "\n".join(
+        (
+            f'<mujoco model="{description.name}"><compiler angle="radian" autolimits="true" balanceinertia="true"/>',
+            *("<worldbody>", *(line for root in roots for line in body(root, np.eye(4), [])), "</worldbody>"),
+            *("<equality>", *equalities, "</equality>", "<actuator>", *drives, "</actuator>", "</mujoco>"),
+        )
+    )
+
+
+def placed(matrix):
+    x, y, z, w = pinocchio.Quaternion(np.ascontiguousarray(matrix[:3, :3])).coeffs()
+    return f' pos="{words(matrix[:3, 3])}" quat="{words((w, x, y, z))}"'

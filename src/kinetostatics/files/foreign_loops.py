@@ -1,13 +1,14 @@
 """Joints in formats of other tools as pairs of frames on two links, and the one way from them to joints and loops.
 
 Each format has a small reader that returns :class:`ForeignJoint`: of XML elements within a URDF in :mod:`foreign_xml`, of YAML
-files beside it in :mod:`foreign_yaml`.
+files beside it in :mod:`foreign_yaml`, of whole files in :mod:`sdf` and :mod:`mjcf`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+import itertools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,7 +18,7 @@ from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import AT_LINK, Link, Origin
 from kinetostatics.description.fields import Place, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes
-from kinetostatics.description.joints import Joint, Loop, X, Y
+from kinetostatics.description.joints import Joint, Loop, Mimic, X, Y
 from kinetostatics.exceptions import near_names
 from kinetostatics.files.element_tables import write_joint, write_link, write_loop
 from kinetostatics.files.xml import XmlElement
@@ -29,7 +30,8 @@ class ForeignJoint:
 
     The two origins are the joint's frame on the two links that it joins; they coincide when the joint's coordinates are zero. The
     axis is a unit vector in the predecessor's origin frame, the second axis of a universal joint in the successor's. ``limits``:
-    lower, upper, effort and velocity. ``note`` is a remark for the message on missing information.
+    lower, upper, effort and velocity; ``closes``: whether it closes a loop in any case. ``note`` is a remark for the message on
+    missing information.
     """
 
     name: str
@@ -43,6 +45,15 @@ class ForeignJoint:
     note: str = ""
     axis2: Vector = Y
     limits: Mapping[str, Keyword] = field(default_factory=dict)
+    mimic: Mimic | None = None
+    closes: bool = True
+
+    def swapped(self) -> ForeignJoint:
+        """Return the same joint, with the same coordinates, from the successor to the predecessor."""
+        first, second = (self.axis2, self.axis or X) if JOINT_TYPES[str(self.type)].turns is Axes.BOTH else (self.axis or X,) * 2
+        values: dict[str, Keyword] = {"axis": tuple(-x for x in first), "axis2": tuple(-x for x in second)}
+        values |= {"predecessor": self.successor, "predecessor_origin": self.successor_origin}
+        return replace(self, **values, successor=self.predecessor, successor_origin=self.predecessor_origin)
 
     def element(self) -> XmlElement:
         """Return the ``<loop>`` of a joint with known type and axis."""
@@ -109,28 +120,78 @@ class SourceRobot:
         return name if joint is None else joint.child, Origin()
 
 
+def free_name(name: str, taken: Iterable[str]) -> str:
+    """Return a name that is not taken: ``name``, or ``name`` and a number."""
+    numbered = (f"{name}_{number}" for number in itertools.count(2))
+    return next(text for text in (name, *itertools.islice(numbered, 1000)) if text not in set(taken))
+
+
+#: Largest entry of the difference of two frames [m, 1] that is a rounding error.
+ROUNDING = 1e-14
+
+
 # ---- joints of the tree ---------------------------------------------------------------------------------------------------
+
+
+def graph_elements(links: Sequence[Link], joints: Iterable[ForeignJoint], root: str) -> list[XmlElement]:
+    """Return links, joints and loops of a graph: a joint is in the tree if it reaches a new link, else it closes a loop.
+
+    Where there is a choice, joints with several freedoms close the loops, because a ``<loop>`` may have any type.
+    """
+    waiting, reached = list(joints), {root}
+    names = {link.name for link in links} | {joint.name for joint in waiting}
+    content = [write_link(link, ()) for link in links]
+    while ready := [
+        joint for joint in waiting if not joint.closes and (joint.predecessor in reached) != (joint.successor in reached)
+    ]:
+        joint = min(ready, key=lambda joint: JOINT_TYPES[str(joint.type)].freedoms > 1)
+        waiting.remove(joint)
+        joint = joint if joint.predecessor in reached else joint.swapped()
+        reached.add(joint.successor)
+        content += tree_elements(joint, names)
+    return [*content, *(joint.element() for joint in waiting)]
 
 
 def tree_elements(joint: ForeignJoint, taken: Iterable[str]) -> list[XmlElement]:
     """Return the joints of the tree, with massless links between them, that have the freedoms of ``joint``.
 
-    Each has the name of the joint and ``_X``, ``_Y`` or ``_Z`` appended.
+    A joint whose type trees do not have becomes several, each with the name of the joint and ``_X``, ``_Y``, ``_Z`` or a number
+    appended; where the frame on the successor is not the link's own, a fixed joint follows.
 
     Raises:
         RobotFileError: a new joint or link has a name that is ``taken``.
     """
-    kind, place, parent, origin = JOINT_TYPES[str(joint.type)], joint.place, joint.predecessor, joint.predecessor_origin
+    kind, place, end = JOINT_TYPES[str(joint.type)], joint.place, joint.successor
+    moves = [(joint.name, kind.name, joint.axis or X)] if kind.in_tree else list(_single_freedoms(joint))
+    offset = np.linalg.inv(joint.successor_origin.matrix)
     if kind.is_fixed:
-        return [write_joint(Joint(joint.name, kind.name, parent, joint.successor, origin, place=place), ())]
-    turns = np.eye(3).tolist() if joint.axis is None else [list(joint.axis), list(joint.axis2)]
-    names = [f"{joint.name}_{'XYZ'[axis.index(1.0)]}" for axis in turns]
-    links = [*(f"{name}_link" for name in names[:-1]), joint.successor]
-    if clash := next((name for name in (*names, *links[:-1]) if name in taken), None):
-        what = f"a link {clash!r}" if clash in links else f"a joint {clash!r}"
-        raise place.error(f"the joint {joint.name!r} becomes {', '.join(names)}, but there is {what} already; rename it")
-    content = [write_link(Link(name, place=place), ()) for name in links[:-1]]
-    for name, child, (x, y, z) in zip(names, links, turns, strict=True):
-        content.append(write_joint(Joint(name, "continuous", parent, child, origin, (x, y, z), place=place), ()))
+        origin = Origin.of(joint.predecessor_origin.matrix @ offset)
+        return [write_joint(Joint(joint.name, "fixed", joint.predecessor, end, origin, place=place), ())]
+    if np.abs(offset - np.eye(4)).max() > ROUNDING:
+        end = f"{joint.name}_frame"
+    links = [f"{name}_link" for name, _, _ in moves[:-1]] + [end]
+    new = [name for name in (*(name for name, _, _ in moves), *links) if name not in (joint.name, joint.successor)]
+    if clash := next((name for name in new if name in taken), None):
+        raise place.error(f"the joint {joint.name!r} becomes {', '.join(new)}, but there is a {clash!r} already; rename it")
+    content = [write_link(Link(name, place=place), ()) for name in links if name != joint.successor]
+    parent, origin = joint.predecessor, joint.predecessor_origin
+    for (name, type_name, axis), child in zip(moves, links, strict=True):
+        more: dict[str, Keyword] = {"axis": axis} if JOINT_TYPES[type_name].has_axis else {}
+        more |= {**joint.limits, "mimic": joint.mimic} if kind.in_tree and kind.is_single else {}
+        content.append(write_joint(Joint(name, type_name, parent, child, origin, **more, place=place), ()))
         parent, origin = child, AT_LINK
+    if end != joint.successor:
+        mount = Joint(f"{joint.name}_mount", "fixed", end, joint.successor, Origin.of(offset), place=place)
+        content.append(write_joint(mount, ()))
     return content
+
+
+def _single_freedoms(joint: ForeignJoint) -> Iterator[tuple[str, str, Vector]]:
+    """Yield name, type and axis of the joints with one freedom each that together move like ``joint``."""
+    kind = JOINT_TYPES[str(joint.type)]
+    slides, turns = kind.axes(np.array(joint.axis or X))
+    moves = [("prismatic", axis) for axis in slides.T.tolist()] + [("continuous", axis) for axis in turns.T.tolist()]
+    moves += [("continuous", list(joint.axis2))] if kind.turns is Axes.BOTH else []
+    for number, (type_name, (x, y, z)) in enumerate(moves):
+        letters = [letter for letter, unit in zip("XYZ", np.eye(3).tolist(), strict=True) if [x, y, z] == unit]
+        yield f"{joint.name}_{letters[0] if letters else number + 1}", type_name, (x, y, z)

@@ -12,21 +12,19 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import replace
 
 import numpy as np
 
-from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import Origin
-from kinetostatics.description.fields import NAME, POINT, SIX, TEXT, VECTOR
+from kinetostatics.description.fields import NAME, POINT, TEXT, VECTOR
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.description.joints import Joint, Loop
 from kinetostatics.exceptions import near_names
-from kinetostatics.files.attributes import ElementTable, Row, new_name, reference, row, value_of
+from kinetostatics.files import sdf
+from kinetostatics.files.attributes import ElementTable, Row, reference, row
 from kinetostatics.files.element_tables import LIMITS_OF_LOOP, limits, unlimited
 from kinetostatics.files.foreign_loops import ForeignJoint, SourceRobot
 from kinetostatics.files.xml import XmlElement
-from kinetostatics.math.arrays import Array
 
 DIRECTION = row(Loop, "xyz", "axis").kind
 
@@ -68,9 +66,6 @@ TYPES = {
     "loop_joint": ("fixed", "revolute", "continuous", "prismatic", "planar", "spherical"),
 }
 UNKNOWN = {"constraint": "which is unknown", "loop_joint": "unknown to Isaac Sim"}
-#: Types of SDFormat; a loop needs no limits.
-SDF_TYPES = {name: name for name in ("fixed", "continuous", "prismatic", "universal")}
-SDF_TYPES |= {"ball": "spherical", "revolute": "continuous", "revolute2": "universal"}
 
 
 def read_elements(source: SourceRobot, taken: Collection[str] = ()) -> Iterator[ForeignJoint]:
@@ -80,7 +75,8 @@ def read_elements(source: SourceRobot, taken: Collection[str] = ()) -> Iterator[
         if element.tag in ELEMENTS:
             yield _two_ends(source, element)
         elif element.tag == "gazebo":
-            yield from (_gazebo_joint(source, joint) for joint in element.named("joint"))
+            frames = {name: (name, frame) for name, frame in source.zero_frames.items()}
+            yield from (sdf.read_joint(joint, frames, "1.6") for joint in element.named("joint"))
 
 
 def _two_ends(source: SourceRobot, element: XmlElement) -> ForeignJoint:
@@ -124,42 +120,6 @@ def write_constraint(loop: Loop) -> XmlElement:
         "axis2": loop.axis2 if loop.of_type.turns is Axes.BOTH else None,
     }
     return ELEMENTS["constraint"].write(loop, given={**axes, **unlimited(loop)})
-
-
-def _gazebo_joint(source: SourceRobot, element: XmlElement) -> ForeignJoint:
-    """Return a joint of SDFormat: its pose is in the child's frame, its axes are in its own, a link's or the model's."""
-
-    def numbers(holder: XmlElement | None, tag: str, row: Row) -> Keyword:
-        child = None if holder is None else holder.child(tag)
-        if child is None:
-            return row.default
-        return value_of(replace(child, attributes={tag: "".join(map(str, child.content)).strip()}), tag, row.kind)
-
-    def frame_of(name: str) -> Array:
-        if name not in source.links:
-            raise element.error(f"{element.label} refers to the link {name!r}; {near_names(name, source.links)}")
-        return source.zero_frames[name]
-
-    kind = element.attributes.get("type", "")
-    if kind not in SDF_TYPES:
-        raise element.error(f"{element.label} has the type {kind!r}, which is not read; {near_names(kind, SDF_TYPES)}")
-    first, second = (numbers(element, tag, Row(tag, TEXT, "")) for tag in ("parent", "child"))
-    pose = element.child("pose")
-    base = second if pose is None else pose.attributes.get("relative_to", pose.attributes.get("frame", "")) or second
-    pose_values = numbers(element, "pose", Row("pose", SIX, (0.0,) * 6))
-    frame_of(first), frame_of(second)
-    frame = frame_of(base) @ Origin(pose_values[:3], pose_values[3:]).matrix
-    axes: list[Keyword] = []
-    for axis in filter(None, (element.child("axis"), element.child("axis2"))):
-        vector = numbers(axis, "xyz", Row("xyz", VECTOR, (0.0, 0.0, 1.0)))
-        seen_from = axis.required_child("xyz").attributes.get("expressed_in", "")
-        if seen_from or numbers(axis, "use_parent_model_frame", Row("", TEXT, "0")) in ("1", "true"):
-            turn = np.eye(3) if seen_from in ("", "__model__") else frame_of(seen_from)[:3, :3]
-            vector = tuple((frame[:3, :3].T @ turn @ vector).tolist())
-        axes.append(DIRECTION.check(vector))
-    ends = (first, source.origin_on(first, frame), second, source.origin_on(second, frame))
-    more = {"axis2": axes[1]} if axes[1:] else {}
-    return ForeignJoint(new_name(element), SDF_TYPES[kind], *ends, axes[0] if axes else None, element.place, **more)
 
 
 # ---- closing frames of onshape-to-robot ------------------------------------------------------------------------------------

@@ -24,6 +24,7 @@ from xml.dom import minidom
 from kinetostatics.arguments import check_mapping
 from kinetostatics.description.fields import Place
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
+from kinetostatics.files import mjcf, sdf
 from kinetostatics.files.attributes import si_hint
 from kinetostatics.files.bundled import INDEX, LIBRARY, OWN_NAME, PackageNotFound, package_folder
 from kinetostatics.files.xml import XmlElement, parse, place_of, read_file, to_elements, to_text
@@ -217,13 +218,18 @@ def read_document(
         names = ", ".join(map(repr, parameters))
         raise RobotFileError(f"the file does not use xacro and has no parameters, but was given {names}", path)
     root = to_elements(document)
+    if root.tag == "sdf":
+        root = sdf.robot_element(root)
+    elif root.tag == "mujoco":
+        root = mjcf.robot_element(data, path, warnings)
     if root.tag != "robot":
-        raise root.error(f"the outermost element is <{root.tag}>; in a robot file it is <robot>")
+        raise root.error(f"the outermost element is <{root.tag}>; in a robot file it is <robot>, <sdf> or <mujoco>")
     return root, uses_xacro, warnings
 
 
 def include_path(source: str, root: XmlElement, uses_xacro: bool, additions: str, out: str) -> str | None:
-    """Return the path by which the file ``out`` can include a source; None if xacro would change the source or ``additions``.
+    """Return the path by which the file ``out`` can include a source; None if xacro would change the source or ``additions``,
+    or if the source is no URDF.
 
     The path is relative to the folder of ``out``, or begins with ``$(find NAME)`` if the source is in an installed package.
     """
@@ -232,7 +238,7 @@ def include_path(source: str, root: XmlElement, uses_xacro: bool, additions: str
     except ValueError:  # on another drive
         path = os.path.abspath(source)
     path = path.replace(os.sep, "/")
-    if "$" in path or not path.isprintable() or "$" in additions:
+    if root.place.line is None or "$" in path or not path.isprintable() or "$" in additions:
         return None
     if not uses_xacro and "$" in to_text(root):
         return None

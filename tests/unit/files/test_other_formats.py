@@ -1,14 +1,17 @@
-"""Robots in formats of other tools are equal to the same robots in our format."""
+"""Robots in formats of other tools are equal to the same robots in our format; their loops have MuJoCo's gaps."""
 
 import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from other_formats import drake_ball, frames, gazebo_joint, loop_closures, with_loops_as, words
+from other_formats import drake_ball, frames, gazebo_joint, loop_closures, mjcf, sdf, with_loops_as, words
 
 import kinetostatics as ks
+from kinetostatics.cli import main as cli
+from kinetostatics.description import Inertia
 from kinetostatics.exceptions import ArgumentError, RobotFileError
+from kinetostatics.files.bundled import package_folder
 
 LOAD = (20.0, -5.0, -100.0, 1.0, 2.0, -3.0)
 
@@ -20,6 +23,13 @@ def assert_equal(found, robot):
     assert found.description.actuated == robot.description.actuated and np.abs(expected.twist).max() > 1e-7
     for name in robot.description.actuated:
         assert result.actuator_forces[name] == pytest.approx(expected.actuator_forces[name], rel=1e-9, abs=1e-9)
+
+
+def parts_of(robot, description):
+    """The description read from a whole file, with the platform's frame and the elastic parts, which the file cannot have."""
+    old = robot.description
+    parts = {name: getattr(old, name) for name in ("platform_origin", "beams", "joint_stiffness", "springs", "flexible", "base")}
+    return ks.Robot(replace(description, **parts))
 
 
 def name_ends(robot, path):
@@ -122,8 +132,8 @@ def test_axes_of_gazebo_joints_may_be_those_of_the_model(tmp_path):
         assert_equal(ks.load_robot(path), robot)
     for old, new, message in (
         ('type="revolute"><parent>', 'type="gearbox"><parent>', "has the type 'gearbox', which is not read"),
-        ("<child>tool<", "<child>tol<", "refers to the link 'tol'; did you mean 'tool'"),
-        ("<pose>", "<pose>a ", "pose=.* of .* is wrong: 'a' is not a number"),
+        ("<child>tool<", "<child>tol<", "refers to the frame 'tol', which does not exist; did you mean 'tool'"),
+        ("<pose>", "<pose>a ", "of <joint> 'wrist' is wrong: 'a' is not a number"),
     ):
         assert old in text
         path.write_text(text.replace(old, new))
@@ -148,3 +158,129 @@ def test_actuators_may_be_those_of_ros2_control(tmp_path):
 def test_unknown_dialects_are_errors(tmp_path):
     with pytest.raises(ArgumentError, match="dialect is 'sdf'; it is None or 'urdf-constraint'"):
         ks.save_robot(ks.load_robot("five_bar"), tmp_path / "robot.urdf", dialect="sdf")
+
+
+@pytest.mark.parametrize("joint_frames", ["child", "model"])
+@pytest.mark.parametrize("name", ["five_bar", "gough_stewart", "2pru_upr"])
+def test_sdf_files_are_read(name, joint_frames, tmp_path):
+    robot, path = ks.load_robot(name), tmp_path / "robot.sdf"
+    path.write_text(sdf(robot.description, joint_frames))
+    description = ks.load_robot(path, platform_link=robot.description.platform).description
+    assert_equal(parts_of(robot, description), robot)
+
+
+def with_masses(robot):
+    """The robot with a mass of each rod and cylinder, which MuJoCo needs."""
+    inertia = Inertia((1e-3, 1e-4, -2e-4, 2e-3, 1e-4, 2.5e-3), (0.1, 0.2, 0.3))
+    links = {
+        name: replace(link, mass=0.3, center_of_mass=(0.01, 0.0, 0.1), inertia=inertia, has_inertial=True)
+        if name[:3] in ("rod", "cyl")
+        else link
+        for name, link in robot.description.links.items()
+    }
+    return ks.Robot(replace(robot.description, links=links))
+
+
+def test_mjcf_files_are_read(tmp_path):
+    pytest.importorskip("mujoco")
+    robot, path = with_masses(ks.load_robot("gough_stewart")), tmp_path / "robot.xml"
+    path.write_text(mjcf(robot.description))
+    description = ks.load_robot(path, platform_link=robot.description.platform).description
+    assert_equal(parts_of(robot, description), robot)
+
+
+GAPS = """
+<mujoco model="gaps"><compiler angle="radian" autolimits="true"/><worldbody>
+  <body name="base"><geom size="0.1"/>
+    <body name="a" pos="0.1 0.2 0.3" quat="0.9 0.1 -0.3 0.2">
+      <joint name="a1" axis="1 2 3" pos="0.01 0.02 0.03"/><joint name="a2" type="slide" axis="0 1 1" ref="0.1"/>
+      <geom size="0.1" pos="0.1 0 0"/>
+      <body name="a_tip" pos="0.4 0 0.1"><joint name="a3" axis="0 1 0" ref="0.3" range="-1 1"/><geom size="0.1"/>
+        <site name="mark_a" pos="0.1 0.1 0" quat="0.5 0.5 -0.5 0.5"/></body>
+    </body>
+    <body name="b" pos="-0.3 0.1 0"><joint name="b1" axis="0 0 1"/><geom size="0.1"/><site name="mark_b" pos="0.2 0.3 0.1"/>
+      <body name="b_tip" pos="0 0 0.2"><joint name="b2" axis="1 0 0"/><geom size="0.1"/></body></body>
+  </body></worldbody>
+  <equality><ENTRY/><joint joint1="b2" joint2="b1" polycoef="0.05 -2 0 0 0"/></equality>
+  <tendon><fixed name="cable"><joint joint="a1" coef="1"/></fixed></tendon>
+  <actuator><motor joint="a1"/><position joint="b1" kp="10"/><motor tendon="cable" name="pull"/></actuator>
+</mujoco>"""
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        'connect name="tip" body1="a_tip" body2="b" anchor="0.3 0.2 0.1"',
+        'connect name="tip" site1="mark_a" site2="mark_b"',
+        'weld name="tip" body1="a_tip" body2="b"',
+        'weld name="tip" body1="a_tip" body2="b" anchor="0.1 0.2 0.3" relpose="0.2 -0.1 0.4 0.3 0.8 -0.1 0.5"',
+        'weld name="tip" site1="mark_a" site2="mark_b"',
+    ],
+)
+def test_gaps_of_loops_are_those_of_mujoco(entry, tmp_path):
+    """Away from the pose of the file; MuJoCo's residual of a rotation is the vector part of its quaternion."""
+    mujoco = pytest.importorskip("mujoco")
+    path = tmp_path / "gaps.xml"
+    path.write_text(GAPS.replace("ENTRY", entry))
+    description = ks.load_robot(path, platform_link="a_tip").description
+    assert description.actuated == ("a1", "b1") and description.base == "world"
+    said = " ".join(description.warnings)
+    assert "tendons are ignored (1 of them)" in said and "the actuator pull drives no joint" in said
+    assert (description.joints["a3"].lower, description.joints["a3"].upper) == (-1.3, 0.7)
+    follower = description.joints["b2"].mimic
+    assert (follower.joint, follower.multiplier, follower.offset) == ("b1", -2, 0.05)
+    model = mujoco.MjModel.from_xml_path(str(path))
+    state = mujoco.MjData(model)
+    moved = {"a1": 0.2, "a2": -0.05, "a3": 0.15, "b1": 0.1, "b2": 0.05 - 2 * 0.1}
+    for name, value in moved.items():
+        state.joint(name).qpos = model.qpos0[model.joint(name).qposadr] + value
+    mujoco.mj_forward(model, state)
+    residual = state.efc_pos[state.efc_id == 0][: 3 if "connect" in entry else 6]
+    (loop,) = description.loops.values()
+    at = frames(description, moved)
+    first, second = at[loop.predecessor] @ loop.predecessor_origin.matrix, at[loop.successor] @ loop.successor_origin.matrix
+    np.testing.assert_allclose(first[:3, 3] - second[:3, 3], residual[:3], rtol=0, atol=1e-9)
+    assert np.abs(residual).max() > 1e-2
+    if loop.type == "fixed":
+        import pinocchio
+
+        between = pinocchio.Quaternion(np.ascontiguousarray(second[:3, :3].T @ first[:3, :3]))
+        rotation = between.coeffs()[:3] * np.sign(between.coeffs()[3])
+        np.testing.assert_allclose(np.linalg.norm(rotation), np.linalg.norm(residual[3:]), rtol=0, atol=1e-9)
+
+
+CASSIE = package_folder("example-robot-data") / "robots" / "cassie_description" / "robots"
+
+
+@pytest.mark.parametrize("name", ["cassie_reduced", "cassie_simple", "cassie_v2", "cassie_wo_gearbox_spring"])
+def test_public_sdf_files_open(name):
+    """Cassie's legs have two loops each; those without a free base are closed at zero."""
+    robot = ks.load_robot(CASSIE / f"{name}.sdf", platform_link="left-foot")
+    assert len(robot.description.loops) == 4 and robot.mobility.platform == 6
+    with pytest.raises(RobotFileError, match=r"cassie\.sdf:130: <joint> 'left-roll-joint' has the type 'gearbox'"):
+        ks.load_robot(CASSIE / "cassie.sdf")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("</model>", '<model name="m"/></model>', "contains a <model>; write it as one model by: gz sdf -p"),
+        ("</sdf>", '<model name="m"/></sdf>', "the file has 2 models"),
+        ("<child>tool<", "<child>tol<", "refers to the frame 'tol', which does not exist"),
+    ],
+)
+def test_wrong_sdf_files_are_errors(old, new, message, tmp_path):
+    path = tmp_path / "robot.sdf"
+    path.write_text(sdf(ks.load_robot("five_bar").description).replace(old, new))
+    with pytest.raises(RobotFileError, match=message):
+        ks.load_robot(path)
+
+
+def test_files_without_platform_are_asked_for_by_commands(tmp_path, capsys):
+    path = tmp_path / "robot.sdf"
+    path.write_text(sdf(ks.load_robot("gough_stewart").description))
+    assert cli.main(["check", str(path)]) == 2
+    assert f"kinetostatics check {path} --platform-link platform" in capsys.readouterr().err
+    out = tmp_path / "robot.urdf"
+    assert cli.main(["new", "--from", str(path), "--platform-link", "platform", "--out", str(out)]) == 0
+    assert "include" not in out.read_text() and len(ks.load_robot(out).description.loops) == 5

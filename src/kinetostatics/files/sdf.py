@@ -1,0 +1,191 @@
+"""Reader of SDFormat files, http://sdformat.org/spec, and of its joints within the tag ``<gazebo>`` of a URDF.
+
+Poses are relative to the frame ``relative_to``: by default the model for links and frames, the child for joints. Axes are in the
+joint's frame, or in the frame ``expressed_in``; in files before version 1.7 in the model's with ``use_parent_model_frame``, and
+before 1.5 always. A link with several joints as child closes loops.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.description.elements import Inertia, Link, Origin
+from kinetostatics.description.fields import Place, Vector
+from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.files.attributes import number_of
+from kinetostatics.files.element_tables import MOMENTS
+from kinetostatics.files.foreign_loops import ForeignJoint, graph_elements
+from kinetostatics.files.urdf import plain_transmission
+from kinetostatics.files.xml import XmlElement
+
+#: Types of joints: name here.
+TYPES = {
+    **{name: name for name in ("fixed", "revolute", "continuous", "prismatic", "universal")},
+    **{"ball": "spherical", "revolute2": "universal"},
+}
+#: Limits at and above this number mean none, as in files that Gazebo writes [rad, m].
+UNLIMITED = 1e15
+Frames = Mapping[str, tuple[str, NDArray[np.float64]]]
+
+
+def _word(element: XmlElement | None, tag: str, default: str = "") -> str:
+    child = None if element is None else element.child(tag)
+    return default if child is None else "".join(part for part in child.content if isinstance(part, str)).strip()
+
+
+def _numbers(element: XmlElement, text: str, count: int) -> list[float]:
+    try:
+        numbers = [number_of(word, is_part=True) for word in text.split()]
+    except ArgumentError as error:
+        raise element.error(f"{text!r} of {element.label} {error}") from None
+    if len(numbers) != count:
+        raise element.error(f"{text!r} of {element.label} must be {count} numbers")
+    return numbers
+
+
+def _pose(element: XmlElement) -> NDArray[np.float64]:
+    pose = element.child("pose")
+    if pose is not None and pose.attributes.get("rotation_format", "euler_rpy") != "euler_rpy":
+        raise pose.error(f"<pose> of {element.label} has a quaternion; write roll, pitch and yaw")
+    x, y, z, *angles = _numbers(element, _word(element, "pose") or "0 0 0 0 0 0", 6)
+    scale = math.pi / 180 if pose is not None and pose.attributes.get("degrees") == "true" else 1.0
+    roll, pitch, yaw = (angle * scale for angle in angles)
+    return Origin((x, y, z), (roll, pitch, yaw)).matrix
+
+
+def _base_of(element: XmlElement, default: str) -> str:
+    """Return the frame to which the pose of an element is relative; ``frame`` is its name in old versions."""
+    pose = element.child("pose")
+    given = {} if pose is None else pose.attributes
+    return given.get("relative_to") or given.get("frame") or default
+
+
+def read_joint(element: XmlElement, frames: Frames, version: str) -> ForeignJoint:
+    """Return a joint from the link and the pose (4, 4), relative to the model, of each frame."""
+
+    def known(name: str) -> tuple[str, NDArray[np.float64]]:
+        if name not in frames:
+            raise element.error(f"{element.label} refers to the frame {name!r}, which does not exist; {near_names(name, frames)}")
+        return frames[name]
+
+    kind = element.attributes.get("type", "")
+    if kind not in TYPES:
+        raise element.error(f"{element.label} has the type {kind!r}, which is not read; {near_names(kind, TYPES)}")
+    (parent, _), (child, _) = known(_word(element, "parent")), known(_word(element, "child"))
+    frame = known(_base_of(element, _word(element, "child")))[1] @ _pose(element)
+    axes: list[Vector] = []
+    limits: dict[str, float] = {}
+    for axis in filter(None, (element.child("axis"), element.child("axis2"))):
+        vector = np.array(_numbers(axis, _word(axis, "xyz") or "0 0 1", 3))
+        in_model = _word(axis, "use_parent_model_frame") in ("1", "true") or version < "1.5"
+        seen_from = axis.required_child("xyz").attributes.get("expressed_in", "__model__" if in_model else "")
+        if seen_from:
+            vector = frame[:3, :3].T @ (known(seen_from)[1][:3, :3] if seen_from != "__model__" else np.eye(3)) @ vector
+        if not vector.any():
+            raise axis.error(f"the axis of {element.label} is zero")
+        axes.append(tuple((vector / np.linalg.norm(vector)).tolist()))
+        limits = limits or _limits(axis)
+    name = TYPES[kind]
+    bounded = {"lower", "upper"} <= set(limits)
+    if JOINT_TYPES[name].is_hinge and not bounded:
+        name = "continuous"
+    if not JOINT_TYPES[name].is_single:
+        limits = {}
+    ends = (Origin.of(np.linalg.solve(known(link)[1], frame)) for link in (parent, child))
+    first, second = ends
+    return ForeignJoint(
+        element.attributes.get("name", f"{parent}_{child}"),
+        name,
+        parent,
+        first,
+        child,
+        second,
+        (axes[0] if axes else (0.0, 0.0, 1.0)) if JOINT_TYPES[name].has_axis else None,
+        element.place,
+        axis2=axes[1] if len(axes) > 1 else (0.0, 0.0, 1.0),
+        limits=limits,
+    )
+
+
+def _limits(axis: XmlElement) -> dict[str, float]:
+    limit, result = axis.child("limit"), dict[str, float]()
+    for name in ("lower", "upper", "effort", "velocity"):
+        if text := _word(limit, name):
+            (value,) = _numbers(axis, text, 1)
+            if abs(value) < UNLIMITED and (value >= 0 or name in ("lower", "upper")):
+                result[name] = value
+    one_sided = ("lower" in result) != ("upper" in result)
+    return {name: value for name, value in result.items() if not one_sided or name in ("effort", "velocity")}
+
+
+def robot_element(root: XmlElement) -> XmlElement:
+    """Return the element ``<robot>`` of a file with one model; joints that close loops become ``<loop>``.
+
+    Raises:
+        RobotFileError: there are several or nested models, a gearbox or screw, or frames that do not exist.
+    """
+    models = [model for holder in (root, *root.named("world")) for model in holder.named("model")]
+    if len(models) != 1:
+        raise root.error(f"the file has {len(models)} models; a robot file has one")
+    (model,) = models
+    for tag in ("model", "include"):
+        for nested in model.named(tag):
+            raise nested.error(f"the model contains a <{tag}>; write it as one model by: gz sdf -p {root.place.file}")
+    version, frames = root.attributes.get("version", "1.8"), dict[str, tuple[str, NDArray[np.float64]]]()
+    frames |= {"world": ("world", np.eye(4)), "__model__": ("", np.eye(4))}
+    holders = {element.attributes.get("name", ""): element for tag in ("link", "frame", "joint") for element in model.named(tag)}
+    for name in holders:
+        _resolve(name, holders, frames, ())
+    links = [_link(element) for element in model.named("link")]
+    joints = [replace(read_joint(element, frames, version), closes=False) for element in model.named("joint")]
+    if any("world" in (joint.predecessor, joint.successor) for joint in joints):
+        links.insert(0, Link("world", place=model.place))
+    if not links:
+        raise model.error("the model has no links")
+    tree = graph_elements(links, joints, links[0].name)
+    drives = [plain_transmission(name, model.place) for name in dict.fromkeys(_driven(model))]
+    names = {"name": model.attributes.get("name", "robot")}
+    return XmlElement("robot", names, (*tree, *drives), Place(root.place.file))
+
+
+def _resolve(
+    name: str, holders: Mapping[str, XmlElement], frames: dict[str, tuple[str, NDArray[np.float64]]], below: tuple[str, ...]
+) -> None:
+    """Add the frame of a link, frame or joint to ``frames``, after those to which its pose is relative."""
+    if name in frames:
+        return
+    element = holders[name]
+    attached = element.attributes.get("attached_to", "") if element.tag == "frame" else ""
+    attached = _word(element, "child") if element.tag == "joint" else attached
+    base = _base_of(element, attached or "__model__")
+    for needed in filter(None, (attached, base)):
+        if needed in below or needed not in {*holders, *frames}:
+            why = "depends on it" if needed in below else "does not exist"
+            raise element.error(f"{element.label} refers to the frame {needed!r}, which {why}")
+        _resolve(needed, holders, frames, (*below, name))
+    frames[name] = (name if element.tag == "link" else frames[attached or base][0], frames[base][1] @ _pose(element))
+
+
+def _link(element: XmlElement) -> Link:
+    name, inertial = element.attributes.get("name", ""), element.child("inertial")
+    if inertial is None:
+        return Link(name, place=element.place)
+    origin = Origin.of(_pose(inertial))
+    (mass,) = _numbers(inertial, _word(inertial, "mass") or "1", 1)
+    tensor = inertial.child("inertia")
+    moments = [_numbers(inertial, _word(tensor, part) or str(float(part[1] == part[2])), 1)[0] for part in MOMENTS]
+    inertia = Inertia(tuple(moments), origin.rpy)  # type: ignore[arg-type]
+    return Link(name, mass, origin.xyz, inertia, has_inertial=True, place=element.place)
+
+
+def _driven(model: XmlElement) -> Iterator[str]:
+    """Yield the joints that a controller of Gazebo commands: ``<joint_name>`` of plugins, except the publisher of states."""
+    for plugin in model.named("plugin"):
+        if "state-publisher" not in plugin.attributes.get("filename", ""):
+            yield from (_word(plugin, "joint_name") for entry in plugin.named("joint_name")[:1])
