@@ -100,7 +100,9 @@ def test_memory_is_flat_after_thousands_of_random_drags(visit, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(FIREFOX is None or shutil.which("Xvfb") is None, reason="firefox-esr or xvfb is not installed")
+@pytest.mark.skipif(
+    FIREFOX is None or shutil.which("Xvfb") is None, reason="a second browser, which only this test needs, is not installed"
+)
 def test_firefox_draws_and_computes_the_same(tmp_path):
     robot = package_robots.robot("3rps")
     pose = robot.assemble(platform={"z": 0.5, "rx": 0.03, "ry": -0.17})
