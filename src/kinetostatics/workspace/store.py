@@ -118,14 +118,13 @@ def locked(path: str, shared: bool) -> Iterator[None]:
             try:
                 file = files.enter_context(open(name, "ab"))
                 fcntl.flock(file, fcntl.LOCK_SH if shared else fcntl.LOCK_EX)
-                if os.path.samestat(os.stat(name), os.fstat(file.fileno())):
-                    break
-            except FileNotFoundError:  # just removed by its last holder
-                continue
             except OSError as error:
                 if shared or error.errno not in (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP):
                     raise KinetostaticsError(f"{name} cannot be locked: {error.strerror}") from None
                 break
+            with contextlib.suppress(FileNotFoundError):  # just removed by its last holder
+                if os.path.samestat(os.stat(name), os.fstat(file.fileno())):
+                    break
         try:
             yield
         finally:
