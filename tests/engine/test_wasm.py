@@ -7,8 +7,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from tapes import evaluate
-from test_llvm import FIRST, SECOND, recorded
+from tapes import FIRST, SECOND, evaluate, recorded
 
 from kinetostatics.engine import wasm
 from kinetostatics.engine.scalars import Tape, choose, compare, logical_and, logical_not

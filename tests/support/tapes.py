@@ -4,13 +4,34 @@ import numpy as np
 
 from kinetostatics.engine.pose_code import ANALYSIS, pose_model
 from kinetostatics.engine.pose_record import pose_record
-from kinetostatics.engine.record_derivatives import values
-from kinetostatics.engine.scalars import needed_by
+from kinetostatics.engine.record_derivatives import _FUNCTIONS, values
+from kinetostatics.engine.scalars import _COMPARISONS, Tape, needed_by
 from kinetostatics.kinematics.alternatives import choices, prescribed_platform
 from kinetostatics.math.rotations import orientation_named
 from kinetostatics.quantities import OF_EQUILIBRIUM
 from kinetostatics.statics.loaded_poses import LoadedPoses
 from kinetostatics.statics.springs import solve_with_springs
+
+#: Both numbers of every operation: around all multiples of π/8, large and small ones, equal ones, zeros of both signs.
+TURNS = np.arange(-24, 25) * np.pi / 8
+FIRST = np.concatenate([TURNS, TURNS + 1e-9, np.sin(TURNS), [0.0, -0.0, 0.0, -0.0, 1e-300, 3e4, -7e5, 2.5, 0.5, -0.5, 1.5]])
+SECOND = np.concatenate([TURNS[::-1], TURNS, np.cos(TURNS), [0.0, 0.0, -0.0, -1.0, 1.0, 2.0, 3e-9, 2.5, -0.5, 0.5, -1e300]])
+
+
+def recorded(kind):
+    """Return a tape of all operations on two numbers of a kind and on a truth, and those that give numbers and truths."""
+    tape = Tape()
+    a, b = (tape.write((kind, *((0, k) if kind == "input" else (k,))), 0.5).number for k in range(2))
+    more, less = (tape.write((how, a, b), how == "<").number for how in "><")
+    taken = {"and": (more, less), "or": (more, less), "not": (more,), "choose": (more, a, b)}
+    numbers, truths = [], [more, less]
+    for name in _FUNCTIONS:
+        one = name in ("negative", "square_root", "absolute", "sine", "cosine", "whole")
+        is_truth = name in _COMPARISONS or name in ("and", "or", "not")
+        operation = (name, *taken.get(name, (a,) if one else (a, b)))
+        (truths if is_truth else numbers).append(tape.write(operation, False if is_truth else 0.5).number)
+    numbers += [tape.number_of(value) for value in (0.1, -0.0)] + [a]
+    return tape, numbers, [*truths, tape.number_of(True), tape.number_of(False)]
 
 
 def evaluate(tape, inputs, parameters, wanted):
