@@ -68,6 +68,7 @@ def result_of(robot):
     )
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("kind", ["result", "compared", "pose", "modes"])
 def test_names_are_texts_on_the_page_its_cards_and_labels(hostile, watched, tmp_path, kind):
     result = result_of(hostile)

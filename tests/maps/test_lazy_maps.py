@@ -60,6 +60,7 @@ def test_invalid_chunks_are_refused(chunks, message):
         ks.sweep("3rps", GRID, chunks=chunks)
 
 
+@pytest.mark.slow
 def test_killed_cluster_worker_does_not_change_the_map():
     """Two processes, of which one is killed in mid-sweep."""
     import distributed

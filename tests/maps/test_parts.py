@@ -50,6 +50,7 @@ def same(found, wanted):
     assert {**found.attrs, "date": 0, "history": 0} == {**wanted.attrs, "date": 0, "history": 0}
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["map.zarr", "map.nc"])
 def test_parts_in_any_order_make_the_map(robot, wanted, small_blocks, monkeypatch, tmp_path, name):
     path, computed, compute = tmp_path / name, [], block.compute_block
@@ -137,6 +138,7 @@ def test_four_processes_at_once_of_which_one_is_killed(robot, wanted, small_bloc
     assert os.listdir(tmp_path) == ["map.zarr"]
 
 
+@pytest.mark.slow
 def test_script_for_slurm(tmp_path):
     """The script of docs/how_to/workspace.md, with a coarser grid and all jobs at once."""
     (script,) = (found.text for found in blocks(text_of("how_to/workspace")) if found.kind == "bash")

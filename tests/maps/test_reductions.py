@@ -48,6 +48,7 @@ def by_xarray(field, text, dims):
     return getattr(field, name.removeprefix("arg"))(dims)
 
 
+@pytest.mark.few(8)
 @pytest.mark.parametrize("text", ["max", "min", "mean", "quantile 0.9", "argmax", "argmin", "count > 3e-6"])
 @pytest.mark.parametrize("dims", [["rx", "ry"], ["ry", "z"], ["z", "rx", "ry"]], ids="-".join)
 def test_reduced_map_equals_the_whole_map_reduced_by_xarray(robot, whole, small_slabs, text, dims):
