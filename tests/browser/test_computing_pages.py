@@ -16,7 +16,7 @@ from PIL import Image as image
 import kinetostatics as ks
 from kinetostatics.viewer.computing import determining_coordinates
 
-QUICK = ("3rps", "2pru_upr")
+QUICK = ("3rps",)
 ROBOTS = [pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow) for name in package_robots.NAMES]
 #: Moves a random slider of platform, actuators, load, gravity or payload by a part of its track, n times, without drawing.
 DRAG = """([count, seed, part]) => { let state = seed; window.answers = [];
