@@ -139,6 +139,8 @@ def _closing_frames(source: SourceRobot, taken: Collection[str]) -> Iterator[For
             continue
         joint = source.parent_joints.get(name)
         if joint is None or not JOINT_TYPES[joint.type].is_fixed:
+            if source.root.child("platform") is not None:  # a file of this package, where it is a link like any other
+                continue
             reason = f"the link {name!r} has the name of a loop's frame, but is not fixed to a link; rename it if it is none"
             raise link.place.error(reason)
         pairs.setdefault(match[1], {})[match[2]] = joint

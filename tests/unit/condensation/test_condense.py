@@ -97,6 +97,7 @@ def test_tube_is_a_timoshenko_beam(tmp_path):
         assert max(map(abs, errors.values())) < bound, grip
 
 
+@pytest.mark.slow
 def test_mass_properties_are_those_of_the_solid(tmp_path):
     shape, path = arm(tmp_path)
     part = ks.condense(path, ARM, within=0.5, modes=2)
@@ -107,6 +108,7 @@ def test_mass_properties_are_those_of_the_solid(tmp_path):
     assert np.abs(inertia - turning).max() < 2e-3 * np.abs(turning).max()
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("material", "expansion"), [("steel", 12e-6), ("aluminium", 23e-6), ("titanium", 8.6e-6)])
 def test_heat_expands_materials_known_by_name(tmp_path, material, expansion):
     link = ks.condense(bar(tmp_path), ENDS, material, within=0.5, modes=0).link
@@ -149,6 +151,7 @@ def test_arm_agrees_with_calculix(tmp_path):
 # ---- interfaces ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_interfaces_are_cylinders_faces_and_spheres(tmp_path):
     _, path = arm(tmp_path)
     part = ks.condense(path, {**ARM, "o": "sphere r=9mm at 47.5mm 2mm 0"}, within=0.9, modes=0)
@@ -177,6 +180,7 @@ def test_halves_of_a_bore_are_one_cylinder_and_faces_have_names(tmp_path):
     assert part.link.origins == pytest.approx(np.array([[0, 0, 5], [0, 30, 5]]), abs=1e-3)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("metres", [False, True])
 def test_stl_in_millimetres_is_recognised(tmp_path, metres):
     import trimesh
@@ -284,6 +288,7 @@ def rigid_at(points, origin=(0.0, 0.0, 0.0)):
     return np.concatenate([np.broadcast_to(np.eye(3), (len(points), 3, 3)), np.stack(turned, axis=2)], axis=2)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("pictured", [10**6, 9_000])
 def test_surface_moves_with_rigid_grips(tmp_path, monkeypatch, pictured):
     """The points of a bore follow its interface alone, all points a motion of the whole part; also if points are merged."""
