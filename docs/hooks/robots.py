@@ -1,6 +1,7 @@
 """Pages of robots in the site: the picture behind ``<!-- robot: NAME -->`` is replaced by the page of the robot, which computes.
 
-The pages are made when the site is built; with ``EXECUTE_NOTEBOOKS=false`` the pictures remain, as in the source.
+The pages are made when the site is built; ``ROBOT_PAGES=3rps,delta`` makes some only, and with ``EXECUTE_NOTEBOOKS=false`` the
+pictures remain, as in the source.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ POSES = {"3rps": {"z": 0.5, "rx": 0.03, "ry": -0.17}}
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Make the page of every robot of the package."""
     if os.environ.get("EXECUTE_NOTEBOOKS", "true") != "false":
-        for name in ks.robots():
+        for name in os.environ["ROBOT_PAGES"].split(",") if "ROBOT_PAGES" in os.environ else ks.robots():
             files.append(File.generated(config, f"{FOLDER}/{name}.html", content=page_of(name)))
     return files
 

@@ -58,6 +58,7 @@ def test_view_command_writes_an_image(browser, tmp_path, capsys, monkeypatch, re
     assert (found[60:720].min(axis=2) < 245).mean() > 0.05
 
 
+@pytest.mark.slow
 def test_handles_are_no_part_of_images(visit, tmp_path):
     ks.save_html(ks.analyze(package_robots.robot("3rps").assemble()), tmp_path / "page.html")
     page = visit((tmp_path / "page.html").as_uri())

@@ -88,6 +88,7 @@ def test_names_are_texts_on_the_page_its_cards_and_labels(hostile, watched, tmp_
     assert page.evaluate(MADE) == 0
 
 
+@pytest.mark.slow
 def test_names_are_texts_in_the_report(hostile, watched, tmp_path):
     ks.save_report(hostile.assemble(), tmp_path / "report.html", title=IMAGE)
     page = watched(tmp_path / "report.html")
