@@ -27,6 +27,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration, taken
 from kinetostatics.load_case import CalibrationLoads, LoadCase, load_case_of
 from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.math.linalg import normalize
 from kinetostatics.math.rotations import exponential
 from kinetostatics.results.capacity import Capacity
 from kinetostatics.results.margins import Margins
@@ -160,7 +161,7 @@ def _of(loaded: _Loaded, unit: str, direction: Array | None) -> Capacity:
 def _largest_factor(loaded: _Loaded) -> tuple[Array, NDArray[np.bool_]]:
     """Return the largest factor (…) at which no limit is exceeded, NaN at poses without results; and where buckling limits it."""
     nothing = loaded.at(np.zeros(()))
-    shape = loaded.at(np.ones(nothing.shape)).shape
+    shape = nothing.shape
     none, first, factor = np.zeros(shape), np.full(shape, _weight(loaded.configuration)), np.full(shape, np.inf)
     if loaded.margins(nothing).stated:
         factor = _crossing(loaded.stated, none, first, factor)
@@ -169,7 +170,7 @@ def _largest_factor(loaded: _Loaded) -> tuple[Array, NDArray[np.bool_]]:
     if np.any(buckles):
         earlier = _crossing(loaded.buckling, none, np.where(known > 0, known, first), np.where(buckles, factor, 0.0))
         factor = np.where(buckles, np.minimum(earlier, factor), factor)
-    return np.where(np.isnan(np.broadcast_to(nothing.twist[..., 0], shape)), np.nan, factor), buckles
+    return np.where(np.isnan(nothing.twist[..., 0]), np.nan, factor), buckles
 
 
 def _weight(configuration: Configuration) -> float:
@@ -250,7 +251,7 @@ def _worst_direction(pose: Configuration, case: LoadCase, sag: float | None) -> 
             steps = _DIFFERENCE * np.array([1.0, -1.0])[:, None, None] * np.eye(3)
             around = of(sizes[:, None, None, None] * (directions[:, None, None] + steps))
             gradients = np.subtract(*np.moveaxis(usage(around, np.ones(())), 1, 0))
-            tried = _unit(np.where(np.any(gradients, axis=1, keepdims=True), gradients, directions))
+            tried = normalize(np.where(np.any(gradients, axis=1, keepdims=True), gradients, directions).T).T
             reached = factors(tried)
             better = reached < (1 - _PROGRESS) * least
             directions, least = np.where(better[:, None], tried, directions), np.where(better, reached, least)
@@ -261,7 +262,7 @@ def _worst_direction(pose: Configuration, case: LoadCase, sag: float | None) -> 
                 break
         return directions[np.argmin(least)], float(least.min())
 
-    starts = _unit(np.concatenate([_GRID, *_exact_directions(pose, case)]))
+    starts = normalize(np.concatenate([_GRID, *_exact_directions(pose, case)]).T).T
     direction, least = starts[0], np.inf
     if of(starts).margins(analyzed(pose, case, "nan")).stated:
         direction, least = worst(_Loaded.stated, starts, np.inf)
@@ -277,10 +278,6 @@ _GRID = (
     np.array([steps for steps in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(steps)])
     @ exponential(np.array([[0.31], [0.17], [0.23]]))[:, :, 0]
 )
-
-
-def _unit(vectors: Array) -> Array:
-    return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
 
 
 def _exact_directions(pose: Configuration, case: LoadCase) -> list[Array]:

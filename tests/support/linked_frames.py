@@ -157,3 +157,24 @@ class LinkedFrame:
         root = (axes * np.sqrt(np.maximum(values, 0)))[:, values > 1e-12 * values[-1]]  # M = root rootᵀ
         squares = np.linalg.eigvalsh(root.T @ self._solved(root)[0])[::-1][:count]  # 1/ω²
         return 1 / np.sqrt(squares) / (2 * np.pi)
+
+
+def alike(found, expected, tolerance=1e-9, same_names=True):
+    """Assert that arrays, or arrays by name, are equal; unless ``same_names``, ``found`` may have more names."""
+    if hasattr(expected, "items"):
+        largest = max(np.abs(value).max(initial=0.0) for value in expected.values())
+        assert not same_names or list(found) == list(expected)
+        assert max(np.abs(found[key] - expected[key]).max(initial=0.0) for key in expected) <= tolerance * largest
+    else:
+        assert np.abs(found - expected).max() <= tolerance * np.abs(expected).max()
+
+
+def agrees(found, frame, moved, wrenches):
+    """Assert that an analysis equals a frame's solution: twist, compliance, torque at the foot, wrenches of joints."""
+    alike(found.twist, frame.platform(moved)[:, 0])
+    alike(found.compliance, frame.platform(frame.solve(np.eye(6), np.zeros(3))[0]))
+    axis = frame.foot_axis / np.linalg.norm(frame.foot_axis)
+    alike(found.actuator_forces["foot"], frame.wrench("foot", wrenches)[3:, 0] @ axis)
+    for name, wrench in found.joint_wrenches.items():
+        expected = frame.wrench(name, wrenches)[:, 0]  # of the parent, which may be the outer side
+        alike(wrench, expected * np.sign(expected @ wrench))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from frame_links import Frame
 from hub_robots import hub_parts, hub_robot
-from linked_frames import LinkedFrame
+from linked_frames import LinkedFrame, agrees, alike
 from matrix_link import with_flexible
 from simple_machines import joint, link, springs
 from simple_machines import robot as robot_of
@@ -18,15 +18,6 @@ from kinetostatics.description.elements import Inertia
 from kinetostatics.math.rotations import skew
 
 LOAD, GRAVITY, ON_MASS = [10.0, -20.0, -300.0, 4.0, 5.0, 6.0], (0.5, 0.3, -9.81), [100.0, 50.0, 20.0, 1.0, 2.0, 3.0]
-
-
-def _alike(found, expected, tolerance=1e-9):
-    if hasattr(expected, "items"):
-        largest = max(np.abs(value).max(initial=0.0) for value in expected.values())
-        assert list(found) == list(expected)
-        assert max(np.abs(found[key] - expected[key]).max(initial=0.0) for key in expected) <= tolerance * largest
-    else:
-        assert np.abs(found - expected).max() <= tolerance * np.abs(expected).max()
 
 
 def _framed(seed, density=None):
@@ -55,16 +46,10 @@ def test_random_robots_agree_with_an_independent_frame(seed):
     loads = dict.fromkeys(masses, ON_MASS)
     found = ks.analyze(robot.assemble(), LOAD, GRAVITY, loads=loads or None)
     moved, wrenches = frame.solve(np.array([LOAD]).T, np.array(GRAVITY), loads)
-    _alike(found.twist, frame.platform(moved)[:, 0])
-    _alike(found.compliance, frame.platform(frame.solve(np.eye(6), np.zeros(3))[0]))
-    axis = frame.foot_axis / np.linalg.norm(frame.foot_axis)
-    _alike(found.actuator_forces["foot"], frame.wrench("foot", wrenches)[3:, 0] @ axis)
-    for name, wrench in found.joint_wrenches.items():
-        expected = frame.wrench(name, wrenches)[:, 0]  # of the parent, which may be the outer side
-        _alike(wrench, expected * np.sign(expected @ wrench))
+    agrees(found, frame, moved, wrenches)
     light, frame, _ = _framed(seed, density=0)
     if frame.slenderness > 0.5:  # shorter beams are so stiff that rounding counts
-        _alike(ks.modes(light.assemble(), 3).frequencies, frame.frequencies(3))
+        alike(ks.modes(light.assemble(), 3).frequencies, frame.frequencies(3))
 
 
 @pytest.mark.few(10)
@@ -80,10 +65,10 @@ def test_random_robots(seed):
         assert len(robot.description.flexible["hub_0"].matrices.names) == len(targets)
         found = ks.analyze(robot.assemble(), **given)
         for name in ("twist", "compliance", "base_wrench", "actuator_forces", "joint_wrenches", "contributions"):
-            _alike(getattr(found, name), getattr(expected, name))
+            alike(getattr(found, name), getattr(expected, name))
         both = [name for name in expected.link_contributions if name.startswith("mass") or name == "platform"]
         for name in both:
-            _alike(found.link_contributions[name], expected.link_contributions[name])
+            alike(found.link_contributions[name], expected.link_contributions[name])
 
 
 @pytest.mark.few(4)
@@ -93,7 +78,7 @@ def test_modes(seed):
     machine = hub_robot(seed)[0]
     heavy = machine.description.with_payload("weight", "platform", 1e6, inertia=Inertia((1e6, 0.0, 0.0, 1e6, 0.0, 1e6)))
     found, expected = (ks.modes(robot.assemble(), 4).frequencies for robot in (with_flexible(ks.Robot(heavy)), ks.Robot(heavy)))
-    _alike(found, expected)
+    alike(found, expected)
 
 
 def test_functions_and_sensitivities():
@@ -101,12 +86,12 @@ def test_functions_and_sensitivities():
     robot = with_flexible(hub_robot(1)[0])
     pose = robot.assemble()
     compiled = ks.analyze(pose, load=LOAD, gravity=GRAVITY, engine="compiled")
-    _alike(compiled.twist, ks.analyze(pose, load=LOAD, gravity=GRAVITY, engine="numpy").twist, 1e-11)
+    alike(compiled.twist, ks.analyze(pose, load=LOAD, gravity=GRAVITY, engine="numpy").twist, 1e-11)
     name, step = "hub_0.stiffness_factor", 1e-4
     sensitivity = ks.sensitivities(pose, by=[name], outputs=["twist"], load=LOAD, gravity=GRAVITY)[name]
     descriptions = [robot.description.changed("hub_0", stiffness_factor=1 + change) for change in (step, -step)]
     twists = [ks.analyze(ks.Robot(changed).assemble(), load=LOAD, gravity=GRAVITY).twist for changed in descriptions]
-    _alike(sensitivity.derivatives["twist"], (twists[0] - twists[1]) / (2 * step), 1e-6)
+    alike(sensitivity.derivatives["twist"], (twists[0] - twists[1]) / (2 * step), 1e-6)
 
 
 @pytest.mark.parametrize("seed", [1, 5, 8])
@@ -127,8 +112,8 @@ def test_heat(seed):
     robot = ks.Robot(robot.description.changed("hub_0", matrices=heated))
     found = ks.analyze(robot.assemble(), assembly_errors={"hub_0": {"temperature": 25.0}})
     expected = ks.analyze(ks.Robot(description).assemble(), assembly_errors={name: {"temperature": 25.0} for name in hubs})
-    _alike(found.twist, expected.twist)
-    _alike(found.joint_wrenches, expected.joint_wrenches)
+    alike(found.twist, expected.twist)
+    alike(found.joint_wrenches, expected.joint_wrenches)
     assert "hub_0.error.temperature" in str(ks.tolerances(robot.assemble(), {"hub_0.error.temperature": 5.0}).report())
 
 
@@ -169,13 +154,13 @@ def test_second_order_and_modes():
     poses = [_soft(jointed=jointed).assemble() for jointed in (False, True)]
     found, expected = (ks.analyze(pose, load=LOAD, gravity=GRAVITY) for pose in poses)
     for name in ("twist", "compliance", "contributions"):
-        _alike(getattr(found, name), getattr(expected, name))
-    _alike(*(ks.modes(pose, 4).frequencies for pose in poses))
+        alike(getattr(found, name), getattr(expected, name))
+    alike(*(ks.modes(pose, 4).frequencies for pose in poses))
     poses = [ks.Robot(replace(pose.robot.description, springs={})).assemble() for pose in poses]
     found, expected = (ks.analyze(pose, load=LOAD, gravity=GRAVITY) for pose in poses)
     assert np.abs(expected.second_order.twist / expected.twist - 1).max() > 1e-6
-    _alike(found.second_order.twist, expected.second_order.twist)
-    _alike(found.second_order.compliance, expected.second_order.compliance)
+    alike(found.second_order.twist, expected.second_order.twist)
+    alike(found.second_order.compliance, expected.second_order.compliance)
 
 
 def test_internal_coordinates_of_a_frame():
@@ -188,7 +173,7 @@ def test_internal_coordinates_of_a_frame():
         description = replace(robot_of(*parts).description, flexible={"hub": part})
         frequencies.append(ks.modes(ks.Robot(description).assemble(), 25).frequencies)
     assert np.all(np.isfinite(frequencies))
-    _alike(*frequencies)
+    alike(*frequencies)
 
 
 def _with_plate(robot):
@@ -229,7 +214,7 @@ def test_elastic_platform(name):
     expected = unit.compliance[0] + J.T @ matrices.flexibility("tip") @ J
     found = ks.analyze(soft.assemble(), load=LOAD, gravity=(0, 0, 0)).compliance
     assert np.abs(found - unit.compliance[0]).max() > 1e-3 * np.abs(found).max()
-    _alike(found, expected)
+    alike(found, expected)
     assert [limb.name for limb in soft.topology.limbs] == ["limb_1"]
 
 

@@ -18,6 +18,7 @@ from kinetostatics.cli.inputs import (
     number_of,
     parse_items,
     parse_parameters,
+    placed_payload,
     pose_of,
     single_values,
     value_of,
@@ -312,11 +313,8 @@ def _capacity(args: argparse.Namespace) -> int:
         check_files(args.out, FIGURES)
         limits = {**given_of(("load", "gravity", "sag"), args), **link_loads_of(args)}
         chosen = given_of(("direction",), args)
-        center = value_of("payload_center", args)
-        if args.mass or center is not None or args.payload_link is not None:
-            from kinetostatics.description.loads import Payload
-
-            chosen["payload"] = Payload(1.0, tuple(center or (0.0, 0.0, 0.0)), link=args.payload_link)
+        if args.mass or args.payload_center is not None or args.payload_link is not None:
+            chosen["payload"] = placed_payload(1.0, args)
         configuration, warnings = pose_of(load_robot(args), args)
         found = CAPACITY.called()(configuration, **chosen, **limits)
         for path in args.out:

@@ -16,7 +16,7 @@ from kinetostatics.exceptions import ArgumentError, AssemblyError, Kinetostatics
 from kinetostatics.units import KINDS, KNOWN, PLATFORM_KINDS, Unit, article, find_unit, typed_number
 
 if TYPE_CHECKING:
-    from kinetostatics.description.loads import LinkLoad
+    from kinetostatics.description.loads import LinkLoad, Payload
     from kinetostatics.kinematics.configuration import Configuration
     from kinetostatics.robot import Robot
 
@@ -322,13 +322,18 @@ def payload_of(args: argparse.Namespace) -> dict[str, Keyword]:
     """Return the payload on the command line as an argument of :func:`kinetostatics.analyze`; without payload, no argument."""
     mass, center = value_of("payload", args), value_of("payload_center", args)
     if mass is not None:
-        from kinetostatics.description.loads import Payload
-
-        return {"payload": Payload(mass, tuple(center or (0.0, 0.0, 0.0)), link=args.payload_link)}
+        return {"payload": placed_payload(mass, args)}
     if center is not None or args.payload_link is not None:
         option = "--payload-link" if center is None else "--payload-center"
         raise ArgumentError(f"{option} gives the position of a payload, but its mass is missing: --payload 5kg")
     return {}
+
+
+def placed_payload(mass: float, args: argparse.Namespace) -> Payload:
+    """Return a payload with the centre and link on the command line."""
+    from kinetostatics.description.loads import Payload
+
+    return Payload(mass, tuple(value_of("payload_center", args) or (0.0, 0.0, 0.0)), link=args.payload_link)
 
 
 def _link_load(link: str, texts: list[str]) -> LinkLoad:

@@ -165,7 +165,6 @@ TEXT, NAME = Kind("text", _text), Kind("text", _name)
 NUMBER, POSITIVE, NOT_NEGATIVE = Kind("number", _number), Kind("number", _positive), Kind("number", _not_negative)
 PAIR = Kind("numbers", lambda value: _tuple(2, "two numbers", value, lambda number: _finite(number, LONGEST)))
 POINT, VECTOR = Kind("numbers", _point), Kind("numbers", _three)
-SIX = Kind("numbers", lambda value: _tuple(6, "six numbers", value))
 Text = Annotated[str, TEXT]
 Name = Annotated[str, NAME]
 Number = Annotated[float, NUMBER]

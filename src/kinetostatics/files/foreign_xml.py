@@ -26,8 +26,6 @@ from kinetostatics.files.element_tables import LIMITS_OF_LOOP, limits, unlimited
 from kinetostatics.files.foreign_loops import ForeignJoint, SourceRobot
 from kinetostatics.files.xml import XmlElement
 
-DIRECTION = row(Loop, "xyz", "axis").kind
-
 
 def _origin(end: str) -> tuple[Row, Row]:
     zero = (0.0, 0.0, 0.0)

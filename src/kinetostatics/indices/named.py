@@ -117,10 +117,8 @@ def _index(ds: xr.Dataset, measure: Measure, beyond_limits: bool, size: float = 
         unit = units.pop()
         words = words if unit == "N" else words.replace("force", "torque")
         dims = ["actuator"]
-    elif measure.of == "utilization":
-        dims = ["actuator"]
-    elif measure.of == "frequencies":
-        dims = ["natural_mode"]
+    elif measure.of in ("utilization", "frequencies"):
+        dims = label_dims(ds, _variable(measure))
     else:
         components = list(COMPONENTS[measure.part])
         dims = [dim for dim in ("component", "component_2") if dim in array.dims]
