@@ -12,11 +12,15 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from kinetostatics import hooks
+from kinetostatics.arguments import check_choice, need
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.layout.blocks import ReportSection
 from kinetostatics.layout.renderings import report_html, report_text
+from kinetostatics.math.arrays import Array
 
 Json: TypeAlias = Any  # values of json.loads and json.dumps
+#: Labels of the n rows of each pose, and numbers (…, n) by title with the SI unit, batch axes first.
+NumberTable: TypeAlias = tuple[Mapping[str, Sequence[object]], Mapping[str, Array]]
 
 
 def as_json(value: object) -> Json:
@@ -50,6 +54,7 @@ class Report:
 
     Attributes:
         title: parts of a single line; a :class:`Word` among them is coloured by its tone.
+        tables: functions that return tables of numbers, by name.
     """
 
     def __init__(
@@ -57,9 +62,10 @@ class Report:
         title: str | Sequence[str],
         sections: Callable[[], Iterable[ReportSection]],
         data: Callable[[], Mapping[str, object]] = dict,
+        tables: Mapping[str, Callable[[], NumberTable]] | None = None,
     ) -> None:
         self.title: Sequence[str] = (title,) if isinstance(title, str) else title
-        self._sections, self._data = sections, data
+        self._sections, self._data, self.tables = sections, data, tables or {}
 
     @cached_property
     def sections(self) -> list[ReportSection]:
@@ -83,7 +89,7 @@ class Report:
         return self._with(lambda: (section for section in self.sections if section.title is None or section.key in keys))
 
     def _with(self, sections: Callable[[], Iterable[ReportSection]]) -> Report:
-        return Report(self.title, sections, self._data)
+        return Report(self.title, sections, self._data, self.tables)
 
     def text(self, colour: bool = False) -> str:
         return report_text(self.title, self.sections, colour)
@@ -124,3 +130,30 @@ class Reported:
     def to_dict(self) -> dict[str, Json]:
         """Return all data as plain numbers, lists and strings, as printed by ``--json``."""
         return self.report().to_dict()
+
+
+class Tabulated(Reported):
+    """Base of classes whose objects also have tables of numbers."""
+
+    def to_dataframe(self, table: str | None = None) -> Any:
+        """Return a table as a ``pandas.DataFrame`` in SI units, with the batch axes, if any, and the names of the rows as index.
+
+        Args:
+            table: name of the table: of a result "contributions" (default: twist and actuator forces by contribution) or "parts"
+                (twist by elastic part and assembly error); of modes "modes".
+
+        Raises:
+            ArgumentError: there is no such table.
+            KinetostaticsError: the package pandas is missing.
+        """
+        tables = self.report().tables
+        name = next(iter(tables)) if table is None else table
+        check_choice("table", name, tuple(tables))
+        need("a DataFrame", "dataframe", "pandas")
+        import pandas  # type: ignore[import-untyped, unused-ignore]
+
+        rows, columns = tables[name]()
+        *poses, number = (axis.ravel() for axis in np.indices(next(iter(columns.values())).shape))
+        index = {f"axis {k}": axis for k, axis in enumerate(poses)}
+        index |= {label: np.array([*names])[number] for label, names in rows.items()}
+        return pandas.DataFrame({**index, **{title: column.ravel() for title, column in columns.items()}}).set_index([*index])

@@ -8,7 +8,7 @@ import numpy as np
 
 from kinetostatics.layout.blocks import Block, Cell, Column, Facts, Number, ReportSection, Table, Text, warning_section
 from kinetostatics.layout.numbers import MISSING, UNITS_OF, NumberFormat, Units, quantity
-from kinetostatics.layout.report import Report, attributes
+from kinetostatics.layout.report import NumberTable, Report, attributes
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS, WRENCH_COMPONENTS
 from kinetostatics.reports.pose import actuator_coordinates, at_pose, count, platform_coordinates, state_title, status_names
@@ -96,7 +96,7 @@ def modes_report(modes: Modes) -> Report:
         title += [*state_title(modes.configuration, modes.status), "; " + _frequencies(modes)]
     else:
         title += state_title(modes.configuration, modes.status)
-    return Report(title, lambda: list(_mode_sections(modes)), lambda: _mode_data(modes))
+    return Report(title, lambda: list(_mode_sections(modes)), lambda: _mode_data(modes), {"modes": lambda: _mode_table(modes)})
 
 
 def _frequencies(modes: Modes) -> str:
@@ -139,6 +139,14 @@ def _mode_sections(modes: Modes) -> Iterator[ReportSection]:
         ("Kinetic energy by part [%]: what to make lighter", "kinetic", modes.kinetic_energy_shares),
     ):
         yield ReportSection(title, [_energies(shares, numbers)], key)
+
+
+def _mode_table(modes: Modes) -> NumberTable:
+    columns = {"frequency [Hz]": modes.frequencies}
+    columns |= {f"effective mass {name}": modes.effective_masses[..., k] for k, name in enumerate(COMPONENTS)}
+    for kind, shares in (("strain", modes.strain_energy_shares), ("kinetic", modes.kinetic_energy_shares)):
+        columns |= {f"{kind} energy of {name}": share for name, share in shares.items()}
+    return {"mode": range(1, modes.count + 1)}, columns
 
 
 def _local_modes(modes: Modes) -> str:

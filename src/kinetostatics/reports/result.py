@@ -44,7 +44,7 @@ from kinetostatics.reports.pose import (
     status_names,
     statuses_of,
 )
-from kinetostatics.reports.sources import gravity_twists, source_table
+from kinetostatics.reports.sources import contribution_table, gravity_twists, part_table, source_table
 from kinetostatics.reports.summary import component_table, stiffness_blocks, summary_facts
 from kinetostatics.results.result import Result
 from kinetostatics.statics.link_loads import PAYLOAD
@@ -165,9 +165,9 @@ def result_report(result: Result, hinge_axes: Mapping[str, str] | None = None) -
     """See :meth:`kinetostatics.Result.report`."""
     hinge_axes = checked_axes(hinge_axes or {}, result.limbs)
     title = [f"Analysis of {result.robot.name!r}: ", *state_title(result), *_motion(result)]
-    if result.shape != ():
-        return Report(title, lambda: batch_sections(result), lambda: result_data(result))
-    return Report(title, lambda: _sections(result, hinge_axes), lambda: result_data(result))
+    tables = {"contributions": lambda: contribution_table(result), "parts": lambda: part_table(result)}
+    sections = (lambda: batch_sections(result)) if result.shape else (lambda: [*_sections(result, hinge_axes)])
+    return Report(title, sections, lambda: result_data(result), tables)
 
 
 def _motion(result: Result) -> Iterator[str]:

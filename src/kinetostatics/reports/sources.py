@@ -11,7 +11,10 @@ import numpy as np
 
 from kinetostatics.layout.blocks import Block, Column, Table
 from kinetostatics.layout.numbers import ANGLES, LENGTHS, NoiseFloor, NumberFormat
+from kinetostatics.layout.report import NumberTable
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS
+from kinetostatics.reports.pose import actuator_unit
 from kinetostatics.results.contributions import by_mechanism_of_gravity
 from kinetostatics.results.result import Result
 from kinetostatics.statics.solution import of_deformation
@@ -74,7 +77,7 @@ def parts_along(twists: Array, whole: Array, noise: NoiseFloor) -> tuple[Array, 
 
 
 def sources(result: Result) -> tuple[list[tuple[str, str]], Array]:
-    """Return (names, twists): name and kind of each of n sources, in the file's order within a kind; twists (n, 6)."""
+    """Return (names, twists): name and kind of each of n sources, in the file's order within a kind; twists (…, n, 6)."""
     robot = result.robot
     order = {name: k for k, name in enumerate((*robot.description.elastic_links, *robot.mechanism.connections))}
     named_twists = [
@@ -82,7 +85,24 @@ def sources(result: Result) -> tuple[list[tuple[str, str]], Array]:
         for kind, named in result.source_contributions.items()
         for name, twist in sorted(named.items(), key=lambda pair: order[pair[0]])
     ]
-    return [(name, kind) for name, kind, _ in named_twists], np.reshape([twist for *_, twist in named_twists], (-1, 6))
+    twists = np.reshape([twist for *_, twist in named_twists], (len(named_twists), *result.twist.shape))
+    return [(name, kind) for name, kind, _ in named_twists], np.moveaxis(twists, 0, -2)
+
+
+def contribution_table(result: Result) -> NumberTable:
+    columns = _twist_columns(np.stack([*result.contributions.values()], axis=-2))
+    for name, parts in result.actuator_contributions.items():
+        columns[f"force of {name} [{actuator_unit(result.robot, name)}]"] = np.stack([*parts.values()], axis=-1)
+    return {"contribution": [*result.contributions]}, columns
+
+
+def part_table(result: Result) -> NumberTable:
+    names, twists = sources(result)
+    return {"part": [part for part, _ in names], "kind": [kind for _, kind in names]}, _twist_columns(twists)
+
+
+def _twist_columns(twists: Array) -> dict[str, Array]:
+    return {f"{name} [{TWIST_UNITS[k]}]": twists[..., k] for k, name in enumerate(COMPONENTS)}
 
 
 def ranked(values: Array) -> list[int]:

@@ -17,7 +17,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.writer import cells, write_table
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping
-from kinetostatics.layout.report import Reported
+from kinetostatics.layout.report import Reported, Tabulated
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS, WRENCH_COMPONENTS, WRENCH_UNITS
 from kinetostatics.results.mode_arrays import AtPoses, Shapes
@@ -60,7 +60,7 @@ class _Stable:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Modes(_Stable, Shapes[ModeShapes], Reported):
+class Modes(_Stable, Shapes[ModeShapes], Tabulated):
     """The lowest natural frequencies and modes of one pose or a batch of poses; see :func:`kinetostatics.modes`.
 
     Arrays are read-only, batch axes first, then the mode; NaN where a pose has no results. Every mode has a modal mass of 1 kg,

@@ -16,7 +16,7 @@ from kinetostatics.arguments import whole_number
 from kinetostatics.description.loads import Payload
 from kinetostatics.kinematics.configuration import Configuration, spread
 from kinetostatics.layout.mapping import ResultMapping
-from kinetostatics.layout.report import Report, Reported
+from kinetostatics.layout.report import Report, Tabulated
 from kinetostatics.math.arrays import Array, Index, frozen
 from kinetostatics.results import contributions
 from kinetostatics.results.buckling import Buckling, SecondOrder, buckling_of, second_order_of
@@ -32,7 +32,7 @@ from kinetostatics.statics.solution import Solution, by_mechanism
 from kinetostatics.status import FACTS, REPORTED, Status, status_of
 
 
-class Result(Reported, PoseArrays):
+class Result(Tabulated, PoseArrays):
     """The result of :func:`kinetostatics.analyze`; wrenches are ``[force; moment]``, twists ``[displacement; rotation]``.
 
     Attributes:
