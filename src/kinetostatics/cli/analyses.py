@@ -318,8 +318,8 @@ MODES = Command(
     own_arguments={
         "count": Argument("count", "number of modes (default: 6)", "N"),
         "out": Argument("texts", "write the modes as a state-space model (.npz, .mat, .json)", "FILE"),
-        "inputs": Argument("texts", "points of its forces: o, or rigid links (default: o)", "NAME"),
-        "outputs": Argument("texts", "points of its displacements, or 'velocity of o' (default: o)", "NAME"),
+        "inputs": Argument("texts", "its inputs: o, links, elastic actuators, 'acceleration of floor' (default: o)", "NAME"),
+        "outputs": Argument("texts", "its outputs: o, links, elastic actuators, or 'velocity of o' (default: o)", "NAME"),
         "damping": Argument("number", "its damping ratio (default: 0.02)", "ZETA"),
     },
     function="dynamics.vibrations:modes",

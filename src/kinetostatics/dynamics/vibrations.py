@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from kinetostatics.analysis import analyzed
 from kinetostatics.arguments import check, finite_numbers, whole_number
 from kinetostatics.description.loads import Payload
 from kinetostatics.elements.rods import Numbers
@@ -22,7 +20,6 @@ from kinetostatics.math.arrays import Array, Index, Mask, in_threads
 from kinetostatics.mechanism.joints import elastic_actuator
 from kinetostatics.results.dynamics import FrequencyResponse, Modes
 from kinetostatics.results.pose_arrays import tool_on_robot
-from kinetostatics.results.state_space import PLATFORM
 from kinetostatics.robot import robot_of
 from kinetostatics.statics.link_loads import PAYLOAD, AppliedLoad, LinkLoads
 from kinetostatics.statics.loaded_poses import LoadedPoses
@@ -167,16 +164,7 @@ def modes(
         return ModeShapes(eigenpairs(model, number), motions)
 
     shapes = tuple(vibrations.in_chunks(solved, min(_POSES_OF_MODES, 10_000 // number**2)))
-    flexibility = partial(_flexibility, configuration, gravity, payload)
-    return Modes(configuration, number, drives, payload, shapes, vibrations.valid, flexibility)
-
-
-def _flexibility(configuration: Configuration, gravity: ArrayLike, payload: Payload | None, seen: str, driven: str) -> Array:
-    """Return the displacements (6, 6) of o or of a link's origin under unit wrenches at o or at a link's origin, by statics."""
-    unit = {"load": np.eye(6)} if driven == PLATFORM else {"loads": {driven: np.eye(6)}}
-    result = analyzed(configuration, LoadCase(gravity=gravity, payload=payload, **unit))
-    name = "load" if driven == PLATFORM else f"load on {driven}"
-    return (result.contributions if seen == PLATFORM else result.link_contributions[seen])[name].T
+    return Modes(configuration, number, drives, payload, shapes, vibrations.valid)
 
 
 def frequency_response(

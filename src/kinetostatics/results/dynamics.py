@@ -21,7 +21,7 @@ from kinetostatics.layout.report import Reported, Tabulated
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS, WRENCH_COMPONENTS, WRENCH_UNITS
 from kinetostatics.results.mode_arrays import AtPoses, Shapes
-from kinetostatics.results.state_space import PLATFORM, Flexibility, StateSpace, state_space
+from kinetostatics.results.state_space import PLATFORM, StateSpace, names_of, state_space
 from kinetostatics.status import Status
 from kinetostatics.vibration.eigenpairs import modes_below
 from kinetostatics.vibration.motions import ModeShapes
@@ -73,8 +73,6 @@ class Modes(_Stable, Shapes[ModeShapes], Tabulated):
         payload: the payload, or None.
         chunks: the modes of the poses with results, in the order of the poses.
         valid: (N,) True at poses with results.
-        flexibility: function of the names of an output and an input of :meth:`state_space` that returns the displacements (6, 6)
-            under unit forces, by statics.
     """
 
     configuration: Configuration
@@ -83,7 +81,6 @@ class Modes(_Stable, Shapes[ModeShapes], Tabulated):
     payload: Payload | None
     chunks: tuple[ModeShapes, ...]
     valid: Mask
-    flexibility: Flexibility
 
     @property
     def _numbers(self) -> Array:
@@ -129,8 +126,11 @@ class Modes(_Stable, Shapes[ModeShapes], Tabulated):
         inertia. Velocities lack this part.
 
         Args:
-            inputs: wrenches [N, N·m], world axes: "o" on the platform at o, or a rigid link's name, at the link's origin.
-            outputs: twists [m, rad] of the same points; "velocity of o" for rates [m/s, rad/s].
+            inputs: wrenches [N, N·m], world axes: "o" on the platform at o, or a rigid link's name, at the link's origin; an
+                elastic actuator's name: a force [N or N·m] in addition to that of its stiffness; "acceleration of floor":
+                translation, and rotation about o [m/s², rad/s²].
+            outputs: twists [m, rad] of o and of links, displacements [m or rad] of actuators, relative to the floor;
+                "velocity of o" for rates [m/s, rad/s].
             damping: damping ratio of all modes, or factors of proportional damping, see
                 :func:`kinetostatics.frequency_response`.
 
@@ -146,8 +146,7 @@ class Modes(_Stable, Shapes[ModeShapes], Tabulated):
         """
         if self.shape or not self.valid.all() or self.warnings or self.drives != "locked":
             raise ArgumentError("a state-space model needs one stable pose, with locked actuators")
-        twists = {PLATFORM: self.twists, **self.link_twists}
-        return state_space(self.frequencies, twists, self.flexibility, inputs, outputs, damping)
+        return state_space(self.frequencies, self.chunks[0], inputs, outputs, damping)
 
     # ---- participation and energy ------------------------------------------------------------------------------------
 
@@ -246,7 +245,9 @@ class FrequencyResponse(_Stable, AtPoses, Reported):
         need("a model for python-control", "control", "control")
         import control  # type: ignore[import-untyped, unused-ignore]
 
-        return control.FrequencyResponseData(np.moveaxis(self.compliance, 0, 2), 2 * np.pi * self.frequencies)
+        point = PLATFORM if self.tool is None else "tool"
+        named = {"inputs": names_of(point, WRENCH_COMPONENTS, WRENCH_UNITS), "outputs": names_of(point, COMPONENTS, TWIST_UNITS)}
+        return control.FrequencyResponseData(np.moveaxis(self.compliance, 0, 2), 2 * np.pi * self.frequencies, **named)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write magnitudes and phases of one pose as a table.

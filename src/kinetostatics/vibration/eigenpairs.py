@@ -197,15 +197,33 @@ def _align(shapes: Array, vectors: Array, equal: Mask, free: int, platform: Arra
     shapes *= signs_of_modes(shapes, twists, _MOVES)
 
 
+def static_displacements(model: VibrationModel, forces: Array) -> Array:
+    """Return the displacements (N, n, k) of all coordinates under k constant forces (N, n, k); motions without stiffness rest."""
+    found, K, whole = np.zeros(forces.shape), model.static_pencil[0], _without_cancellation(model)
+    for poses, basis in model.closed_motions():
+        space = _Space(poses, basis, 0)
+        scaled, size = _scaled(space.restricted(K[poses]), space.restricted(whole[poses]))
+        values, axes = np.linalg.eigh(scaled)
+        motions = axes / size[..., None] if basis is None else basis @ (axes / size[..., None])
+        compliances = np.where(values > _NONE, 1 / np.where(values > _NONE, values, 1.0), 0.0)
+        found[poses] = motions @ (compliances[..., None] * (np.swapaxes(motions, 1, 2) @ forces[poses]))
+    return found
+
+
+def _without_cancellation(model: VibrationModel) -> Array:
+    """Return the stiffness (N, n, n) without the cancellation of stiffnesses of opposite signs."""
+    whole, n = np.array(model.static_pencil[0]), model.cancelling.shape[1]
+    whole[:, :n, :n] += model.cancelling
+    return whole
+
+
 def _spaces(model: VibrationModel) -> Iterator[_Space]:
     """Yield groups of poses with equal numbers of independent motions, and of independent motions without stiffness.
 
     Poses at which a motion has negative stiffness are separate groups.
     """
     K, M = model.static_pencil
-    whole = np.array(K)  # without the cancellation of stiffnesses of opposite signs
-    n = model.cancelling.shape[1]
-    whole[:, :n, :n] += model.cancelling
+    whole = _without_cancellation(model)
     for poses, basis in model.closed_motions():
         every = _Space(poses, basis, 0)
         values = np.linalg.eigvalsh(_scaled(every.restricted(K[poses]), every.restricted(whole[poses]))[0])

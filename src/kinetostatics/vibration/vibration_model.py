@@ -232,14 +232,23 @@ class VibrationModel:
 
         They are Σ Tᵀ (−λ M) R + Σ Tᵀ D_rod(λ) R, with the motions T per coordinate and R of the rigid robot.
         """
-        found = np.zeros((*square.shape, self.coordinates, 6), dtype=square.dtype)
+        return self._carried(-square, {name: item.piece.dynamic_stiffness(square) for name, item in self.beams.items()})
+
+    @cached_property
+    def floor_inertia(self) -> Array:
+        """Forces (N, n, 6) against all coordinates per unit of a constant acceleration of the floor about o [kg, kg·m]."""
+        zero = np.zeros((self.poses, 1))
+        return self._carried(zero + 1, {name: item.piece.pencil(zero)[1] for name, item in self.beams.items()})[:, 0]
+
+    def _carried(self, factor: Numbers, rods: Mapping[str, Numbers]) -> Numbers:
+        """Return Σ Tᵀ f M R + Σ Tᵀ A R (N, m, n, 6) for factors f (N, m) and one matrix A per beam, of a piece."""
+        found = np.zeros((*factor.shape, self.coordinates, 6), dtype=factor.dtype)
         for part in self.masses.values():
             own = np.swapaxes(part.motions, 1, 2) @ part.matrix @ part.carried
-            found[:, :, list(part.columns)] -= square[..., None, None] * own[:, None]
+            found[:, :, list(part.columns)] += factor[..., None, None] * own[:, None]
         for name, item in self.beams.items():
-            D = item.piece.dynamic_stiffness(square)
             for number, (columns, motions) in enumerate(item.moved(self.first_along[name], self.size)):
-                found[:, :, columns] += np.swapaxes(motions, 1, 2)[:, None] @ D @ item.carried_piece(number)[:, None]
+                found[:, :, columns] += np.swapaxes(motions, 1, 2)[:, None] @ rods[name] @ item.carried_piece(number)[:, None]
         return found
 
     def closed_motions(self) -> list[tuple[Index, Array | None]]:
