@@ -84,10 +84,10 @@ def _export(args: argparse.Namespace) -> int:
         if args.jacobian:
             inputs = [name for name in function.inputs if name not in ("load", "gravity")]
             exported = function.jacobian(args.jacobian, args.with_respect_to or inputs)
-        if args.fmu:
+        if args.fmu or args.fmi:
             if args.jacobian or args.scalar:
                 raise ArgumentError("--fmu takes neither --jacobian nor --scalar")
-            function.export_fmu(args.out, near=near, **given_of(("name",), args))
+            function.export_fmu(args.out, near=near, **given_of(("name", "fmi"), args))
             print(f"wrote {args.out}")
             return 0
         code = exported.export_c(args.out, near=near, **given_of(("scalar", "name"), args))
@@ -132,7 +132,8 @@ EXPORT = Command(
             "texts", "inputs of the derivatives: coordinates (default: all of them), load, gravity", "NAME", option="--by"
         ),
         "scalar": Argument("text", "type of arguments and results: double (default) or float", "TYPE"),
-        "fmu": Argument("flag", "write a functional mock-up unit (FMI 3.0, co-simulation, sources) instead: --out robot.fmu"),
+        "fmu": Argument("flag", "write a functional mock-up unit (FMI, co-simulation, sources) instead: --out robot.fmu"),
+        "fmi": Argument("count", "version of the unit's standard: 3 (default) or 2", "N"),
         "name": Argument("text", "prefix of all names in C (default: the robot's name)", "NAME"),
         "out": Argument("text", "the folder of the files, or the .fmu file", "FOLDER"),
     },

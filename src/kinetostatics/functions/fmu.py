@@ -1,4 +1,4 @@
-"""Functional mock-up units (FMI 3.0, co-simulation, sources): the exported C of a function in a simulation program.
+"""Functional mock-up units (FMI 3.0 or 2.0, co-simulation, sources): the exported C of a function in a simulation program.
 
 An FMU is a zip archive with a model description (XML), C sources, and a CMakeLists.txt that compiles them to the binary of a
 platform. Outputs follow from the inputs at the same time; the pose moves along the straight line from the last one.
@@ -32,6 +32,19 @@ from kinetostatics.output_files import replacing
 
 #: Gravity at the start of a simulation [m/s²].
 _GRAVITY = (0.0, 0.0, -9.81)
+#: Words in the C source and CMake file by version of the standard: names of functions, types, and platforms.
+_WORDS = {
+    2: ("2", "int", "FMUstate", "DeSerializeFMUstate", "darwin64", "win64", "linux64"),
+    3: (
+        "3",
+        "bool",
+        "FMUState",
+        "DeserializeFMUState",
+        "aarch64-darwin",
+        "x86_64-windows",
+        "${CMAKE_SYSTEM_PROCESSOR}-${system}",
+    ),
+}
 #: Folder of the C source and CMake file that are completed for a robot.
 _HERE = Path(__file__).parent
 
@@ -45,12 +58,18 @@ class _Variable:
 
 
 def export_fmu(
-    function: Exported, path: str | os.PathLike[str], name: str | None = None, near: Configuration | Values | None = None
+    function: Exported,
+    path: str | os.PathLike[str],
+    name: str | None = None,
+    near: Configuration | Values | None = None,
+    fmi: int = 3,
 ) -> None:
     """Write a function of a robot as a functional mock-up unit, see :meth:`Function.export_fmu`."""
     file = path_name("path", path)
     if not file.endswith(".fmu"):
         raise ArgumentError(f"{file!r} does not end in .fmu")
+    if fmi not in _WORDS:
+        raise ArgumentError(f"fmi is {fmi!r}; it must be 2 or 3")
     prefix = identifier(function.robot.name if name is None else name)
     _, parts = recorded(function, near)
     texts = {f"{prefix}.h": header(prefix, "double", parts), f"{prefix}.c": source(prefix, "double", parts)}
@@ -58,13 +77,25 @@ def export_fmu(
     token = hashlib.sha256("".join(texts.values()).encode()).hexdigest()
     starts = ", ".join(literal(float(variable.start or 0.0)) for variable in inputs)
     words = {"ROBOT": prefix, "INPUTS": str(len(inputs)), "OUTPUTS": str(len(outputs)), "TOKEN": token, "VALUES_AT_START": starts}
-    texts["fmi.c"] = re.sub("|".join(words), lambda word: words[word[0]], (_HERE / "fmi.c").read_text("utf-8"))
-    texts["buildDescription.xml"] = _build_description(prefix, sorted(texts))
-    texts["CMakeLists.txt"] = (_HERE / "fmi.cmake").read_text("utf-8").replace("ROBOT", prefix)
+    words |= zip(("MAJOR", "BOOLEAN", "STATE", "DESERIALIZE", "DARWIN", "WINDOWS", "LINUX"), _WORDS[fmi], strict=True)
+    for made, templates in (("fmi.c", ("fmu.c", f"fmi{fmi}.c")), ("CMakeLists.txt", ("fmi.cmake",))):
+        text = "".join((_HERE / template).read_text("utf-8") for template in templates)
+        texts[made] = re.sub("|".join(words), lambda word: words[word[0]], text)
+    sources = sorted(text_name for text_name in texts if text_name.endswith(".c"))
+    description = _model_description(function, prefix, token, inputs, outputs)
+    if fmi == 2:
+        _as_fmi_2(description, sources)
+    else:
+        texts["buildDescription.xml"] = _text(_build_description(prefix, sources))
     with replacing(file) as partial, zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("modelDescription.xml", _model_description(function, prefix, token, inputs, outputs))
+        archive.writestr("modelDescription.xml", _text(description))
         for text_name, text in texts.items():
             archive.writestr(f"sources/{text_name}", text)
+
+
+def _text(root: ET.Element) -> str:
+    ET.indent(root)
+    return '<?xml version="1.0" encoding="utf-8"?>\n' + ET.tostring(root, encoding="unicode")
 
 
 def _inputs(parts: Programs) -> Iterator[_Variable]:
@@ -92,7 +123,8 @@ def _outputs(parts: Programs) -> Iterator[_Variable]:
 
 def _model_description(
     function: Exported, prefix: str, token: str, inputs: Sequence[_Variable], outputs: Sequence[_Variable]
-) -> bytes:
+) -> ET.Element:
+    """Return the description of a unit of FMI 3.0."""
     root = ET.Element(
         "fmiModelDescription",
         fmiVersion="3.0",
@@ -123,15 +155,28 @@ def _model_description(
     for output in [*structure]:
         ET.SubElement(structure, "InitialUnknown", output.attrib)
     root.append(structure)
-    ET.indent(root)
-    return bytes(ET.tostring(root, encoding="utf-8", xml_declaration=True))
+    return root
 
 
-def _build_description(prefix: str, names: Sequence[str]) -> str:
+def _as_fmi_2(root: ET.Element, sources: Sequence[str]) -> None:
+    """Change a model description from FMI 3.0 to FMI 2.0, which also names the sources."""
+    root.attrib |= {"fmiVersion": "2.0", "guid": root.attrib.pop("instantiationToken")}
+    simulation, _, variables, structure = root
+    simulation.attrib = {name.replace("FMUState", "FMUstate"): value for name, value in simulation.attrib.items()}
+    ET.SubElement(simulation, "SourceFiles").extend(ET.Element("File", name=name) for name in sources)
+    for variable in variables:
+        numbers: dict[str, str] = {name: variable.attrib.pop(name) for name in ("unit", "start") if name in variable.attrib}
+        ET.SubElement(variable, {"Float64": "Real", "Int32": "Integer"}[variable.tag], numbers)
+        variable.tag = "ScalarVariable"
+    for tag in ("Output", "InitialUnknown"):
+        group = ET.SubElement(structure, f"{tag}s")
+        for unknown in structure.findall(tag):
+            structure.remove(unknown)
+            ET.SubElement(group, "Unknown", index=str(int(unknown.attrib["valueReference"]) + 1))
+
+
+def _build_description(prefix: str, sources: Sequence[str]) -> ET.Element:
     root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
     files = ET.SubElement(ET.SubElement(root, "BuildConfiguration", modelIdentifier=prefix), "SourceFileSet", language="C99")
-    for name in names:
-        if name.endswith(".c"):
-            ET.SubElement(files, "SourceFile", name=name)
-    ET.indent(root)
-    return ET.tostring(root, encoding="unicode", xml_declaration=True)
+    files.extend(ET.Element("SourceFile", name=name) for name in sources)
+    return root

@@ -192,17 +192,18 @@ class Function:
         """
         return export_c(self, folder, scalar, name, near=near)
 
-    def export_fmu(self, path: str, name: str | None = None, near: Configuration | Values | None = None) -> None:
-        """Write the function as a functional mock-up unit: FMI 3.0, co-simulation, with the sources of :meth:`export_c`.
+    def export_fmu(self, path: str, name: str | None = None, near: Configuration | Values | None = None, fmi: int = 3) -> None:
+        """Write the function as a functional mock-up unit: FMI, co-simulation, with the sources of :meth:`export_c`.
 
         Args:
             path: name of the file, ending in ``.fmu``; an existing file is replaced.
             name, near: see :meth:`export_c`.
+            fmi: version of the standard, 3 or 2.
 
         Raises:
-            ArgumentError: as for :meth:`export_c`, or the name has another ending.
+            ArgumentError: as for :meth:`export_c`, the name has another ending, or ``fmi`` is invalid.
         """
-        export_fmu(self, path, name, near)
+        export_fmu(self, path, name, near, fmi)
 
     # ---- poses ------------------------------------------------------------------------------------------------------
 

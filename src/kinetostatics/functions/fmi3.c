@@ -1,63 +1,15 @@
-/* FMI 3.0 co-simulation of ROBOT.h. Written by kinetostatics. */
-#include "ROBOT.h"
 
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#ifdef _WIN32
-#define FMI __declspec(dllexport)
-#else
-#define FMI
-#endif
-
-typedef enum { fmi3OK, fmi3Warning, fmi3Discard, fmi3Error, fmi3Fatal } fmi3Status;
 typedef void *fmi3Instance;
 typedef uint32_t fmi3ValueReference;
 typedef const char *fmi3String;
-
-/* Value references: 0 time, 1 ... inputs, then outputs and status, in the order of the structures of ROBOT.h. */
-enum { INPUT_COUNT = INPUTS, OUTPUT_COUNT = OUTPUTS };
-
-typedef struct {
-    ROBOT_state state;
-    ROBOT_input input;
-    ROBOT_output output;
-    double time;
-    int32_t status;
-    bool is_new; /* inputs have changed since the outputs were computed */
-} robot;
-
-static void compute(robot *r)
-{
-    if (r->is_new) r->status = ROBOT_evaluate(&r->input, &r->state, &r->output);
-    r->is_new = false;
-}
-
-static const double START[INPUT_COUNT] = {VALUES_AT_START};
-
-static void start(robot *r)
-{
-    memset(r, 0, sizeof *r);
-    ROBOT_start(&r->state);
-    memcpy(&r->input, START, sizeof START);
-    r->is_new = true;
-}
-
-FMI const char *fmi3GetVersion(void) { return "3.0"; }
 
 FMI fmi3Instance fmi3InstantiateCoSimulation(
     fmi3String name, fmi3String token, fmi3String resources, bool visible, bool logging, bool events, bool early,
     const fmi3ValueReference intermediate[], size_t count, void *environment, void *log, void *update)
 {
-    robot *r = NULL;
     (void)name; (void)resources; (void)visible; (void)logging; (void)events; (void)early; (void)intermediate; (void)count;
     (void)environment; (void)log; (void)update;
-    if (token && strcmp(token, "TOKEN") == 0) r = malloc(sizeof *r);
-    if (r) start(r);
-    return r;
+    return instantiate(token);
 }
 
 FMI fmi3Instance fmi3InstantiateModelExchange(
@@ -74,14 +26,6 @@ FMI fmi3Instance fmi3InstantiateScheduledExecution(
     (void)name; (void)token; (void)resources; (void)visible; (void)logging; (void)environment; (void)log; (void)update;
     (void)lock; (void)unlock;
     return NULL;
-}
-
-FMI void fmi3FreeInstance(fmi3Instance r) { free(r); }
-
-FMI fmi3Status fmi3Reset(fmi3Instance r)
-{
-    start(r);
-    return fmi3OK;
 }
 
 FMI fmi3Status fmi3EnterInitializationMode(
@@ -104,95 +48,24 @@ FMI fmi3Status fmi3DoStep(
     return fmi3OK;
 }
 
-FMI fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference refs[], size_t n, double values[], size_t size)
+FMI fmi3Status fmi3GetFloat64(fmi3Instance r, const fmi3ValueReference refs[], size_t n, double values[], size_t size)
 {
-    robot *r = instance;
-    size_t k;
-    compute(r);
-    for (k = 0; k < n && k < size; ++k) {
-        const fmi3ValueReference ref = refs[k];
-        if (ref > INPUT_COUNT + OUTPUT_COUNT) return fmi3Error;
-        values[k] = ref == 0 ? r->time : ref <= INPUT_COUNT ? ((const double *)&r->input)[ref - 1]
-                                                            : ((const double *)&r->output)[ref - 1 - INPUT_COUNT];
-    }
-    return fmi3OK;
+    return n <= size && get(r, refs, n, values) ? fmi3OK : fmi3Error;
 }
 
-FMI fmi3Status fmi3SetFloat64(
-    fmi3Instance instance, const fmi3ValueReference refs[], size_t n, const double values[], size_t size)
+FMI fmi3Status fmi3SetFloat64(fmi3Instance r, const fmi3ValueReference refs[], size_t n, const double values[], size_t size)
 {
-    robot *r = instance;
-    size_t k;
-    for (k = 0; k < n && k < size; ++k) {
-        if (refs[k] < 1 || refs[k] > INPUT_COUNT) return fmi3Error;
-        ((double *)&r->input)[refs[k] - 1] = values[k];
-        r->is_new = true;
-    }
-    return fmi3OK;
+    return n <= size && set(r, refs, n, values) ? fmi3OK : fmi3Error;
 }
 
-FMI fmi3Status fmi3GetInt32(fmi3Instance instance, const fmi3ValueReference refs[], size_t n, int32_t values[], size_t size)
+FMI fmi3Status fmi3GetInt32(fmi3Instance r, const fmi3ValueReference refs[], size_t n, int32_t values[], size_t size)
 {
-    robot *r = instance;
-    compute(r);
-    if (n != 1 || size != 1 || refs[0] != INPUT_COUNT + OUTPUT_COUNT + 1) return n ? fmi3Error : fmi3OK;
-    values[0] = r->status;
-    return fmi3OK;
-}
-
-FMI fmi3Status fmi3GetFMUState(fmi3Instance r, void **copy)
-{
-    if (!*copy && !(*copy = malloc(sizeof(robot)))) return fmi3Error;
-    memcpy(*copy, r, sizeof(robot));
-    return fmi3OK;
-}
-
-FMI fmi3Status fmi3SetFMUState(fmi3Instance r, void *copy)
-{
-    memcpy(r, copy, sizeof(robot));
-    return fmi3OK;
-}
-
-FMI fmi3Status fmi3FreeFMUState(fmi3Instance r, void **copy)
-{
-    (void)r;
-    free(*copy);
-    *copy = NULL;
-    return fmi3OK;
-}
-
-FMI fmi3Status fmi3SerializedFMUStateSize(fmi3Instance r, void *copy, size_t *size)
-{
-    (void)r; (void)copy;
-    *size = sizeof(robot);
-    return fmi3OK;
-}
-
-FMI fmi3Status fmi3SerializeFMUState(fmi3Instance r, void *copy, uint8_t bytes[], size_t size)
-{
-    (void)r;
-    if (size != sizeof(robot)) return fmi3Error;
-    memcpy(bytes, copy, size);
-    return fmi3OK;
-}
-
-FMI fmi3Status fmi3DeserializeFMUState(fmi3Instance r, const uint8_t bytes[], size_t size, void **copy)
-{
-    if (size != sizeof(robot) || fmi3GetFMUState(r, copy) != fmi3OK) return fmi3Error;
-    memcpy(*copy, bytes, size);
-    return fmi3OK;
+    return n <= size && get_status(r, refs, n, values) ? fmi3OK : fmi3Error;
 }
 
 /* Other functions of the standard: modes without meaning here, and types of variables that do not exist. */
-#define MODE(name) FMI fmi3Status name(fmi3Instance r) { (void)r; return fmi3OK; }
-MODE(fmi3ExitInitializationMode) MODE(fmi3EnterEventMode) MODE(fmi3Terminate) MODE(fmi3EnterConfigurationMode)
-MODE(fmi3ExitConfigurationMode) MODE(fmi3EvaluateDiscreteStates) MODE(fmi3EnterStepMode)
-
-FMI fmi3Status fmi3SetDebugLogging(fmi3Instance r, bool on, size_t n, const fmi3String categories[])
-{
-    (void)r; (void)on; (void)n; (void)categories;
-    return fmi3OK;
-}
+MODE(fmi3EnterEventMode) MODE(fmi3EnterConfigurationMode) MODE(fmi3ExitConfigurationMode)
+MODE(fmi3EvaluateDiscreteStates) MODE(fmi3EnterStepMode)
 
 #define VALUES(name) \
     FMI fmi3Status name(fmi3Instance r, const fmi3ValueReference refs[], size_t n, void *values, size_t size) \
